@@ -1,0 +1,58 @@
+"""Names of channels and the unit that each name carries (`shared` interface: docs/formats.md)."""
+
+import re
+
+LINEAR_AXES = ("x", "y", "z", "u", "v", "w")
+ROTARY_AXES = ("a", "b", "c")
+FORCES = ("force.x", "force.y", "force.z")
+
+_AXIS = f"[{''.join(LINEAR_AXES)}]"
+_CURRENT = r"\.current(\.(u|v|w|range|air))?"
+_UNITS: tuple[tuple[str, str], ...] = (
+    (r"t", "s"),
+    (rf"{_AXIS}\.position", "mm"),
+    (rf"{_AXIS}\.velocity", "mm/s"),
+    (rf"{_AXIS}\.acceleration", "mm/s²"),
+    (rf"({_AXIS}|[abc]|spindle){_CURRENT}", "A"),
+    (rf"({_AXIS})\.drive_force", "N"),
+    (rf"({_AXIS}|[abc])\.drive_torque", "N·m"),
+    (r"spindle\.speed", "rpm"),
+    (r"(spindle|a|b|c)\.angle", "deg"),
+    (r"[abc]\.velocity", "deg/s"),
+    (r"[abc]\.acceleration", "deg/s²"),
+    (r"spindle\.power", "W"),
+    (r"torque\.spindle", "N·m"),
+    (r"force\.[xyz]", "N"),
+    (rf"({_AXIS}|lubricant|spindle)\.temperature", "°C"),
+    (r"cutting\.speed", "m/min"),
+    (r"cutting\.(feed|depth|width)", "mm"),
+    (r"(work\.diameter|tool\.flank_wear|chip\.thickness)", "mm"),
+    (r"tool\.cutting_time", "s"),
+    (r"(cut|tool\.edge)", "1"),
+)
+TEXT_COLUMNS = ("operation", "work.material", "tool")
+
+
+def unit_of(name: str) -> str | None:
+    """Return the unit that channel ``name`` carries, or None where the name is not one of ours.
+
+    >>> unit_of("z.current.range")
+    'A'
+    """
+    return next((unit for pattern, unit in _UNITS if re.fullmatch(pattern, name)), None)
+
+
+def is_channel(name: str) -> bool:
+    """Say whether ``name`` is a channel or a column of a cut table."""
+    return unit_of(name) is not None or name in TEXT_COLUMNS
+
+
+def axis_of(name: str) -> str:
+    """Return the axis that channel ``name`` belongs to: the part before the first dot."""
+    return name.split(".", 1)[0]
+
+
+def effort_channels(names: list[str]) -> list[str]:
+    """Return the drive efforts among ``names``: force, torque or current of linear axes."""
+    pattern = rf"{_AXIS}\.(drive_force|drive_torque|current)"
+    return [n for n in names if re.fullmatch(pattern, n)]

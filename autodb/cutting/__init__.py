@@ -1,0 +1,1 @@
+"""The mechanics of cutting: geometry of an operation and the law of forces."""

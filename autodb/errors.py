@@ -1,0 +1,21 @@
+"""What went wrong, in words that say what would have worked."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class UnusableInput(Exception):  # noqa: N818 - the name says what it is to the reader of the message
+    """Input that cannot be used: one line with file, column, row and what would work (exit 2)."""
+
+
+def near(name: str, known: Iterable[str]) -> str:
+    """Return ``" (did you mean …?)"`` for the known names nearest to ``name``, or all if few.
+
+    >>> near("z.curent", ["z.current", "x.current"])
+    ' (did you mean z.current, x.current?)'
+    """
+    names = list(known)
+    close = get_close_matches(name, names, n=3, cutoff=0.5)
+    if close:
+        return f" (did you mean {', '.join(close)}?)"
+    return f" (there are: {', '.join(names[:12])}{', …' if len(names) > 12 else ''})"

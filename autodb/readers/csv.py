@@ -1,0 +1,27 @@
+"""CSV: comma, one header line, UTF-8."""
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+from pyarrow import csv
+
+from autodb.errors import UnusableInput
+from autodb.readers._arrow import numpy_columns
+
+
+def read_csv(path: Path) -> dict[str, NDArray[np.generic]]:
+    """Read a comma-separated file with a header line."""
+    try:
+        table = csv.read_csv(path)
+    except (pa.ArrowInvalid, pa.ArrowKeyError) as error:
+        reason = str(error).splitlines()[0]
+        raise UnusableInput(f"{path}: not a comma-separated table ({reason})") from None
+    names = table.column_names
+    if len(names) == 1 and any(mark in names[0] for mark in ";\t|"):
+        raise UnusableInput(f"{path}: columns are not separated by commas: '{names[0][:60]}'")
+    twice = {n for n in names if names.count(n) > 1}
+    if twice:
+        raise UnusableInput(f"{path}: column '{min(twice)}' stands in the header twice")
+    return numpy_columns(table)

@@ -1,0 +1,33 @@
+"""MATLAB v5: n×1 and 1×n arrays are channels, scalars and the rest are ignored."""
+
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.errors import UnusableInput
+
+
+def read_mat(path: Path) -> dict[str, NDArray[np.generic]]:
+    """Read the numeric vectors of a MAT file; they must share one length."""
+    from scipy.io import loadmat
+
+    try:
+        variables = loadmat(path)
+    except NotImplementedError:
+        raise UnusableInput(f"{path}: MAT v7.3 (HDF5); save it with '-v7'") from None
+    except (ValueError, TypeError, OSError, EOFError, IndexError, KeyError, MemoryError,
+            zlib.error, struct.error) as error:  # fmt: skip
+        raise UnusableInput(f"{path}: not a whole MAT file ({error})") from None
+    columns: dict[str, NDArray[np.generic]] = {
+        name: np.asarray(value, dtype=np.float64).ravel()
+        for name, value in variables.items()
+        if isinstance(value, np.ndarray) and value.dtype.kind in "fiu" and max(value.shape) > 1
+        if sum(n > 1 for n in value.shape) == 1
+    }
+    lengths = {name: len(value) for name, value in columns.items()}
+    if len(set(lengths.values())) > 1:
+        raise UnusableInput(f"{path}: vectors of different lengths share no table: {lengths}")
+    return columns

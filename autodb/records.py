@@ -1,0 +1,188 @@
+"""A recording over time and a table of cuts: named channels in our units, and where they came from.
+
+A file with a column `cut` is a cut table (one row a cut); any other needs `t` and is a recording
+over time.
+"""
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.channels import TEXT_COLUMNS, is_channel, unit_of
+from autodb.errors import UnusableInput, near
+from autodb.readers import Columns, read_columns
+from autodb.sidefile import Column, SideFile, read_sidefile
+from autodb.units import RAW, factor
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Array = NDArray[np.float64]
+_KIND_TO_IQ = {"iq": 1.0, "rms": 2**0.5, "peak": 1.0}  # amplitude of the torque-producing current
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Named channels of one length; ``units`` overrides the unit of the name (only `raw` does)."""
+
+    path: Path
+    channels: dict[str, Array]
+    texts: dict[str, list[str]] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    side: SideFile = field(default_factory=SideFile)
+
+    def __len__(self) -> int:
+        return len(next(iter(self.channels.values())))
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.channels
+
+    def __getitem__(self, name: str) -> Array:
+        """Return channel ``name``; raises UnusableInput naming near ones."""
+        if name not in self.channels:
+            raise UnusableInput(f"{self.path}: no channel '{name}'{near(name, self.channels)}")
+        return self.channels[name]
+
+    def get(self, name: str) -> Array | None:
+        """Return channel ``name`` or None."""
+        return self.channels.get(name)
+
+    def unit(self, name: str) -> str:
+        """Return the unit of channel ``name`` (`raw` for uncalibrated counts)."""
+        return self.units.get(name) or unit_of(name) or "1"
+
+    def sha256(self) -> str:
+        """Return the checksum of the file as it lies on disk."""
+        return hashlib.sha256(self.path.read_bytes()).hexdigest()
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """Return a pandas table of all columns, for notebooks."""
+        import pandas as pd
+
+        return pd.DataFrame({**self.channels, **self.texts})
+
+
+@dataclass(frozen=True)
+class Recording(_Table):
+    """Channels over strictly increasing time ``t`` [s]."""
+
+    @property
+    def t_s(self) -> Array:
+        """Time, shape (n,), s."""
+        return self.channels["t"]
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples per second: the inverse of the median step."""
+        return float(1.0 / np.median(np.diff(self.t_s)))
+
+
+@dataclass(frozen=True)
+class CutTable(_Table):
+    """One row a cut, numbered by ``cut``."""
+
+    @property
+    def cut(self) -> Array:
+        """Cut numbers, shape (n,)."""
+        return self.channels["cut"]
+
+
+def read(path: Path, *, columns: Path | None = None) -> Recording | CutTable:
+    """Read a recording or a cut table with its side file (beside it, or ``columns``).
+
+    Raises UnusableInput with file, column and row.
+    """
+    beside = path.with_suffix(".toml")
+    side_path = columns or (beside if beside.is_file() else None)
+    side = read_sidefile(side_path) if side_path else SideFile()
+    raw = read_columns(path)
+    channels: dict[str, Array] = {}
+    texts: dict[str, list[str]] = {}
+    units: dict[str, str] = {}
+    for name, spec in _specs(raw, side).items():
+        values = _source(path, raw, spec)
+        if name in TEXT_COLUMNS:
+            texts[name] = [str(v) for v in values]
+        else:
+            channels[name] = _convert(path, name, values, spec, side)
+            if spec.unit == RAW:
+                units[name] = RAW
+    kind = CutTable if "cut" in channels else Recording
+    table = kind(path=path, channels=channels, texts=texts, units=units, side=side)
+    _check(table)
+    return table
+
+
+def _specs(raw: Columns, side: SideFile) -> dict[str, Column]:
+    """Return what to read: columns under our own names, overridden by the side file."""
+    own = {name: Column(column=name) for name in raw if is_channel(name)}
+    return {**own, **side.channels}
+
+
+def _source(path: Path, raw: Columns, spec: Column) -> NDArray[np.generic]:
+    name = spec.column or spec.row_in
+    if spec.row_in == "*":
+        return np.arange(len(next(iter(raw.values())))) * spec.step_s
+    if name not in raw:
+        raise UnusableInput(f"{path}: no column '{name}'{near(str(name), raw)}")
+    if spec.row_in is None:
+        return raw[name]
+    count: dict[object, int] = {}
+    rows = np.empty(len(raw[name]))
+    for i, group in enumerate(raw[name].tolist()):
+        rows[i] = count.get(group, 0)
+        count[group] = count.get(group, 0) + 1
+    return rows * spec.step_s
+
+
+def _convert(
+    path: Path, name: str, values: NDArray[np.generic], spec: Column, side: SideFile
+) -> Array:
+    where = f"{path}: column '{spec.column or spec.row_in}'"
+    if values.dtype.kind not in "fiu":
+        row = _first_text(values)
+        raise UnusableInput(f"{where}, row {row + 1}: '{values[row]}' is not a number")
+    numbers = np.asarray(values, dtype=np.float64)
+    bad = np.flatnonzero(~np.isfinite(numbers))
+    if bad.size:
+        raise UnusableInput(f"{where}, row {bad[0] + 1}: no finite number (used as {name})")
+    scale = spec.scale * spec.sign * _KIND_TO_IQ.get(spec.kind or "iq", 1.0)
+    if spec.kind == "percent" and spec.rated_A is not None:
+        scale *= spec.rated_A / 100.0
+    elif spec.unit is not None:
+        scale *= factor(spec.unit, to=unit_of(name) or "1", where=where)
+    motion = name in ("x.position", "x.velocity", "x.acceleration")
+    if spec.diameter or (side.recording.diameter and motion):
+        scale *= 0.5
+    return numbers if scale == 1.0 else numbers * scale
+
+
+def _first_text(values: NDArray[np.generic]) -> int:
+    for i, value in enumerate(values):
+        try:
+            float(str(value))
+        except ValueError:
+            return i
+    return 0
+
+
+def _check(table: Recording | CutTable) -> None:
+    if isinstance(table, CutTable):
+        numbers, first = np.unique(table.cut, return_index=True)
+        if len(numbers) < len(table):
+            row = min(set(range(len(table))) - set(first.tolist()))
+            raise UnusableInput(f"{table.path}: row {row + 1}: cut {table.cut[row]:g} stands twice")
+        return
+    if "t" not in table:
+        hint = near("t", table.channels) if table.channels else ""
+        raise UnusableInput(f"{table.path}: neither a column 't' (time, s) nor 'cut'{hint}")
+    step = np.flatnonzero(np.diff(table.t_s) <= 0)
+    if step.size:
+        row = int(step[0]) + 2
+        raise UnusableInput(f"{table.path}: column 't', row {row}: time does not increase")
+    if len(table) < 3:
+        raise UnusableInput(f"{table.path}: {len(table)} rows are too few for a recording")

@@ -1,0 +1,1 @@
+"""Estimators: recording in, force ± standard deviation per component out, or *not sensed*."""

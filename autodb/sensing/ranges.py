@@ -1,0 +1,234 @@
+"""Calibrate an axis current against known forces, and sense force with it (P1 sections 8-9).
+
+A straight line per axis: F = c0 + c1 I for the feed axes; torque T = c0 + c1 I for the spindle,
+F_y = T/r_e. I is the rise of the current range over air cutting where both ranges are known.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import fitting
+from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
+from autodb.errors import UnusableInput
+from autodb.records import CutTable
+
+Array = NDArray[np.float64]
+
+COMPONENT_OF_AXIS = {"x": "x", "z": "z", "spindle": "y"}
+OFFER_R_SQUARED = 0.3
+"""A calibration is offered when the lower 95 % bound of R² on groups left out is above this."""
+TRANSIENT_WINDOW = 4
+"""Rows on each side that a row is compared with when transients are looked for."""
+TRANSIENT_SPREADS = 10.0
+"""A row this many robust standard deviations off its neighbours is a transient."""
+MIN_GROUPS = 3
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Errors on groups left out: RMSE in the target's unit, R² with its 95 % interval."""
+
+    n: int
+    rmse: float
+    r_squared: float
+    r_squared_low: float
+    r_squared_high: float
+    groups: int
+    grouped_by: str
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A fitted line: target = c0 + c1 · current, with covariance common to all that it senses."""
+
+    axis: str
+    component: str
+    channel: str
+    current_unit: str
+    unit: str
+    coefficients: Array
+    covariance: Array
+    scores: Scores
+    scores_with_transients: Scores
+    transients: tuple[float, ...]
+    current_low: float
+    current_high: float
+
+    @property
+    def offered(self) -> bool:
+        """Whether the axis feels force well enough to be used."""
+        return self.scores.r_squared_low > OFFER_R_SQUARED
+
+    @property
+    def verdict(self) -> str:
+        """One sentence: offered or refused, with the figure that decided."""
+        s = self.scores
+        what = f"R² {s.r_squared:.3f} (95 % {s.r_squared_low:.3f} to {s.r_squared_high:.3f})"
+        verb, side = ("offered", "above") if self.offered else ("refused", "not above")
+        return (
+            f"{verb}: {what} on the {s.grouped_by} left out, lower bound {side} {OFFER_R_SQUARED}"
+        )
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """Force of every row: value and per-cut sd (NaN where not sensed), and why not.
+
+    ``common`` (n, 2) is the derivative of the force by the calibration's (c0, c1): the error that
+    all rows share is common · N(0, covariance).
+    """
+
+    force_N: Array
+    sd_N: Array
+    common: Array
+    not_sensed: list[str | None]
+
+
+def current_signal(table: CutTable, axis: str) -> tuple[str, Array] | None:
+    """Return name and values (n,) of the current that an axis feels force with, or None.
+
+    The rise of the range over its air value where both are there, else the range, else the current.
+    """
+    cut, air = table.get(f"{axis}.current.range"), table.get(f"{axis}.current.air")
+    if cut is not None and air is not None:
+        return f"{axis}.current.range − {axis}.current.air", cut - air
+    for name in (f"{axis}.current.range", f"{axis}.current"):
+        if name in table:
+            return name, table[name]
+    return None
+
+
+def calibrate(table: CutTable, axis: str, *, force_N: Array | None = None) -> Calibration:
+    """Fit one axis' line on the cuts in which it moves, scored on groups left out.
+
+    ``force_N`` (n,) are the reference forces (NaN: none); default the table's own ``force.*``.
+
+    Raises UnusableInput when the current, the force or enough independent groups are missing.
+    """
+    component = COMPONENT_OF_AXIS[axis]
+    signal = current_signal(table, axis)
+    if signal is None:
+        raise UnusableInput(f"{table.path}: no '{axis}.current' or '{axis}.current.range'")
+    force = table[f"force.{component}"] if force_N is None else force_N
+    target, unit = _target(table, axis, force)
+    used = moving(table, axis) & np.isfinite(target)
+    current, y = signal[1][used], target[used]
+    groups, grouped_by = grouping(table, used)
+    if len(np.unique(groups)) < MIN_GROUPS:
+        raise UnusableInput(
+            f"{table.path}: {axis}: {len(np.unique(groups))} independent groups of cuts with "
+            f"force.{component}; {MIN_GROUPS} or more would work"
+        )
+    sudden = transients(current, y, groups)
+    keep = ~sudden
+    fit = fitting.line(current[keep], y[keep])
+    return Calibration(
+        axis=axis,
+        component=component,
+        channel=signal[0],
+        current_unit=table.unit(signal[0].split(" − ", maxsplit=1)[0]),
+        unit=unit,
+        coefficients=fit.coefficients,
+        covariance=fit.covariance,
+        scores=_scores(current[keep], y[keep], groups[keep], grouped_by),
+        scores_with_transients=_scores(current, y, groups, grouped_by),
+        transients=tuple(table.cut[used][sudden].tolist()),
+        current_low=float(current[keep].min()),
+        current_high=float(current[keep].max()),
+    )
+
+
+def _target(table: CutTable, axis: str, force_N: Array) -> tuple[Array, str]:
+    """Return what the line predicts: spindle torque where the torque arm is known, else force."""
+    if axis == "spindle" and "work.diameter" in table and "cutting.depth" in table:
+        radius = effective_radius_mm(table["work.diameter"], table["cutting.depth"])
+        return torque_N_m(force_N, radius), "N·m"
+    return force_N, "N"
+
+
+def moving(table: CutTable, axis: str) -> NDArray[np.bool_]:
+    """Return which rows move the axis: a passive one stands still, its current shows nothing."""
+    operations = table.texts.get("operation", [""] * len(table))
+    return np.array([PASSIVE_AXIS.get(operation) != axis for operation in operations])
+
+
+def grouping(table: CutTable, used: NDArray[np.bool_]) -> tuple[NDArray[np.generic], str]:
+    """Return independent groups of the used rows: tool edges, else equal cutting conditions.
+
+    Rows of one edge, or repeats of one cut, share their error and are left out together.
+    """
+    if "tool.edge" in table and len(np.unique(table["tool.edge"][used])) >= MIN_GROUPS:
+        return table["tool.edge"][used], "tool edge"
+    names = [n for n in ("cutting.speed", "cutting.feed", "cutting.depth") if n in table]
+    if names:
+        rows = np.round(np.column_stack([table[n][used] for n in names]), 3)
+        return np.unique(rows, axis=0, return_inverse=True)[1].ravel(), "cutting condition"
+    return np.arange(int(used.sum())) * 10 // max(1, int(used.sum())), "tenth of the rows"
+
+
+def transients(current: Array, target: Array, groups: NDArray[np.generic]) -> NDArray[np.bool_]:
+    """Return rows in which the current leaves its neighbours while the force does not.
+
+    In each group, in the order of the rows, the residual from a robust line is compared with the
+    median over the 2·TRANSIENT_WINDOW + 1 rows around it (Hampel's identifier). A start, a stop or
+    a rapid inside a row makes the current jump though the cut goes on.
+    """
+    c0, c1 = fitting.robust_line(current, target)
+    expected = c0 + c1 * current
+    jump_current = _off_neighbours(expected, groups)
+    jump_target = _off_neighbours(target, groups)
+    jump = _off_neighbours(target - expected, groups)
+    limit = TRANSIENT_SPREADS * fitting.spread(jump)
+    return np.asarray((np.abs(jump) > limit) & (np.abs(jump_current) > np.abs(jump_target)))
+
+
+def _off_neighbours(values: Array, groups: NDArray[np.generic]) -> Array:
+    off = np.zeros_like(values)
+    width = 2 * TRANSIENT_WINDOW + 1
+    for group in np.unique(groups):
+        rows = np.flatnonzero(groups == group)
+        for k, row in enumerate(rows):
+            first = max(0, min(k - TRANSIENT_WINDOW, len(rows) - width))
+            off[row] = values[row] - np.median(values[rows[first : first + width]])
+    return off
+
+
+def _scores(x: Array, y: Array, groups: NDArray[np.generic], grouped_by: str) -> Scores:
+    errors = fitting.leave_group_out(x, y, groups)
+    low, high = fitting.bootstrap_r_squared(errors, y, groups)
+    return Scores(
+        n=len(y),
+        rmse=float(np.sqrt(np.mean(errors**2))),
+        r_squared=fitting.r_squared(errors, y),
+        r_squared_low=low,
+        r_squared_high=high,
+        groups=len(np.unique(groups)),
+        grouped_by=grouped_by,
+    )
+
+
+def sense(table: CutTable, calibration: Calibration) -> Sensed:
+    """Return the force that a calibrated axis feels in every row of a table."""
+    signal = current_signal(table, calibration.axis)
+    n = len(table)
+    if signal is None:
+        why: list[str | None] = [f"no {calibration.axis} current recorded"] * n
+        return Sensed(np.full(n, np.nan), np.full(n, np.nan), np.zeros((n, 2)), why)
+    c0, c1 = calibration.coefficients
+    target = c0 + c1 * signal[1]
+    to_N = _newtons_per_target(table, calibration)
+    felt = moving(table, calibration.axis) & np.isfinite(to_N)
+    reason = [None if ok else f"{calibration.axis} stands still (passive force)" for ok in felt]
+    force = np.where(felt, target * to_N, np.nan)
+    sd = np.where(felt, calibration.scores.rmse * np.abs(to_N), np.nan)
+    common = np.column_stack([np.ones(n), signal[1]]) * to_N[:, None]
+    return Sensed(force, sd, common, list(reason))
+
+
+def _newtons_per_target(table: CutTable, calibration: Calibration) -> Array:
+    if calibration.unit == "N":
+        return np.ones(len(table))
+    radius = effective_radius_mm(table["work.diameter"], table["cutting.depth"])
+    return 1000.0 / radius

@@ -1,0 +1,137 @@
+"""Side files (TOML): foreign column names and units, and what was on the machine."""
+
+import tomllib
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from autodb.channels import is_channel
+from autodb.errors import UnusableInput, near
+
+Operation = Literal[
+    "slot", "side-up", "side-down", "ramp", "pocket", "turn", "face", "taper", "contour", "drill"
+]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Column(_Section):
+    """Where a channel comes from: a column of the file, or a count of rows.
+
+    ``row_in`` counts rows within each value of that column (``"*"``: within the file), times
+    ``step_s``.
+    """
+
+    column: str | None = None
+    row_in: str | None = None
+    step_s: float = 1.0
+    scale: float = 1.0
+    unit: str | None = None
+    sign: Literal[-1, 1] = 1
+    diameter: bool = False
+    kind: Literal["iq", "rms", "peak", "percent"] | None = None
+    rated_A: float | None = None
+
+
+class RecordingSection(_Section):
+    """Where and when it was recorded."""
+
+    machine: str | None = None
+    kind: str | None = None
+    work: str | None = None
+    start: str | None = None
+    coolant: str | None = None
+    gear_range: str | None = None
+    diameter: bool = False
+
+
+class ToolSection(_Section):
+    """The tool in use: a cutter's diameter, teeth, helix, or an insert's angles."""
+
+    name: str | None = None
+    diameter_mm: float | None = None
+    teeth: int | None = None
+    helix_deg: float | None = None
+    nose_radius_mm: float | None = None
+    kappa_deg: float | None = None
+    rake_deg: float | None = None
+    inclination_deg: float | None = None
+
+
+class CutSection(_Section):
+    """The one cut of a recording over time."""
+
+    operation: Operation | None = None
+    depth_mm: float | None = None
+    width_mm: float | None = None
+    feed_mm_tooth: float | None = None
+    feed_mm_rev: float | None = None
+    speed_rpm: float | None = None
+    feed_direction_deg: float | None = None
+    work_diameter_mm: float | None = None
+
+
+class SideFile(_Section):
+    """A whole side file; every part is optional."""
+
+    channels: dict[str, Column] = Field(default_factory=dict)
+    recording: RecordingSection = RecordingSection()
+    tool: ToolSection = ToolSection()
+    cut: CutSection = CutSection()
+
+
+_SECTIONS: dict[str, type[BaseModel]] = {
+    "channels": Column,
+    "recording": RecordingSection,
+    "tool": ToolSection,
+    "cut": CutSection,
+}
+
+
+def read_sidefile(path: Path) -> SideFile:
+    """Read and check a side file.
+
+    Raises UnusableInput with the file, the key and names that would have worked.
+    """
+    try:
+        raw = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise UnusableInput(f"{path}: not a readable TOML file ({error})") from None
+    if isinstance(raw.get("channels"), dict):
+        raw["channels"] = {k: _as_table(v) for k, v in raw["channels"].items()}
+    try:
+        side = SideFile.model_validate(raw)
+    except ValidationError as error:
+        raise UnusableInput(_say(path, error)) from None
+    for name, spec in side.channels.items():
+        _check(path, name, spec)
+    return side
+
+
+def _as_table(value: object) -> object:
+    return {"column": value} if isinstance(value, str) else value
+
+
+def _check(path: Path, name: str, spec: Column) -> None:
+    if not is_channel(name):
+        known = ["x.position", "x.current", "x.drive_force", "spindle.current", "force.x", "t"]
+        hint = near(name, [*known, "force.z", "z.current", "z.current.range", "z.position", "cut"])
+        raise UnusableInput(f"{path}: [channels] '{name}' is not a channel name{hint}")
+    if (spec.column is None) == (spec.row_in is None):
+        raise UnusableInput(f"{path}: [channels] '{name}' needs either column or row_in")
+    if spec.kind == "percent" and spec.rated_A is None:
+        raise UnusableInput(f"{path}: [channels] '{name}' of kind percent needs rated_A")
+
+
+def _say(path: Path, error: ValidationError) -> str:
+    first = error.errors()[0]
+    where = [str(part) for part in first["loc"]]
+    if first["type"] != "extra_forbidden":
+        return f"{path}: {'.'.join(where)}: {first['msg']}"
+    if len(where) == 1:
+        return f"{path}: unknown section [{where[0]}]{near(where[0], _SECTIONS)}"
+    known = _SECTIONS[where[0]].model_fields
+    return f"{path}: unknown key '{where[-1]}' in [{where[0]}]{near(where[-1], known)}"
