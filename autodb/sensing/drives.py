@@ -4,7 +4,7 @@ Air moves give the drive's own unit: amperes stay amperes. Kilograms and newtons
 newtons (a torque constant from the data sheet, a known mass, a push against a load cell).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +30,13 @@ class Protocol:
     cutoff_hz: float
     decimate: int
     crop_s: float = 0.5
+    anti_alias: bool = True
 
     def __str__(self) -> str:
+        how = "after an anti-alias filter" if self.anti_alias else "without anti-alias filter"
         return (
-            f"Butterworth 4th order, {self.cutoff_hz:g} Hz, forwards and backwards; every column "
-            f"decimated by {self.decimate}; {self.crop_s:g} s cropped at each end"
+            f"Butterworth 4th order, {self.cutoff_hz:g} Hz, forwards and backwards; one row in "
+            f"{self.decimate} {how}; {self.crop_s:g} s cropped at each end"
         )
 
 
@@ -167,7 +169,11 @@ def _filtered(
     effort = signals.lowpass(
         recording[channel], rate_hz=recording.rate_hz, cutoff_hz=protocol.cutoff_hz
     )
-    stacked = signals.decimate(np.column_stack([*columns.values(), effort]), protocol.decimate)
+    stacked = np.column_stack([*columns.values(), effort])
+    if protocol.anti_alias:
+        stacked = signals.decimate(stacked, protocol.decimate)
+    else:
+        stacked = stacked[:: protocol.decimate]
     crop = round(protocol.crop_s * recording.rate_hz / protocol.decimate)
     kept = stacked[crop : len(stacked) - crop]
     if len(kept) < 50:
@@ -191,12 +197,16 @@ def _named(name: str, value: float, sd: float, unit: str) -> IdentifiedTerm:
 
 
 def spread_over_filters(recording: Recording, *, axis: str | None = None) -> list[Identified]:
-    """Return the identification at 50 to 200 Hz: how much the result owes to the filter."""
+    """Return the identification at 50 to 200 Hz, with and without the anti-alias filter.
+
+    It shows how much of a result is owed to the filter.
+    """
     base = default_protocol(recording.rate_hz)
-    usable = [hz for hz in SPREAD_CUTOFFS_HZ if hz < 0.5 * recording.rate_hz]
     return [
-        identify(recording, axis=axis, protocol=Protocol(hz, base.decimate, base.crop_s))
-        for hz in usable
+        identify(recording, axis=axis, protocol=replace(base, cutoff_hz=hz, anti_alias=anti_alias))
+        for anti_alias in (True, False)
+        for hz in SPREAD_CUTOFFS_HZ
+        if hz < 0.5 * recording.rate_hz
     ]
 
 

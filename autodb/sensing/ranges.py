@@ -100,10 +100,14 @@ def current_signal(table: CutTable, axis: str) -> tuple[str, Array] | None:
     return None
 
 
-def calibrate(table: CutTable, axis: str, *, force_N: Array | None = None) -> Calibration:
+def calibrate(
+    table: CutTable, axis: str, *, force_N: Array | None = None, reference_share: float = 0.0
+) -> Calibration:
     """Fit one axis' line on the cuts in which it moves, scored on groups left out.
 
     ``force_N`` (n,) are the reference forces (NaN: none); default the table's own ``force.*``.
+    ``reference_share``: relative standard deviation that all references share; it scales the whole
+    line and so enters its covariance.
 
     Raises UnusableInput when the current, the force or enough independent groups are missing.
     """
@@ -113,7 +117,7 @@ def calibrate(table: CutTable, axis: str, *, force_N: Array | None = None) -> Ca
         raise UnusableInput(f"{table.path}: no '{axis}.current' or '{axis}.current.range'")
     force = table[f"force.{component}"] if force_N is None else force_N
     target, unit = _target(table, axis, force)
-    used = moving(table, axis) & np.isfinite(target)
+    used = moving(table, axis) & np.isfinite(target) & np.isfinite(signal[1])
     current, y = signal[1][used], target[used]
     groups, grouped_by = grouping(table, used)
     if len(np.unique(groups)) < MIN_GROUPS:
@@ -131,7 +135,8 @@ def calibrate(table: CutTable, axis: str, *, force_N: Array | None = None) -> Ca
         current_unit=table.unit(signal[0].split(" − ", maxsplit=1)[0]),
         unit=unit,
         coefficients=fit.coefficients,
-        covariance=fit.covariance,
+        covariance=fit.covariance
+        + reference_share**2 * np.outer(fit.coefficients, fit.coefficients),
         scores=_scores(current[keep], y[keep], groups[keep], grouped_by),
         scores_with_transients=_scores(current, y, groups, grouped_by),
         transients=tuple(table.cut[used][sudden].tolist()),
@@ -159,9 +164,11 @@ def grouping(table: CutTable, used: NDArray[np.bool_]) -> tuple[NDArray[np.gener
 
     Rows of one edge, or repeats of one cut, share their error and are left out together.
     """
-    if "tool.edge" in table and len(np.unique(table["tool.edge"][used])) >= MIN_GROUPS:
-        return table["tool.edge"][used], "tool edge"
-    names = [n for n in ("cutting.speed", "cutting.feed", "cutting.depth") if n in table]
+    edges = table["tool.edge"][used] if "tool.edge" in table else np.array([np.nan])
+    if np.isfinite(edges).all() and len(np.unique(edges)) >= MIN_GROUPS:
+        return edges, "tool edge"
+    conditions = ("spindle.speed", "cutting.feed", "cutting.depth")
+    names = [n for n in conditions if n in table and np.isfinite(table[n][used]).all()]
     if names:
         rows = np.round(np.column_stack([table[n][used] for n in names]), 3)
         return np.unique(rows, axis=0, return_inverse=True)[1].ravel(), "cutting condition"
@@ -219,16 +226,24 @@ def sense(table: CutTable, calibration: Calibration) -> Sensed:
     c0, c1 = calibration.coefficients
     target = c0 + c1 * signal[1]
     to_N = _newtons_per_target(table, calibration)
-    felt = moving(table, calibration.axis) & np.isfinite(to_N)
-    reason = [None if ok else f"{calibration.axis} stands still (passive force)" for ok in felt]
+    moves, known = moving(table, calibration.axis), np.isfinite(target * to_N)
+    felt = moves & known
+    still = f"{calibration.axis} stands still: a passive force shows in no current"
+    unknown = f"no {calibration.axis} current, or no diameter and depth, for this cut"
+    reason = [
+        None if ok else still if not moved else unknown
+        for ok, moved in zip(felt, moves, strict=True)
+    ]
     force = np.where(felt, target * to_N, np.nan)
     sd = np.where(felt, calibration.scores.rmse * np.abs(to_N), np.nan)
     common = np.column_stack([np.ones(n), signal[1]]) * to_N[:, None]
-    return Sensed(force, sd, common, list(reason))
+    return Sensed(force, sd, common, reason)
 
 
 def _newtons_per_target(table: CutTable, calibration: Calibration) -> Array:
     if calibration.unit == "N":
         return np.ones(len(table))
+    if "work.diameter" not in table or "cutting.depth" not in table:
+        return np.full(len(table), np.nan)
     radius = effective_radius_mm(table["work.diameter"], table["cutting.depth"])
     return 1000.0 / radius

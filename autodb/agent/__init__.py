@@ -1,0 +1,1 @@
+"""One machine's life: import → calibrate → identify → refresh → predict → explain → trace."""

@@ -1,0 +1,193 @@
+"""Calibrate a machine's axes on its imported cuts, and keep drive models; versions are kept."""
+
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from autodb import standard
+from autodb.agent.importing import cuts_as_table
+from autodb.agent.machines import find_machine
+from autodb.errors import UnusableInput
+from autodb.records import CutTable
+from autodb.sensing import ranges
+from autodb.sensing.drives import Identified
+from autodb.sensing.ranges import Calibration, Scores
+from autodb.store import Store, models
+
+
+def calibrate_table(
+    table: CutTable, *, axes: tuple[str, ...], protocol: standard.Protocol | None = None
+) -> tuple[list[Calibration], list[str]]:
+    """Calibrate every axis that a table can calibrate; the others come back as sentences why not.
+
+    Raises UnusableInput when no axis can be calibrated.
+    """
+    done: list[Calibration] = []
+    left_out: list[str] = []
+    for axis in axes:
+        try:
+            done.append(_calibrate(table, axis, protocol))
+        except UnusableInput as error:
+            left_out.append(str(error))
+    if not done:
+        raise UnusableInput(left_out[0] if left_out else f"{table.path}: no axis to calibrate")
+    return done, left_out
+
+
+def _calibrate(table: CutTable, axis: str, protocol: standard.Protocol | None) -> Calibration:
+    if protocol is None:
+        return ranges.calibrate(table, axis)
+    component = ranges.COMPONENT_OF_AXIS[axis]
+    reference = standard.references(table, protocol, component)
+    return ranges.calibrate(table, axis, force_N=reference.force_N, reference_share=reference.share)
+
+
+def calibrate_machine(
+    store: Store,
+    machine: str,
+    *,
+    recordings: list[int] | None = None,
+    protocol: standard.Protocol | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> tuple[list[Calibration], list[str], list[bool]]:
+    """Calibrate a machine on its imported cuts and keep each line as a new version.
+
+    Returns the calibrations, the axes left out, and for each calibration whether it is new (an
+    equal one on the same recordings is already there). Raises UnusableInput.
+    """
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        cuts = _calibration_cuts(session, owner.id, recordings, needs_force=protocol is None)
+        if not cuts:
+            raise UnusableInput(
+                f"machine '{machine}': no imported cuts with force.*; "
+                "import cuts made with a dynamometer, or give --protocol"
+            )
+        table = cuts_as_table(cuts, path=_named(cuts))
+        used = sorted({cut.recording_id for cut in cuts})
+        axes = tuple(a.name for a in owner.axes if a.name in ranges.COMPONENT_OF_AXIS)
+        machine_id = owner.id
+    if progress:
+        progress("fitting and scoring on groups left out")
+    done, left_out = calibrate_table(table, axes=axes, protocol=protocol)
+    with store.writing() as session:
+        new = [_keep(session, machine_id, used, calibration) for calibration in done]
+    return done, left_out, new
+
+
+def _calibration_cuts(
+    session: Session, machine_id: int, recordings: list[int] | None, *, needs_force: bool
+) -> list[models.Cut]:
+    query = (
+        select(models.Cut)
+        .join(models.Recording)
+        .where(models.Recording.machine_id == machine_id)
+        .order_by(models.Cut.recording_id, models.Cut.number)
+    )
+    if recordings is not None:
+        query = query.where(models.Recording.id.in_(recordings))
+    return [
+        cut
+        for cut in session.scalars(query)
+        if not needs_force or any(name.startswith("force.") for name in cut.measured)
+    ]
+
+
+def _named(cuts: list[models.Cut]) -> Path:
+    """Return the path to name in messages: the recording's, or the first of several."""
+    return Path(cuts[0].recording.path)
+
+
+def _keep(
+    session: Session, machine_id: int, recordings: list[int], calibration: Calibration
+) -> bool:
+    last = latest_calibration(session, machine_id, calibration.axis)
+    coefficients = calibration.coefficients.tolist()
+    if last is not None and sorted(r.id for r in last.recordings) == recordings:
+        same = np.allclose(last.coefficients, coefficients, rtol=1e-12, atol=0.0)
+        if same and last.channel == calibration.channel:
+            return False
+    sources = session.scalars(select(models.Recording).where(models.Recording.id.in_(recordings)))
+    session.add(
+        models.Calibration(
+            machine_id=machine_id,
+            axis=calibration.axis,
+            version=1 if last is None else last.version + 1,
+            component=calibration.component,
+            channel=calibration.channel,
+            current_unit=calibration.current_unit,
+            unit=calibration.unit,
+            coefficients=coefficients,
+            covariance=calibration.covariance.tolist(),
+            scores=asdict(calibration.scores),
+            scores_with_transients=asdict(calibration.scores_with_transients),
+            transients=list(calibration.transients),
+            current_low=calibration.current_low,
+            current_high=calibration.current_high,
+            offered=calibration.offered,
+            verdict=calibration.verdict,
+            recordings=list(sources),
+        )
+    )
+    return True
+
+
+def latest_calibration(session: Session, machine_id: int, axis: str) -> models.Calibration | None:
+    """Return the newest version of an axis' calibration, offered or not."""
+    return session.scalar(
+        select(models.Calibration)
+        .where(models.Calibration.machine_id == machine_id, models.Calibration.axis == axis)
+        .order_by(models.Calibration.version.desc())
+        .limit(1)
+    )
+
+
+def as_calibration(row: models.Calibration) -> Calibration:
+    """Return a stored calibration as the record that sensing takes."""
+    return Calibration(
+        axis=row.axis,
+        component=row.component,
+        channel=row.channel,
+        current_unit=row.current_unit,
+        unit=row.unit,
+        coefficients=np.array(row.coefficients),
+        covariance=np.array(row.covariance),
+        scores=Scores(**row.scores),
+        scores_with_transients=Scores(**row.scores_with_transients),
+        transients=tuple(row.transients),
+        current_low=row.current_low,
+        current_high=row.current_high,
+    )
+
+
+def keep_model(store: Store, machine: str, recording_id: int, model: Identified) -> int:
+    """Store an identified drive model as the next version of its channel; return the version."""
+    with store.writing() as session:
+        owner = find_machine(session, machine)
+        if model.axis not in [axis.name for axis in owner.axes]:
+            raise UnusableInput(f"machine '{machine}' has no axis '{model.axis}'")
+        newest = session.scalar(
+            select(func.max(models.ChannelModel.version)).where(
+                models.ChannelModel.machine_id == owner.id,
+                models.ChannelModel.channel == model.channel,
+            )
+        )
+        recording = session.get_one(models.Recording, recording_id)
+        row = models.ChannelModel(
+            machine_id=owner.id,
+            axis=model.axis,
+            channel=model.channel,
+            version=(newest or 0) + 1,
+            unit=model.unit,
+            terms=[asdict(term) for term in model.terms],
+            covariance=model.covariance.tolist(),
+            relative_error=model.relative_error,
+            protocol=str(model.protocol),
+            recordings=[recording],
+        )
+        session.add(row)
+        return row.version

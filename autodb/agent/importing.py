@@ -1,0 +1,155 @@
+"""A file enters the database once, known by its checksum."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb import records
+from autodb.agent.machines import find_machine
+from autodb.channels import axis_of
+from autodb.errors import UnusableInput
+from autodb.records import CutTable, Recording
+from autodb.sensing import raw
+from autodb.sidefile import SideFile
+from autodb.store import Store, models
+
+_CONDITION_PREFIXES = ("cutting.", "work.", "spindle.speed", "tool.", "chip.", "z.position")
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What an import did."""
+
+    recording_id: int
+    kind: str
+    rows: int
+    cuts: int
+    already_there: bool
+
+
+def import_file(
+    store: Store,
+    path: Path,
+    *,
+    machine: str,
+    columns: Path | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Imported:
+    """Import one recording or cut table of a machine; a second time says it is already there.
+
+    A recording with raw phase currents also gives the cut it holds. Currents take the axis' sign
+    from the machine. Raises UnusableInput; then nothing is written.
+    """
+    table = records.read(path, columns=columns)
+    sha256 = table.sha256()
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        owner_id, signs = owner.id, {axis.name: axis.current_sign for axis in owner.axes}
+        known = _known(session, owner_id, sha256)
+    if known is not None:
+        return known
+    named = table.side.recording.machine
+    if named is not None and named != machine:
+        raise UnusableInput(f"{path}: its side file says machine '{named}', not '{machine}'")
+    cuts = _cuts(table, progress)
+    with store.writing() as session:
+        recording = models.Recording(
+            machine_id=owner_id,
+            sha256=sha256,
+            path=str(path.resolve()),
+            kind="cuts" if isinstance(table, CutTable) else "series",
+            rows=len(table),
+            units=table.units,
+            side=table.side.model_dump(mode="json", exclude_defaults=True),
+        )
+        session.add(recording)
+        session.flush()
+        for row in range(len(cuts) if cuts is not None else 0):
+            assert cuts is not None
+            session.add(_cut_row(session, recording.id, cuts, row, signs))
+        return Imported(recording.id, recording.kind, len(table), len(cuts or ()), False)
+
+
+def _known(session: Session, machine_id: int, sha256: str) -> Imported | None:
+    found = session.scalar(
+        select(models.Recording).where(
+            models.Recording.machine_id == machine_id, models.Recording.sha256 == sha256
+        )
+    )
+    if found is None:
+        return None
+    return Imported(found.id, found.kind, found.rows, len(found.cuts), True)
+
+
+def _cuts(table: Recording | CutTable, progress: Callable[[str], None] | None) -> CutTable | None:
+    if isinstance(table, CutTable):
+        return table
+    return raw.cut_of(table, progress=progress) if raw.has_phase_currents(table) else None
+
+
+def _cut_row(
+    session: Session, recording_id: int, table: CutTable, row: int, signs: dict[str, int]
+) -> models.Cut:
+    values = {name: float(channel[row]) for name, channel in table.channels.items()}
+    texts = {name: column[row] for name, column in table.texts.items() if column[row]}
+    conditions = {
+        name: value
+        for name, value in values.items()
+        if name.startswith(_CONDITION_PREFIXES) or name == "t"
+    }
+    measured = {
+        name: value * (signs.get(axis_of(name), 1) if name.endswith(".current") else 1)
+        for name, value in values.items()
+        if name not in conditions and name != "cut"
+    }
+    return models.Cut(
+        recording_id=recording_id,
+        pair_id=_pair_id(session, texts, table.side),
+        number=values["cut"],
+        operation=texts.get("operation"),
+        conditions=conditions,
+        measured=measured,
+    )
+
+
+def _pair_id(session: Session, texts: dict[str, str], side: SideFile) -> int | None:
+    material = texts.get("work.material") or side.recording.work
+    tool = texts.get("tool") or side.tool.name
+    if not material or not tool:
+        return None
+    material_row = session.scalar(select(models.Material).where(models.Material.name == material))
+    if material_row is None:
+        material_row = models.Material(name=material)
+    tool_row = session.scalar(select(models.Tool).where(models.Tool.name == tool))
+    if tool_row is None:
+        geometry = side.tool.model_dump(include=set(_GEOMETRY))
+        tool_row = models.Tool(name=tool, **geometry)
+    session.add_all([material_row, tool_row])
+    session.flush()
+    pair = session.scalar(
+        select(models.Pair).where(
+            models.Pair.material_id == material_row.id, models.Pair.tool_id == tool_row.id
+        )
+    )
+    if pair is None:
+        pair = models.Pair(material=material_row, tool=tool_row)
+        session.add(pair)
+        session.flush()
+    return pair.id
+
+
+_GEOMETRY = ("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg")
+
+
+def cuts_as_table(cuts: list[models.Cut], *, path: Path) -> CutTable:
+    """Return stored cuts as one cut table; NaN where a cut lacks a channel that another has."""
+    rows = [{**cut.conditions, **cut.measured, "cut": cut.number} for cut in cuts]
+    names = sorted(set().union(*rows)) if rows else ["cut"]
+    channels = {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
+    units = {name: unit for cut in cuts for name, unit in cut.recording.units.items()}
+    texts = {"operation": [cut.operation or "" for cut in cuts]}
+    return CutTable(path=path, channels=channels, texts=texts, units=units)

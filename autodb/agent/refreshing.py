@@ -1,0 +1,265 @@
+"""Refresh: what came in since the last time becomes sensed forces and new parameter versions.
+
+One pass is one transaction: killed in the middle, the database is as it was, and the next pass does
+the whole work again.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from sqlalchemy import Select, exists, func, select
+from sqlalchemy.orm import Session
+
+from autodb.agent.calibrating import as_calibration, latest_calibration
+from autodb.agent.importing import cuts_as_table
+from autodb.agent.machines import find_machine
+from autodb.fitting import Gaussian
+from autodb.inverse import Parameters, SensedCuts, learn
+from autodb.sensing import ranges
+from autodb.store import Store, models
+
+LEARNT_OPERATIONS = ("turn", None)
+"""Operations whose cuts the law is learnt from; the law holds per operation's geometry."""
+
+RANGE_ESTIMATOR = "range"
+NO_ESTIMATOR = "none"
+
+
+@dataclass
+class Refreshed:
+    """What a refresh did: forces, versions as (pair, component, version, cuts), what it left."""
+
+    sensed: int = 0
+    not_sensed: int = 0
+    versions: list[tuple[str, str, int, int]] = field(default_factory=list)
+    set_aside: list[str] = field(default_factory=list)
+
+
+def refresh(
+    store: Store, machine: str, *, progress: Callable[[str], None] | None = None
+) -> Refreshed:
+    """Sense the forces of every cut not sensed yet with the newest calibrations; update the pairs.
+
+    Raises UnusableInput for an unknown machine.
+    """
+    done = Refreshed()
+    with store.writing() as session:
+        owner = find_machine(session, machine)
+        calibrations = _offered(session, owner, done)
+        for row in calibrations:
+            if progress:
+                progress(f"sensing force.{row.component} from {row.axis}")
+            _sense(session, owner.id, row, done)
+        _note_unsensed(session, owner.id, {row.component for row in calibrations}, done)
+        session.flush()
+        for pair in session.scalars(_pairs(owner.id)):
+            for row in calibrations:
+                if progress:
+                    progress(f"updating {pair_name(pair)}, force.{row.component}")
+                _update_pair(session, owner.id, pair, row, done)
+    return done
+
+
+def pair_name(pair: models.Pair) -> str:
+    """Return 'material / tool'."""
+    return f"{pair.material.name} / {pair.tool.name}"
+
+
+def _offered(session: Session, owner: models.Machine, done: Refreshed) -> list[models.Calibration]:
+    found: list[models.Calibration] = []
+    for axis in owner.axes:
+        row = latest_calibration(session, owner.id, axis.name)
+        if row is not None and row.offered:
+            found.append(row)
+        elif row is not None:
+            done.set_aside.append(f"axis {axis.name}: its calibration is {row.verdict}")
+    if not found:
+        done.set_aside.append(
+            "no calibration is offered: nothing can be sensed ('calibrate' first)"
+        )
+    return found
+
+
+def _sense(session: Session, machine_id: int, row: models.Calibration, done: Refreshed) -> None:
+    """Add the force that one calibration feels to every cut that lacks it."""
+    has_it = exists().where(
+        models.SensedForce.cut_id == models.Cut.id,
+        models.SensedForce.calibration_id == row.id,
+    )
+    query = _cuts(machine_id).where(~has_it)
+    cuts = list(session.scalars(query))
+    if not cuts:
+        return
+    table = cuts_as_table(cuts, path=Path(cuts[0].recording.path))
+    sensed = ranges.sense(table, as_calibration(row))
+    for i, cut in enumerate(cuts):
+        reason = sensed.not_sensed[i]
+        felt = reason is None
+        session.add(
+            models.SensedForce(
+                cut_id=cut.id,
+                component=row.component,
+                estimator=RANGE_ESTIMATOR,
+                calibration_id=row.id,
+                value_N=float(sensed.force_N[i]) if felt else None,
+                sd_N=float(sensed.sd_N[i]) if felt else None,
+                common=sensed.common[i].tolist() if felt else None,
+                reason=reason,
+            )
+        )
+        done.sensed += felt
+        done.not_sensed += not felt
+
+
+def _cuts(machine_id: int) -> Select[models.Cut]:
+    return (
+        select(models.Cut)
+        .join(models.Recording)
+        .where(models.Recording.machine_id == machine_id)
+        .order_by(models.Cut.id)
+    )
+
+
+def _note_unsensed(session: Session, machine_id: int, felt: Iterable[str], done: Refreshed) -> None:
+    """Say once for every cut which components no offered calibration feels."""
+    for component in sorted({"x", "y", "z"} - set(felt)):
+        noted = exists().where(
+            models.SensedForce.cut_id == models.Cut.id,
+            models.SensedForce.component == component,
+        )
+        for cut in session.scalars(_cuts(machine_id).where(~noted)):
+            session.add(
+                models.SensedForce(
+                    cut_id=cut.id,
+                    component=component,
+                    estimator=NO_ESTIMATOR,
+                    reason=f"no offered calibration feels force.{component}",
+                )
+            )
+            done.not_sensed += 1
+
+
+def _pairs(machine_id: int) -> Select[models.Pair]:
+    ids = (
+        select(models.Cut.pair_id)
+        .join(models.Recording)
+        .where(models.Recording.machine_id == machine_id)
+        .distinct()
+    )
+    return select(models.Pair).where(models.Pair.id.in_(ids)).order_by(models.Pair.id)
+
+
+def forces_of_pair(
+    session: Session, machine_id: int, pair_id: int, calibration_id: int
+) -> list[models.SensedForce]:
+    """Return the forces that a calibration felt on a pair in learnt operations, oldest first."""
+    query = (
+        select(models.SensedForce)
+        .join(models.Cut)
+        .join(models.Recording)
+        .where(
+            models.Recording.machine_id == machine_id,
+            models.Cut.pair_id == pair_id,
+            models.SensedForce.calibration_id == calibration_id,
+            models.SensedForce.value_N.is_not(None),
+        )
+        .order_by(models.Cut.id)
+    )
+    return [
+        force
+        for force in session.scalars(query)
+        if force.cut.operation in LEARNT_OPERATIONS
+        and {"cutting.feed", "cutting.depth"} <= set(force.cut.conditions)
+    ]
+
+
+def as_sensed_cuts(forces: list[models.SensedForce], row: models.Calibration) -> SensedCuts:
+    """Return stored forces of one calibration as arrays for the semi-inverse."""
+    return SensedCuts(
+        feed_mm=np.array([f.cut.conditions["cutting.feed"] for f in forces]),
+        depth_mm=np.array([f.cut.conditions["cutting.depth"] for f in forces]),
+        force_N=np.array([f.value_N for f in forces], dtype=np.float64),
+        sd_N=np.array([f.sd_N for f in forces], dtype=np.float64),
+        common=np.array([f.common for f in forces], dtype=np.float64),
+        calibration_covariance=np.array(row.covariance),
+    )
+
+
+def _update_pair(
+    session: Session,
+    machine_id: int,
+    pair: models.Pair,
+    row: models.Calibration,
+    done: Refreshed,
+) -> None:
+    """Add a version when the pair has forces that its last version has not seen."""
+    forces = forces_of_pair(session, machine_id, pair.id, row.id)
+    last = latest_parameters(session, machine_id, pair.id, row.component)
+    seen = _seen(last) if last is not None and _calibration_of(last) == row.id else None
+    fresh = [force for force in forces if seen is None or force.id not in seen]
+    if not fresh:
+        return
+    learnt = learn(as_sensed_cuts(forces, row))
+    version = 1 if last is None else last.version + 1
+    session.add(
+        models.CuttingParameters(
+            machine_id=machine_id,
+            pair_id=pair.id,
+            component=row.component,
+            version=version,
+            mean=learnt.belief.mean.tolist(),
+            covariance=learnt.belief.covariance.tolist(),
+            process_share=learnt.process_share,
+            n_cuts=learnt.n_cuts,
+            previous=last if seen is not None else None,
+            forces=fresh,
+        )
+    )
+    done.versions.append((pair_name(pair), row.component, version, learnt.n_cuts))
+
+
+def latest_parameters(
+    session: Session, machine_id: int, pair_id: int, component: str
+) -> models.CuttingParameters | None:
+    """Return the newest version of a pair's parameters for one component."""
+    newest = (
+        select(func.max(models.CuttingParameters.version))
+        .where(
+            models.CuttingParameters.machine_id == machine_id,
+            models.CuttingParameters.pair_id == pair_id,
+            models.CuttingParameters.component == component,
+        )
+        .scalar_subquery()
+    )
+    return session.scalar(
+        select(models.CuttingParameters).where(
+            models.CuttingParameters.machine_id == machine_id,
+            models.CuttingParameters.pair_id == pair_id,
+            models.CuttingParameters.component == component,
+            models.CuttingParameters.version == newest,
+        )
+    )
+
+
+def chain(parameters: models.CuttingParameters) -> list[models.CuttingParameters]:
+    """Return a version and those it was built on, newest first."""
+    versions = [parameters]
+    while versions[-1].previous is not None:
+        versions.append(versions[-1].previous)
+    return versions
+
+
+def _seen(parameters: models.CuttingParameters) -> set[int]:
+    return {force.id for version in chain(parameters) for force in version.forces}
+
+
+def _calibration_of(parameters: models.CuttingParameters) -> int | None:
+    return parameters.forces[0].calibration_id
+
+
+def as_parameters(row: models.CuttingParameters) -> Parameters:
+    """Return a stored version as the record that the forward model takes."""
+    belief = Gaussian(np.array(row.mean), np.array(row.covariance))
+    return Parameters(belief, row.process_share, row.n_cuts)

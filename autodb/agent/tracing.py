@@ -1,0 +1,121 @@
+"""Trace: from a stored answer down to the recordings it came from."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from autodb.agent.refreshing import chain, pair_name
+from autodb.errors import UnusableInput, near
+from autodb.store import Store, models
+
+
+@dataclass
+class Node:
+    """One step of a trace: a sentence and what it came from."""
+
+    text: str
+    sources: list["Node"] = field(default_factory=list)
+
+
+def trace(store: Store, kind: str, number: int) -> Node:
+    """Return where row ``number`` of ``kind`` came from, down to recordings.
+
+    Raises UnusableInput for an unknown kind or number.
+    """
+    if kind not in _KINDS:
+        raise UnusableInput(f"nothing called '{kind}' is traced{near(kind, _KINDS)}")
+    model, describe = _KINDS[kind]
+    with store.reading() as session:
+        row = session.get(model, number)
+        if row is None:
+            raise UnusableInput(f"there is no {kind} {number} in this database")
+        return describe(session, row)
+
+
+def _recording(_session: Session, row: models.Recording) -> Node:
+    path = Path(row.path)
+    there = "" if path.exists() else " (the file is no longer there)"
+    return Node(
+        f"recording {row.id}: {path.name}, {row.rows} rows, sha256 {row.sha256[:12]}{there}"
+    )
+
+
+def _calibration(session: Session, row: models.Calibration) -> Node:
+    c0, c1 = row.coefficients
+    line = f"{c0:.4g} {row.unit} + {c1:.4g} {row.unit}/{row.current_unit} · ({row.channel})"
+    text = f"calibration {row.id}: axis {row.axis} version {row.version}: {line}; {row.verdict}"
+    return Node(text, [_recording(session, r) for r in row.recordings])
+
+
+def _sensed(session: Session, row: models.SensedForce) -> Node:
+    what = f"{row.value_N:.1f} ± {row.sd_N:.1f} N" if row.value_N is not None else str(row.reason)
+    text = f"sensed force {row.id}: force.{row.component} of cut {row.cut.number:g}: {what}"
+    sources = [_recording(session, row.cut.recording)]
+    if row.calibration is not None:
+        sources.append(_calibration(session, row.calibration))
+    return Node(text, sources)
+
+
+def _parameters(session: Session, row: models.CuttingParameters) -> Node:
+    (k_c, k_e), cov = row.mean, row.covariance
+    chip = f"K_c {k_c:.1f} ± {cov[0][0] ** 0.5:.1f} N/mm²"
+    edge = f"K_e {k_e:.1f} ± {cov[1][1] ** 0.5:.1f} N/mm"
+    node = Node(
+        f"parameters {row.id}: {pair_name(row.pair)}, force.{row.component}, "
+        f"version {row.version}: {chip}, {edge}, {row.n_cuts} cuts"
+    )
+    forces = [force for version in chain(row) for force in version.forces]
+    by_recording: dict[int, list[models.SensedForce]] = {}
+    for force in forces:
+        by_recording.setdefault(force.cut.recording_id, []).append(force)
+    for some in by_recording.values():
+        source = _recording(session, some[0].cut.recording)
+        cuts = ", ".join(f"{force.cut.number:g}" for force in some)
+        source.sources.append(Node(f"cuts {cuts}"))
+        node.sources.append(source)
+    calibration = forces[0].calibration
+    if calibration is not None:
+        node.sources.append(_calibration(session, calibration))
+    return node
+
+
+def _prediction(session: Session, row: models.Prediction) -> Node:
+    node = Node(f"prediction {row.id}: job '{row.job['name']}'")
+    parameters = {p.component: p for p in row.parameters}
+    for cut in row.cuts:
+        name = cut["name"] or f"{cut['speed_rpm']:.0f} rpm"
+        for component in parameters:
+            force = cut[f"force_{component}_N"]
+            interval = f"{force['value']:.0f} N ({force['low']:.0f} to {force['high']:.0f})"
+            node.sources.append(Node(f"cut '{name}': force.{component} {interval}"))
+    node.sources += [_parameters(session, p) for p in parameters.values()]
+    return node
+
+
+def _model(session: Session, row: models.ChannelModel) -> Node:
+    terms = ", ".join(
+        f"{t['term']} {t['value']:.4g} ± {t['sd']:.2g} {t['unit']}" for t in row.terms
+    )
+    text = f"model {row.id}: {row.channel} version {row.version}: {terms}"
+    return Node(text, [_recording(session, r) for r in row.recordings])
+
+
+def _mismatch(session: Session, row: models.Mismatch) -> Node:
+    text = (
+        f"mismatch {row.id}: {row.channel}: {row.term} ({row.kind}, {row.status}): {row.statement}"
+    )
+    return Node(text, [_recording(session, row.recording)])
+
+
+_KINDS: dict[str, tuple[type[models.Base], Callable[[Session, Any], Node]]] = {
+    "prediction": (models.Prediction, _prediction),
+    "parameters": (models.CuttingParameters, _parameters),
+    "force": (models.SensedForce, _sensed),
+    "calibration": (models.Calibration, _calibration),
+    "model": (models.ChannelModel, _model),
+    "mismatch": (models.Mismatch, _mismatch),
+    "recording": (models.Recording, _recording),
+}

@@ -1,0 +1,58 @@
+"""Job files (TOML): the cuts of a part that a planner wants forces for."""
+
+import tomllib
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, model_validator
+
+from autodb.errors import UnusableInput
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class JobCut(_Section):
+    """One turning cut; give the spindle speed or the cutting speed."""
+
+    name: str = ""
+    operation: Literal["turn"] = "turn"
+    diameter_mm: PositiveFloat
+    depth_mm: PositiveFloat
+    feed_mm_rev: PositiveFloat
+    speed_rpm: PositiveFloat | None = None
+    speed_m_min: PositiveFloat | None = None
+
+    @model_validator(mode="after")
+    def _one_speed(self) -> "JobCut":
+        if (self.speed_rpm is None) == (self.speed_m_min is None):
+            raise ValueError("give either speed_rpm or speed_m_min")
+        return self
+
+
+class Job(_Section):
+    """A job: machine, material, tool, and its cuts in order."""
+
+    name: str
+    material: str
+    tool: str
+    cut: tuple[JobCut, ...] = Field(min_length=1)
+
+
+def read_job(path: Path) -> Job:
+    """Read and check a job file.
+
+    Raises UnusableInput with file and key.
+    """
+    try:
+        raw = tomllib.loads(path.read_text(encoding="utf-8"))
+        return Job.model_validate(raw)
+    except FileNotFoundError:
+        raise UnusableInput(f"{path}: no such file") from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise UnusableInput(f"{path}: not a readable TOML file ({error})") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part + 1 if isinstance(part, int) else part) for part in first["loc"])
+        raise UnusableInput(f"{path}: {where}: {first['msg']}") from None

@@ -1,0 +1,90 @@
+"""One cut recorded over time with raw phase currents becomes one row of a cut table.
+
+Phase currents go through the demodulator, the range is split into air approach and cut, and each
+part gives its mean range; a dynamometer's forces give their quasi-static mean over the cut.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import signals
+from autodb.channels import FORCES
+from autodb.errors import UnusableInput
+from autodb.records import CutTable, Recording
+
+Array = NDArray[np.float64]
+
+AXES = ("x", "z", "spindle")
+
+
+def has_phase_currents(recording: Recording) -> bool:
+    """Say whether all three phase currents of some axis were recorded."""
+    return any(_phases(recording, axis) is not None for axis in AXES)
+
+
+def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = None) -> CutTable:
+    """Return the one cut of a recording as a table of one row.
+
+    Raises UnusableInput when no axis shows an air approach followed by a cut.
+    """
+    rate = recording.rate_hz
+    ranges: dict[str, Array] = {}
+    for axis in AXES:
+        phases = _phases(recording, axis)
+        if phases is not None:
+            if progress:
+                progress(f"demodulating {axis}")
+            ranges[axis] = signals.three_phase_range(*phases, rate_hz=rate).range_A
+    segments = _segments(ranges, rate, recording)
+    row = _conditions(recording, segments.cut)
+    for axis, values in ranges.items():
+        for name, part in (("range", segments.cut), ("air", segments.air)):
+            known = values[part][np.isfinite(values[part])]
+            if known.size > 0.5 * (part.stop - part.start):
+                row[f"{axis}.current.{name}"] = float(np.mean(known))
+    for force in FORCES:
+        if force in recording:
+            quasi = signals.quasi_static(recording[force], rate_hz=rate)
+            row[force] = float(np.mean(quasi[segments.cut]) - np.mean(quasi[segments.air]))
+    side = recording.side
+    texts = {
+        "operation": [side.cut.operation or ""],
+        "work.material": [side.recording.work or ""],
+        "tool": [side.tool.name or ""],
+    }
+    channels = {name: np.array([value]) for name, value in row.items()}
+    return CutTable(path=recording.path, channels=channels, texts=texts, side=side)
+
+
+def _phases(recording: Recording, axis: str) -> tuple[Array, Array, Array] | None:
+    found = [recording.get(f"{axis}.current.{phase}") for phase in "uvw"]
+    u, v, w = found
+    return None if u is None or v is None or w is None else (u, v, w)
+
+
+def _segments(ranges: dict[str, Array], rate: float, recording: Recording) -> signals.Segments:
+    """Return the split of the first axis that shows one; the spindle sees every cut: it leads."""
+    for axis in ("spindle", "z", "x"):
+        if axis in ranges:
+            found = signals.air_and_cut(ranges[axis], rate_hz=rate)
+            if found is not None:
+                return found
+    raise UnusableInput(
+        f"{recording.path}: no air approach followed by a cut in the currents; "
+        "a recording that starts 1 s before the tool enters would work"
+    )
+
+
+def _conditions(recording: Recording, cut: slice) -> dict[str, float]:
+    side = recording.side.cut
+    known = {
+        "cut": 1.0,
+        "t": float(recording.t_s[cut.start]),
+        "cutting.feed": side.feed_mm_rev,
+        "cutting.depth": side.depth_mm,
+        "spindle.speed": side.speed_rpm,
+        "work.diameter": side.work_diameter_mm,
+    }
+    return {name: value for name, value in known.items() if value is not None}

@@ -1,0 +1,150 @@
+"""The database: one file or server, opened only at the schema this version knows.
+
+SQLite with foreign keys and write-ahead log. Every change is one transaction: a process killed in
+the middle leaves the database as it was before.
+"""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import Connection, Engine, create_engine, event, inspect
+from sqlalchemy.engine import make_url
+from sqlalchemy.exc import ArgumentError, DatabaseError
+from sqlalchemy.orm import Session
+
+from autodb.assets import kit
+from autodb.errors import UnusableInput
+
+DEFAULT_URL = "sqlite:///autodb.sqlite3"
+
+
+def database_url(given: str | None) -> str:
+    """Return the URL in use: the given one, else AUTODB_DB, else a file in the working folder."""
+    return given or os.environ.get("AUTODB_DB") or DEFAULT_URL
+
+
+class Store:
+    """An open database."""
+
+    def __init__(self, engine: Engine) -> None:
+        self.engine = engine
+
+    @contextmanager
+    def reading(self) -> Iterator[Session]:
+        """Give a session that sees one state of the database and writes nothing."""
+        with self.engine.connect() as connection, Session(connection) as session:
+            yield session
+            session.rollback()
+
+    @contextmanager
+    def writing(self) -> Iterator[Session]:
+        """Give a session whose changes are committed together at the end, or not at all."""
+        options = {"autodb_writes": True}
+        with (
+            self.engine.connect().execution_options(**options) as connection,
+            Session(connection) as session,
+        ):
+            yield session
+            session.commit()
+
+    def close(self) -> None:
+        """Give back the file."""
+        self.engine.dispose()
+
+
+def open_store(url: str) -> Store:
+    """Open an existing database at the schema of this version.
+
+    Raises UnusableInput when there is none, it is no database, or its schema is another.
+    """
+    if _missing_file(url):
+        raise UnusableInput(f"{url}: no database there; 'autodb init' makes one")
+    engine = _engine(url)
+    found = _revision(engine, url)
+    if found is None:
+        raise UnusableInput(f"{url}: no autodb database; 'autodb init' makes one")
+    if found != _head():
+        raise UnusableInput(f"{url}: schema {found}, this version needs {_head()}: 'autodb init'")
+    return Store(engine)
+
+
+def create_store(url: str) -> bool:
+    """Create the database or bring it to this version's schema; True when anything changed."""
+    from alembic import command
+
+    engine = _engine(url)
+    if _revision(engine, url) == _head():
+        engine.dispose()
+        return False
+    with engine.connect().execution_options(autodb_writes=True) as connection:
+        command.upgrade(_alembic(connection), "head")
+        connection.commit()
+    engine.dispose()
+    return True
+
+
+def _engine(url: str) -> Engine:
+    try:
+        parsed = make_url(url)
+    except ArgumentError:
+        raise UnusableInput(f"'{url}' is no database URL; {DEFAULT_URL} would work") from None
+    if parsed.get_backend_name() != "sqlite":
+        raise UnusableInput(f"'{url}': only SQLite is supported; {DEFAULT_URL} would work")
+    engine = create_engine(parsed)
+    event.listen(engine, "connect", _on_connect)
+    event.listen(engine, "begin", _on_begin)
+    return engine
+
+
+def _on_connect(connection: Any, _record: object) -> None:
+    connection.isolation_level = None  # the driver begins nothing by itself: DDL is transactional
+    cursor = connection.cursor()
+    cursor.execute("PRAGMA foreign_keys=ON")
+    cursor.execute("PRAGMA busy_timeout=60000")
+    cursor.close()
+
+
+def _on_begin(connection: Connection) -> None:
+    writes = connection.get_execution_options().get("autodb_writes", False)
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+
+def _missing_file(url: str) -> bool:
+    try:
+        database = make_url(url).database
+    except ArgumentError:
+        return False
+    return bool(database) and database != ":memory:" and not Path(str(database)).exists()
+
+
+def _alembic(connection: Connection | None) -> Any:
+    from alembic.config import Config
+
+    config = Config()
+    config.set_main_option("script_location", str(kit("schema") / "migrations"))
+    config.attributes["connection"] = connection
+    return config
+
+
+def _head() -> str:
+    """Return the newest revision, read off the migrations' file names (Alembic takes 0.2 s)."""
+    names = sorted((kit("schema") / "migrations" / "versions").glob("[0-9]*.py"))
+    return names[-1].name.split("_", 1)[0]
+
+
+def _revision(engine: Engine, url: str) -> str | None:
+    try:
+        raw = engine.raw_connection()
+        raw.cursor().execute("PRAGMA journal_mode=WAL")
+        raw.close()
+        if not inspect(engine).has_table("alembic_version"):
+            return None
+        with engine.connect() as connection:
+            row = connection.exec_driver_sql("SELECT version_num FROM alembic_version").first()
+        return str(row[0]) if row else None
+    except DatabaseError as error:
+        reason = str(error.orig)
+        raise UnusableInput(f"{url}: cannot be opened as a database ({reason})") from None
