@@ -1,0 +1,108 @@
+"""Explain: what did the simulation leave out, where, and how does the fit improve?"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.channels import FORCES, effort_channels
+from autodb.errors import UnusableInput, near
+from autodb.explain.answer import ChannelAnswer, Explained, Explanation, Trace
+from autodb.explain.drive import explain_axis
+from autodb.explain.process import explain_cuts
+from autodb.records import CutTable, Recording
+from autodb.terms.vocabulary import VOCABULARY
+
+Array = NDArray[np.float64]
+
+__all__ = ["Explained", "explain"]
+
+
+def explain(
+    recording: Recording | CutTable,
+    simulation: Recording | CutTable,
+    *,
+    includes: list[str] | None = None,
+) -> Explained:
+    """Explain every effort or force channel that both the recording and the simulation have.
+
+    ``includes``: the terms the simulation already has; None reads them off it.
+
+    Raises UnusableInput when times or cut numbers differ, a name is not in the vocabulary, or no
+    channel can be explained.
+    """
+    _check_names(includes)
+    order = _rows(recording, simulation)
+    notes = [
+        f"{simulation.path}: '{name}' is not in the recording, ignored"
+        for name in simulation.channels
+        if name not in recording and name not in ("t", "cut")
+    ]
+    shared = [n for n in recording.channels if n in simulation]
+    if isinstance(recording, CutTable):
+        found = _cuts(recording, simulation, shared, order, includes)
+    else:
+        found = _axes(recording, simulation, shared, order, includes)
+    explanation = Explanation(
+        recording=str(recording.path), channels={n: answer for n, (answer, _) in found.items()}
+    )
+    return Explained(explanation, {n: trace for n, (_, trace) in found.items()}, tuple(notes))
+
+
+def _check_names(includes: list[str] | None) -> None:
+    for name in includes or ():
+        if name not in VOCABULARY:
+            raise UnusableInput(f"--includes: '{name}' is no term{near(name, sorted(VOCABULARY))}")
+
+
+def _rows(recording: Recording | CutTable, simulation: Recording | CutTable) -> NDArray[np.intp]:
+    """Return the simulation's row of each of the recording's rows."""
+    key = "cut" if isinstance(recording, CutTable) else "t"
+    if key not in simulation:
+        raise UnusableInput(f"{simulation.path}: no column '{key}', the recording has one")
+    ours, theirs = recording[key], simulation[key]
+    place = np.minimum(np.searchsorted(theirs, ours), len(theirs) - 1)
+    if key == "t":
+        before = np.maximum(place - 1, 0)
+        place = np.where(
+            np.abs(theirs[before] - ours) < np.abs(theirs[place] - ours), before, place
+        )
+        allowed = 0.25 * float(np.median(np.diff(ours)))
+    else:
+        order = np.argsort(theirs)
+        place = order[np.minimum(np.searchsorted(theirs[order], ours), len(theirs) - 1)]
+        allowed = 0.0
+    off = np.flatnonzero(np.abs(theirs[place] - ours) > allowed)
+    if off.size:
+        raise UnusableInput(
+            f"{simulation.path}: nothing at {key} = {ours[off[0]]:g} (row {off[0] + 1} of the "
+            f"recording); the same '{key}' as the recording would work"
+        )
+    return np.asarray(place, dtype=np.intp)
+
+
+def _axes(
+    recording: Recording,
+    simulation: Recording | CutTable,
+    shared: list[str],
+    order: NDArray[np.intp],
+    includes: list[str] | None,
+) -> dict[str, tuple[ChannelAnswer, Trace]]:
+    efforts = effort_channels(shared)
+    if not efforts:
+        raise UnusableInput(
+            f"{simulation.path}: no drive effort in common with the recording "
+            f"({', '.join(shared) or 'nothing'}); an axis current, or a table of cuts, would work"
+        )
+    return {n: explain_axis(recording, simulation[n][order], n, includes) for n in efforts}
+
+
+def _cuts(
+    recording: CutTable,
+    simulation: Recording | CutTable,
+    shared: list[str],
+    order: NDArray[np.intp],
+    includes: list[str] | None,
+) -> dict[str, tuple[ChannelAnswer, Trace]]:
+    forces = [name for name in FORCES if name in shared]
+    if not forces:
+        raise UnusableInput(f"{simulation.path}: no force.x, force.y or force.z of the recording")
+    return explain_cuts(recording, {n: simulation[n][order] for n in forces}, includes)

@@ -1,0 +1,115 @@
+"""The answer of explain: what `explanation.json` holds, and the traces that its report draws."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict
+
+Array = NDArray[np.float64]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Value(_Part):
+    """A parameter with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+class Regime(_Part):
+    """The range of a signal in which the mismatch sits, and its share of the mismatch' energy."""
+
+    signal: str
+    low: float
+    high: float
+    share: float
+
+
+class Where(_Part):
+    """Stretches (s, or cut numbers) and regimes."""
+
+    intervals: tuple[tuple[float, float], ...] = ()
+    regime: tuple[Regime, ...] = ()
+
+
+class Cause(_Part):
+    """One cause: a term of the vocabulary, or `unknown` with the variables it depends on."""
+
+    term: str
+    kind: Literal["missing", "mistuned"]
+    confidence: float
+    statement: str
+    parameters: dict[str, Value]
+    alternatives: tuple[str, ...] = ()
+    variables: tuple[str, ...] = ()
+    to_tell_apart: str | None = None
+
+
+class FitQuality(_Part):
+    """Root mean square error before and after, also on blocks that the fit did not see."""
+
+    rms_before: float
+    rms_after: float
+    heldout_before: float
+    heldout_after: float
+    noise_floor: float
+
+
+class ChannelAnswer(_Part):
+    """What was found in one channel."""
+
+    unit: str
+    mismatch: bool
+    where: Where
+    missing: tuple[Cause, ...]
+    fit: FitQuality
+    unexplained: str | None = None
+
+
+class Explanation(_Part):
+    """The whole answer."""
+
+    recording: str
+    channels: dict[str, ChannelAnswer]
+
+
+@dataclass(frozen=True)
+class Considered:
+    """One candidate at the first step: its evidence 2·ΔlogL less the penalty, and its verdict.
+
+    Positive evidence alone does not name it: the best candidate is taken first and the others are
+    judged again on what it leaves.
+    """
+
+    name: str
+    evidence: float
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Trace:
+    """The arrays behind a channel's answer: x is time [s] or cut number, all of shape (n,)."""
+
+    x_name: Literal["t", "cut"]
+    x: Array
+    recording: Array
+    simulation: Array
+    corrected: Array
+    regime_signals: dict[str, Array] = field(default_factory=dict)
+    considered: tuple[Considered, ...] = ()
+
+
+@dataclass(frozen=True)
+class Explained:
+    """The answer, its traces by channel, and lines about what was ignored."""
+
+    explanation: Explanation
+    traces: dict[str, Trace]
+    notes: tuple[str, ...] = ()

@@ -1,0 +1,142 @@
+"""Accepted columns become causes: a name, its parameters with intervals, a sentence."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain import search
+from autodb.explain.answer import Cause, Value
+from autodb.explain.axis import NAMED, simulation_terms
+from autodb.explain.fit import Estimate
+from autodb.explain.noise import Whitener
+from autodb.explain.state import State, gram_of
+from autodb.terms import TERMS, Term
+
+Array = NDArray[np.float64]
+
+RETUNED = 0.01
+"""Relative change of one of the simulation's own terms below which it is not called mistuned."""
+NORMAL_95 = 1.959964
+
+
+def _value(value: float, sd: float, unit: str) -> Value:
+    half = NORMAL_95 * sd
+    return Value(value=value, low=value - half, high=value + half, unit=unit)
+
+
+def term_called(name: str) -> Term:
+    """Return the term of this name."""
+    return next(term for term in TERMS if term.name == name)
+
+
+def named_cause(state: State, key: str, index: int, fitted: Estimate, unit: str) -> Cause:
+    block, term = state.blocks[key], term_called(state.blocks[key].term)
+    value, sd = float(fitted.coefficients[index]), float(fitted.sd[index])
+    peak = float(np.max(np.abs(block.columns)))
+    main = term.parameters[0]
+    parameters = {
+        "size": _value(abs(value) * peak, sd * peak, unit),
+        main.name: _value(value, sd, main.unit.replace("U", unit)),
+    }
+    if key in state.intervals:
+        step_s = state.factor * float(np.median(np.diff(state.t_s)))
+        for name, edge in zip(("start", "end"), state.intervals[key], strict=True):
+            parameters[name] = _value(edge, step_s, "s")
+    alternatives, sure = _rivals(state, key)
+    size = parameters["size"]
+    return Cause(
+        term=term.name,
+        kind="missing",
+        confidence=sure,
+        statement=(
+            f"{term.statement} The simulation leaves it out: {size.value:.3g} {unit} "
+            f"({size.low:.3g} to {size.high:.3g})."
+        ),
+        parameters=parameters,
+        alternatives=alternatives,
+        variables=block.variables,
+        to_tell_apart=f"Record {term.excited_by}." if alternatives else None,
+    )
+
+
+def _rivals(state: State, key: str) -> tuple[tuple[str, ...], float]:
+    """Return the terms nearly as good when ``key`` was chosen, and the probability of ``key``.
+
+    A family that did better than a law because it holds the law and more is no rival of it.
+    """
+    at_choice = state.chosen[key]
+    values = {
+        k: v
+        for k, v in at_choice.items()
+        if v <= at_choice[key] or k not in state.blocks or state.blocks[k].term != "unknown"
+    }
+    sure = search.confidence(values, key)
+    near = [k for k, v in values.items() if k != key and v > values[key] - 6.0]
+    names = {state.blocks[k].term if k in state.blocks else "unknown" for k in near}
+    return tuple(sorted(names - {state.blocks[key].term})), sure
+
+
+def unknown_cause(state: State, shapes: list[str], part: Array, unit: str) -> Cause:
+    share = 1.0 - float(np.sum((state.difference - part) ** 2) / np.sum(state.difference**2))
+    keys = " and ".join(key.split(" 1")[0] for key in shapes)
+    peak = float(np.quantile(np.abs(part), 0.999))
+    variables = tuple(dict.fromkeys(v for k in shapes for v in state.blocks[k].variables))
+    return Cause(
+        term="unknown",
+        kind="missing",
+        confidence=max(search.confidence(state.chosen[k], k) for k in shapes),
+        statement=(
+            f"{100 * max(0.0, share):.0f} % of the error depends on {keys}; no named law fits it. "
+            f"It reaches {peak:.3g} {unit}."
+        ),
+        parameters={"size": Value(value=peak, low=peak, high=peak, unit=unit)},
+        variables=variables,
+    )
+
+
+def retuned(
+    state: State, fitted: Estimate, simulation: Array, whitener: Whitener, unit: str
+) -> list[Cause]:
+    """Return the simulation's own terms whose coefficient the recording contradicts."""
+    named = {name: state.own[name] for name in NAMED if name in state.own}
+    if not named:
+        return []
+    have = simulation_terms(simulation, named)
+    gram = gram_of(state, whitener, detail=False)
+    base = gram.columns(state.active)
+    full = gram.rss(base)
+    first_own = len(fitted.coefficients) - len(state.own)
+    threshold = np.log(gram.rows) + 2 * np.log(len(state.blocks)) + search.MARGIN
+    causes: list[Cause] = []
+    for position, name in enumerate(state.own):
+        if name not in named:
+            continue
+        change = float(fitted.coefficients[first_own + position])
+        worth = gram.rows * np.log(gram.rss([c for c in base if c != position]) / full)
+        if worth < threshold or abs(change) < RETUNED * abs(have.get(name, 0.0)):
+            continue
+        new = _value(have.get(name, 0.0) + change, float(fitted.sd[first_own + position]), "")
+        peak = float(np.max(np.abs(named[name])))
+        causes.append(_mistuned(name, have.get(name, 0.0), new, peak, unit))
+    return causes
+
+
+def _mistuned(name: str, have: float, new: Value, peak: float, unit: str) -> Cause:
+    """Return the entry of a term that the simulation has with another coefficient."""
+    main = term_called(name).parameters[0]
+    unit_of = main.unit.replace("U", unit)
+    now = new.model_copy(update={"unit": unit_of})
+    half = (new.high - new.value) * peak
+    size = abs(new.value - have) * peak
+    return Cause(
+        term=name,
+        kind="mistuned",
+        confidence=0.99,
+        statement=(
+            f"The simulation has {name} with {main.name} {have:.4g} {unit_of}; the recording says "
+            f"{now.value:.4g} ({now.low:.4g} to {now.high:.4g})."
+        ),
+        parameters={
+            "size": Value(value=size, low=size - half, high=size + half, unit=unit),
+            main.name: now,
+        },
+    )
