@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Array = NDArray[np.float64]
+EDGE = "tool.edge"
 _KIND_TO_IQ = {"iq": 1.0, "rms": 2**0.5, "peak": 1.0}  # amplitude of the torque-producing current
 
 
@@ -107,6 +108,9 @@ def read(path: Path, *, columns: Path | None = None) -> Recording | CutTable:
         values = _source(path, raw, spec)
         if name in TEXT_COLUMNS:
             texts[name] = [str(v) for v in values]
+        elif name == EDGE and values.dtype.kind not in "fiu":
+            texts[name] = [str(v) for v in values]
+            channels[name] = edge_codes(texts[name])
         else:
             channels[name] = _convert(path, name, values, spec, side)
             if spec.unit == RAW:
@@ -115,6 +119,12 @@ def read(path: Path, *, columns: Path | None = None) -> Recording | CutTable:
     table = kind(path=path, channels=channels, texts=texts, units=units, side=side)
     _check(table)
     return table
+
+
+def edge_codes(labels: list[str]) -> Array:
+    """Return a number for each edge label, in the order in which the edges first cut."""
+    order = {label: i for i, label in enumerate(dict.fromkeys(labels))}
+    return np.array([order[label] for label in labels], dtype=np.float64)
 
 
 def _specs(raw: Columns, side: SideFile) -> dict[str, Column]:

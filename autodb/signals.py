@@ -94,7 +94,7 @@ def quasi_static(force_N: Array, *, rate_hz: float, band_hz: float = 8.0) -> Arr
 
     level = max(1, int(np.log2(0.5 * rate_hz / band_hz)))
     level = min(level, pywt.dwt_max_level(len(force_N), "db5"))
-    details = pywt.wavedec(force_N, "db5", mode="symmetric", level=level)
+    details = pywt.wavedec(np.array(force_N), "db5", mode="symmetric", level=level)
     kept = [details[0], *[np.zeros_like(d) for d in details[1:]]]
     lowest = pywt.waverec(kept, "db5", mode="symmetric")[: len(force_N)]
     return _moving_average(np.asarray(lowest, dtype=np.float64), rate_hz, 0.5)

@@ -12,7 +12,7 @@ from autodb import records
 from autodb.agent.machines import find_machine
 from autodb.channels import axis_of
 from autodb.errors import UnusableInput
-from autodb.records import CutTable, Recording
+from autodb.records import EDGE, CutTable, Recording, edge_codes
 from autodb.sensing import raw
 from autodb.sidefile import SideFile
 from autodb.store import Store, models
@@ -96,11 +96,13 @@ def _cut_row(
 ) -> models.Cut:
     values = {name: float(channel[row]) for name, channel in table.channels.items()}
     texts = {name: column[row] for name, column in table.texts.items() if column[row]}
-    conditions = {
+    conditions: dict[str, float | str] = {
         name: value
         for name, value in values.items()
         if name.startswith(_CONDITION_PREFIXES) or name == "t"
     }
+    if EDGE in texts:
+        conditions[EDGE] = texts[EDGE]
     measured = {
         name: value * (signs.get(axis_of(name), 1) if name.endswith(".current") else 1)
         for name, value in values.items()
@@ -148,8 +150,12 @@ _GEOMETRY = ("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg")
 def cuts_as_table(cuts: list[models.Cut], *, path: Path) -> CutTable:
     """Return stored cuts as one cut table; NaN where a cut lacks a channel that another has."""
     rows = [{**cut.conditions, **cut.measured, "cut": cut.number} for cut in cuts]
-    names = sorted(set().union(*rows)) if rows else ["cut"]
+    names = sorted(set().union(*rows) - {EDGE}) if rows else ["cut"]
     channels = {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
-    units = {name: unit for cut in cuts for name, unit in cut.recording.units.items()}
     texts = {"operation": [cut.operation or "" for cut in cuts]}
+    labels = [row.get(EDGE) for row in rows]
+    if None not in labels:
+        texts[EDGE] = [v if isinstance(v, str) else f"{v:g}" for v in labels]
+        channels[EDGE] = edge_codes(texts[EDGE])
+    units = {name: unit for cut in cuts for name, unit in cut.recording.units.items()}
     return CutTable(path=path, channels=channels, texts=texts, units=units)

@@ -1,2 +1,53 @@
+"""The command `autodb`: thin faces over the agent; heavy libraries load when a command runs."""
+
+import sys
+
+import typer
+
+from autodb.cli import answers, database, learning
+from autodb.errors import UnusableInput
+
+INTERRUPTED = 130
+
+app = typer.Typer(
+    help="A CNC machine's own machining database: currents to forces, parameters, predictions.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.command("init")(database.init)
+app.add_typer(database.machine, name="machine")
+app.command("import")(learning.import_)
+app.command("calibrate")(learning.calibrate)
+app.command("identify")(learning.identify)
+app.command("refresh")(learning.refresh)
+app.command("predict")(answers.predict)
+app.command("explain")(answers.explain)
+app.command("trace")(answers.trace)
+app.command("demo")(answers.demo)
+
+
+def run(arguments: list[str] | None = None) -> int:
+    """Run one command and return its exit status: 0 answered, 2 unusable input, 130 interrupted."""
+    from typer.exceptions import TyperException
+    from typer.main import get_command
+
+    try:
+        code = get_command(app).main(arguments, prog_name="autodb", standalone_mode=False)
+    except UnusableInput as error:
+        typer.echo(f"autodb: {error}", err=True)
+        return 2
+    except TyperException as error:
+        show = getattr(error, "show", None)
+        if show is not None:
+            show()
+        return int(getattr(error, "exit_code", 2))
+    except (typer.Abort, KeyboardInterrupt):
+        typer.echo("autodb: interrupted; nothing was half-written", err=True)
+        return INTERRUPTED
+    return code if isinstance(code, int) else 0
+
+
 def main() -> None:
-    raise SystemExit(2)
+    """Enter from the command line."""
+    sys.exit(run())

@@ -13,7 +13,7 @@ from scipy.optimize import nnls
 from autodb.errors import UnusableInput
 from autodb.explain.fit import estimate
 from autodb.explain.search import Block
-from autodb.records import CutTable
+from autodb.records import EDGE, CutTable
 from autodb.terms.process import edge_force, tool_wear
 
 Array = NDArray[np.float64]
@@ -31,6 +31,7 @@ class Conditions:
     feed_mm: Array | None
     speed_m_min: Array | None
     edge: Array | None
+    edge_label: dict[float, str]
     cutting_time_s: Array | None
 
     @property
@@ -73,13 +74,15 @@ class Stack:
 
 def conditions(table: CutTable) -> Conditions:
     """Return the conditions of a table's cuts."""
-    depth = table.get("cutting.depth")
+    depth, edge = table.get("cutting.depth"), table.get(EDGE)
+    labels = table.texts.get(EDGE) or ([] if edge is None else [f"{e:g}" for e in edge])
     return Conditions(
         number=table.cut,
         depth_mm=np.ones(len(table)) if depth is None else depth,
         feed_mm=table.get("cutting.feed"),
         speed_m_min=table.get("cutting.speed"),
-        edge=table.get("tool.edge"),
+        edge=edge,
+        edge_label={} if edge is None else dict(zip(edge.tolist(), labels, strict=True)),
         cutting_time_s=table.get("tool.cutting_time"),
     )
 
@@ -122,7 +125,7 @@ def _sd(recording: Array, simulation: Array, known: Conditions) -> Array:
     (a2, b2), _ = nnls(np.column_stack([np.ones(n), simulation**2]), square)
     sd = np.sqrt(a2 + b2 * simulation**2)
     floor = 1e-6 * float(np.max(np.abs(recording))) + 1e-12
-    return np.maximum(sd, floor)
+    return np.asarray(np.maximum(sd, floor), dtype=np.float64)
 
 
 def _bumps(values: Array, count: int) -> Array:

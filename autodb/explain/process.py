@@ -30,14 +30,24 @@ class _Search:
     active: list[str] = field(default_factory=list)
     chosen: dict[str, dict[str, float]] = field(default_factory=dict)
     first: dict[str, float] = field(default_factory=dict)
+    shape: Array | None = None
+    bend: Array = field(default_factory=lambda: np.empty(0))
 
     def columns(self, keys: list[str]) -> Array:
         """Return named or unnamed blocks, then the own columns, (C·n, p)."""
         return np.column_stack([*(self.blocks[k].columns for k in keys), *self.own.values()])
 
-    def gram(self) -> search.Gram:
-        own = np.column_stack(list(self.own.values()))
+    def all_columns(self, keys: list[str]) -> Array:
+        """Return the same and the shape of wear, where it is kept."""
+        return np.column_stack([self.columns(keys), *self._shape()])
+
+    def gram(self, *, shape: bool) -> search.Gram:
+        """Return the inner products; ``shape`` frees the shape of wear, while others are sought."""
+        own = np.column_stack([*self.own.values(), *(self._shape() if shape else ())])
         return search.Gram(own, list(self.blocks.values()), self.stacked.difference)
+
+    def _shape(self) -> list[Array]:
+        return [] if self.shape is None else [self.shape]
 
 
 def explain_cuts(
@@ -54,17 +64,26 @@ def explain_cuts(
     keys = [k for k in found.active if found.blocks[k].term != "unknown"]
     keys += [k for k in found.active if found.blocks[k].term == "unknown"]
     fitted = estimate(found.columns(keys), stacked.difference)
+    part = found.columns(keys) @ fitted.coefficients
+    found.bend = _bend(found, stacked.difference - part)
     return {name: _channel(found, keys, fitted, i, table) for i, name in enumerate(stacked.names)}
+
+
+def _bend(found: _Search, left: Array) -> Array:
+    """Return what the shape of wear adds to the straight lines, white, (C·n,); fitted second."""
+    if found.shape is None:
+        return np.zeros_like(left)
+    return found.shape @ estimate(found.shape, left).coefficients
 
 
 def _run(found: _Search) -> None:
     for _ in range(search.MAX_STEPS):
-        now = found.columns(found.active)
+        now = found.all_columns(found.active)
         difference = found.stacked.difference
         left = difference - now @ estimate(now, difference).coefficients
         if "run of cuts" not in found.active:
             found.blocks["run of cuts"] = cuts.run_block(found.stacked, left)
-        step = search.step(found.gram(), found.active, list(found.blocks.values()))
+        step = search.step(found.gram(shape=True), found.active, list(found.blocks.values()))
         if step is None:
             break
         found.first = found.first or step.evidence
@@ -74,12 +93,21 @@ def _run(found: _Search) -> None:
         found.active.append(key)
         found.chosen[key] = step.evidence
         if key == "tool_wear":
-            found.own["wear shape"] = cuts.wear_shape(found.stacked)
-    found.active = search.eliminate(found.gram(), found.active, list(found.blocks.values()))
-    if "tool_wear" not in found.active:
-        found.own.pop("wear shape", None)
-    if _held_out(found, found.active) >= rms(found.stacked.difference):
-        found.active = []
+            found.shape = cuts.wear_shape(found.stacked)
+    gram = found.gram(shape=False)
+    found.active = search.eliminate(gram, found.active, list(found.blocks.values()))
+    _veto(found)
+
+
+def _veto(found: _Search) -> None:
+    """Keep what predicts cuts left out of the fit: the shape of wear, and the causes as a whole."""
+    with_shape, shape = _held_out(found, found.active), found.shape
+    found.shape = None
+    without = _held_out(found, found.active)
+    if "tool_wear" in found.active and with_shape < without:
+        found.shape = shape
+    if min(with_shape, without) >= rms(found.stacked.difference):
+        found.active, found.shape = [], None
 
 
 def _held_out(found: _Search, keys: list[str]) -> float:
@@ -88,7 +116,7 @@ def _held_out(found: _Search, keys: list[str]) -> float:
 
 def _held_out_rows(found: _Search, keys: list[str]) -> Array:
     """Return the white residual of cuts whose block of neighbours was left out of the fit."""
-    difference, columns = found.stacked.difference, found.columns(keys)
+    difference, columns = found.stacked.difference, found.all_columns(keys)
     n, count = len(found.stacked.conditions.number), len(found.stacked.names)
     fold = np.tile((np.arange(n) * min(BLOCKS, n) // n) % FOLDS, count)
     norm = np.linalg.norm(columns, axis=0)
@@ -111,7 +139,7 @@ def _channel(
     recording, simulation, sd = (
         a[rows] for a in (stacked.recording, stacked.simulation, stacked.sd)
     )
-    part = (found.columns(keys) @ fitted.coefficients)[rows] * sd
+    part = (found.columns(keys) @ fitted.coefficients + found.bend)[rows] * sd
     correction = part if causes else np.zeros(n)
     held = _held_out_rows(found, keys)[rows] * sd if causes else recording - simulation
     answer = ChannelAnswer(
@@ -216,8 +244,7 @@ def _size(found: _Search, key: str, fitted: Estimate, place: int, index: int) ->
     column = found.blocks[key].columns[rows, index] * stacked.sd[rows]
     force = fitted.coefficients[place] * column
     if key == "tool_wear":
-        shape = found.own["wear shape"]
-        force = force + (shape @ fitted.coefficients[-shape.shape[1] :])[rows] * stacked.sd[rows]
+        force = force + found.bend[rows] * stacked.sd[rows]
     at = int(np.argmax(np.abs(force)))
     half = NORMAL_95 * float(fitted.sd[place]) * abs(float(column[at]))
     return _value(abs(float(force[at])), half, "N")
@@ -233,7 +260,7 @@ def _value(value: float, half: float, unit: str) -> Value:
 
 def _rates(found: _Search, index: int) -> dict[str, Value]:
     """Return the mean wear rate and each edge's own, at the mean depth, as straight lines."""
-    stacked, known = found.stacked, found.stacked.conditions
+    known = found.stacked.conditions
     assert known.edge is not None
     assert known.cutting_time_s is not None
     wear = tool_wear(known.depth_mm, known.cutting_time_s)
@@ -242,15 +269,18 @@ def _rates(found: _Search, index: int) -> dict[str, Value]:
     rates = {"rate": _straight(found, wear[:, None], index)[0]}
     if len(usable) > 1:
         values = _straight(found, np.column_stack(by_edge), index)
-        rates |= {f"rate edge {e:g}": v for e, v in zip(usable, values, strict=True)}
+        rates |= {
+            f"rate edge {known.edge_label[float(e)]}": v
+            for e, v in zip(usable, values, strict=True)
+        }
     return rates
 
 
 def _straight(found: _Search, wear: Array, index: int) -> list[Value]:
     """Return the rates of wear columns (n, p) in one component, beside the own columns."""
     stacked = found.stacked
-    own = [columns for name, columns in found.own.items() if name != "wear shape"]
-    fitted = estimate(np.column_stack([stacked.each(wear), *own]), stacked.difference)
+    columns = np.column_stack([stacked.each(wear), *found.own.values()])
+    fitted = estimate(columns, stacked.difference)
     depth, count = float(stacked.conditions.depth_mm.mean()), len(stacked.names)
     places = [at * count + index for at in range(wear.shape[1])]
     return [

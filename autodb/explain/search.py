@@ -35,7 +35,7 @@ class Block:
     @property
     def parameters(self) -> int:
         """Number of parameters that the block costs."""
-        return self.columns.shape[1] + self.extra_parameters
+        return int(self.columns.shape[1]) + self.extra_parameters
 
 
 class Gram:

@@ -39,6 +39,7 @@ kind = "turning"
 work = "{RAW_CUT.material}"
 
 [tool]
+name = "{SAMPLE_PAIR.tool}"
 nose_radius_mm = {NOSE_MM}
 kappa_deg = {ENTERING_DEG}
 rake_deg = {RAKE_DEG}

@@ -1,0 +1,147 @@
+"""The machine's own stored models as the simulation; what they leave out is kept as mismatches."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb import forward, records
+from autodb.agent.calibrating import as_calibration, latest_calibration
+from autodb.agent.importing import cuts_as_table, import_file
+from autodb.agent.machines import find_machine
+from autodb.agent.predicting import pair_parameters
+from autodb.agent.refreshing import as_parameters
+from autodb.channels import effort_channels
+from autodb.errors import UnusableInput
+from autodb.explain import Explained, explain
+from autodb.records import CutTable, Recording
+from autodb.sensing import ranges
+from autodb.sensing.drives import predict_effort
+from autodb.store import Store, models
+
+Array = NDArray[np.float64]
+
+
+def explain_with_machine(
+    store: Store, machine: str, path: Path, *, columns: Path | None = None
+) -> Explained:
+    """Explain a recording against the machine's own stored models.
+
+    The recording is imported if it is not there yet; mismatches are kept as open, once.
+
+    Raises UnusableInput when the machine has no model of any channel of the recording.
+    """
+    imported = import_file(store, path, machine=machine, columns=columns)
+    table = records.read(path, columns=columns)
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        if isinstance(table, CutTable):
+            cuts = session.get_one(models.Recording, imported.recording_id).cuts
+            sensed, predicted = simulate_cuts(session, owner, list(cuts))
+            explained = explain(sensed, predicted, includes=["shear", "edge_force"])
+        else:
+            explained = explain(table, _simulate_axes(session, owner.id, table))
+    _keep(store, imported.recording_id, explained)
+    return explained
+
+
+def _simulate_axes(session: Session, machine_id: int, recording: Recording) -> Recording:
+    """Return what the newest channel models give for the recording's motion."""
+    found: dict[str, Array] = {}
+    for channel in effort_channels(list(recording.channels)):
+        model = session.scalar(
+            select(models.ChannelModel)
+            .where(
+                models.ChannelModel.machine_id == machine_id,
+                models.ChannelModel.channel == channel,
+            )
+            .order_by(models.ChannelModel.version.desc())
+            .limit(1)
+        )
+        if model is not None:
+            coefficients = {term["term"]: term["value"] for term in model.terms}
+            found[channel] = predict_effort(recording, model.axis, coefficients)
+    if not found:
+        raise UnusableInput(
+            f"{recording.path}: the machine has no model of its axes; 'autodb identify' makes one"
+        )
+    return Recording(path=recording.path, channels={"t": recording.t_s, **found})
+
+
+def simulate_cuts(
+    session: Session, owner: models.Machine, cuts: list[models.Cut]
+) -> tuple[CutTable, CutTable]:
+    """Return the sensed forces of cuts, and the forces that the pairs' parameters predict.
+
+    Both hold the components that are sensed and known in every cut; cuts of pairs not learnt yet
+    are left out. Raises UnusableInput when nothing is left.
+    """
+    by_pair = {
+        pair_id: pair_parameters(session, owner.id, pair_id)
+        for pair_id in {cut.pair_id for cut in cuts if cut.pair_id is not None}
+    }
+    kept = [cut for cut in cuts if cut.pair_id is not None and by_pair[cut.pair_id]]
+    if not kept:
+        raise UnusableInput("no cut of a work-tool pair that the machine has learnt; refresh first")
+    table = cuts_as_table(kept, path=Path(kept[0].recording.path))
+    sensed: dict[str, Array] = {}
+    predicted: dict[str, Array] = {}
+    for axis in owner.axes:
+        row = latest_calibration(session, owner.id, axis.name)
+        if row is None or not row.offered:
+            continue
+        force = ranges.sense(table, as_calibration(row)).force_N
+        mean = _predict(table, kept, by_pair, row.component)
+        if np.isfinite(force).all() and np.isfinite(mean).all():
+            sensed[f"force.{row.component}"] = force
+            predicted[f"force.{row.component}"] = mean
+    if not sensed:
+        raise UnusableInput(f"{table.path}: no force component is sensed in every cut")
+    others = {n: c for n, c in table.channels.items() if not n.startswith("force.")}
+    known = {n: c for n, c in others.items() if np.isfinite(c).all()}
+    return (
+        CutTable(path=table.path, channels={**known, **sensed}, texts=table.texts),
+        CutTable(path=table.path, channels={"cut": table.cut, **predicted}),
+    )
+
+
+def _predict(
+    table: CutTable,
+    cuts: list[models.Cut],
+    by_pair: dict[int, dict[str, models.CuttingParameters]],
+    component: str,
+) -> Array:
+    mean = np.full(len(table), np.nan)
+    for pair_id, parameters in by_pair.items():
+        if component in parameters:
+            rows = np.array([cut.pair_id == pair_id for cut in cuts])
+            feed, depth = table["cutting.feed"][rows], table["cutting.depth"][rows]
+            mean[rows] = forward.force_N(feed, depth, as_parameters(parameters[component]))[0]
+    return mean
+
+
+def _keep(store: Store, recording_id: int, explained: Explained) -> None:
+    """Keep every cause as an open mismatch, once for a recording, channel and term."""
+    with store.writing() as session:
+        old = session.scalars(
+            select(models.Mismatch).where(models.Mismatch.recording_id == recording_id)
+        )
+        known = {(row.channel, row.term) for row in old}
+        for channel, answer in explained.explanation.channels.items():
+            for cause in answer.missing:
+                if (channel, cause.term) in known:
+                    continue
+                values = {k: v.model_dump() for k, v in cause.parameters.items()}
+                session.add(
+                    models.Mismatch(
+                        recording_id=recording_id,
+                        channel=channel,
+                        term=cause.term,
+                        kind=cause.kind,
+                        confidence=cause.confidence,
+                        parameters=values,
+                        statement=cause.statement,
+                    )
+                )

@@ -1,0 +1,193 @@
+"""`predict`, `explain`, `trace`, `demo`: what a machine answers."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import Columns, Database, MachineName, opened, say, show, table, working
+
+if TYPE_CHECKING:
+    from rich.tree import Tree
+
+    from autodb.agent.tracing import Node
+    from autodb.explain import Explained
+    from autodb.forward import Interval
+
+JobFile = Annotated[Path, typer.Argument(help="Job file (TOML) with the cuts to predict.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
+RecordingFile = Annotated[Path, typer.Argument(help="The recording or cut table.")]
+Simulation = Annotated[
+    Path | None, typer.Option("--simulation", help="File with the same t or cut and its channels.")
+]
+Includes = Annotated[
+    str | None,
+    typer.Option("--includes", help="Terms that the simulation already has, with commas between."),
+]
+ModelOf = Annotated[
+    str | None, typer.Option("--machine", help="Use this machine's own stored models.")
+]
+OutFolder = Annotated[
+    Path | None, typer.Option("--out", help="Folder for the answer [default: ./NAME-explained].")
+]
+Kind = Annotated[
+    str,
+    typer.Argument(
+        help="prediction, parameters, force, calibration, model, mismatch or recording."
+    ),
+]
+
+
+def predict(job: JobFile, machine: MachineName, json: Json = False, db: Database = None) -> None:
+    """Predict forces, torque and power of a job's cuts, with 95 % intervals."""
+    from autodb.agent.predicting import predict_job
+    from autodb.jobs import read_job
+
+    asked = read_job(job)
+    with opened(db) as store:
+        answer = predict_job(store, machine, asked)
+    if json:
+        from pydantic import TypeAdapter
+
+        from autodb.agent.predicting import Predicted
+
+        say(TypeAdapter(Predicted).dump_json(answer, indent=1).decode())
+        return
+    rows = table(
+        f"Job '{asked.name}': {asked.material} / {asked.tool}",
+        "cut", ">rpm", ">m/min", ">force.x N", ">force.y N", ">force.z N", ">torque N·m",
+        ">power W",
+    )  # fmt: skip
+    for cut in answer.cuts:
+        rows.add_row(
+            cut.name,
+            f"{cut.speed_rpm:.0f}",
+            f"{cut.speed_m_min:.0f}",
+            *(interval(v) for v in (cut.force_x_N, cut.force_y_N, cut.force_z_N)),
+            interval(cut.torque_N_m),
+            interval(cut.power_W),
+        )
+    show(rows)
+    behind = ", ".join(f"force.{c} v{v} ({n} cuts)" for c, (v, n) in answer.behind.items())
+    say(f"95 % intervals; behind it: {behind}")
+    say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")
+
+
+def interval(value: "Interval | None") -> str:
+    """Return 'value (low to high)', or that the component is not sensed."""
+    if value is None:
+        return "not sensed"
+    digits = 0 if abs(value.value) >= 100 else 1
+    return f"{value.value:.{digits}f} ({value.low:.{digits}f} to {value.high:.{digits}f})"
+
+
+def explain(
+    recording: RecordingFile,
+    simulation: Simulation = None,
+    includes: Includes = None,
+    machine: ModelOf = None,
+    columns: Columns = None,
+    out: OutFolder = None,
+    json: Json = False,
+    db: Database = None,
+) -> None:
+    """Say what a simulation of a recording leaves out, where, and how the fit improves."""
+    from autodb.errors import UnusableInput
+    from autodb.explain.files import write_answer
+
+    if (simulation is None) == (machine is None):
+        raise UnusableInput("give either --simulation FILE or --machine NAME")
+    if machine is not None and includes is not None:
+        raise UnusableInput("--includes goes with --simulation: a stored model says what it has")
+    with working(f"explaining {recording.name}") as progress:
+        if simulation is not None:
+            explained = _against_file(recording, simulation, includes, columns)
+        else:
+            explained = _against_machine(str(machine), recording, columns, db)
+        progress("writing the report")
+        folder = out or Path(f"{recording.stem}-explained")
+        write_answer(explained, folder)
+    for note in explained.notes:
+        typer.echo(note, err=True)
+    if json:
+        say((folder / "explanation.json").read_text(encoding="utf-8").rstrip())
+        return
+    _say_causes(explained)
+    say(f"report: {folder / 'report.html'}")
+
+
+def _against_file(
+    recording: Path, simulation: Path, includes: str | None, columns: Path | None
+) -> "Explained":
+    from autodb import records
+    from autodb.explain import explain as run
+
+    names = None if includes is None else [n.strip() for n in includes.split(",") if n.strip()]
+    table_ = records.read(recording, columns=columns)
+    return run(table_, records.read(simulation), includes=names)
+
+
+def _against_machine(
+    machine: str, recording: Path, columns: Path | None, db: str | None
+) -> "Explained":
+    from autodb.agent.explaining import explain_with_machine
+
+    with opened(db) as store:
+        return explain_with_machine(store, machine, recording, columns=columns)
+
+
+def _say_causes(explained: "Explained") -> None:
+    for channel, answer in explained.explanation.channels.items():
+        if not answer.mismatch:
+            before = f"{answer.fit.rms_before:.3g} {answer.unit}"
+            say(f"{channel}: no mismatch beyond noise (rms {before})")
+            continue
+        fit = answer.fit
+        say(
+            f"{channel}: held-out error {fit.heldout_before:.3g} → {fit.heldout_after:.3g} "
+            f"{answer.unit} (noise {fit.noise_floor:.3g})"
+        )
+        for cause in answer.missing:
+            other = f"; or {', '.join(cause.alternatives)}" if cause.alternatives else ""
+            say(f"  {cause.term} ({cause.kind}, {100 * cause.confidence:.0f} % sure{other}): "
+                f"{cause.statement}")  # fmt: skip
+
+
+def trace(
+    kind: Kind,
+    number: Annotated[int, typer.Argument(help="Its number.")],
+    db: Database = None,
+) -> None:
+    """Show where a stored number came from, down to recordings."""
+    from rich.console import Console
+
+    from autodb.agent.tracing import trace as run
+
+    with opened(db) as store:
+        node = run(store, kind, number)
+    Console(soft_wrap=True).print(as_tree(node))
+
+
+def as_tree(node: "Node") -> "Tree":
+    """Return a trace as a tree to print."""
+    from rich.markup import escape
+    from rich.tree import Tree
+
+    tree = Tree(escape(node.text))
+    for source in node.sources:
+        tree.children.append(as_tree(source))
+    return tree
+
+
+def demo(
+    out: Annotated[Path, typer.Option("--out", help="Folder for the demo's files.")] = Path(
+        "demo-out"
+    ),
+) -> None:
+    """Run the whole job on a sample machine and write its report."""
+    from autodb.demo import run
+
+    with working("demo") as progress:
+        lines = run(out, progress=progress)
+    for line in lines:
+        say(line)

@@ -1,0 +1,68 @@
+"""`init` and `machine`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from autodb.cli._common import Database, opened, say, show, table
+
+machine = typer.Typer(help="Add, list and show machines.", no_args_is_help=True)
+
+
+def init(db: Database = None) -> None:
+    """Create the database, or bring it to this version's schema."""
+    from autodb.store import create_store, database_url
+
+    url = database_url(db)
+    say(f"{url}: ready" if create_store(url) else f"{url}: already there")
+
+
+@machine.command("add")
+def add(
+    name: Annotated[str, typer.Argument(help="Name of the machine.")],
+    file: Annotated[
+        Path | None,
+        typer.Option("--file", help="Machine file (TOML) with its axes; default: a lathe."),
+    ] = None,
+    db: Database = None,
+) -> None:
+    """Add a machine with its axes."""
+    from autodb.agent.machines import LATHE, add_machine, read_machine_file
+
+    axes = LATHE if file is None else read_machine_file(file)
+    with opened(db) as store:
+        new = add_machine(store, name, axes)
+    say(f"machine '{name}': {'added' if new else 'already there'} ({', '.join(axes.axes)})")
+
+
+@machine.command("list")
+def list_(db: Database = None) -> None:
+    """List the machines."""
+    from sqlalchemy import select
+
+    from autodb.store.models import Machine
+
+    rows = table("Machines", "name", "axes", "since")
+    with opened(db) as store, store.reading() as session:
+        for row in session.scalars(select(Machine).order_by(Machine.name)):
+            rows.add_row(row.name, ", ".join(axis.name for axis in row.axes), row.created_at)
+    show(rows)
+
+
+@machine.command("show")
+def show_(
+    name: Annotated[str, typer.Argument(help="Name of the machine.")], db: Database = None
+) -> None:
+    """Show a machine's axes and which forces they feel."""
+    from autodb.agent.calibrating import latest_calibration
+    from autodb.agent.machines import find_machine
+
+    rows = table(f"Machine {name}", "axis", "carries", ">current sign", "feels")
+    with opened(db) as store, store.reading() as session:
+        owner = find_machine(session, name)
+        for axis in owner.axes:
+            row = latest_calibration(session, owner.id, axis.name)
+            feels = f"force.{row.component}: {row.verdict}" if row else "not calibrated"
+            rows.add_row(axis.name, axis.carries, f"{axis.current_sign:+d}", feels)
+    show(rows)

@@ -1,0 +1,230 @@
+"""`import`, `calibrate`, `identify`, `refresh`: what a machine learns from."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import (
+    Columns,
+    Database,
+    MachineName,
+    OptionalMachine,
+    opened,
+    say,
+    show,
+    table,
+    working,
+)
+
+if TYPE_CHECKING:
+    from autodb.sensing.drives import Identified
+    from autodb.sensing.ranges import Calibration
+    from autodb.standard import Protocol
+
+Files = Annotated[list[Path], typer.Argument(help="Recordings or cut tables.")]
+Recording = Annotated[Path, typer.Argument(help="A recording over time of the axis' moves.")]
+Axis = Annotated[str | None, typer.Option("--axis", help="Axis, where several were recorded.")]
+ProtocolName = Annotated[
+    str | None,
+    typer.Option("--protocol", help="Standard cuts whose reference forces to use: name or file."),
+]
+OptionalFile = Annotated[
+    Path | None,
+    typer.Argument(help="A cut table; default: all imported cuts of the machine."),
+]
+
+
+def import_(
+    files: Files, machine: MachineName, columns: Columns = None, db: Database = None
+) -> None:
+    """Import recordings and cut tables of a machine; each file enters once."""
+    from autodb.agent.importing import import_file
+
+    with opened(db) as store:
+        for file in files:
+            with working(f"importing {file.name}") as progress:
+                done = import_file(store, file, machine=machine, columns=columns, progress=progress)
+            what = "already there" if done.already_there else "imported"
+            say(f"recording {done.recording_id}: {file.name}: {what}, {done.rows} rows, "
+                f"{done.cuts} cuts")  # fmt: skip
+
+
+def calibrate(
+    recording: OptionalFile = None,
+    machine: OptionalMachine = None,
+    columns: Columns = None,
+    protocol: ProtocolName = None,
+    db: Database = None,
+) -> None:
+    """Fit current to force per axis, scored on groups left out; offered or refused by rule."""
+    from autodb.errors import UnusableInput
+    from autodb.standard import read_protocol
+
+    chosen = read_protocol(protocol) if protocol else None
+    if recording is None and machine is None:
+        raise UnusableInput("give a cut table, or --machine NAME to use its imported cuts")
+    if machine is None:
+        assert recording is not None
+        done, left_out = _calibrate_file(recording, columns, chosen)
+        new = [False] * len(done)
+    else:
+        done, left_out, new = _calibrate_machine(machine, recording, columns, chosen, db)
+    _show_calibrations(done)
+    for sentence in left_out:
+        say(f"left out: {sentence}")
+    if machine is None:
+        say("not stored: give --machine NAME to keep it")
+    elif not any(new):
+        say("already there: the same cuts gave the same lines")
+
+
+def _calibrate_file(
+    path: Path, columns: Path | None, protocol: "Protocol | None"
+) -> "tuple[list[Calibration], list[str]]":
+    from autodb import records
+    from autodb.agent.calibrating import calibrate_table
+    from autodb.errors import UnusableInput
+    from autodb.records import CutTable
+    from autodb.sensing.ranges import COMPONENT_OF_AXIS
+
+    with working(f"calibrating on {path.name}"):
+        cuts = records.read(path, columns=columns)
+        if not isinstance(cuts, CutTable):
+            raise UnusableInput(f"{path}: no column 'cut'; calibrate needs a table of cuts")
+        return calibrate_table(cuts, axes=tuple(COMPONENT_OF_AXIS), protocol=protocol)
+
+
+def _calibrate_machine(
+    machine: str,
+    path: Path | None,
+    columns: Path | None,
+    protocol: "Protocol | None",
+    db: str | None,
+) -> "tuple[list[Calibration], list[str], list[bool]]":
+    from autodb.agent.calibrating import calibrate_machine
+    from autodb.agent.importing import import_file
+
+    with opened(db) as store, working(f"calibrating {machine}") as progress:
+        only = None
+        if path is not None:
+            only = [import_file(store, path, machine=machine, columns=columns).recording_id]
+        return calibrate_machine(
+            store, machine, recordings=only, protocol=protocol, progress=progress
+        )
+
+
+def _show_calibrations(done: "list[Calibration]") -> None:
+    rows = table("Calibration", "axis", "force", "line", ">RMSE", ">cuts", "verdict")
+    for c in done:
+        c0, c1 = c.coefficients
+        rows.add_row(
+            c.axis,
+            f"force.{c.component}",
+            f"{c0:.4g} {c.unit} {c1:+.4g} {c.unit}/{c.current_unit} · ({c.channel})",
+            f"{c.scores.rmse:.1f} {c.unit}",
+            str(c.scores.n),
+            c.verdict,
+        )
+    show(rows)
+    for c in done:
+        if c.transients:
+            cuts = ", ".join(f"{cut:g}" for cut in c.transients)
+            say(
+                f"axis {c.axis}: {len(c.transients)} transient rows set aside (cut {cuts}): the "
+                f"current jumps, the force does not. With them: RMSE "
+                f"{c.scores_with_transients.rmse:.1f} {c.unit}, "
+                f"R² {c.scores_with_transients.r_squared:.3f}"
+            )
+
+
+def identify(
+    recording: Recording,
+    axis: Axis = None,
+    machine: OptionalMachine = None,
+    columns: Columns = None,
+    db: Database = None,
+) -> None:
+    """Identify inertia, viscous and Coulomb friction and constant load of a feed axis."""
+    from autodb import records
+    from autodb.errors import UnusableInput
+    from autodb.records import CutTable
+    from autodb.sensing.drives import identify as fit
+    from autodb.sensing.drives import spread_over_filters
+
+    with working(f"identifying from {recording.name}") as progress:
+        moves = records.read(recording, columns=columns)
+        if isinstance(moves, CutTable):
+            raise UnusableInput(f"{recording}: a table of cuts; identify needs moves over time")
+        model = fit(moves, axis=axis)
+        progress("spread over filters")
+        spread = spread_over_filters(moves, axis=axis)
+    _show_model(model)
+    _show_spread(spread)
+    if machine is None:
+        say("not stored: give --machine NAME to keep it")
+        return
+    from autodb.agent.calibrating import keep_model
+    from autodb.agent.importing import import_file
+
+    with opened(db) as store:
+        source = import_file(store, recording, machine=machine, columns=columns)
+        version = keep_model(store, machine, source.recording_id, model)
+    say(f"{model.channel}: version {version} of machine '{machine}'")
+
+
+def _show_model(model: "Identified") -> None:
+    rows = table(
+        f"{model.channel} of axis {model.axis}", "term", "parameter", ">value", ">sd", "unit"
+    )
+    for term in model.terms:
+        value, sd, unit = _shop_unit(term.value, term.sd, term.unit)
+        rows.add_row(term.term, term.parameter, f"{value:.6g}", f"{sd:.2g}", unit)
+    show(rows)
+    rms = f"{model.residual_rms:.3f} {model.unit}"
+    say(f"relative error {100 * model.relative_error:.2f} %, rms {rms}")
+    say(f"protocol: {model.protocol}")
+    if model.unit == "A":
+        say("in amperes: newtons need a torque constant, a known mass, a push or a standard cut")
+    for sentence in model.not_excited:
+        say(f"not excited, no number: {sentence}")
+
+
+def _shop_unit(value: float, sd: float, unit: str) -> tuple[float, float, str]:
+    """Return kg and N·s/m where the effort is in newtons."""
+    known = {"N·s²/mm": "kg", "N·s/mm": "N·s/m"}
+    if unit in known:
+        return 1000 * value, 1000 * sd, known[unit]
+    return value, sd, unit
+
+
+def _show_spread(spread: "list[Identified]") -> None:
+    names = [term.term for term in spread[0].terms]
+    rows = table(
+        "Spread over filters", ">low-pass Hz", "anti-alias", *(f">{n}" for n in names), ">error %"
+    )
+    for model in spread:
+        values = [_shop_unit(t.value, t.sd, t.unit) for t in model.terms]
+        rows.add_row(
+            f"{model.protocol.cutoff_hz:g}",
+            "yes" if model.protocol.anti_alias else "no",
+            *(f"{value:.5g}" for value, _, _ in values),
+            f"{100 * model.relative_error:.2f}",
+        )
+    show(rows)
+
+
+def refresh(machine: MachineName, db: Database = None) -> None:
+    """Sense the forces of new cuts and update the cutting parameters of their pairs."""
+    from autodb.agent.refreshing import refresh as run
+
+    with opened(db) as store, working(f"refreshing {machine}") as progress:
+        done = run(store, machine, progress=progress)
+    if not done.sensed and not done.versions:
+        say("nothing new: every cut is sensed and every pair is up to date")
+    else:
+        say(f"{done.sensed} forces sensed, {done.not_sensed} not sensed")
+    for pair, component, version, n in done.versions:
+        say(f"{pair}: force.{component} version {version} from {n} cuts")
+    for sentence in done.set_aside:
+        say(f"set aside: {sentence}")

@@ -1,0 +1,288 @@
+"""The answer of explain as one page: verdict first, then where, before and after, and the evidence.
+
+The page is one file that loads nothing. ``explanation_fragment`` is the same content for a page
+that has a shell of its own.
+"""
+
+import math
+import re
+
+import plotly.graph_objects as go
+from markupsafe import Markup
+
+from autodb import figures
+from autodb.channels import unit_of
+from autodb.explain.answer import (
+    Array,
+    Cause,
+    ChannelAnswer,
+    Considered,
+    Explained,
+    Regime,
+    Trace,
+)
+
+TERM_WORDS = {
+    "coulomb": "dry friction",
+    "viscous": "friction that grows with speed",
+    "stribeck": "extra friction at low speed",
+    "asymmetry": "friction that differs by direction",
+    "position_friction": "friction that differs along the travel",
+    "gravity": "a constant load",
+    "spring": "a spring load",
+    "cogging": "cogging of the motor",
+    "inertia": "accelerated mass",
+    "cross_coupling": "the pull of another axis",
+    "warmup": "friction that falls as it warms up",
+    "presliding": "the soft start after a reversal",
+    "backlash": "play after a reversal",
+    "compliance": "a springy drive train",
+    "external_load": "a load from outside",
+    "gain": "a changed scale",
+    "sensor_drift": "drift of the sensor",
+    "lag": "a shift in time",
+    "saturation": "a clipped signal",
+    "lost_sign": "a lost sign",
+    "windage": "air drag of the spindle",
+    "shear": "the material's cutting force",
+    "edge_force": "the force of the cutting edge",
+    "size_effect": "the extra force of thin chips",
+    "speed_softening": "softening with cutting speed",
+    "built_up_edge": "a built-up edge",
+    "tool_wear": "tool wear",
+    "hard_spot": "a hard spot",
+    "depth_error": "a wrong depth of cut",
+    "nose_radius": "the nose radius",
+    "runout": "run-out of the tool",
+    "deflection": "bending of the tool",
+    "chatter": "chatter",
+    "table_gravity": "weight on the table",
+    "table_inertia": "inertia of the table",
+    "thermal_drift": "heat drift of the sensor",
+    "crosstalk": "crosstalk between force components",
+    "unknown": "an effect without a known name",
+}
+KIND_WORDS = {
+    "missing": ("is missing", "are missing"),
+    "mistuned": ("is set wrong", "are set wrong"),
+}
+CERTAINTY = (
+    (0.95, "almost certain"),
+    (0.8, "very likely"),
+    (0.6, "likely"),
+    (0.4, "about even"),
+    (0.0, "a guess"),
+)
+
+
+def render_explanation(explained: Explained) -> str:
+    """Return the report of one explanation: one HTML file that loads nothing."""
+    return figures.page(
+        "explanation.html.j2",
+        title=explained.explanation.recording,
+        content=Markup(explanation_fragment(explained)),
+    )
+
+
+def explanation_fragment(explained: Explained) -> str:
+    """Return the report's content, headings from h3, for a page made by ``figures.page``."""
+    channels = [
+        {
+            "id": f"explain-{n}-{re.sub('[^a-z0-9]+', '-', name.lower())}",
+            "name": name,
+            "words": channel_words(name),
+            "answer": answer,
+            "trace": explained.traces.get(name),
+        }
+        for n, (name, answer) in enumerate(explained.explanation.channels.items(), start=1)
+    ]
+    words = (verdict, certainty, term_words, where_words, regime_words, bars, parameter_words)
+    plots = (over_time, against_signals, ranked, drawn_words)
+    return str(
+        figures.fragment(
+            "_explanation.html.j2",
+            channels=channels,
+            notes=explained.notes,
+            **{function.__name__: function for function in (*words, *plots)},
+        )
+    )
+
+
+# Words
+
+
+def channel_words(name: str) -> str:
+    """Return a channel's name in shop words.
+
+    >>> channel_words("x.drive_force"), channel_words("force.y"), channel_words("spindle.power")
+    ('X axis drive force', 'Force Y', 'Spindle power')
+    """
+    first, *rest = name.replace("_", " ").split(".")
+    if len(first) == 1:
+        first = f"{first.upper()} axis"
+    return " ".join(
+        [first[:1].upper() + first[1:], *(r.upper() if len(r) == 1 else r for r in rest)]
+    )
+
+
+def term_words(term: str) -> str:
+    """Return a term in shop words; a name beyond the vocabulary as it is written."""
+    return TERM_WORDS.get(term, term.replace("_", " "))
+
+
+def parameter_words(name: str) -> str:
+    """Return a parameter's name as a reader would say it."""
+    return name.replace("_", " ")
+
+
+def verdict(answer: ChannelAnswer) -> str:
+    """Return the channel's answer as a headline."""
+    if not answer.missing:
+        return "A mismatch without a cause found" if answer.mismatch else "No mismatch beyond noise"
+    count = len(answer.missing)
+    by_kind = (_causes_of_kind(answer, kind) for kind in KIND_WORDS)
+    return f"{count} cause{'s' if count > 1 else ''} found: {'; '.join(filter(None, by_kind))}"
+
+
+def _causes_of_kind(answer: ChannelAnswer, kind: str) -> str:
+    """Return "A, B and C are missing", or nothing."""
+    names = [term_words(cause.term) for cause in answer.missing if cause.kind == kind]
+    if not names:
+        return ""
+    *others, last = names
+    named = f"{', '.join(others)} and {last}" if others else last
+    return f"{named} {KIND_WORDS[kind][bool(others)]}"
+
+
+def certainty(cause: Cause) -> tuple[str, int]:
+    """Return how sure the name is: words with per cent, and how many of five marks to fill.
+
+    All five only from 95 %.
+    """
+    probability = cause.confidence
+    words = next(words for least, words in CERTAINTY if probability >= least)
+    percent = "over 99" if probability > 0.99 else f"{100.0 * probability:.0f}"
+    return f"{words}, {percent} %", max(1, int(5.0 * probability + 0.25))
+
+
+def where_words(answer: ChannelAnswer, trace: Trace | None) -> list[str]:
+    """Return where the mismatch sits, one line a stretch or a regime."""
+    in_cuts = trace is not None and trace.x_name == "cut"
+    lines = [
+        f"Cuts {low:g} to {high:g}" if in_cuts else f"From {_second(low)} to {_second(high)} s"
+        for low, high in answer.where.intervals
+    ]
+    return lines + [regime_words(regime) for regime in answer.where.regime]
+
+
+def regime_words(regime: Regime) -> str:
+    """Return a regime as a line: its signal, its range, and its share of the mismatch."""
+    reach = figures.span(regime.low, regime.high, unit_of(regime.signal) or "")
+    return f"{channel_words(regime.signal)} {reach}: {100.0 * regime.share:.0f} % of the mismatch"
+
+
+def _second(t_s: float) -> str:
+    """A time is never rounded beyond a second."""
+    return figures.number(t_s) if abs(t_s) < 1000.0 else f"{t_s:.0f}"
+
+
+def bars(answer: ChannelAnswer) -> list[tuple[str, str, float, float]]:
+    """Return rows of errors: tone, what, value, length in per cent of the longest.
+
+    Without a mismatch nothing was changed, so that there is no after.
+    """
+    fit = answer.fit
+    whole = [("simulation", "Before, whole recording", fit.rms_before)]
+    kept_out = [("simulation", "Before, parts kept out of the fit", fit.heldout_before)]
+    if answer.mismatch:
+        whole.append(("corrected", "After, whole recording", fit.rms_after))
+        kept_out.append(("corrected", "After, parts kept out of the fit", fit.heldout_after))
+    else:
+        whole, kept_out = [("simulation", "Simulation", fit.rms_before)], []
+    rows = [*whole, *kept_out, ("recording", "Noise of the recording", fit.noise_floor)]
+    longest = max((value for *_, value in rows if math.isfinite(value)), default=0.0)
+    return [(tone, what, value, _per_cent(value, longest)) for tone, what, value in rows]
+
+
+def _per_cent(value: float, whole: float) -> float:
+    return 100.0 * value / whole if whole > 0.0 and math.isfinite(value) else 0.0
+
+
+def ranked(trace: Trace) -> list[Considered]:
+    """Return what was considered, the strongest first."""
+    return sorted(trace.considered, key=lambda candidate: -candidate.evidence)
+
+
+def drawn_words(trace: Trace) -> str | None:
+    """Say that a plot is thinned, where it is."""
+    if len(trace.x) <= figures.MAX_POINTS:
+        return None
+    return f"Drawn from {len(trace.x)} samples; every peak is kept."
+
+
+# Plots
+
+
+def over_time(channel: dict[str, str], answer: ChannelAnswer, trace: Trace) -> Markup:
+    """Draw recording, simulation and corrected, and under it what each leaves."""
+    words, unit = channel["words"], answer.unit
+    left_words = "What is left, before and after" if answer.mismatch else "What is left"
+    made = figures.figure(
+        [f"{words} [{unit}]", f"{left_words} [{unit}]"],
+        x_title="Time [s]" if trace.x_name == "t" else "Cut number",
+        shares=(0.62, 0.38),
+    )
+    half = 0.0 if trace.x_name == "t" else 0.5
+    figures.shade(made, [(low - half, high + half) for low, high in answer.where.intervals])
+    for name, values, left in _curves(answer, trace):
+        made.add_trace(_curve(trace, values, name), row=1, col=1)
+        if left is not None:
+            made.add_trace(_curve(trace, left, name), row=2, col=1)
+    return figures.as_html(
+        made,
+        f"{channel['id']}-over-{trace.x_name}",
+        height_px=560,
+        label=f"{words}: recording, simulation and what is left",
+    )
+
+
+def _curves(answer: ChannelAnswer, trace: Trace) -> list[tuple[str, Array, Array | None]]:
+    """Name, values, and what they leave; without a mismatch nothing was corrected."""
+    rows: list[tuple[str, Array, Array | None]] = [("recording", trace.recording, None)]
+    rows.append(("simulation", trace.simulation, trace.recording - trace.simulation))
+    if answer.mismatch:
+        rows.append(("corrected", trace.corrected, trace.recording - trace.corrected))
+    return rows
+
+
+def _curve(trace: Trace, values: Array, name: str) -> go.Scatter:
+    cuts = {"mode": "lines+markers", "marker": {"size": 7}, "line": {"width": 1}}
+    return figures.line(
+        trace.x, values, tone=name, name=name, **(cuts if trace.x_name == "cut" else {})
+    )
+
+
+def against_signals(channel: dict[str, str], answer: ChannelAnswer, trace: Trace) -> list[Markup]:
+    """Draw what is left before and after against every regime signal, its regimes shaded."""
+    return [
+        _against(channel, answer, trace, signal, number)
+        for number, signal in enumerate(trace.regime_signals, start=1)
+    ]
+
+
+def _against(
+    channel: dict[str, str], answer: ChannelAnswer, trace: Trace, signal: str, number: int
+) -> Markup:
+    unit = unit_of(signal)
+    made = figures.figure(
+        [f"What is left [{answer.unit}]"],
+        x_title=channel_words(signal) + (f" [{unit}]" if unit else ""),
+    )
+    figures.shade(made, [(r.low, r.high) for r in answer.where.regime if r.signal == signal])
+    x = trace.regime_signals[signal]
+    for name, _, left in _curves(answer, trace):
+        if left is not None:
+            mark = {"size": 5, "opacity": 0.45}
+            made.add_trace(figures.points(x, left, tone=name, name=name, marker=mark))
+    label = f"What is left against {channel_words(signal)}"
+    return figures.as_html(made, f"{channel['id']}-against-{number}", height_px=300, label=label)

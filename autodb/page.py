@@ -1,0 +1,254 @@
+"""One report page of a machine: calibration, parameters, predictions, and one mismatch."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import plotly.graph_objects as go
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from autodb import figures
+
+Array = NDArray[np.float64]
+
+NOT_SENSED = "not sensed"
+PARAMETERS = (
+    ("Cutting force per mm² of chip, K_c", "N/mm²"),
+    ("Rubbing force per mm of cutting edge, K_e", "N/mm"),
+)
+
+
+@dataclass(frozen=True)
+class CalibrationPlot:
+    """Scatter of one axis: current (n,), target (n,) in ``unit``, the line, and the verdict."""
+
+    axis: str
+    component: str
+    current: Array
+    target: Array
+    current_label: str
+    unit: str
+    c0: float
+    c1: float
+    rmse: float
+    offered: bool
+    verdict: str
+
+
+@dataclass(frozen=True)
+class LearningCurve:
+    """Parameters of one force component after each cut: n (m,), mean (m, 2), sd (m, 2).
+
+    Columns are K_c [N/mm²] and K_e [N/mm].
+    """
+
+    component: str
+    n: Array
+    mean: Array
+    sd: Array
+
+
+@dataclass(frozen=True)
+class PredictedSensed:
+    """Forces of cuts predicted before they were made (95 % interval) against what was sensed."""
+
+    component: str
+    label: list[str]
+    predicted_N: Array
+    low_N: Array
+    high_N: Array
+    sensed_N: Array
+    sensed_sd_N: Array
+
+
+@dataclass(frozen=True)
+class JobRow:
+    """One predicted cut of a job as text: value and interval per quantity."""
+
+    name: str
+    cells: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Page:
+    """Everything a machine's report shows.
+
+    ``headline``: (what, value) · ``drive_terms``: (part, size, meaning) · ``job_columns``: a name
+    for each cell, or one more for the cut's name · a cell that is empty reads "not sensed".
+    """
+
+    machine: str
+    pair: str
+    headline: tuple[tuple[str, str], ...]
+    calibrations: tuple[CalibrationPlot, ...]
+    drive_terms: tuple[tuple[str, str, str], ...]
+    learning: tuple[LearningCurve, ...]
+    checks: tuple[PredictedSensed, ...]
+    job_name: str
+    job_columns: tuple[str, ...]
+    job_rows: tuple[JobRow, ...]
+    trace_text: str
+
+
+def render_page(page: Page, mismatch_html: str | None) -> str:
+    """Return the machine's report: one HTML file that loads nothing.
+
+    ``mismatch_html`` is shown as it is: the content that explaining one recording gives.
+    """
+    return figures.page(
+        "page.html.j2",
+        title=page.machine,
+        page=page,
+        mismatch=None if mismatch_html is None else Markup(mismatch_html),
+        calibration_plots=[_calibration(n, plot) for n, plot in enumerate(page.calibrations)],
+        learning_plots=[_learning(n, curve) for n, curve in enumerate(page.learning)],
+        check_plots=[_check(n, check) for n, check in enumerate(page.checks)],
+        NOT_SENSED=NOT_SENSED,
+        line_words=line_words,
+        learnt_words=learnt_words,
+        check_words=check_words,
+    )
+
+
+# Words
+
+
+def line_words(plot: CalibrationPlot) -> str:
+    """Return the calibration line as an equation, with its scatter."""
+    slope = figures.number(plot.c1)
+    like = max(abs(plot.c0), plot.rmse)
+    offset = figures.number(abs(plot.c0), like=like) + figures.suffix(plot.unit)
+    sign = "−" if plot.c0 < 0 else "+"
+    scatter = figures.quantity(plot.rmse, plot.unit)
+    return f"{slope}\xa0{plot.unit}/A × current {sign} {offset}, scatter {scatter} rms"
+
+
+def learnt_words(curve: LearningCurve, column: int) -> str:
+    """Return a parameter after the last cut, ± 2 sd."""
+    mean, sd = float(curve.mean[-1, column]), float(curve.sd[-1, column])
+    return figures.plus_minus(mean, 2.0 * sd, PARAMETERS[column][1])
+
+
+def check_words(check: PredictedSensed) -> str:
+    """Return how many sensed forces lie in their predicted interval, and how many were not felt."""
+    felt = np.isfinite(check.sensed_N)
+    count = f"{np.sum(_inside(check))} of {np.sum(felt)} felt forces lie in the predicted interval"
+    blind = int(np.sum(~felt))
+    return count + (f"; {blind} {NOT_SENSED}." if blind else ".")
+
+
+def _inside(check: PredictedSensed) -> NDArray[np.bool_]:
+    return (check.sensed_N >= check.low_N) & (check.sensed_N <= check.high_N)
+
+
+# Plots
+
+
+def _calibration(n: int, plot: CalibrationPlot) -> Markup:
+    tone = "corrected" if plot.offered else "recording"
+    made = figures.figure(
+        [f"Force {plot.component.upper()} from a reference [{plot.unit}]"],
+        x_title=plot.current_label,
+    )
+    felt = np.isfinite(plot.current) & np.isfinite(plot.target)
+    made.add_trace(
+        figures.points(plot.current[felt], plot.target[felt], tone=tone, name="standard cut")
+    )
+    if np.any(felt):
+        ends = np.array([np.min(plot.current[felt]), np.max(plot.current[felt])])
+        dash = {"dash": "solid" if plot.offered else "dot", "width": 2}
+        made.add_trace(
+            figures.line(ends, plot.c0 + plot.c1 * ends, tone="simulation", name="line", line=dash)
+        )
+    label = f"{plot.axis}: force against current, {plot.verdict}"
+    return figures.as_html(made, f"calibration-{n}", height_px=320, label=label)
+
+
+def _learning(n: int, curve: LearningCurve) -> list[Markup]:
+    return [_parameter(n, curve, column) for column in range(len(PARAMETERS))]
+
+
+def _parameter(n: int, curve: LearningCurve, column: int) -> Markup:
+    name, unit = PARAMETERS[column]
+    mean, sd = curve.mean[:, column], curve.sd[:, column]
+    made = figures.figure([f"[{unit}]"], x_title="Cuts learnt from")
+    low, high = mean - 2.0 * sd, mean + 2.0 * sd
+    for edge, fill in ((low, None), (high, "tonexty")):
+        band = {"fill": fill, "fillcolor": _translucent("corrected"), "line": {"width": 0}}
+        made.add_trace(figures.line(curve.n, edge, tone="corrected", name="± 2 sd", **band))
+    mark = {"mode": "lines+markers", "marker": {"size": 5}, "line": {"width": 2}}
+    made.add_trace(figures.line(curve.n, mean, tone="corrected", name="mean", **mark))
+    made.update_yaxes(range=tightening(mean, sd), zeroline=False)
+    label = f"Force {curve.component.upper()}: {name}, {learnt_words(curve, column)}"
+    return figures.as_html(made, f"learning-{n}-{column}", height_px=260, label=label)
+
+
+def tightening(mean: Array, sd: Array) -> list[float]:
+    """Return the y range that shows a band tighten: wide first bands run off the plot.
+
+    The range holds every mean after the first and the band after the third cut or the last.
+    """
+    third = min(2, len(mean) - 1)
+    late = slice(min(1, third), None)
+    reach = 2.4 * float(np.max(sd[third:]))
+    low, high = float(np.min(mean[late])), float(np.max(mean[late]))
+    return [min(low, float(mean[-1]) - reach), max(high, float(mean[-1]) + reach)]
+
+
+def _translucent(tone: str) -> str:
+    light = figures.colour(tone)
+    red, green, blue = (int(light[i : i + 2], 16) for i in (1, 3, 5))
+    return f"rgba({red},{green},{blue},0.2)"
+
+
+def _check(n: int, check: PredictedSensed) -> Markup:
+    force = f"Force {check.component.upper()}"
+    made = figures.figure([f"{force} predicted [N]"], x_title=f"{force} felt [N]")
+    felt = np.isfinite(check.sensed_N)
+    inside = _inside(check)
+    for rows, tone, name in (
+        (felt & inside, "corrected", "inside"),
+        (felt & ~inside, "warn", "outside"),
+    ):
+        if np.any(rows):
+            made.add_trace(_intervals(check, rows, tone, name))
+    if np.any(felt):
+        everything = np.concatenate([check.low_N[felt], check.high_N[felt], check.sensed_N[felt]])
+        ends = np.array([np.min(everything), np.max(everything)])
+        dash = {"dash": "dash", "width": 1}
+        made.add_trace(
+            figures.line(ends, ends, tone="muted", name="exactly as predicted", line=dash)
+        )
+    label = f"{force}: {check_words(check)}"
+    return figures.as_html(made, f"check-{n}", height_px=360, label=label)
+
+
+def _intervals(check: PredictedSensed, rows: NDArray[np.bool_], tone: str, name: str) -> go.Scatter:
+    kept = np.flatnonzero(rows)
+    kept = kept[figures.thinned(check.sensed_N[kept])]
+    predicted = check.predicted_N[kept]
+    return figures.points(
+        check.sensed_N[kept],
+        predicted,
+        tone=tone,
+        name=name,
+        text=[_hover(check, row) for row in kept],
+        hoverinfo="text",
+        error_y={
+            "type": "data",
+            "symmetric": False,
+            "array": check.high_N[kept] - predicted,
+            "arrayminus": predicted - check.low_N[kept],
+            "color": figures.colour(tone),
+            "thickness": 1.2,
+            "width": 3,
+        },
+    )
+
+
+def _hover(check: PredictedSensed, row: np.intp) -> str:
+    reach = figures.span(float(check.low_N[row]), float(check.high_N[row]), "N")
+    felt = figures.number(float(check.sensed_N[row]))
+    sd = figures.quantity(2.0 * float(check.sensed_sd_N[row]), "N")
+    lines = (f"predicted {reach}", f"felt {felt} ± {sd}")
+    return "<br>".join((figures.plain(check.label[row]), *lines))

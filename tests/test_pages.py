@@ -1,0 +1,322 @@
+"""The two reports: one file that loads nothing, says what was found, and keeps every peak."""
+
+import base64
+import json
+import re
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+from plotly.offline import get_plotlyjs
+
+from autodb import figures
+from autodb.explain.answer import (
+    Cause,
+    ChannelAnswer,
+    Considered,
+    Explained,
+    Explanation,
+    FitQuality,
+    Regime,
+    Trace,
+    Value,
+    Where,
+)
+from autodb.explain.report import TERM_WORDS, explanation_fragment, render_explanation
+from autodb.page import (
+    CalibrationPlot,
+    JobRow,
+    LearningCurve,
+    Page,
+    PredictedSensed,
+    render_page,
+    tightening,
+)
+from autodb.terms import TERMS
+
+N = 20_000
+STATEMENT = "The guideway drags 0.42 A more at the far end <than> the simulation assumes."
+OUTSIDE = re.compile(r"""(?:src|href)\s*=\s*["']?(?!["']?#)|@import|url\(|https?://|//cdn""")
+
+
+def friction(**more: Any) -> Cause:
+    known: dict[str, Any] = {
+        "term": "position_friction",
+        "kind": "missing",
+        "confidence": 0.93,
+        "statement": STATEMENT,
+        "parameters": {
+            "size": Value(value=0.42, low=0.4, high=0.44, unit="A"),
+            "slope": Value(value=0.0031, low=0.0029, high=0.0033, unit="A/mm"),
+        },
+        "alternatives": ("sensor_drift",),
+        "to_tell_apart": "pass the travel in both directions",
+    }
+    return Cause(**{**known, **more})
+
+
+def channel(*causes: Cause, unexplained: str | None = None) -> ChannelAnswer:
+    where = Where(
+        intervals=((3.0, 5.0),),
+        regime=(Regime(signal="x.position", low=310.0, high=480.0, share=0.71),),
+    )
+    return ChannelAnswer(
+        unit="A",
+        mismatch=bool(causes),
+        where=where if causes else Where(),
+        missing=causes,
+        fit=FitQuality(
+            rms_before=0.41,
+            rms_after=0.124,
+            heldout_before=0.4,
+            heldout_after=0.126,
+            noise_floor=0.121,
+        ),
+        unexplained=unexplained,
+    )
+
+
+def trace() -> Trace:
+    t = np.linspace(0.0, 20.0, N)
+    noise = 0.1 * np.random.default_rng(1).standard_normal(N)
+    simulation = np.sin(t)
+    return Trace(
+        x_name="t",
+        x=t,
+        recording=1.4 * simulation + noise,
+        simulation=simulation,
+        corrected=1.4 * simulation,
+        regime_signals={"x.position": 300.0 + 200.0 * simulation},
+        considered=(
+            Considered("lag", -3.2, "costs more than it explains"),
+            Considered("position_friction", 6120.0, "named"),
+        ),
+    )
+
+
+def explained(answer: ChannelAnswer, *, recording: str = "air.csv") -> Explained:
+    return Explained(
+        explanation=Explanation(recording=recording, channels={"x.current": answer}),
+        traces={"x.current": trace()},
+        notes=("y.current of the simulation was ignored",),
+    )
+
+
+def machine_page() -> Page:
+    rng = np.random.default_rng(2)
+    current_A, force_N = rng.uniform(1.0, 4.0, 6000), rng.uniform(100.0, 900.0, 12)
+    calibration = CalibrationPlot(
+        axis="X axis",
+        component="x",
+        current=current_A,
+        target=200.0 * current_A,
+        current_label="Current [A]",
+        unit="N",
+        c0=-12.0,
+        c1=200.0,
+        rmse=18.0,
+        offered=False,
+        verdict="R² 0.11 is below 0.8",
+    )
+    n = np.arange(1.0, 9.0)
+    sd = np.stack([600.0 / n, 40.0 / n], axis=1)
+    mean = np.stack([2000.0 + 0.5 * sd[:, 0], 60.0 + 0.5 * sd[:, 1]], axis=1)
+    sensed_N = np.where(np.arange(12) == 3, np.nan, force_N + 5.0)
+    check = PredictedSensed(
+        component="y",
+        label=[f"<cut> {i}" for i in range(12)],
+        predicted_N=force_N,
+        low_N=force_N - 20.0,
+        high_N=force_N + 20.0,
+        sensed_N=sensed_N,
+        sensed_sd_N=np.full(12, 9.0),
+    )
+    return Page(
+        machine="lathe <1>",
+        pair="steel / carbide",
+        headline=(("Off by", "2.71 %"),),
+        calibrations=(calibration,),
+        drive_terms=(("Dry friction", "2.10 ± 0.02 A", "the same at every speed"),),
+        learning=(LearningCurve("y", n, mean, sd),),
+        checks=(check,),
+        job_name="shaft-17",
+        job_columns=("Force X", "Force Y"),
+        job_rows=(JobRow("cut 1", ("", "480 N")),),
+        trace_text="prediction 3\n└── parameters <14>",
+    )
+
+
+@cache
+def found() -> str:
+    return render_explanation(explained(channel(friction(), unexplained="2.10 A over speed")))
+
+
+@cache
+def whole() -> str:
+    return render_page(machine_page(), explanation_fragment(explained(channel(friction()))))
+
+
+def own(html: str) -> str:
+    """The page without the plot library."""
+    return html.replace(get_plotlyjs(), "")
+
+
+def readable(html: str) -> str:
+    """What a reader sees of a page, in one line."""
+    text = re.sub(r"<(script|style).*?</\1>", " ", own(html), flags=re.DOTALL)
+    return " ".join(re.sub(r"<[^>]+>", " ", text).replace("\u00a0", " ").split())
+
+
+def traces(html: str) -> list[dict[str, Any]]:
+    """The traces that a page draws."""
+    calls = re.findall(r"Plotly\.newPlot\(\s*\"[^\"]+\",\s*", own(html))
+    rest, drawn = own(html), []
+    for call in calls:
+        rest = rest.split(call, 1)[1]
+        drawn += json.JSONDecoder().raw_decode(rest)[0]
+    return drawn
+
+
+def length(values: Any) -> int:
+    """How many numbers a trace holds, as a list or packed."""
+    if isinstance(values, dict):
+        return len(base64.b64decode(values["bdata"])) // np.dtype(values["dtype"]).itemsize
+    return len(values)
+
+
+@pytest.mark.parametrize("page", [found, whole])
+def test_a_page_is_one_file_that_loads_nothing(page: Any) -> None:
+    html = page()
+    assert html.count(get_plotlyjs()) == 1
+    assert not OUTSIDE.findall(own(html))
+    assert len(re.findall(r"<h1[ >]", own(html))) == 1
+
+
+@pytest.mark.parametrize("page", [found, whole])
+def test_plots_are_svg_with_few_points_and_ids_of_their_own(page: Any) -> None:
+    drawn = traces(page())
+    assert drawn
+    assert {one["type"] for one in drawn} == {"scatter"}
+    assert max(length(one["x"]) for one in drawn) <= figures.MAX_POINTS
+    assert all(length(one["x"]) == length(one["y"]) for one in drawn)
+    ids = re.findall(r'\bid="([^"]+)"', own(page()))
+    assert len(ids) == len(set(ids))
+
+
+def test_the_report_says_what_how_much_and_how_sure() -> None:
+    text = readable(found())
+    for words in (
+        "1 cause found: friction that differs along the travel is missing",
+        "0.420 A",
+        "0.400 to 0.440 A",
+        "very likely, 93 %",
+        "From 3.00 to 5.00 s",
+        "X axis position 310 to 480 mm: 71 % of the mismatch",
+        "0.00310 A/mm",
+        "drift of the sensor",
+        "pass the travel in both directions",
+        "costs more than it explains",
+        "2.10 A over speed",
+        "y.current of the simulation was ignored",
+    ):
+        assert words in text, words
+    assert STATEMENT.replace("<", "&lt;").replace(">", "&gt;") in text
+
+
+def test_missing_and_mistuned_causes_share_one_headline() -> None:
+    answer = channel(friction(), friction(term="coulomb"), friction(term="lag", kind="mistuned"))
+    text = readable(explanation_fragment(explained(answer)))
+    assert (
+        "3 causes found: friction that differs along the travel and dry friction are missing; "
+        "a shift in time is set wrong" in text
+    )
+
+
+def test_no_mismatch_reads_so() -> None:
+    html = render_explanation(explained(channel()))
+    assert "No mismatch beyond noise" in readable(html)
+    assert "cause found" not in readable(html)
+    assert {one["name"] for one in traces(html)} == {"recording", "simulation"}
+
+
+def test_what_was_read_is_escaped() -> None:
+    html = own(render_explanation(explained(channel(), recording="<b>x</b>")))
+    assert "<b>x</b>" not in html
+    assert "&lt;b&gt;x&lt;/b&gt;" in html
+    assert "<cut>" not in own(whole())
+    assert "lathe &lt;1&gt;" in own(whole())
+
+
+def test_a_force_that_drives_cannot_feel_is_not_sensed() -> None:
+    text = readable(whole())
+    assert "cut 1 not sensed 480 N" in text
+    assert "11 of 11 felt forces lie in the predicted interval; 1 not sensed." in text
+    assert "X axis: refused" in text
+
+
+def test_a_page_without_content_has_no_empty_sections() -> None:
+    empty = replace(
+        machine_page(),
+        calibrations=(),
+        drive_terms=(),
+        learning=(),
+        checks=(),
+        job_rows=(),
+        trace_text="",
+    )
+    assert "<section" not in own(render_page(empty, None))
+
+
+def test_thinning_keeps_every_peak_and_the_gaps() -> None:
+    values = np.zeros(N)
+    values[[7, 12_345]] = 5.0, -5.0
+    values[15_000:16_000] = np.nan
+    kept = figures.keep_peaks(values)
+    assert len(kept) <= figures.MAX_POINTS
+    assert {0, 7, 12_345, N - 1} <= set(kept.tolist())
+    assert np.isnan(values[kept]).any()
+    assert_array_equal(figures.keep_peaks(values[:100]), np.arange(100))
+    for n in (figures.MAX_POINTS + 1, 4999, 123_457):
+        rows = figures.keep_peaks(np.random.default_rng(n).standard_normal(n))
+        assert len(rows) <= figures.MAX_POINTS
+        assert rows.min() >= 0
+        assert rows.max() == n - 1
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (1234.0, "1230"),
+        (0.42, "0.420"),
+        (-0.0031, "−0.00310"),
+        (99.97, "100"),
+        (0.0, "0"),
+        (-2.5e-7, "−2.50 × 10⁻⁷"),
+        (float("nan"), "not known"),
+    ],
+)
+def test_numbers_have_three_significant_digits(value: float, text: str) -> None:
+    assert figures.number(value) == text
+
+
+def test_pairs_of_numbers_share_their_decimals_and_show_their_width() -> None:
+    assert figures.span(0.4, 0.44, "A") == "0.400 to 0.440\u00a0A"
+    assert figures.span(14.19, 14.21, "s") == "14.19 to 14.21\u00a0s"
+    assert figures.span(1e-6, 2e-6, "1") == "1.00 × 10⁻⁶ to 2.00 × 10⁻⁶"
+    assert figures.span(0.0, 0.0, "N") == "0 to 0\u00a0N"
+    assert figures.plus_minus(61.62, 5.4, "N/mm") == "61.6 ± 5.4\u00a0N/mm"
+
+
+def test_a_learning_plot_holds_the_last_band() -> None:
+    curve = machine_page().learning[0]
+    low, high = tightening(curve.mean[:, 0], curve.sd[:, 0])
+    assert low < curve.mean[-1, 0] - 2.0 * curve.sd[-1, 0]
+    assert high > curve.mean[-1, 0] + 2.0 * curve.sd[-1, 0]
+    assert high < curve.mean[0, 0] + 2.0 * curve.sd[0, 0]
+
+
+def test_every_term_has_shop_words() -> None:
+    assert {term.name for term in TERMS} <= set(TERM_WORDS)
