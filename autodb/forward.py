@@ -41,14 +41,15 @@ class PredictedCut:
 def force_N(feed_mm: Array, depth_mm: Array, parameters: Parameters) -> tuple[Array, Array]:
     """Return the mean force and the standard deviation of the next cut's force, each (n,).
 
-    Variance = design · covariance · designᵀ + (process share · F)²: parameters (which hold the
-    calibration's common error) and process scatter. Sensing noise is not in it: it is the force
-    that is predicted, not its next reading.
+    Variance = design · covariance · designᵀ + misfit² + (process share · F)²: parameters (which
+    hold the calibration's common error), misfit of the law, process scatter. Sensing noise is not
+    in it: it is the force that is predicted, not its next reading.
     """
     design = law.design(feed_mm, depth_mm)
     mean = design @ parameters.belief.mean
     variance = np.einsum("ni,ij,nj->n", design, parameters.belief.covariance, design)
-    return mean, np.sqrt(variance + (parameters.process_share * mean) ** 2)
+    process = (parameters.process_share * mean) ** 2
+    return mean, np.sqrt(variance + parameters.misfit_N**2 + process)
 
 
 def predict(cut: JobCut, parameters: dict[str, Parameters]) -> PredictedCut:

@@ -32,33 +32,40 @@ class SensedCuts:
 
 @dataclass(frozen=True)
 class Parameters:
-    """Belief about (K_c, K_e), the share of force that scatters from cut to cut, and n."""
+    """Belief about (K_c, K_e, K_n), what the law does not hold, and the number of cuts behind it.
+
+    ``process_share``: share of the force that scatters from cut to cut. ``misfit_N``: standard
+    deviation by which the law misses whole regions of depth and feed, however many cuts there are.
+    """
 
     belief: Gaussian
     process_share: float
+    misfit_N: float
     n_cuts: int
 
 
 def learn(cuts: SensedCuts, *, prior: Gaussian = law.PRIOR) -> Parameters:
     """Return the posterior of one component's parameters after the cuts.
 
-    F = K_c a_p f + K_e a_p + process + sensing + common·δ, δ ~ N(0, calibration covariance). The
-    process' standard deviation is a share of the force, found from what the residuals scatter
-    beyond the sensing sd; posterior and share are iterated.
+    F = K_c a_p f + K_e a_p + K_n + misfit + process + sensing + common·δ, δ ~ N(0, calibration
+    covariance). What the residuals hold beyond the sensing sd is split into a misfit of the law
+    (means over regions of depth and feed) and process scatter; posterior and split are iterated.
     """
     design = np.column_stack([law.design(cuts.feed_mm, cuts.depth_mm), cuts.common])
     start = Gaussian(
         np.concatenate([prior.mean, np.zeros(2)]),
         _block(prior.covariance, cuts.calibration_covariance),
     )
-    share = 0.0
+    share = misfit_N = 0.0
     for _ in range(ROUNDS):
-        noise = np.sqrt(cuts.sd_N**2 + (share * cuts.force_N) ** 2)
+        noise = np.sqrt(cuts.sd_N**2 + (share * cuts.force_N) ** 2 + misfit_N**2)
         posterior = update(start, design, cuts.force_N, noise)
         residual = cuts.force_N - design @ posterior.mean
-        share = _process_share(residual, cuts)
-    belief = Gaussian(posterior.mean[:2], posterior.covariance[:2, :2])
-    return Parameters(belief, share, len(cuts.force_N))
+        misfit_N = _misfit_N(residual, cuts)
+        share = _process_share(residual, cuts, misfit_N)
+    own = len(prior.mean)
+    belief = Gaussian(posterior.mean[:own], posterior.covariance[:own, :own])
+    return Parameters(belief, share, misfit_N, len(cuts.force_N))
 
 
 def _block(a: Array, b: Array) -> Array:
@@ -68,10 +75,27 @@ def _block(a: Array, b: Array) -> Array:
     return whole
 
 
-def _process_share(residual: Array, cuts: SensedCuts) -> float:
-    """Return √((Σr²/(n−2) − mean sd²)/mean F²); 0 where sensing alone explains the residuals."""
+def _misfit_N(residual: Array, cuts: SensedCuts) -> float:
+    """Return the rms of the regions' mean residuals beyond what chance gives them.
+
+    Regions are depth and feed, each split at its median; fewer than 3 cuts make no region. 0 where
+    chance explains the means, or there are fewer than two regions.
+    """
+    deep = cuts.depth_mm > np.median(cuts.depth_mm)
+    thick = cuts.feed_mm > np.median(cuts.feed_mm)
+    excess = []
+    for rows in (deep & thick, deep & ~thick, ~deep & thick, ~deep & ~thick):
+        n = int(rows.sum())
+        if n >= 3:
+            chance = float(np.mean(residual[rows] ** 2)) / n
+            excess.append(float(np.mean(residual[rows])) ** 2 - chance)
+    return float(np.sqrt(max(0.0, np.mean(excess)))) if len(excess) > 1 else 0.0
+
+
+def _process_share(residual: Array, cuts: SensedCuts, misfit_N: float) -> float:
+    """Return √((Σr²/(n−2) − mean sd² − misfit²)/mean F²); 0 where the rest explains it."""
     n = len(residual)
     if n <= 2:
         return 0.0
-    excess = float(np.sum(residual**2)) / (n - 2) - float(np.mean(cuts.sd_N**2))
+    excess = float(np.sum(residual**2)) / (n - 2) - float(np.mean(cuts.sd_N**2)) - misfit_N**2
     return float(np.sqrt(max(0.0, excess) / np.mean(cuts.force_N**2)))

@@ -147,7 +147,7 @@ def _inside(check: PredictedSensed) -> NDArray[np.bool_]:
 def _calibration(n: int, plot: CalibrationPlot) -> Markup:
     tone = "corrected" if plot.offered else "recording"
     made = figures.figure(
-        [f"Force {plot.component.upper()} from a reference [{plot.unit}]"],
+        [f"{_felt_as(plot)} from a reference [{plot.unit}]"],
         x_title=plot.current_label,
     )
     felt = np.isfinite(plot.current) & np.isfinite(plot.target)
@@ -162,6 +162,10 @@ def _calibration(n: int, plot: CalibrationPlot) -> Markup:
         )
     label = f"{plot.axis}: force against current, {plot.verdict}"
     return figures.as_html(made, f"calibration-{n}", height_px=320, label=label)
+
+
+def _felt_as(plot: CalibrationPlot) -> str:
+    return "Torque" if plot.unit == "N·m" else f"Force {plot.component.upper()}"
 
 
 def _learning(n: int, curve: LearningCurve) -> list[Markup]:

@@ -212,6 +212,7 @@ def _update_pair(
             mean=learnt.belief.mean.tolist(),
             covariance=learnt.belief.covariance.tolist(),
             process_share=learnt.process_share,
+            misfit_N=learnt.misfit_N,
             n_cuts=learnt.n_cuts,
             previous=last if seen is not None else None,
             forces=fresh,
@@ -262,4 +263,4 @@ def _calibration_of(parameters: models.CuttingParameters) -> int | None:
 def as_parameters(row: models.CuttingParameters) -> Parameters:
     """Return a stored version as the record that the forward model takes."""
     belief = Gaussian(np.array(row.mean), np.array(row.covariance))
-    return Parameters(belief, row.process_share, row.n_cuts)
+    return Parameters(belief, row.process_share, row.misfit_N, row.n_cuts)

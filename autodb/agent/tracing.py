@@ -8,6 +8,7 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from autodb.agent.refreshing import chain, pair_name
+from autodb.cutting.law import PARAMETER_UNITS, PARAMETERS
 from autodb.errors import UnusableInput, near
 from autodb.store import Store, models
 
@@ -60,12 +61,15 @@ def _sensed(session: Session, row: models.SensedForce) -> Node:
 
 
 def _parameters(session: Session, row: models.CuttingParameters) -> Node:
-    (k_c, k_e), cov = row.mean, row.covariance
-    chip = f"K_c {k_c:.1f} ± {cov[0][0] ** 0.5:.1f} N/mm²"
-    edge = f"K_e {k_e:.1f} ± {cov[1][1] ** 0.5:.1f} N/mm"
+    values = ", ".join(
+        f"{name} {mean:.1f} ± {row.covariance[i][i] ** 0.5:.1f} {unit}"
+        for i, (name, unit, mean) in enumerate(
+            zip(PARAMETERS, PARAMETER_UNITS, row.mean, strict=True)
+        )
+    )
     node = Node(
         f"parameters {row.id}: {pair_name(row.pair)}, force.{row.component}, "
-        f"version {row.version}: {chip}, {edge}, {row.n_cuts} cuts"
+        f"version {row.version}: {values}, {row.n_cuts} cuts"
     )
     forces = [force for version in chain(row) for force in version.forces]
     by_recording: dict[int, list[models.SensedForce]] = {}

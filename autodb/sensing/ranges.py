@@ -100,14 +100,23 @@ def current_signal(table: CutTable, axis: str) -> tuple[str, Array] | None:
     return None
 
 
-def calibrate(
-    table: CutTable, axis: str, *, force_N: Array | None = None, reference_share: float = 0.0
-) -> Calibration:
-    """Fit one axis' line on the cuts in which it moves, scored on groups left out.
+@dataclass(frozen=True)
+class Points:
+    """What a line is fitted to: rows (m,) in which the axis moves and the target is known."""
+
+    channel: str
+    unit: str
+    cut: Array
+    current: Array
+    target: Array
+    groups: NDArray[np.generic]
+    grouped_by: str
+
+
+def calibration_points(table: CutTable, axis: str, *, force_N: Array | None = None) -> Points:
+    """Return the current and the reference force or torque of the cuts in which an axis moves.
 
     ``force_N`` (n,) are the reference forces (NaN: none); default the table's own ``force.*``.
-    ``reference_share``: relative standard deviation that all references share; it scales the whole
-    line and so enters its covariance.
 
     Raises UnusableInput when the current, the force or enough independent groups are missing.
     """
@@ -118,30 +127,54 @@ def calibrate(
     force = table[f"force.{component}"] if force_N is None else force_N
     target, unit = _target(table, axis, force)
     used = moving(table, axis) & np.isfinite(target) & np.isfinite(signal[1])
-    current, y = signal[1][used], target[used]
     groups, grouped_by = grouping(table, used)
     if len(np.unique(groups)) < MIN_GROUPS:
         raise UnusableInput(
             f"{table.path}: {axis}: {len(np.unique(groups))} independent groups of cuts with "
             f"force.{component}; {MIN_GROUPS} or more would work"
         )
-    sudden = transients(current, y, groups)
+    return Points(
+        channel=signal[0],
+        unit=unit,
+        cut=table.cut[used],
+        current=signal[1][used],
+        target=target[used],
+        groups=groups,
+        grouped_by=grouped_by,
+    )
+
+
+def calibrate(
+    table: CutTable, axis: str, *, force_N: Array | None = None, reference_share: float = 0.0
+) -> Calibration:
+    """Fit one axis' line on the cuts in which it moves, scored on groups left out.
+
+    ``force_N`` as in ``calibration_points``. ``reference_share``: relative standard deviation that
+    all references share; it scales the whole line and so enters its covariance.
+
+    Raises UnusableInput when the current, the force or enough independent groups are missing.
+    """
+    points = calibration_points(table, axis, force_N=force_N)
+    sudden = transients(points.current, points.target, points.groups)
     keep = ~sudden
-    fit = fitting.line(current[keep], y[keep])
+    current, target = points.current[keep], points.target[keep]
+    fit = fitting.line(current, target)
+    shared = reference_share**2 * np.outer(fit.coefficients, fit.coefficients)
     return Calibration(
         axis=axis,
-        component=component,
-        channel=signal[0],
-        current_unit=table.unit(signal[0].split(" − ", maxsplit=1)[0]),
-        unit=unit,
+        component=COMPONENT_OF_AXIS[axis],
+        channel=points.channel,
+        current_unit=table.unit(points.channel.split(" − ", maxsplit=1)[0]),
+        unit=points.unit,
         coefficients=fit.coefficients,
-        covariance=fit.covariance
-        + reference_share**2 * np.outer(fit.coefficients, fit.coefficients),
-        scores=_scores(current[keep], y[keep], groups[keep], grouped_by),
-        scores_with_transients=_scores(current, y, groups, grouped_by),
-        transients=tuple(table.cut[used][sudden].tolist()),
-        current_low=float(current[keep].min()),
-        current_high=float(current[keep].max()),
+        covariance=fit.covariance + shared,
+        scores=_scores(current, target, points.groups[keep], points.grouped_by),
+        scores_with_transients=_scores(
+            points.current, points.target, points.groups, points.grouped_by
+        ),
+        transients=tuple(points.cut[sudden].tolist()),
+        current_low=float(current.min()),
+        current_high=float(current.max()),
     )
 
 

@@ -49,7 +49,7 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
             quasi = signals.quasi_static(recording[force], rate_hz=rate)
             row[force] = float(np.mean(quasi[segments.cut]) - np.mean(quasi[segments.air]))
     side = recording.side
-    texts = {
+    texts: dict[str, list[str]] = {
         "operation": [side.cut.operation or ""],
         "work.material": [side.recording.work or ""],
         "tool": [side.tool.name or ""],

@@ -220,6 +220,7 @@ class CuttingParameters(Base):
     mean: Mapped[list[Any]]
     covariance: Mapped[list[Any]]
     process_share: Mapped[float]
+    misfit_N: Mapped[float]
     n_cuts: Mapped[int]
     previous_id: Mapped[int | None] = mapped_column(ForeignKey("cutting_parameters.id"))
     created_at: Mapped[str] = mapped_column(default=_now)

@@ -1,14 +1,48 @@
 """Identifiers of every effect that a simulation may say it includes, modelled here or not."""
 
-AXIS = (
-    "coulomb viscous stribeck asymmetry position_friction gravity spring cogging inertia "
-    "cross_coupling warmup presliding backlash compliance external_load gain sensor_drift lag "
-    "saturation lost_sign windage"
-).split()
-CUTTING = (
-    "shear edge_force size_effect speed_softening built_up_edge tool_wear hard_spot depth_error "
-    "nose_radius runout deflection chatter sensor_drift gain"
-).split()
-TABLE = "table_gravity table_inertia thermal_drift crosstalk".split()
+AXIS = frozenset(
+    {
+        "coulomb",
+        "viscous",
+        "stribeck",
+        "asymmetry",
+        "position_friction",
+        "gravity",
+        "spring",
+        "cogging",
+        "inertia",
+        "cross_coupling",
+        "warmup",
+        "presliding",
+        "backlash",
+        "compliance",
+        "external_load",
+        "gain",
+        "sensor_drift",
+        "lag",
+        "saturation",
+        "lost_sign",
+        "windage",
+    }
+)
+CUTTING = frozenset(
+    {
+        "shear",
+        "edge_force",
+        "size_effect",
+        "speed_softening",
+        "built_up_edge",
+        "tool_wear",
+        "hard_spot",
+        "depth_error",
+        "nose_radius",
+        "runout",
+        "deflection",
+        "chatter",
+        "sensor_drift",
+        "gain",
+    }
+)
+TABLE = frozenset({"table_gravity", "table_inertia", "thermal_drift", "crosstalk"})
 
-VOCABULARY: frozenset[str] = frozenset([*AXIS, *CUTTING, *TABLE])
+VOCABULARY: frozenset[str] = AXIS | CUTTING | TABLE

@@ -220,6 +220,7 @@ def upgrade() -> None:
         sa.Column("mean", sa.JSON(), nullable=False),
         sa.Column("covariance", sa.JSON(), nullable=False),
         sa.Column("process_share", sa.Double(), nullable=False),
+        sa.Column("misfit_N", sa.Double(), nullable=False),
         sa.Column("n_cuts", sa.Integer(), nullable=False),
         sa.Column("previous_id", sa.Integer(), nullable=True),
         sa.Column("created_at", sa.String(), nullable=False),
