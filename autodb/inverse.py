@@ -51,7 +51,8 @@ def learn(cuts: SensedCuts, *, prior: Gaussian = law.PRIOR) -> Parameters:
     covariance). What the residuals hold beyond the sensing sd is split into a misfit of the law
     (means over regions of depth and feed) and process scatter; posterior and split are iterated.
     """
-    design = np.column_stack([law.design(cuts.feed_mm, cuts.depth_mm), cuts.common])
+    own_design = law.design(cuts.feed_mm, cuts.depth_mm)
+    design = np.column_stack([own_design, _expected_common(own_design, cuts.common)])
     start = Gaussian(
         np.concatenate([prior.mean, np.zeros(2)]),
         _block(prior.covariance, cuts.calibration_covariance),
@@ -66,6 +67,16 @@ def learn(cuts: SensedCuts, *, prior: Gaussian = law.PRIOR) -> Parameters:
     own = len(prior.mean)
     belief = Gaussian(posterior.mean[:own], posterior.covariance[:own, :own])
     return Parameters(belief, share, misfit_N, len(cuts.force_N))
+
+
+def _expected_common(design: Array, common: Array) -> Array:
+    """Return ``common`` with the slope's column as the law expects it, (n, 2).
+
+    That column is the measured current; its noise is the sensed force's own noise, and a force
+    regressed on itself would put every scatter down to the calibration.
+    """
+    expected = design @ np.linalg.lstsq(design, common[:, 1], rcond=None)[0]
+    return np.column_stack([common[:, 0], expected])
 
 
 def _block(a: Array, b: Array) -> Array:

@@ -12,6 +12,9 @@ from scipy import signal
 Array = NDArray[np.float64]
 
 BUTTERWORTH_ORDER = 4
+STANDING_HZ = 0.05
+"""Electrical frequency below which an axis counts as standing. Chosen: half of 0.1 Hz, the slowest
+that a range is read at."""
 
 
 def lowpass(values: Array, *, rate_hz: float, cutoff_hz: float) -> Array:
@@ -61,22 +64,29 @@ def three_phase_range(
     """Return the current range 2·|i| of the space vector of three phase currents.
 
     i = (2/3)(u + v e^{2πi/3} + w e^{4πi/3}) (Clarke); each phase's Hall offset is taken off as the
-    mean over the turning part. Where the phasor stands (below 0.05 Hz) the range is NaN: a standing
+    mean over the turning part. Where the phasor stands (STANDING_HZ) the range is NaN: a standing
     axis shows no load. Range and frequency are averaged over ``smooth_s``.
     """
-    offset = np.stack([u_A, v_A, w_A])
-    turn = np.exp(2j * np.pi / 3)
-    vector = (2.0 / 3.0) * (u_A + v_A * turn + w_A * turn**2)
-    step = np.angle(vector[1:] * np.conj(vector[:-1]))
-    frequency = (
-        _moving_average(np.append(step, step[-1]), rate_hz, smooth_s) * rate_hz / (2 * np.pi)
-    )
-    turning = np.abs(frequency) > 0.05
+    phases = np.stack([u_A, v_A, w_A])
+    vector = _space_vector(phases)
+    frequency = _frequency_hz(vector, rate_hz, smooth_s)
+    turning = np.abs(frequency) > STANDING_HZ
     if turning.any():
-        offset = offset - np.mean(offset[:, turning], axis=1, keepdims=True)
-        vector = (2.0 / 3.0) * (offset[0] + offset[1] * turn + offset[2] * turn**2)
+        vector = _space_vector(phases - np.mean(phases[:, turning], axis=1, keepdims=True))
+        frequency = np.where(turning, _frequency_hz(vector, rate_hz, smooth_s), frequency)
     amplitude = np.sqrt(_moving_average(np.abs(vector) ** 2, rate_hz, smooth_s))
     return PhaseRange(np.where(turning, 2.0 * amplitude, np.nan), np.abs(frequency))
+
+
+def _space_vector(phases_A: Array) -> NDArray[np.complex128]:
+    turn = np.exp(2j * np.pi / 3)
+    vector = (2.0 / 3.0) * (phases_A[0] + phases_A[1] * turn + phases_A[2] * turn**2)
+    return np.asarray(vector, dtype=np.complex128)
+
+
+def _frequency_hz(vector: NDArray[np.complex128], rate_hz: float, smooth_s: float) -> Array:
+    step = np.angle(vector[1:] * np.conj(vector[:-1])) * rate_hz / (2 * np.pi)
+    return _moving_average(np.append(step, step[-1]), rate_hz, smooth_s)
 
 
 def _moving_average(values: Array, rate_hz: float, window_s: float) -> Array:

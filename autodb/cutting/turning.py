@@ -9,12 +9,16 @@ PASSIVE_AXIS = {"turn": "x", "face": "z"}
 """Axis that stands still in an operation, so that its current shows no load (P1 section 5)."""
 
 
-def effective_radius_mm(diameter_mm: Array, depth_mm: Array) -> Array:
+def effective_radius_mm(
+    diameter_mm: Array, depth_mm: Array, *, facing: NDArray[np.bool_] | None = None
+) -> Array:
     """Return the torque arm r_e = r_w + a_p/2, (n,), mm.
 
-    r_w is the machined radius at the tool tip: half the work diameter (P1 section 9).
+    r_w is the machined radius at the tool tip: half the work diameter (P1 section 9). In facing the
+    depth lies along the axis, so the arm is r_w itself.
     """
-    return 0.5 * diameter_mm + 0.5 * depth_mm
+    radial = depth_mm if facing is None else np.where(facing, 0.0, depth_mm)
+    return 0.5 * diameter_mm + 0.5 * radial
 
 
 def torque_N_m(tangential_N: Array, radius_mm: Array) -> Array:

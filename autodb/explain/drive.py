@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from autodb.explain import search
 from autodb.explain.answer import ChannelAnswer, Considered, Trace, Where
 from autodb.explain.axis import NAMED, AxisColumns, axis_columns, simulation_terms
-from autodb.explain.causes import named_cause, retuned, unknown_cause
+from autodb.explain.causes import SIMPLE_ENOUGH, named_cause, retuned, unknown_cause
 from autodb.explain.fit import Estimate, estimate, held_out, quality, rms
 from autodb.explain.locate import regimes
 from autodb.explain.noise import Whitener
-from autodb.explain.propose import free_shape, propose
+from autodb.explain.propose import propose
 from autodb.explain.state import State, gram_of, noise_floor, whitener_of, work
 from autodb.records import Recording
 
@@ -22,9 +22,6 @@ WORKING_HZ = 100.0
 """Rate that the search works at: friction, inertia and loads of an axis are slower."""
 GAP_S = 0.25
 """Rows this near to a block left out are not fitted on: noise is correlated over such times."""
-SIMPLE_ENOUGH = 0.9
-"""A one-parameter law is taken before a smooth family when it explains this share of what the
-family does: simple causes come before rich ones; the family is judged again on what is left."""
 
 
 def explain_axis(
@@ -102,8 +99,8 @@ def _variables(columns: AxisColumns, term: str) -> tuple[str, ...]:
 def _search(state: State, columns: AxisColumns) -> Whitener:
     """Accept blocks one by one; the noise is estimated again after each."""
     for _ in range(search.MAX_STEPS):
+        propose(state, columns, whitener_of(state))
         whitener = whitener_of(state)
-        propose(state, columns, whitener)
         gram = gram_of(state, whitener, detail=True)
         step = search.step(gram, state.active, list(state.blocks.values()))
         state.first_step = state.first_step or step
@@ -112,8 +109,6 @@ def _search(state: State, columns: AxisColumns) -> Whitener:
         key = _simplest(gram, state, step)
         state.active.append(key)
         state.chosen[key] = step.evidence
-        if key in state.intervals:
-            free_shape(state, key)
         if key in state.finer:
             state.detail[key] = state.finer[key]
     whitener = whitener_of(state)
@@ -125,13 +120,13 @@ def _search(state: State, columns: AxisColumns) -> Whitener:
 
 def _not_vetoed(state: State, keys: list[str]) -> list[str]:
     """Return the blocks, in order, with which blocks of motion left out are predicted better."""
-    difference = work(state, state.difference)
+    own, difference = work(state, state.own_matrix()), work(state, state.difference)
     gap = round(GAP_S * WORKING_HZ)
     kept: list[str] = []
     best = rms(difference)
     for key in [k for k in state.active if k in keys]:
-        columns = np.column_stack([state.own_matrix(), state.matrix([*kept, key])])
-        score = rms(held_out(work(state, columns), difference, gap=gap))
+        columns = np.column_stack([own, state.working([*kept, key])])
+        score = rms(held_out(columns, difference, gap=gap))
         if score < best:
             kept.append(key)
             best = score
@@ -158,10 +153,9 @@ def _answer(
     state: State, columns: AxisColumns, trace: Trace, unit: str, whitener: Whitener
 ) -> tuple[ChannelAnswer, Trace]:
     """Turn the accepted columns into causes, a corrected channel and scores."""
-    named = [k for k in state.active if state.blocks[k].term != "unknown"]
-    shapes = [k for k in state.active if state.blocks[k].term == "unknown"]
+    named, shapes = state.named(), state.shapes()
     fitted, correction, unknown_part = _fit(state, named, shapes, whitener)
-    causes = [named_cause(state, key, i, fitted, unit) for i, key in enumerate(named)]
+    causes = [named_cause(state, key, at, fitted, unit) for key, at in _places(state, named)]
     if shapes:
         causes.append(unknown_cause(state, shapes, unknown_part, unit))
     causes += retuned(state, fitted, trace.simulation, whitener, unit)
@@ -187,6 +181,12 @@ def _answer(
         unexplained=_unexplained(state, after, len(causes)),
     )
     return answer, replace(trace, corrected=trace.simulation + correction)
+
+
+def _places(state: State, named: list[str]) -> list[tuple[str, int]]:
+    """Return each named block with the place of its first column."""
+    widths = [state.blocks[key].columns.shape[1] for key in named]
+    return list(zip(named, (np.cumsum(widths) - widths).tolist(), strict=True))
 
 
 def _fit(

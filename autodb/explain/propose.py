@@ -28,18 +28,24 @@ def propose(state: State, columns: AxisColumns, whitener: Whitener) -> None:
             state.intervals.pop(key, None)
     number = len(state.active)
     now = np.column_stack([state.own_matrix(), state.matrix(state.active)])
-    white = whitener(work(state, np.column_stack([now, state.difference])))
+    reduced = np.column_stack([work(state, state.own_matrix()), state.working(state.active)])
+    white = whitener(np.column_stack([reduced, work(state, state.difference)]))
     left = white[:, -1] - white[:, :-1] @ estimate(white[:, :-1], white[:, -1]).coefficients
     plain = state.difference - now @ estimate(now, state.difference).coefficients
     _propose_load(state, left, plain, order=len(whitener.coefficients))
     place = next(iter(columns.signals))
     found = ripple(columns.signals[place], plain)
     if found is not None and "ripple" not in " ".join(state.active):
-        block = search.Block(
-            f"ripple {number}", "unknown", found.columns, (place,), tries=found.tries,
-            extra_parameters=1,
-        )  # fmt: skip
-        state.blocks[block.key] = block
+        state.add(
+            search.Block(
+                f"ripple {number}",
+                "unknown",
+                found.columns,
+                (place,),
+                tries=found.tries,
+                extra_parameters=1,
+            )
+        )
 
 
 def _propose_load(state: State, left: Array, plain: Array, *, order: int) -> None:
@@ -58,20 +64,22 @@ def _propose_load(state: State, left: Array, plain: Array, *, order: int) -> Non
         return
     key = f"external_load {len(state.active)}"
     state.intervals[key] = (low, high)
-    state.blocks[key] = search.Block(
-        key, "external_load", column[:, None], ("t",), tries=tries, extra_parameters=2
-    )
+    columns = load_columns(state.t_s, low, high)
+    state.add(search.Block(key, "external_load", columns, ("t",), tries=tries, extra_parameters=2))
 
 
-def free_shape(state: State, key: str) -> None:
-    """A load need not be constant or sudden: slope, bow and both flanks stay free columns."""
-    start, end = state.intervals[key]
-    flank = min(0.5, 0.1 * (end - start))
-    for name, at in (("start", start), ("end", end)):
-        state.own[f"{key} {name}"] = external_load(
-            state.t_s, start_s=at - flank, end_s=at + flank
-        ) * np.sign(state.t_s - at)
-    inside = external_load(state.t_s, start_s=start, end_s=end)
-    run = np.clip(2 * (state.t_s - start) / max(end - start, 1e-9) - 1, -1, 1)
-    state.own[f"{key} slope"] = inside * run
-    state.own[f"{key} bow"] = inside * (1.5 * run**2 - 0.5)
+def load_columns(t_s: Array, start_s: float, end_s: float) -> Array:
+    """Return columns (n, 5) of a load that need be neither constant nor sudden.
+
+    Level first; then slope and bow within, and the two flanks, which change no level.
+    """
+    inside = external_load(t_s, start_s=start_s, end_s=end_s)
+    run = np.clip(2 * (t_s - start_s) / max(end_s - start_s, 1e-9) - 1, -1, 1)
+    flank = min(0.5, 0.1 * (end_s - start_s))
+    flanks = [
+        external_load(t_s, start_s=at - flank, end_s=at + flank)
+        * np.sign(t_s - at)
+        * (1 - np.abs(t_s - at) / flank)
+        for at in (start_s, end_s)
+    ]
+    return np.column_stack([inside, inside * run, inside * (1.5 * run**2 - 0.5), *flanks])

@@ -181,9 +181,13 @@ def calibrate(
 def _target(table: CutTable, axis: str, force_N: Array) -> tuple[Array, str]:
     """Return what the line predicts: spindle torque where the torque arm is known, else force."""
     if axis == "spindle" and "work.diameter" in table and "cutting.depth" in table:
-        radius = effective_radius_mm(table["work.diameter"], table["cutting.depth"])
-        return torque_N_m(force_N, radius), "N·m"
+        return torque_N_m(force_N, _radius_mm(table)), "N·m"
     return force_N, "N"
+
+
+def _radius_mm(table: CutTable) -> Array:
+    facing = np.array([o == "face" for o in table.texts.get("operation", [""] * len(table))])
+    return effective_radius_mm(table["work.diameter"], table["cutting.depth"], facing=facing)
 
 
 def moving(table: CutTable, axis: str) -> NDArray[np.bool_]:
@@ -278,5 +282,4 @@ def _newtons_per_target(table: CutTable, calibration: Calibration) -> Array:
         return np.ones(len(table))
     if "work.diameter" not in table or "cutting.depth" not in table:
         return np.full(len(table), np.nan)
-    radius = effective_radius_mm(table["work.diameter"], table["cutting.depth"])
-    return 1000.0 / radius
+    return 1000.0 / _radius_mm(table)

@@ -5,6 +5,7 @@ the middle leaves the database as it was before.
 """
 
 import os
+import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -60,9 +61,9 @@ def open_store(url: str) -> Store:
 
     Raises UnusableInput when there is none, it is no database, or its schema is another.
     """
+    engine = _engine(url)
     if _missing_file(url):
         raise UnusableInput(f"{url}: no database there; 'autodb init' makes one")
-    engine = _engine(url)
     found = _revision(engine, url)
     if found is None:
         raise UnusableInput(f"{url}: no autodb database; 'autodb init' makes one")
@@ -104,6 +105,7 @@ def _on_connect(connection: Any, _record: object) -> None:
     cursor = connection.cursor()
     cursor.execute("PRAGMA foreign_keys=ON")
     cursor.execute("PRAGMA busy_timeout=60000")
+    cursor.execute("PRAGMA journal_mode=WAL")
     cursor.close()
 
 
@@ -113,10 +115,7 @@ def _on_begin(connection: Connection) -> None:
 
 
 def _missing_file(url: str) -> bool:
-    try:
-        database = make_url(url).database
-    except ArgumentError:
-        return False
+    database = make_url(url).database
     return bool(database) and database != ":memory:" and not Path(str(database)).exists()
 
 
@@ -137,14 +136,11 @@ def _head() -> str:
 
 def _revision(engine: Engine, url: str) -> str | None:
     try:
-        raw = engine.raw_connection()
-        raw.cursor().execute("PRAGMA journal_mode=WAL")
-        raw.close()
         if not inspect(engine).has_table("alembic_version"):
             return None
         with engine.connect() as connection:
             row = connection.exec_driver_sql("SELECT version_num FROM alembic_version").first()
         return str(row[0]) if row else None
-    except DatabaseError as error:
-        reason = str(error.orig)
+    except (sqlite3.Error, DatabaseError) as error:
+        reason = getattr(error, "orig", error)
         raise UnusableInput(f"{url}: cannot be opened as a database ({reason})") from None

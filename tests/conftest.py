@@ -1,0 +1,87 @@
+"""Shared fixtures: where the real recordings are, and the command line in-process."""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+SHARED = Path(os.environ.get("AUTODB_SHARED", ROOT.parent / "shared")) / "data"
+
+
+def _real(*parts: str) -> Path:
+    path = SHARED.joinpath(*parts)
+    if not path.exists():
+        pytest.skip(f"real recording not here: {path}")
+    return path
+
+
+@pytest.fixture
+def vicomtech() -> Path:
+    """Return the Vicomtech table, or skip saying that it is not here."""
+    return _real("vicomtech_turning_wear", "Dataset_Machine_tool_wear.csv")
+
+
+@pytest.fixture
+def emps() -> Path:
+    """Return the EMPS recording, or skip saying that it is not here."""
+    return _real("emps", "DATA_EMPS.mat")
+
+
+@pytest.fixture
+def tryout() -> Path:
+    """Return the folder of foreign synthetic recordings, or skip saying that it is not here."""
+    return _real("tryout")
+
+
+@pytest.fixture(scope="session")
+def sample_jobs() -> Path:
+    """Return the sample jobs of this checkout."""
+    return ROOT / "sample_jobs"
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What a command did."""
+
+    code: int
+    out: str
+    err: str
+
+
+Cli = Callable[..., Ran]
+
+
+@pytest.fixture
+def cli(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Cli:
+    """Return a function that runs a command in-process, in a fresh working folder."""
+    from autodb.cli import run
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("AUTODB_DB", raising=False)
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def call(*arguments: object) -> Ran:
+        capsys.readouterr()
+        code = run([str(a) for a in arguments])
+        text = capsys.readouterr()
+        return Ran(code, text.out, text.err)
+
+    return call
+
+
+@pytest.fixture
+def refused(cli: Cli) -> Callable[..., str]:
+    """Return a function that runs a command, checks that it refuses in one line, and returns it."""
+
+    def call(*arguments: object) -> str:
+        done = cli(*arguments)
+        assert done.code == 2
+        lines = done.err.strip().splitlines()
+        assert len(lines) == 1
+        assert lines[0].startswith("autodb: ")
+        return lines[0]
+
+    return call

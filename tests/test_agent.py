@@ -1,0 +1,288 @@
+"""One machine's life through the command line, on the sample recordings."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from sqlalchemy import select
+
+from autodb.store import models, open_store
+from tests.conftest import Cli, Ran
+
+URL = "sqlite:///autodb.sqlite3"
+
+
+@pytest.fixture
+def recordings(sample_jobs: Path) -> Path:
+    return sample_jobs / "stepped_shaft" / "recordings"
+
+
+@pytest.fixture
+def learnt(cli: Cli, recordings: Path) -> Cli:
+    """Return the command line on a machine that has learnt the sample's first week."""
+    assert cli("init").code == 0
+    assert cli("machine", "add", "lathe-1").code == 0
+    files = ("standard-cuts.csv", "standard-cut-raw.parquet", "shop-week-1.csv")
+    assert cli("import", *(recordings / f for f in files), "--machine", "lathe-1").code == 0
+    assert cli("calibrate", "--machine", "lathe-1").code == 0
+    assert cli("refresh", "--machine", "lathe-1").code == 0
+    return cli
+
+
+def _rows(model: type[models.Base]) -> list[models.Base]:
+    store = open_store(URL)
+    with store.reading() as session:
+        rows = list(session.scalars(select(model)))
+        session.expunge_all()
+    store.close()
+    return rows
+
+
+def test_repeats_say_already_there(learnt: Cli, recordings: Path) -> None:
+    for arguments, says in (
+        (("init",), "already there"),
+        (("machine", "add", "lathe-1"), "already there"),
+        (("import", recordings / "shop-week-1.csv", "--machine", "lathe-1"), "already there"),
+        (("calibrate", "--machine", "lathe-1"), "already there"),
+        (("refresh", "--machine", "lathe-1"), "nothing new"),
+    ):
+        done = learnt(*arguments)
+        assert done.code == 0
+        assert says in done.out
+    assert len(_rows(models.CuttingParameters)) == 2
+
+
+def test_raw_phase_currents_give_the_same_ranges_as_the_cut_table(
+    learnt: Cli, recordings: Path
+) -> None:
+    """The raw recording repeats a standard cut; its demodulated rise is within 10 % of the table's.
+
+    Two cuts differ by process scatter (5 % at one sd in z) besides the demodulation.
+    """
+    del learnt
+    from autodb import records
+
+    raw = next(r for r in _rows(models.Cut) if isinstance(r, models.Cut) and r.recording_id == 2)
+    table = records.read(recordings / "standard-cuts.csv")
+    alike = (
+        (np.abs(table["cutting.feed"] - 0.2) < 1e-9)
+        & (np.abs(table["cutting.depth"] - 2.0) < 1e-9)
+        & (np.array(table.texts["operation"]) == "turn")
+    )
+    rise = (table["z.current.range"] - table["z.current.air"])[alike].mean()
+    found = raw.measured["z.current.range"] - raw.measured["z.current.air"]
+    assert_allclose(found, rise, rtol=0.10)
+    assert_allclose(raw.measured["force.z"], table["force.z"][alike].mean(), rtol=0.2)
+
+
+def test_not_sensed_is_never_zero(learnt: Cli) -> None:
+    del learnt
+    forces = [row for row in _rows(models.SensedForce) if isinstance(row, models.SensedForce)]
+    passive = [f for f in forces if f.component == "x" and f.value_N is None]
+    assert passive
+    assert all("stands still" in str(f.reason) for f in passive)
+
+
+def test_a_new_calibration_makes_new_parameters(learnt: Cli, recordings: Path) -> None:
+    assert learnt("calibrate", recordings / "standard-cuts.csv", "--machine", "lathe-1").code == 0
+    done = learnt("refresh", "--machine", "lathe-1")
+    assert "version 2" in done.out
+    rows = [r for r in _rows(models.CuttingParameters) if isinstance(r, models.CuttingParameters)]
+    assert [r.previous_id for r in rows if r.version == 2] == [None, None]
+
+
+def test_new_cuts_build_on_the_last_version(learnt: Cli, recordings: Path) -> None:
+    again = Path("more.csv")
+    lines = (recordings / "shop-week-1.csv").read_text().splitlines()
+    again.write_text("\n".join([lines[0], *(f"9{line}" for line in lines[1:11])]) + "\n")
+    assert learnt("import", again, "--machine", "lathe-1").code == 0
+    assert "version 2 from 71 cuts" in learnt("refresh", "--machine", "lathe-1").out
+    rows = [r for r in _rows(models.CuttingParameters) if isinstance(r, models.CuttingParameters)]
+    assert all(r.previous_id is not None for r in rows if r.version == 2)
+
+
+def test_the_sample_job_gives_its_expected_result(learnt: Cli, sample_jobs: Path) -> None:
+    folder = sample_jobs / "stepped_shaft"
+    done = learnt("predict", folder / "job.toml", "--machine", "lathe-1", "--json")
+    expected = json.loads((folder / "expected.json").read_text())
+    cuts = json.loads(done.out)["cuts"]
+    assert len(cuts) == len(expected["cuts"])
+    for cut, want in zip(cuts, expected["cuts"], strict=True):
+        assert cut["name"] == want["name"]
+        for quantity in ("force_y_N", "force_z_N", "torque_N_m", "power_W"):
+            for edge in ("value", "low", "high"):
+                assert_allclose(cut[quantity][edge], want[quantity][edge], rtol=1e-3)
+        assert cut["force_x_N"] is None
+
+
+def test_the_sample_job_holds_the_virtual_truth(learnt: Cli, sample_jobs: Path) -> None:
+    """All eight 95 % intervals of the job hold the noise-free truth of the virtual lathe.
+
+    Chance alone would break this for correct code; the recordings are fixed, so it is a pinned
+    result that says how honest the sample is.
+    """
+    from autodb.virtual.lathe import Cut
+    from autodb.virtual.sample import SAMPLE_PAIR, job_forces_N
+
+    job = sample_jobs / "stepped_shaft" / "job.toml"
+    answer = json.loads(learnt("predict", job, "--machine", "lathe-1", "--json").out)
+    cuts = [
+        Cut(
+            speed_m_min=cut["speed_m_min"],
+            feed_mm=asked["feed_mm_rev"],
+            depth_mm=asked["depth_mm"],
+            diameter_mm=asked["diameter_mm"],
+            operation="turn",
+            tool_edge="new",
+            cutting_time_s=0.0,
+            duration_s=10.0,
+            material=SAMPLE_PAIR.work,
+        )
+        for cut, asked in zip(answer["cuts"], answer["job"]["cut"], strict=True)
+    ]
+    truth = job_forces_N(cuts)
+    for cut, (_, tangential, axial) in zip(answer["cuts"], truth, strict=True):
+        assert cut["force_y_N"]["low"] < tangential < cut["force_y_N"]["high"]
+        assert cut["force_z_N"]["low"] < axial < cut["force_z_N"]["high"]
+
+
+def test_the_prediction_table_says_what_is_not_sensed(learnt: Cli, sample_jobs: Path) -> None:
+    done = learnt("predict", sample_jobs / "stepped_shaft" / "job.toml", "--machine", "lathe-1")
+    assert done.code == 0
+    assert "not sensed" in done.out
+    assert "autodb trace prediction 1" in done.out
+
+
+def test_trace_goes_from_a_prediction_down_to_recordings(learnt: Cli, sample_jobs: Path) -> None:
+    learnt("predict", sample_jobs / "stepped_shaft" / "job.toml", "--machine", "lathe-1")
+    done = learnt("trace", "prediction", 1)
+    for part in (
+        "force.z", "parameters", "K_c", "calibration", "sha256", "shop-week-1.csv",
+        "standard-cuts.csv", "standard-cut-raw.parquet", "cuts 1, 2",
+    ):  # fmt: skip
+        assert part in done.out, part
+    for kind in ("parameters", "force", "calibration", "recording"):
+        assert learnt("trace", kind, 1).code == 0
+
+
+def test_worn_tools_are_named_against_the_machines_own_model(learnt: Cli, recordings: Path) -> None:
+    done = learnt("explain", recordings / "shop-week-2.csv", "--machine", "lathe-1", "--json")
+    channels = json.loads(done.out)["channels"]
+    causes = [c for answer in channels.values() for c in answer["missing"]]
+    assert {c["term"] for c in causes if c["kind"] == "missing"} == {"tool_wear"}
+    assert any("rate edge B2" in c["parameters"] for c in causes)
+    kept = [m for m in _rows(models.Mismatch) if isinstance(m, models.Mismatch)]
+    assert {m.term for m in kept if m.kind == "missing"} == {"tool_wear"}
+    count = len(kept)
+    learnt("explain", recordings / "shop-week-2.csv", "--machine", "lathe-1")
+    assert len(_rows(models.Mismatch)) == count
+
+
+def test_an_axis_is_explained_against_its_own_model(learnt: Cli, recordings: Path) -> None:
+    moves = recordings / "air-moves.csv"
+    assert "version 1" in learnt("identify", moves, "--machine", "lathe-1").out
+    done = learnt("explain", moves, "--machine", "lathe-1", "--json")
+    fit = json.loads(done.out)["channels"]["z.current"]["fit"]
+    assert fit["rms_before"] < 0.1
+
+
+def test_machine_show_lists_what_is_felt(learnt: Cli) -> None:
+    done = learnt("machine", "show", "lathe-1")
+    assert "force.z: offered" in done.out
+    assert "lathe-1" in learnt("machine", "list").out
+
+
+REFUSALS: list[tuple[tuple[str, ...], str]] = [
+    (("refresh", "--machine", "lathe-2"), "no machine 'lathe-2' (did you mean lathe-1?)"),
+    (("predict", "none.toml", "--machine", "lathe-1"), "none.toml: no such file"),
+    (("trace", "predicton", "1"), "did you mean prediction"),
+    (("trace", "prediction", "77"), "there is no prediction 77"),
+    (("explain", "a.csv"), "either --simulation FILE or --machine NAME"),
+    (("explain", "a.csv", "--machine", "lathe-1", "--includes", "coulomb"), "--includes goes with"),
+    (("calibrate",), "give a cut table"),
+    (("calibrate", "--machine", "lathe-1", "--protocol", "nope"), "no protocol 'nope'"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "says"), REFUSALS)
+def test_refusals(
+    learnt: Cli, refused: Callable[..., str], arguments: tuple[str, ...], says: str
+) -> None:
+    del learnt
+    assert says in refused(*arguments)
+
+
+def test_a_job_of_a_pair_never_cut_names_what_is_known(
+    learnt: Cli, refused: Callable[..., str], tmp_path: Path
+) -> None:
+    del learnt
+    job = tmp_path / "job.toml"
+    cut = "[[cut]]\ndiameter_mm = 50\ndepth_mm = 1\nfeed_mm_rev = 0.2\nspeed_rpm = 900\n"
+    job.write_text(f'name = "a"\nmaterial = "titanium"\ntool = "none"\n{cut}')
+    line = refused("predict", job, "--machine", "lathe-1")
+    assert "has never cut titanium / none; it knows: steel bar / carbide insert" in line
+
+
+BAD_JOBS = [
+    ("", "name: Field required"),
+    ('name = "a"\nmaterial = "b"\ntool = "c"\n', "cut: Field required"),
+    (
+        'name = "a"\nmaterial = "b"\ntool = "c"\n[[cut]]\ndiameter_mm = 50\ndepth_mm = -1\n'
+        "feed_mm_rev = 0.2\nspeed_rpm = 900\n",
+        "cut.1.depth_mm",
+    ),
+    (
+        'name = "a"\nmaterial = "b"\ntool = "c"\n[[cut]]\ndiameter_mm = 50\ndepth_mm = 1\n'
+        "feed_mm_rev = 0.2\n",
+        "give either speed_rpm or speed_m_min",
+    ),
+    ("name = \n", "not a readable TOML file"),
+]
+
+
+@pytest.mark.parametrize(("text", "says"), BAD_JOBS)
+def test_bad_jobs_name_the_key(
+    learnt: Cli, refused: Callable[..., str], tmp_path: Path, text: str, says: str
+) -> None:
+    del learnt
+    job = tmp_path / "job.toml"
+    job.write_text(text)
+    assert says in refused("predict", job, "--machine", "lathe-1")
+
+
+def test_before_init_the_way_out_is_named(refused: Callable[..., str]) -> None:
+    assert "'autodb init' makes one" in refused("refresh", "--machine", "a")
+
+
+def test_a_machine_file_gives_the_axes(cli: Cli, refused: Callable[..., str]) -> None:
+    Path("m.toml").write_text(
+        '[axes.x]\ncarries = "work"\ncurrent_sign = -1\n[axes.z]\n[axes.spindle]\n'
+    )
+    assert cli("init").code == 0
+    assert "added (x, z, spindle)" in cli("machine", "add", "m", "--file", "m.toml").out
+    assert "with other axes" in refused("machine", "add", "m")
+    Path("m.toml").write_text('[axes.x]\ncarries = "everything"\n')
+    assert "axes.x.carries" in refused("machine", "add", "n", "--file", "m.toml")
+
+
+def test_an_interrupt_ends_with_130(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, recordings: Path
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    cli("init")
+    cli("machine", "add", "lathe-1")
+    monkeypatch.setattr("autodb.agent.importing._cut_row", interrupted)
+    done: Ran = cli("import", recordings / "shop-week-1.csv", "--machine", "lathe-1")
+    assert done.code == 130
+    assert _rows(models.Recording) == []
+
+
+def test_usage_errors_exit_with_2(cli: Cli) -> None:
+    assert cli("import").code == 2
+    assert cli("nonsense").code == 2
+    assert cli("--help").code == 0

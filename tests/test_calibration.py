@@ -1,0 +1,178 @@
+"""Calibration recovers a known line, says what it cannot feel, and uses reference forces."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from autodb import standard
+from autodb.errors import UnusableInput
+from autodb.records import CutTable
+from autodb.sensing import ranges
+
+RNG = np.random.default_rng(4)
+N = 60
+
+
+def _table(**extra: np.ndarray) -> CutTable:  # type: ignore[type-arg]
+    """Return cuts whose Z range rises by F/200 A over air, and whose X stands still in turning."""
+    feed = RNG.choice([0.1, 0.2, 0.3, 0.4], N)
+    depth = RNG.choice([1.0, 1.5, 2.0], N)
+    force = 1200.0 * feed * depth + 100.0 * depth
+    noise = RNG.normal(0, 0.05, N)
+    channels = {
+        "cut": np.arange(N, dtype=float),
+        "spindle.speed": np.full(N, 1000.0),
+        "cutting.feed": feed,
+        "cutting.depth": depth,
+        "force.z": force,
+        "force.x": 0.4 * force,
+        "z.current.range": 3.0 + force / 200.0 + noise,
+        "z.current.air": np.full(N, 3.0),
+        "x.current.range": RNG.normal(0.9, 0.01, N),
+        "x.current.air": np.full(N, 0.9),
+    }
+    return CutTable(
+        path=Path("cuts.csv"), channels=channels | extra, texts={"operation": ["turn"] * N}
+    )
+
+
+def test_a_known_line_is_recovered() -> None:
+    found = ranges.calibrate(_table(), "z")
+    sd = np.sqrt(np.diag(found.covariance))
+    assert abs(found.coefficients[1] - 200.0) < 4 * sd[1]
+    assert abs(found.coefficients[0]) < 4 * sd[0]
+    assert found.channel == "z.current.range − z.current.air"
+    assert found.offered
+    assert found.scores.grouped_by == "cutting condition"
+
+
+def test_a_passive_axis_is_not_calibrated_and_not_sensed() -> None:
+    with pytest.raises(UnusableInput, match="0 independent groups"):
+        ranges.calibrate(_table(), "x")
+    facing = _table()
+    calibration = ranges.calibrate(facing, "z")
+    turned = CutTable(path=facing.path, channels=facing.channels, texts={"operation": ["face"] * N})
+    sensed = ranges.sense(turned, calibration)
+    assert np.isnan(sensed.force_N).all()
+    assert all("stands still" in str(reason) for reason in sensed.not_sensed)
+
+
+def test_spindle_is_calibrated_in_torque_where_the_arm_is_known() -> None:
+    table = _table()
+    diameter = RNG.uniform(30, 80, N)
+    force_y = 2.0 * table["force.z"]
+    torque = force_y * (0.5 * diameter + 0.5 * table["cutting.depth"]) / 1000.0
+    extra = {"work.diameter": diameter, "force.y": force_y, "spindle.current.range": torque / 3.0}
+    found = ranges.calibrate(
+        CutTable(path=table.path, channels=table.channels | extra, texts=table.texts), "spindle"
+    )
+    assert found.unit == "N·m"
+    assert_allclose(found.coefficients, [0.0, 3.0], atol=1e-9)
+
+
+def test_facing_turns_the_work_on_the_machined_radius() -> None:
+    from autodb.cutting.turning import effective_radius_mm
+
+    diameter, depth = np.array([40.0, 40.0]), np.array([2.0, 2.0])
+    radius = effective_radius_mm(diameter, depth, facing=np.array([False, True]))
+    assert_allclose(radius, [21.0, 20.0])
+
+
+def test_sensed_force_carries_both_kinds_of_error() -> None:
+    table = _table()
+    calibration = ranges.calibrate(table, "z")
+    sensed = ranges.sense(table, calibration)
+    assert_allclose(sensed.force_N, table["force.z"], atol=5 * 10.0)
+    assert_allclose(sensed.sd_N, calibration.scores.rmse)
+    change = np.array([5.0, -2.0])
+    moved = ranges.sense(
+        table,
+        ranges.Calibration(
+            **{**vars(calibration), "coefficients": calibration.coefficients + change}
+        ),
+    )
+    assert_allclose(moved.force_N - sensed.force_N, sensed.common @ change, rtol=1e-9)
+
+
+def test_a_sudden_row_is_a_transient_and_a_sudden_force_is_not() -> None:
+    current = np.linspace(1, 2, 50) + np.random.default_rng(1).normal(0, 0.01, 50)
+    target = 100 * current + np.random.default_rng(2).normal(0, 1, 50)
+    groups = np.repeat([1, 2], 25)
+    jump = current.copy()
+    jump[10] += 5.0
+    assert np.flatnonzero(ranges.transients(jump, target, groups)).tolist() == [10]
+    worn = target.copy()
+    worn[10] += 500.0
+    assert not ranges.transients(current, worn, groups).any()
+
+
+def test_every_shipped_protocol_reads_and_its_references_are_ordered() -> None:
+    from autodb.assets import kit
+
+    names = [path.stem for path in kit("calibration").glob("*.toml")]
+    assert "turning-aluminium" in names
+    for name in names:
+        for cut in standard.read_protocol(name).cut:
+            for reference in cut.reference.values():
+                assert reference.lower < reference.value < reference.upper
+                assert reference.source
+
+
+def test_published_reference_is_within_its_scatter_of_the_paper() -> None:
+    """Shipped interval: mean ± t(0.975, 11)·√variance of P1 table 2, within 0.01 N."""
+    cut = standard.read_protocol("turning-aluminium").cut[0]
+    for component, mean, variance in (("y", 485.78, 84.0), ("z", 325.78, 320.0)):
+        reference = cut.reference[component]
+        half = 2.2009852 * variance**0.5
+        assert_allclose([reference.lower, reference.upper], [mean - half, mean + half], atol=0.01)
+
+
+def _protocol(tmp_path: Path, table: CutTable) -> standard.Protocol:
+    text = 'name = "mine"\nmaterial = "m"\ntool = "t"\n'
+    pairs = sorted({*zip(table["cutting.feed"], table["cutting.depth"], strict=True)})
+    for feed, depth in pairs:
+        value = 1200.0 * feed * depth + 100.0 * depth
+        text += (
+            f'[[cut]]\nname = "{feed}-{depth}"\noperation = "turn"\nspeed_rpm = 1000\n'
+            f"feed_mm_rev = {feed}\ndepth_mm = {depth}\nrepeats = 1\n[cut.reference.z]\n"
+            f"value = {value}\nlower = {value * 0.9216}\nupper = {value * 1.0784}\n"
+            'source = "test"\nstatus = "known"\ndate = "2026-01-01"\n'
+        )
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    return standard.read_protocol(str(path))
+
+
+def test_reference_forces_stand_in_for_a_dynamometer(tmp_path: Path) -> None:
+    table = _table()
+    bare = CutTable(
+        path=table.path,
+        channels={k: v for k, v in table.channels.items() if not k.startswith("force")},
+        texts=table.texts,
+    )
+    references = standard.references(bare, _protocol(tmp_path, table), "z")
+    assert_allclose(references.force_N, table["force.z"])
+    assert_allclose(references.share, 0.04, rtol=1e-6)
+    found = ranges.calibrate(
+        bare, "z", force_N=references.force_N, reference_share=references.share
+    )
+    assert_allclose(found.coefficients[1], 200.0, rtol=0.02)
+    assert np.sqrt(found.covariance[1, 1]) > 0.04 * 199.0
+
+
+def test_a_protocol_that_does_not_fit_says_so() -> None:
+    table = _table()
+    shipped = standard.read_protocol("turning-aluminium")
+    with pytest.raises(UnusableInput, match=r"no reference for force\.x yet"):
+        standard.references(table, shipped, "x")
+    slow = CutTable(
+        path=table.path,
+        channels={**table.channels, "spindle.speed": np.full(N, 77.0)},
+        texts=table.texts,
+    )
+    with pytest.raises(UnusableInput, match="no row is a standard cut"):
+        standard.references(slow, shipped, "z")
+    with pytest.raises(UnusableInput, match="did you mean turning-aluminium"):
+        standard.read_protocol("turning-aluminum")

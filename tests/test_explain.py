@@ -1,0 +1,282 @@
+"""Explain: what was left out is named, nothing is named where nothing is missing.
+
+Truth comes from the virtual machine, whose friction, loads and wear have other forms than the
+terms; the simulation is the sum of its parts with one left out.
+"""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from numpy.testing import assert_allclose
+from pyarrow import csv
+
+from autodb import records
+from autodb.explain import explain
+from autodb.explain.answer import ChannelAnswer
+from autodb.explain.locate import regimes, strongest_interval
+from autodb.explain.noise import autoregression
+from autodb.records import CutTable, Recording
+from autodb.virtual.axis import Cogging, ExternalLoad, PositionFriction, Warmup, air_moves
+from tests.conftest import Cli
+
+NULLS = 12
+
+
+def _pair(
+    seed: int, without: tuple[str, ...], extra: tuple[object, ...] = ()
+) -> tuple[Recording, Recording, dict[str, np.ndarray]]:  # type: ignore[type-arg]
+    """Return recording, simulation without some parts, and the parts."""
+    channels, parts = air_moves(seed, extra=extra)  # type: ignore[arg-type]
+    simulation = sum(part for name, part in parts.items() if name not in without)
+    recording = Recording(path=Path("recording.csv"), channels=dict(channels))
+    simulated = {"t": channels["t"], "x.current": np.asarray(simulation)}
+    return recording, Recording(path=Path("simulation.csv"), channels=simulated), parts
+
+
+def _answer(seed: int, without: tuple[str, ...], extra: tuple[object, ...] = ()) -> ChannelAnswer:
+    """Explain with the parts that the simulation has named by ``includes``."""
+    recording, simulation, parts = _pair(seed, without, extra)
+    includes = [name for name in parts if name not in without]
+    done = explain(recording, simulation, includes=includes)
+    return done.explanation.channels["x.current"]
+
+
+def _missing(answer: ChannelAnswer) -> set[str]:
+    return {cause.term for cause in answer.missing if cause.kind == "missing"}
+
+
+@pytest.mark.parametrize("seed", range(NULLS))
+def test_nothing_is_named_where_nothing_is_missing(seed: int) -> None:
+    recording, simulation, _ = _pair(100 + seed, ())
+    done = explain(recording, simulation)
+    answer = done.explanation.channels["x.current"]
+    assert not answer.mismatch
+    assert answer.missing == ()
+    trace = done.traces["x.current"]
+    assert_allclose(trace.corrected, trace.simulation)
+
+
+@pytest.mark.parametrize("term", ["coulomb", "viscous", "inertia", "gravity"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_part_left_out_is_named_with_its_size(seed: int, term: str) -> None:
+    answer = _answer(seed, (term,))
+    assert term in _missing(answer)
+    _, _, parts = _pair(seed, ())
+    truth = float(np.quantile(np.abs(parts[term]), 0.999))
+    found = next(c for c in answer.missing if c.term == term).parameters["size"].value
+    assert_allclose(found, truth, rtol=0.1)
+    assert answer.fit.heldout_after < 1.1 * answer.fit.noise_floor
+
+
+def test_a_load_is_named_and_located() -> None:
+    answer = _answer(3, ("external_load",), (ExternalLoad(20.0, 34.0, 0.6),))
+    assert _missing(answer) == {"external_load"}
+    ((start, end),) = answer.where.intervals
+    assert abs(start - 20.0) < 0.5
+    assert abs(end - 34.0) < 0.5
+    assert_allclose(answer.missing[0].parameters["level"].value, 0.6, rtol=0.1)
+
+
+OUTSIDE: list[tuple[str, object]] = [
+    ("position_friction", PositionFriction(0.004, from_mm=150.0)),
+    ("cogging", Cogging(0.3, 12.0)),
+    ("warmup", Warmup(0.3, 15.0)),
+]
+
+
+@pytest.mark.parametrize(("term", "effect"), OUTSIDE)
+def test_what_has_no_term_is_unknown_and_still_modelled(term: str, effect: object) -> None:
+    answer = _answer(4, (term,), (effect,))
+    assert _missing(answer) == {"unknown"}
+    assert answer.fit.heldout_after < 0.6 * answer.fit.heldout_before
+
+
+def test_a_simulation_a_few_per_cent_off_is_mistuned_not_missing() -> None:
+    recording, simulation, parts = _pair(5, ())
+    off = simulation["x.current"] + 0.05 * parts["coulomb"]
+    tuned = Recording(path=simulation.path, channels={"t": simulation.t_s, "x.current": off})
+    answer = explain(recording, tuned).explanation.channels["x.current"]
+    assert answer.mismatch
+    assert _missing(answer) == set()
+    assert {c.term for c in answer.missing} == {"coulomb"}
+
+
+def test_includes_decides_between_missing_and_mistuned() -> None:
+    recording, simulation, _ = _pair(6, ("gravity",))
+    done = explain(recording, simulation, includes=["coulomb", "viscous", "inertia", "gravity"])
+    answer = done.explanation.channels["x.current"]
+    assert _missing(answer) == set()
+    assert "gravity" in {c.term for c in answer.missing if c.kind == "mistuned"}
+
+
+def test_scaling_both_scales_the_answer() -> None:
+    recording, simulation, _ = _pair(7, ("coulomb",))
+    includes = ["viscous", "inertia", "gravity"]
+    plain = explain(recording, simulation, includes=includes).explanation.channels["x.current"]
+    ten = [
+        Recording(path=r.path, channels={**r.channels, "x.current": 10.0 * r["x.current"]})
+        for r in (recording, simulation)
+    ]
+    scaled = explain(*ten, includes=includes).explanation.channels["x.current"]
+    assert _missing(scaled) == _missing(plain)
+    assert_allclose(
+        scaled.missing[0].parameters["level"].value,
+        10.0 * plain.missing[0].parameters["level"].value,
+        rtol=1e-6,
+    )
+
+
+def _cuts(seed: int, wear: float, edge: float, n: int = 80) -> tuple[CutTable, CutTable]:
+    rng = np.random.default_rng(seed)
+    feed, depth = rng.uniform(0.08, 0.4, n), rng.uniform(0.8, 2.5, n)
+    edges = np.arange(n) // 16 + 1.0
+    time_s = (np.arange(n) % 16) * 40.0
+    base = {"force.y": 1900.0 * depth * feed**0.8, "force.z": 900.0 * depth * feed**0.6}
+    known = {
+        "cut": np.arange(1.0, n + 1), "t": np.arange(n) * 60.0, "tool.edge": edges,
+        "tool.cutting_time": time_s, "cutting.feed": feed, "cutting.depth": depth,
+    }  # fmt: skip
+    share = {"force.y": 0.5, "force.z": 1.0}
+    grown = wear * depth * (time_s / 600.0) ** 1.3
+    felt = {
+        name: (force + share[name] * (grown + edge * depth)) * (1 + rng.normal(0, 0.03, n))
+        + rng.normal(0, 10.0, n)
+        for name, force in base.items()
+    }
+    path = Path("cuts.csv")
+    return (
+        CutTable(path=path, channels={**known, **felt}),
+        CutTable(path=path, channels={"cut": known["cut"], **base}),
+    )
+
+
+def _named(tables: tuple[CutTable, CutTable]) -> set[str]:
+    done = explain(*tables, includes=["shear"])
+    channels = done.explanation.channels.values()
+    return {c.term for a in channels for c in a.missing if c.kind == "missing"}
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_cut_tables_with_nothing_missing(seed: int) -> None:
+    assert _named(_cuts(200 + seed, 0.0, 0.0)) == set()
+
+
+def test_wear_and_edge_force_are_told_apart() -> None:
+    assert _named(_cuts(1, 150.0, 0.0)) == {"tool_wear"}
+    assert _named(_cuts(2, 0.0, 60.0)) == {"edge_force"}
+
+
+def test_shuffled_cutting_times_are_no_wear() -> None:
+    recording, simulation = _cuts(3, 150.0, 0.0)
+    rng = np.random.default_rng(0)
+    time_s = recording["tool.cutting_time"].copy()
+    for edge in np.unique(recording["tool.edge"]):
+        rows = np.flatnonzero(recording["tool.edge"] == edge)
+        time_s[rows] = rng.permutation(time_s[rows])
+    shuffled = CutTable(
+        path=recording.path, channels={**recording.channels, "tool.cutting_time": time_s}
+    )
+    assert "tool_wear" not in _named((shuffled, simulation))
+
+
+def test_edge_force_on_thick_chips_has_an_alternative() -> None:
+    done = explain(*_cuts(2, 0.0, 60.0), includes=["shear"])
+    cause = next(
+        c for a in done.explanation.channels.values() for c in a.missing if c.term == "edge_force"
+    )
+    assert cause.alternatives == ("size_effect",)
+    assert cause.to_tell_apart
+
+
+def test_an_autoregression_makes_its_own_noise_white() -> None:
+    rng = np.random.default_rng(1)
+    noise, series = rng.normal(size=20000), np.zeros(20000)
+    for i in range(1, 20000):
+        series[i] = 0.9 * series[i - 1] + noise[i]
+    white = autoregression(series)(series[:, None])[:, 0]
+    lag_one = np.corrcoef(white[1:], white[:-1])[0, 1]
+    assert abs(lag_one) < 4 / np.sqrt(20000)
+
+
+def test_the_strongest_interval_is_found_to_the_row() -> None:
+    rng = np.random.default_rng(2)
+    values = rng.normal(size=5000)
+    values[1234:1834] += 2.0
+    start, end, _ = strongest_interval(values)
+    assert abs(start - 1234) < 15
+    assert abs(end - 1834) < 15
+
+
+def test_a_regime_is_where_the_energy_sits() -> None:
+    position = np.linspace(0, 100, 2000)
+    bump = np.exp(-0.5 * ((position - 70) / 5) ** 2)
+    (found,) = regimes(bump, {"x.position": position})
+    assert found.low > 55
+    assert found.high < 85
+    assert found.share >= 0.7
+
+
+# Files and refusals
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> tuple[Path, Path]:
+    recording, simulation, _ = _pair(8, ("gravity",))
+    csv.write_csv(pa.table(recording.channels), tmp_path / "rec.csv")
+    csv.write_csv(
+        pa.table({**simulation.channels, "y.current": simulation["x.current"]}),
+        tmp_path / "sim.csv",
+    )
+    return tmp_path / "rec.csv", tmp_path / "sim.csv"
+
+
+def test_the_three_files_are_written(cli: Cli, files: tuple[Path, Path]) -> None:
+    done = cli("explain", files[0], "--simulation", files[1])
+    assert done.code == 0
+    assert "'y.current' is not in the recording, ignored" in done.err
+    folder = Path("rec-explained")
+    assert {p.name for p in folder.iterdir()} == {
+        "corrected.csv", "report.html", "explanation.json",
+    }  # fmt: skip
+    corrected, recording = records.read(folder / "corrected.csv"), records.read(files[0])
+    assert list(corrected.channels) == ["t", "x.current"]
+    assert_allclose(corrected["t"], recording["t"])
+    answer = json.loads((folder / "explanation.json").read_text())
+    fit = answer["channels"]["x.current"]["fit"]
+    after = float(np.sqrt(np.mean((recording["x.current"] - corrected["x.current"]) ** 2)))
+    assert_allclose(after, fit["rms_after"], rtol=1e-6)
+    assert set(fit) == {"rms_before", "rms_after", "heldout_before", "heldout_after", "noise_floor"}
+    assert cli("explain", files[0], "--simulation", files[1]).code == 0
+
+
+def test_a_folder_with_other_files_is_kept(
+    refused: Callable[..., str], files: tuple[Path, Path], tmp_path: Path
+) -> None:
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "thesis.txt").write_text("years of work")
+    line = refused("explain", files[0], "--simulation", files[1], "--out", mine)
+    assert "holds other files" in line
+    assert (mine / "thesis.txt").read_text() == "years of work"
+    assert "is a file" in refused("explain", files[0], "--simulation", files[1], "--out", files[1])
+
+
+def test_what_does_not_fit_together_says_so(
+    refused: Callable[..., str], files: tuple[Path, Path], tmp_path: Path
+) -> None:
+    recording, simulation = (records.read(f) for f in files)
+    late = tmp_path / "late.csv"
+    csv.write_csv(pa.table({"t": simulation["t"] + 7.0, "x.current": simulation["t"]}), late)
+    assert "nothing at t = 0 (row 1" in refused("explain", files[0], "--simulation", late)
+    other = tmp_path / "other.csv"
+    csv.write_csv(pa.table({"t": simulation["t"], "z.current": simulation["t"]}), other)
+    assert "no drive effort in common" in refused("explain", files[0], "--simulation", other)
+    line = refused("explain", files[0], "--simulation", files[1], "--includes", "colomb")
+    assert "did you mean coulomb" in line
+    bare = tmp_path / "bare.csv"
+    csv.write_csv(pa.table({"t": recording["t"], "x.current": recording["x.current"]}), bare)
+    assert "no channel 'x.position'" in refused("explain", bare, "--simulation", files[1])

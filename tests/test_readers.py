@@ -1,0 +1,169 @@
+"""Files become channels in our units, or one line says which file, column and row."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from numpy.testing import assert_allclose
+from pyarrow import csv, parquet
+from scipy.io import savemat
+
+from autodb import records
+from autodb.errors import UnusableInput
+from autodb.records import CutTable, Recording
+
+T = np.arange(20) * 0.01
+X = np.linspace(0.0, 3.0, 20)
+
+
+def _write(path: Path, columns: dict[str, object]) -> Path:
+    table = pa.table(columns)
+    if path.suffix == ".csv":
+        csv.write_csv(table, path)
+    elif path.suffix == ".parquet":
+        parquet.write_table(table, path)
+    else:
+        savemat(path, {k: np.asarray(v)[:, None] for k, v in columns.items()} | {"gain": 3.0})
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_one_table_reads_alike_in_every_format(tmp_path: Path, suffix: str) -> None:
+    path = _write(tmp_path / f"a{suffix}", {"t": T, "x.position": X, "note": ["a"] * 20})
+    table = records.read(path)
+    assert isinstance(table, Recording)
+    assert set(table.channels) == {"t", "x.position"}
+    assert_allclose(table["x.position"], X, rtol=1e-12)
+    assert table.rate_hz == pytest.approx(100.0)
+
+
+def test_mat_vectors_are_channels_and_scalars_are_ignored(tmp_path: Path) -> None:
+    path = _write(tmp_path / "a.mat", {"t": T, "qm": X})
+    side = tmp_path / "c.toml"
+    side.write_text('[channels]\n"x.position" = {column = "qm", unit = "m"}\n')
+    table = records.read(path, columns=side)
+    assert_allclose(table["x.position"], 1000.0 * X, rtol=1e-12)
+    assert "gain" not in table.channels
+
+
+def test_units_scales_signs_and_kinds(tmp_path: Path) -> None:
+    path = _write(tmp_path / "a.csv", {"t": T, "p": X, "i": X, "f": X, "r": X})
+    (tmp_path / "a.toml").write_text(
+        "[channels]\n"
+        '"x.position" = {column = "p", unit = "m", diameter = true}\n'
+        '"x.current" = {column = "i", unit = "mA", kind = "rms"}\n'
+        '"z.current" = {column = "i", kind = "percent", rated_A = 8.0}\n'
+        '"force.x" = {column = "f", scale = 2.0, unit = "kN", sign = -1}\n'
+        '"y.current" = {column = "r", unit = "raw"}\n'
+    )
+    table = records.read(path)
+    assert_allclose(table["x.position"], 500.0 * X, rtol=1e-12)
+    assert_allclose(table["x.current"], 1e-3 * np.sqrt(2.0) * X, rtol=1e-12)
+    assert_allclose(table["z.current"], 0.08 * X, rtol=1e-12)
+    assert_allclose(table["force.x"], -2000.0 * X, rtol=1e-12)
+    assert table.unit("y.current") == "raw"
+    assert table.unit("x.current") == "A"
+
+
+def test_a_lathe_x_logged_as_diameter_is_halved(tmp_path: Path) -> None:
+    path = _write(tmp_path / "a.csv", {"t": T, "x.position": X, "z.position": X})
+    (tmp_path / "a.toml").write_text("[recording]\ndiameter = true\n")
+    table = records.read(path)
+    assert_allclose(table["x.position"], 0.5 * X, rtol=1e-12)
+    assert_allclose(table["z.position"], X, rtol=1e-12)
+
+
+def test_rows_are_counted_within_a_column(tmp_path: Path) -> None:
+    path = _write(tmp_path / "a.csv", {"tool": [3, 3, 5, 5, 5], "F": [1.0, 2, 3, 4, 5]})
+    side = tmp_path / "c.toml"
+    side.write_text(
+        '[channels]\n"cut" = {row_in = "*"}\n"t" = {row_in = "*", step_s = 2.0}\n'
+        '"tool.edge" = "tool"\n"tool.cutting_time" = {row_in = "tool", step_s = 1.5}\n'
+        '"force.z" = "F"\n'
+    )
+    table = records.read(path, columns=side)
+    assert isinstance(table, CutTable)
+    assert_allclose(table.cut, [0, 1, 2, 3, 4])
+    assert_allclose(table["t"], [0, 2, 4, 6, 8])
+    assert_allclose(table["tool.cutting_time"], [0, 1.5, 0, 1.5, 3.0])
+
+
+def test_edges_may_be_named_by_text(tmp_path: Path) -> None:
+    path = _write(tmp_path / "a.csv", {"cut": [1, 2, 3], "tool.edge": ["B", "A", "B"]})
+    table = records.read(path)
+    assert_allclose(table["tool.edge"], [0, 1, 0])
+    assert table.texts["tool.edge"] == ["B", "A", "B"]
+
+
+def test_nan_in_an_unused_column_is_none_of_our_business(tmp_path: Path) -> None:
+    path = _write(tmp_path / "a.csv", {"t": T, "x.position": X, "other": [float("nan")] * 20})
+    assert len(records.read(path)) == 20
+
+
+def _text(name: str, text: str) -> Callable[[Path], Path]:
+    def write(folder: Path) -> Path:
+        path = folder / name
+        path.write_text(text)
+        return path
+
+    return write
+
+
+BAD_FILES = [
+    (_text("a.csv", ""), "the file is empty"),
+    (_text("a.csv", "t,x.position\n"), "no rows of data"),
+    (_text("a.csv", "t;x.position\n0;1\n1;2\n"), "not separated by commas"),
+    (_text("a.csv", "t,x.position\n0,1\n0,2\n1,3\n"), "column 't', row 2: time does not increase"),
+    (_text("a.csv", "t,x.position\n0,1\n1,\n2,3\n"), "column 'x.position', row 2: no finite"),
+    (_text("a.csv", "t,x.position\n0,1\n1,two\n2,3\n"), "row 2: 'two' is not a number"),
+    (_text("a.csv", "time,x.position\n0,1\n1,2\n2,3\n"), "neither a column 't'"),
+    (_text("a.csv", "t,t\n0,1\n1,2\n"), "stands in the header twice"),
+    (_text("a.csv", "cut,force.x\n1,1\n2,2\n2,3\n"), "row 3: cut 2 stands twice"),
+    (_text("a.csv", "t,x.position\n0,1\n1,2\n"), "2 rows are too few"),
+    (_text("a.xls", "t"), "unknown kind of file; .csv"),
+    (_text("a.parquet", "PAR1 not really"), "not a whole Parquet file"),
+    (_text("a.mat", "MATLAB not really"), "not a whole MAT file"),
+    (lambda folder: folder, "is a folder"),
+    (lambda folder: folder / "absent.csv", "no such file"),
+]
+
+
+@pytest.mark.parametrize(("make", "says"), BAD_FILES)
+def test_bad_files_say_what_is_wrong(
+    tmp_path: Path, make: Callable[[Path], Path], says: str
+) -> None:
+    with pytest.raises(UnusableInput) as caught:
+        records.read(make(tmp_path))
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+BAD_SIDE_FILES = [
+    ("[channels]\n'x.curent' = 'a'\n", "did you mean x.current"),
+    ("[channels]\n'x.current' = {colum = 'a'}\n", "did you mean column"),
+    ("[chanels]\n", "did you mean channels"),
+    ("[channels]\n'x.current' = {column = 'II'}\n", "no column 'II'"),
+    ("[channels]\n'x.current' = {column = 'a', unit = 'furlong'}\n", "cannot become A"),
+    ("[channels]\n'x.current' = {column = 'a', unit = 'ampèèère'}\n", "unknown unit"),
+    ("[channels]\n'x.current' = {}\n", "needs either column or row_in"),
+    ("[cut]\noperation = 'knit'\n", "cut.operation"),
+    ("[channels\n", "not a readable TOML file"),
+]
+
+
+@pytest.mark.parametrize(("toml", "says"), BAD_SIDE_FILES)
+def test_bad_side_files_name_what_would_work(tmp_path: Path, toml: str, says: str) -> None:
+    path = _write(tmp_path / "a.csv", {"t": T, "a": X})
+    side = tmp_path / "side.toml"
+    side.write_text(toml)
+    with pytest.raises(UnusableInput) as caught:
+        records.read(path, columns=side)
+    assert says in str(caught.value)
+
+
+def test_a_missing_channel_names_near_ones(tmp_path: Path) -> None:
+    table = records.read(_write(tmp_path / "a.csv", {"t": T, "x.position": X}))
+    with pytest.raises(UnusableInput, match=r"did you mean x\.position"):
+        table["x.positon"]

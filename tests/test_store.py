@@ -1,0 +1,150 @@
+"""The database: migrations, constraints, one transaction a change."""
+
+import sqlite3
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import alembic.op
+import pytest
+from alembic import command
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
+from sqlalchemy import inspect, select
+from sqlalchemy.exc import IntegrityError
+
+from autodb import store as stores
+from autodb.errors import UnusableInput
+from autodb.store import Store, create_store, models, open_store
+
+
+@pytest.fixture
+def url(tmp_path: Path) -> str:
+    return f"sqlite:///{tmp_path / 'a.sqlite3'}"
+
+
+@pytest.fixture
+def store(url: str) -> Iterator[Store]:
+    create_store(url)
+    opened = open_store(url)
+    yield opened
+    opened.close()
+
+
+def test_creating_twice_changes_nothing(url: str) -> None:
+    assert create_store(url)
+    assert not create_store(url)
+
+
+def test_the_migrations_make_the_tables_of_the_models(store: Store) -> None:
+    with store.engine.connect() as connection:
+        context = MigrationContext.configure(connection)
+        assert compare_metadata(context, models.Base.metadata) == []
+
+
+def test_the_migrations_go_down_and_up_again(store: Store) -> None:
+    with store.engine.connect().execution_options(autodb_writes=True) as connection:
+        command.downgrade(stores._alembic(connection), "base")
+        connection.commit()
+    assert inspect(store.engine).get_table_names() == ["alembic_version"]
+    with store.engine.connect().execution_options(autodb_writes=True) as connection:
+        command.upgrade(stores._alembic(connection), "head")
+        connection.commit()
+    assert "machine" in inspect(store.engine).get_table_names()
+
+
+def test_a_migration_that_fails_halfway_leaves_nothing(
+    url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[str] = []
+
+    def create(name: str, *_: object, **__: object) -> None:
+        made.append(name)
+        if len(made) == 5:
+            raise RuntimeError
+        real(name, *_, **__)
+
+    real = alembic.op.create_table
+    monkeypatch.setattr(alembic.op, "create_table", create)
+    with pytest.raises(RuntimeError):
+        create_store(url)
+    engine = stores._engine(url)
+    assert inspect(engine).get_table_names() == []
+    engine.dispose()
+
+
+def test_foreign_keys_and_write_ahead_log_are_on(store: Store) -> None:
+    with store.engine.connect() as connection:
+        assert connection.exec_driver_sql("PRAGMA foreign_keys").scalar() == 1
+        assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
+    with pytest.raises(IntegrityError), store.writing() as session:
+        session.add(models.Axis(machine_id=99, name="x", carries="tool", current_sign=1))
+
+
+BAD_ROWS = [
+    lambda: models.Axis(machine_id=1, name="x", carries="nothing", current_sign=1),
+    lambda: models.Axis(machine_id=1, name="x", carries="tool", current_sign=0),
+    lambda: models.SensedForce(cut_id=1, component="z", estimator="range", value_N=1.0, sd_N=None),
+    lambda: models.SensedForce(cut_id=1, component="z", estimator="none", reason=None),
+    lambda: models.SensedForce(cut_id=1, component="q", estimator="none", reason="no"),
+]
+
+
+@pytest.mark.parametrize("make", BAD_ROWS)
+def test_constraints_refuse_what_makes_no_sense(
+    store: Store, make: Callable[[], models.Base]
+) -> None:
+    with store.writing() as session:
+        machine = models.Machine(name="m")
+        recording = models.Recording(
+            machine_id=1, sha256="a", path="a", kind="cuts", rows=1, units={}, side={}
+        )
+        session.add(machine)
+        session.flush()
+        session.add(recording)
+        session.flush()
+        session.add(models.Cut(recording_id=1, number=1, conditions={}, measured={}))
+    with pytest.raises(IntegrityError), store.writing() as session:
+        session.add(make())
+
+
+def test_a_failed_change_leaves_nothing(store: Store) -> None:
+    with pytest.raises(RuntimeError), store.writing() as session:
+        session.add(models.Machine(name="half"))
+        session.flush()
+        raise RuntimeError
+    with store.reading() as session:
+        assert session.scalars(select(models.Machine)).all() == []
+
+
+def test_a_reader_sees_one_state(store: Store) -> None:
+    with store.reading() as reader:
+        before = len(reader.scalars(select(models.Machine)).all())
+        with store.writing() as writer:
+            writer.add(models.Machine(name="new"))
+        assert len(reader.scalars(select(models.Machine)).all()) == before
+
+
+def test_what_is_no_database_says_so(tmp_path: Path) -> None:
+    missing = f"sqlite:///{tmp_path / 'none.sqlite3'}"
+    with pytest.raises(UnusableInput, match="'autodb init' makes one"):
+        open_store(missing)
+    other = tmp_path / "other.sqlite3"
+    sqlite3.connect(other).execute("CREATE TABLE a (b)")
+    with pytest.raises(UnusableInput, match="no autodb database"):
+        open_store(f"sqlite:///{other}")
+    text = tmp_path / "text.sqlite3"
+    text.write_text("not a database at all, but long enough to be read as one" * 20)
+    with pytest.raises(UnusableInput, match="cannot be opened as a database"):
+        open_store(f"sqlite:///{text}")
+    with pytest.raises(UnusableInput, match="no database URL"):
+        open_store("nonsense")
+    with pytest.raises(UnusableInput, match="only SQLite"):
+        open_store("postgresql://localhost/a")
+
+
+def test_another_schema_is_not_opened(store: Store, url: str) -> None:
+    with store.engine.connect().execution_options(autodb_writes=True) as connection:
+        connection.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
+        connection.commit()
+    with pytest.raises(UnusableInput, match="schema 9999"):
+        open_store(url)
