@@ -100,7 +100,7 @@ def _misfit_N(residual: Array, cuts: SensedCuts) -> float:
         if n >= 3:
             chance = float(np.mean(residual[rows] ** 2)) / n
             excess.append(float(np.mean(residual[rows])) ** 2 - chance)
-    return float(np.sqrt(max(0.0, np.mean(excess)))) if len(excess) > 1 else 0.0
+    return float(np.sqrt(max(0.0, float(np.mean(excess))))) if len(excess) > 1 else 0.0
 
 
 def _process_share(residual: Array, cuts: SensedCuts, misfit_N: float) -> float:

@@ -1,6 +1,9 @@
 """Shared fixtures: where the real recordings are, and the command line in-process."""
 
 import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # two workers share two cores
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

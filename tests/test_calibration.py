@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from numpy.typing import NDArray
 
 from autodb import standard
 from autodb.errors import UnusableInput
@@ -15,7 +16,7 @@ RNG = np.random.default_rng(4)
 N = 60
 
 
-def _table(**extra: np.ndarray) -> CutTable:  # type: ignore[type-arg]
+def _table(**extra: NDArray[np.float64]) -> CutTable:
     """Return cuts whose Z range rises by F/200 A over air, and whose X stands still in turning."""
     feed = RNG.choice([0.1, 0.2, 0.3, 0.4], N)
     depth = RNG.choice([1.0, 1.5, 2.0], N)

@@ -12,6 +12,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 from numpy.testing import assert_allclose
+from numpy.typing import NDArray
 from pyarrow import csv
 
 from autodb import records
@@ -28,7 +29,7 @@ NULLS = 12
 
 def _pair(
     seed: int, without: tuple[str, ...], extra: tuple[object, ...] = ()
-) -> tuple[Recording, Recording, dict[str, np.ndarray]]:  # type: ignore[type-arg]
+) -> tuple[Recording, Recording, dict[str, NDArray[np.float64]]]:
     """Return recording, simulation without some parts, and the parts."""
     channels, parts = air_moves(seed, extra=extra)  # type: ignore[arg-type]
     simulation = sum(part for name, part in parts.items() if name not in without)
@@ -133,16 +134,19 @@ def test_scaling_both_scales_the_answer() -> None:
 def _cuts(seed: int, wear: float, edge: float, n: int = 80) -> tuple[CutTable, CutTable]:
     rng = np.random.default_rng(seed)
     feed, depth = rng.uniform(0.08, 0.4, n), rng.uniform(0.8, 2.5, n)
-    edges = np.arange(n) // 16 + 1.0
-    time_s = (np.arange(n) % 16) * 40.0
-    base = {"force.y": 1900.0 * depth * feed**0.8, "force.z": 900.0 * depth * feed**0.6}
-    known = {
-        "cut": np.arange(1.0, n + 1), "t": np.arange(n) * 60.0, "tool.edge": edges,
+    edges = np.asarray(np.arange(n) // 16 + 1.0, dtype=np.float64)
+    time_s = np.asarray((np.arange(n) % 16) * 40.0, dtype=np.float64)
+    base: dict[str, NDArray[np.float64]] = {
+        "force.y": 1900.0 * depth * feed**0.8,
+        "force.z": 900.0 * depth * feed**0.6,
+    }
+    known: dict[str, NDArray[np.float64]] = {
+        "cut": np.linspace(1.0, n, n), "t": np.linspace(0.0, 60.0 * n, n), "tool.edge": edges,
         "tool.cutting_time": time_s, "cutting.feed": feed, "cutting.depth": depth,
     }  # fmt: skip
     share = {"force.y": 0.5, "force.z": 1.0}
     grown = wear * depth * (time_s / 600.0) ** 1.3
-    felt = {
+    felt: dict[str, NDArray[np.float64]] = {
         name: (force + share[name] * (grown + edge * depth)) * (1 + rng.normal(0, 0.03, n))
         + rng.normal(0, 10.0, n)
         for name, force in base.items()

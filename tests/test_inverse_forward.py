@@ -67,12 +67,10 @@ def test_coverage_of_forces_not_cut_yet() -> None:
         rng = np.random.default_rng(1000 + seed)
         learnt = learn(_cuts(rng, 30, gain=rng.normal(0, 0.05)))
         feed, depth = rng.uniform(0.1, 0.4, 1), rng.uniform(1.0, 2.5, 1)
-        force = law.design(feed, depth) @ TRUE
-        force = force * (1 + rng.normal(0, 0.03))
+        force = float((law.design(feed, depth) @ TRUE)[0]) * (1 + rng.normal(0, 0.03))
         mean, sd = forward.force_N(feed, depth, learnt)
-        inside += bool(abs(force[0] - mean[0]) < forward.NORMAL_95 * sd[0])
-    low, high = binom.ppf([0.0005, 0.9995], n, 0.95)
-    assert low <= inside <= high
+        inside += bool(abs(force - mean[0]) < forward.NORMAL_95 * sd[0])
+    assert binom.ppf(0.0005, n, 0.95) <= inside <= binom.ppf(0.9995, n, 0.95)
 
 
 KNOWN = Parameters(Gaussian(TRUE, np.diag([100.0, 4.0, 25.0])), 0.03, 0.0, 40)

@@ -3,6 +3,7 @@
 import sqlite3
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import alembic.op
 import pytest
@@ -57,11 +58,11 @@ def test_a_migration_that_fails_halfway_leaves_nothing(
 ) -> None:
     made: list[str] = []
 
-    def create(name: str, *_: object, **__: object) -> None:
+    def create(name: str, *columns: Any, **options: Any) -> None:
         made.append(name)
         if len(made) == 5:
             raise RuntimeError
-        real(name, *_, **__)
+        real(name, *columns, **options)
 
     real = alembic.op.create_table
     monkeypatch.setattr(alembic.op, "create_table", create)

@@ -81,7 +81,7 @@ def _calibrations(session: Session, owner: models.Machine) -> list[CalibrationPl
                 c1=row.coefficients[1],
                 rmse=row.scores["rmse"],
                 offered=row.offered,
-                verdict=row.verdict,
+                verdict=row.verdict.split(": ", maxsplit=1)[1],
             )
         )
     return plots
@@ -100,7 +100,7 @@ def _drive_terms(session: Session, machine_id: int) -> list[tuple[str, str, str]
     return [
         (
             f"{AXIS_NAMES.get(model.axis, model.axis)}: {term['term']}",
-            f"{term['value']:.3g} ± {2 * term['sd']:.1g} {term['unit']}",
+            f"{term['value']:.3g} ± {2 * term['sd']:.2g} {term['unit']}",
             meaning[term["term"]],
         )
         for model in newest.values()
@@ -175,14 +175,19 @@ def _headline(
 
 
 def _job_row(cut: dict[str, Any]) -> JobRow:
-    names = ("force_x_N", "force_y_N", "force_z_N", "torque_N_m", "power_W")
-    units = ("N", "N", "N", "N·m", "W")
-    cells = [f"{cut['speed_rpm']:.0f} rpm"]
-    for name, unit in zip(names, units, strict=True):
-        value = cut[name]
-        cells.append(
-            ""
-            if value is None
-            else f"{value['value']:.3g} {unit} ({value['low']:.3g} to {value['high']:.3g})"
-        )
+    cells = [
+        f"{cut['speed_rpm']:.0f} rpm",
+        *(_span(cut[f"force_{component}_N"], "N") for component in "xyz"),
+        _span(cut["torque_N_m"], "N·m"),
+        _span(cut["power_W"], "kW", per=1000.0),
+    ]
     return JobRow(cut["name"], tuple(cells))
+
+
+def _span(value: dict[str, float] | None, unit: str, *, per: float = 1.0) -> str:
+    """Return 'value unit (low to high)'; empty where the component is not sensed."""
+    if value is None:
+        return ""
+    digits = 0 if abs(value["value"] / per) >= 100 else 1 if abs(value["value"] / per) >= 10 else 2
+    number, low, high = (f"{value[k] / per:.{digits}f}" for k in ("value", "low", "high"))
+    return f"{number} {unit} ({low} to {high})"

@@ -115,19 +115,24 @@ def _calibrate_machine(
 
 
 def _show_calibrations(done: "list[Calibration]") -> None:
-    rows = table("Calibration", "axis", "force", "line", ">RMSE", ">cuts", "verdict")
+    rows = table("Calibration", "axis", "force", "line", ">RMSE", ">R² (95 %)", "")
     for c in done:
-        c0, c1 = c.coefficients
+        (c0, c1), s = c.coefficients, c.scores
         rows.add_row(
             c.axis,
             f"force.{c.component}",
-            f"{c0:.4g} {c.unit} {c1:+.4g} {c.unit}/{c.current_unit} · ({c.channel})",
-            f"{c.scores.rmse:.1f} {c.unit}",
-            str(c.scores.n),
-            c.verdict,
+            f"{c0:.4g} {c.unit} {c1:+.4g} {c.unit}/{c.current_unit} · I",
+            f"{s.rmse:.1f} {c.unit}",
+            f"{s.r_squared:.3f} ({s.r_squared_low:.3f} to {s.r_squared_high:.3f})",
+            "offered" if c.offered else "refused",
         )
     show(rows)
     for c in done:
+        s = c.scores
+        say(f"axis {c.axis}: I = {c.channel}; {s.n} cuts, scored on {s.groups} x {s.grouped_by} "
+            "left out")  # fmt: skip
+        if not c.offered:
+            say(f"axis {c.axis}: {c.verdict}")
         if c.transients:
             cuts = ", ".join(f"{cut:g}" for cut in c.transients)
             say(

@@ -1,0 +1,83 @@
+"""Print what the main steps cost, and how they grow: medians of repeated runs in one process."""
+
+import statistics
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from pyarrow import csv as arrow_csv
+
+from autodb import fitting, records
+from autodb.demo import run as run_demo
+from autodb.explain import explain
+from autodb.records import Recording
+from autodb.virtual.axis import air_moves
+
+RUNS = 5
+
+
+def median_s(function: Callable[[], object], runs: int = RUNS) -> float:
+    """Return the median wall time of ``runs`` calls after one warm-up."""
+    function()
+    times = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        function()
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
+
+
+def reading() -> None:
+    """Time reading a CSV recording as a ratio to pyarrow's own reader."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "a.csv"
+        channels, _ = air_moves(1, seconds=600.0)
+        names = list(channels)
+        table = np.column_stack([channels[name] for name in names])
+        np.savetxt(path, table, delimiter=",", header=",".join(names), comments="", fmt="%.7g")
+        ours, peer = (
+            median_s(lambda: records.read(path)),
+            median_s(lambda: arrow_csv.read_csv(path)),
+        )
+    print(f"read CSV, {len(table)} rows: {1e3 * ours:.0f} ms, {ours / peer:.2f} x pyarrow's reader")
+
+
+def least_squares() -> None:
+    """Time least squares as a ratio to NumPy's ``lstsq`` on the same columns."""
+    rng = np.random.default_rng(0)
+    design, values = rng.normal(size=(200_000, 10)), rng.normal(size=200_000)
+    ours = median_s(lambda: fitting.least_squares(design, values))
+    peer = median_s(lambda: np.linalg.lstsq(design, values, rcond=None))
+    print(f"least squares, 200000 x 10: {1e3 * ours:.0f} ms, {ours / peer:.2f} x numpy's lstsq")
+
+
+def explaining() -> None:
+    """Time explain against doubled lengths."""
+    before = 0.0
+    for seconds in (60.0, 120.0, 240.0):
+        channels, parts = air_moves(1, seconds=seconds)
+        simulation = sum(part for name, part in parts.items() if name != "gravity")
+        recording = Recording(path=Path("a"), channels=dict(channels))
+        simulated = Recording(
+            path=Path("b"), channels={"t": channels["t"], "x.current": np.asarray(simulation)}
+        )
+        took = median_s(lambda r=recording, s=simulated: explain(r, s), runs=3)  # type: ignore[misc]
+        grown = f", {took / before:.2f} x the half" if before else ""
+        print(f"explain, {len(recording)} samples: {took:.2f} s{grown}")
+        before = took
+
+
+def demo() -> None:
+    """Time the whole demo."""
+    with tempfile.TemporaryDirectory() as folder:
+        took = median_s(lambda: run_demo(Path(folder) / "out", progress=lambda _: None), runs=3)
+    print(f"demo: {took:.2f} s")
+
+
+if __name__ == "__main__":
+    reading()
+    least_squares()
+    explaining()
+    demo()

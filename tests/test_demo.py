@@ -1,0 +1,64 @@
+"""The demo, and the sample recordings it learns from."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from autodb.readers import read_columns
+from autodb.virtual.sample import write_sample
+from tests.conftest import Cli
+
+SAMPLE = ("standard-cuts.csv", "shop-week-1.csv", "shop-week-2.csv", "air-moves.csv",
+          "standard-cut-raw.parquet")  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def rewritten(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sample")
+    write_sample(folder)
+    return folder
+
+
+@pytest.mark.parametrize("name", SAMPLE)
+def test_the_sample_is_what_the_virtual_lathe_writes(
+    rewritten: Path, sample_jobs: Path, name: str
+) -> None:
+    ours = read_columns(sample_jobs / "stepped_shaft" / "recordings" / name)
+    theirs = read_columns(rewritten / name)
+    assert list(ours) == list(theirs)
+    for column, values in ours.items():
+        if values.dtype.kind == "f":
+            assert_allclose(
+                np.asarray(theirs[column], dtype=float),
+                np.asarray(values, dtype=float),
+                rtol=1e-5, atol=1e-5,
+            )  # fmt: skip
+        else:
+            assert list(values) == list(theirs[column])
+
+
+def test_the_demo_runs_twice_and_its_report_needs_no_network(cli: Cli) -> None:
+    done = cli("demo", "--out", "out")
+    assert done.code == 0
+    for part in ("felt: ", "sensed: ", "predicted: rough Ø56", "tool_wear", "trace: ", "report: "):
+        assert part in done.out
+    report = Path("out/report.html").read_text()
+    page = re.sub(r"<script.*?</script>", "", report, flags=re.DOTALL)
+    assert not re.search(r"""(src|href)=["'](https?:)?//|@import|url\(""", page)
+    assert not re.search(r"<script[^>]+src=", report)
+    assert "What the simulation left out" in report
+    assert cli("demo", "--out", "out").code == 0
+    traced = cli("trace", "prediction", 1, "--db", "sqlite:///out/autodb.sqlite3")
+    assert "shop-week-1.csv" in traced.out
+
+
+def test_the_demo_keeps_a_folder_that_is_not_its_own(cli: Cli, refused: Callable[..., str]) -> None:
+    del cli
+    Path("mine").mkdir()
+    Path("mine/thesis.txt").write_text("years of work")
+    assert "holds other files" in refused("demo", "--out", "mine")
+    assert Path("mine/thesis.txt").exists()

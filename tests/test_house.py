@@ -1,0 +1,129 @@
+"""The house's own rules: imports, wheel, docs, schema of what is listed."""
+
+import ast
+import re
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+from hatchling.builders.wheel import WheelBuilder
+
+from autodb.terms import TERMS
+from autodb.terms.vocabulary import VOCABULARY
+from tests.conftest import ROOT, Cli
+
+HEAVY = {"numpy", "pandas", "scipy", "pyarrow", "plotly", "sqlalchemy", "pydantic", "pint", "torch"}
+COMMANDS = {
+    "init", "machine", "import", "calibrate", "identify", "refresh", "predict", "explain", "trace",
+    "demo",
+}  # fmt: skip
+MODULES = sorted(
+    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+    for path in (ROOT / "autodb").rglob("*.py")
+    if path.stem != "__main__"
+)
+
+IMPORT_ALONE = """
+import os, sys
+for name in sys.argv[1:]:
+    child = os.fork()
+    if child == 0:
+        try:
+            __import__(name)
+        except BaseException as error:
+            print(name, repr(error), flush=True)
+            os._exit(1)
+        os._exit(0)
+    if os.waitpid(child, 0)[1]:
+        sys.exit(1)
+"""
+
+
+@pytest.mark.parametrize("part", range(4))
+def test_every_module_imports_alone(part: int) -> None:
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", IMPORT_ALONE, *MODULES[part::4]],
+        capture_output=True, text=True, cwd=ROOT, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout
+
+
+def test_help_imports_no_heavy_library() -> None:
+    code = "import sys; from autodb.cli import run; run(['--help']); print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert HEAVY & set(done.stdout.split()) == set()
+
+
+def test_help_lists_what_is_built(cli: Cli) -> None:
+    text = cli("--help").out
+    listed = set(re.findall(r"│ ([a-z]+) ", text))
+    assert listed & COMMANDS == COMMANDS
+    for later in ("sweep", "serve", "fleet", "lookup", "doctor"):
+        assert not re.search(rf"│ {later} ", text)
+
+
+@pytest.mark.parametrize("command", sorted(COMMANDS))
+def test_every_command_is_in_the_docs(command: str) -> None:
+    assert f"`autodb {command}" in (ROOT / "docs" / "commands.md").read_text()
+
+
+def test_every_term_is_in_the_docs_and_the_vocabulary() -> None:
+    text = (ROOT / "docs" / "terms.md").read_text()
+    assert len({term.name for term in TERMS}) == len(TERMS)
+    for term in TERMS:
+        assert term.name in VOCABULARY
+        assert f"`{term.name}`" in text
+        assert term.statement.endswith(".")
+        assert term.source
+        assert term.excited_by
+        for parameter in term.parameters:
+            assert f"`{parameter.name}`" in text
+
+
+def test_links_in_the_docs_lead_somewhere() -> None:
+    for page in (ROOT / "README.md", *(ROOT / "docs").rglob("*.md")):
+        for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text()):
+            assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_the_wheel_holds_the_kits_and_nothing_else(tmp_path: Path) -> None:
+    built = next(WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"]))
+    names = zipfile.ZipFile(built).namelist()
+    for part in (
+        "autodb/_assets/calibration/turning-aluminium.toml",
+        "autodb/_assets/schema/migrations/versions/0001_first_tables.py",
+        "autodb/_assets/sample_jobs/stepped_shaft/job.toml",
+        "autodb/templates/page.html.j2",
+        "autodb/py.typed",
+    ):
+        assert part in names
+    allowed = re.compile(
+        r"autodb/(?!_assets).*\.(py|typed|j2)|autodb/_assets/(calibration|schema|sample_jobs)/.*"
+        r"\.(py|mako|toml|csv|parquet|json|md)|autodb-[^/]+\.dist-info/.*"
+    )
+    assert [name for name in names if not allowed.fullmatch(name)] == []
+
+
+def test_every_installed_version_is_pinned() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    wanted = [*project["dependencies"], *project["optional-dependencies"]["dev"]]
+    pinned = {
+        line.split("==")[0].lower().replace("_", "-")
+        for line in (ROOT / "constraints.txt").read_text().splitlines()
+        if "==" in line
+    }
+    for requirement in wanted:
+        name = re.split(r"[<>=~! ]", requirement)[0].lower().replace("_", "-")
+        assert name in pinned, name
+
+
+def test_public_functions_say_what_they_do() -> None:
+    for path in (ROOT / "autodb").rglob("*.py"):
+        tree = ast.parse(path.read_text())
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+                nested = node.col_offset > 4
+                assert nested or ast.get_docstring(node), f"{path.name}:{node.lineno} {node.name}"
