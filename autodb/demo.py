@@ -1,6 +1,7 @@
 """The whole job on a sample machine: currents, forces, parameters, a prediction, a named cause."""
 
 import shutil
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -53,7 +54,8 @@ def run(out: Path, *, progress: Callable[[str], None]) -> list[str]:
     finally:
         store.close()
     lines += _predicted(prediction) + _explained(explained)
-    trace = f"autodb trace prediction {prediction.prediction_id} --db {url}"
+    command = "autodb" if shutil.which("autodb") else sys.argv[0]
+    trace = f"{command} trace prediction {prediction.prediction_id} --db {url}"
     return [*lines, f"trace:     {trace}", f"report:    {report}"]
 
 

@@ -31,6 +31,7 @@ def term_called(name: str) -> Term:
 
 
 def named_cause(state: State, key: str, index: int, fitted: Estimate, unit: str) -> Cause:
+    """Return the entry of a named block whose first coefficient is at ``index``."""
     block, term = state.blocks[key], term_called(state.blocks[key].term)
     value, sd = float(fitted.coefficients[index]), float(fitted.sd[index])
     last = index + block.columns.shape[1]
@@ -45,12 +46,13 @@ def named_cause(state: State, key: str, index: int, fitted: Estimate, unit: str)
         step_s = state.factor * float(np.median(np.diff(state.t_s)))
         for name, edge in zip(("start", "end"), state.intervals[key], strict=True):
             parameters[name] = _value(edge, step_s, "s")
-    alternatives, sure = _rivals(state, key)
+    rivals, sure = _rivals(state, key)
+    alternatives = tuple(dict.fromkeys([*term.alike, *rivals]))
     size = parameters["size"]
     return Cause(
         term=term.name,
         kind="missing",
-        confidence=sure,
+        confidence=sure / (1 + len(term.alike)),
         statement=(
             f"{term.statement} The simulation leaves it out: {size.value:.3g} {unit} "
             f"({size.low:.3g} to {size.high:.3g})."
@@ -58,8 +60,12 @@ def named_cause(state: State, key: str, index: int, fitted: Estimate, unit: str)
         parameters=parameters,
         alternatives=alternatives,
         variables=block.variables,
-        to_tell_apart=f"Record {term.excited_by}." if alternatives else None,
+        to_tell_apart=_to_tell_apart(term) if alternatives else None,
     )
+
+
+def _to_tell_apart(term: Term) -> str:
+    return term.told_apart_by or f"Record {term.excited_by}."
 
 
 def _rivals(state: State, key: str) -> tuple[tuple[str, ...], float]:
@@ -69,17 +75,22 @@ def _rivals(state: State, key: str) -> tuple[tuple[str, ...], float]:
     """
     at_choice = state.chosen[key]
     values = {
-        k: v
-        for k, v in at_choice.items()
-        if v <= at_choice[key] or k not in state.blocks or state.blocks[k].term != "unknown"
+        k: v for k, v in at_choice.items() if v <= at_choice[key] or _name(state, k) != "unknown"
     }
-    sure = search.confidence(values, key)
-    near = [k for k, v in values.items() if k != key and v > values[key] - 6.0]
-    names = {state.blocks[k].term if k in state.blocks else "unknown" for k in near}
-    return tuple(sorted(names - {state.blocks[key].term})), sure
+    near = [k for k, v in values.items() if v > values[key] - search.MARGIN]
+    names = {_name(state, k) for k in near} - {_name(state, key)}
+    return tuple(sorted(names)), search.confidence(values, key)
+
+
+def _name(state: State, key: str) -> str:
+    """Return the term of a candidate, also of a stretch of load that was proposed and dropped."""
+    if key in state.blocks:
+        return state.blocks[key].term
+    return "external_load" if key.startswith("external_load") else "unknown"
 
 
 def unknown_cause(state: State, shapes: list[str], part: Array, unit: str) -> Cause:
+    """Return one entry for all families without a name; ``part`` (n,) is their contribution."""
     share = 1.0 - float(np.sum((state.difference - part) ** 2) / np.sum(state.difference**2))
     keys = " and ".join(key.split(" 1")[0] for key in shapes)
     peak = float(np.quantile(np.abs(part), 0.999))

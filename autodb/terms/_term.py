@@ -19,7 +19,8 @@ class Term:
 
     ``name`` is an identifier of the vocabulary; ``channel`` the kind of channel it acts on;
     ``needs`` what must be recorded to see it; ``statement`` a sentence in shop words;
-    ``excited_by`` the move or cut that shows it best.
+    ``excited_by`` the move or cut that shows it best; ``alike`` the effects that one recording can
+    never tell it from, ``told_apart_by`` what could.
     """
 
     name: str
@@ -29,3 +30,5 @@ class Term:
     statement: str
     excited_by: str
     source: str
+    alike: tuple[str, ...] = ()
+    told_apart_by: str | None = None

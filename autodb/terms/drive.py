@@ -48,6 +48,8 @@ GRAVITY = Term(
     statement="A constant load in one direction: weight, counterweight or a sensor's zero point.",
     excited_by="passes in both directions and a standstill",
     source="P2 section on the weight current",
+    alike=("sensor_drift",),
+    told_apart_by="Log the current once more with the drive disabled: a sensor's zero point stays.",
 )
 EXTERNAL_LOAD = Term(
     name="external_load",
