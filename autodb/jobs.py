@@ -2,11 +2,13 @@
 
 import tomllib
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from autodb.errors import UnusableInput
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class _Section(BaseModel):
@@ -18,16 +20,16 @@ class JobCut(_Section):
 
     name: str = ""
     operation: Literal["turn"] = "turn"
-    diameter_mm: PositiveFloat
-    depth_mm: PositiveFloat
-    feed_mm_rev: PositiveFloat
-    speed_rpm: PositiveFloat | None = None
-    speed_m_min: PositiveFloat | None = None
+    diameter_mm: Positive
+    depth_mm: Positive
+    feed_mm_rev: Positive
+    speed_rpm: Positive | None = None
+    speed_m_min: Positive | None = None
 
     @model_validator(mode="after")
     def _one_speed(self) -> "JobCut":
         if (self.speed_rpm is None) == (self.speed_m_min is None):
-            raise ValueError("give either speed_rpm or speed_m_min")
+            raise ValueError("give either speed_rpm or speed_m_min, and only one of them")
         return self
 
 
@@ -55,4 +57,5 @@ def read_job(path: Path) -> Job:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part + 1 if isinstance(part, int) else part) for part in first["loc"])
-        raise UnusableInput(f"{path}: {where}: {first['msg']}") from None
+        message = first["msg"].removeprefix("Value error, ")
+        raise UnusableInput(f"{path}: {where}: {message}") from None

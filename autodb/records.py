@@ -23,18 +23,25 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 EDGE = "tool.edge"
+LARGEST = 1e15
+"""Numbers beyond this are damage, not a measurement in any of our units."""
 _KIND_TO_IQ = {"iq": 1.0, "rms": 2**0.5, "peak": 1.0}  # amplitude of the torque-producing current
 
 
 @dataclass(frozen=True)
 class _Table:
-    """Named channels of one length; ``units`` overrides the unit of the name (only `raw` does)."""
+    """Named channels of one length; ``units`` overrides the unit of the name (only `raw` does).
+
+    ``unusable``: channels of a recording that hold no finite number somewhere, and where; using
+    one raises. In a cut table NaN stands for what is not known of that cut.
+    """
 
     path: Path
     channels: dict[str, Array]
     texts: dict[str, list[str]] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
     side: SideFile = field(default_factory=SideFile)
+    unusable: dict[str, str] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(next(iter(self.channels.values())))
@@ -43,14 +50,16 @@ class _Table:
         return name in self.channels
 
     def __getitem__(self, name: str) -> Array:
-        """Return channel ``name``; raises UnusableInput naming near ones."""
+        """Return channel ``name``; raises UnusableInput naming near ones, or the unusable row."""
+        if name in self.unusable:
+            raise UnusableInput(self.unusable[name])
         if name not in self.channels:
             raise UnusableInput(f"{self.path}: no channel '{name}'{near(name, self.channels)}")
         return self.channels[name]
 
     def get(self, name: str) -> Array | None:
-        """Return channel ``name`` or None."""
-        return self.channels.get(name)
+        """Return channel ``name`` or None where it was not recorded."""
+        return self[name] if name in self.channels or name in self.unusable else None
 
     def unit(self, name: str) -> str:
         """Return the unit of channel ``name`` (`raw` for uncalibrated counts)."""
@@ -115,10 +124,26 @@ def read(path: Path, *, columns: Path | None = None) -> Recording | CutTable:
             channels[name] = _convert(path, name, values, spec, side)
             if spec.unit == RAW:
                 units[name] = RAW
-    kind = CutTable if "cut" in channels else Recording
-    table = kind(path=path, channels=channels, texts=texts, units=units, side=side)
+    if "cut" in channels:
+        table: Recording | CutTable = CutTable(path, channels, texts, units, side)
+    else:
+        bad = {name: _not_finite(path, name, values) for name, values in channels.items()}
+        unusable = {name: message for name, message in bad.items() if message}
+        usable = {name: values for name, values in channels.items() if name not in unusable}
+        table = Recording(path, usable, texts, units, side, unusable)
     _check(table)
     return table
+
+
+def _not_finite(path: Path, name: str, values: Array) -> str:
+    """Return where a channel holds no finite number, or nothing."""
+    rows = np.flatnonzero(~np.isfinite(values))
+    if not rows.size:
+        return ""
+    return (
+        f"{path}: {name}, row {rows[0] + 1}: no finite number ({rows.size} such rows); "
+        "a recording without gaps would work"
+    )
 
 
 def edge_codes(labels: list[str]) -> Array:
@@ -157,9 +182,9 @@ def _convert(
         row = _first_text(values)
         raise UnusableInput(f"{where}, row {row + 1}: '{values[row]}' is not a number")
     numbers = np.asarray(values, dtype=np.float64)
-    bad = np.flatnonzero(~np.isfinite(numbers))
-    if bad.size:
-        raise UnusableInput(f"{where}, row {bad[0] + 1}: no finite number (used as {name})")
+    huge = np.flatnonzero(np.abs(numbers) > LARGEST)
+    if huge.size:
+        raise UnusableInput(f"{where}, row {huge[0] + 1}: {numbers[huge[0]]:g} is no measurement")
     scale = spec.scale * spec.sign * _KIND_TO_IQ.get(spec.kind or "iq", 1.0)
     if spec.kind == "percent" and spec.rated_A is not None:
         scale *= spec.rated_A / 100.0
@@ -182,17 +207,25 @@ def _first_text(values: NDArray[np.generic]) -> int:
 
 def _check(table: Recording | CutTable) -> None:
     if isinstance(table, CutTable):
+        message = _not_finite(table.path, "cut", table.cut)
+        if message:
+            raise UnusableInput(message)
         numbers, first = np.unique(table.cut, return_index=True)
         if len(numbers) < len(table):
             row = min(set(range(len(table))) - set(first.tolist()))
             raise UnusableInput(f"{table.path}: row {row + 1}: cut {table.cut[row]:g} stands twice")
         return
-    if "t" not in table:
+    if "t" not in table.channels:
+        if "t" in table.unusable:
+            raise UnusableInput(table.unusable["t"])
         hint = near("t", table.channels) if table.channels else ""
         raise UnusableInput(f"{table.path}: neither a column 't' (time, s) nor 'cut'{hint}")
     step = np.flatnonzero(np.diff(table.t_s) <= 0)
     if step.size:
         row = int(step[0]) + 2
-        raise UnusableInput(f"{table.path}: column 't', row {row}: time does not increase")
+        raise UnusableInput(
+            f"{table.path}: column 't', row {row}: time does not increase; "
+            "rows in the order of strictly increasing time would work"
+        )
     if len(table) < 3:
         raise UnusableInput(f"{table.path}: {len(table)} rows are too few for a recording")

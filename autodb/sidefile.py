@@ -2,9 +2,9 @@
 
 import tomllib
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, PositiveInt, ValidationError
 
 from autodb.channels import is_channel
 from autodb.errors import UnusableInput, near
@@ -12,6 +12,10 @@ from autodb.errors import UnusableInput, near
 Operation = Literal[
     "slot", "side-up", "side-down", "ramp", "pocket", "turn", "face", "taper", "contour", "drill"
 ]
+
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class _Section(BaseModel):
@@ -27,13 +31,13 @@ class Column(_Section):
 
     column: str | None = None
     row_in: str | None = None
-    step_s: float = 1.0
-    scale: float = 1.0
+    step_s: Positive = 1.0
+    scale: Finite = 1.0
     unit: str | None = None
     sign: Literal[-1, 1] = 1
     diameter: bool = False
     kind: Literal["iq", "rms", "peak", "percent"] | None = None
-    rated_A: float | None = None
+    rated_A: Positive | None = None
 
 
 class RecordingSection(_Section):
@@ -52,26 +56,26 @@ class ToolSection(_Section):
     """The tool in use: a cutter's diameter, teeth, helix, or an insert's angles."""
 
     name: str | None = None
-    diameter_mm: float | None = None
-    teeth: int | None = None
-    helix_deg: float | None = None
-    nose_radius_mm: float | None = None
-    kappa_deg: float | None = None
-    rake_deg: float | None = None
-    inclination_deg: float | None = None
+    diameter_mm: Positive | None = None
+    teeth: PositiveInt | None = None
+    helix_deg: Finite | None = None
+    nose_radius_mm: Finite | None = None
+    kappa_deg: Finite | None = None
+    rake_deg: Finite | None = None
+    inclination_deg: Finite | None = None
 
 
 class CutSection(_Section):
     """The one cut of a recording over time."""
 
     operation: Operation | None = None
-    depth_mm: float | None = None
-    width_mm: float | None = None
-    feed_mm_tooth: float | None = None
-    feed_mm_rev: float | None = None
-    speed_rpm: float | None = None
-    feed_direction_deg: float | None = None
-    work_diameter_mm: float | None = None
+    depth_mm: Positive | None = None
+    width_mm: Positive | None = None
+    feed_mm_tooth: Positive | None = None
+    feed_mm_rev: Positive | None = None
+    speed_rpm: Positive | None = None
+    feed_direction_deg: Finite | None = None
+    work_diameter_mm: Positive | None = None
 
 
 class SideFile(_Section):
@@ -98,6 +102,8 @@ def read_sidefile(path: Path) -> SideFile:
     """
     try:
         raw = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise UnusableInput(f"{path}: no such file") from None
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise UnusableInput(f"{path}: not a readable TOML file ({error})") from None
     if isinstance(raw.get("channels"), dict):
@@ -122,6 +128,8 @@ def _check(path: Path, name: str, spec: Column) -> None:
         raise UnusableInput(f"{path}: [channels] '{name}' is not a channel name{hint}")
     if (spec.column is None) == (spec.row_in is None):
         raise UnusableInput(f"{path}: [channels] '{name}' needs either column or row_in")
+    if spec.scale == 0:
+        raise UnusableInput(f"{path}: [channels] '{name}': scale 0 would leave nothing")
     if spec.kind == "percent" and spec.rated_A is None:
         raise UnusableInput(f"{path}: [channels] '{name}' of kind percent needs rated_A")
 

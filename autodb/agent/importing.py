@@ -94,7 +94,8 @@ def _cuts(table: Recording | CutTable, progress: Callable[[str], None] | None) -
 def _cut_row(
     session: Session, recording_id: int, table: CutTable, row: int, signs: dict[str, int]
 ) -> models.Cut:
-    values = {name: float(channel[row]) for name, channel in table.channels.items()}
+    row_of = {name: float(channel[row]) for name, channel in table.channels.items()}
+    values = {name: value for name, value in row_of.items() if np.isfinite(value)}
     texts = {name: column[row] for name, column in table.texts.items() if column[row]}
     conditions: dict[str, float | str] = {
         name: value

@@ -1,5 +1,7 @@
 """Accepted columns become causes: a name, its parameters with intervals, a sentence."""
 
+import re
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +15,21 @@ from autodb.terms import TERMS, Term
 
 Array = NDArray[np.float64]
 
+ALIKE = {
+    "position": ("spring", "cogging"),
+    "direction × position": ("position_friction",),
+    "time": ("sensor_drift",),
+    "direction × time": ("warmup", "gain"),
+    "speed": ("stribeck",),
+    "direction × speed": ("asymmetry",),
+    "way since reversal": ("presliding", "backlash"),
+    "ripple": ("cogging", "position_friction"),
+    "offset over cuts": ("sensor_drift",),
+    "component": ("gain",),
+    "run of cuts": ("hard_spot",),
+    "cut number": ("sensor_drift", "tool_wear"),
+}
+"""Effects of the vocabulary that have such a shape: what an `unknown` could be."""
 RETUNED = 0.01
 """Relative change of one of the simulation's own terms below which it is not called mistuned."""
 SIMPLE_ENOUGH = 0.9
@@ -30,12 +47,20 @@ def term_called(name: str) -> Term:
     return next(term for term in TERMS if term.name == name)
 
 
+def plain_key(key: str) -> str:
+    """Return a block's key without the number of its proposal.
+
+    >>> plain_key("ripple 3")
+    'ripple'
+    """
+    return re.sub(r" \d+$", "", key)
+
+
 def named_cause(state: State, key: str, index: int, fitted: Estimate, unit: str) -> Cause:
     """Return the entry of a named block whose first coefficient is at ``index``."""
     block, term = state.blocks[key], term_called(state.blocks[key].term)
     value, sd = float(fitted.coefficients[index]), float(fitted.sd[index])
-    last = index + block.columns.shape[1]
-    peak = float(np.quantile(np.abs(block.columns @ fitted.coefficients[index:last]), 0.999))
+    peak = abs(value) * float(np.max(np.abs(block.columns[:, 0])))
     half = NORMAL_95 * sd * float(np.max(np.abs(block.columns[:, 0])))
     main = term.parameters[0]
     parameters = {
@@ -89,21 +114,27 @@ def _name(state: State, key: str) -> str:
     return "external_load" if key.startswith("external_load") else "unknown"
 
 
-def unknown_cause(state: State, shapes: list[str], part: Array, unit: str) -> Cause:
-    """Return one entry for all families without a name; ``part`` (n,) is their contribution."""
-    share = 1.0 - float(np.sum((state.difference - part) ** 2) / np.sum(state.difference**2))
-    keys = " and ".join(key.split(" 1")[0] for key in shapes)
+def unknown_cause(
+    state: State, shapes: list[str], *, part: Array, share: float, unit: str
+) -> Cause:
+    """Return one entry for all families without a name; ``part`` (n,) is their contribution.
+
+    ``share``: what they explain of the energy that the named and own terms leave.
+    """
+    keys = " and ".join(plain_key(key) for key in shapes)
     peak = float(np.quantile(np.abs(part), 0.999))
+    alike = tuple(dict.fromkeys(a for k in shapes for a in ALIKE.get(plain_key(k), ())))
     variables = tuple(dict.fromkeys(v for k in shapes for v in state.blocks[k].variables))
     return Cause(
         term="unknown",
         kind="missing",
         confidence=max(search.confidence(state.chosen[k], k) for k in shapes),
         statement=(
-            f"{100 * max(0.0, share):.0f} % of the error depends on {keys}; no named law fits it. "
-            f"It reaches {peak:.3g} {unit}."
+            f"{100 * share:.0f} % of what the named terms leave depends on {keys}; no law that is "
+            f"known here fits it. It reaches {peak:.3g} {unit}."
         ),
         parameters={"size": Value(value=peak, low=peak, high=peak, unit=unit)},
+        alternatives=alike,
         variables=variables,
     )
 

@@ -5,21 +5,26 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.errors import UnusableInput
 from autodb.explain import search
 from autodb.explain.answer import ChannelAnswer, Considered, Trace, Where
 from autodb.explain.axis import NAMED, AxisColumns, axis_columns, simulation_terms
-from autodb.explain.causes import SIMPLE_ENOUGH, named_cause, retuned, unknown_cause
+from autodb.explain.causes import SIMPLE_ENOUGH, named_cause, plain_key, retuned, unknown_cause
 from autodb.explain.fit import Estimate, estimate, held_out, quality, rms
 from autodb.explain.locate import regimes
 from autodb.explain.noise import Whitener
 from autodb.explain.propose import propose
-from autodb.explain.state import State, gram_of, noise_floor, whitener_of, work
+from autodb.explain.state import State, accepted_whitener, gram_of, noise_floor, whitener_of, work
 from autodb.records import Recording
 
 Array = NDArray[np.float64]
 
 WORKING_HZ = 100.0
 """Rate that the search works at: friction, inertia and loads of an axis are slower."""
+SHORTEST_S = 9.9
+SHORTEST_ROWS = 300
+GLITCH = 1000.0
+"""A value this many times the 99 % quantile is a glitch of the logger, not an effort."""
 GAP_S = 0.25
 """Rows this near to a block left out are not fitted on: noise is correlated over such times."""
 
@@ -33,6 +38,7 @@ def explain_axis(
     when None.
     """
     measured = recording[channel]
+    _check(recording, channel, measured, simulation)
     columns = axis_columns(recording, channel)
     own = _own_columns(simulation, columns, includes)
     state = State(
@@ -43,7 +49,8 @@ def explain_axis(
         factor=max(1, int(recording.rate_hz / WORKING_HZ)),
         finer={s.key: s.finer for s in columns.shapes if s.finer is not None},
     )
-    whitener = _search(state, columns)
+    noisy = rms(state.difference) > 1e-9 * max(rms(measured), rms(simulation))
+    whitener = _search(state, columns) if noisy else Whitener(np.empty(0))
     trace = Trace(
         x_name="t",
         x=recording.t_s,
@@ -54,6 +61,24 @@ def explain_axis(
         considered=_considered(state),
     )
     return _answer(state, columns, trace, recording.unit(channel), whitener)
+
+
+def _check(recording: Recording, channel: str, measured: Array, simulation: Array) -> None:
+    """Refuse what no search can judge: too short, or a glitch that outweighs everything."""
+    seconds = float(recording.t_s[-1] - recording.t_s[0])
+    if seconds < SHORTEST_S or len(recording) < SHORTEST_ROWS:
+        raise UnusableInput(
+            f"{recording.path}: {len(recording)} rows over {seconds:.3g} s are too short to leave "
+            f"parts out of the fit; {SHORTEST_S:g} s and {SHORTEST_ROWS} rows would work"
+        )
+    for name, values in (("recording", measured), ("simulation", simulation)):
+        usual = max(float(np.quantile(np.abs(values), 0.99)), 1e-12)
+        row = int(np.argmax(np.abs(values)))
+        if abs(values[row]) > GLITCH * usual:
+            raise UnusableInput(
+                f"{recording.path}: {channel} of the {name}, row {row + 1}: {values[row]:.3g} is "
+                f"{GLITCH:g} times what is usual there; without that row it would work"
+            )
 
 
 def _own_columns(
@@ -157,7 +182,15 @@ def _answer(
     fitted, correction, unknown_part = _fit(state, named, shapes, whitener)
     causes = [named_cause(state, key, at, fitted, unit) for key, at in _places(state, named)]
     if shapes:
-        causes.append(unknown_cause(state, shapes, unknown_part, unit))
+        share = (
+            1.0
+            - (
+                rms(state.difference - correction)
+                / rms(state.difference - correction + unknown_part)
+            )
+            ** 2
+        )
+        causes.append(unknown_cause(state, shapes, part=unknown_part, share=share, unit=unit))
     causes += retuned(state, fitted, trace.simulation, whitener, unit)
     if not causes:
         correction = np.zeros_like(correction)
@@ -194,11 +227,14 @@ def _fit(
 ) -> tuple[Estimate, Array, Array]:
     """Fit named and own columns first, the unnamed shapes on what those leave.
 
-    A shape can imitate a named column; fitted second it cannot change the named one's size.
+    A shape can imitate a named column; fitted second it cannot change the named one's size. The
+    saturated model takes slow noise into its own smooth columns: standard deviations are the larger
+    of those with its noise and with the noise that the accepted columns leave.
     """
     first = np.column_stack([state.matrix(named), state.own_matrix()])
-    white = whitener(work(state, np.column_stack([first, state.difference])))
-    fitted = estimate(white[:, :-1], white[:, -1])
+    fitted = _estimate(state, first, whitener)
+    slow = _estimate(state, first, accepted_whitener(state))
+    fitted = Estimate(fitted.coefficients, np.maximum(fitted.sd, slow.sd))
     correction = first @ fitted.coefficients
     second = state.matrix(shapes)
     if not shapes:
@@ -206,6 +242,11 @@ def _fit(
     left = whitener(work(state, np.column_stack([second, state.difference - correction])))
     unknown_part = second @ estimate(left[:, :-1], left[:, -1]).coefficients
     return fitted, correction + unknown_part, unknown_part
+
+
+def _estimate(state: State, columns: Array, whitener: Whitener) -> Estimate:
+    white = whitener(work(state, np.column_stack([columns, state.difference])))
+    return estimate(white[:, :-1], white[:, -1])
 
 
 def _unexplained(state: State, after: Array, causes: int) -> str | None:
@@ -221,7 +262,7 @@ def _considered(state: State) -> tuple[Considered, ...]:
     values = state.first_step.evidence
     return tuple(
         Considered(
-            name=key.removesuffix(" 0"),
+            name=plain_key(key),
             evidence=value,
             verdict="accepted" if key in state.active else "not needed",
         )

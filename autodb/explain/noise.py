@@ -19,6 +19,8 @@ class Whitener:
 
     def __call__(self, values: Array) -> Array:
         """Return the whitened columns of ``values`` (n, k), shape (n − order, k)."""
+        if values.shape[-1] == 0:
+            return values[len(self.coefficients) :]
         taps = np.concatenate([[1.0], -self.coefficients])
         return np.asarray(lfilter(taps, [1.0], values, axis=0)[len(self.coefficients) :])
 

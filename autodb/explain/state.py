@@ -82,6 +82,13 @@ def whitener_of(state: State) -> Whitener:
     return autoregression(difference - everything @ estimate(everything, difference).coefficients)
 
 
+def accepted_whitener(state: State) -> Whitener:
+    """Return the whitener of what the accepted columns leave, slow noise and misfit included."""
+    accepted = np.column_stack([work(state, state.own_matrix()), state.working(state.active)])
+    difference = work(state, state.difference)
+    return autoregression(difference - accepted @ estimate(accepted, difference).coefficients)
+
+
 def gram_of(state: State, whitener: Whitener, *, detail: bool) -> search.Gram:
     """Return the white inner products; ``detail`` frees the fine shape of families found so far.
 

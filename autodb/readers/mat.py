@@ -1,5 +1,8 @@
 """MATLAB v5: n×1 and 1×n arrays are channels, scalars and the rest are ignored."""
 
+import contextlib
+import os
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +15,8 @@ def read_mat(path: Path) -> dict[str, NDArray[np.generic]]:
     """Read the numeric vectors of a MAT file; they must share one length."""
     from scipy.io import loadmat
 
+    if not _survives(path):
+        raise UnusableInput(f"{path}: not a whole MAT file (its parts do not fit together)")
     try:
         variables = loadmat(path)
     except NotImplementedError:
@@ -30,3 +35,19 @@ def read_mat(path: Path) -> dict[str, NDArray[np.generic]]:
     if len(set(lengths.values())) > 1:
         raise UnusableInput(f"{path}: vectors of different lengths share no table: {lengths}")
     return columns
+
+
+def _survives(path: Path) -> bool:
+    """Read the file in a forked child first: a damaged one can crash SciPy's parser outright."""
+    from scipy.io import loadmat
+
+    if not hasattr(os, "fork"):
+        return True
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # the child only reads and leaves
+        child = os.fork()
+    if child == 0:
+        with contextlib.suppress(BaseException):
+            loadmat(path)
+        os._exit(0)
+    return os.waitpid(child, 0)[1] == 0
