@@ -50,6 +50,10 @@ def add_machine(store: Store, name: str, file: MachineFile) -> bool:
 
     Raises UnusableInput when it is there with other axes.
     """
+    if not name.strip():
+        raise UnusableInput("a machine needs a name; 'lathe-1' would work")
+    if not file.axes:
+        raise UnusableInput("a machine needs axes; '[axes.z]' in its file would work")
     wanted = {axis: (a.carries, a.current_sign) for axis, a in file.axes.items()}
     with store.writing() as session:
         existing = session.scalar(select(models.Machine).where(models.Machine.name == name))

@@ -7,7 +7,7 @@ from sqlalchemy.orm import Session
 
 from autodb import forward
 from autodb.agent.machines import find_machine
-from autodb.agent.refreshing import as_parameters, latest_parameters, pair_name
+from autodb.agent.refreshing import as_parameters, chain, latest_parameters, pair_name
 from autodb.cutting.law import COMPONENTS
 from autodb.errors import UnusableInput
 from autodb.forward import PredictedCut
@@ -23,6 +23,7 @@ class Predicted:
     job: Job
     cuts: tuple[PredictedCut, ...]
     behind: dict[str, tuple[int, int]]
+    notes: tuple[str, ...] = ()
 
 
 def predict_job(store: Store, machine: str, job: Job) -> Predicted:
@@ -50,7 +51,26 @@ def predict_job(store: Store, machine: str, job: Job) -> Predicted:
         session.add(stored)
         session.flush()
         behind = {component: (row.version, row.n_cuts) for component, row in rows.items()}
-        return Predicted(stored.id, job, cuts, behind)
+        return Predicted(stored.id, job, cuts, behind, tuple(_outside(job, list(rows.values()))))
+
+
+def _outside(job: Job, rows: list[models.CuttingParameters]) -> list[str]:
+    """Say which cuts lie outside the depths and feeds that the pair was learnt from."""
+    learnt = [f.cut.conditions for row in rows for version in chain(row) for f in version.forces]
+    notes = []
+    for number, cut in enumerate(job.cut, start=1):
+        for what, channel, value, unit in (
+            ("depth", "cutting.depth", cut.depth_mm, "mm"),
+            ("feed", "cutting.feed", cut.feed_mm_rev, "mm/rev"),
+        ):
+            low = min(conditions[channel] for conditions in learnt)
+            high = max(conditions[channel] for conditions in learnt)
+            if not low * 0.999 <= value <= high * 1.001:
+                notes.append(
+                    f"cut {number} '{cut.name}': {what} {value:g} {unit} was never cut ({low:g} to "
+                    f"{high:g}): its interval is not to be trusted"
+                )
+    return notes
 
 
 def pair_parameters(

@@ -1,6 +1,8 @@
 """The command `autodb`: thin faces over the agent; heavy libraries load when a command runs."""
 
+import signal
 import sys
+from types import FrameType
 
 import typer
 
@@ -37,17 +39,38 @@ def run(arguments: list[str] | None = None) -> int:
     except UnusableInput as error:
         typer.echo(f"autodb: {error}", err=True)
         return 2
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        typer.echo(f"autodb: {where}{error.strerror or error}", err=True)
+        return 2
     except TyperException as error:
         show = getattr(error, "show", None)
         if show is not None:
             show()
         return int(getattr(error, "exit_code", 2))
     except (typer.Abort, KeyboardInterrupt):
-        typer.echo("autodb: interrupted; nothing was half-written", err=True)
-        return INTERRUPTED
+        return _interrupted()
+    except Exception:
+        if _pressed:  # an interrupt inside a library's import surfaces as that library's error
+            return _interrupted()
+        raise
     return code if isinstance(code, int) else 0
+
+
+_pressed: list[int] = []
+
+
+def _interrupted() -> int:
+    typer.echo("autodb: interrupted; nothing was half-written", err=True)
+    return INTERRUPTED
+
+
+def _on_interrupt(number: int, frame: FrameType | None) -> None:
+    _pressed.append(number)
+    signal.default_int_handler(number, frame)
 
 
 def main() -> None:
     """Enter from the command line."""
+    signal.signal(signal.SIGINT, _on_interrupt)
     sys.exit(run())

@@ -68,6 +68,8 @@ def predict(job: JobFile, machine: MachineName, json: Json = False, db: Database
             interval(cut.power_W),
         )
     show(rows)
+    for note in answer.notes:
+        say(note)
     behind = ", ".join(f"force.{c} v{v} ({n} cuts)" for c, (v, n) in answer.behind.items())
     say(f"95 % intervals; behind it: {behind}")
     say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")

@@ -152,11 +152,15 @@ def identify(
 ) -> None:
     """Identify inertia, viscous and Coulomb friction and constant load of a feed axis."""
     from autodb import records
+    from autodb.agent.machines import find_machine
     from autodb.errors import UnusableInput
     from autodb.records import CutTable
     from autodb.sensing.drives import identify as fit
     from autodb.sensing.drives import spread_over_filters
 
+    if machine is not None:
+        with opened(db) as store, store.reading() as session:
+            find_machine(session, machine)
     with working(f"identifying from {recording.name}") as progress:
         moves = records.read(recording, columns=columns)
         if isinstance(moves, CutTable):

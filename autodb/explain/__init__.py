@@ -36,6 +36,9 @@ def explain(
         for name in simulation.channels
         if name not in recording and name not in ("t", "cut")
     ]
+    notes += [
+        f"{message} Ignored." for name, message in recording.unusable.items() if name in simulation
+    ]
     shared = [n for n in recording.channels if n in simulation]
     if isinstance(recording, CutTable):
         found = _cuts(recording, simulation, shared, order, includes)
@@ -87,6 +90,11 @@ def _axes(
     includes: list[str] | None,
 ) -> dict[str, tuple[ChannelAnswer, Trace]]:
     efforts = effort_channels(shared)
+    if not efforts and any(name in FORCES for name in shared):
+        raise UnusableInput(
+            f"{recording.path}: force waveforms over time are not explained by this version; an "
+            "axis current or drive force over time, or a table of cuts, would work"
+        )
     if not efforts:
         raise UnusableInput(
             f"{simulation.path}: no drive effort in common with the recording "
@@ -102,7 +110,15 @@ def _cuts(
     order: NDArray[np.intp],
     includes: list[str] | None,
 ) -> dict[str, tuple[ChannelAnswer, Trace]]:
-    forces = [name for name in FORCES if name in shared]
+    forces = [
+        name
+        for name in FORCES
+        if name in shared
+        and np.isfinite(recording[name]).all()
+        and np.isfinite(simulation[name]).all()
+    ]
     if not forces:
-        raise UnusableInput(f"{simulation.path}: no force.x, force.y or force.z of the recording")
+        raise UnusableInput(
+            f"{simulation.path}: no force.x, force.y or force.z that the recording has in every cut"
+        )
     return explain_cuts(recording, {n: simulation[n][order] for n in forces}, includes)

@@ -39,6 +39,7 @@ class AxisColumns:
 
     named: dict[str, Array]
     shapes: list[Shape]
+    finer: dict[str, Array]
     signals: dict[str, Array] = field(default_factory=dict)
 
 
@@ -46,9 +47,10 @@ def axis_columns(recording: Recording, channel: str) -> AxisColumns:
     """Return named columns and shapes (n, p) of the axis that ``channel`` belongs to."""
     axis = axis_of(channel)
     cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
-    position, velocity, acceleration = motion(recording, axis, cutoff_hz=cutoff_hz)
-    named = regressors(position, velocity, acceleration)
-    sense, t = direction(velocity), recording.t_s
+    moved = motion(recording, axis, cutoff_hz=cutoff_hz)
+    named = regressors(moved)
+    position, velocity, t = moved.position, moved.velocity, recording.t_s
+    sense = direction(moved.quick)
     place, way, speed = f"{axis}.position", f"{axis}.direction", f"{axis}.velocity"
     along = _spline(position, 12)
     over = _spline(t, 12)
@@ -67,7 +69,23 @@ def axis_columns(recording: Recording, channel: str) -> AxisColumns:
         Shape("way since reversal", _since_reversal(position, sense), (way, place)),
         *_other_axes(recording, axis),
     ]
-    return AxisColumns(named, shapes, {place: position, speed: velocity})
+    finer = {shape.key: shape.finer for shape in shapes if shape.finer is not None}
+    finer["coulomb"] = _around_standstill(sense, velocity)
+    return AxisColumns(named, shapes, finer, {place: position, speed: velocity})
+
+
+def _around_standstill(sense: Array, velocity: Array) -> Array:
+    """Return columns (n, 6) for what sgn(v) gets wrong where a move starts, turns or stops.
+
+    One row earlier or later, starts and stops apart, and friction that needs some speed to rise to
+    its level.
+    """
+    columns = [np.tanh(velocity / width) - sense for width in (0.5, 2.0)]
+    for neighbour in (np.roll(sense, -1), np.roll(sense, 1)):
+        step = neighbour - sense
+        gains = np.abs(neighbour) > np.abs(sense)
+        columns += [step * gains, step * ~gains]
+    return np.column_stack(columns)
 
 
 def _spline(values: Array, count: int) -> Array:

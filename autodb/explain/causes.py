@@ -158,7 +158,7 @@ def retuned(
     )
     base = alone if retuning_does_it else together
     full = gram.rss(base)
-    first_own = len(fitted.coefficients) - len(state.own)
+    first_own = len(fitted.coefficients) - state.own_matrix().shape[1]
     threshold = np.log(gram.rows) + 2 * np.log(len(state.blocks)) + search.MARGIN
     causes: list[Cause] = []
     for position, name in enumerate(state.own):

@@ -18,6 +18,8 @@ from autodb.terms.process import edge_force, tool_wear
 
 Array = NDArray[np.float64]
 
+GLITCH = 300.0
+"""A force this many times the median is damage, not a cut."""
 EDGE_SHARE = 0.02
 """A simulation has an edge force when it gives this share of its output, read by regression."""
 
@@ -73,17 +75,33 @@ class Stack:
 
 
 def conditions(table: CutTable) -> Conditions:
-    """Return the conditions of a table's cuts."""
-    depth, edge = table.get("cutting.depth"), table.get(EDGE)
+    """Return the conditions of a table's cuts; one that some cut lacks is not used.
+
+    Raises UnusableInput where a depth, feed or speed is not above zero.
+    """
+
+    def known(name: str) -> Array | None:
+        values = table.get(name)
+        return None if values is None or not np.isfinite(values).all() else values
+
+    for name in ("cutting.depth", "cutting.feed", "cutting.speed"):
+        values = known(name)
+        if values is not None and values.min() <= 0:
+            row = int(np.argmin(values))
+            raise UnusableInput(
+                f"{table.path}: {name}, row {row + 1} (cut {table.cut[row]:g}): {values[row]:g} is "
+                "no cut; the table without it would work"
+            )
+    depth, edge = known("cutting.depth"), known(EDGE)
     labels = table.texts.get(EDGE) or ([] if edge is None else [f"{e:g}" for e in edge])
     return Conditions(
         number=table.cut,
         depth_mm=np.ones(len(table)) if depth is None else depth,
-        feed_mm=table.get("cutting.feed"),
-        speed_m_min=table.get("cutting.speed"),
+        feed_mm=known("cutting.feed"),
+        speed_m_min=known("cutting.speed"),
         edge=edge,
         edge_label={} if edge is None else dict(zip(edge.tolist(), labels, strict=True)),
-        cutting_time_s=table.get("tool.cutting_time"),
+        cutting_time_s=known("tool.cutting_time") if edge is not None else None,
     )
 
 
@@ -95,6 +113,8 @@ def stack(table: CutTable, simulation: dict[str, Array]) -> Stack:
     known = conditions(table)
     if len(table) < 8:
         raise UnusableInput(f"{table.path}: {len(table)} cuts are too few to explain; 8 would work")
+    for name, force in simulation.items():
+        _check(table, name, force)
     sd = [_sd(table[name], simulation[name], known) for name in simulation]
     return Stack(
         names=list(simulation),
@@ -103,6 +123,18 @@ def stack(table: CutTable, simulation: dict[str, Array]) -> Stack:
         simulation=np.concatenate(list(simulation.values())),
         sd=np.concatenate(sd),
     )
+
+
+def _check(table: CutTable, name: str, simulation: Array) -> None:
+    if not np.any(simulation):
+        raise UnusableInput(f"{name} of the simulation is zero in every cut: nothing to re-tune")
+    usual = max(float(np.median(np.abs(table[name]))), 1e-12)
+    row = int(np.argmax(np.abs(table[name])))
+    if abs(table[name][row]) > GLITCH * usual:
+        raise UnusableInput(
+            f"{table.path}: {name}, row {row + 1} (cut {table.cut[row]:g}): "
+            f"{table[name][row]:.3g} N is {GLITCH:g} times the usual; without it it would work"
+        )
 
 
 def _sd(recording: Array, simulation: Array, known: Conditions) -> Array:
@@ -149,17 +181,26 @@ def own_columns(stacked: Stack, includes: list[str] | None) -> dict[str, Array]:
 
 
 def _has_edge(stacked: Stack) -> bool:
+    known, edge = stacked.conditions, edge_read_off(stacked)
+    n = len(known.depth_mm)
+    sim = stacked.simulation.reshape(-1, n)
+    return any(
+        np.linalg.norm(k * known.depth_mm) > EDGE_SHARE * np.linalg.norm(part)
+        for k, part in zip(edge, sim, strict=True)
+    )
+
+
+def edge_read_off(stacked: Stack) -> Array:
+    """Return the edge coefficient [N/mm] that each component of the simulation has, (C,).
+
+    Read by regression on a_p·f and a_p; zero where the feed is not known.
+    """
     known = stacked.conditions
     if known.feed_mm is None:
-        return False
-    n = len(known.depth_mm)
+        return np.zeros(len(stacked.names))
     design = np.column_stack([known.depth_mm * known.feed_mm, edge_force(known.depth_mm)])
-    for i in range(len(stacked.names)):
-        part = stacked.simulation[i * n : (i + 1) * n]
-        edge = np.linalg.lstsq(design, part, rcond=None)[0][1] * known.depth_mm
-        if np.linalg.norm(edge) > EDGE_SHARE * np.linalg.norm(part):
-            return True
-    return False
+    sim = stacked.simulation.reshape(-1, len(known.depth_mm))
+    return np.array([np.linalg.lstsq(design, part, rcond=None)[0][1] for part in sim])
 
 
 def blocks(stacked: Stack, own: dict[str, Array]) -> list[Block]:

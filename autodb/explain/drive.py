@@ -47,7 +47,7 @@ def explain_axis(
         own=own,
         blocks=_blocks(columns, own),
         factor=max(1, int(recording.rate_hz / WORKING_HZ)),
-        finer={s.key: s.finer for s in columns.shapes if s.finer is not None},
+        finer=columns.finer,
     )
     noisy = rms(state.difference) > 1e-9 * max(rms(measured), rms(simulation))
     whitener = _search(state, columns) if noisy else Whitener(np.empty(0))
@@ -140,6 +140,8 @@ def _search(state: State, columns: AxisColumns) -> Whitener:
     gram = gram_of(state, whitener, detail=False)
     kept = search.eliminate(gram, state.active, list(state.blocks.values()))
     state.active = _not_vetoed(state, kept)
+    if "coulomb" in state.active:
+        state.own["coulomb around standstill"] = state.finer["coulomb"]
     return whitener
 
 

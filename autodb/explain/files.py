@@ -20,6 +20,7 @@ def write_answer(explained: Explained, folder: Path) -> None:
 
     Raises UnusableInput when ``folder`` is a file or holds anything but an earlier answer.
     """
+    folder = folder.resolve()
     if folder.exists() and not folder.is_dir():
         raise UnusableInput(f"{folder}: is a file; --out needs a folder")
     if folder.is_dir() and {p.name for p in folder.iterdir()} - FILES:

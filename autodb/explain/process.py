@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from autodb.explain import cuts, search
 from autodb.explain.answer import Cause, ChannelAnswer, Considered, FitQuality, Trace, Value, Where
-from autodb.explain.causes import NORMAL_95, term_called
+from autodb.explain.causes import ALIKE, NORMAL_95, term_called
 from autodb.explain.cuts import Stack
 from autodb.explain.fit import Estimate, estimate, rms
 from autodb.explain.locate import regimes
@@ -316,32 +316,62 @@ def _unknown(
             f"no named law fits it. It reaches {peak:.0f} N."
         ),
         parameters={"size": Value(value=peak, low=peak, high=peak, unit="N")},
+        alternatives=tuple(dict.fromkeys(a for k in shapes for a in ALIKE.get(k, ()))),
         variables=variables,
     )
 
 
 def _mistuned(found: _Search, keys: list[str], fitted: Estimate, index: int) -> list[Cause]:
-    """Return shear as mistuned when the shared factor on the simulation is not 1."""
+    """Return the simulation's own terms that the recording contradicts: each judged as a whole."""
+    causes: list[Cause] = []
     place = sum(found.blocks[k].columns.shape[1] for k in keys)
-    change, sd = float(fitted.coefficients[place]), float(fitted.sd[place])
-    rows = len(found.stacked.difference)
-    limit = np.sqrt(np.log(rows) + 2 * np.log(len(found.blocks)) + search.MARGIN)
-    if abs(change) < limit * sd or abs(change) < 0.01:
-        return []
-    n = len(found.stacked.conditions.number)
-    peak = float(np.max(np.abs(found.stacked.simulation[index * n : (index + 1) * n])))
-    half = NORMAL_95 * sd
-    factor = _value(1.0 + change, half, "1")
-    return [
-        Cause(
-            term="shear",
-            kind="mistuned",
-            confidence=0.99,
-            statement=(
-                f"{term_called('shear').statement} Factor {factor.value:.3f} "
-                f"({factor.low:.3f} to {factor.high:.3f})."
-            ),
-            parameters={"size": _value(abs(change) * peak, half * peak, "N"), "factor": factor},
-            variables=(),
-        )
-    ]
+    for name, columns in found.own.items():
+        width = columns.shape[1]
+        at = place + (index if width > 1 else 0)
+        place += width
+        change = _value(float(fitted.coefficients[at]), NORMAL_95 * float(fitted.sd[at]), "")
+        if _worth(found, keys, name) > search.MARGIN and change.low * change.high > 0:
+            causes.append(_retuned(found, name, change, index))
+    return causes
+
+
+def _worth(found: _Search, keys: list[str], name: str) -> float:
+    """Return the evidence that an own term is re-tuned, as for a candidate of its columns."""
+    rows, difference = len(found.stacked.difference), found.stacked.difference
+    rest = [c for own, c in found.own.items() if own != name]
+    blocks = [found.blocks[k].columns for k in keys]
+    without = np.column_stack([np.empty((rows, 0)), *blocks, *rest])
+    left = rms(difference - without @ estimate(without, difference).coefficients)
+    full = found.columns(keys)
+    best = rms(difference - full @ estimate(full, difference).coefficients)
+    gain = 2.0 * rows * float(np.log(left / max(best, 1e-9 * left, 1e-300)))
+    width = int(found.own[name].shape[1])
+    return gain - width * float(np.log(rows)) - 2.0 * float(np.log(len(found.blocks)))
+
+
+def _retuned(found: _Search, name: str, change: Value, index: int) -> Cause:
+    """Return the entry of an own term whose coefficient changes by ``change``."""
+    stacked, term = found.stacked, term_called(name)
+    n = len(stacked.conditions.number)
+    columns = found.own[name][index * n : (index + 1) * n]
+    column = columns[:, index if columns.shape[1] > 1 else 0] * stacked.sd[index * n :][:n]
+    peak, half = float(np.max(np.abs(column))), change.high - change.value
+    had = 1.0 if name == "shear" else float(cuts.edge_read_off(stacked)[index])
+    now = _value(had + change.value, half, term.parameters[0].unit.replace("U", "N"))
+    if name == "shear" and now.value < 0:
+        text = "Recording and simulation have opposite signs: look at the sensor's sign first."
+    else:
+        text = term.statement
+    return Cause(
+        term=name,
+        kind="mistuned",
+        confidence=0.99,
+        statement=(
+            f"{text} The simulation has {term.parameters[0].name} {had:.3g}; the recording says "
+            f"{now.value:.3g} ({now.low:.3g} to {now.high:.3g})."
+        ),
+        parameters={
+            "size": _value(abs(change.value) * peak, half * peak, "N"),
+            term.parameters[0].name: now,
+        },
+    )

@@ -77,7 +77,12 @@ def create_store(url: str) -> bool:
     from alembic import command
 
     engine = _engine(url)
-    if _revision(engine, url) == _head():
+    if make_url(url).database in (None, "", ":memory:"):
+        raise UnusableInput(f"{url}: a database in memory keeps nothing; {DEFAULT_URL} would work")
+    found = _revision(engine, url)
+    if found is None and inspect(engine).get_table_names():
+        raise UnusableInput(f"{url}: holds another program's tables; a new file would work")
+    if found == _head():
         engine.dispose()
         return False
     with engine.connect().execution_options(autodb_writes=True) as connection:
@@ -143,4 +148,7 @@ def _revision(engine: Engine, url: str) -> str | None:
         return str(row[0]) if row else None
     except (sqlite3.Error, DatabaseError) as error:
         reason = getattr(error, "orig", error)
-        raise UnusableInput(f"{url}: cannot be opened as a database ({reason})") from None
+        raise UnusableInput(
+            f"{url}: cannot be opened as a database ({reason}); a SQLite file in a folder that "
+            "may be written would work"
+        ) from None
