@@ -282,6 +282,42 @@ def test_an_interrupt_ends_with_130(
     assert _rows(models.Recording) == []
 
 
+def test_cuts_outside_what_was_learnt_are_not_trusted(learnt: Cli) -> None:
+    cut = "[[cut]]\nname = 'deep'\ndiameter_mm = 50\ndepth_mm = 20\nfeed_mm_rev = 0.2\n"
+    Path("deep.toml").write_text(
+        f'name = "a"\nmaterial = "steel bar"\ntool = "carbide insert"\n{cut}speed_rpm = 900\n'
+    )
+    done = learnt("predict", "deep.toml", "--machine", "lathe-1")
+    assert "cut 1 'deep': depth 20 mm was never cut" in done.out
+
+
+def test_what_cannot_be_written_says_so(
+    learnt: Cli, refused: Callable[..., str], recordings: Path
+) -> None:
+    del learnt
+    Path("file.txt").write_text("a file")
+    worn = recordings / "shop-week-2.csv"
+    line = refused("explain", worn, "--machine", "lathe-1", "--out", "file.txt/answer")
+    assert "file.txt" in line
+
+
+def test_an_answer_replaces_what_a_link_points_to(learnt: Cli, recordings: Path) -> None:
+    Path("real").mkdir()
+    Path("link").symlink_to("real")
+    worn = recordings / "shop-week-2.csv"
+    assert learnt("explain", worn, "--machine", "lathe-1", "--out", "link").code == 0
+    assert Path("link").is_symlink()
+    assert Path("real/report.html").exists()
+
+
+def test_machines_need_a_name_and_axes(cli: Cli, refused: Callable[..., str]) -> None:
+    cli("init")
+    assert "needs a name" in refused("machine", "add", "  ")
+    Path("m.toml").write_text("[axes]\n")
+    assert "needs axes" in refused("machine", "add", "m", "--file", "m.toml")
+    assert "in memory keeps nothing" in refused("init", "--db", "sqlite://")
+
+
 def test_usage_errors_exit_with_2(cli: Cli) -> None:
     assert cli("import").code == 2
     assert cli("nonsense").code == 2

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pyarrow import csv
 
 from autodb import records
+from autodb.errors import UnusableInput
 from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
 from autodb.explain.locate import regimes, strongest_interval
@@ -106,6 +107,39 @@ def test_a_simulation_a_few_per_cent_off_is_mistuned_not_missing() -> None:
     assert {c.term for c in answer.missing} == {"coulomb"}
 
 
+@pytest.mark.parametrize("seed", [11, 12])
+def test_position_alone_is_enough(seed: int) -> None:
+    recording, simulation, _ = _pair(seed, ("coulomb", "stribeck"))
+    channels = {n: recording[n] for n in ("t", "x.position", "x.current")}
+    bare = Recording(path=recording.path, channels=channels)
+    answer = explain(bare, simulation, includes=["viscous", "inertia", "gravity"])
+    assert "coulomb" in _missing(answer.explanation.channels["x.current"])
+
+
+def test_recording_and_simulation_alike_to_the_last_digit() -> None:
+    recording, _, _ = _pair(13, ())
+    done = explain(recording, recording)
+    assert not done.explanation.channels["x.current"].mismatch
+    zero = Recording(
+        path=recording.path, channels={"t": recording.t_s, "x.current": 0.0 * recording.t_s}
+    )
+    assert explain(recording, zero).explanation.channels["x.current"].mismatch
+
+
+def test_an_axis_that_stands_is_explained_too() -> None:
+    recording, _, _ = _pair(14, ())
+    n = len(recording)
+    noise = np.random.default_rng(0).normal(0, 0.1, n)
+    still = Recording(
+        path=recording.path,
+        channels={"t": recording.t_s, "x.position": np.full(n, 5.0), "x.current": 1.0 + noise},
+    )
+    constant = Recording(
+        path=recording.path, channels={"t": recording.t_s, "x.current": np.full(n, 1.0)}
+    )
+    assert not explain(still, constant).explanation.channels["x.current"].mismatch
+
+
 def test_includes_decides_between_missing_and_mistuned() -> None:
     recording, simulation, _ = _pair(6, ("gravity",))
     done = explain(recording, simulation, includes=["coulomb", "viscous", "inertia", "gravity"])
@@ -174,6 +208,22 @@ def test_wear_and_edge_force_are_told_apart() -> None:
     assert _named(_cuts(2, 0.0, 60.0)) == {"edge_force"}
 
 
+def test_an_edge_force_that_is_off_is_mistuned() -> None:
+    recording, simulation = _cuts(4, 0.0, 60.0)
+    depth = recording["cutting.depth"]
+    share = {"force.y": 0.5, "force.z": 1.0}
+    other = {n: simulation[n] + 100.0 * share[n] * depth for n in share}
+    off = CutTable(path=simulation.path, channels={"cut": simulation["cut"], **other})
+    done = explain(recording, off, includes=["shear", "edge_force"])
+    causes = [c for a in done.explanation.channels.values() for c in a.missing]
+    assert {(c.term, c.kind) for c in causes} == {("edge_force", "mistuned")}
+    had = {n: float(v) for n, v in zip(share, (50.0, 100.0), strict=True)}
+    for name, answer in done.explanation.channels.items():
+        (cause,) = answer.missing
+        change = cause.parameters["size"].value / float(depth.max())
+        assert_allclose(change, 0.4 * had[name], rtol=0.35)
+
+
 def test_shuffled_cutting_times_are_no_wear() -> None:
     recording, simulation = _cuts(3, 150.0, 0.0)
     rng = np.random.default_rng(0)
@@ -185,6 +235,23 @@ def test_shuffled_cutting_times_are_no_wear() -> None:
         path=recording.path, channels={**recording.channels, "tool.cutting_time": time_s}
     )
     assert "tool_wear" not in _named((shuffled, simulation))
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"cutting.depth": 0.0}, "cutting.depth, row 3 (cut 3): 0 is no cut"),
+        ({"force.z": 1e8}, "force.z, row 3 (cut 3)"),
+    ],
+)
+def test_cuts_that_are_none_are_named(change: dict[str, float], says: str) -> None:
+    recording, simulation = _cuts(5, 0.0, 0.0)
+    (name, value), channels = next(iter(change.items())), dict(recording.channels)
+    channels[name] = channels[name].copy()
+    channels[name][2] = value
+    with pytest.raises(UnusableInput) as caught:
+        explain(CutTable(path=recording.path, channels=channels), simulation)
+    assert says in str(caught.value)
 
 
 def test_edge_force_on_thick_chips_has_an_alternative() -> None:
@@ -281,6 +348,15 @@ def test_what_does_not_fit_together_says_so(
     assert "no drive effort in common" in refused("explain", files[0], "--simulation", other)
     line = refused("explain", files[0], "--simulation", files[1], "--includes", "colomb")
     assert "did you mean coulomb" in line
+    few = {name: recording[name][:900] for name in ("t", "x.position", "x.current")}
+    csv.write_csv(pa.table(few), tmp_path / "few.csv")
+    assert "too short" in refused("explain", tmp_path / "few.csv", "--simulation", files[1])
+    glitch = recording["x.current"].copy()
+    glitch[77] = 1e6
+    table = {name: recording[name] for name in ("t", "x.position")} | {"x.current": glitch}
+    csv.write_csv(pa.table(table), tmp_path / "glitch.csv")
+    line = refused("explain", tmp_path / "glitch.csv", "--simulation", files[1])
+    assert "row 78: 1e+06" in line
     bare = tmp_path / "bare.csv"
     csv.write_csv(pa.table({"t": recording["t"], "x.current": recording["x.current"]}), bare)
     assert "no channel 'x.position'" in refused("explain", bare, "--simulation", files[1])

@@ -102,6 +102,51 @@ def test_nan_in_an_unused_column_is_none_of_our_business(tmp_path: Path) -> None
     assert len(records.read(path)) == 20
 
 
+def test_a_gap_matters_where_the_channel_is_used(tmp_path: Path) -> None:
+    gap = [*X[:-1], float("nan")]
+    table = records.read(_write(tmp_path / "a.csv", {"t": T, "x.position": X, "y.current": gap}))
+    assert_allclose(table["x.position"], X)
+    for use in (table.__getitem__, table.get):
+        with pytest.raises(UnusableInput, match=r"y\.current, row 20: no finite number"):
+            use("y.current")
+
+
+def test_what_one_cut_lacks_is_not_known_of_it(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("cut,tool.flank_wear,force.x\n1,0.1,5\n2,,6\n")
+    table = records.read(path)
+    assert_allclose(table["tool.flank_wear"], [0.1, np.nan])
+
+
+def test_a_header_that_is_not_utf8_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes("t,länge\n0,1\n1,2\n".encode("latin-1"))
+    with pytest.raises(UnusableInput, match="UTF-8"):
+        records.read(path)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mat"])
+def test_damaged_files_are_read_or_refused(tmp_path: Path, suffix: str) -> None:
+    """40 files, cut off or with flipped bytes: read, or refused in one line, never else."""
+    rng = np.random.default_rng(31)
+    whole = _write(tmp_path / f"a{suffix}", {"t": T, "x.position": X}).read_bytes()
+    refused = 0
+    for _ in range(40):
+        damaged = bytearray(whole)
+        if rng.random() < 0.5:
+            del damaged[int(rng.integers(1, len(whole))) :]
+        else:
+            for place in rng.integers(0, len(whole), 6):
+                damaged[place] = int(rng.integers(0, 256))
+        (tmp_path / f"b{suffix}").write_bytes(bytes(damaged))
+        try:
+            records.read(tmp_path / f"b{suffix}")
+        except UnusableInput as error:
+            refused += 1
+            assert "\n" not in str(error)
+    assert refused > 5
+
+
 def _text(name: str, text: str) -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
         path = folder / name
@@ -116,7 +161,10 @@ BAD_FILES = [
     (_text("a.csv", "t,x.position\n"), "no rows of data"),
     (_text("a.csv", "t;x.position\n0;1\n1;2\n"), "not separated by commas"),
     (_text("a.csv", "t,x.position\n0,1\n0,2\n1,3\n"), "column 't', row 2: time does not increase"),
-    (_text("a.csv", "t,x.position\n0,1\n1,\n2,3\n"), "column 'x.position', row 2: no finite"),
+    (_text("a.csv", "t,x.position\n0,1\n,2\n2,3\n"), "t, row 2: no finite number"),
+    (_text("a.csv", "cut,force.x\n1,1\n,2\n"), "cut, row 2: no finite number"),
+    (_text("a.csv", "t,x.position\n0,1\n1,1e300\n2,3\n"), "row 2: 1e+300 is no measurement"),
+    (_text("a.csv", "t;x.position\n0,5;1\n1,5;2\n"), "points in numbers"),
     (_text("a.csv", "t,x.position\n0,1\n1,two\n2,3\n"), "row 2: 'two' is not a number"),
     (_text("a.csv", "time,x.position\n0,1\n1,2\n2,3\n"), "neither a column 't'"),
     (_text("a.csv", "t,t\n0,1\n1,2\n"), "stands in the header twice"),
@@ -150,6 +198,9 @@ BAD_SIDE_FILES = [
     ("[channels]\n'x.current' = {}\n", "needs either column or row_in"),
     ("[cut]\noperation = 'knit'\n", "cut.operation"),
     ("[channels\n", "not a readable TOML file"),
+    ("[channels]\n'x.current' = {column = 'a', scale = 0}\n", "scale 0 would leave nothing"),
+    ("[channels]\n'x.current' = {column = 'a', scale = nan}\n", "channels.x.current.scale"),
+    ("[tool]\nteeth = -4\n", "tool.teeth"),
 ]
 
 

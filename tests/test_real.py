@@ -142,7 +142,7 @@ def test_milling_waveforms_are_refused(refused: Callable[..., str], tryout: Path
         "explain", tryout / "mill-1" / "recording.csv",
         "--simulation", tryout / "mill-1" / "simulation.csv",
     )  # fmt: skip
-    assert "no drive effort in common" in line
+    assert "force waveforms over time are not explained" in line
 
 
 def test_scalar_and_array_agree() -> None:

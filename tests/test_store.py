@@ -133,6 +133,8 @@ def test_what_is_no_database_says_so(tmp_path: Path) -> None:
     sqlite3.connect(other).execute("CREATE TABLE a (b)")
     with pytest.raises(UnusableInput, match="no autodb database"):
         open_store(f"sqlite:///{other}")
+    with pytest.raises(UnusableInput, match="another program's tables"):
+        create_store(f"sqlite:///{other}")
     text = tmp_path / "text.sqlite3"
     text.write_text("not a database at all, but long enough to be read as one" * 20)
     with pytest.raises(UnusableInput, match="cannot be opened as a database"):

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.explain import search
-from autodb.explain.answer import ChannelAnswer, Considered, Trace, Where
+from autodb.explain.answer import ChannelAnswer, Considered, FitQuality, Trace, Where
 from autodb.explain.axis import NAMED, AxisColumns, axis_columns, simulation_terms
 from autodb.explain.causes import SIMPLE_ENOUGH, named_cause, plain_key, retuned, unknown_cause
 from autodb.explain.fit import Estimate, estimate, held_out, quality, rms
@@ -25,6 +25,7 @@ SHORTEST_S = 9.9
 SHORTEST_ROWS = 300
 GLITCH = 1000.0
 """A value this many times the 99 % quantile is a glitch of the logger, not an effort."""
+SURE_SDS = 4.0
 GAP_S = 0.25
 """Rows this near to a block left out are not fitted on: noise is correlated over such times."""
 
@@ -49,8 +50,8 @@ def explain_axis(
         factor=max(1, int(recording.rate_hz / WORKING_HZ)),
         finer=columns.finer,
     )
-    noisy = rms(state.difference) > 1e-9 * max(rms(measured), rms(simulation))
-    whitener = _search(state, columns) if noisy else Whitener(np.empty(0))
+    differs = rms(state.difference) > 1e-9 * max(rms(measured), rms(simulation))
+    whitener = _search(state, columns) if differs else None
     trace = Trace(
         x_name="t",
         x=recording.t_s,
@@ -60,7 +61,23 @@ def explain_axis(
         regime_signals=columns.signals,
         considered=_considered(state),
     )
-    return _answer(state, columns, trace, recording.unit(channel), whitener)
+    unit = recording.unit(channel)
+    if whitener is None:
+        return _alike(unit), trace
+    return _answer(state, columns, trace, unit, whitener)
+
+
+def _alike(unit: str) -> ChannelAnswer:
+    """Return the answer where recording and simulation are the same numbers."""
+    return ChannelAnswer(
+        unit=unit,
+        mismatch=False,
+        where=Where(),
+        missing=(),
+        fit=FitQuality(
+            rms_before=0.0, rms_after=0.0, heldout_before=0.0, heldout_after=0.0, noise_floor=0.0
+        ),
+    )
 
 
 def _check(recording: Recording, channel: str, measured: Array, simulation: Array) -> None:
@@ -180,6 +197,7 @@ def _answer(
     state: State, columns: AxisColumns, trace: Trace, unit: str, whitener: Whitener
 ) -> tuple[ChannelAnswer, Trace]:
     """Turn the accepted columns into causes, a corrected channel and scores."""
+    _drop_unsure(state, whitener)
     named, shapes = state.named(), state.shapes()
     fitted, correction, unknown_part = _fit(state, named, shapes, whitener)
     causes = [named_cause(state, key, at, fitted, unit) for key, at in _places(state, named)]
@@ -216,6 +234,18 @@ def _answer(
         unexplained=_unexplained(state, after, len(causes)),
     )
     return answer, replace(trace, corrected=trace.simulation + correction)
+
+
+def _drop_unsure(state: State, whitener: Whitener) -> None:
+    """Take back named blocks whose value is not ``SURE_SDS`` honest standard deviations from none.
+
+    Slow noise can pass the search, which judges with the saturated model's noise.
+    """
+    named = state.named()
+    fitted, _, _ = _fit(state, named, [], whitener)
+    for key, at in _places(state, named):
+        if abs(fitted.coefficients[at]) < SURE_SDS * fitted.sd[at]:
+            state.active.remove(key)
 
 
 def _places(state: State, named: list[str]) -> list[tuple[str, int]]:

@@ -29,6 +29,6 @@ def autoregression(residual: Array, order: int = ORDER) -> Whitener:
     """Return the whitener of an autoregression fitted to a residual (n,) by least squares."""
     lagged = np.column_stack([residual[order - k : -k] for k in range(1, order + 1)])
     target = residual[order:]
-    ridge = 1e-9 * float(residual @ residual) * np.eye(order)
+    ridge = max(1e-9 * float(residual @ residual), 1e-300) * np.eye(order)
     coefficients = np.linalg.solve(lagged.T @ lagged + ridge, lagged.T @ target)
     return Whitener(np.asarray(coefficients, dtype=np.float64))
