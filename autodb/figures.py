@@ -261,7 +261,11 @@ def shade(made: go.Figure, ranges: Iterable[tuple[float, float]]) -> None:
 
 
 def as_html(made: go.Figure, name: str, *, height_px: int, label: str) -> Markup:
-    """Return the figure as a div that fills its place; ``name`` is its id, once a page."""
+    """Return the figure as a div that fills its place; ``name`` is its id, once a page.
+
+    Its script is a module, which runs when the page is whole: earlier, a plot beside others would
+    be drawn as wide as the place it has while it is alone.
+    """
     div = made.to_html(
         include_plotlyjs=False,
         full_html=False,
@@ -269,6 +273,7 @@ def as_html(made: go.Figure, name: str, *, height_px: int, label: str) -> Markup
         div_id=name,
         default_height=f"{height_px}px",
     )
+    div = div.replace("<script>", '<script type="module">', 1)
     frame = Markup('<div class="plot" role="img" aria-label="{}" style="height:{}px">{}</div>')
     return frame.format(label, height_px, Markup(div))
 

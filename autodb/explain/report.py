@@ -6,6 +6,7 @@ that has a shell of its own.
 
 import math
 import re
+from pathlib import Path
 
 import plotly.graph_objects as go
 from markupsafe import Markup
@@ -79,7 +80,7 @@ def render_explanation(explained: Explained) -> str:
     """Return the report of one explanation: one HTML file that loads nothing."""
     return figures.page(
         "explanation.html.j2",
-        title=explained.explanation.recording,
+        title=Path(explained.explanation.recording).name,
         content=Markup(explanation_fragment(explained)),
     )
 
