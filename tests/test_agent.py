@@ -189,6 +189,17 @@ def test_an_axis_is_explained_against_its_own_model(learnt: Cli, recordings: Pat
     assert fit["rms_before"] < 0.1
 
 
+def test_an_axis_current_takes_the_sign_of_its_axis(cli: Cli, recordings: Path) -> None:
+    Path("m.toml").write_text("[axes.z]\ncurrent_sign = -1\n")
+    cli("init")
+    cli("machine", "add", "mirrored", "--file", "m.toml")
+    assert cli("identify", recordings / "air-moves.csv", "--machine", "mirrored").code == 0
+    (row,) = _rows(models.ChannelModel)
+    assert isinstance(row, models.ChannelModel)
+    coulomb = next(term for term in row.terms if term["term"] == "coulomb")
+    assert coulomb["value"] < -0.5
+
+
 def test_machine_show_lists_what_is_felt(learnt: Cli) -> None:
     done = learnt("machine", "show", "lathe-1")
     assert "force.z: offered" in done.out

@@ -114,6 +114,7 @@ def test_position_alone_is_enough(seed: int) -> None:
     bare = Recording(path=recording.path, channels=channels)
     answer = explain(bare, simulation, includes=["viscous", "inertia", "gravity"])
     assert "coulomb" in _missing(answer.explanation.channels["x.current"])
+    assert "x.velocity and x.acceleration derived from x.position" in answer.notes[-1]
 
 
 def test_recording_and_simulation_alike_to_the_last_digit() -> None:

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 from autodb import forward, records
 from autodb.agent.calibrating import as_calibration, latest_calibration
 from autodb.agent.importing import cuts_as_table, import_file
-from autodb.agent.machines import find_machine
+from autodb.agent.machines import find_machine, signed
 from autodb.agent.predicting import pair_parameters
 from autodb.agent.refreshing import as_parameters
 from autodb.channels import effort_channels
@@ -42,7 +42,8 @@ def explain_with_machine(
             sensed, predicted = simulate_cuts(session, owner, list(cuts))
             explained = explain(sensed, predicted, includes=["shear", "edge_force"])
         else:
-            explained = explain(table, _simulate_axes(session, owner.id, table))
+            moves = signed(table, owner)
+            explained = explain(moves, _simulate_axes(session, owner.id, moves))
     _keep(store, imported.recording_id, explained)
     return explained
 

@@ -1,6 +1,7 @@
 """Machines in the database."""
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -9,6 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.errors import UnusableInput, near
+from autodb.records import Recording
 from autodb.store import Store, models
 
 
@@ -67,6 +69,16 @@ def add_machine(store: Store, name: str, file: MachineFile) -> bool:
             machine.axes.append(models.Axis(name=axis, carries=carries, current_sign=sign))
         session.add(machine)
     return True
+
+
+def signed(recording: Recording, machine: models.Machine) -> Recording:
+    """Return a recording whose axis currents have the sign that the machine's axes state."""
+    signs = {f"{axis.name}.current": axis.current_sign for axis in machine.axes}
+    channels = {
+        name: values * signs[name] if signs.get(name, 1) != 1 else values
+        for name, values in recording.channels.items()
+    }
+    return replace(recording, channels=channels)
 
 
 def find_machine(session: Session, name: str) -> models.Machine:

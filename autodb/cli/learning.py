@@ -152,19 +152,19 @@ def identify(
 ) -> None:
     """Identify inertia, viscous and Coulomb friction and constant load of a feed axis."""
     from autodb import records
-    from autodb.agent.machines import find_machine
+    from autodb.agent.machines import find_machine, signed
     from autodb.errors import UnusableInput
     from autodb.records import CutTable
     from autodb.sensing.drives import identify as fit
     from autodb.sensing.drives import spread_over_filters
 
-    if machine is not None:
-        with opened(db) as store, store.reading() as session:
-            find_machine(session, machine)
     with working(f"identifying from {recording.name}") as progress:
         moves = records.read(recording, columns=columns)
         if isinstance(moves, CutTable):
             raise UnusableInput(f"{recording}: a table of cuts; identify needs moves over time")
+        if machine is not None:
+            with opened(db) as store, store.reading() as session:
+                moves = signed(moves, find_machine(session, machine))
         model = fit(moves, axis=axis)
         progress("spread over filters")
         spread = spread_over_filters(moves, axis=axis)

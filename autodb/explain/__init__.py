@@ -3,12 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.channels import FORCES, effort_channels
+from autodb.channels import FORCES, axis_of, effort_channels
 from autodb.errors import UnusableInput, near
 from autodb.explain.answer import ChannelAnswer, Explained, Explanation, Trace
 from autodb.explain.drive import explain_axis
 from autodb.explain.process import explain_cuts
 from autodb.records import CutTable, Recording
+from autodb.sensing.drives import default_protocol
 from autodb.terms.vocabulary import VOCABULARY
 
 Array = NDArray[np.float64]
@@ -44,10 +45,24 @@ def explain(
         found = _cuts(recording, simulation, shared, order, includes)
     else:
         found = _axes(recording, simulation, shared, order, includes)
+        notes += [note for channel in found for note in _derived(recording, axis_of(channel))]
     explanation = Explanation(
         recording=str(recording.path), channels={n: answer for n, (answer, _) in found.items()}
     )
     return Explained(explanation, {n: trace for n, (_, trace) in found.items()}, tuple(notes))
+
+
+def _derived(recording: Recording, axis: str) -> list[str]:
+    """Say what was derived from position, and with which filter."""
+    names = [f"{axis}.{what}" for what in ("velocity", "acceleration")]
+    missing = [name for name in names if name not in recording]
+    if not missing:
+        return []
+    cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
+    return [
+        f"{' and '.join(missing)} derived from {axis}.position: 4th-order Butterworth at "
+        f"{cutoff_hz:g} Hz forwards and backwards, central differences"
+    ]
 
 
 def _check_names(includes: list[str] | None) -> None:

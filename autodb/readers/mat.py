@@ -1,6 +1,7 @@
 """MATLAB v5: n×1 and 1×n arrays are channels, scalars and the rest are ignored."""
 
 import contextlib
+import faulthandler
 import os
 import warnings
 from pathlib import Path
@@ -48,7 +49,8 @@ def _survives(path: Path) -> bool:
         child = os.fork()
     if child == 0:
         with contextlib.suppress(BaseException):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # a crash is no news to the user
+            faulthandler.disable()  # a crash is no news to the user
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
             loadmat(path)
         os._exit(0)
     return os.waitpid(child, 0)[1] == 0
