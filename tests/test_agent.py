@@ -290,6 +290,7 @@ def test_an_interrupt_ends_with_130(
     monkeypatch.setattr("autodb.agent.importing._cut_row", interrupted)
     done: Ran = cli("import", recordings / "shop-week-1.csv", "--machine", "lathe-1")
     assert done.code == 130
+    assert done.err.strip().splitlines()[-1].startswith("autodb: interrupted")
     assert _rows(models.Recording) == []
 
 

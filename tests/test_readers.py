@@ -125,6 +125,13 @@ def test_a_header_that_is_not_utf8_says_so(tmp_path: Path) -> None:
         records.read(path)
 
 
+def test_a_table_goes_to_pandas(tmp_path: Path) -> None:
+    path = _write(tmp_path / "a.csv", {"cut": [1, 2], "force.x": [3.0, 4.0], "tool": ["a", "b"]})
+    frame = records.read(path).to_pandas()
+    assert list(frame.columns) == ["cut", "force.x", "tool"]
+    assert frame["tool"].tolist() == ["a", "b"]
+
+
 @pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mat"])
 def test_damaged_files_are_read_or_refused(tmp_path: Path, suffix: str) -> None:
     """40 files, cut off or with flipped bytes: read, or refused in one line, never else."""

@@ -54,6 +54,8 @@ def run(arguments: list[str] | None = None) -> int:
         if _pressed:  # an interrupt inside a library's import surfaces as that library's error
             return _interrupted()
         raise
+    if code == INTERRUPTED:
+        return _interrupted()
     return code if isinstance(code, int) else 0
 
 
