@@ -54,9 +54,7 @@ def run(arguments: list[str] | None = None) -> int:
         if _pressed:  # an interrupt inside a library's import surfaces as that library's error
             return _interrupted()
         raise
-    if code == INTERRUPTED:
-        return _interrupted()
-    return code if isinstance(code, int) else 0
+    return _interrupted() if code == INTERRUPTED else int(code or 0)
 
 
 _pressed: list[int] = []
