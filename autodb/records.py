@@ -32,8 +32,9 @@ _KIND_TO_IQ = {"iq": 1.0, "rms": 2**0.5, "peak": 1.0}  # amplitude of the torque
 class _Table:
     """Named channels of one length; ``units`` overrides the unit of the name (only `raw` does).
 
-    ``unusable``: channels of a recording that hold no finite number somewhere, and where; using
-    one raises. In a cut table NaN stands for what is not known of that cut.
+    ``ignored``: columns of the file that are no channel. ``unusable``: channels of a recording that
+    hold no finite number somewhere, and where; using one raises. In a cut table NaN stands for what
+    is not known of that cut.
     """
 
     path: Path
@@ -42,6 +43,7 @@ class _Table:
     units: dict[str, str] = field(default_factory=dict)
     side: SideFile = field(default_factory=SideFile)
     unusable: dict[str, str] = field(default_factory=dict)
+    ignored: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(next(iter(self.channels.values())))
@@ -54,12 +56,16 @@ class _Table:
         if name in self.unusable:
             raise UnusableInput(self.unusable[name])
         if name not in self.channels:
-            raise UnusableInput(f"{self.path}: no channel '{name}'{near(name, self.channels)}")
+            raise UnusableInput(f"{self.path}: no channel '{name}'{self.near(name)}")
         return self.channels[name]
 
     def get(self, name: str) -> Array | None:
         """Return channel ``name`` or None where it was not recorded."""
         return self[name] if name in self.channels or name in self.unusable else None
+
+    def near(self, name: str) -> str:
+        """Return a hint at columns of the file, read or ignored, that look like ``name``."""
+        return near(name, [*self.channels, *self.ignored])
 
     def unit(self, name: str) -> str:
         """Return the unit of channel ``name`` (`raw` for uncalibrated counts)."""
@@ -108,8 +114,8 @@ def read(path: Path, *, columns: Path | None = None) -> Recording | CutTable:
     """
     beside = path.with_suffix(".toml")
     side_path = columns or (beside if beside.is_file() else None)
-    side = read_sidefile(side_path) if side_path else SideFile()
     raw = read_columns(path)
+    side = read_sidefile(side_path) if side_path else SideFile()
     channels: dict[str, Array] = {}
     texts: dict[str, list[str]] = {}
     units: dict[str, str] = {}
@@ -124,13 +130,15 @@ def read(path: Path, *, columns: Path | None = None) -> Recording | CutTable:
             channels[name] = _convert(path, name, values, spec, side)
             if spec.unit == RAW:
                 units[name] = RAW
+    taken = {spec.column for spec in _specs(raw, side).values()}
+    ignored = tuple(name for name in raw if name not in taken)
     if "cut" in channels:
-        table: Recording | CutTable = CutTable(path, channels, texts, units, side)
+        table: Recording | CutTable = CutTable(path, channels, texts, units, side, ignored=ignored)
     else:
         bad = {name: _not_finite(path, name, values) for name, values in channels.items()}
         unusable = {name: message for name, message in bad.items() if message}
         usable = {name: values for name, values in channels.items() if name not in unusable}
-        table = Recording(path, usable, texts, units, side, unusable)
+        table = Recording(path, usable, texts, units, side, unusable, ignored)
     _check(table)
     return table
 
@@ -218,7 +226,7 @@ def _check(table: Recording | CutTable) -> None:
     if "t" not in table.channels:
         if "t" in table.unusable:
             raise UnusableInput(table.unusable["t"])
-        hint = near("t", table.channels) if table.channels else ""
+        hint = table.near("t") if table.channels or table.ignored else ""
         raise UnusableInput(f"{table.path}: neither a column 't' (time, s) nor 'cut'{hint}")
     step = np.flatnonzero(np.diff(table.t_s) <= 0)
     if step.size:

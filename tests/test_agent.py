@@ -330,6 +330,27 @@ def test_machines_need_a_name_and_axes(cli: Cli, refused: Callable[..., str]) ->
     assert "in memory keeps nothing" in refused("init", "--db", "sqlite://")
 
 
+def test_a_misspelt_column_is_pointed_at(refused: Callable[..., str], tmp_path: Path) -> None:
+    typo = tmp_path / "typo.csv"
+    typo.write_text("t,x.position,x.curent\n0,1,1\n1,2,1\n2,3,1\n")
+    assert "did you mean x.curent?" in refused("identify", typo)
+    bare = tmp_path / "bare.csv"
+    bare.write_text("cut,t,z.current\n1,0,2\n2,1,3\n")
+    assert "no channel 'force.z'" in refused("calibrate", bare)
+    short = tmp_path / "short.csv"
+    short.write_text("t,x.position,x.current\n0,1,1\n1,2,1\n2,3,1\n")
+    assert "100 would work" in refused("identify", short)
+
+
+def test_what_is_no_recording_is_not_read_as_its_side_file(
+    cli: Cli, refused: Callable[..., str], sample_jobs: Path
+) -> None:
+    cli("init")
+    cli("machine", "add", "lathe-1")
+    job = sample_jobs / "stepped_shaft" / "job.toml"
+    assert "unknown kind of file" in refused("import", job, "--machine", "lathe-1")
+
+
 def test_usage_errors_exit_with_2(cli: Cli) -> None:
     assert cli("import").code == 2
     assert cli("nonsense").code == 2

@@ -34,7 +34,8 @@ def calibrate_table(
         except UnusableInput as error:
             left_out.append(str(error))
     if not done:
-        raise UnusableInput(left_out[0] if left_out else f"{table.path}: no axis to calibrate")
+        reasons = [sentence.removeprefix(f"{table.path}: ") for sentence in left_out]
+        raise UnusableInput(f"{table.path}: no axis can be calibrated: {'; '.join(reasons)}")
     return done, left_out
 
 

@@ -22,7 +22,7 @@ class Block:
     """A candidate: columns (n, p) on the working rows.
 
     ``key`` is unique; ``term`` its name in the vocabulary or `unknown`; ``tries`` how many places
-    were searched for it; ``rivals`` keys that explain the same and are judged as its alternatives.
+    were searched for it; ``extra_parameters`` those that the search itself has fixed.
     """
 
     key: str

@@ -85,8 +85,11 @@ def effort_channel(recording: Recording, axis: str | None) -> str:
     if axis is not None:
         found = [name for name in found if axis_of(name) == axis]
     if not found:
-        what = f"'{axis}.current'" if axis else "'x.current' or 'x.drive_force'"
-        raise UnusableInput(f"{recording.path}: no drive effort; a channel {what} would work")
+        wanted = f"{axis or 'x'}.current"
+        raise UnusableInput(
+            f"{recording.path}: no drive effort; a channel '{wanted}' or "
+            f"'{axis or 'x'}.drive_force' would work{recording.near(wanted)}"
+        )
     if len({axis_of(name) for name in found}) > 1:
         raise UnusableInput(f"{recording.path}: several axes ({', '.join(found)}); give --axis")
     return found[0]

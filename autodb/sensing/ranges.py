@@ -123,7 +123,7 @@ def calibration_points(table: CutTable, axis: str, *, force_N: Array | None = No
     component = COMPONENT_OF_AXIS[axis]
     signal = current_signal(table, axis)
     if signal is None:
-        raise UnusableInput(f"{table.path}: no '{axis}.current' or '{axis}.current.range'")
+        raise UnusableInput(f"{table.path}: no channel '{axis}.current' or '{axis}.current.range'")
     force = table[f"force.{component}"] if force_N is None else force_N
     target, unit = _target(table, axis, force)
     used = moving(table, axis) & np.isfinite(target) & np.isfinite(signal[1])
