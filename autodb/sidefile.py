@@ -26,7 +26,7 @@ class Column(_Section):
     """Where a channel comes from: a column of the file, or a count of rows.
 
     ``row_in`` counts rows within each value of that column (``"*"``: within the file), times
-    ``step_s``.
+    ``step_s``. ``clips``: the machine itself limits this channel; a plateau at its extreme is true.
     """
 
     column: str | None = None
@@ -38,6 +38,7 @@ class Column(_Section):
     diameter: bool = False
     kind: Literal["iq", "rms", "peak", "percent"] | None = None
     rated_A: Positive | None = None
+    clips: bool = False
 
 
 class RecordingSection(_Section):

@@ -4,11 +4,10 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.readers import read_columns
+from autodb import records
 from autodb.virtual.sample import write_sample
 from tests.conftest import Cli
 
@@ -27,18 +26,12 @@ def rewritten(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_sample_is_what_the_virtual_lathe_writes(
     rewritten: Path, sample_jobs: Path, name: str
 ) -> None:
-    ours = read_columns(sample_jobs / "stepped_shaft" / "recordings" / name)
-    theirs = read_columns(rewritten / name)
-    assert list(ours) == list(theirs)
-    for column, values in ours.items():
-        if values.dtype.kind == "f":
-            assert_allclose(
-                np.asarray(theirs[column], dtype=float),
-                np.asarray(values, dtype=float),
-                rtol=1e-5, atol=1e-5,
-            )  # fmt: skip
-        else:
-            assert list(values) == list(theirs[column])
+    ours = records.read(sample_jobs / "stepped_shaft" / "recordings" / name)
+    theirs = records.read(rewritten / name)
+    assert list(ours.channels) == list(theirs.channels)
+    assert ours.texts == theirs.texts
+    for channel, values in ours.channels.items():
+        assert_allclose(theirs[channel], values, rtol=1e-5, atol=1e-5)
 
 
 def test_the_demo_runs_twice_and_its_report_needs_no_network(cli: Cli) -> None:

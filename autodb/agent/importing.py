@@ -12,7 +12,9 @@ from autodb import records
 from autodb.agent.machines import find_machine
 from autodb.channels import axis_of
 from autodb.errors import UnusableInput
-from autodb.records import EDGE, CutTable, Recording, edge_codes
+from autodb.records import EDGE, CutTable, Source, edge_codes
+from autodb.records.plausible import refuse_implausible
+from autodb.records.summary import checksum, summarise
 from autodb.sensing import raw
 from autodb.sidefile import SideFile
 from autodb.store import Store, models
@@ -41,37 +43,40 @@ def import_file(
 ) -> Imported:
     """Import one recording or cut table of a machine; a second time says it is already there.
 
-    A recording with raw phase currents also gives the cut it holds. Currents take the axis' sign
+    The file is read in blocks, its checksum taken and its channels checked; a table of cuts is
+    kept cut by cut, and raw phase currents give the cut they hold. Currents take the axis' sign
     from the machine. Raises UnusableInput; then nothing is written.
     """
-    table = records.read(path, columns=columns)
-    sha256 = table.sha256()
+    source = records.open_source(path, columns=columns)
+    sha256 = checksum(path)
     with store.reading() as session:
         owner = find_machine(session, machine)
         owner_id, signs = owner.id, {axis.name: axis.current_sign for axis in owner.axes}
         known = _known(session, owner_id, sha256)
     if known is not None:
         return known
-    named = table.side.recording.machine
+    named = source.side.recording.machine
     if named is not None and named != machine:
         raise UnusableInput(f"{path}: its side file says machine '{named}', not '{machine}'")
-    cuts = _cuts(table, progress)
+    summary = summarise(source, progress=progress)
+    refuse_implausible(source, summary)
+    cuts = _cuts(source, progress)
     with store.writing() as session:
         recording = models.Recording(
             machine_id=owner_id,
             sha256=sha256,
             path=str(path.resolve()),
-            kind="cuts" if isinstance(table, CutTable) else "series",
-            rows=len(table),
-            units=table.units,
-            side=table.side.model_dump(mode="json", exclude_defaults=True),
+            kind="cuts" if any(base.holds_cuts for base in summary) else "series",
+            rows=max(base.rows for base in summary),
+            units={n: u for base in source.usable() for n, u in base.conversion.units.items()},
+            side=source.side.model_dump(mode="json", exclude_defaults=True),
         )
         session.add(recording)
         session.flush()
         for row in range(len(cuts) if cuts is not None else 0):
             assert cuts is not None
             session.add(_cut_row(session, recording.id, cuts, row, signs))
-        return Imported(recording.id, recording.kind, len(table), len(cuts or ()), False)
+        return Imported(recording.id, recording.kind, recording.rows, len(cuts or ()), False)
 
 
 def _known(session: Session, machine_id: int, sha256: str) -> Imported | None:
@@ -85,10 +90,20 @@ def _known(session: Session, machine_id: int, sha256: str) -> Imported | None:
     return Imported(found.id, found.kind, found.rows, len(found.cuts), True)
 
 
-def _cuts(table: Recording | CutTable, progress: Callable[[str], None] | None) -> CutTable | None:
-    if isinstance(table, CutTable):
-        return table
-    return raw.cut_of(table, progress=progress) if raw.has_phase_currents(table) else None
+def _cuts(source: Source, progress: Callable[[str], None] | None) -> CutTable | None:
+    """Return the cuts of a file: its table of cuts, or the cut that its phase currents hold."""
+    holding = [
+        base
+        for base in source.usable()
+        if base.holds_cuts or raw.has_phase_currents(base.conversion.specs)
+    ]
+    if len(holding) > 1:
+        names = ", ".join(f"'{base.name}'" for base in holding)
+        raise UnusableInput(f"{source.path}: cuts in several time bases: {names}; one would work")
+    if not holding:
+        return None
+    table = holding[0].read()
+    return table if isinstance(table, CutTable) else raw.cut_of(table, progress=progress)
 
 
 def _cut_row(

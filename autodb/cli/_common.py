@@ -10,6 +10,7 @@ import typer
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from autodb.records import CutTable, Recording
     from autodb.store import Store
 
 Database = Annotated[
@@ -19,6 +20,16 @@ Database = Annotated[
 Columns = Annotated[
     Path | None,
     typer.Option("--columns", help="TOML file that names the foreign columns and units."),
+]
+Group = Annotated[
+    str | None,
+    typer.Option("--group", help="Time base to read, where the file has several."),
+]
+Resample = Annotated[
+    float | None,
+    typer.Option(
+        "--resample", metavar="HZ", help="Bring all time bases of the file onto one of this rate."
+    ),
 ]
 MachineName = Annotated[str, typer.Option("--machine", help="Name of the machine.")]
 OptionalMachine = Annotated[
@@ -37,6 +48,30 @@ def opened(db: str | None) -> "Iterator[Store]":
         yield store
     finally:
         store.close()
+
+
+def read_one(
+    path: Path,
+    *,
+    columns: Path | None,
+    group: str | None,
+    resample_hz: float | None,
+    like: "Recording | CutTable | None" = None,
+) -> "Recording | CutTable":
+    """Read one time base of a file, or all of them at one rate, or at the times of ``like``."""
+    from autodb.errors import UnusableInput
+    from autodb.records import Recording, open_source
+    from autodb.records.resample import common_times_s, read_at
+
+    if group is not None and resample_hz is not None:
+        raise UnusableInput("give either --group or --resample: one reads a part, the other all")
+    source = open_source(path, columns=columns)
+    if resample_hz is None:
+        only = len(source.bases) == 1 and like is not None
+        return source.choose(None if only else group).read()
+    if isinstance(like, Recording):
+        return read_at(source, like.t_s)
+    return read_at(source, common_times_s(source, resample_hz))
 
 
 @contextmanager

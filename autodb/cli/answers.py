@@ -5,7 +5,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Columns, Database, MachineName, opened, say, show, table, working
+from autodb.cli._common import (
+    Columns,
+    Database,
+    Group,
+    MachineName,
+    Resample,
+    opened,
+    read_one,
+    say,
+    show,
+    table,
+    working,
+)
 
 if TYPE_CHECKING:
     from rich.tree import Tree
@@ -13,6 +25,7 @@ if TYPE_CHECKING:
     from autodb.agent.tracing import Node
     from autodb.explain import Explained
     from autodb.forward import Interval
+    from autodb.records import CutTable, Recording
 
 JobFile = Annotated[Path, typer.Argument(help="Job file (TOML) with the cuts to predict.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
@@ -89,6 +102,8 @@ def explain(
     includes: Includes = None,
     machine: ModelOf = None,
     columns: Columns = None,
+    group: Group = None,
+    resample: Resample = None,
     out: OutFolder = None,
     json: Json = False,
     db: Database = None,
@@ -99,11 +114,17 @@ def explain(
 
     if (simulation is None) == (machine is None):
         raise UnusableInput("give either --simulation FILE or --machine NAME")
+    if machine is not None and (group is not None or resample is not None):
+        raise UnusableInput("--group and --resample go with --simulation")
     if machine is not None and includes is not None:
         raise UnusableInput("--includes goes with --simulation: a stored model says what it has")
     with working(f"explaining {recording.name}") as progress:
         if simulation is not None:
-            explained = _against_file(recording, simulation, includes, columns)
+            measured = read_one(recording, columns=columns, group=group, resample_hz=resample)
+            simulated = read_one(
+                simulation, columns=None, group=group, resample_hz=resample, like=measured
+            )
+            explained = _against_file(measured, simulated, includes)
         else:
             explained = _against_machine(str(machine), recording, columns, db)
         progress("writing the report")
@@ -119,14 +140,12 @@ def explain(
 
 
 def _against_file(
-    recording: Path, simulation: Path, includes: str | None, columns: Path | None
+    measured: "Recording | CutTable", simulated: "Recording | CutTable", includes: str | None
 ) -> "Explained":
-    from autodb import records
     from autodb.explain import explain as run
 
     names = None if includes is None else [n.strip() for n in includes.split(",") if n.strip()]
-    table_ = records.read(recording, columns=columns)
-    return run(table_, records.read(simulation), includes=names)
+    return run(measured, simulated, includes=names)
 
 
 def _against_machine(

@@ -8,9 +8,12 @@ import typer
 from autodb.cli._common import (
     Columns,
     Database,
+    Group,
     MachineName,
     OptionalMachine,
+    Resample,
     opened,
+    read_one,
     say,
     show,
     table,
@@ -18,6 +21,7 @@ from autodb.cli._common import (
 )
 
 if TYPE_CHECKING:
+    from autodb.records.summary import BaseSummary
     from autodb.sensing.drives import Identified
     from autodb.sensing.ranges import Calibration
     from autodb.standard import Protocol
@@ -36,11 +40,16 @@ OptionalFile = Annotated[
 
 
 def import_(
-    files: Files, machine: MachineName, columns: Columns = None, db: Database = None
+    files: Files, machine: OptionalMachine = None, columns: Columns = None, db: Database = None
 ) -> None:
-    """Import recordings and cut tables of a machine; each file enters once."""
+    """Import recordings and cut tables; each file enters once. Without --machine only look."""
     from autodb.agent.importing import import_file
 
+    if machine is None:
+        for file in files:
+            _look(file, columns)
+        say("not stored: give --machine NAME to keep it")
+        return
     with opened(db) as store:
         for file in files:
             with working(f"importing {file.name}") as progress:
@@ -48,6 +57,32 @@ def import_(
             what = "already there" if done.already_there else "imported"
             say(f"recording {done.recording_id}: {file.name}: {what}, {done.rows} rows, "
                 f"{done.cuts} cuts")  # fmt: skip
+
+
+def _look(file: Path, columns: Path | None) -> None:
+    """Show what a file holds, and refuse it as an import would."""
+    from autodb.records import open_source
+    from autodb.records.plausible import refuse_implausible
+    from autodb.records.summary import summarise
+
+    with working(f"reading {file.name}") as progress:
+        source = open_source(file, columns=columns)
+        bases = summarise(source, progress=progress)
+    for base in bases:
+        _show_summary(f"{file.name} {base.name}".rstrip(), base)
+    refuse_implausible(source, bases)
+
+
+def _show_summary(title: str, base: "BaseSummary") -> None:
+    what = f"{base.rows} cuts"
+    if base.rate_hz is not None:
+        what = f"{base.rows} rows, {base.rate_hz:.6g} Hz, {base.start_s:g} to {base.end_s:g} s"
+    rows = table(f"{title}: {what}", "channel", "unit", ">lowest", ">highest", ">mean", "gaps")
+    for c in base.channels.values():
+        numbers = [f"{v:.6g}" for v in (c.minimum, c.maximum, c.mean)] if c.finite else ["", "", ""]
+        gaps = f"{c.rows - c.finite}, first in row {c.first_gap}" if c.first_gap else ""
+        rows.add_row(c.name, c.unit, *numbers, gaps)
+    show(rows)
 
 
 def calibrate(
@@ -86,12 +121,15 @@ def _calibrate_file(
     from autodb.agent.calibrating import calibrate_table
     from autodb.errors import UnusableInput
     from autodb.records import CutTable
+    from autodb.records.plausible import refuse_doubtful
+    from autodb.records.summary import summary_of
     from autodb.sensing.ranges import COMPONENT_OF_AXIS
 
     with working(f"calibrating on {path.name}"):
         cuts = records.read(path, columns=columns)
         if not isinstance(cuts, CutTable):
             raise UnusableInput(f"{path}: no column 'cut'; calibrate needs a table of cuts")
+        refuse_doubtful(path, summary_of(cuts), cuts.side)
         return calibrate_table(cuts, axes=tuple(COMPONENT_OF_AXIS), protocol=protocol)
 
 
@@ -148,20 +186,24 @@ def identify(
     axis: Axis = None,
     machine: OptionalMachine = None,
     columns: Columns = None,
+    group: Group = None,
+    resample: Resample = None,
     db: Database = None,
 ) -> None:
     """Identify inertia, viscous and Coulomb friction and constant load of a feed axis."""
-    from autodb import records
     from autodb.agent.machines import find_machine, signed
     from autodb.errors import UnusableInput
     from autodb.records import CutTable
+    from autodb.records.plausible import refuse_doubtful
+    from autodb.records.summary import summary_of
     from autodb.sensing.drives import identify as fit
     from autodb.sensing.drives import spread_over_filters
 
     with working(f"identifying from {recording.name}") as progress:
-        moves = records.read(recording, columns=columns)
+        moves = read_one(recording, columns=columns, group=group, resample_hz=resample)
         if isinstance(moves, CutTable):
             raise UnusableInput(f"{recording}: a table of cuts; identify needs moves over time")
+        refuse_doubtful(recording, summary_of(moves), moves.side)
         if machine is not None:
             with opened(db) as store, store.reading() as session:
                 moves = signed(moves, find_machine(session, machine))

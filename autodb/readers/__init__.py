@@ -1,26 +1,36 @@
-"""One file a reader: bytes on disk become named NumPy columns, or one line says why not."""
+"""One file a reader: bytes on disk become named NumPy columns, or one line says why not.
+
+A file holds one or several *time bases*: sets of columns that share one length. Each is read by
+itself and in blocks; nothing is joined here.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from autodb.errors import UnusableInput
-from autodb.readers.csv import read_csv
-from autodb.readers.mat import read_mat
-from autodb.readers.parquet import read_parquet
+from autodb.readers._base import BLOCK_ROWS, Columns, Labels, TimeBase
+from autodb.readers.csv import open_csv
+from autodb.readers.hdf5 import open_hdf5
+from autodb.readers.mat import open_mat
+from autodb.readers.mf4 import open_mf4
+from autodb.readers.parquet import open_parquet
+from autodb.readers.tdms import open_tdms
 
-Columns = dict[str, NDArray[np.generic]]
-READERS: dict[str, Callable[[Path], Columns]] = {
-    ".csv": read_csv,
-    ".parquet": read_parquet,
-    ".mat": read_mat,
+__all__ = ["BLOCK_ROWS", "READERS", "Columns", "Labels", "TimeBase", "open_bases"]
+
+READERS: dict[str, Callable[[Path], tuple[TimeBase, ...]]] = {
+    ".csv": open_csv,
+    ".parquet": open_parquet,
+    ".mat": open_mat,
+    ".h5": open_hdf5,
+    ".hdf5": open_hdf5,
+    ".tdms": open_tdms,
+    ".mf4": open_mf4,
 }
 
 
-def read_columns(path: Path) -> Columns:
-    """Read every column of ``path``: float64 where numeric, otherwise text; all of one length.
+def open_bases(path: Path) -> tuple[TimeBase, ...]:
+    """Return the time bases of the file ``path``; their columns are read later, block by block.
 
     Raises UnusableInput for a missing, empty, unreadable or unknown kind of file.
     """
@@ -28,15 +38,16 @@ def read_columns(path: Path) -> Columns:
         raise UnusableInput(f"{path}: is a folder; give one recording file")
     if not path.exists():
         raise UnusableInput(f"{path}: no such file")
-    reader = READERS.get(path.suffix.lower())
-    if reader is None:
+    opener = READERS.get(path.suffix.lower())
+    if opener is None:
         raise UnusableInput(f"{path}: unknown kind of file; {', '.join(READERS)} would work")
     try:
-        if path.stat().st_size == 0:
-            raise UnusableInput(f"{path}: the file is empty")
-        columns = reader(path)
+        with path.open("rb") as file:
+            if not file.read(1):
+                raise UnusableInput(f"{path}: the file is empty")
     except PermissionError:
         raise UnusableInput(f"{path}: no permission to read it") from None
-    if not columns or not len(next(iter(columns.values()))):
-        raise UnusableInput(f"{path}: no rows of data")
-    return columns
+    bases = opener(path)
+    if not any(base.columns for base in bases):
+        raise UnusableInput(f"{path}: no columns of data")
+    return bases

@@ -1,20 +1,33 @@
 """Arrow tables become NumPy columns."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
+
+from autodb.readers._base import Columns, as_label, as_number
 
 
-def numpy_columns(table: pa.Table) -> dict[str, NDArray[np.generic]]:
-    """Return the columns of ``table``: numbers as float64 (missing: NaN), the rest as str."""
-    return {name: _column(table.column(name)) for name in table.column_names}
+def numpy_columns(
+    where: str, table: Any, numbers: Sequence[str], labels: Sequence[str], first_row: int = 0
+) -> Columns:
+    """Return ``numbers`` of an Arrow table or batch as float64 (missing: NaN), ``labels`` as text.
+
+    Raises UnusableInput naming the row where a number is none.
+    """
+    columns: Columns = {}
+    for name in numbers:
+        column = table.column(name)
+        if pa.types.is_floating(column.type) or pa.types.is_integer(column.type):
+            values = column.cast(pa.float64()).to_numpy(zero_copy_only=False)
+            columns[name] = np.asarray(values, dtype=np.float64)
+        else:
+            columns[name] = as_number(where, name, _objects(column), first_row)
+    for name in labels:
+        columns[name] = as_label(_objects(table.column(name)))
+    return columns
 
 
-def _column(column: pa.ChunkedArray) -> NDArray[np.generic]:
-    kind = column.type
-    if pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind):
-        return np.asarray(column.cast(pa.float64()).to_numpy(), dtype=np.float64)
-    if pa.types.is_null(kind):
-        return np.full(len(column), np.nan)
-    texts = ["" if value is None else str(value) for value in column.to_pylist()]
-    return np.array(texts, dtype=np.str_)
+def _objects(column: Any) -> Any:
+    return np.array([*column.to_pylist(), None], dtype=object)[:-1]

@@ -1,35 +1,131 @@
 """CSV: comma, one header line, UTF-8."""
 
+import csv as plain
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 from pyarrow import csv
 
 from autodb.errors import UnusableInput
 from autodb.readers._arrow import numpy_columns
+from autodb.readers._base import Columns, TimeBase, not_a_number
+
+BLOCK_BYTES = 1 << 24
+LONGEST_LINE = 1 << 24
+_WORKS = "commas between columns, points in numbers and one header line would work"
+_UNKNOWN = csv.ConvertOptions().null_values
+"""Texts that stand for a number that is not known."""
 
 
-def read_csv(path: Path) -> dict[str, NDArray[np.generic]]:
-    """Read a comma-separated file with a header line."""
+def open_csv(path: Path) -> tuple[TimeBase, ...]:
+    """Open a comma-separated file by its header line."""
+    names = tuple(_header(path))
+
+    def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
+        row = 0
+        for text in _whole_lines(path):
+            piece = _Piece(path, text, names, row)
+            table = piece.parse(numbers, labels)
+            row += table.num_rows
+            yield numpy_columns(str(path), table, numbers, labels)
+        if not row:
+            raise UnusableInput(f"{path}: no rows of data below the header line")
+
+    return (TimeBase("", names, blocks),)
+
+
+def _header(path: Path) -> list[str]:
+    with path.open("rb") as file:
+        line = file.readline(LONGEST_LINE)
+    if b"\x00" in line:
+        raise UnusableInput(f"{path}: the header is not UTF-8 text; save it as UTF-8")
     try:
-        table = csv.read_csv(path)
-        names = table.column_names
+        text = line.decode("utf-8-sig").rstrip("\r\n")
     except UnicodeDecodeError:
         raise UnusableInput(f"{path}: the header is not UTF-8; save it as UTF-8") from None
-    except (pa.ArrowInvalid, pa.ArrowKeyError) as error:
-        reason = str(error).splitlines()[0]
-        raise UnusableInput(
-            f"{path}: not a comma-separated table in UTF-8 ({reason}); commas between columns, "
-            "points in numbers and one header line would work"
-        ) from None
-    if len(names) == 1 and any(mark in names[0] for mark in ";\t|"):
-        raise UnusableInput(
-            f"{path}: columns are not separated by commas: '{names[0][:60]}'; commas between "
-            "columns and points in numbers would work"
-        )
+    names = next(plain.reader([text]), [])
+    if len(names) <= 1 and any(mark in text for mark in ";\t|"):
+        raise UnusableInput(f"{path}: columns are not separated by commas: '{text[:60]}'; {_WORKS}")
+    if not any(name.strip() for name in names):
+        raise UnusableInput(f"{path}: the header line names no column; {_WORKS}")
     twice = {n for n in names if names.count(n) > 1}
     if twice:
         raise UnusableInput(f"{path}: column '{min(twice)}' stands in the header twice")
-    return numpy_columns(table)
+    return names
+
+
+def _whole_lines(path: Path) -> Iterator[bytes]:
+    """Yield the rows below the header in pieces that end with a line."""
+    with path.open("rb") as file:
+        file.readline(LONGEST_LINE)
+        rest = b""
+        while piece := file.read(BLOCK_BYTES):
+            cut = piece.rfind(b"\n") + 1
+            if cut:
+                yield rest + piece[:cut]
+                rest = piece[cut:]
+            else:
+                rest += piece
+            if len(rest) > LONGEST_LINE:
+                raise UnusableInput(f"{path}: a line of more than {LONGEST_LINE} bytes; {_WORKS}")
+        if rest.strip():
+            yield rest
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """Whole lines of a file; ``first_row`` rows of data stand before them."""
+
+    path: Path
+    text: bytes
+    names: tuple[str, ...]
+    first_row: int
+
+    def parse(self, numbers: Sequence[str], labels: Sequence[str]) -> pa.Table:
+        """Return the columns as float64 and text; raises UnusableInput naming the row."""
+        kinds = {**dict.fromkeys(numbers, pa.float64()), **dict.fromkeys(labels, pa.string())}
+        try:
+            return csv.read_csv(
+                pa.BufferReader(self.text),
+                read_options=csv.ReadOptions(column_names=self.names),
+                convert_options=csv.ConvertOptions(include_columns=list(kinds), column_types=kinds),
+            )
+        except (pa.ArrowException, UnicodeDecodeError) as error:
+            reason = (str(error).splitlines() or [""])[0]
+            raise UnusableInput(self._fault(numbers, reason)) from None
+
+    def _fault(self, numbers: Sequence[str], reason: str) -> str:
+        """Return the line that names the first row at fault."""
+        lines = self.text.decode("utf-8", "replace").splitlines()
+        try:
+            rows = (row for row in plain.reader(lines) if row)
+            for number, row in enumerate(rows, start=self.first_row + 1):
+                fault = self._fault_of_row(number, row, numbers)
+                if fault:
+                    return fault
+        except plain.Error as error:
+            reason = str(error)
+        return f"{self.path}: not a comma-separated table in UTF-8 ({reason}); {_WORKS}"
+
+    def _fault_of_row(self, number: int, row: list[str], numbers: Sequence[str]) -> str:
+        if len(row) != len(self.names):
+            return (
+                f"{self.path}: row {number} has {len(row)} fields, the header names "
+                f"{len(self.names)} columns; {_WORKS}"
+            )
+        for name, cell in zip(self.names, row, strict=True):
+            if name in numbers and not _is_number(cell):
+                return not_a_number(str(self.path), name, number, cell)
+        return ""
+
+
+def _is_number(cell: str) -> bool:
+    if cell.strip() in _UNKNOWN:
+        return True
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True

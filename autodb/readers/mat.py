@@ -1,56 +1,49 @@
-"""MATLAB v5: n×1 and 1×n arrays are channels, scalars and the rest are ignored."""
+"""MATLAB v5: n×1 and 1×n arrays are channels, scalars and the rest are ignored; v7.3 is HDF5."""
 
-import contextlib
-import faulthandler
-import os
-import warnings
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from autodb.errors import UnusableInput
+from autodb.readers._base import Columns, TimeBase, as_label, as_number
+from autodb.readers._damage import damaged, survives, whole
+from autodb.readers.hdf5 import open_hdf5
+
+_NUMBERS = {"double", "single", "logical"} | {
+    f"{u}int{n}" for u in ("", "u") for n in (8, 16, 32, 64)
+}
 
 
-def read_mat(path: Path) -> dict[str, NDArray[np.generic]]:
-    """Read the numeric vectors of a MAT file; they must share one length."""
+def open_mat(path: Path) -> tuple[TimeBase, ...]:
+    """Open a MAT file; vectors of one length share a time base."""
+    from scipy.io import loadmat, whosmat
+
+    with path.open("rb") as file:
+        if b"MATLAB 7.3" in file.read(128):
+            return open_hdf5(path)
+    if not survives(lambda: loadmat(path)):
+        raise damaged(path, "MAT", "its parts do not fit together")
+    by_length: dict[int, list[str]] = {}
+    for name, shape, kind in whole(path, "MAT", lambda: whosmat(path)):
+        if kind in _NUMBERS and sum(n > 1 for n in shape) == 1 and min(shape) > 0:
+            by_length.setdefault(max(shape), []).append(name)
+    several = len(by_length) > 1
+    return tuple(
+        _base(path, f"{rows} rows" if several else "", names) for rows, names in by_length.items()
+    )
+
+
+def _base(path: Path, label: str, names: list[str]) -> TimeBase:
     from scipy.io import loadmat
 
-    if not _survives(path):
-        raise UnusableInput(f"{path}: not a whole MAT file (its parts do not fit together)")
-    try:
-        variables = loadmat(path)
-    except NotImplementedError:
-        raise UnusableInput(f"{path}: MAT v7.3 (HDF5); save it with '-v7'") from None
-    except MemoryError:
-        raise UnusableInput(f"{path}: not a whole MAT file (it claims impossible sizes)") from None
-    except Exception as error:  # a broken file makes SciPy's parser fail in any way
-        raise UnusableInput(f"{path}: not a whole MAT file ({error})") from None
-    columns: dict[str, NDArray[np.generic]] = {
-        name: np.asarray(value, dtype=np.float64).ravel()
-        for name, value in variables.items()
-        if isinstance(value, np.ndarray) and value.dtype.kind in "fiu" and max(value.shape) > 1
-        if sum(n > 1 for n in value.shape) == 1
-    }
-    lengths = {name: len(value) for name, value in columns.items()}
-    if len(set(lengths.values())) > 1:
-        raise UnusableInput(f"{path}: vectors of different lengths share no table: {lengths}")
-    return columns
+    def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
+        wanted = [*numbers, *labels]
+        found = whole(path, "MAT", lambda: loadmat(path, variable_names=wanted))
+        columns: Columns = {}
+        for name in numbers:
+            columns[name] = as_number(str(path), name, np.asarray(found[name]).ravel())
+        for name in labels:
+            columns[name] = as_label(np.asarray(found[name]).ravel())
+        yield columns
 
-
-def _survives(path: Path) -> bool:
-    """Read the file in a forked child first: a damaged one can crash SciPy's parser outright."""
-    from scipy.io import loadmat
-
-    if not hasattr(os, "fork"):
-        return True
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # the child only reads and leaves
-        child = os.fork()
-    if child == 0:
-        with contextlib.suppress(BaseException):
-            faulthandler.disable()  # a crash is no news to the user
-            os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-            loadmat(path)
-        os._exit(0)
-    return os.waitpid(child, 0)[1] == 0
+    return TimeBase(label, tuple(names), blocks)

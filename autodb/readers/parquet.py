@@ -1,20 +1,42 @@
-"""Parquet: one table."""
+"""Parquet: one table, read in batches of rows."""
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 from pyarrow import parquet
 
 from autodb.errors import UnusableInput
 from autodb.readers._arrow import numpy_columns
+from autodb.readers._base import BLOCK_ROWS, Columns, TimeBase
+from autodb.readers._damage import damaged
 
 
-def read_parquet(path: Path) -> dict[str, NDArray[np.generic]]:
-    """Read a Parquet file."""
+def open_parquet(path: Path) -> tuple[TimeBase, ...]:
+    """Open a Parquet file by its schema."""
     try:
-        return numpy_columns(parquet.read_table(path))
-    except (pa.ArrowInvalid, pa.ArrowTypeError, OSError) as error:
-        reason = str(error).splitlines()[0]
-        raise UnusableInput(f"{path}: not a whole Parquet file ({reason})") from None
+        with parquet.ParquetFile(path) as file:
+            names = tuple(file.schema_arrow.names)
+    except (pa.ArrowException, OSError) as error:
+        raise damaged(path, "Parquet", str(error)) from None
+    twice = {n for n in names if names.count(n) > 1}
+    if twice:
+        raise UnusableInput(f"{path}: column '{min(twice)}' stands in the table twice")
+
+    def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
+        row = 0
+        for batch in _batches(path, [*numbers, *labels]):
+            yield numpy_columns(str(path), batch, numbers, labels, row)
+            row += batch.num_rows
+        if not row:
+            raise UnusableInput(f"{path}: no rows of data")
+
+    return (TimeBase("", names, blocks),)
+
+
+def _batches(path: Path, names: list[str]) -> Iterator[pa.RecordBatch]:
+    try:
+        with parquet.ParquetFile(path, buffer_size=1 << 16, pre_buffer=False) as file:
+            yield from file.iter_batches(batch_size=BLOCK_ROWS, columns=names)
+    except (pa.ArrowException, OSError) as error:
+        raise damaged(path, "Parquet", str(error)) from None

@@ -4,7 +4,7 @@ Phase currents go through the demodulator, the range is split into air approach 
 part gives its mean range; a dynamometer's forces give their quasi-static mean over the cut.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,9 @@ Array = NDArray[np.float64]
 AXES = ("x", "z", "spindle")
 
 
-def has_phase_currents(recording: Recording) -> bool:
-    """Say whether all three phase currents of some axis were recorded."""
-    return any(_phases(recording, axis) is not None for axis in AXES)
+def has_phase_currents(channels: Collection[str]) -> bool:
+    """Say whether all three phase currents of some axis are among ``channels``."""
+    return any({f"{axis}.current.{phase}" for phase in "uvw"} <= set(channels) for axis in AXES)
 
 
 def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = None) -> CutTable:

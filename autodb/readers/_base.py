@@ -1,0 +1,76 @@
+"""A time base: columns of one length that are read together, in blocks."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.errors import UnusableInput
+
+Numbers = NDArray[np.float64]
+Labels = NDArray[np.str_]
+Columns = dict[str, Numbers | Labels]
+Blocks = Callable[[Sequence[str], Sequence[str]], Iterator[Columns]]
+
+BLOCK_ROWS = 1 << 17
+"""Rows of a block: 1 MiB a column of float64."""
+
+
+@dataclass(frozen=True)
+class TimeBase:
+    """One set of columns of equal length; ``name`` is empty where the file has no other.
+
+    ``blocks(numbers, labels)`` reads the columns ``numbers`` as float64 (missing: NaN) and
+    ``labels`` as text, block by block, rows in the order of the file.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    blocks: Blocks
+
+    def read(self, numbers: Sequence[str], labels: Sequence[str] = ()) -> Columns:
+        """Read whole columns: float64, and text of those in ``labels``."""
+        parts = list(self.blocks(numbers, labels))
+        if len(parts) == 1:
+            return parts[0]
+        names = [*numbers, *labels]
+        return {n: np.concatenate([p[n] for p in parts]) for n in names} if parts else {}
+
+
+def as_number(where: str, column: str, values: NDArray[np.generic], first_row: int = 0) -> Numbers:
+    """Return ``values`` as float64; text becomes numbers where all of it can.
+
+    Raises UnusableInput naming the first row that is no number.
+    """
+    if values.dtype.kind in "fiub":
+        return values.astype(np.float64, copy=False)
+    numbers = np.empty(len(values))
+    for i, value in enumerate(values.tolist()):
+        try:
+            numbers[i] = float(value) if value not in ("", None) else np.nan
+        except (ValueError, TypeError):
+            raise UnusableInput(not_a_number(where, column, first_row + i + 1, value)) from None
+    return numbers
+
+
+def as_label(values: NDArray[np.generic]) -> Labels:
+    """Return ``values`` as text; whole numbers without a decimal point."""
+    if values.dtype.kind in "fiub":
+        return np.array([f"{v:.15g}" if v == v else "" for v in values.tolist()], dtype=np.str_)  # noqa: PLR0124 - NaN
+    return np.array(["" if v is None else str(v) for v in values.tolist()], dtype=np.str_)
+
+
+def not_a_number(where: str, column: str, row: int, value: object) -> str:
+    """Return the line that says which cell is no number, with what would work."""
+    shown = str(value)[:40]
+    comma = "; points in numbers would work" if _has_decimal_comma(shown) else ""
+    return f"{where}: column '{column}', row {row}: '{shown}' is not a number{comma}"
+
+
+def _has_decimal_comma(text: str) -> bool:
+    try:
+        float(text.replace(",", ".", 1))
+    except ValueError:
+        return False
+    return "," in text

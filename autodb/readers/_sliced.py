@@ -1,0 +1,46 @@
+"""Columns of formats that give any rows of any column, as blocks."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autodb.readers._base import BLOCK_ROWS, Blocks, Columns, as_label, as_number
+from autodb.readers._damage import damaged, whole
+
+Cells = Callable[[str, range], Any]
+"""Returns the cells of one column in a range of rows."""
+
+
+def sliced(
+    path: Path, kind: str, *, rows: int, opened: Callable[[], AbstractContextManager[Cells]]
+) -> Blocks:
+    """Return the blocks of columns of ``rows`` rows; ``opened`` opens the file to read cells."""
+
+    def part(cells: Cells, name: str, span: range) -> Any:
+        values = np.asarray(whole(path, kind, lambda: cells(name, span)))
+        if len(values) != len(span):
+            reached = span.start + len(values)
+            raise damaged(path, kind, f"column '{name}' ends early, at row {reached}")
+        return values
+
+    def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
+        with whole(path, kind, opened) as cells:
+            for span in spans(rows):
+                columns: Columns = {}
+                for name in numbers:
+                    values = part(cells, name, span)
+                    columns[name] = as_number(str(path), name, values, span.start)
+                for name in labels:
+                    columns[name] = as_label(part(cells, name, span))
+                yield columns
+
+    return blocks
+
+
+def spans(rows: int) -> Iterator[range]:
+    """Yield the rows of each block."""
+    for start in range(0, rows, BLOCK_ROWS):
+        yield range(start, min(start + BLOCK_ROWS, rows))

@@ -1,0 +1,100 @@
+"""MF4 (ASAM MDF 4): each channel group is a time base; its master channel is the column `t`."""
+
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autodb.readers._base import TimeBase
+from autodb.readers._damage import damaged, survives, whole
+from autodb.readers._extra import library
+from autodb.readers._sliced import Cells, sliced, spans
+
+TIME = "t"
+
+
+@dataclass(frozen=True)
+class _Group:
+    """A channel group: its number and name, rows, and the index of each channel."""
+
+    number: int
+    name: str
+    rows: int
+    channels: dict[str, int]
+
+
+def open_mf4(path: Path) -> tuple[TimeBase, ...]:
+    """Open an MF4 file by its channel groups."""
+    asammdf = library(path, "asammdf")
+    if not survives(lambda: _read_all(asammdf, path)):
+        raise damaged(path, "MF4", "its parts do not fit together")
+    with closing(whole(path, "MF4", lambda: asammdf.MDF(path))) as file:
+        groups = whole(path, "MF4", lambda: _groups(file))
+    return tuple(_base(asammdf, path, group, _label(group, groups)) for group in groups)
+
+
+def _groups(file: Any) -> list[_Group]:
+    found = []
+    for number, group in enumerate(file.groups):
+        rows = int(group.channel_group.cycles_nr)
+        master = file.masters_db.get(number)
+        channels = {
+            TIME if index == master else str(channel.name): index
+            for index, channel in enumerate(group.channels)
+        }
+        if rows and channels:
+            found.append(_Group(number, _name(group.channel_group), rows, channels))
+    return found
+
+
+def _name(group: Any) -> str:
+    """Return the acquisition's name, or the first line of its comment."""
+    text = str(group.acq_name or group.comment or "").strip()
+    return "" if text.startswith("<") else (text.splitlines() or [""])[0]
+
+
+def _label(group: _Group, groups: list[_Group]) -> str:
+    if len(groups) == 1:
+        return ""
+    alone = [other.name for other in groups].count(group.name) == 1
+    return group.name if group.name and alone else f"{group.name or 'group'} {group.number}"
+
+
+def _base(asammdf: Any, path: Path, group: _Group, label: str) -> TimeBase:
+    @contextmanager
+    def opened() -> Iterator[Cells]:
+        with closing(asammdf.MDF(path)) as file:
+            yield lambda name, rows: _cells(file, group, name, rows)
+
+    return TimeBase(
+        label, tuple(group.channels), sliced(path, "MF4", rows=group.rows, opened=opened)
+    )
+
+
+def _cells(file: Any, group: _Group, name: str, rows: range) -> Any:
+    """Return cells of a channel in its physical unit; invalid ones as NaN."""
+    samples, invalid = file.get(
+        group=group.number,
+        index=group.channels[name],
+        record_offset=rows.start,
+        record_count=len(rows),
+        samples_only=True,
+    )
+    values = np.asarray(samples)
+    if values.dtype.kind == "S":
+        return np.char.decode(values, "utf-8", "replace")
+    if invalid is not None and values.dtype.kind in "fiu":
+        return np.where(np.asarray(invalid), np.nan, values)
+    return values
+
+
+def _read_all(asammdf: Any, path: Path) -> None:
+    """Read every channel once, block by block."""
+    with closing(asammdf.MDF(path)) as file:
+        for group in _groups(file):
+            for name in group.channels:
+                for rows in spans(group.rows):
+                    _cells(file, group, name, rows)

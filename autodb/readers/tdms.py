@@ -1,0 +1,94 @@
+"""TDMS: a group's channels of one length and rate share a time base.
+
+A waveform's increment gives the column `t` where none is recorded, counted from the start of the
+file's earliest waveform, so that the bases of one file stay aligned.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autodb.readers._base import TimeBase
+from autodb.readers._damage import damaged, whole
+from autodb.readers._extra import library
+from autodb.readers._sliced import Cells, sliced
+
+TIME = "t"
+
+
+@dataclass(frozen=True)
+class _Clock:
+    """What channels of one time base share; ``step_s`` is 0 where no rate is stated."""
+
+    group: str
+    rows: int
+    step_s: float
+    start_s: float
+
+    def __str__(self) -> str:
+        rate = f"{1 / self.step_s:g} Hz" if self.step_s else "no clock"
+        return f"{self.group}, {rate}, {self.rows} rows from {self.start_s:g} s"
+
+
+def open_tdms(path: Path) -> tuple[TimeBase, ...]:
+    """Open a TDMS file by its metadata."""
+    nptdms = library(path, "nptdms")
+    with whole(path, "TDMS", lambda: nptdms.TdmsFile.open(path)) as file:
+        if whole(path, "TDMS", lambda: file.file_status.incomplete_final_segment):
+            raise damaged(path, "TDMS", "it is cut off: its last segment ends early")
+        grouped = whole(path, "TDMS", lambda: _grouped(file))
+    groups = [clock.group for clock in grouped]
+    return tuple(
+        _base(nptdms, path, clock, names, _label(clock, groups)) for clock, names in grouped.items()
+    )
+
+
+def _grouped(file: Any) -> dict[_Clock, list[str]]:
+    channels = [channel for group in file.groups() for channel in group.channels()]
+    starts = [c.properties["wf_start_time"] for c in channels if "wf_start_time" in c.properties]
+    first = min(starts, default=None)
+    grouped: dict[_Clock, list[str]] = {}
+    for channel in channels:
+        if len(channel):
+            grouped.setdefault(_clock(channel, first), []).append(str(channel.name))
+    return grouped
+
+
+def _clock(channel: Any, first: Any) -> _Clock:
+    properties = channel.properties
+    step_s = float(properties.get("wf_increment", 0.0))
+    if not step_s > 0:
+        return _Clock(channel.group_name, len(channel), 0.0, 0.0)
+    start_s = float(properties.get("wf_start_offset", 0.0))
+    if "wf_start_time" in properties:
+        start_s += float((properties["wf_start_time"] - first) / np.timedelta64(1, "s"))
+    return _Clock(channel.group_name, len(channel), step_s, start_s)
+
+
+def _label(clock: _Clock, groups: list[str]) -> str:
+    if len(groups) == 1:
+        return ""
+    return clock.group if groups.count(clock.group) == 1 else str(clock)
+
+
+def _base(nptdms: Any, path: Path, clock: _Clock, names: list[str], label: str) -> TimeBase:
+    made = clock.step_s > 0 and TIME not in names
+
+    @contextmanager
+    def opened() -> Iterator[Cells]:
+        with nptdms.TdmsFile.open(path) as file:
+            group = file[clock.group]
+
+            def cells(name: str, rows: range) -> Any:
+                if made and name == TIME:
+                    return clock.start_s + clock.step_s * np.array(rows)
+                return group[name][rows.start : rows.stop]
+
+            yield cells
+
+    columns = (TIME, *names) if made else tuple(names)
+    return TimeBase(label, columns, sliced(path, "TDMS", rows=clock.rows, opened=opened))

@@ -1,0 +1,15 @@
+"""Recordings over time and tables of cuts: named channels in our units, read from files."""
+
+from autodb.records.source import Source, TimeBase, open_source, read
+from autodb.records.tables import EDGE, CutTable, Recording, edge_codes
+
+__all__ = [
+    "EDGE",
+    "CutTable",
+    "Recording",
+    "Source",
+    "TimeBase",
+    "edge_codes",
+    "open_source",
+    "read",
+]

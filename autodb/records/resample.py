@@ -1,0 +1,75 @@
+"""Channels of several rates brought onto one time base, where the user asks for it."""
+
+import numpy as np
+from scipy import signal
+
+from autodb.errors import UnusableInput
+from autodb.records.source import FEWEST_ROWS, Source
+from autodb.records.tables import Array, Recording
+
+PASS_BAND = 0.4
+"""Low-pass corner as a share of the new rate: below its Nyquist frequency (0.5)."""
+
+
+def common_times_s(source: Source, rate_hz: float) -> Array:
+    """Return times at ``rate_hz`` over the span that all time bases of a file share, s.
+
+    Raises UnusableInput where they share too little, or one is a table of cuts.
+    """
+    if not rate_hz > 0:
+        raise UnusableInput(f"--resample {rate_hz:g}: a rate in Hz above 0 would work")
+    spans = [(r.t_s[0], r.t_s[-1]) for r in _recordings(source)]
+    start_s, end_s = max(start for start, _ in spans), min(end for _, end in spans)
+    t_s = start_s + np.arange(int(max(end_s - start_s, 0.0) * rate_hz) + 1) / rate_hz
+    if len(t_s) < FEWEST_ROWS:
+        raise UnusableInput(
+            f"{source.path}: its time bases share {max(end_s - start_s, 0.0):.3g} s: too little "
+            f"for {rate_hz:g} Hz; --group NAME reads one of them"
+        )
+    return np.asarray(t_s, dtype=np.float64)
+
+
+def read_at(source: Source, t_s: Array) -> Recording:
+    """Read all time bases of a file at the times ``t_s`` (n,), evenly spaced.
+
+    Channels that were faster pass a 4th-order Butterworth low-pass at 0.4 of the new rate, forwards
+    and backwards; then all are interpolated linearly. Raises UnusableInput where a time base does
+    not span ``t_s`` or a channel stands in two of them.
+    """
+    channels = {"t": t_s}
+    recordings = _recordings(source)
+    for recording in recordings:
+        if recording.t_s[0] > t_s[0] or recording.t_s[-1] < t_s[-1]:
+            raise UnusableInput(
+                f"{source.path}: from {recording.t_s[0]:g} to {recording.t_s[-1]:g} s only; "
+                f"{t_s[0]:g} to {t_s[-1]:g} s are needed"
+            )
+        for name in recording.channels:
+            if name in channels and name != "t":
+                raise UnusableInput(f"{source.path}: '{name}' stands in two time bases")
+            if name != "t":
+                channels[name] = _onto(t_s, recording, name)
+    return Recording(
+        source.path,
+        channels,
+        units={name: unit for r in recordings for name, unit in r.units.items()},
+        side=source.side,
+        unusable={name: line for r in recordings for name, line in r.unusable.items()},
+        ignored=tuple(name for r in recordings for name in r.ignored),
+    )
+
+
+def _recordings(source: Source) -> list[Recording]:
+    tables = [base.read() for base in source.usable()]
+    series = [table for table in tables if isinstance(table, Recording)]
+    if len(series) < len(tables):
+        raise UnusableInput(f"{source.path}: holds a table of cuts; --resample is for recordings")
+    return series
+
+
+def _onto(t_s: Array, recording: Recording, name: str) -> Array:
+    values, rate_hz = recording[name], 1.0 / float(t_s[1] - t_s[0])
+    if recording.rate_hz > rate_hz:
+        sos = signal.butter(4, PASS_BAND * rate_hz, fs=recording.rate_hz, output="sos")
+        values = signal.sosfiltfilt(sos, values, padlen=min(len(values) - 1, 30))
+    return np.asarray(np.interp(t_s, recording.t_s, values), dtype=np.float64)

@@ -1,0 +1,196 @@
+"""A recording file with its side file: its time bases, read whole or streamed in blocks."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from autodb import readers
+from autodb.errors import UnusableInput, near
+from autodb.records.convert import Conversion, specs
+from autodb.records.tables import (
+    EDGE,
+    Array,
+    CutTable,
+    Recording,
+    check_cuts,
+    check_time,
+    edge_codes,
+    gap,
+)
+from autodb.sidefile import SideFile, read_sidefile
+
+FEWEST_ROWS = 3
+
+
+@dataclass(frozen=True)
+class TimeBase:
+    """One time base of a file, or its table of cuts, with the channels that it holds."""
+
+    base: readers.TimeBase
+    conversion: Conversion
+
+    @property
+    def name(self) -> str:
+        """Its name in the file; empty where the file has no other."""
+        return self.base.name
+
+    @property
+    def holds_cuts(self) -> bool:
+        """Whether a row is a cut; otherwise a row is a moment."""
+        return "cut" in self.conversion.specs
+
+    @property
+    def has_key(self) -> bool:
+        """Whether it has `t` or `cut`, without which nothing can be read of it."""
+        return self.holds_cuts or "t" in self.conversion.specs
+
+    @property
+    def ignored(self) -> tuple[str, ...]:
+        """Columns that are no channel."""
+        taken = {spec.column for spec in self.conversion.specs.values()}
+        return tuple(name for name in self.base.columns if name not in taken)
+
+    def blocks(self) -> Iterator[tuple[dict[str, Array], dict[str, list[str]]]]:
+        """Yield channels in our units, and text columns, block by block.
+
+        Raises UnusableInput naming column and row. Memory is that of one block.
+        """
+        conversion, rows = self.conversion, self.conversion.start()
+        if not conversion.numbers and not conversion.labels:  # only rows are counted
+            for block in self.base.blocks((), self.base.columns[:1]):
+                yield conversion.channels(block, rows), {}
+            return
+        for block in self.base.blocks(conversion.numbers, conversion.labels):
+            yield conversion.channels(block, rows), conversion.texts(block)
+
+    def read(self) -> Recording | CutTable:
+        """Read it whole.
+
+        Raises UnusableInput with file, column and row.
+        """
+        parts = list(self.blocks())
+        channels = {n: np.concatenate([part[0][n] for part in parts]) for n in parts[0][0]}
+        texts = {n: [text for part in parts for text in part[1][n]] for n in parts[0][1]}
+        if EDGE in texts:
+            channels[EDGE] = _edges(texts)
+        return self._cuts(channels, texts) if self.holds_cuts else self._series(channels, texts)
+
+    def _cuts(self, channels: dict[str, Array], texts: dict[str, list[str]]) -> CutTable:
+        path, conversion = self.conversion.path, self.conversion
+        check_cuts(path, channels["cut"])
+        return CutTable(
+            path, channels, texts, conversion.units, conversion.side, ignored=self.ignored
+        )
+
+    def _series(self, channels: dict[str, Array], texts: dict[str, list[str]]) -> Recording:
+        path, conversion = self.conversion.path, self.conversion
+        bad = {name: gap(path, name, values) for name, values in channels.items()}
+        unusable = {name: message for name, message in bad.items() if message}
+        if "t" in unusable:
+            raise UnusableInput(unusable["t"])
+        check_time(path, channels["t"])
+        rows = len(channels["t"])
+        if rows < FEWEST_ROWS:
+            raise UnusableInput(f"{path}: {rows} rows are too few for a recording")
+        usable = {name: values for name, values in channels.items() if name not in unusable}
+        return Recording(
+            path, usable, texts, conversion.units, conversion.side, unusable, self.ignored
+        )
+
+
+def _edges(texts: dict[str, list[str]]) -> Array:
+    """Return edges as numbers: their own where all are numbers, otherwise in order of first use."""
+    try:
+        numbers = np.array([float(text) if text else np.nan for text in texts[EDGE]])
+    except ValueError:
+        return edge_codes(texts[EDGE])
+    del texts[EDGE]
+    return numbers
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file, its side file, and the time bases in it."""
+
+    path: Path
+    side: SideFile
+    bases: tuple[TimeBase, ...]
+
+    def choose(self, group: str | None = None) -> TimeBase:
+        """Return the time base called ``group``, or the only one that can be read.
+
+        Raises UnusableInput naming the time bases there are, or a near column.
+        """
+        if group is not None:
+            return self._called(group)
+        usable = self.usable()
+        if len(usable) > 1:
+            raise UnusableInput(
+                f"{self.path}: several time bases: {self._listed(usable)}; --group NAME reads one "
+                "of them"
+            )
+        return usable[0]
+
+    def usable(self) -> list[TimeBase]:
+        """Return the time bases with `t` or `cut`; raises UnusableInput when there is none."""
+        found = [base for base in self.bases if base.has_key]
+        if not found:
+            columns = [column for base in self.bases for column in base.base.columns]
+            raise UnusableInput(
+                f"{self.path}: neither a column 't' (time, s) nor 'cut'{near('t', columns)}"
+            )
+        return found
+
+    def _called(self, group: str) -> TimeBase:
+        found = next((base for base in self.bases if base.name == group), None)
+        if found is None:
+            if len(self.bases) == 1:
+                raise UnusableInput(
+                    f"{self.path}: no group '{group}': the file has one time base; without "
+                    "--group it would work"
+                )
+            names = [base.name for base in self.bases]
+            raise UnusableInput(f"{self.path}: no group '{group}'{near(group, names)}")
+        if not found.has_key:
+            raise UnusableInput(
+                f"{self.path}: group '{group}' has neither a column 't' (time, s) nor 'cut'"
+                f"{near('t', found.base.columns)}"
+            )
+        return found
+
+    @staticmethod
+    def _listed(bases: Sequence[TimeBase]) -> str:
+        return "; ".join(f"'{b.name}' ({', '.join(sorted(b.conversion.specs))})" for b in bases)
+
+
+def open_source(path: Path, *, columns: Path | None = None) -> Source:
+    """Open a recording or cut table with its side file (beside it, or ``columns``).
+
+    Raises UnusableInput for a file or side file that cannot be used.
+    """
+    beside = path.with_suffix(".toml")
+    side_path = columns or (beside if beside.is_file() else None)
+    opened = readers.open_bases(path)
+    side = read_sidefile(side_path) if side_path else SideFile()
+    everywhere = [column for base in opened for column in base.columns]
+    for spec in side.channels.values():
+        wanted = spec.column or spec.row_in
+        if wanted not in (*everywhere, "*"):
+            raise UnusableInput(f"{path}: no column '{wanted}'{near(str(wanted), everywhere)}")
+    bases = tuple(
+        TimeBase(base, Conversion(path, specs(base.columns, side), side)) for base in opened
+    )
+    return Source(path, side, bases)
+
+
+def read(
+    path: Path, *, columns: Path | None = None, group: str | None = None
+) -> Recording | CutTable:
+    """Read a recording or a cut table with its side file (beside it, or ``columns``).
+
+    ``group`` picks a time base of a file that has several. Raises UnusableInput with file, column
+    and row.
+    """
+    return open_source(path, columns=columns).choose(group).read()

@@ -1,0 +1,139 @@
+"""A recording over time and a table of cuts: named channels in our units, and where they came from.
+
+A table with a column `cut` is a cut table (one row a cut); any other needs `t` and is a recording
+over time.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.channels import unit_of
+from autodb.errors import UnusableInput, near
+from autodb.sidefile import SideFile
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Array = NDArray[np.float64]
+EDGE = "tool.edge"
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Named channels of one length; ``units`` overrides the unit of the name (only `raw` does).
+
+    ``ignored``: columns of the file that are no channel. ``unusable``: channels of a recording that
+    hold no finite number somewhere, and where; using one raises. In a cut table NaN stands for what
+    is not known of that cut.
+    """
+
+    path: Path
+    channels: dict[str, Array]
+    texts: dict[str, list[str]] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    side: SideFile = field(default_factory=SideFile)
+    unusable: dict[str, str] = field(default_factory=dict)
+    ignored: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(next(iter(self.channels.values())))
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.channels
+
+    def __getitem__(self, name: str) -> Array:
+        """Return channel ``name``; raises UnusableInput naming near ones, or the unusable row."""
+        if name in self.unusable:
+            raise UnusableInput(self.unusable[name])
+        if name not in self.channels:
+            raise UnusableInput(f"{self.path}: no channel '{name}'{self.near(name)}")
+        return self.channels[name]
+
+    def get(self, name: str) -> Array | None:
+        """Return channel ``name`` or None where it was not recorded."""
+        return self[name] if name in self.channels or name in self.unusable else None
+
+    def near(self, name: str) -> str:
+        """Return a hint at columns of the file, read or ignored, that look like ``name``."""
+        return near(name, [*self.channels, *self.ignored])
+
+    def unit(self, name: str) -> str:
+        """Return the unit of channel ``name`` (`raw` for uncalibrated counts)."""
+        return self.units.get(name) or unit_of(name) or "1"
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """Return a pandas table of all columns, for notebooks."""
+        import pandas as pd
+
+        return pd.DataFrame({**self.channels, **self.texts})
+
+
+@dataclass(frozen=True)
+class Recording(_Table):
+    """Channels over strictly increasing time ``t`` [s]."""
+
+    @property
+    def t_s(self) -> Array:
+        """Time, shape (n,), s."""
+        return self.channels["t"]
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples per second: the inverse of the median step."""
+        return float(1.0 / np.median(np.diff(self.t_s)))
+
+
+@dataclass(frozen=True)
+class CutTable(_Table):
+    """One row a cut, numbered by ``cut``."""
+
+    @property
+    def cut(self) -> Array:
+        """Cut numbers, shape (n,)."""
+        return self.channels["cut"]
+
+
+def edge_codes(labels: Iterable[str]) -> Array:
+    """Return a number for each edge label, in the order in which the edges first cut."""
+    names = list(labels)
+    order = {label: i for i, label in enumerate(dict.fromkeys(names))}
+    return np.array([order[label] for label in names], dtype=np.float64)
+
+
+def gap(path: Path, name: str, values: Array) -> str:
+    """Return the line that says where a channel holds no finite number, or nothing."""
+    rows = np.flatnonzero(~np.isfinite(values))
+    if not rows.size:
+        return ""
+    return (
+        f"{path}: {name}, row {rows[0] + 1}: no finite number ({rows.size} such rows); "
+        "a recording without gaps would work"
+    )
+
+
+def check_time(path: Path, t_s: Array, *, first_row: int = 1) -> None:
+    """Raise UnusableInput naming the row at which time does not increase."""
+    step = np.flatnonzero(np.diff(t_s) <= 0)
+    if step.size:
+        row = int(step[0]) + first_row + 1
+        how = "stands still" if t_s[step[0] + 1] == t_s[step[0]] else "goes back"
+        raise UnusableInput(
+            f"{path}: column 't', row {row}: time {how} ({t_s[step[0] + 1]:.10g} s after "
+            f"{t_s[step[0]]:.10g} s); rows in the order of strictly increasing time would work"
+        )
+
+
+def check_cuts(path: Path, cut: Array) -> None:
+    """Raise UnusableInput where a cut has no number or the number of another."""
+    message = gap(path, "cut", cut)
+    if message:
+        raise UnusableInput(message)
+    numbers, first = np.unique(cut, return_index=True)
+    if len(numbers) < len(cut):
+        row = min(set(range(len(cut))) - set(first.tolist()))
+        raise UnusableInput(f"{path}: row {row + 1}: cut {cut[row]:g} stands twice")
