@@ -7,6 +7,9 @@ from difflib import get_close_matches
 class UnusableInput(Exception):  # noqa: N818 - the name says what it is to the reader of the message
     """Input that cannot be used: one line with file, column, row and what would work (exit 2)."""
 
+    def __init__(self, line: str) -> None:
+        super().__init__("".join(c if c.isprintable() else " " for c in line))
+
 
 def near(name: str, known: Iterable[str]) -> str:
     """Return ``" (did you mean …?)"`` for the known names nearest to ``name``, or all if few.

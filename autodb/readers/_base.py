@@ -44,7 +44,8 @@ def as_number(where: str, column: str, values: NDArray[np.generic], first_row: i
     Raises UnusableInput naming the first row that is no number.
     """
     if values.dtype.kind in "fiub":
-        return values.astype(np.float64, copy=False)
+        with np.errstate(over="ignore"):  # beyond float64: no finite number
+            return values.astype(np.float64, copy=False)
     numbers = np.empty(len(values))
     for i, value in enumerate(values.tolist()):
         try:

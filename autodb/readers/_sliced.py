@@ -40,6 +40,12 @@ def sliced(
     return blocks
 
 
+def ends(rows: int) -> Iterator[range]:
+    """Yield the rows of the first and of the last block."""
+    blocks = list(spans(rows))
+    yield from {blocks[0]: None, blocks[-1]: None}
+
+
 def spans(rows: int) -> Iterator[range]:
     """Yield the rows of each block."""
     for start in range(0, rows, BLOCK_ROWS):

@@ -15,7 +15,7 @@ import numpy as np
 from autodb.readers._base import TimeBase
 from autodb.readers._damage import damaged, survives, whole
 from autodb.readers._extra import library
-from autodb.readers._sliced import Cells, sliced, spans
+from autodb.readers._sliced import Cells, ends, sliced
 
 _KEYS = ("t", "cut")
 
@@ -37,7 +37,7 @@ class _Vector:
 def open_hdf5(path: Path) -> tuple[TimeBase, ...]:
     """Open an HDF5 file by the names and shapes of its datasets."""
     h5py = library(path, "h5py")
-    if not survives(lambda: _read_all(h5py, path)):
+    if not survives(lambda: _read_ends(h5py, path)):
         raise damaged(path, "HDF5", "its parts do not fit together")
     vectors = whole(path, "HDF5", lambda: _vectors(h5py, path))
     grouped = _grouped(vectors)
@@ -119,10 +119,10 @@ def _cells(file: Any, vector: _Vector, rows: range) -> Any:
     return values
 
 
-def _read_all(h5py: Any, path: Path) -> None:
-    """Read every vector once, block by block."""
+def _read_ends(h5py: Any, path: Path) -> None:
+    """Read every vector's first and last block."""
     vectors = _vectors(h5py, path)
     with h5py.File(path, "r") as file:
         for vector in vectors:
-            for rows in spans(vector.rows):
+            for rows in ends(vector.rows):
                 _cells(file, vector, rows)

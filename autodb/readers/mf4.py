@@ -11,7 +11,7 @@ import numpy as np
 from autodb.readers._base import TimeBase
 from autodb.readers._damage import damaged, survives, whole
 from autodb.readers._extra import library
-from autodb.readers._sliced import Cells, sliced, spans
+from autodb.readers._sliced import Cells, ends, sliced
 
 TIME = "t"
 
@@ -29,11 +29,18 @@ class _Group:
 def open_mf4(path: Path) -> tuple[TimeBase, ...]:
     """Open an MF4 file by its channel groups."""
     asammdf = library(path, "asammdf")
-    if not survives(lambda: _read_all(asammdf, path)):
+    if not survives(lambda: _read_ends(asammdf, path)):
         raise damaged(path, "MF4", "its parts do not fit together")
-    with closing(whole(path, "MF4", lambda: asammdf.MDF(path))) as file:
+    with _opened(asammdf, path) as file:
         groups = whole(path, "MF4", lambda: _groups(file))
     return tuple(_base(asammdf, path, group, _label(group, groups)) for group in groups)
+
+
+@contextmanager
+def _opened(asammdf: Any, path: Path) -> Iterator[Any]:
+    """Open an MF4 file as a stream: given a path, asammdf would map all of it into memory."""
+    with path.open("rb") as stream, closing(whole(path, "MF4", lambda: asammdf.MDF(stream))) as mdf:
+        yield mdf
 
 
 def _groups(file: Any) -> list[_Group]:
@@ -66,7 +73,7 @@ def _label(group: _Group, groups: list[_Group]) -> str:
 def _base(asammdf: Any, path: Path, group: _Group, label: str) -> TimeBase:
     @contextmanager
     def opened() -> Iterator[Cells]:
-        with closing(asammdf.MDF(path)) as file:
+        with _opened(asammdf, path) as file:
             yield lambda name, rows: _cells(file, group, name, rows)
 
     return TimeBase(
@@ -91,10 +98,10 @@ def _cells(file: Any, group: _Group, name: str, rows: range) -> Any:
     return values
 
 
-def _read_all(asammdf: Any, path: Path) -> None:
-    """Read every channel once, block by block."""
-    with closing(asammdf.MDF(path)) as file:
+def _read_ends(asammdf: Any, path: Path) -> None:
+    """Read every channel's first and last block."""
+    with _opened(asammdf, path) as file:
         for group in _groups(file):
             for name in group.channels:
-                for rows in spans(group.rows):
+                for rows in ends(group.rows):
                     _cells(file, group, name, rows)

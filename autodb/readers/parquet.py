@@ -17,7 +17,7 @@ def open_parquet(path: Path) -> tuple[TimeBase, ...]:
     try:
         with parquet.ParquetFile(path) as file:
             names = tuple(file.schema_arrow.names)
-    except (pa.ArrowException, OSError) as error:
+    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         raise damaged(path, "Parquet", str(error)) from None
     twice = {n for n in names if names.count(n) > 1}
     if twice:
@@ -38,5 +38,5 @@ def _batches(path: Path, names: list[str]) -> Iterator[pa.RecordBatch]:
     try:
         with parquet.ParquetFile(path, buffer_size=1 << 16, pre_buffer=False) as file:
             yield from file.iter_batches(batch_size=BLOCK_ROWS, columns=names)
-    except (pa.ArrowException, OSError) as error:
+    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         raise damaged(path, "Parquet", str(error)) from None

@@ -37,7 +37,7 @@ class _Clock:
 def open_tdms(path: Path) -> tuple[TimeBase, ...]:
     """Open a TDMS file by its metadata."""
     nptdms = library(path, "nptdms")
-    with whole(path, "TDMS", lambda: nptdms.TdmsFile.open(path)) as file:
+    with _opened(nptdms, path) as file:
         if whole(path, "TDMS", lambda: file.file_status.incomplete_final_segment):
             raise damaged(path, "TDMS", "it is cut off: its last segment ends early")
         grouped = whole(path, "TDMS", lambda: _grouped(file))
@@ -45,6 +45,15 @@ def open_tdms(path: Path) -> tuple[TimeBase, ...]:
     return tuple(
         _base(nptdms, path, clock, names, _label(clock, groups)) for clock, names in grouped.items()
     )
+
+
+@contextmanager
+def _opened(nptdms: Any, path: Path) -> Iterator[Any]:
+    with (
+        path.open("rb") as stream,
+        whole(path, "TDMS", lambda: nptdms.TdmsFile.open(stream)) as file,
+    ):
+        yield file
 
 
 def _grouped(file: Any) -> dict[_Clock, list[str]]:
@@ -80,7 +89,7 @@ def _base(nptdms: Any, path: Path, clock: _Clock, names: list[str], label: str) 
 
     @contextmanager
     def opened() -> Iterator[Cells]:
-        with nptdms.TdmsFile.open(path) as file:
+        with _opened(nptdms, path) as file:
             group = file[clock.group]
 
             def cells(name: str, rows: range) -> Any:
