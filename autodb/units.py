@@ -30,13 +30,15 @@ def factor(unit: str, *, to: str, where: str) -> float:
     >>> factor("m", to="mm", where="doc")
     1000.0
     """
-    from pint.errors import DimensionalityError, PintError
+    from pint.errors import DimensionalityError
 
     if unit in (RAW, to):
         return 1.0
     try:
         return float(_registry().Quantity(1.0, _plain(unit)).to(_plain(to)).magnitude)
     except DimensionalityError:
-        raise UnusableInput(f"{where}: unit '{unit}' cannot become {to}") from None
-    except (PintError, ValueError, TypeError, AttributeError):
+        raise UnusableInput(
+            f"{where}: unit '{unit}' cannot become {to}; {to}, or a unit of its kind, would work"
+        ) from None
+    except Exception:  # pint's parser fails on nonsense in any way, assertions included
         raise UnusableInput(f"{where}: unknown unit '{unit}'; {to} would work") from None

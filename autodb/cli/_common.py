@@ -19,7 +19,9 @@ Database = Annotated[
 ]
 Columns = Annotated[
     Path | None,
-    typer.Option("--columns", help="TOML file that names the foreign columns and units."),
+    typer.Option(
+        "--columns", readable=False, help="TOML file that names the foreign columns and units."
+    ),
 ]
 Group = Annotated[
     str | None,

@@ -27,11 +27,16 @@ if TYPE_CHECKING:
     from autodb.forward import Interval
     from autodb.records import CutTable, Recording
 
-JobFile = Annotated[Path, typer.Argument(help="Job file (TOML) with the cuts to predict.")]
+JobFile = Annotated[
+    Path, typer.Argument(readable=False, help="Job file (TOML) with the cuts to predict.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
-RecordingFile = Annotated[Path, typer.Argument(help="The recording or cut table.")]
+RecordingFile = Annotated[Path, typer.Argument(readable=False, help="The recording or cut table.")]
 Simulation = Annotated[
-    Path | None, typer.Option("--simulation", help="File with the same t or cut and its channels.")
+    Path | None,
+    typer.Option(
+        "--simulation", readable=False, help="File with the same t or cut and its channels."
+    ),
 ]
 Includes = Annotated[
     str | None,

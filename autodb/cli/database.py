@@ -23,7 +23,9 @@ def add(
     name: Annotated[str, typer.Argument(help="Name of the machine.")],
     file: Annotated[
         Path | None,
-        typer.Option("--file", help="Machine file (TOML) with its axes; default: a lathe."),
+        typer.Option(
+            "--file", readable=False, help="Machine file (TOML) with its axes; default: a lathe."
+        ),
     ] = None,
     db: Database = None,
 ) -> None:

@@ -26,8 +26,10 @@ if TYPE_CHECKING:
     from autodb.sensing.ranges import Calibration
     from autodb.standard import Protocol
 
-Files = Annotated[list[Path], typer.Argument(help="Recordings or cut tables.")]
-Recording = Annotated[Path, typer.Argument(help="A recording over time of the axis' moves.")]
+Files = Annotated[list[Path], typer.Argument(readable=False, help="Recordings or cut tables.")]
+Recording = Annotated[
+    Path, typer.Argument(readable=False, help="A recording over time of the axis' moves.")
+]
 Axis = Annotated[str | None, typer.Option("--axis", help="Axis, where several were recorded.")]
 ProtocolName = Annotated[
     str | None,
@@ -35,7 +37,7 @@ ProtocolName = Annotated[
 ]
 OptionalFile = Annotated[
     Path | None,
-    typer.Argument(help="A cut table; default: all imported cuts of the machine."),
+    typer.Argument(readable=False, help="A cut table; default: all imported cuts of the machine."),
 ]
 
 

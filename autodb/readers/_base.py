@@ -65,8 +65,8 @@ def as_label(values: NDArray[np.generic]) -> Labels:
 def not_a_number(where: str, column: str, row: int, value: object) -> str:
     """Return the line that says which cell is no number, with what would work."""
     shown = str(value)[:40]
-    comma = "; points in numbers would work" if _has_decimal_comma(shown) else ""
-    return f"{where}: column '{column}', row {row}: '{shown}' is not a number{comma}"
+    works = "points in numbers" if _has_decimal_comma(shown) else "a number or an empty cell"
+    return f"{where}: column '{column}', row {row}: '{shown}' is not a number; {works} would work"
 
 
 def _has_decimal_comma(text: str) -> bool:

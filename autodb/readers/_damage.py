@@ -1,6 +1,5 @@
 """Damaged files make a library fail in any way, up to a crash of the process: one line each."""
 
-import contextlib
 import faulthandler
 import os
 import signal
@@ -13,14 +12,14 @@ from autodb.errors import UnusableInput
 
 T = TypeVar("T")
 
-LONGEST_S = 20.0
+LONGEST_S = 10.0
 """A parser that is still at work after this is taken to be lost in a damaged file."""
 
 
 def damaged(path: Path, kind: str, reason: str) -> UnusableInput:
     """Return the line for a file that is not whole."""
-    first = (reason.splitlines() or ["damaged"])[0]
-    return UnusableInput(f"{path}: not a whole {kind} file ({first})")
+    why = reason.rstrip(". ")
+    return UnusableInput(f"{path}: not a whole {kind} file ({why}); a new copy would work")
 
 
 def whole(path: Path, kind: str, read: Callable[[], T]) -> T:
@@ -31,28 +30,46 @@ def whole(path: Path, kind: str, read: Callable[[], T]) -> T:
             return read()
     except UnusableInput:
         raise
-    except MemoryError:
-        raise damaged(path, kind, "or it needs more memory than there is") from None
     except Exception as error:
-        raise damaged(path, kind, str(error) or type(error).__name__) from None
+        raise damaged(path, kind, _reason(error)) from None
 
 
-def survives(read: Callable[[], object]) -> bool:
-    """Run ``read`` in a forked child first; False where it crashed the process or lost its way.
+def fault_in(read: Callable[[], object]) -> str | None:
+    """Run ``read`` in a forked child; return what went wrong in it, or None.
 
-    An ordinary exception is no crash: the caller meets it again and says what it is.
+    A crash of the parser, or one that loses its way, ends only the child. Where the system cannot
+    fork, nothing is found here.
     """
     if not hasattr(os, "fork"):
-        return True
+        return None
+    tells, told = os.pipe()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the child only reads and leaves
         child = os.fork()
     if child == 0:
-        with contextlib.suppress(BaseException):
-            faulthandler.disable()  # a crash is no news to the user
-            os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-            signal.signal(signal.SIGALRM, signal.SIG_DFL)
-            signal.setitimer(signal.ITIMER_REAL, LONGEST_S)
-            read()
-        os._exit(0)
-    return os.waitpid(child, 0)[1] == 0
+        _read_and_tell(read, told)
+    os.close(told)
+    with os.fdopen(tells, encoding="utf-8", errors="replace") as pipe:
+        said = pipe.read()
+    crashed = os.waitpid(child, 0)[1] != 0
+    return "its parts do not fit together" if crashed else said or None
+
+
+def _read_and_tell(read: Callable[[], object], told: int) -> None:
+    """Read in the child, write what went wrong, and leave."""
+    faulthandler.disable()  # a crash is no news to the user
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.setitimer(signal.ITIMER_REAL, LONGEST_S)
+    try:
+        warnings.simplefilter("ignore")
+        read()
+    except BaseException as error:  # whatever it is, the parent says it
+        os.write(told, _reason(error).encode()[:500])
+    os._exit(0)
+
+
+def _reason(error: BaseException) -> str:
+    if isinstance(error, MemoryError):
+        return "it asks for more memory than there is"
+    return (str(error).splitlines() or [type(error).__name__])[0]

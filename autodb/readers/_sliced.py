@@ -1,7 +1,7 @@
 """Columns of formats that give any rows of any column, as blocks."""
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +27,8 @@ def sliced(
         return values
 
     def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
-        with whole(path, kind, opened) as cells:
+        with ExitStack() as stack:
+            cells = whole(path, kind, lambda: stack.enter_context(opened()))
             for span in spans(rows):
                 columns: Columns = {}
                 for name in numbers:

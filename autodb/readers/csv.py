@@ -45,14 +45,20 @@ def _header(path: Path) -> list[str]:
         text = line.decode("utf-8-sig").rstrip("\r\n")
     except UnicodeDecodeError:
         raise UnusableInput(f"{path}: the header is not UTF-8; save it as UTF-8") from None
-    names = next(plain.reader([text]), [])
+    try:
+        names = next(plain.reader([text]), [])
+    except plain.Error as error:
+        raise UnusableInput(f"{path}: no header line ({error}); {_WORKS}") from None
     if len(names) <= 1 and any(mark in text for mark in ";\t|"):
         raise UnusableInput(f"{path}: columns are not separated by commas: '{text[:60]}'; {_WORKS}")
     if not any(name.strip() for name in names):
         raise UnusableInput(f"{path}: the header line names no column; {_WORKS}")
     twice = {n for n in names if names.count(n) > 1}
     if twice:
-        raise UnusableInput(f"{path}: column '{min(twice)}' stands in the header twice")
+        raise UnusableInput(
+            f"{path}: column '{min(twice)}' stands in the header twice; its own "
+            "name for each column would work"
+        )
     return names
 
 

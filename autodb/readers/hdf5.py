@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from autodb.readers._base import TimeBase
-from autodb.readers._damage import damaged, survives, whole
+from autodb.readers._damage import damaged, fault_in, whole
 from autodb.readers._extra import library
 from autodb.readers._sliced import Cells, ends, sliced
 
@@ -37,8 +37,9 @@ class _Vector:
 def open_hdf5(path: Path) -> tuple[TimeBase, ...]:
     """Open an HDF5 file by the names and shapes of its datasets."""
     h5py = library(path, "h5py")
-    if not survives(lambda: _read_ends(h5py, path)):
-        raise damaged(path, "HDF5", "its parts do not fit together")
+    fault = fault_in(lambda: _read_ends(h5py, path))
+    if fault is not None:
+        raise damaged(path, "HDF5", fault)
     vectors = whole(path, "HDF5", lambda: _vectors(h5py, path))
     grouped = _grouped(vectors)
     several = len(grouped) > 1

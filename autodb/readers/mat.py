@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from autodb.readers._base import Columns, TimeBase, as_label, as_number
-from autodb.readers._damage import damaged, survives, whole
+from autodb.readers._damage import damaged, fault_in, whole
 from autodb.readers.hdf5 import open_hdf5
 
 _NUMBERS = {"double", "single", "logical"} | {
@@ -21,8 +21,9 @@ def open_mat(path: Path) -> tuple[TimeBase, ...]:
     with path.open("rb") as file:
         if b"MATLAB 7.3" in file.read(128):
             return open_hdf5(path)
-    if not survives(lambda: loadmat(path)):
-        raise damaged(path, "MAT", "its parts do not fit together")
+    fault = fault_in(lambda: loadmat(path))
+    if fault is not None:
+        raise damaged(path, "MAT", fault)
     by_length: dict[int, list[str]] = {}
     for name, shape, kind in whole(path, "MAT", lambda: whosmat(path)):
         if kind in _NUMBERS and sum(n > 1 for n in shape) == 1 and min(shape) > 0:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from autodb.readers._base import TimeBase
-from autodb.readers._damage import damaged, survives, whole
+from autodb.readers._damage import damaged, fault_in, whole
 from autodb.readers._extra import library
 from autodb.readers._sliced import Cells, ends, sliced
 
@@ -29,18 +29,23 @@ class _Group:
 def open_mf4(path: Path) -> tuple[TimeBase, ...]:
     """Open an MF4 file by its channel groups."""
     asammdf = library(path, "asammdf")
-    if not survives(lambda: _read_ends(asammdf, path)):
-        raise damaged(path, "MF4", "its parts do not fit together")
-    with _opened(asammdf, path) as file:
-        groups = whole(path, "MF4", lambda: _groups(file))
+    fault = fault_in(lambda: _read_ends(asammdf, path))
+    if fault is not None:
+        raise damaged(path, "MF4", fault)
+    groups = whole(path, "MF4", lambda: _read_groups(asammdf, path))
     return tuple(_base(asammdf, path, group, _label(group, groups)) for group in groups)
 
 
 @contextmanager
 def _opened(asammdf: Any, path: Path) -> Iterator[Any]:
     """Open an MF4 file as a stream: given a path, asammdf would map all of it into memory."""
-    with path.open("rb") as stream, closing(whole(path, "MF4", lambda: asammdf.MDF(stream))) as mdf:
+    with path.open("rb") as stream, closing(asammdf.MDF(stream)) as mdf:
         yield mdf
+
+
+def _read_groups(asammdf: Any, path: Path) -> list[_Group]:
+    with _opened(asammdf, path) as file:
+        return _groups(file)
 
 
 def _groups(file: Any) -> list[_Group]:

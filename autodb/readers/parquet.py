@@ -18,10 +18,13 @@ def open_parquet(path: Path) -> tuple[TimeBase, ...]:
         with parquet.ParquetFile(path) as file:
             names = tuple(file.schema_arrow.names)
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
-        raise damaged(path, "Parquet", str(error)) from None
+        raise damaged(path, "Parquet", (str(error).splitlines() or [""])[0]) from None
     twice = {n for n in names if names.count(n) > 1}
     if twice:
-        raise UnusableInput(f"{path}: column '{min(twice)}' stands in the table twice")
+        raise UnusableInput(
+            f"{path}: column '{min(twice)}' stands in the table twice; its own "
+            "name for each column would work"
+        )
 
     def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
         row = 0
@@ -39,4 +42,4 @@ def _batches(path: Path, names: list[str]) -> Iterator[pa.RecordBatch]:
         with parquet.ParquetFile(path, buffer_size=1 << 16, pre_buffer=False) as file:
             yield from file.iter_batches(batch_size=BLOCK_ROWS, columns=names)
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
-        raise damaged(path, "Parquet", str(error)) from None
+        raise damaged(path, "Parquet", (str(error).splitlines() or [""])[0]) from None

@@ -37,10 +37,7 @@ class _Clock:
 def open_tdms(path: Path) -> tuple[TimeBase, ...]:
     """Open a TDMS file by its metadata."""
     nptdms = library(path, "nptdms")
-    with _opened(nptdms, path) as file:
-        if whole(path, "TDMS", lambda: file.file_status.incomplete_final_segment):
-            raise damaged(path, "TDMS", "it is cut off: its last segment ends early")
-        grouped = whole(path, "TDMS", lambda: _grouped(file))
+    grouped = whole(path, "TDMS", lambda: _read_groups(nptdms, path))
     groups = [clock.group for clock in grouped]
     return tuple(
         _base(nptdms, path, clock, names, _label(clock, groups)) for clock, names in grouped.items()
@@ -49,11 +46,15 @@ def open_tdms(path: Path) -> tuple[TimeBase, ...]:
 
 @contextmanager
 def _opened(nptdms: Any, path: Path) -> Iterator[Any]:
-    with (
-        path.open("rb") as stream,
-        whole(path, "TDMS", lambda: nptdms.TdmsFile.open(stream)) as file,
-    ):
+    with path.open("rb") as stream, nptdms.TdmsFile.open(stream) as file:
         yield file
+
+
+def _read_groups(nptdms: Any, path: Path) -> dict[_Clock, list[str]]:
+    with _opened(nptdms, path) as file:
+        if file.file_status.incomplete_final_segment:
+            raise damaged(path, "TDMS", "it is cut off: its last segment ends early")
+        return _grouped(file)
 
 
 def _grouped(file: Any) -> dict[_Clock, list[str]]:

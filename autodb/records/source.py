@@ -139,7 +139,8 @@ class Source:
         if not found:
             columns = [column for base in self.bases for column in base.base.columns]
             raise UnusableInput(
-                f"{self.path}: neither a column 't' (time, s) nor 'cut'{near('t', columns)}"
+                f"{self.path}: neither a column 't' (time, s) nor 'cut'{near('t', columns)}; "
+                '"t" = "NAME OF THE COLUMN" under [channels] in a side file would work'
             )
         return found
 

@@ -20,9 +20,9 @@ RUN = 5
 class ChannelSummary:
     """One channel: rows, extremes, mean and spread over its finite numbers, and its gaps.
 
-    ``roughness`` is the median over blocks of the median |second difference| over the block's
-    range; ``plateau_low`` and ``plateau_high`` count samples in runs of at least RUN equal numbers
-    at the lowest and highest value, ``plateau`` those in any such run.
+    ``roughness`` is the median over blocks of the median |second difference| that is not zero, over
+    the block's range. ``plateau_low`` and ``plateau_high`` count samples in runs of at least RUN
+    equal numbers at the lowest and highest value, ``plateau`` those in any such run.
     """
 
     name: str
@@ -81,8 +81,10 @@ class ChannelSummary:
         if high >= self.maximum:
             before = self.plateau_high if high == self.maximum else 0
             self.maximum, self.plateau_high = high, before + int(held[level == high].sum())
-        if len(values) > RUN and high > low:
-            self._rough.append(float(np.median(np.abs(np.diff(values, 2)))) / (high - low))
+        bends = np.abs(np.diff(values, 2))
+        bends = bends[bends > 0]
+        if bends.size:
+            self._rough.append(float(np.median(bends)) / (high - low))
 
 
 @dataclass

@@ -110,8 +110,9 @@ def gap(path: Path, name: str, values: Array) -> str:
     rows = np.flatnonzero(~np.isfinite(values))
     if not rows.size:
         return ""
+    such = "" if rows.size == 1 else f" ({rows.size} such rows)"
     return (
-        f"{path}: {name}, row {rows[0] + 1}: no finite number ({rows.size} such rows); "
+        f"{path}: {name}, row {rows[0] + 1}: no finite number{such}; "
         "a recording without gaps would work"
     )
 
@@ -136,4 +137,7 @@ def check_cuts(path: Path, cut: Array) -> None:
     numbers, first = np.unique(cut, return_index=True)
     if len(numbers) < len(cut):
         row = min(set(range(len(cut))) - set(first.tolist()))
-        raise UnusableInput(f"{path}: row {row + 1}: cut {cut[row]:g} stands twice")
+        raise UnusableInput(
+            f"{path}: row {row + 1}: cut {cut[row]:g} stands twice; "
+            "each cut with its own number would work"
+        )

@@ -85,6 +85,9 @@ def effort_channel(recording: Recording, axis: str | None) -> str:
     if axis is not None:
         found = [name for name in found if axis_of(name) == axis]
     if not found:
+        gaps = effort_channels(list(recording.unusable))
+        if gaps:
+            raise UnusableInput(recording.unusable[gaps[0]])
         wanted = f"{axis or 'x'}.current"
         raise UnusableInput(
             f"{recording.path}: no drive effort; a channel '{wanted}' or "

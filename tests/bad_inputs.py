@@ -1,0 +1,270 @@
+"""Inputs that cannot be used, and the line that each one gets.
+
+`python -m tests.bad_inputs docs/bad-inputs.md` makes every one of them, gives it to its command and
+writes the page; a test compares the page with what the commands say.
+"""
+
+import contextlib
+import io
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from autodb.cli import run
+from tests.files import write, write_groups
+
+T = np.round(np.arange(400) * 0.01, 6)
+X = np.round(100.0 * np.sin(2 * np.pi * 0.5 * T), 6)
+V = np.round(100.0 * np.pi * np.cos(2 * np.pi * 0.5 * T), 6)
+I = np.round(0.01 * V + 0.8 * np.sign(V) + np.random.default_rng(8).normal(0, 0.05, 400), 6)  # noqa: E741 - the symbol of current
+MOVES = {"t": T, "x.position": X, "x.velocity": V, "x.current": I}
+NOBODY = 65534
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is wrong, the command that meets it, and how the files are made in a folder."""
+
+    what: str
+    command: str
+    make: Callable[[Path], object]
+    as_nobody: bool = False
+
+
+def _text(name: str, *lines: str) -> Callable[[Path], object]:
+    return lambda folder: (folder / name).write_text("".join(f"{line}\n" for line in lines))
+
+
+def _moves(name: str = "moves.csv", **changed: object) -> Callable[[Path], object]:
+    columns = {**MOVES, **{k.replace("_", "."): v for k, v in changed.items()}}
+    return lambda folder: write(folder / name, columns)
+
+
+def _cut_off(name: str) -> Callable[[Path], object]:
+    def make(folder: Path) -> None:
+        path = write(folder / name, MOVES)
+        whole = path.read_bytes()
+        path.write_bytes(whole[: int(0.7 * len(whole))])
+
+    return make
+
+
+def _with_side(side: str, name: str = "moves.csv") -> Callable[[Path], object]:
+    def make(folder: Path) -> None:
+        write(folder / name, {"t": T, "pos": X, "cur": I})
+        (folder / name).with_suffix(".toml").write_text(side)
+
+    return make
+
+
+def _two_rates(folder: Path) -> None:
+    slow = {"t": T[::100], "spindle.temperature": 20.0 + T[::100]}
+    write_groups(folder / "moves.h5", {"drive": MOVES, "climate": slow})
+
+
+def _locked(folder: Path) -> None:
+    write(folder / "moves.csv", MOVES).chmod(0)
+
+
+def _gap() -> list[float]:
+    values = I.copy()
+    values[120] = np.nan
+    return list(values)
+
+
+def _cuts(**columns: object) -> Callable[[Path], object]:
+    rows = {"cut": [1, 2, 3], "cutting.feed": [0.1, 0.2, 0.3], "force.z": [100.0, 180.0, 260.0]}
+    return lambda folder: write(folder / "cuts.csv", {**rows, **columns})
+
+
+def _job(*keys: str) -> Callable[[Path], object]:
+    head = ['name = "shaft"', 'material = "steel bar"', 'tool = "insert"', "[[cut]]"]
+    return _text("job.toml", *head, "diameter_mm = 50", "depth_mm = 1.0", *keys)
+
+
+LOOK = "autodb import moves.csv"
+FILES = (
+    Case("empty file", LOOK, _text("moves.csv")),
+    Case("header only", LOOK, _text("moves.csv", "t,x.position")),
+    Case("wrong separator", LOOK, _text("moves.csv", "t;x.position", "0;1", "1;2")),
+    Case("decimal comma", LOOK, _text("moves.csv", "t;x.position", "0,5;1", "1,5;2")),
+    Case(
+        "decimal comma, comma between columns", LOOK,
+        _text("moves.csv", "t,x.position", "0,00,1,5", "0,01,1,6"),
+    ),
+    Case(
+        "decimal comma in quotes", LOOK,
+        _text("moves.csv", "t,x.position", '"0,00",1', '"0,01",2', '"0,02",3'),
+    ),
+    Case("text in a number", LOOK, _text("moves.csv", "t,x.position", "0,1", "1,two", "2,3")),
+    Case("column named twice", LOOK, _text("moves.csv", "t,t", "0,1", "1,2")),
+    Case(
+        "header in another encoding", LOOK,
+        lambda folder: (folder / "moves.csv").write_bytes("t,länge\n0,1\n".encode("latin-1")),
+    ),
+    Case("damaged number", LOOK, _text("moves.csv", "t,x.position", "0,1", "1,1e300", "2,3")),
+    Case("unknown kind of file", "autodb import moves.xls", _text("moves.xls", "t")),
+    Case("no such file", LOOK, lambda folder: folder),
+    Case("a folder", "autodb import moves", lambda folder: (folder / "moves").mkdir()),
+    Case("no permission", LOOK, _locked, as_nobody=True),
+    *(
+        Case(f"cut-off {kind}", f"autodb import moves.{suffix}", _cut_off(f"moves.{suffix}"))
+        for kind, suffix in (
+            ("Parquet", "parquet"), ("MAT", "mat"), ("TDMS", "tdms"), ("HDF5", "h5"), ("MF4", "mf4")
+        )
+    ),
+)  # fmt: skip
+TIME = (
+    Case(
+        "no time", LOOK,
+        _text("moves.csv", "time,x.position", "0,1", "1,2", "2,3"),
+    ),
+    Case("repeated time", LOOK, _text("moves.csv", "t,x.position", "0,1", "0,2", "1,3")),
+    Case("backward time", LOOK, _text("moves.csv", "t,x.position", "0,1", "2,2", "1,3")),
+    Case("gap in time", LOOK, _text("moves.csv", "t,x.position", "0,1", ",2", "2,3")),
+    Case(
+        "too few rows", "autodb identify moves.csv",
+        _text("moves.csv", "t,x.position", "0,1", "1,2"),
+    ),
+    Case("several time bases", "autodb identify moves.h5", _two_rates),
+    Case("a group that is not there", "autodb identify moves.h5 --group drives", _two_rates),
+    Case("rates that share no time", "autodb identify moves.h5 --resample 0.1", _two_rates),
+)  # fmt: skip
+CONTENT = (
+    Case(
+        "missing channel", "autodb identify moves.csv",
+        lambda folder: write(folder / "moves.csv", {"t": T, "x.positon": X, "x.current": I}),
+    ),
+    Case("gap in a used channel", "autodb identify moves.csv", _moves(x_current=_gap())),
+    Case("clipped channel", LOOK, _moves(x_current=np.clip(I, -3.0, 3.0))),
+    Case("implausible unit: 10⁶ rpm", LOOK, _moves(spindle_speed=1e6 + T)),
+    Case(
+        "metres logged as mm", LOOK,
+        lambda folder: write(
+            folder / "moves.csv", {"t": T, "x.position": X / 1000.0, "x.current": I}
+        ),
+    ),
+    Case("mm/min logged as mm/s", LOOK, _moves(x_velocity=60.0 * V)),
+    Case(
+        "rev/s logged as rpm", "autodb import cuts.csv",
+        _cuts(**{
+            "work.diameter": [50.0] * 3, "spindle.speed": [20.0] * 3, "cutting.speed": [188.0] * 3
+        }),
+    ),
+    Case("one cut twice", "autodb import cuts.csv", _cuts(cut=[1, 2, 2])),
+    Case("a cut without number", "autodb import cuts.csv", _cuts(cut=[1.0, float("nan"), 3.0])),
+    Case("moves where cuts are needed", "autodb calibrate moves.csv", _moves()),
+)  # fmt: skip
+SIDE_FILES = (
+    Case("missing column", LOOK, _with_side('[channels]\n"x.current" = "curr"\n')),
+    Case("unknown key", LOOK, _with_side('[channels]\n"x.current" = {colum = "cur"}\n')),
+    Case("unknown section", LOOK, _with_side("[chanels]\n")),
+    Case("unknown channel", LOOK, _with_side('[channels]\n"x.curent" = "cur"\n')),
+    Case(
+        "unit of another dimension", LOOK,
+        _with_side('[channels]\n"x.current" = {column = "cur", unit = "mm"}\n'),
+    ),
+    Case(
+        "unknown unit", LOOK,
+        _with_side('[channels]\n"x.current" = {column = "cur", unit = "amp/"}\n'),
+    ),
+    Case("unknown operation", LOOK, _with_side('[cut]\noperation = "knit"\n')),
+    Case("not TOML", LOOK, _with_side("[channels\n")),
+    Case(
+        "side file that is not there", "autodb import moves.csv --columns names.toml",
+        _moves(),
+    ),
+)  # fmt: skip
+OTHERS = (
+    Case(
+        "job without a speed", "autodb predict job.toml --machine lathe-1",
+        _job("feed_mm_rev = 0.2"),
+    ),
+    Case(
+        "job with an unknown key", "autodb predict job.toml --machine lathe-1",
+        _job("feed_mm_rev = 0.2", "speed_rpm = 900", "feed_mm = 3"),
+    ),
+    Case("no database yet", "autodb machine list", lambda folder: folder),
+    Case("not a database", "autodb machine list", _text("autodb.sqlite3", "text " * 300)),
+)  # fmt: skip
+PARTS = (
+    ("Files", FILES),
+    ("Time", TIME),
+    ("Content", CONTENT),
+    ("Side files", SIDE_FILES),
+    ("Jobs and databases", OTHERS),
+)
+HEAD = """\
+# Bad inputs
+
+What each unusable input gets: one line on standard error, exit status 2, nothing stored. Every line
+below was printed by the command beside it, on a file made for this page.
+"""
+
+
+@contextlib.contextmanager
+def folder_of(case: Case) -> Iterator[Path]:
+    """Give a new working folder that holds the case's files."""
+    before = Path.cwd()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        folder.chmod(0o755)
+        case.make(folder)
+        os.chdir(folder)
+        try:
+            yield folder
+        finally:
+            os.chdir(before)
+
+
+def answer(case: Case) -> tuple[int, str]:
+    """Return exit status and standard error of a case's command."""
+    with folder_of(case):
+        if case.as_nobody and os.geteuid() == 0:
+            return _in_child(case)
+        return _run(case)
+
+
+def _run(case: Case) -> tuple[int, str]:
+    error = io.StringIO()
+    with contextlib.redirect_stderr(error), contextlib.redirect_stdout(io.StringIO()):
+        code = run(case.command.split()[1:])
+    return code, error.getvalue()
+
+
+def _in_child(case: Case) -> tuple[int, str]:
+    """Run as the user nobody: the superuser has every permission."""
+    _run(Case("", "autodb import nothing.csv", case.make))  # imports what the child may not read
+    reads, writes = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.setuid(NOBODY)
+        code, text = _run(case)
+        os.write(writes, text.encode())
+        os._exit(code)
+    os.close(writes)
+    with os.fdopen(reads, encoding="utf-8") as pipe:
+        text = pipe.read()
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), text
+
+
+def page() -> str:
+    """Return the page, made by running every case."""
+    parts = [HEAD]
+    for title, cases in PARTS:
+        parts.append(f"\n## {title}\n")
+        for case in cases:
+            _, line = answer(case)
+            parts.append(f"\n**{case.what}** · `{case.command}`\n\n    {line.strip()}\n")
+    return "".join(parts)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: python -m tests.bad_inputs PAGE")
+    Path(sys.argv[1]).write_text(page(), encoding="utf-8")

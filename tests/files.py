@@ -1,0 +1,58 @@
+"""Writes small recordings in every format that is read, for the tests and the page of refusals."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pyarrow as pa
+from asammdf import MDF, Signal
+from nptdms import ChannelObject, TdmsWriter
+from pyarrow import csv, parquet
+from scipy.io import savemat
+
+Groups = Mapping[str, Mapping[str, Any]]
+"""Columns of each time base by its name."""
+
+
+def write(path: Path, columns: Mapping[str, Any]) -> Path:
+    """Write one time base in the format of the file's name; return the path."""
+    if path.suffix == ".csv":
+        csv.write_csv(pa.table(dict(columns)), path)
+    elif path.suffix == ".parquet":
+        parquet.write_table(pa.table(dict(columns)), path)
+    elif path.suffix == ".mat":
+        savemat(path, {k: np.asarray(v)[:, None] for k, v in columns.items()} | {"gain": 3.0})
+    else:
+        write_groups(path, {"only": columns})
+    return path
+
+
+def write_groups(path: Path, groups: Groups) -> Path:
+    """Write several time bases, each with a column `t`, as HDF5, TDMS or MF4; return the path."""
+    if path.suffix == ".h5":
+        with h5py.File(path, "w") as file:
+            for group, columns in groups.items():
+                for name, values in columns.items():
+                    file[f"{group}/{name}"] = np.asarray(values)
+    elif path.suffix == ".tdms":
+        with TdmsWriter(path) as file:
+            file.write_segment(
+                [
+                    ChannelObject(group, name, np.asarray(values))
+                    for group, columns in groups.items()
+                    for name, values in columns.items()
+                ]
+            )
+    else:
+        with MDF() as file:
+            for group, columns in groups.items():
+                t = np.asarray(columns["t"], dtype=float)
+                named = {name: values for name, values in columns.items() if name != "t"}
+                file.append(
+                    [Signal(np.asarray(v), t, name=name) for name, v in named.items()],
+                    comment=group,
+                )
+            file.save(path, overwrite=True)
+    return path
