@@ -11,8 +11,14 @@ from autodb import records
 from autodb.virtual.sample import write_sample
 from tests.conftest import Cli
 
-SAMPLE = ("standard-cuts.csv", "shop-week-1.csv", "shop-week-2.csv", "air-moves.csv",
-          "standard-cut-raw.parquet")  # fmt: skip
+SAMPLE = (
+    *(f"stepped_shaft/recordings/{name}" for name in (
+        "standard-cuts.csv", "shop-week-1.csv", "shop-week-2.csv", "air-moves.csv",
+        "standard-cut-raw.parquet",
+    )),
+    "facing/recordings/facing-week.csv",
+    "contour/recordings/contour-week.csv",
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +32,7 @@ def rewritten(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_sample_is_what_the_virtual_lathe_writes(
     rewritten: Path, sample_jobs: Path, name: str
 ) -> None:
-    ours = records.read(sample_jobs / "stepped_shaft" / "recordings" / name)
+    ours = records.read(sample_jobs / name)
     theirs = records.read(rewritten / name)
     assert list(ours.channels) == list(theirs.channels)
     assert ours.texts == theirs.texts

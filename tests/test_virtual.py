@@ -71,6 +71,23 @@ def test_passive_axis_shows_no_load() -> None:
         assert_allclose(standing, 0.0, atol=0.03)
 
 
+def test_a_taper_turns_the_frame_of_turning() -> None:
+    """At no angle it is turning; at any angle the thrust keeps its size and leans by the angle."""
+    condition = (0.6, 0.15, 1200.0, 50.0)
+    turned = mean_forces_N(STEEL, cut_at(condition))
+    level = mean_forces_N(STEEL, cut_at(condition, operation="taper"))
+    assert_allclose(level, turned, rtol=1e-12)
+    before = math.atan2(turned[0], turned[2])
+    for angle_deg in (10.0, 20.0, 30.0):
+        leaning = mean_forces_N(STEEL, cut_at(condition, operation="taper", inward_deg=angle_deg))
+        assert_allclose(math.atan2(leaning[0], leaning[2]), before + math.radians(angle_deg))
+    both = cut_table(
+        Lathe(), STEEL, [cut_at(condition, operation="taper", inward_deg=20.0)], 1, False
+    )
+    for axis in "xz":
+        assert abs(both[f"{axis}.current.range"] - both[f"{axis}.current.air"]) > 0.1
+
+
 def test_facing_current_falls_with_load_and_folds_where_the_weight_is_carried() -> None:
     lathe = Lathe()
     quiet = replace(lathe, x=replace(lathe.x, noise_A=0.0))
@@ -155,8 +172,11 @@ def test_edges_stay_fresh_in_week_1_and_wear_out_in_week_2() -> None:
 def test_sample_is_small_and_the_same_every_time(tmp_path: Path) -> None:
     write_sample(tmp_path / "a")
     write_sample(tmp_path / "b")
-    files = sorted(path.name for path in (tmp_path / "a").iterdir())
-    assert files == [
+    written = [path for path in (tmp_path / "a").rglob("*") if path.is_file()]
+    files = sorted(str(path.relative_to(tmp_path / "a")) for path in written)
+    assert [Path(name).name for name in files] == [
+        "contour-week.csv",
+        "facing-week.csv",
         "air-moves.csv",
         "shop-week-1.csv",
         "shop-week-2.csv",

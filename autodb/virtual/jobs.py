@@ -61,6 +61,7 @@ def cut_at(
     edge: str = "fresh",
     cutting_time_s: float = 0.0,
     duration_s: float = TURN_S,
+    inward_deg: float = 0.0,
 ) -> Cut:
     """A cut at (depth mm, feed mm/rev, speed rpm, machined diameter mm) on the sample material."""
     depth_mm, feed_mm, speed_rpm, diameter_mm = condition
@@ -74,6 +75,7 @@ def cut_at(
         cutting_time_s=cutting_time_s,
         duration_s=duration_s,
         material=MATERIAL,
+        inward_deg=inward_deg,
     )
 
 

@@ -1,5 +1,6 @@
 """The virtual lathe at work: the current ranges of a cut, and the cut tables it measures."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -15,7 +16,7 @@ from autodb.virtual.drives import (
 )
 from autodb.virtual.machine import Lathe
 from autodb.virtual.process import (
-    FEED_AXIS,
+    MOVING,
     Array,
     Cut,
     Pair,
@@ -24,7 +25,7 @@ from autodb.virtual.process import (
 )
 
 __all__ = [
-    "FEED_AXIS",
+    "MOVING",
     "Array",
     "Cut",
     "FeedAxis",
@@ -40,7 +41,11 @@ __all__ = [
 
 DYNAMOMETER_N = 1.5  # sd of a quasi-static reading per component; chosen, small beside 9.2 N
 STILL_A = 0.004  # sd of an air or standing range: P1 section 9, "practically equal to zero"
-ARM_SHARE = {"turn": 0.5, "face": 0.0}  # share of a_p by which the edge's mean radius exceeds r_w
+ARM_SHARE = {
+    "turn": 0.5,
+    "face": 0.0,
+    "taper": 0.5,
+}  # share of a_p by which the edge's mean radius exceeds r_w
 
 
 def arm_mm(cut: Cut) -> float:
@@ -57,26 +62,35 @@ def ranges_A(
     whatever presses on it (P1 section 5).
     """
     x_N, y_N, z_N = force_N
-    speed_mm_s = cut.feed_mm * cut.spindle_rpm / 60.0
+    speed_mm_s = _speeds_mm_s(cut)
     moving = {
-        "x": feed_range_A(lathe.x, x_N, np.hypot(y_N, z_N), speed_mm_s=speed_mm_s),
-        "z": feed_range_A(lathe.z, z_N, np.hypot(x_N, y_N), speed_mm_s=speed_mm_s),
+        "x": feed_range_A(lathe.x, x_N, np.hypot(y_N, z_N), speed_mm_s=speed_mm_s["x"]),
+        "z": feed_range_A(lathe.z, z_N, np.hypot(x_N, y_N), speed_mm_s=speed_mm_s["z"]),
     }
     standing = {
         "x": np.full_like(x_N, lathe.x.standing_A),
         "z": np.full_like(x_N, lathe.z.standing_A),
     }
-    feed = FEED_AXIS[cut.operation]
     torque_Nm = y_N * radius_mm / 1000.0
     turning = spindle_range_A(lathe.spindle, torque_Nm, cut.spindle_rpm, share=share)
-    return {**standing, feed: moving[feed], "spindle": turning}
+    feeding = {axis: moving[axis] for axis in MOVING[cut.operation]}
+    return {**standing, **feeding, "spindle": turning}
+
+
+def _speeds_mm_s(cut: Cut) -> dict[str, float]:
+    """Speed of each slide while it feeds, mm/s."""
+    along_mm_s = cut.feed_mm * cut.spindle_rpm / 60.0
+    if len(MOVING[cut.operation]) == 1:
+        return {"x": along_mm_s, "z": along_mm_s}
+    angle = math.radians(cut.inward_deg)
+    return {"x": along_mm_s * math.sin(angle), "z": along_mm_s * math.cos(angle)}
 
 
 def sensing_A(lathe: Lathe, cut: Cut) -> dict[str, float]:
     """Standard deviation of one cut's range on each axis, A; a standing axis is quiet."""
     noise = {"x": lathe.x.noise_A, "z": lathe.z.noise_A}
-    feed = FEED_AXIS[cut.operation]
-    return {"x": STILL_A, "z": STILL_A, feed: noise[feed], "spindle": lathe.spindle.noise_A}
+    feeding = {axis: noise[axis] for axis in MOVING[cut.operation]}
+    return {"x": STILL_A, "z": STILL_A, **feeding, "spindle": lathe.spindle.noise_A}
 
 
 def cut_row(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from autodb.virtual.drives import spindle_share
 from autodb.virtual.lathe import Lathe, arm_mm, ranges_A, sensing_A
-from autodb.virtual.process import FEED_AXIS, Array, Cut, Pair, true_forces_N
+from autodb.virtual.process import MOVING, Array, Cut, Pair, true_forces_N
 
 AIR_BEFORE_S, RAMP_S, AIR_AFTER_S = 2.0, 0.2, 1.0
 FEED_HZ_PER_MM_S = 16.0 / 50.0  # 16 Hz at rapid (P1 section 8); rapid of 50 mm/s chosen
@@ -92,12 +92,13 @@ def raw_cut(
 
     The slides' positions are tool travel, mm (x: radius); `work.diameter` follows the tool tip. The
     tool feeds at the same speed in air and in the cut, so the approach gives the air range. The
-    force and the sensing error of the cut are drawn once; the cold drive starts at t = 0.
+    force and the sensing error of the cut are drawn once; the cold drive starts at t = 0. Cuts that
+    feed one slide only.
     """
     process, sensing, waves, reading = (np.random.default_rng([seed, 7, k]) for k in range(4))
     time = clock(cut, rate_hz)
     force_N = lathe.work_factor * true_forces_N(pair, cut, process)
-    feed = FEED_AXIS[cut.operation]
+    (feed,) = MOVING[cut.operation]
 
     # Motion: the feed runs towards -z (turn) or -x (face); facing shrinks the radius
     feed_mm_s = cut.feed_mm * cut.spindle_rpm / 60.0

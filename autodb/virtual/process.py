@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-FEED_AXIS = {"turn": "z", "face": "x"}  # the moving slide; the other one is passive
+MOVING = {"turn": ("z",), "face": ("x",), "taper": ("x", "z")}  # the slides that feed
 REFERENCE_DEPTH_MM = 2.0  # P1, note under Table 2
 REFERENCE_FEED_MM = 0.2  # P1, note under Table 2
 REFERENCE_RPM = 1000.0  # P1, note under Table 2
@@ -57,11 +57,17 @@ class Cut:
     feed_mm: float
     depth_mm: float
     diameter_mm: float
-    operation: str  # a key of FEED_AXIS
+    operation: str  # a key of MOVING
     tool_edge: str
     cutting_time_s: float  # on this edge before the cut
     duration_s: float
     material: str
+    inward_deg: float = 0.0  # a taper's path: from along the axis towards the axis
+
+    @property
+    def entering_rad(self) -> float:
+        """Entering angle against the path: a path that dives towards the axis meets more edge."""
+        return math.radians(ENTERING_DEG + self.inward_deg)
 
     @property
     def spindle_rpm(self) -> float:
@@ -114,14 +120,13 @@ def thrust_angle_rad(depth_mm: float) -> float:
 def mean_forces_N(pair: Pair, cut: Cut) -> Array:
     """Mean force (x, y, z) of the work on the tool without scatter, N, at the middle of the cut.
 
-    With width b = a_p/sin k, chip thickness h = f sin k (k = 93 deg):
+    With width b = a_p/sin k, chip thickness h = f sin k (k = 93 deg, more in a taper):
     F = F0 (b/b0) [chip(h) (1 - s tanh ln(v/v0)) + plough(h) + g VB/VB_end], for the tangential
     force and for the thrust, which splits into feed (cos psi) and passive force (sin psi).
-    Signs (contract): feed along -z (turn) or -x (face), so feed, passive and y are all positive.
     """
-    lean = math.sin(math.radians(ENTERING_DEG))
-    chip_mm, chip_ref_mm = cut.feed_mm * lean, REFERENCE_FEED_MM * lean
-    width = cut.depth_mm / REFERENCE_DEPTH_MM
+    lean, lean_ref = math.sin(cut.entering_rad), math.sin(math.radians(ENTERING_DEG))
+    chip_mm, chip_ref_mm = cut.feed_mm * lean, REFERENCE_FEED_MM * lean_ref
+    width = cut.depth_mm / REFERENCE_DEPTH_MM * lean_ref / lean
     speed = 1.0 - pair.softening * math.tanh(math.log(cut.speed_m_min / pair.reference_m_min))
     time_s = cut.cutting_time_s + 0.5 * cut.duration_s
     worn = flank_wear_mm(pair, cut.tool_edge, time_s) / WORN_MM
@@ -140,13 +145,25 @@ def mean_forces_N(pair: Pair, cut: Cut) -> Array:
 
     # Along the feed and away from the cut surface
     lean_rad = thrust_angle_rad(cut.depth_mm)
-    passive_axis = {"x": "z", "z": "x"}[FEED_AXIS[cut.operation]]
-    force_N = {
-        "y": tangential_N,
-        FEED_AXIS[cut.operation]: thrust_N * math.cos(lean_rad),
-        passive_axis: thrust_N * math.sin(lean_rad),
-    }
-    return np.array([force_N["x"], force_N["y"], force_N["z"]])
+    x_N, z_N = _in_machine_axes(
+        cut, feed_N=thrust_N * math.cos(lean_rad), passive_N=thrust_N * math.sin(lean_rad)
+    )
+    return np.array([x_N, tangential_N, z_N])
+
+
+def _in_machine_axes(cut: Cut, *, feed_N: float, passive_N: float) -> tuple[float, float]:
+    """Force on the tool along x and z, N, from that against the feed and that off the surface.
+
+    Signs (contract): the tool feeds along -z in turning and -x in facing, the surface looks along
+    +x and +z; a taper turns turning's frame by its angle.
+    """
+    if cut.operation == "face":
+        return feed_N, passive_N
+    angle = math.radians(cut.inward_deg)
+    return (
+        passive_N * math.cos(angle) + feed_N * math.sin(angle),
+        feed_N * math.cos(angle) - passive_N * math.sin(angle),
+    )
 
 
 def true_forces_N(pair: Pair, cut: Cut, rng: np.random.Generator) -> Array:

@@ -1,4 +1,4 @@
-"""Writes the demo's recordings: `python -m autodb.virtual.sample DIR`.
+"""Writes the sample jobs' recordings: `python -m autodb.virtual.sample sample_jobs`.
 
 Machine `lathe-1`, pair `steel bar / carbide insert`; a made machine and a chosen material truth.
 The same bytes every time: seeds are fixed, chosen once.
@@ -25,6 +25,7 @@ from autodb.virtual.process import (
     Cut,
     mean_forces_N,
 )
+from autodb.virtual.profiles import contour_week_cuts, facing_week_cuts
 
 SAMPLE_MACHINE = "lathe-1"
 SAMPLE_LATHE = Lathe.draw(1)
@@ -84,7 +85,20 @@ def write_parquet(path: Path, table: Mapping[str, NDArray[Any]]) -> None:
 
 
 def write_sample(folder: Path) -> None:
-    """All recordings of the demo into a folder, which is made if it is not there."""
+    """All recordings of the sample jobs, each into `JOB/recordings` of a folder."""
+    write_shaft(folder / "stepped_shaft" / "recordings")
+    for job, week, seed in (
+        ("facing", facing_week_cuts(), 26),
+        ("contour", contour_week_cuts(), 27),
+    ):
+        recordings = folder / job / "recordings"
+        recordings.mkdir(parents=True, exist_ok=True)
+        table = cut_table(SAMPLE_LATHE, SAMPLE_PAIR, week, seed, False)
+        write_csv(recordings / f"{job}-week.csv", table)
+
+
+def write_shaft(folder: Path) -> None:
+    """The recordings of the stepped shaft, which the demo learns from."""
     folder.mkdir(parents=True, exist_ok=True)
     measured = {
         "standard-cuts": cut_table(SAMPLE_LATHE, SAMPLE_PAIR, standard_cuts(), 21, True),
