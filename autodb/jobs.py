@@ -2,11 +2,15 @@
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from autodb.errors import UnusableInput
+
+Turning = Literal["turn", "face", "taper", "contour"]
+"""Turning operations: along the axis, across it, along a cone, along any profile."""
+OPERATIONS: tuple[str, ...] = get_args(Turning)
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
@@ -16,10 +20,13 @@ class _Section(BaseModel):
 
 
 class JobCut(_Section):
-    """One turning cut; give the spindle speed or the cutting speed."""
+    """One turning cut; give the spindle speed or the cutting speed.
+
+    ``diameter_mm`` is the machined diameter at the tool tip; ``depth_mm`` lies across the feed.
+    """
 
     name: str = ""
-    operation: Literal["turn"] = "turn"
+    operation: Turning = "turn"
     diameter_mm: Positive
     depth_mm: Positive
     feed_mm_rev: Positive

@@ -15,7 +15,13 @@ def init(db: Database = None) -> None:
     from autodb.store import create_store, database_url
 
     url = database_url(db)
-    say(f"{url}: ready" if create_store(url) else f"{url}: already there")
+    done = create_store(url)
+    if not done.changed:
+        say(f"{url}: already there, schema {done.now}")
+    elif done.was is None:
+        say(f"{url}: ready, schema {done.now}")
+    else:
+        say(f"{url}: upgraded from schema {done.was} to {done.now}")
 
 
 @machine.command("add")
