@@ -274,7 +274,9 @@ def test_a_machine_file_gives_the_axes(cli: Cli, refused: Callable[..., str]) ->
     )
     assert cli("init").code == 0
     assert "added (x, z, spindle)" in cli("machine", "add", "m", "--file", "m.toml").out
-    assert "with other axes" in refused("machine", "add", "m")
+    assert "there already and differs (axes.x.carries: work → tool" in refused(
+        "machine", "add", "m"
+    )
     Path("m.toml").write_text('[axes.x]\ncarries = "everything"\n')
     assert "axes.x.carries" in refused("machine", "add", "n", "--file", "m.toml")
 

@@ -67,7 +67,7 @@ class Axis(Base):
     vertical: Mapped[str | None]
     brake: Mapped[bool | None]
     counterweight: Mapped[str | None]
-    counterweight_N: Mapped[float | None]
+    counterweight_force_N: Mapped[float | None]
     rated_A: Mapped[float | None]
     screw_pitch_mm: Mapped[float | None]
     gear_ratio: Mapped[float | None]

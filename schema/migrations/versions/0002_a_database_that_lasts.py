@@ -150,7 +150,7 @@ def _added() -> dict[str, list[sa.Column[Any]]]:
         "axis": [
             *_maybe(TEXT, "carried_by", "vertical", "counterweight", *constant),
             *_maybe(TRUTH, "brake"),
-            *_maybe(REAL, "moved_mass_kg", "counterweight_N", "rated_A", "screw_pitch_mm"),
+            *_maybe(REAL, "moved_mass_kg", "counterweight_force_N", "rated_A", "screw_pitch_mm"),
             *_maybe(REAL, "gear_ratio", "limit_force_N", "limit_torque_N_m"),
             *_maybe(REAL, "limit_speed_mm_min", "limit_speed_rpm", "travel_low_mm"),
             *_maybe(REAL, "travel_high_mm", "torque_constant_N_m_A", "torque_constant_lower"),
