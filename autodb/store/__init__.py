@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from sqlalchemy import Connection, Engine, create_engine, event, inspect
-from sqlalchemy.engine import make_url
+from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError, DatabaseError
 from sqlalchemy.orm import Session
 
@@ -58,8 +58,8 @@ class Store:
         self.engine.dispose()
 
 
-def open_store(url: str) -> Store:
-    """Open an existing database at the schema of this version.
+def open_store(url: str, *, any_schema: bool = False) -> Store:
+    """Open an existing database at the schema of this version, or at any.
 
     Raises UnusableInput when there is none, it is no database, or its schema is another.
     """
@@ -69,7 +69,7 @@ def open_store(url: str) -> Store:
     found = _revision(engine, url)
     if found is None:
         raise UnusableInput(f"{url}: no autodb database; 'autodb init' makes one")
-    if found != head():
+    if found != head() and not any_schema:
         raise UnusableInput(f"{url}: schema {found}, this version needs {head()}: 'autodb init'")
     return Store(engine)
 
@@ -92,8 +92,7 @@ def create_store(url: str) -> Created:
 
     Raises UnusableInput when it is no database of ours, or one of a later version.
     """
-    if make_url(url).database in (None, "", ":memory:"):
-        raise UnusableInput(f"{url}: a database in memory keeps nothing; {DEFAULT_URL} would work")
+    file_of(url)
     engine = _engine(url)
     try:
         found = _revision(engine, url)
@@ -136,14 +135,29 @@ def migrate(url: str, revision: str) -> None:
         engine.dispose()
 
 
-def _engine(url: str, *, foreign_keys: bool = True) -> Engine:
+def file_of(url: str) -> Path:
+    """Return the file of a database, there or not.
+
+    Raises UnusableInput when the URL is none of SQLite, or means a database in memory.
+    """
+    database = _parsed(url).database
+    if database in (None, "", ":memory:"):
+        raise UnusableInput(f"{url}: a database in memory keeps nothing; {DEFAULT_URL} would work")
+    return Path(str(database))
+
+
+def _parsed(url: str) -> URL:
     try:
         parsed = make_url(url)
     except ArgumentError:
         raise UnusableInput(f"'{url}' is no database URL; {DEFAULT_URL} would work") from None
     if parsed.get_backend_name() != "sqlite":
         raise UnusableInput(f"'{url}': only SQLite is supported; {DEFAULT_URL} would work")
-    engine = create_engine(parsed)
+    return parsed
+
+
+def _engine(url: str, *, foreign_keys: bool = True) -> Engine:
+    engine = create_engine(_parsed(url))
     event.listen(engine, "connect", partial(_on_connect, foreign_keys))
     event.listen(engine, "begin", _on_begin)
     return engine
