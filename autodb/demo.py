@@ -8,7 +8,7 @@ from pathlib import Path
 from autodb.agent.calibrating import calibrate_machine, keep_model
 from autodb.agent.explaining import explain_with_machine
 from autodb.agent.importing import import_file
-from autodb.agent.machines import LATHE, add_machine
+from autodb.agent.machines import add_machine
 from autodb.agent.predicting import Predicted, predict_job
 from autodb.agent.refreshing import refresh
 from autodb.agent.reporting import machine_page
@@ -18,6 +18,7 @@ from autodb.explain.answer import Explained
 from autodb.explain.files import write_answer
 from autodb.explain.report import explanation_fragment
 from autodb.jobs import read_job
+from autodb.machinefile import LATHE
 from autodb.page import render_page
 from autodb.records import Recording, read
 from autodb.sensing.drives import identify

@@ -53,14 +53,15 @@ def force_N(feed_mm: Array, depth_mm: Array, parameters: Parameters) -> tuple[Ar
 
 
 def predict(cut: JobCut, parameters: dict[str, Parameters]) -> PredictedCut:
-    """Predict one job cut from the pair's parameters by component (x, y, z)."""
+    """Predict one job cut from the pair's parameters in its operation, by component (x, y, z)."""
     feed, depth = np.array([cut.feed_mm_rev]), np.array([cut.depth_mm])
     forces = {
         component: _interval(*force_N(feed, depth, known))
         for component, known in parameters.items()
     }
     tangential = forces.get("y")
-    radius_mm = turning.effective_radius_mm(np.array([cut.diameter_mm]), depth)
+    facing = np.array([cut.operation == "face"])
+    radius_mm = turning.effective_radius_mm(np.array([cut.diameter_mm]), depth, facing=facing)
     speed = _speeds(cut)
     return PredictedCut(
         name=cut.name,

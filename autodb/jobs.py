@@ -1,25 +1,25 @@
 """Job files (TOML): the cuts of a part that a planner wants forces for."""
 
-import tomllib
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from autodb.errors import UnusableInput
+from autodb.tomlfile import Positive, Section, read_toml
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-
-
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+Turning = Literal["turn", "face", "taper", "contour"]
+"""Turning operations: along the axis, across it, along a cone, along any profile."""
+OPERATIONS: tuple[str, ...] = get_args(Turning)
 
 
-class JobCut(_Section):
-    """One turning cut; give the spindle speed or the cutting speed."""
+class JobCut(Section):
+    """One turning cut; give the spindle speed or the cutting speed.
+
+    ``diameter_mm`` is the machined diameter at the tool tip; ``depth_mm`` lies across the feed.
+    """
 
     name: str = ""
-    operation: Literal["turn"] = "turn"
+    operation: Turning = "turn"
     diameter_mm: Positive
     depth_mm: Positive
     feed_mm_rev: Positive
@@ -33,7 +33,7 @@ class JobCut(_Section):
         return self
 
 
-class Job(_Section):
+class Job(Section):
     """A job: machine, material, tool, and its cuts in order."""
 
     name: str
@@ -47,15 +47,4 @@ def read_job(path: Path) -> Job:
 
     Raises UnusableInput with file and key.
     """
-    try:
-        raw = tomllib.loads(path.read_text(encoding="utf-8"))
-        return Job.model_validate(raw)
-    except FileNotFoundError:
-        raise UnusableInput(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise UnusableInput(f"{path}: not a readable TOML file ({error})") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part + 1 if isinstance(part, int) else part) for part in first["loc"])
-        message = first["msg"].removeprefix("Value error, ")
-        raise UnusableInput(f"{path}: {where}: {message}") from None
+    return read_toml(path, Job)

@@ -21,9 +21,10 @@ from sqlalchemy import event, select
 
 from autodb.agent.calibrating import calibrate_machine
 from autodb.agent.importing import import_file
-from autodb.agent.machines import LATHE, add_machine
+from autodb.agent.machines import add_machine
 from autodb.agent.refreshing import refresh
 from autodb.assets import kit
+from autodb.machinefile import LATHE
 from autodb.store import Store, create_store, models, open_store
 
 MACHINE = "lathe-1"

@@ -52,7 +52,7 @@ def test_repeats_say_already_there(learnt: Cli, recordings: Path) -> None:
         done = learnt(*arguments)
         assert done.code == 0
         assert says in done.out
-    assert len(_rows(models.CuttingParameters)) == 2
+    assert len(_rows(models.CuttingParameters)) == 4  # y and the fed axis, in turning and facing
 
 
 def test_raw_phase_currents_give_the_same_ranges_as_the_cut_table(
@@ -91,7 +91,7 @@ def test_a_new_calibration_makes_new_parameters(learnt: Cli, recordings: Path) -
     done = learnt("refresh", "--machine", "lathe-1")
     assert "version 2" in done.out
     rows = [r for r in _rows(models.CuttingParameters) if isinstance(r, models.CuttingParameters)]
-    assert [r.previous_id for r in rows if r.version == 2] == [None, None]
+    assert [r.previous_id for r in rows if r.version == 2] == [None] * 4
 
 
 def test_new_cuts_build_on_the_last_version(learnt: Cli, recordings: Path) -> None:
@@ -274,7 +274,9 @@ def test_a_machine_file_gives_the_axes(cli: Cli, refused: Callable[..., str]) ->
     )
     assert cli("init").code == 0
     assert "added (x, z, spindle)" in cli("machine", "add", "m", "--file", "m.toml").out
-    assert "with other axes" in refused("machine", "add", "m")
+    assert "there already and differs (axes.x.carries: work → tool" in refused(
+        "machine", "add", "m"
+    )
     Path("m.toml").write_text('[axes.x]\ncarries = "everything"\n')
     assert "axes.x.carries" in refused("machine", "add", "n", "--file", "m.toml")
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import alembic.op
 import pytest
-from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from sqlalchemy import inspect, select
@@ -15,7 +14,7 @@ from sqlalchemy.exc import IntegrityError
 
 from autodb import store as stores
 from autodb.errors import UnusableInput
-from autodb.store import Store, create_store, models, open_store
+from autodb.store import Store, create_store, head, migrate, models, open_store
 
 
 @pytest.fixture
@@ -32,8 +31,8 @@ def store(url: str) -> Iterator[Store]:
 
 
 def test_creating_twice_changes_nothing(url: str) -> None:
-    assert create_store(url)
-    assert not create_store(url)
+    assert create_store(url).was is None
+    assert not create_store(url).changed
 
 
 def test_the_migrations_make_the_tables_of_the_models(store: Store) -> None:
@@ -42,14 +41,11 @@ def test_the_migrations_make_the_tables_of_the_models(store: Store) -> None:
         assert compare_metadata(context, models.Base.metadata) == []
 
 
-def test_the_migrations_go_down_and_up_again(store: Store) -> None:
-    with store.engine.connect().execution_options(autodb_writes=True) as connection:
-        command.downgrade(stores._alembic(connection), "base")
-        connection.commit()
+def test_the_migrations_go_down_and_up_again(store: Store, url: str) -> None:
+    migrate(url, "0001")
+    migrate(url, "base")
     assert inspect(store.engine).get_table_names() == ["alembic_version"]
-    with store.engine.connect().execution_options(autodb_writes=True) as connection:
-        command.upgrade(stores._alembic(connection), "head")
-        connection.commit()
+    migrate(url, head())
     assert "machine" in inspect(store.engine).get_table_names()
 
 

@@ -12,7 +12,7 @@ from autodb.agent.calibrating import as_calibration, latest_calibration
 from autodb.agent.importing import cuts_as_table, import_file
 from autodb.agent.machines import find_machine, signed
 from autodb.agent.predicting import pair_parameters
-from autodb.agent.refreshing import as_parameters
+from autodb.agent.refreshing import as_parameters, operation_of
 from autodb.channels import effort_channels
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
@@ -76,14 +76,15 @@ def simulate_cuts(
 ) -> tuple[CutTable, CutTable]:
     """Return the sensed forces of cuts, and the forces that the pairs' parameters predict.
 
-    Both hold the components that are sensed and known in every cut; cuts of pairs not learnt yet
-    are left out. Raises UnusableInput when nothing is left.
+    Both hold the components that are sensed and known in every cut; cuts of pairs and operations
+    not learnt yet are left out. Raises UnusableInput when nothing is left.
     """
     by_pair = {
-        pair_id: pair_parameters(session, owner.id, pair_id)
-        for pair_id in {cut.pair_id for cut in cuts if cut.pair_id is not None}
+        (pair_id, operation): pair_parameters(session, owner.id, pair_id, operation)
+        for pair_id, operation in {(cut.pair_id, operation_of(cut)) for cut in cuts}
+        if pair_id is not None
     }
-    kept = [cut for cut in cuts if cut.pair_id is not None and by_pair[cut.pair_id]]
+    kept = [c for c in cuts if c.pair_id is not None and by_pair[c.pair_id, operation_of(c)]]
     if not kept:
         raise UnusableInput("no cut of a work-tool pair that the machine has learnt; refresh first")
     table = cuts_as_table(kept, path=Path(kept[0].recording.path))
@@ -111,13 +112,13 @@ def simulate_cuts(
 def _predict(
     table: CutTable,
     cuts: list[models.Cut],
-    by_pair: dict[int, dict[str, models.CuttingParameters]],
+    by_pair: dict[tuple[int, str], dict[str, models.CuttingParameters]],
     component: str,
 ) -> Array:
     mean = np.full(len(table), np.nan)
-    for pair_id, parameters in by_pair.items():
+    for pair, parameters in by_pair.items():
         if component in parameters:
-            rows = np.array([cut.pair_id == pair_id for cut in cuts])
+            rows = np.array([(cut.pair_id, operation_of(cut)) == pair for cut in cuts])
             feed, depth = table["cutting.feed"][rows], table["cutting.depth"][rows]
             mean[rows] = forward.force_N(feed, depth, as_parameters(parameters[component]))[0]
     return mean
@@ -144,5 +145,10 @@ def _keep(store: Store, recording_id: int, explained: Explained) -> None:
                         confidence=cause.confidence,
                         parameters=values,
                         statement=cause.statement,
+                        alternatives=list(cause.alternatives),
+                        variables=list(cause.variables),
+                        intervals=[list(interval) for interval in answer.where.intervals],
+                        regime=[regime.model_dump() for regime in answer.where.regime],
+                        to_tell_apart=cause.to_tell_apart,
                     )
                 )

@@ -160,7 +160,10 @@ def _pair_id(session: Session, texts: dict[str, str], side: SideFile) -> int | N
     return pair.id
 
 
-_GEOMETRY = ("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg")
+_GEOMETRY = (
+    *("diameter_mm", "teeth", "helix_deg"),
+    *("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg"),
+)
 
 
 def cuts_as_table(cuts: list[models.Cut], *, path: Path) -> CutTable:

@@ -1,74 +1,181 @@
 """Machines in the database."""
 
-import tomllib
 from dataclasses import replace
-from pathlib import Path
-from typing import Literal
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
+from sqlalchemy.orm.attributes import flag_modified
 
 from autodb.errors import UnusableInput, near
+from autodb.machinefile import AxisFile, Gear, Limits, MachineFile, SpindleFile, flat
 from autodb.records import Recording
 from autodb.store import Store, models
+from autodb.tomlfile import Reference
 
-
-class AxisFile(BaseModel):
-    """One axis of a machine file."""
-
-    model_config = ConfigDict(extra="forbid")
-    carries: Literal["tool", "work"] = "tool"
-    current_sign: Literal[-1, 1] = 1
-
-
-class MachineFile(BaseModel):
-    """A machine file (TOML): the driven axes by name."""
-
-    model_config = ConfigDict(extra="forbid")
-    axes: dict[str, AxisFile]
-
-
-LATHE = MachineFile(
-    axes={"x": AxisFile(), "z": AxisFile(), "spindle": AxisFile(carries="work")},
+_MACHINE = ("dialect", "units", "diameter")
+_AXIS = (
+    *("carries", "current_sign", "carried_by", "moved_mass_kg", "vertical", "brake"),
+    *("counterweight", "counterweight_force_N", "rated_A", "screw_pitch_mm", "gear_ratio"),
 )
-"""What `machine add NAME` takes without a file: a two-axis lathe."""
-
-
-def read_machine_file(path: Path) -> MachineFile:
-    """Read a machine file; raises UnusableInput with file and key."""
-    try:
-        return MachineFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise UnusableInput(f"{path}: not a readable TOML file ({error})") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise UnusableInput(f"{path}: {where}: {first['msg']}") from None
+_LIMITS = {
+    "force_N": "limit_force_N",
+    "torque_N_m": "limit_torque_N_m",
+    "speed_mm_min": "limit_speed_mm_min",
+    "speed_rpm": "limit_speed_rpm",
+    "travel_low_mm": "travel_low_mm",
+    "travel_high_mm": "travel_high_mm",
+}
+_CONSTANT = {
+    "value": "torque_constant_N_m_A",
+    **{key: f"torque_constant_{key}" for key in ("lower", "upper", "source", "status", "date")},
+}
+_GEAR = ("name", "low_rpm", "high_rpm", "base_speed_rpm")
+NOT_STATED = "not stated"
 
 
 def add_machine(store: Store, name: str, file: MachineFile) -> bool:
-    """Add a machine with its axes; False when it is there already with the same axes.
+    """Add a machine; False when it is there already and its file says the same.
 
-    Raises UnusableInput when it is there with other axes.
+    Raises UnusableInput when it is there and the file says something else.
     """
     if not name.strip():
         raise UnusableInput("a machine needs a name; 'lathe-1' would work")
-    if not file.axes:
-        raise UnusableInput("a machine needs axes; '[axes.z]' in its file would work")
-    wanted = {axis: (a.carries, a.current_sign) for axis, a in file.axes.items()}
     with store.writing() as session:
         existing = session.scalar(select(models.Machine).where(models.Machine.name == name))
         if existing is not None:
-            have = {axis.name: (axis.carries, axis.current_sign) for axis in existing.axes}
-            if have != wanted:
-                raise UnusableInput(f"machine '{name}' is there already with other axes: {have}")
+            changes = _changes(as_file(existing), file)
+            if changes:
+                raise UnusableInput(
+                    f"machine '{name}' is there already and differs ({'; '.join(changes[:3])}); "
+                    f"'autodb machine update {name} --file FILE' changes it"
+                )
             return False
         machine = models.Machine(name=name)
-        for axis, (carries, sign) in wanted.items():
-            machine.axes.append(models.Axis(name=axis, carries=carries, current_sign=sign))
+        _write(machine, file)
         session.add(machine)
     return True
+
+
+def update_machine(store: Store, name: str, file: MachineFile) -> list[str]:
+    """Make a machine what a file says; return what changed, one line each.
+
+    Raises UnusableInput when an axis would go that something was learnt on, or the sign of a
+    current would change under recordings that were imported with it.
+    """
+    with store.writing() as session:
+        machine = find_machine(session, name)
+        before = as_file(machine)
+        changes = _changes(before, file)
+        if not changes:
+            return []
+        _refuse_what_would_break(session, machine, before, file)
+        _write(machine, file)
+        flag_modified(machine, "name")  # the machine's version counts changes of its axes too
+    return changes
+
+
+def _changes(before: MachineFile, after: MachineFile) -> list[str]:
+    old, new = flat(before), flat(after)
+    return [
+        f"{key}: {old.get(key, NOT_STATED)} → {new.get(key, NOT_STATED)}"
+        for key in dict.fromkeys([*old, *new])
+        if old.get(key) != new.get(key)
+    ]
+
+
+def _refuse_what_would_break(
+    session: Session, machine: models.Machine, before: MachineFile, after: MachineFile
+) -> None:
+    for axis in before.axes:
+        learnt = _learnt_on(session, machine.id, axis)
+        if axis not in after.axes and learnt:
+            raise UnusableInput(
+                f"machine '{machine.name}': axis '{axis}' has {learnt} and cannot be removed; "
+                f"a file with [axes.{axis}] would work"
+            )
+    recorded = session.scalar(
+        select(func.count(models.Recording.id)).where(models.Recording.machine_id == machine.id)
+    )
+    for axis, said in after.axes.items():
+        was = before.axes.get(axis, said)
+        if recorded and said.current_sign != was.current_sign:
+            raise UnusableInput(
+                f"machine '{machine.name}': axes.{axis}.current_sign cannot change after an import "
+                f"({recorded} recordings took {was.current_sign}); a machine of another name would "
+                "work"
+            )
+
+
+def _learnt_on(session: Session, machine_id: int, axis: str) -> str:
+    """Return how many calibrations and models an axis has, in words; empty for none."""
+    found = []
+    for table, what in ((models.Calibration, "calibrations"), (models.ChannelModel, "models")):
+        n = session.scalar(
+            select(func.count(table.id)).where(table.machine_id == machine_id, table.axis == axis)
+        )
+        if n:
+            found.append(f"{n} {what}")
+    return " and ".join(found)
+
+
+def _write(machine: models.Machine, file: MachineFile) -> None:
+    """Set every column of a machine, its axes and gears from a file."""
+    for name in _MACHINE:
+        setattr(machine, name, getattr(file, name))
+    machine.rotary_order = None if file.rotary_order is None else list(file.rotary_order)
+    machine.base_speed_rpm = file.spindle.base_speed_rpm
+    machine.max_speed_rpm = file.spindle.max_speed_rpm
+    have = {axis.name: axis for axis in machine.axes}
+    rows = [have.get(name) or models.Axis(name=name) for name in file.axes]
+    for row, axis in zip(rows, file.axes.values(), strict=True):
+        for column, value in _axis_columns(axis).items():
+            setattr(row, column, value)
+    machine.axes = rows
+    gears = {gear.name: gear for gear in machine.gears}
+    machine.gears = [gears.get(gear.name) or models.GearRange() for gear in file.spindle.gear]
+    for gear_row, gear in zip(machine.gears, file.spindle.gear, strict=True):
+        for name in _GEAR:
+            setattr(gear_row, name, getattr(gear, name))
+
+
+def _axis_columns(axis: AxisFile) -> dict[str, Any]:
+    constant = axis.torque_constant_N_m_A
+    return {
+        **{name: getattr(axis, name) for name in _AXIS},
+        **{column: getattr(axis.limits, key) for key, column in _LIMITS.items()},
+        **{
+            column: None if constant is None else getattr(constant, key)
+            for key, column in _CONSTANT.items()
+        },
+    }
+
+
+def as_file(machine: models.Machine) -> MachineFile:
+    """Return what is stored of a machine as its file would say it."""
+    return MachineFile.model_validate(
+        {
+            **{name: getattr(machine, name) for name in _MACHINE},
+            "rotary_order": machine.rotary_order,
+            "spindle": SpindleFile(
+                base_speed_rpm=machine.base_speed_rpm,
+                max_speed_rpm=machine.max_speed_rpm,
+                gear=tuple(
+                    Gear(**{name: getattr(gear, name) for name in _GEAR}) for gear in machine.gears
+                ),
+            ),
+            "axes": {axis.name: _as_axis_file(axis) for axis in machine.axes},
+        }
+    )
+
+
+def _as_axis_file(axis: models.Axis) -> AxisFile:
+    limits = Limits(**{key: getattr(axis, column) for key, column in _LIMITS.items()})
+    constant = None
+    if axis.torque_constant_N_m_A is not None:
+        constant = Reference(**{key: getattr(axis, column) for key, column in _CONSTANT.items()})
+    own = {name: getattr(axis, name) for name in _AXIS}
+    return AxisFile(**own, limits=limits, torque_constant_N_m_A=constant)
 
 
 def signed(recording: Recording, machine: models.Machine) -> Recording:

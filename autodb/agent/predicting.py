@@ -7,58 +7,91 @@ from sqlalchemy.orm import Session
 
 from autodb import forward
 from autodb.agent.machines import find_machine
-from autodb.agent.refreshing import as_parameters, chain, latest_parameters, pair_name
+from autodb.agent.refreshing import (
+    as_parameters,
+    chain,
+    latest_parameters,
+    operations_of,
+    pair_name,
+)
 from autodb.cutting.law import COMPONENTS
 from autodb.errors import UnusableInput
 from autodb.forward import PredictedCut
 from autodb.jobs import Job
 from autodb.store import Store, models
 
+Behind = dict[str, dict[str, models.CuttingParameters]]
+
 
 @dataclass(frozen=True)
 class Predicted:
-    """The answer for a job: a row per cut, and per component the version and the cuts behind it."""
+    """The answer for a job: a row per cut; ``behind``: version and cuts by operation, component."""
 
     prediction_id: int
     job: Job
     cuts: tuple[PredictedCut, ...]
-    behind: dict[str, tuple[int, int]]
+    behind: dict[str, dict[str, tuple[int, int]]]
     notes: tuple[str, ...] = ()
 
 
 def predict_job(store: Store, machine: str, job: Job) -> Predicted:
     """Predict every cut of a job; the prediction is stored with the parameter versions it used.
 
-    Raises UnusableInput when the machine has not learnt the pair.
+    Raises UnusableInput when the machine has not learnt the pair, or an operation of the job.
     """
     with store.writing() as session:
         owner = find_machine(session, machine)
         pair = _pair(session, machine, job)
-        rows = pair_parameters(session, owner.id, pair.id)
-        if not rows:
-            raise UnusableInput(
-                f"machine '{machine}' has no parameters for {pair_name(pair)} yet; "
-                "import cuts of it and run 'autodb refresh'"
-            )
-        known = {component: as_parameters(row) for component, row in rows.items()}
-        cuts = tuple(forward.predict(cut, known) for cut in job.cut)
+        rows = _behind(session, owner, pair, job)
+        known = {
+            operation: {component: as_parameters(row) for component, row in found.items()}
+            for operation, found in rows.items()
+        }
+        cuts = tuple(forward.predict(cut, known[cut.operation]) for cut in job.cut)
         stored = models.Prediction(
             machine_id=owner.id,
             job=job.model_dump(mode="json"),
             cuts=[asdict(cut) for cut in cuts],
-            parameters=list(rows.values()),
+            parameters=[row for found in rows.values() for row in found.values()],
         )
         session.add(stored)
         session.flush()
-        behind = {component: (row.version, row.n_cuts) for component, row in rows.items()}
-        return Predicted(stored.id, job, cuts, behind, tuple(_outside(job, list(rows.values()))))
+        behind = {
+            operation: {component: (row.version, row.n_cuts) for component, row in found.items()}
+            for operation, found in rows.items()
+        }
+        return Predicted(stored.id, job, cuts, behind, tuple(_outside(job, rows)))
 
 
-def _outside(job: Job, rows: list[models.CuttingParameters]) -> list[str]:
-    """Say which cuts lie outside the depths and feeds that the pair was learnt from."""
-    learnt = [f.cut.conditions for row in rows for version in chain(row) for f in version.forces]
+def _behind(session: Session, owner: models.Machine, pair: models.Pair, job: Job) -> Behind:
+    """Return the newest parameters for each operation of a job, by component."""
+    rows: Behind = {}
+    for operation in dict.fromkeys(cut.operation for cut in job.cut):
+        rows[operation] = pair_parameters(session, owner.id, pair.id, operation)
+        if rows[operation]:
+            continue
+        cut = operations_of(session, owner.id, pair.id)
+        if operation in cut or not cut:
+            raise UnusableInput(
+                f"machine '{owner.name}' has no parameters for {pair_name(pair)} yet "
+                f"(operation '{operation}'); import cuts of it and run 'autodb refresh'"
+            )
+        raise UnusableInput(
+            f"machine '{owner.name}' has never cut {pair_name(pair)} in operation '{operation}'; "
+            f"it has cut: {', '.join(cut)}"
+        )
+    return rows
+
+
+def _outside(job: Job, rows: Behind) -> list[str]:
+    """Say which cuts lie outside the depths and feeds that their operation was learnt from."""
+    conditions_of = {
+        operation: [f.cut.conditions for r in found.values() for v in chain(r) for f in v.forces]
+        for operation, found in rows.items()
+    }
     notes = []
     for number, cut in enumerate(job.cut, start=1):
+        learnt = conditions_of[cut.operation]
         for what, channel, value, unit in (
             ("depth", "cutting.depth", cut.depth_mm, "mm"),
             ("feed", "cutting.feed", cut.feed_mm_rev, "mm/rev"),
@@ -74,10 +107,10 @@ def _outside(job: Job, rows: list[models.CuttingParameters]) -> list[str]:
 
 
 def pair_parameters(
-    session: Session, machine_id: int, pair_id: int
+    session: Session, machine_id: int, pair_id: int, operation: str
 ) -> dict[str, models.CuttingParameters]:
-    """Return the newest parameters of a pair by component; a component never felt is left out."""
-    found = {c: latest_parameters(session, machine_id, pair_id, c) for c in COMPONENTS}
+    """Return a pair's newest parameters in an operation; a component never felt is left out."""
+    found = {c: latest_parameters(session, machine_id, pair_id, operation, c) for c in COMPONENTS}
     return {component: row for component, row in found.items() if row is not None}
 
 

@@ -9,19 +9,21 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from sqlalchemy import Select, exists, func, select
+from sqlalchemy import ColumnElement, Select, exists, func, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.calibrating import as_calibration, latest_calibration
 from autodb.agent.importing import cuts_as_table
 from autodb.agent.machines import find_machine
+from autodb.cutting import law
 from autodb.fitting import Gaussian
 from autodb.inverse import Parameters, SensedCuts, learn
+from autodb.jobs import OPERATIONS
 from autodb.sensing import ranges
 from autodb.store import Store, models
 
-LEARNT_OPERATIONS = ("turn", None)
-"""Operations whose cuts the law is learnt from; the law holds per operation's geometry."""
+UNSAID_OPERATION = "turn"
+"""What a cut counts as that does not say its operation."""
 
 RANGE_ESTIMATOR = "range"
 NO_ESTIMATOR = "none"
@@ -29,7 +31,7 @@ NO_ESTIMATOR = "none"
 
 @dataclass
 class Refreshed:
-    """What a refresh did: forces, versions as (pair, component, version, cuts), what it left."""
+    """What a refresh did: forces; versions as (pair and operation, component, version, cuts)."""
 
     sensed: int = 0
     not_sensed: int = 0
@@ -55,10 +57,11 @@ def refresh(
         _note_unsensed(session, owner.id, {row.component for row in calibrations}, done)
         session.flush()
         for pair in session.scalars(_pairs(owner.id)):
-            for row in calibrations:
-                if progress:
-                    progress(f"updating {pair_name(pair)}, force.{row.component}")
-                _update_pair(session, owner.id, pair, row, done)
+            for operation in operations_of(session, owner.id, pair.id):
+                for row in calibrations:
+                    if progress:
+                        progress(f"updating {pair_name(pair)}, {operation}, force.{row.component}")
+                    _update_pair(session, pair, row, done, operation=operation)
     return done
 
 
@@ -151,10 +154,27 @@ def _pairs(machine_id: int) -> Select[models.Pair]:
     return select(models.Pair).where(models.Pair.id.in_(ids)).order_by(models.Pair.id)
 
 
+def operation_of(cut: models.Cut) -> str:
+    """Return the operation of a cut; one that does not say it counts as turning."""
+    return cut.operation or UNSAID_OPERATION
+
+
+def operations_of(session: Session, machine_id: int, pair_id: int) -> list[str]:
+    """Return the turning operations in which a machine has cut a pair, in a fixed order."""
+    query = (
+        select(models.Cut.operation)
+        .join(models.Recording)
+        .where(models.Recording.machine_id == machine_id, models.Cut.pair_id == pair_id)
+        .distinct()
+    )
+    cut = {operation or UNSAID_OPERATION for operation in session.scalars(query)}
+    return [operation for operation in OPERATIONS if operation in cut]
+
+
 def forces_of_pair(
-    session: Session, machine_id: int, pair_id: int, calibration_id: int
+    session: Session, machine_id: int, pair_id: int, operation: str, calibration_id: int
 ) -> list[models.SensedForce]:
-    """Return the forces that a calibration felt on a pair in learnt operations, oldest first."""
+    """Return the forces that a calibration felt on a pair in one operation, oldest first."""
     query = (
         select(models.SensedForce)
         .join(models.Cut)
@@ -170,7 +190,7 @@ def forces_of_pair(
     return [
         force
         for force in session.scalars(query)
-        if force.cut.operation in LEARNT_OPERATIONS
+        if operation_of(force.cut) == operation
         and {"cutting.feed", "cutting.depth"} <= set(force.cut.conditions)
     ]
 
@@ -189,26 +209,30 @@ def as_sensed_cuts(forces: list[models.SensedForce], row: models.Calibration) ->
 
 def _update_pair(
     session: Session,
-    machine_id: int,
     pair: models.Pair,
     row: models.Calibration,
     done: Refreshed,
+    *,
+    operation: str,
 ) -> None:
-    """Add a version when the pair has forces that its last version has not seen."""
-    forces = forces_of_pair(session, machine_id, pair.id, row.id)
-    last = latest_parameters(session, machine_id, pair.id, row.component)
+    """Add a version when the pair has forces in this operation that its last one has not seen."""
+    machine_id = row.machine_id
+    forces = forces_of_pair(session, machine_id, pair.id, operation, row.id)
+    last = latest_parameters(session, machine_id, pair.id, operation, row.component)
     seen = _seen(last) if last is not None and _calibration_of(last) == row.id else None
     fresh = [force for force in forces if seen is None or force.id not in seen]
     if not fresh:
         return
     learnt = learn(as_sensed_cuts(forces, row))
-    version = 1 if last is None else last.version + 1
+    version = _newest_version(session, machine_id, pair.id, operation, row.component) + 1
     session.add(
         models.CuttingParameters(
             machine_id=machine_id,
             pair_id=pair.id,
+            operation=operation,
             component=row.component,
             version=version,
+            law=law.NAME,
             mean=learnt.belief.mean.tolist(),
             covariance=learnt.belief.covariance.tolist(),
             process_share=learnt.process_share,
@@ -218,29 +242,41 @@ def _update_pair(
             forces=fresh,
         )
     )
-    done.versions.append((pair_name(pair), row.component, version, learnt.n_cuts))
+    name = f"{pair_name(pair)}, {operation}"
+    done.versions.append((name, row.component, version, learnt.n_cuts))
 
 
 def latest_parameters(
-    session: Session, machine_id: int, pair_id: int, component: str
+    session: Session, machine_id: int, pair_id: int, operation: str, component: str
 ) -> models.CuttingParameters | None:
-    """Return the newest version of a pair's parameters for one component."""
-    newest = (
-        select(func.max(models.CuttingParameters.version))
-        .where(
-            models.CuttingParameters.machine_id == machine_id,
-            models.CuttingParameters.pair_id == pair_id,
-            models.CuttingParameters.component == component,
-        )
-        .scalar_subquery()
-    )
+    """Return the newest version of a pair's parameters that was not taken back."""
     return session.scalar(
-        select(models.CuttingParameters).where(
-            models.CuttingParameters.machine_id == machine_id,
-            models.CuttingParameters.pair_id == pair_id,
-            models.CuttingParameters.component == component,
-            models.CuttingParameters.version == newest,
+        select(models.CuttingParameters)
+        .where(
+            *_key(machine_id, pair_id, operation, component),
+            models.CuttingParameters.undone_at.is_(None),
         )
+        .order_by(models.CuttingParameters.version.desc())
+        .limit(1)
+    )
+
+
+def _newest_version(
+    session: Session, machine_id: int, pair_id: int, operation: str, component: str
+) -> int:
+    """Return the highest version number in use, also of versions taken back; 0: none yet."""
+    newest = select(func.max(models.CuttingParameters.version))
+    return session.scalar(newest.where(*_key(machine_id, pair_id, operation, component))) or 0
+
+
+def _key(
+    machine_id: int, pair_id: int, operation: str, component: str
+) -> tuple[ColumnElement[bool], ...]:
+    return (
+        models.CuttingParameters.machine_id == machine_id,
+        models.CuttingParameters.pair_id == pair_id,
+        models.CuttingParameters.operation == operation,
+        models.CuttingParameters.component == component,
     )
 
 

@@ -15,7 +15,6 @@ from autodb.agent.refreshing import (
     as_sensed_cuts,
     chain,
     forces_of_pair,
-    latest_parameters,
     pair_name,
 )
 from autodb.agent.tracing import Node, trace
@@ -36,9 +35,12 @@ def machine_page(store: Store, machine: str, prediction_id: int) -> Page:
     with store.reading() as session:
         owner = find_machine(session, machine)
         prediction = session.get_one(models.Prediction, prediction_id)
-        parameters = sorted(prediction.parameters, key=lambda row: row.component)
+        parameters = sorted(prediction.parameters, key=lambda row: (row.operation, row.component))
+        several = len({row.operation for row in parameters}) > 1
         forces = [_forces(session, owner.id, row) for row in parameters]
-        components = [row.component for row in parameters]
+        components = [
+            f"{row.component} ({row.operation})" if several else row.component for row in parameters
+        ]
         checks = [_check(c, f) for c, f in zip(components, forces, strict=True)]
         return Page(
             machine=machine,
@@ -112,8 +114,7 @@ def _forces(session: Session, machine_id: int, row: models.CuttingParameters) ->
     """Return the sensed cuts behind a version of a pair's parameters, oldest first."""
     calibration = chain(row)[-1].forces[0].calibration
     assert calibration is not None  # parameters are learnt from calibrated forces
-    assert latest_parameters(session, machine_id, row.pair_id, row.component) is not None
-    forces = forces_of_pair(session, machine_id, row.pair_id, calibration.id)
+    forces = forces_of_pair(session, machine_id, row.pair_id, row.operation, calibration.id)
     return as_sensed_cuts(forces, calibration)
 
 

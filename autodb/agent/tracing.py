@@ -8,7 +8,7 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from autodb.agent.refreshing import chain, pair_name
-from autodb.cutting.law import PARAMETER_UNITS, PARAMETERS
+from autodb.cutting.law import COMPONENTS, PARAMETER_UNITS, PARAMETERS
 from autodb.errors import UnusableInput, near
 from autodb.store import Store, models
 
@@ -68,8 +68,8 @@ def _parameters(session: Session, row: models.CuttingParameters) -> Node:
         )
     )
     node = Node(
-        f"parameters {row.id}: {pair_name(row.pair)}, force.{row.component}, "
-        f"version {row.version}: {values}, {row.n_cuts} cuts"
+        f"parameters {row.id}: {pair_name(row.pair)}, {row.operation}, "
+        f"force.{row.component} version {row.version}: {values}, {row.n_cuts} cuts"
     )
     forces = [force for version in chain(row) for force in version.forces]
     by_recording: dict[int, list[models.SensedForce]] = {}
@@ -88,14 +88,14 @@ def _parameters(session: Session, row: models.CuttingParameters) -> Node:
 
 def _prediction(session: Session, row: models.Prediction) -> Node:
     node = Node(f"prediction {row.id}: job '{row.job['name']}'")
-    parameters = {p.component: p for p in row.parameters}
     for cut in row.cuts:
         name = cut["name"] or f"{cut['speed_rpm']:.0f} rpm"
-        for component in parameters:
+        for component in COMPONENTS:
             force = cut[f"force_{component}_N"]
-            interval = f"{force['value']:.0f} N ({force['low']:.0f} to {force['high']:.0f})"
-            node.sources.append(Node(f"cut '{name}': force.{component} {interval}"))
-    node.sources += [_parameters(session, p) for p in parameters.values()]
+            if force is not None:
+                interval = f"{force['value']:.0f} N ({force['low']:.0f} to {force['high']:.0f})"
+                node.sources.append(Node(f"cut '{name}': force.{component} {interval}"))
+    node.sources += [_parameters(session, p) for p in row.parameters]
     return node
 
 

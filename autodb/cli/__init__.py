@@ -6,7 +6,7 @@ from types import FrameType
 
 import typer
 
-from autodb.cli import answers, database, learning
+from autodb.cli import answers, database, keeping, learning
 from autodb.errors import UnusableInput
 
 INTERRUPTED = 130
@@ -26,6 +26,10 @@ app.command("refresh")(learning.refresh)
 app.command("predict")(answers.predict)
 app.command("explain")(answers.explain)
 app.command("trace")(answers.trace)
+app.command("doctor")(keeping.doctor)
+app.command("backup")(keeping.backup)
+app.command("restore")(keeping.restore)
+app.command("export")(keeping.export)
 app.command("demo")(answers.demo)
 
 

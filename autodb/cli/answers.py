@@ -88,7 +88,11 @@ def predict(job: JobFile, machine: MachineName, json: Json = False, db: Database
     show(rows)
     for note in answer.notes:
         say(note)
-    behind = ", ".join(f"force.{c} v{v} ({n} cuts)" for c, (v, n) in answer.behind.items())
+    behind = ", ".join(
+        f"{operation} force.{component} v{version} ({n} cuts)"
+        for operation, found in answer.behind.items()
+        for component, (version, n) in found.items()
+    )
     say(f"95 % intervals; behind it: {behind}")
     say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")
 

@@ -7,7 +7,7 @@ import typer
 
 from autodb.cli._common import Database, opened, say, show, table
 
-machine = typer.Typer(help="Add, list and show machines.", no_args_is_help=True)
+machine = typer.Typer(help="Add, update, list and show machines.", no_args_is_help=True)
 
 
 def init(db: Database = None) -> None:
@@ -15,7 +15,13 @@ def init(db: Database = None) -> None:
     from autodb.store import create_store, database_url
 
     url = database_url(db)
-    say(f"{url}: ready" if create_store(url) else f"{url}: already there")
+    done = create_store(url)
+    if not done.changed:
+        say(f"{url}: already there, schema {done.now}")
+    elif done.was is None:
+        say(f"{url}: ready, schema {done.now}")
+    else:
+        say(f"{url}: upgraded from schema {done.was} to {done.now}")
 
 
 @machine.command("add")
@@ -30,12 +36,31 @@ def add(
     db: Database = None,
 ) -> None:
     """Add a machine with its axes."""
-    from autodb.agent.machines import LATHE, add_machine, read_machine_file
+    from autodb.agent.machines import add_machine
+    from autodb.machinefile import LATHE, read_machine_file
 
     axes = LATHE if file is None else read_machine_file(file)
     with opened(db) as store:
         new = add_machine(store, name, axes)
     say(f"machine '{name}': {'added' if new else 'already there'} ({', '.join(axes.axes)})")
+
+
+@machine.command("update")
+def update(
+    name: Annotated[str, typer.Argument(help="Name of the machine.")],
+    file: Annotated[Path, typer.Option("--file", help="Machine file (TOML): all of the machine.")],
+    db: Database = None,
+) -> None:
+    """Make a machine what its file says, and print what changed."""
+    from autodb.agent.machines import update_machine
+    from autodb.machinefile import read_machine_file
+
+    wanted = read_machine_file(file)
+    with opened(db) as store:
+        changes = update_machine(store, name, wanted)
+    say(f"machine '{name}': {f'{len(changes)} changes' if changes else 'already there'}")
+    for line in changes:
+        say(line)
 
 
 @machine.command("list")
@@ -56,9 +81,10 @@ def list_(db: Database = None) -> None:
 def show_(
     name: Annotated[str, typer.Argument(help="Name of the machine.")], db: Database = None
 ) -> None:
-    """Show a machine's axes and which forces they feel."""
+    """Show a machine's axes, which forces they feel, and all that its file stated."""
     from autodb.agent.calibrating import latest_calibration
-    from autodb.agent.machines import find_machine
+    from autodb.agent.machines import as_file, find_machine
+    from autodb.machinefile import flat
 
     rows = table(f"Machine {name}", "axis", "carries", ">current sign", "feels")
     with opened(db) as store, store.reading() as session:
@@ -67,4 +93,8 @@ def show_(
             row = latest_calibration(session, owner.id, axis.name)
             feels = f"force.{row.component}: {row.verdict}" if row else "not calibrated"
             rows.add_row(axis.name, axis.carries, f"{axis.current_sign:+d}", feels)
+        stated = flat(as_file(owner))
     show(rows)
+    for key, value in stated.items():
+        if not key.endswith((".carries", ".current_sign")):
+            say(f"{key} = {value}")

@@ -18,6 +18,7 @@ from autodb.fitting import Gaussian
 
 Array = NDArray[np.float64]
 
+NAME = "linear_edge_nose"
 COMPONENTS = ("x", "y", "z")
 PARAMETERS = ("K_c", "K_e", "K_n")
 PARAMETER_UNITS = ("N/mm²", "N/mm", "N")

@@ -8,11 +8,13 @@ import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from sqlalchemy import Connection, Engine, create_engine, event, inspect
-from sqlalchemy.engine import make_url
+from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError, DatabaseError
 from sqlalchemy.orm import Session
 
@@ -56,8 +58,8 @@ class Store:
         self.engine.dispose()
 
 
-def open_store(url: str) -> Store:
-    """Open an existing database at the schema of this version.
+def open_store(url: str, *, any_schema: bool = False) -> Store:
+    """Open an existing database at the schema of this version, or at any.
 
     Raises UnusableInput when there is none, it is no database, or its schema is another.
     """
@@ -67,48 +69,104 @@ def open_store(url: str) -> Store:
     found = _revision(engine, url)
     if found is None:
         raise UnusableInput(f"{url}: no autodb database; 'autodb init' makes one")
-    if found != _head():
-        raise UnusableInput(f"{url}: schema {found}, this version needs {_head()}: 'autodb init'")
+    if found != head() and not any_schema:
+        raise UnusableInput(f"{url}: schema {found}, this version needs {head()}: 'autodb init'")
     return Store(engine)
 
 
-def create_store(url: str) -> bool:
-    """Create the database or bring it to this version's schema; True when anything changed."""
+@dataclass(frozen=True)
+class Created:
+    """From which schema (None: there was no database) to which; the same: nothing changed."""
+
+    was: str | None
+    now: str
+
+    @property
+    def changed(self) -> bool:
+        """Whether the database was made or its schema changed."""
+        return self.was != self.now
+
+
+def create_store(url: str) -> Created:
+    """Create the database or bring it to this version's schema.
+
+    Raises UnusableInput when it is no database of ours, or one of a later version.
+    """
+    file_of(url)
+    engine = _engine(url)
+    try:
+        found = _revision(engine, url)
+        if found is None and inspect(engine).get_table_names():
+            raise UnusableInput(f"{url}: holds another program's tables; a new file would work")
+        if found is not None and found not in revisions():
+            raise UnusableInput(
+                f"{url}: schema {found} is not known to this version, which knows up to {head()}; "
+                "a newer autodb would work"
+            )
+    finally:
+        engine.dispose()
+    if found != head():
+        migrate(url, head())
+    return Created(found, head())
+
+
+def migrate(url: str, revision: str) -> None:
+    """Bring a database up or down to a schema revision, in one transaction.
+
+    Going down forgets what the lower schema cannot hold. Raises UnusableInput when a row would
+    lose the row that it points to.
+    """
     from alembic import command
 
-    engine = _engine(url)
-    if make_url(url).database in (None, "", ":memory:"):
-        raise UnusableInput(f"{url}: a database in memory keeps nothing; {DEFAULT_URL} would work")
+    engine = _engine(url, foreign_keys=False)  # changing a table copies it; see schema/migrations
     found = _revision(engine, url)
-    if found is None and inspect(engine).get_table_names():
-        raise UnusableInput(f"{url}: holds another program's tables; a new file would work")
-    if found == _head():
+    known = ["base", *revisions()]
+    down = found is not None and known.index(revision) < known.index(found)
+    move = command.downgrade if down else command.upgrade
+    try:
+        with engine.connect().execution_options(autodb_writes=True) as connection:
+            move(_alembic(connection), revision)
+            lost = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
+            if lost:
+                raise UnusableInput(f"{url}: table '{lost[0][0]}' has rows that point to no row; "
+                                    "a backup would work: 'autodb restore'")  # fmt: skip
+            connection.commit()
+    finally:
         engine.dispose()
-        return False
-    with engine.connect().execution_options(autodb_writes=True) as connection:
-        command.upgrade(_alembic(connection), "head")
-        connection.commit()
-    engine.dispose()
-    return True
 
 
-def _engine(url: str) -> Engine:
+def file_of(url: str) -> Path:
+    """Return the file of a database, there or not.
+
+    Raises UnusableInput when the URL is none of SQLite, or means a database in memory.
+    """
+    database = _parsed(url).database
+    if database in (None, "", ":memory:"):
+        raise UnusableInput(f"{url}: a database in memory keeps nothing; {DEFAULT_URL} would work")
+    return Path(str(database))
+
+
+def _parsed(url: str) -> URL:
     try:
         parsed = make_url(url)
     except ArgumentError:
         raise UnusableInput(f"'{url}' is no database URL; {DEFAULT_URL} would work") from None
     if parsed.get_backend_name() != "sqlite":
         raise UnusableInput(f"'{url}': only SQLite is supported; {DEFAULT_URL} would work")
-    engine = create_engine(parsed)
-    event.listen(engine, "connect", _on_connect)
+    return parsed
+
+
+def _engine(url: str, *, foreign_keys: bool = True) -> Engine:
+    engine = create_engine(_parsed(url))
+    event.listen(engine, "connect", partial(_on_connect, foreign_keys))
     event.listen(engine, "begin", _on_begin)
     return engine
 
 
-def _on_connect(connection: Any, _record: object) -> None:
+def _on_connect(foreign_keys: bool, connection: Any, _record: object) -> None:
     connection.isolation_level = None  # the driver begins nothing by itself: DDL is transactional
     cursor = connection.cursor()
-    cursor.execute("PRAGMA foreign_keys=ON")
+    cursor.execute(f"PRAGMA foreign_keys={'ON' if foreign_keys else 'OFF'}")
     cursor.execute("PRAGMA busy_timeout=60000")
     cursor.execute("PRAGMA journal_mode=WAL")
     cursor.close()
@@ -133,10 +191,15 @@ def _alembic(connection: Connection | None) -> Any:
     return config
 
 
-def _head() -> str:
-    """Return the newest revision, read off the migrations' file names (Alembic takes 0.2 s)."""
+def revisions() -> list[str]:
+    """Return all revisions, oldest first, read off the file names (Alembic takes 0.2 s)."""
     names = sorted((kit("schema") / "migrations" / "versions").glob("[0-9]*.py"))
-    return names[-1].name.split("_", 1)[0]
+    return [name.name.split("_", 1)[0] for name in names]
+
+
+def head() -> str:
+    """Return the revision that this version works with."""
+    return revisions()[-1]
 
 
 def _revision(engine: Engine, url: str) -> str | None:

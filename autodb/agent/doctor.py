@@ -1,0 +1,191 @@
+"""Is the database sound, and are the recordings that it came from still what they were?
+
+Each check is a function that returns (statistic, operator, threshold, passed) and what it found.
+"""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from sqlalchemy import JSON, ColumnElement, String, exists, select, text, type_coerce
+from sqlalchemy.orm import InstrumentedAttribute, Session
+
+from autodb.store import Store, head, models, open_store
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a check measured, what it must be, and the rows or files that stand out."""
+
+    statistic: str
+    operator: str
+    threshold: str
+    passed: bool
+    found: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check: its name, its function, and what to do when it fails."""
+
+    name: str
+    run: Callable[[Session, Progress], Outcome]
+    what_to_do: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A check with its outcome."""
+
+    check: Check
+    outcome: Outcome
+
+
+def examine(url: str, *, progress: Progress) -> list[Finding]:
+    """Run the checks on a database; those of its content only where the file itself is sound.
+
+    Raises UnusableInput when there is no database of ours to check.
+    """
+    store = open_store(url, any_schema=True)
+    try:
+        findings = _run(store, OF_THE_FILE, progress)
+        if all(finding.outcome.passed for finding in findings):
+            findings += _run(store, OF_THE_CONTENT, progress)
+    finally:
+        store.close()
+    return findings
+
+
+def _run(store: Store, checks: Iterable[Check], progress: Progress) -> list[Finding]:
+    findings = []
+    with store.reading() as session:
+        for check in checks:
+            progress(check.name)
+            findings.append(Finding(check, check.run(session, progress)))
+    return findings
+
+
+def _none_of(found: Iterable[str]) -> Outcome:
+    """Return the outcome of a check that must find nothing."""
+    rows = tuple(found)
+    return Outcome(str(len(rows)), "=", "0", not rows, rows)
+
+
+def schema(session: Session, _progress: Progress) -> Outcome:
+    """Compare the schema with the one that this version works with."""
+    have = str(session.execute(text("SELECT version_num FROM alembic_version")).scalar())
+    return Outcome(have, "=", head(), have == head())
+
+
+def integrity(session: Session, _progress: Progress) -> Outcome:
+    """Let SQLite check its pages, indices and constraints."""
+    rows = session.execute(text("PRAGMA integrity_check")).scalars()
+    return _none_of(str(row) for row in rows if row != "ok")
+
+
+def references(session: Session, _progress: Progress) -> Outcome:
+    """Look for rows that point to a row which is not there, such as cuts without recording."""
+    rows = session.execute(text("PRAGMA foreign_key_check"))
+    return _none_of(f"{row[0]} {row[1]} points to no {row[2]}" for row in rows)
+
+
+def readable_json(session: Session, progress: Progress) -> Outcome:
+    """Look for JSON columns whose text is no JSON."""
+    found = []
+    for table in models.Base.metadata.sorted_tables:
+        for column in table.columns:
+            if isinstance(column.type, JSON):
+                progress(f"{table.name}.{column.name}")
+                query = select(table.c.id, type_coerce(column, String))
+                for row_id, value in session.execute(query):
+                    if not _is_json(value):
+                        found.append(f"{table.name} {row_id}: {column.name}")
+    return _none_of(found)
+
+
+def _is_json(value: str | None) -> bool:
+    try:
+        json.loads(value or "null")
+    except ValueError:
+        return False
+    return True
+
+
+def sources(session: Session, _progress: Progress) -> Outcome:
+    """Look for derived rows that came from nothing."""
+    force, parameters = models.SensedForce, models.CuttingParameters
+    without: tuple[tuple[str, InstrumentedAttribute[int], ColumnElement[bool]], ...] = (
+        ("calibration", models.Calibration.id, ~models.Calibration.recordings.any()),
+        ("channel_model", models.ChannelModel.id, ~models.ChannelModel.recordings.any()),
+        (
+            "sensed_force",
+            force.id,
+            force.value_N.is_not(None)
+            & force.calibration_id.is_(None)
+            & force.estimator_id.is_(None),
+        ),
+        ("cutting_parameters", parameters.id, ~parameters.forces.any()),
+        ("prediction", models.Prediction.id, ~models.Prediction.parameters.any()),
+        ("fleet_prior", models.FleetPrior.id, ~models.FleetPrior.parameters.any()),
+    )
+    return _none_of(
+        f"{name} {row_id}"
+        for name, column, lacks in without
+        for row_id in session.scalars(select(column).where(lacks))
+    )
+
+
+def pairs(session: Session, _progress: Progress) -> Outcome:
+    """Look for work-tool pairs that no cut was made with."""
+    cut = exists().where(models.Cut.pair_id == models.Pair.id)
+    rows = session.scalars(select(models.Pair).where(~cut))
+    return _none_of(f"pair {row.id}: {row.material.name} / {row.tool.name}" for row in rows)
+
+
+def present(session: Session, _progress: Progress) -> Outcome:
+    """Look for recordings of which neither the original nor our copy is on the disk."""
+    rows = session.scalars(select(models.Recording).order_by(models.Recording.id))
+    return _none_of(f"recording {r.id}: {r.path}" for r in rows if not _files_of(r))
+
+
+def unaltered(session: Session, progress: Progress) -> Outcome:
+    """Look for recordings whose file no longer has the checksum that it was imported with."""
+    rows = session.scalars(select(models.Recording).order_by(models.Recording.id)).all()
+    found = []
+    for number, row in enumerate(rows, start=1):
+        for path, sha256 in _files_of(row).items():
+            progress(f"recording {number} of {len(rows)}: {path.name}")
+            if _sha256(path) != sha256:
+                found.append(f"recording {row.id}: {path}")
+    return _none_of(found)
+
+
+def _files_of(row: models.Recording) -> dict[Path, str]:
+    """Return the files of a recording that are there, with the checksum that each must have."""
+    said = {Path(row.path): row.sha256}
+    if row.stored_path is not None and row.stored_sha256 is not None:
+        said[Path(row.stored_path)] = row.stored_sha256
+    return {path: sha256 for path, sha256 in said.items() if path.is_file()}
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+OF_THE_FILE = (
+    Check("schema", schema, "'autodb init' brings it to this version's schema"),
+    Check("integrity of the file", integrity, "'autodb restore BACKUP --replace'"),
+    Check("rows that point to no row", references, "'autodb restore BACKUP --replace'"),
+)
+OF_THE_CONTENT = (
+    Check("unreadable JSON", readable_json, "'autodb restore BACKUP --replace'"),
+    Check("derived rows without a source", sources, "'autodb restore BACKUP --replace'"),
+    Check("pairs nobody cut", pairs, "import their cuts; they do no harm"),
+    Check("recordings not on the disk", present, "put the file back under its path"),
+    Check("recordings altered on the disk", unaltered, "put back the file that was imported"),
+)

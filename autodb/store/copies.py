@@ -1,0 +1,158 @@
+"""Copies of a database: taken while it is in use, checked, and put in place by one rename.
+
+A copy is made beside its target under a hidden name and takes the target's name only when it is
+whole. Killed at any moment, the target is what it was before or what it is to become.
+"""
+
+import os
+import sqlite3
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from autodb.errors import UnusableInput
+from autodb.store import file_of, head, revisions
+
+Progress = Callable[[str], None]
+PAGES_A_STEP = 2048
+WAIT_S = 5.0
+
+
+@dataclass(frozen=True)
+class Copied:
+    """Rows by table, and the schema that the source had."""
+
+    rows: dict[str, int]
+    schema: str
+
+    @property
+    def total(self) -> int:
+        """Number of rows in all tables."""
+        return sum(self.rows.values())
+
+
+def backup(
+    url: str, target: Path, *, replace: bool = False, progress: Progress | None = None
+) -> Copied:
+    """Copy a database into a file while others may be writing to it; the copy is one state of it.
+
+    Raises UnusableInput when there is no database, ``target`` is there (without ``replace``), or
+    the copy is not sound.
+    """
+    source = file_of(url)
+    if not source.is_file():
+        raise UnusableInput(f"{url}: no database there; 'autodb init' makes one")
+    if target.exists() and (not replace or target.samefile(source)):
+        raise UnusableInput(f"{target}: is there already; another name, or --replace, would work")
+    needs_folder(target)
+    with hidden(target) as partial:
+        copied = copy_of(source, partial, progress)
+        settle(partial)
+        partial.replace(target)
+        sync(target.parent)
+    return copied
+
+
+def counts(connection: sqlite3.Connection) -> dict[str, int]:
+    """Return the number of rows of every table but the migrations' own."""
+    names = connection.execute("SELECT name FROM sqlite_master WHERE type = 'table' ORDER BY name")
+    return {
+        name: connection.execute(f'SELECT COUNT(*) FROM "{name}"').fetchone()[0]
+        for (name,) in names.fetchall()
+        if name != "alembic_version" and not name.startswith("sqlite_")
+    }
+
+
+def copy_of(source: Path, partial: Path, progress: Progress | None) -> Copied:
+    """Copy one state of ``source``, and check that the copy is sound and holds as many rows."""
+    if not source.is_file():
+        raise UnusableInput(f"{source}: no such file")
+    try:
+        with closing(connect(source)) as live, closing(connect(partial)) as copy:
+            live.execute("BEGIN")  # all that follows sees this state, whatever others write
+            schema = schema_of(live, source)
+            before = counts(live)
+            live.backup(copy, pages=PAGES_A_STEP, progress=_said(progress))
+            live.execute("ROLLBACK")
+            _check(copy, source, before)
+    except sqlite3.DatabaseError as error:
+        raise UnusableInput(f"{source}: cannot be read as a database ({error})") from None
+    return Copied(before, schema)
+
+
+def _said(progress: Progress | None) -> Callable[[int, int, int], None]:
+    def say(_status: int, remaining: int, total: int) -> None:
+        if progress:
+            progress(f"page {total - remaining} of {total}")
+
+    return say
+
+
+def schema_of(connection: sqlite3.Connection, path: Path) -> str:
+    """Return the schema of a database; raises UnusableInput when it is none that we know."""
+    names = {row[0] for row in connection.execute("SELECT name FROM sqlite_master")}
+    row = None
+    if "alembic_version" in names:
+        row = connection.execute("SELECT version_num FROM alembic_version").fetchone()
+    if row is None:
+        raise UnusableInput(f"{path}: no autodb database; a file of 'autodb backup' would work")
+    if row[0] not in revisions():
+        raise UnusableInput(
+            f"{path}: schema {row[0]} is not known to this version, which knows up to {head()}; "
+            "a newer autodb would work"
+        )
+    return str(row[0])
+
+
+def _check(copy: sqlite3.Connection, source: Path, before: dict[str, int]) -> None:
+    faults = [row[0] for row in copy.execute("PRAGMA integrity_check") if row[0] != "ok"]
+    faults += [f"rows of '{row[0]}' point to no row" for row in copy.execute(
+        "PRAGMA foreign_key_check")]  # fmt: skip
+    if counts(copy) != before:
+        faults.append("the copy holds another number of rows")
+    if faults:
+        raise UnusableInput(f"{source}: damaged ({faults[0]}); 'autodb doctor' says more")
+
+
+def connect(path: Path) -> sqlite3.Connection:
+    """Open a database file as it is, without changing how it keeps its log."""
+    return sqlite3.connect(path, isolation_level=None, timeout=WAIT_S)
+
+
+def settle(path: Path) -> None:
+    """Make a database one file without a write-ahead log, written to the disk."""
+    with closing(connect(path)) as connection:
+        connection.execute("PRAGMA journal_mode=DELETE")
+    sync(path)
+
+
+def sync(path: Path) -> None:
+    """Have a file or folder written to the disk."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def needs_folder(target: Path) -> None:
+    """Raise UnusableInput when the folder that ``target`` is to lie in is not there."""
+    if not target.parent.is_dir():
+        raise UnusableInput(f"{target.parent}: no such folder; one that is there would work")
+
+
+@contextmanager
+def hidden(target: Path) -> Iterator[Path]:
+    """Give a hidden name beside ``target``; what is left under it in the end is removed."""
+    path = target.with_name(f".{target.name}.partial")
+    _remove(path)
+    try:
+        yield path
+    finally:
+        _remove(path)
+
+
+def _remove(path: Path) -> None:
+    for end in ("", "-wal", "-shm", "-journal"):
+        path.with_name(f"{path.name}{end}").unlink(missing_ok=True)

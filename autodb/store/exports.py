@@ -1,0 +1,236 @@
+"""Exports: a folder with one Parquet file a table and a manifest that knows their checksums.
+
+Columns are typed; JSON columns are JSON text as it is stored. ``load`` puts the same rows back.
+"""
+
+import hashlib
+import json
+import shutil
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+from pydantic import BaseModel, ConfigDict, ValidationError
+from sqlalchemy import (
+    JSON,
+    Boolean,
+    Column,
+    ColumnElement,
+    Connection,
+    Float,
+    Integer,
+    String,
+    Table,
+    or_,
+    select,
+    type_coerce,
+)
+
+import autodb
+from autodb.errors import UnusableInput, near
+from autodb.store import Store, head, migrate, models, revisions
+from autodb.store.copies import Copied, Progress, needs_folder
+
+FORMAT = 1
+MANIFEST = "manifest.json"
+ROWS_A_STEP = 10_000
+NOT_OF_ONE_MACHINE = ("access_token", "audit_entry")
+"""Tables that the export of one machine leaves out: who may use the whole database."""
+
+
+class TableEntry(BaseModel):
+    """One table of an export; its file is ``NAME.parquet``."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    rows: int
+    sha256: str
+
+
+class Manifest(BaseModel):
+    """What an export holds. ``machine``: the only machine in it, or all."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    format: int
+    autodb: str
+    schema_revision: str
+    machine: str | None
+    tables: dict[str, TableEntry]
+
+
+def export(
+    store: Store, folder: Path, *, machine: str | None = None, progress: Progress | None = None
+) -> Manifest:
+    """Write every table, or what belongs to one machine, into a new folder.
+
+    Raises UnusableInput when the folder holds anything, or there is no such machine.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise UnusableInput(f"{folder}: is there already; a new folder would work")
+    needs_folder(folder)
+    partial = folder.with_name(f".{folder.name}.partial")
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir()
+    try:
+        with store.reading() as session:
+            owner = None if machine is None else _machine_id(session.connection(), machine)
+            tables = _write_tables(session.connection(), partial, owner, progress)
+        manifest = Manifest(
+            format=FORMAT,
+            autodb=autodb.__version__,
+            schema_revision=head(),
+            machine=machine,
+            tables=tables,
+        )
+        text = json.dumps(manifest.model_dump(), indent=1) + "\n"
+        (partial / MANIFEST).write_text(text, encoding="utf-8")
+        partial.replace(folder)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+    return manifest
+
+
+def _machine_id(connection: Connection, name: str) -> int:
+    table = models.Machine.__table__
+    found = connection.execute(select(table.c.name, table.c.id)).all()
+    ids = {str(row[0]): int(row[1]) for row in found}
+    if name not in ids:
+        raise UnusableInput(f"no machine '{name}'{near(name, ids)}")
+    return ids[name]
+
+
+def _write_tables(
+    connection: Connection, folder: Path, owner: int | None, progress: Progress | None
+) -> dict[str, TableEntry]:
+    entries = {}
+    for table in models.Base.metadata.sorted_tables:
+        if owner is not None and table.name in NOT_OF_ONE_MACHINE:
+            continue
+        if progress:
+            progress(f"table {table.name}")
+        path = folder / f"{table.name}.parquet"
+        rows = _write(connection, table, path, owner)
+        entries[table.name] = TableEntry(rows=rows, sha256=_sha256(path))
+    return entries
+
+
+def _write(connection: Connection, table: Table, path: Path, owner: int | None) -> int:
+    query = select(*(type_coerce(c, _stored(c)).label(c.name) for c in table.columns))
+    query = query.order_by(*table.primary_key.columns)
+    kept = None if owner is None else _of_machine(table, owner)
+    if kept is not None:
+        query = query.where(kept)
+    schema = pa.schema([(c.name, _arrow(c)) for c in table.columns])
+    n = 0
+    with pq.ParquetWriter(path, schema, compression="zstd") as writer:
+        for rows in connection.execute(query).partitions(ROWS_A_STEP):
+            values = [[row[i] for row in rows] for i in range(len(schema))]
+            writer.write_batch(pa.record_batch(values, schema=schema))
+            n += len(rows)
+    return n
+
+
+def _stored(column: Column[Any]) -> Any:
+    """Return the type that gives a column's values as they are stored: JSON as its text."""
+    return String() if isinstance(column.type, JSON) else column.type
+
+
+def _arrow(column: Column[Any]) -> pa.DataType:
+    for kind, arrow in (
+        (Boolean, pa.bool_()),
+        (Integer, pa.int64()),
+        (Float, pa.float64()),
+        (JSON, pa.string()),
+        (String, pa.string()),
+    ):
+        if isinstance(column.type, kind):
+            return arrow
+    raise TypeError(f"{column}: no Parquet type for {column.type}")
+
+
+def _of_machine(table: Table, owner: int) -> ColumnElement[bool] | None:
+    """Return which rows of a table lead to no other machine; None where no row leads to one.
+
+    Tools, materials and what else belongs to no machine go along whole.
+    """
+    if table.name == models.Machine.__tablename__:
+        return table.c.id == owner
+    kept: ColumnElement[bool] | None = None
+    for column in table.columns:
+        for key in column.foreign_keys:
+            parent = key.column.table
+            of_parent = None if parent is table else _of_machine(parent, owner)
+            if of_parent is not None:
+                inside = or_(column.is_(None), column.in_(select(parent.c.id).where(of_parent)))
+                kept = inside if kept is None else kept & inside
+    return kept
+
+
+def load(folder: Path, target: Path, *, progress: Progress | None = None) -> Copied:
+    """Make a new database file at ``target`` from an export, at the export's own schema.
+
+    Raises UnusableInput naming the file that is missing, altered or not what the schema holds.
+    """
+    manifest = read_manifest(folder)
+    url = f"sqlite:///{target}"
+    migrate(url, manifest.schema_revision)
+    with closing(sqlite3.connect(target, isolation_level=None)) as connection:
+        connection.execute("BEGIN")
+        for name in manifest.tables:
+            if progress:
+                progress(f"table {name}")
+            _fill(connection, name, folder / f"{name}.parquet")
+        lost = connection.execute("PRAGMA foreign_key_check").fetchall()
+        if lost:
+            raise UnusableInput(f"{folder}: rows of '{lost[0][0]}' point to no row")
+        connection.execute("COMMIT")
+    rows = {name: entry.rows for name, entry in manifest.tables.items()}
+    return Copied(rows, manifest.schema_revision)
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """Read an export's manifest and check every file against it.
+
+    Raises UnusableInput naming the file that is missing or altered.
+    """
+    path = folder / MANIFEST
+    try:
+        manifest = Manifest.model_validate_json(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise UnusableInput(f"{path}: not there; a folder of 'autodb export' would work") from None
+    except (UnicodeDecodeError, ValidationError) as error:
+        first = str(error).splitlines()[0]
+        raise UnusableInput(f"{path}: not a manifest of an export ({first})") from None
+    if manifest.format != FORMAT or manifest.schema_revision not in revisions():
+        raise UnusableInput(
+            f"{path}: format {manifest.format} with schema {manifest.schema_revision} is not known "
+            f"to this version, which knows format {FORMAT} and schemas up to {head()}"
+        )
+    for name, entry in manifest.tables.items():
+        file = folder / f"{name}.parquet"
+        if not file.is_file():
+            raise UnusableInput(f"{file}: not there, but {MANIFEST} lists it")
+        if _sha256(file) != entry.sha256:
+            raise UnusableInput(f"{file}: altered since the export (its checksum differs)")
+    return manifest
+
+
+def _fill(connection: sqlite3.Connection, name: str, path: Path) -> None:
+    columns = [row[1] for row in connection.execute("SELECT * FROM pragma_table_info(?)", (name,))]
+    parquet = pq.ParquetFile(path)
+    if not columns or sorted(parquet.schema_arrow.names) != sorted(columns):
+        raise UnusableInput(f"{path}: not the columns of table '{name}' in the manifest's schema")
+    listed = ", ".join(f'"{column}"' for column in columns)
+    places = ", ".join("?" for _ in columns)
+    for batch in parquet.iter_batches(ROWS_A_STEP, columns=columns):
+        values = [batch.column(column).to_pylist() for column in columns]
+        connection.executemany(
+            f'INSERT INTO "{name}" ({listed}) VALUES ({places})', zip(*values, strict=True)
+        )
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

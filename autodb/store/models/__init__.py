@@ -1,0 +1,76 @@
+"""What a machine knows, as tables. Every derived row points to what it came from.
+
+Unknown is NULL. Forces N, lengths mm, speeds as their names say; JSON holds only what is never
+searched by. Times are ISO 8601 text in UTC.
+"""
+
+from autodb.store.models._base import Base
+from autodb.store.models.answers import Mismatch, Prediction, prediction_parameters
+from autodb.store.models.keeping import AccessToken, AuditEntry, InboxFile, RefreshPass
+from autodb.store.models.learning import (
+    ChannelModel,
+    CuttingParameters,
+    FleetPrior,
+    channel_model_mismatch,
+    channel_model_recording,
+    cutting_parameters_force,
+    fleet_prior_parameters,
+)
+from autodb.store.models.machine import Axis, GearRange, Machine
+from autodb.store.models.recording import Cut, Recording, RecordingChannel
+from autodb.store.models.sensing import (
+    Calibration,
+    Estimator,
+    SensedForce,
+    SensedWaveform,
+    calibration_recording,
+    calibration_repeat,
+    estimator_recording,
+    estimator_source,
+)
+from autodb.store.models.work import (
+    ConventionalParameter,
+    Material,
+    Pair,
+    PairState,
+    Tool,
+    ToolProperty,
+)
+
+__all__ = [
+    "AccessToken",
+    "AuditEntry",
+    "Axis",
+    "Base",
+    "Calibration",
+    "ChannelModel",
+    "ConventionalParameter",
+    "Cut",
+    "CuttingParameters",
+    "Estimator",
+    "FleetPrior",
+    "GearRange",
+    "InboxFile",
+    "Machine",
+    "Material",
+    "Mismatch",
+    "Pair",
+    "PairState",
+    "Prediction",
+    "Recording",
+    "RecordingChannel",
+    "RefreshPass",
+    "SensedForce",
+    "SensedWaveform",
+    "Tool",
+    "ToolProperty",
+    "calibration_recording",
+    "calibration_repeat",
+    "channel_model_mismatch",
+    "channel_model_recording",
+    "cutting_parameters_force",
+    "estimator_recording",
+    "estimator_source",
+    "fleet_prior_parameters",
+    "prediction_parameters",
+]

@@ -1,0 +1,58 @@
+"""What was answered: predictions, and mismatches found in recordings."""
+
+from typing import Any
+
+from sqlalchemy import CheckConstraint, ForeignKey, Index
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from autodb.store.models._base import Base, link, now
+from autodb.store.models.learning import ChannelModel, CuttingParameters, channel_model_mismatch
+from autodb.store.models.recording import Recording
+
+prediction_parameters = link("prediction_parameters", "prediction", "cutting_parameters")
+
+
+class Prediction(Base):
+    """One predicted job: the job as it was asked, the answer as it was given."""
+
+    __tablename__ = "prediction"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    machine_id: Mapped[int] = mapped_column(ForeignKey("machine.id"), index=True)
+    job: Mapped[dict[str, Any]]
+    cuts: Mapped[list[Any]]
+    created_at: Mapped[str] = mapped_column(default=now)
+    parameters: Mapped[list[CuttingParameters]] = relationship(secondary=prediction_parameters)
+
+
+class Mismatch(Base):
+    """One difference between a recording and its simulation, named or unknown.
+
+    ``models``: the model versions that confirming it made.
+    """
+
+    __tablename__ = "mismatch"
+    __table_args__ = (
+        CheckConstraint("status IN ('open', 'confirmed', 'rejected')"),
+        CheckConstraint("kind IN ('missing', 'mistuned')"),
+        CheckConstraint("status <> 'open' OR decided_at IS NULL", name="ck_mismatch_decided"),
+        Index("ix_mismatch_status", "status"),
+    )
+    id: Mapped[int] = mapped_column(primary_key=True)
+    recording_id: Mapped[int] = mapped_column(ForeignKey("recording.id"), index=True)
+    channel: Mapped[str]
+    term: Mapped[str]
+    kind: Mapped[str]
+    confidence: Mapped[float]
+    parameters: Mapped[dict[str, Any]]
+    statement: Mapped[str]
+    status: Mapped[str] = mapped_column(default="open")
+    created_at: Mapped[str] = mapped_column(default=now)
+    alternatives: Mapped[list[Any] | None]
+    variables: Mapped[list[Any] | None]
+    intervals: Mapped[list[Any] | None]
+    regime: Mapped[list[Any] | None]
+    to_tell_apart: Mapped[str | None]
+    decided_at: Mapped[str | None]
+    decided_by: Mapped[str | None]
+    recording: Mapped[Recording] = relationship()
+    models: Mapped[list[ChannelModel]] = relationship(secondary=channel_model_mismatch)

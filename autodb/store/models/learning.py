@@ -1,0 +1,106 @@
+"""What is learnt: drive models, cutting parameters, and priors shared between machines."""
+
+from typing import Any
+
+from sqlalchemy import ForeignKey, UniqueConstraint
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from autodb.store.models._base import COMPONENTS, Base, link, now, one_of
+from autodb.store.models.recording import Recording
+from autodb.store.models.sensing import SensedForce
+from autodb.store.models.work import Material, Pair
+
+channel_model_recording = link("channel_model_recording", "channel_model", "recording")
+channel_model_mismatch = link("channel_model_mismatch", "channel_model", "mismatch")
+"""The mismatches that a version's new terms came from: the version is what confirming them made."""
+cutting_parameters_force = link("cutting_parameters_force", "cutting_parameters", "sensed_force")
+fleet_prior_parameters = link("fleet_prior_parameters", "fleet_prior", "cutting_parameters")
+
+
+class ChannelModel(Base):
+    """One version of an axis' identified drive model: terms, values, covariance, protocol.
+
+    ``parent``: the version whose posterior it took as prior; NULL: it started from none.
+    """
+
+    __tablename__ = "channel_model"
+    __table_args__ = (UniqueConstraint("machine_id", "channel", "version"),)
+    id: Mapped[int] = mapped_column(primary_key=True)
+    machine_id: Mapped[int] = mapped_column(ForeignKey("machine.id"), index=True)
+    axis: Mapped[str]
+    channel: Mapped[str]
+    version: Mapped[int]
+    unit: Mapped[str]
+    terms: Mapped[list[Any]]
+    covariance: Mapped[list[Any]]
+    relative_error: Mapped[float]
+    protocol: Mapped[str]
+    created_at: Mapped[str] = mapped_column(default=now)
+    parent_id: Mapped[int | None] = mapped_column(
+        ForeignKey("channel_model.id", name="fk_channel_model_parent")
+    )
+    parent: Mapped["ChannelModel | None"] = relationship(remote_side="ChannelModel.id")
+    recordings: Mapped[list[Recording]] = relationship(secondary=channel_model_recording)
+
+
+class CuttingParameters(Base):
+    """One version of a pair's cutting law for one operation and force component on one machine.
+
+    ``forces`` are the sensed forces this version added to ``previous``; without a previous version
+    it starts from ``prior``, or from nothing known. ``undone_at``: when the version was taken back.
+    """
+
+    __tablename__ = "cutting_parameters"
+    __table_args__ = (
+        UniqueConstraint(
+            "machine_id", "pair_id", "operation", "component", "version",
+            name="uq_cutting_parameters_key",
+        ),
+    )  # fmt: skip
+    id: Mapped[int] = mapped_column(primary_key=True)
+    machine_id: Mapped[int] = mapped_column(ForeignKey("machine.id"), index=True)
+    pair_id: Mapped[int] = mapped_column(ForeignKey("pair.id"), index=True)
+    operation: Mapped[str]
+    component: Mapped[str]
+    version: Mapped[int]
+    law: Mapped[str]
+    state: Mapped[str | None]
+    mean: Mapped[list[Any]]
+    covariance: Mapped[list[Any]]
+    process_share: Mapped[float]
+    misfit_N: Mapped[float]
+    n_cuts: Mapped[int]
+    previous_id: Mapped[int | None] = mapped_column(ForeignKey("cutting_parameters.id"))
+    prior_id: Mapped[int | None] = mapped_column(
+        ForeignKey("fleet_prior.id", name="fk_cutting_parameters_prior")
+    )
+    created_at: Mapped[str] = mapped_column(default=now)
+    undone_at: Mapped[str | None]
+    pair: Mapped[Pair] = relationship()
+    previous: Mapped["CuttingParameters | None"] = relationship(remote_side="CuttingParameters.id")
+    prior: Mapped["FleetPrior | None"] = relationship()
+    forces: Mapped[list[SensedForce]] = relationship(secondary=cutting_parameters_force)
+
+
+class FleetPrior(Base):
+    """What several machines know of a material: where a machine new to it starts from."""
+
+    __tablename__ = "fleet_prior"
+    __table_args__ = (
+        UniqueConstraint(
+            "material_id", "operation", "component", "law", "version", name="uq_fleet_prior_key"
+        ),
+        one_of("component", COMPONENTS, name="ck_fleet_prior_component"),
+    )
+    id: Mapped[int] = mapped_column(primary_key=True)
+    material_id: Mapped[int] = mapped_column(ForeignKey("material.id"), index=True)
+    operation: Mapped[str]
+    component: Mapped[str]
+    law: Mapped[str]
+    version: Mapped[int]
+    mean: Mapped[list[Any]]
+    covariance: Mapped[list[Any]]
+    machines: Mapped[int]
+    created_at: Mapped[str] = mapped_column(default=now)
+    material: Mapped[Material] = relationship()
+    parameters: Mapped[list[CuttingParameters]] = relationship(secondary=fleet_prior_parameters)

@@ -1,0 +1,86 @@
+"""Recordings, their channels, and the cuts in them."""
+
+from typing import Any
+
+from sqlalchemy import CheckConstraint, ForeignKey, Index, UniqueConstraint
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from autodb.store.models._base import Base, now
+from autodb.store.models.work import Pair
+
+
+class Recording(Base):
+    """One imported file, known by its checksum; the side file is kept as it was read.
+
+    ``stored_path``: where our own copy lies, with its checksum; NULL: there is only ``path``.
+    """
+
+    __tablename__ = "recording"
+    __table_args__ = (
+        UniqueConstraint("machine_id", "sha256"),
+        CheckConstraint("kind IN ('cuts', 'series')"),
+        CheckConstraint(
+            "(stored_path IS NULL) = (stored_sha256 IS NULL)", name="ck_recording_stored_copy"
+        ),
+    )
+    id: Mapped[int] = mapped_column(primary_key=True)
+    machine_id: Mapped[int] = mapped_column(ForeignKey("machine.id"), index=True)
+    sha256: Mapped[str]
+    path: Mapped[str]
+    kind: Mapped[str]
+    rows: Mapped[int]
+    units: Mapped[dict[str, Any]]
+    side: Mapped[dict[str, Any]]
+    imported_at: Mapped[str] = mapped_column(default=now)
+    stored_path: Mapped[str | None]
+    stored_sha256: Mapped[str | None]
+    stored_bytes: Mapped[int | None]
+    cuts: Mapped[list["Cut"]] = relationship(back_populates="recording", order_by="Cut.number")
+    channels: Mapped[list["RecordingChannel"]] = relationship(order_by="RecordingChannel.id")
+
+
+class RecordingChannel(Base):
+    """One channel of a recording on one time base; minimum to sd in ``unit``."""
+
+    __tablename__ = "recording_channel"
+    __table_args__ = (
+        UniqueConstraint("recording_id", "time_base", "name", name="uq_recording_channel_key"),
+        CheckConstraint("minimum <= maximum", name="ck_recording_channel_range"),
+        CheckConstraint("rate_hz > 0", name="ck_recording_channel_rate"),
+        Index("ix_recording_channel_name", "name"),
+    )
+    id: Mapped[int] = mapped_column(primary_key=True)
+    recording_id: Mapped[int] = mapped_column(ForeignKey("recording.id"), index=True)
+    time_base: Mapped[str]
+    name: Mapped[str]
+    unit: Mapped[str]
+    rows: Mapped[int]
+    rate_hz: Mapped[float | None]
+    minimum: Mapped[float | None]
+    maximum: Mapped[float | None]
+    mean: Mapped[float | None]
+    sd: Mapped[float | None]
+
+
+class Cut(Base):
+    """One cut of a recording: its conditions, and its measured channels by name.
+
+    ``state``: what the cutting was like, such as a built-up edge; NULL: not known.
+    """
+
+    __tablename__ = "cut"
+    __table_args__ = (
+        UniqueConstraint("recording_id", "number"),
+        Index("ix_cut_pair_operation", "pair_id", "operation"),
+    )
+    id: Mapped[int] = mapped_column(primary_key=True)
+    recording_id: Mapped[int] = mapped_column(ForeignKey("recording.id"), index=True)
+    pair_id: Mapped[int | None] = mapped_column(ForeignKey("pair.id"), index=True)
+    number: Mapped[float]
+    operation: Mapped[str | None]
+    conditions: Mapped[dict[str, Any]]
+    measured: Mapped[dict[str, Any]]
+    started_at: Mapped[str | None] = mapped_column(index=True)
+    state: Mapped[str | None]
+    recording: Mapped[Recording] = relationship(back_populates="cuts")
+    pair: Mapped[Pair | None] = relationship()

@@ -1,0 +1,86 @@
+"""Restore a database from a backup file or an export folder, by one rename."""
+
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+from autodb.errors import UnusableInput
+from autodb.store import create_store, file_of, head
+from autodb.store.copies import (
+    Copied,
+    Progress,
+    connect,
+    copy_of,
+    counts,
+    hidden,
+    needs_folder,
+    schema_of,
+    settle,
+    sync,
+)
+from autodb.store.exports import load
+
+
+def restore(
+    url: str, source: Path, *, replace: bool = False, progress: Progress | None = None
+) -> Copied:
+    """Make a backup file or an export folder the database, brought to this version's schema.
+
+    Raises UnusableInput when ``source`` is neither, is damaged, or comes from a later version, when
+    the database holds rows (without ``replace``), or when another program has it open.
+    """
+    target = file_of(url)
+    needs_folder(target)
+    _may_be_replaced(target, replace=replace)
+    with hidden(target) as partial:
+        if source.is_dir():
+            copied = load(source, partial, progress=progress)
+        else:
+            copied = copy_of(source, partial, progress)
+        if progress:
+            progress(f"schema {copied.schema} to {head()}")
+        create_store(f"sqlite:///{partial}")
+        settle(partial)
+        _put_in_place(partial, target)
+    return copied
+
+
+def _may_be_replaced(target: Path, *, replace: bool) -> None:
+    """Raise UnusableInput when the file at ``target`` may not be replaced by a restored one."""
+    beside = target.with_name(f"{target.name}-wal")
+    if not target.exists():
+        if beside.exists():
+            raise UnusableInput(f"{beside}: lies there without its database; move it away")
+        return
+    try:
+        with closing(connect(target)) as old:
+            held = counts(old)
+            if held:
+                schema_of(old, target)
+    except sqlite3.DatabaseError as error:
+        raise UnusableInput(
+            f"{target}: is there and no database ({error}); another --db would work"
+        ) from None
+    if any(held.values()) and not replace:
+        raise UnusableInput(
+            f"{target}: holds {sum(held.values())} rows; another --db, or --replace, would work"
+        )
+
+
+def _put_in_place(partial: Path, target: Path) -> None:
+    """Give ``partial`` the name of the database, which nobody else may have open."""
+    if target.exists():
+        try:
+            with closing(connect(target)) as old:
+                # What the write-ahead log holds goes into the old file, so that no log is left
+                # behind that SQLite would take for the new one's
+                old.execute("PRAGMA journal_mode=DELETE")
+                old.execute("BEGIN EXCLUSIVE")
+                partial.replace(target)
+        except sqlite3.OperationalError as error:
+            raise UnusableInput(
+                f"{target}: another program has it open ({error}); closing it would work"
+            ) from None
+    else:
+        partial.replace(target)
+    sync(target.parent)

@@ -1,0 +1,71 @@
+"""Read a TOML file into a model; every refusal is one line that names the file and the key."""
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from autodb.errors import UnusableInput, near
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class Section(BaseModel):
+    """A part of a file: unknown keys are refused, values do not change."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Reference(Section):
+    """A reference value with its bounds; where it is from, how sure, and since when."""
+
+    value: Finite
+    lower: Finite | None = None
+    upper: Finite | None = None
+    source: str | None = None
+    status: str | None = None
+    date: str | None = None
+
+    @model_validator(mode="after")
+    def _in_order(self) -> "Reference":
+        low = self.value if self.lower is None else self.lower
+        high = self.value if self.upper is None else self.upper
+        if not low <= self.value <= high:
+            raise ValueError(f"value {self.value:g} must lie between lower and upper")
+        return self
+
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def read_toml(path: Path, model: type[Model]) -> Model:
+    """Read and check a TOML file.
+
+    Raises UnusableInput with file and key, and for an unknown key the near ones.
+    """
+    try:
+        return model.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        raise UnusableInput(f"{path}: no such file") from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise UnusableInput(f"{path}: not a readable TOML file ({error})") from None
+    except ValidationError as error:
+        raise UnusableInput(f"{path}: {_say(error, model)}") from None
+
+
+def _say(error: ValidationError, model: type[BaseModel]) -> str:
+    first = error.errors()[0]
+    parts = [str(part + 1 if isinstance(part, int) else part) for part in first["loc"]]
+    where = ".".join(parts)
+    if first["type"] == "extra_forbidden":
+        return f"{where}: unknown key{near(parts[-1], _keys(model.model_json_schema()))}"
+    message = first["msg"].removeprefix("Value error, ")
+    return f"{where}: {message}" if where else message
+
+
+def _keys(schema: dict[str, Any]) -> list[str]:
+    """Return the keys that a model and its parts know."""
+    parts = [schema, *schema.get("$defs", {}).values()]
+    return sorted({key for part in parts for key in part.get("properties", {})})
