@@ -26,7 +26,10 @@ class Interval:
 
 @dataclass(frozen=True)
 class PredictedCut:
-    """What one cut will take; None where the machine has not felt that component."""
+    """What one cut will take; None where the machine has not felt that component.
+
+    Speeds, torque and power are those at the largest diameter of the cut.
+    """
 
     name: str
     speed_rpm: float
@@ -61,7 +64,8 @@ def predict(cut: JobCut, parameters: dict[str, Parameters]) -> PredictedCut:
     }
     tangential = forces.get("y")
     facing = np.array([cut.operation == "face"])
-    radius_mm = turning.effective_radius_mm(np.array([cut.diameter_mm]), depth, facing=facing)
+    largest = np.array([cut.largest_diameter_mm])
+    radius_mm = turning.effective_radius_mm(largest, depth, facing=facing)
     speed = _speeds(cut)
     return PredictedCut(
         name=cut.name,
@@ -76,8 +80,8 @@ def predict(cut: JobCut, parameters: dict[str, Parameters]) -> PredictedCut:
 
 
 def _speeds(cut: JobCut) -> tuple[float, float]:
-    """Return spindle speed [rpm] and cutting speed [m/min], one given, the other from it."""
-    per_rev_m = float(np.pi) * cut.diameter_mm / 1000.0
+    """Return spindle speed [rpm] and cutting speed [m/min] at the largest diameter."""
+    per_rev_m = float(np.pi) * cut.largest_diameter_mm / 1000.0
     if cut.speed_rpm is not None:
         return cut.speed_rpm, cut.speed_rpm * per_rev_m
     assert cut.speed_m_min is not None  # the job file's check

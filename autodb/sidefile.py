@@ -1,28 +1,20 @@
 """Side files (TOML): foreign column names and units, and what was on the machine."""
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveInt, ValidationError
+from pydantic import BeforeValidator, Field, PositiveInt, model_validator
 
 from autodb.channels import is_channel
-from autodb.errors import UnusableInput, near
+from autodb.errors import near
+from autodb.tomlfile import Finite, Positive, Section, read_toml
 
 Operation = Literal[
     "slot", "side-up", "side-down", "ramp", "pocket", "turn", "face", "taper", "contour", "drill"
 ]
 
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-
-
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Column(_Section):
+class Column(Section):
     """Where a channel comes from: a column of the file, or a count of rows.
 
     ``row_in`` counts rows within each value of that column (``"*"``: within the file), times
@@ -41,7 +33,7 @@ class Column(_Section):
     clips: bool = False
 
 
-class RecordingSection(_Section):
+class RecordingSection(Section):
     """Where and when it was recorded."""
 
     machine: str | None = None
@@ -53,7 +45,7 @@ class RecordingSection(_Section):
     diameter: bool = False
 
 
-class ToolSection(_Section):
+class ToolSection(Section):
     """The tool in use: a cutter's diameter, teeth, helix, or an insert's angles."""
 
     name: str | None = None
@@ -66,7 +58,7 @@ class ToolSection(_Section):
     inclination_deg: Finite | None = None
 
 
-class CutSection(_Section):
+class CutSection(Section):
     """The one cut of a recording over time."""
 
     operation: Operation | None = None
@@ -79,21 +71,27 @@ class CutSection(_Section):
     work_diameter_mm: Positive | None = None
 
 
-class SideFile(_Section):
+def _as_table(value: object) -> object:
+    return {"column": value} if isinstance(value, str) else value
+
+
+class SideFile(Section):
     """A whole side file; every part is optional."""
 
-    channels: dict[str, Column] = Field(default_factory=dict)
+    channels: dict[
+        str, Annotated[Column, BeforeValidator(_as_table, json_schema_input_type=str | Column)]
+    ] = Field(default_factory=dict)
     recording: RecordingSection = RecordingSection()
     tool: ToolSection = ToolSection()
     cut: CutSection = CutSection()
 
-
-_SECTIONS: dict[str, type[BaseModel]] = {
-    "channels": Column,
-    "recording": RecordingSection,
-    "tool": ToolSection,
-    "cut": CutSection,
-}
+    @model_validator(mode="after")
+    def _channels(self) -> "SideFile":
+        for name, spec in self.channels.items():
+            fault = _fault(name, spec)
+            if fault:
+                raise ValueError(f"[channels] '{name}' {fault}")
+        return self
 
 
 def read_sidefile(path: Path) -> SideFile:
@@ -101,46 +99,19 @@ def read_sidefile(path: Path) -> SideFile:
 
     Raises UnusableInput with the file, the key and names that would have worked.
     """
-    try:
-        raw = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise UnusableInput(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise UnusableInput(f"{path}: not a readable TOML file ({error})") from None
-    if isinstance(raw.get("channels"), dict):
-        raw["channels"] = {k: _as_table(v) for k, v in raw["channels"].items()}
-    try:
-        side = SideFile.model_validate(raw)
-    except ValidationError as error:
-        raise UnusableInput(_say(path, error)) from None
-    for name, spec in side.channels.items():
-        _check(path, name, spec)
-    return side
+    return read_toml(path, SideFile)
 
 
-def _as_table(value: object) -> object:
-    return {"column": value} if isinstance(value, str) else value
-
-
-def _check(path: Path, name: str, spec: Column) -> None:
+def _fault(name: str, spec: Column) -> str:
+    """Return what is wrong with a channel, or nothing."""
     if not is_channel(name):
         known = ["x.position", "x.current", "x.drive_force", "spindle.current", "force.x", "t"]
         hint = near(name, [*known, "force.z", "z.current", "z.current.range", "z.position", "cut"])
-        raise UnusableInput(f"{path}: [channels] '{name}' is not a channel name{hint}")
+        return f"is not a channel name{hint}"
     if (spec.column is None) == (spec.row_in is None):
-        raise UnusableInput(f"{path}: [channels] '{name}' needs either column or row_in")
+        return "needs either column or row_in"
     if spec.scale == 0:
-        raise UnusableInput(f"{path}: [channels] '{name}': scale 0 would leave nothing")
+        return "has scale 0, which would leave nothing; another scale would work"
     if spec.kind == "percent" and spec.rated_A is None:
-        raise UnusableInput(f"{path}: [channels] '{name}' of kind percent needs rated_A")
-
-
-def _say(path: Path, error: ValidationError) -> str:
-    first = error.errors()[0]
-    where = [str(part) for part in first["loc"]]
-    if first["type"] != "extra_forbidden":
-        return f"{path}: {'.'.join(where)}: {first['msg']}"
-    if len(where) == 1:
-        return f"{path}: unknown section [{where[0]}]{near(where[0], _SECTIONS)}"
-    known = _SECTIONS[where[0]].model_fields
-    return f"{path}: unknown key '{where[-1]}' in [{where[0]}]{near(where[-1], known)}"
+        return "of kind percent needs rated_A"
+    return ""

@@ -170,7 +170,7 @@ BAD_SIDE_FILES = [
     ("[channels]\n'x.current' = {}\n", "needs either column or row_in"),
     ("[cut]\noperation = 'knit'\n", "cut.operation"),
     ("[channels\n", "not a readable TOML file"),
-    ("[channels]\n'x.current' = {column = 'a', scale = 0}\n", "scale 0 would leave nothing"),
+    ("[channels]\n'x.current' = {column = 'a', scale = 0}\n", "scale 0"),
     ("[channels]\n'x.current' = {column = 'a', scale = nan}\n", "channels.x.current.scale"),
     ("[tool]\nteeth = -4\n", "tool.teeth"),
 ]

@@ -1,0 +1,77 @@
+"""Learns each sample job from its recordings and predicts it.
+
+`python -m tests.expected` writes every `sample_jobs/JOB/expected.json` anew; a test compares.
+"""
+
+import json
+import tempfile
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from autodb.agent.calibrating import calibrate_machine
+from autodb.agent.importing import import_file
+from autodb.agent.machines import add_machine
+from autodb.agent.predicting import Predicted, predict_job
+from autodb.agent.refreshing import refresh
+from autodb.assets import kit
+from autodb.jobs import read_job
+from autodb.machinefile import LATHE
+from autodb.store import create_store, open_store
+
+_SHAFT = "stepped_shaft/recordings/"
+LEARNT_FROM = {
+    "stepped_shaft": tuple(
+        _SHAFT + name
+        for name in ("standard-cuts.csv", "standard-cut-raw.parquet", "shop-week-1.csv")
+    ),
+    "facing": (f"{_SHAFT}standard-cuts.csv", "facing/recordings/facing-week.csv"),
+    "contour": (f"{_SHAFT}standard-cuts.csv", "contour/recordings/contour-week.csv"),
+}
+MACHINE = "lathe-1"
+DIGITS = 6
+
+
+def answer(job: str, folder: Path) -> dict[str, Any]:
+    """Return the prediction of a sample job, learnt in a new database in ``folder``."""
+    url = f"sqlite:///{folder / 'autodb.sqlite3'}"
+    create_store(url)
+    store = open_store(url)
+    try:
+        add_machine(store, MACHINE, LATHE)
+        for name in LEARNT_FROM[job]:
+            import_file(store, kit("sample_jobs") / name, machine=MACHINE)
+        calibrate_machine(store, MACHINE)
+        refresh(store, MACHINE)
+        predicted = predict_job(store, MACHINE, read_job(kit("sample_jobs") / job / "job.toml"))
+    finally:
+        store.close()
+    found: dict[str, Any] = TypeAdapter(Predicted).dump_python(predicted, mode="json")
+    return found
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return float(f"{value:.{DIGITS}g}")
+    if isinstance(value, dict):
+        return {key: _rounded(part) for key, part in value.items()}
+    return value
+
+
+def _write(job: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        cuts = [_rounded(cut) for cut in answer(job, Path(folder))["cuts"]]
+    expected = {
+        "computed_by": f"autodb {version('autodb')}",
+        "learnt_from": LEARNT_FROM[job],
+        "cuts": cuts,
+    }
+    path = Path(str(kit("sample_jobs"))) / job / "expected.json"
+    path.write_text(json.dumps(expected, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    for name in LEARNT_FROM:
+        _write(name)

@@ -1,0 +1,84 @@
+"""Every sample job gives its expected result, and its intervals hold the virtual lathe's truth."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from numpy.testing import assert_allclose
+
+from autodb.virtual.jobs import cut_at
+from autodb.virtual.sample import job_forces_N
+from tests.expected import LEARNT_FROM, answer
+
+QUANTITIES = ("force_x_N", "force_y_N", "force_z_N", "torque_N_m", "power_W")
+PASSIVE = {"turn": "x", "face": "z"}
+TAPER_DEG = 20.0
+
+
+@pytest.fixture(scope="module", params=LEARNT_FROM)
+def learnt(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[str, dict[str, Any]]:
+    return request.param, answer(request.param, tmp_path_factory.mktemp("job"))
+
+
+def test_every_folder_with_a_job_is_run(sample_jobs: Path) -> None:
+    assert {path.parent.name for path in sample_jobs.glob("*/job.toml")} == set(LEARNT_FROM)
+
+
+def test_a_job_gives_its_expected_result(
+    learnt: tuple[str, dict[str, Any]], sample_jobs: Path
+) -> None:
+    job, found = learnt
+    expected = json.loads((sample_jobs / job / "expected.json").read_text())
+    assert expected["learnt_from"] == list(LEARNT_FROM[job])
+    assert [cut["name"] for cut in found["cuts"]] == [cut["name"] for cut in expected["cuts"]]
+    for cut, want in zip(found["cuts"], expected["cuts"], strict=True):
+        for quantity in QUANTITIES:
+            assert (cut[quantity] is None) == (want[quantity] is None)
+            for edge in ("value", "low", "high") if want[quantity] else ():
+                assert_allclose(cut[quantity][edge], want[quantity][edge], rtol=1e-3)
+
+
+def test_a_job_holds_the_virtual_truth(learnt: tuple[str, dict[str, Any]]) -> None:
+    """All 95 % intervals of forces hold the noise-free truth; what stands still is not sensed.
+
+    Chance alone would break this for correct code; the recordings are fixed, so it is a pinned
+    result that says how honest the samples are.
+    """
+    _, found = learnt
+    for cut, asked in zip(found["cuts"], found["job"]["cut"], strict=True):
+        forces = job_forces_N([_truth(asked)])[0]
+        for component, force_N in zip("xyz", forces, strict=True):
+            interval = cut[f"force_{component}_N"]
+            if PASSIVE.get(asked["operation"]) == component:
+                assert interval is None
+            else:
+                assert interval["low"] < force_N < interval["high"], (cut["name"], component)
+
+
+def _truth(asked: dict[str, Any]) -> Any:
+    """Return a job's cut as the virtual lathe makes it, at the middle of its diameters."""
+    diameter_mm = 0.5 * (asked["diameter_mm"] + (asked["end_diameter_mm"] or asked["diameter_mm"]))
+    speed_rpm = asked["speed_rpm"] or 1000.0 * asked["speed_m_min"] / (math.pi * diameter_mm)
+    return cut_at(
+        (asked["depth_mm"], asked["feed_mm_rev"], speed_rpm, diameter_mm),
+        operation=asked["operation"],
+        inward_deg=TAPER_DEG if asked["operation"] == "taper" else 0.0,
+    )
+
+
+def test_torque_and_power_are_those_at_the_largest_diameter(
+    learnt: tuple[str, dict[str, Any]],
+) -> None:
+    _, found = learnt
+    for cut, asked in zip(found["cuts"], found["job"]["cut"], strict=True):
+        largest_mm = max(asked["diameter_mm"], asked["end_diameter_mm"] or 0.0)
+        assert_allclose(cut["speed_m_min"], math.pi * largest_mm * cut["speed_rpm"] / 1000.0)
+        power_W = cut["force_y_N"]["value"] * cut["speed_m_min"] / 60.0
+        assert_allclose(cut["power_W"]["value"], power_W)
+        radial_mm = 0.0 if asked["operation"] == "face" else asked["depth_mm"]
+        arm_m = (largest_mm + radial_mm) / 2000.0
+        assert_allclose(cut["torque_N_m"]["value"], cut["force_y_N"]["value"] * arm_m)
