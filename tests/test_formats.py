@@ -12,6 +12,7 @@ import pytest
 from nptdms import ChannelObject, TdmsWriter
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.io import savemat
+from sqlalchemy import select
 
 from autodb import records
 from autodb.errors import UnusableInput
@@ -19,6 +20,7 @@ from autodb.readers import BLOCK_ROWS, _extra, open_bases
 from autodb.records import Recording
 from autodb.records.resample import common_times_s, read_at
 from autodb.records.summary import summarise
+from autodb.store import models, open_store
 from tests.conftest import Cli
 from tests.files import write, write_groups
 
@@ -244,6 +246,17 @@ def test_a_file_with_several_rates_enters_the_database_whole(cli: Cli, tmp_path:
     cli("machine", "add", "m")
     assert "12000 rows" in cli("import", path, "--machine", "m").out
     assert "already there" in cli("import", path, "--machine", "m").out
+    store = open_store("sqlite:///autodb.sqlite3")
+    with store.reading() as session:
+        kept = {
+            (c.time_base, c.name): (c.rows, c.rate_hz, c.minimum, c.maximum)
+            for c in session.scalars(select(models.RecordingChannel))
+        }
+    store.close()
+    assert set(kept) == {(base, name) for base, columns in GROUPS.items() for name in columns}
+    rows, rate_hz, low, high = kept["climate", "spindle.temperature"]
+    assert (rows, low, high) == (120, 20.0, 20.0 + SLOW[-1])
+    assert rate_hz == pytest.approx(SLOW_HZ)
 
 
 def test_without_the_extra_the_line_says_how_to_get_it(

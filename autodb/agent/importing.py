@@ -14,7 +14,7 @@ from autodb.channels import axis_of
 from autodb.errors import UnusableInput
 from autodb.records import EDGE, CutTable, Source, edge_codes
 from autodb.records.plausible import refuse_implausible
-from autodb.records.summary import checksum, summarise
+from autodb.records.summary import BaseSummary, checksum, summarise
 from autodb.sensing import raw
 from autodb.sidefile import SideFile
 from autodb.store import Store, models
@@ -70,6 +70,7 @@ def import_file(
             rows=max(base.rows for base in summary),
             units={n: u for base in source.usable() for n, u in base.conversion.units.items()},
             side=source.side.model_dump(mode="json", exclude_defaults=True),
+            channels=[row for base in summary for row in _channel_rows(base)],
         )
         session.add(recording)
         session.flush()
@@ -77,6 +78,23 @@ def import_file(
             assert cuts is not None
             session.add(_cut_row(session, recording.id, cuts, row, signs))
         return Imported(recording.id, recording.kind, recording.rows, len(cuts or ()), False)
+
+
+def _channel_rows(base: BaseSummary) -> list[models.RecordingChannel]:
+    return [
+        models.RecordingChannel(
+            time_base=base.name,
+            name=channel.name,
+            unit=channel.unit,
+            rows=channel.rows,
+            rate_hz=base.rate_hz,
+            minimum=channel.minimum if channel.finite else None,
+            maximum=channel.maximum if channel.finite else None,
+            mean=channel.mean if channel.finite else None,
+            sd=channel.sd if channel.finite else None,
+        )
+        for channel in base.channels.values()
+    ]
 
 
 def _known(session: Session, machine_id: int, sha256: str) -> Imported | None:
