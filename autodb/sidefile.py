@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveInt, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PositiveInt, ValidationError
 
 from autodb.channels import is_channel
 from autodb.errors import UnusableInput, near
@@ -38,6 +38,14 @@ class Column(_Section):
     diameter: bool = False
     kind: Literal["iq", "rms", "peak", "percent"] | None = None
     rated_A: Positive | None = None
+
+
+def _as_table(value: object) -> object:
+    return {"column": value} if isinstance(value, str) else value
+
+
+Named = Annotated[Column, BeforeValidator(_as_table, json_schema_input_type=Column | str)]
+"""A column, or just its name where the unit is ours already."""
 
 
 class RecordingSection(_Section):
@@ -81,7 +89,7 @@ class CutSection(_Section):
 class SideFile(_Section):
     """A whole side file; every part is optional."""
 
-    channels: dict[str, Column] = Field(default_factory=dict)
+    channels: dict[str, Named] = Field(default_factory=dict)
     recording: RecordingSection = RecordingSection()
     tool: ToolSection = ToolSection()
     cut: CutSection = CutSection()
@@ -106,8 +114,6 @@ def read_sidefile(path: Path) -> SideFile:
         raise UnusableInput(f"{path}: no such file") from None
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise UnusableInput(f"{path}: not a readable TOML file ({error})") from None
-    if isinstance(raw.get("channels"), dict):
-        raw["channels"] = {k: _as_table(v) for k, v in raw["channels"].items()}
     try:
         side = SideFile.model_validate(raw)
     except ValidationError as error:
@@ -115,10 +121,6 @@ def read_sidefile(path: Path) -> SideFile:
     for name, spec in side.channels.items():
         _check(path, name, spec)
     return side
-
-
-def _as_table(value: object) -> object:
-    return {"column": value} if isinstance(value, str) else value
 
 
 def _check(path: Path, name: str, spec: Column) -> None:
