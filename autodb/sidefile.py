@@ -33,6 +33,14 @@ class Column(Section):
     clips: bool = False
 
 
+def _as_table(value: object) -> object:
+    return {"column": value} if isinstance(value, str) else value
+
+
+Named = Annotated[Column, BeforeValidator(_as_table, json_schema_input_type=Column | str)]
+"""A column, or just its name where the unit is ours already."""
+
+
 class RecordingSection(Section):
     """Where and when it was recorded."""
 
@@ -71,16 +79,10 @@ class CutSection(Section):
     work_diameter_mm: Positive | None = None
 
 
-def _as_table(value: object) -> object:
-    return {"column": value} if isinstance(value, str) else value
-
-
 class SideFile(Section):
     """A whole side file; every part is optional."""
 
-    channels: dict[
-        str, Annotated[Column, BeforeValidator(_as_table, json_schema_input_type=str | Column)]
-    ] = Field(default_factory=dict)
+    channels: dict[str, Named] = Field(default_factory=dict)
     recording: RecordingSection = RecordingSection()
     tool: ToolSection = ToolSection()
     cut: CutSection = CutSection()

@@ -95,7 +95,10 @@ def test_the_wheel_holds_the_kits_and_nothing_else(tmp_path: Path) -> None:
     for part in (
         "autodb/_assets/calibration/turning-aluminium.toml",
         "autodb/_assets/schema/migrations/versions/0001_first_tables.py",
+        "autodb/_assets/schema/migrations/versions/0002_a_database_that_lasts.py",
+        "autodb/_assets/schema/job.schema.json",
         "autodb/_assets/sample_jobs/stepped_shaft/job.toml",
+        "autodb/_assets/sample_jobs/stepped_shaft/machine.toml",
         "autodb/templates/page.html.j2",
         "autodb/py.typed",
     ):
