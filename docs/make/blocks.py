@@ -16,13 +16,17 @@ import io
 import os
 import re
 import shlex
+import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 
 from autodb.cli import run
 
 COLUMNS = "200"
-"""Characters a line of printed output may have: wide enough that no table wraps."""
+"""Width of the terminal that commands print to: no table wraps in it."""
+FOLD = 92
+"""Characters after which a sentence of the output is folded on the page; tables are not."""
+TABLE = re.compile(r"\S {3,}\S|[─│]")
 BLOCK = re.compile(
     r"<!-- (?P<kind>run|refused|write|python|show)(?:: (?P<what>[^\n]+?))? -->\n"
     r"(?P<fence>```\w*\n)(?P<body>.*?)```\n",
@@ -61,7 +65,7 @@ def _play(match: re.Match[str]) -> str:
 
 
 def printed(command: str, *, code: int) -> str:
-    """Return what ``autodb …`` prints, without the blanks that fill its lines.
+    """Return what ``autodb …`` prints, without the blanks that fill its lines, sentences folded.
 
     Raises WrongExit when it does not exit with ``code``.
     """
@@ -70,8 +74,16 @@ def printed(command: str, *, code: int) -> str:
         ended = run(shlex.split(command)[1:])
     if ended != code:
         raise WrongExit(f"{command}: exit {ended}, the page says {code}: {out.getvalue()}")
-    lines = [line.rstrip() for line in out.getvalue().splitlines()]
-    return "".join(f"{line}\n" for line in lines)
+    return "".join(f"{_folded(line.rstrip())}\n" for line in out.getvalue().splitlines())
+
+
+def _folded(line: str) -> str:
+    if len(line) <= FOLD or TABLE.search(line):
+        return line
+    indent = " " * (len(line) - len(line.lstrip()) + 4)
+    return textwrap.fill(
+        line, FOLD, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
 
 
 @contextlib.contextmanager

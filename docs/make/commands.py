@@ -32,8 +32,8 @@ def _sections(path: str, command: Any) -> list[str]:
 
 def _section(path: str, command: Any) -> str:
     name = path.removeprefix("autodb ")
-    usage = " ".join([path, *(_usage(p) for p in command.params)])
-    lines = [f"## {name}", "", f"`{usage}`", "", str(command.help), ""]
+    usage = " ".join(f"`{part}`" for part in (path, *(_usage(p) for p in command.params)))
+    lines = [f"## {name}", "", usage, "", str(command.help), ""]
     lines += ["| takes | default | meaning |", "|---|---|---|"]
     lines += [_row(p) for p in command.params]
     return "\n".join([*lines, ""])
