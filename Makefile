@@ -3,8 +3,10 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
+# the theme's notice about MkDocs 2 says nothing about this build
+export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint docs bench wheel-demo clean
 
 demo: $(VENV)/.core
 	$(BIN)/autodb demo --out demo-out
@@ -17,12 +19,25 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/mkdocs build --quiet --strict
+
+docs: $(VENV)/.dev
+	$(BIN)/mkdocs build --quiet --strict
+	@echo site/index.html
+
+# the wheel, with nothing else of this checkout, in an environment of its own
+wheel-demo: $(VENV)/.dev
+	set -e; away=$$(mktemp -d); trap 'rm -rf "$$away"' EXIT; \
+	$(BIN)/python -m build --wheel --no-isolation --outdir "$$away" . > "$$away/build.log"; \
+	$(PYTHON) -m venv "$$away/venv"; \
+	"$$away/venv/bin/python" -m pip install --quiet -c constraints.txt "$$away"/*.whl; \
+	cd "$$away" && venv/bin/autodb demo --out demo-out
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks
 
 clean:
-	rm -rf $(VENV) demo-out
+	rm -rf $(VENV) demo-out site
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

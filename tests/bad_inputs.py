@@ -9,6 +9,7 @@ import io
 import os
 import sys
 import tempfile
+import textwrap
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -202,8 +203,10 @@ PARTS = (
 HEAD = """\
 # Bad inputs
 
-What each unusable input gets: one line on standard error, exit status 2, nothing stored. Every line
-below was printed by the command beside it, on a file made for this page.
+What each unusable input gets: one line on standard error (folded here), exit status 2, nothing
+stored. Every line below was printed by the command beside it, on a file made for this page.
+
+<!-- made by python -m tests.bad_inputs docs/bad-inputs.md -->
 """
 
 
@@ -258,10 +261,14 @@ def page() -> str:
     parts = [HEAD]
     for title, cases in PARTS:
         parts.append(f"\n## {title}\n")
-        for case in cases:
-            _, line = answer(case)
-            parts.append(f"\n**{case.what}** · `{case.command}`\n\n    {line.strip()}\n")
+        parts += [entry(case, answer(case)[1]) for case in cases]
     return "".join(parts)
+
+
+def entry(case: Case, said: str) -> str:
+    """Return a case's entry on the page: what is wrong, the command, the line that it gets."""
+    line = textwrap.fill(said.strip(), 96, break_on_hyphens=False, break_long_words=False)
+    return f"\n**{case.what}** · `{case.command}`\n\n```text\n{line}\n```\n"
 
 
 if __name__ == "__main__":

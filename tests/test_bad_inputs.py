@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.bad_inputs import PARTS, Case, answer, folder_of
+from tests.bad_inputs import PARTS, Case, answer, entry, folder_of
 from tests.conftest import ROOT
 
 CASES = [case for _, cases in PARTS for case in cases]
@@ -19,7 +19,7 @@ def test_the_page_says_what_the_command_says(case: Case) -> None:
     lines = said.splitlines()
     assert len(lines) == 1
     assert lines[0].startswith("autodb: ")
-    assert f"**{case.what}** · `{case.command}`\n\n    {lines[0]}\n" in PAGE
+    assert entry(case, said) in PAGE
 
 
 def test_the_page_has_no_other_cases() -> None:

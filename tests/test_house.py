@@ -112,8 +112,10 @@ def test_the_wheel_holds_the_kits_and_nothing_else(tmp_path: Path) -> None:
 
 def test_every_installed_version_is_pinned() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    extras = [r for extra in project["optional-dependencies"].values() for r in extra]
-    wanted = [r for r in (*project["dependencies"], *extras) if not r.startswith("autodb")]
+    extras = [name for extra in project["optional-dependencies"].values() for name in extra]
+    wanted = [
+        name for name in (*project["dependencies"], *extras) if not name.startswith("autodb[")
+    ]
     pinned = {
         line.split("==")[0].lower().replace("_", "-")
         for line in (ROOT / "constraints.txt").read_text().splitlines()

@@ -1,0 +1,1 @@
+"""Make every figure, every printed output and the command reference of the documentation."""

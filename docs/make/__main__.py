@@ -1,0 +1,53 @@
+"""`python -m docs.make`: every figure, every printed output, the command reference.
+
+What needs the two real recordings is left as it is where they are not.
+"""
+
+import os
+import shutil
+import tempfile
+from pathlib import Path
+
+from docs.make import blocks, commands, emps, frames, turning
+
+DOCS = Path(__file__).parent.parent
+ROOT = DOCS.parent
+SHARED = Path(os.environ.get("AUTODB_SHARED", ROOT.parent / "shared")) / "data"
+EMPS = SHARED / "emps" / "DATA_EMPS.mat"
+TURNING = SHARED / "vicomtech_turning_wear" / "Dataset_Machine_tool_wear.csv"
+JOBS = ROOT / "sample_jobs"
+SAMPLE = (
+    *sorted((JOBS / "stepped_shaft" / "recordings").iterdir()),
+    JOBS / "stepped_shaft" / "job.toml",
+)
+REAL = (EMPS, TURNING)
+REAL_PAGE = DOCS / "tutorial.md"
+SAMPLE_PAGES = tuple(sorted((DOCS / "how-to").glob("*.md")))
+COMMANDS_PAGE = DOCS / "commands.md"
+
+
+def main() -> None:
+    """Make everything whose data are here, and say what was left."""
+    COMMANDS_PAGE.write_text(commands.filled(COMMANDS_PAGE.read_text("utf-8")), "utf-8")
+    frames.draw()
+    for page in SAMPLE_PAGES:
+        page.write_text(made(page, SAMPLE), "utf-8")
+    missing = [path for path in REAL if not path.exists()]
+    if missing:
+        print(f"{REAL_PAGE.name} and its figures are left as they are: no {missing[0]}")
+        return
+    REAL_PAGE.write_text(made(REAL_PAGE, REAL), "utf-8")
+    emps.draw(EMPS, JOBS / "emps" / "columns.toml")
+    turning.draw(TURNING, JOBS / "vicomtech_turning_wear" / "columns.toml")
+
+
+def made(page: Path, files: tuple[Path, ...]) -> str:
+    """Return the text of a page with its commands run in a fresh folder that holds ``files``."""
+    with tempfile.TemporaryDirectory() as folder:
+        for file in files:
+            shutil.copyfile(file, Path(folder) / file.name)
+        return blocks.played(page.read_text("utf-8"), Path(folder))
+
+
+if __name__ == "__main__":
+    main()

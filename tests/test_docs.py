@@ -1,0 +1,124 @@
+"""The documentation says what the program does: its outputs, commands, figures and links."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+import yaml
+from numpy.testing import assert_allclose
+
+from docs.make import __main__ as make
+from docs.make import blocks, commands, frames, style
+from tests.conftest import ROOT
+
+DOCS = ROOT / "docs"
+FIGURES = sorted((DOCS / "figures").glob("*.svg"))
+FETCHED = re.compile(
+    r"<(?:script|img|iframe|source|video|audio)[^>]+src=[\"']?(?:https?:)?//"
+    r"|<link[^>]+href=[\"']?(?:https?:)?//|url\([\"']?(?:https?:)?//|@import[^;]+//"
+)
+
+
+@pytest.mark.parametrize("page", make.SAMPLE_PAGES, ids=lambda page: page.stem)
+def test_how_to_pages_print_what_the_commands_print(page: Path) -> None:
+    assert make.made(page, make.SAMPLE) == page.read_text("utf-8")
+
+
+def test_the_tutorial_prints_what_the_commands_print(emps: Path, vicomtech: Path) -> None:
+    assert make.made(make.REAL_PAGE, (emps, vicomtech)) == make.REAL_PAGE.read_text("utf-8")
+
+
+def test_the_command_reference_is_the_command_line() -> None:
+    page = make.COMMANDS_PAGE.read_text("utf-8")
+    assert commands.filled(page) == page
+    assert "| `--machine NAME` | required | Name of the machine. |" in page
+
+
+def test_a_page_whose_command_ends_otherwise_is_not_made(tmp_path: Path) -> None:
+    page = "<!-- run: autodb trace prediction 7 -->\n```text\n```\n"
+    with pytest.raises(blocks.WrongExit, match="exit 2, the page says 0"):
+        blocks.played(page, tmp_path)
+
+
+def test_blocks_are_run_in_their_folder_in_order(tmp_path: Path) -> None:
+    page = (
+        "<!-- write: a.txt -->\n```text\none\ntwo\n```\n"
+        "<!-- python -->\n```python\nfrom pathlib import Path\n"
+        "Path('b.txt').write_text(2 * Path('a.txt').read_text())\n```\n"
+        "<!-- show: b.txt 3 -->\n```text\nold\n```\n"
+        "<!-- run: autodb init -->\n```text\nold\n```\n"
+    )
+    played = blocks.played(page, tmp_path)
+    assert "<!-- show: b.txt 3 -->\n```text\none\ntwo\none\n```\n" in played
+    assert "```text\n$ autodb init\nsqlite:///autodb.sqlite3: ready\n```\n" in played
+    assert (tmp_path / "autodb.sqlite3").exists()
+
+
+def test_force_on_a_milling_tooth_has_the_signs_of_the_frame() -> None:
+    # D 10, slot, h = 0.05 sin φ, K_tc 2000, K_rc 600 N/mm², a_p 1 mm, one tooth at φ = 90°
+    assert_allclose(frames.force_on_tool(100.0, 30.0, 90.0), (-30.0, 100.0), atol=1e-9)
+    assert_allclose(frames.tooth_at(90.0, 5.0), (5.0, 0.0), atol=1e-9)
+
+
+def test_frames_are_drawn_with_the_same_bytes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(style, "FIGURES", tmp_path)
+    frames.draw()
+    for made in tmp_path.iterdir():
+        assert made.read_bytes() == (DOCS / "figures" / made.name).read_bytes()
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+@pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: figure.stem)
+def test_figures_are_small_shown_and_follow_the_colour_scheme(figure: Path) -> None:
+    text = figure.read_text("utf-8")
+    assert len(text) < 150_000
+    assert "prefers-color-scheme:dark" in text
+    assert not re.search(r"<image|href=\"http|<dc:date>", text)
+    pages = "".join(page.read_text("utf-8") for page in DOCS.glob("*.md"))
+    assert f"(figures/{figure.name})" in pages
+    if figure.stem.startswith("turning-"):
+        caption = pages.split(f"(figures/{figure.name})")[1].split("</figcaption>")[0]
+        assert "Vicomtech" in caption
+        assert "CC BY-SA 4.0" in " ".join(caption.split())
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of the site, built once."""
+    from mkdocs.commands.build import build
+    from mkdocs.config import load_config
+
+    folder = tmp_path_factory.mktemp("site")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("NO_MKDOCS_2_WARNING", "1")
+        patch.chdir(ROOT)
+        build(load_config(str(ROOT / "mkdocs.yml"), site_dir=str(folder), strict=True))
+    return folder
+
+
+def test_the_site_fetches_nothing(site: Path) -> None:
+    assert FETCHED.search('<script src="https://unpkg.com/x"></script>')
+    pages = [p for p in site.rglob("*") if p.suffix in {".html", ".css", ".svg"}]
+    assert len(pages) > 20
+    for page in pages:
+        assert not FETCHED.search(page.read_text("utf-8")), page
+
+
+def test_the_site_holds_every_page_and_no_source(site: Path) -> None:
+    for page in DOCS.rglob("*.md"):
+        assert (site / page.relative_to(DOCS).with_suffix(".html")).exists(), page
+    assert not list(site.rglob("*.py"))
+    assert "var __index = " in (site / "search" / "search_index.js").read_text("utf-8")
+
+
+def test_citation_agrees_with_the_package() -> None:
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    assert citation["cff-version"] == "1.2.0"
+    assert {"message", "title", "authors"} <= citation.keys()
+    assert citation["version"] == project["version"]
+    assert citation["license"] == project["license"]
+    assert citation["title"] == project["name"]

@@ -1,0 +1,51 @@
+"""The built wheel works without the checkout."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from hatchling.builders.wheel import WheelBuilder
+
+from tests.conftest import ROOT
+
+DEMO = """
+import sys
+from pathlib import Path
+
+checkout, unpacked = (Path(p).resolve() for p in sys.argv[1:])
+sys.path = [p for p in sys.path if not (Path(p) / "pyproject.toml").exists()]
+assert str(checkout) not in sys.path
+
+import autodb
+from autodb.assets import kit
+from autodb.cli import run
+
+for found in (Path(autodb.__file__), kit("sample_jobs"), kit("calibration"), kit("schema")):
+    assert found.resolve().is_relative_to(unpacked), found
+sys.exit(run(["demo", "--out", "out"]))
+"""
+
+
+def test_the_wheel_runs_the_demo_away_from_the_checkout(tmp_path: Path) -> None:
+    unpacked, elsewhere = tmp_path / "unpacked", tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    wheel = next(WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"]))
+    subprocess.run(
+        [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index",
+         "--no-compile", "--target", str(unpacked), wheel],
+        check=True,
+    )  # fmt: skip
+    assert (unpacked / "bin" / "autodb").exists()
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", DEMO, str(ROOT), str(unpacked)],
+        capture_output=True, text=True, cwd=elsewhere, check=False, env=_environment(unpacked),
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "predicted: rough Ø56" in done.stdout
+    assert (elsewhere / "out" / "report.html").exists()
+
+
+def _environment(unpacked: Path) -> dict[str, str]:
+    kept = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "AUTODB_DB")}
+    return {**kept, "PYTHONPATH": str(unpacked)}
