@@ -8,6 +8,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PositiveInt,
 
 from autodb.channels import is_channel
 from autodb.errors import UnusableInput, near
+from autodb.toolfile import ToolKind, geometry_of, read_tool
 
 Operation = Literal[
     "slot", "side-up", "side-down", "ramp", "pocket", "turn", "face", "taper", "contour", "drill"
@@ -61,9 +62,14 @@ class RecordingSection(_Section):
 
 
 class ToolSection(_Section):
-    """The tool in use: a cutter's diameter, teeth, helix, or an insert's angles."""
+    """The tool in use: a cutter's diameter, teeth, helix, or an insert's angles.
+
+    ``file``: a tool file, relative to the side file, that says the same or more.
+    """
 
     name: str | None = None
+    file: str | None = None
+    kind: ToolKind | None = None
     diameter_mm: Positive | None = None
     teeth: PositiveInt | None = None
     helix_deg: Finite | None = None
@@ -71,6 +77,8 @@ class ToolSection(_Section):
     kappa_deg: Finite | None = None
     rake_deg: Finite | None = None
     inclination_deg: Finite | None = None
+    corner_radius_mm: Finite | None = None
+    point_angle_deg: Finite | None = None
 
 
 class CutSection(_Section):
@@ -120,7 +128,23 @@ def read_sidefile(path: Path) -> SideFile:
         raise UnusableInput(_say(path, error)) from None
     for name, spec in side.channels.items():
         _check(path, name, spec)
-    return side
+    return _with_tool_file(path, side)
+
+
+def _with_tool_file(path: Path, side: SideFile) -> SideFile:
+    """Return a side file whose [tool] also says what its tool file says."""
+    if side.tool.file is None:
+        return side
+    tool = read_tool(path.parent / side.tool.file)
+    known = geometry_of(tool).model_dump(exclude_none=True)
+    known |= {"name": tool.name, "kind": tool.kind}
+    said = side.tool.model_dump(exclude_none=True)
+    for key, value in said.items():
+        if known.get(key, value) != value:
+            raise UnusableInput(
+                f"{path}: [tool] {key} = {value}, but {side.tool.file} says {known[key]}"
+            )
+    return side.model_copy(update={"tool": ToolSection.model_validate({**known, **said})})
 
 
 def _check(path: Path, name: str, spec: Column) -> None:
