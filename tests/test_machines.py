@@ -144,6 +144,7 @@ BAD_MACHINES = [
         "is not below high_rpm",
     ),
     ("[axes.z]\nmoved_mass_kg = -3\n", "axes.z.moved_mass_kg"),
+    ("[axes.z]\ncounterweight_force_N = 3\n", "needs a counterweight"),
     ("axes = 3\n", "axes"),
 ]
 
