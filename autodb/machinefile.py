@@ -63,6 +63,12 @@ class AxisFile(Section):
     limits: Limits = Limits()
     torque_constant_N_m_A: Reference | None = None
 
+    @model_validator(mode="after")
+    def _counterweight_with_force(self) -> "AxisFile":
+        if self.counterweight_force_N is not None and self.counterweight in (None, "none"):
+            raise ValueError("counterweight_force_N needs a counterweight; 'weight' would work")
+        return self
+
 
 class Gear(Section):
     """One gear range of the spindle; above ``base_speed_rpm`` its power is constant."""

@@ -6,8 +6,9 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, PositiveInt, model_validator
 
 from autodb.channels import is_channel
-from autodb.errors import near
+from autodb.errors import UnusableInput, near
 from autodb.tomlfile import Finite, Positive, Section, read_toml
+from autodb.toolfile import ToolKind, geometry_of, read_tool
 
 Operation = Literal[
     "slot", "side-up", "side-down", "ramp", "pocket", "turn", "face", "taper", "contour", "drill"
@@ -54,9 +55,14 @@ class RecordingSection(Section):
 
 
 class ToolSection(Section):
-    """The tool in use: a cutter's diameter, teeth, helix, or an insert's angles."""
+    """The tool in use: a cutter's diameter, teeth, helix, or an insert's angles.
+
+    ``file``: a tool file, relative to the side file, that says the same or more.
+    """
 
     name: str | None = None
+    file: str | None = None
+    kind: ToolKind | None = None
     diameter_mm: Positive | None = None
     teeth: PositiveInt | None = None
     helix_deg: Finite | None = None
@@ -64,6 +70,8 @@ class ToolSection(Section):
     kappa_deg: Finite | None = None
     rake_deg: Finite | None = None
     inclination_deg: Finite | None = None
+    corner_radius_mm: Finite | None = None
+    point_angle_deg: Finite | None = None
 
 
 class CutSection(Section):
@@ -101,7 +109,23 @@ def read_sidefile(path: Path) -> SideFile:
 
     Raises UnusableInput with the file, the key and names that would have worked.
     """
-    return read_toml(path, SideFile)
+    return _with_tool_file(path, read_toml(path, SideFile))
+
+
+def _with_tool_file(path: Path, side: SideFile) -> SideFile:
+    """Return a side file whose [tool] also says what its tool file says."""
+    if side.tool.file is None:
+        return side
+    tool = read_tool(path.parent / side.tool.file)
+    known = geometry_of(tool).model_dump(exclude_none=True)
+    known |= {"name": tool.name, "kind": tool.kind}
+    said = side.tool.model_dump(exclude_none=True)
+    for key, value in said.items():
+        if known.get(key, value) != value:
+            raise UnusableInput(
+                f"{path}: [tool] {key} = {value}, but {side.tool.file} says {known[key]}"
+            )
+    return side.model_copy(update={"tool": ToolSection.model_validate({**known, **said})})
 
 
 def _fault(name: str, spec: Column) -> str:

@@ -51,7 +51,7 @@ def test_blocks_are_run_in_their_folder_in_order(tmp_path: Path) -> None:
     )
     played = blocks.played(page, tmp_path)
     assert "<!-- show: b.txt 3 -->\n```text\none\ntwo\none\n```\n" in played
-    assert "```text\n$ autodb init\nsqlite:///autodb.sqlite3: ready\n```\n" in played
+    assert "```text\n$ autodb init\nsqlite:///autodb.sqlite3: ready, schema 0002\n```\n" in played
     assert (tmp_path / "autodb.sqlite3").exists()
 
 

@@ -144,6 +144,7 @@ BAD_MACHINES = [
         "is not below high_rpm",
     ),
     ("[axes.z]\nmoved_mass_kg = -3\n", "axes.z.moved_mass_kg"),
+    ("[axes.z]\ncounterweight_force_N = 3\n", "needs a counterweight"),
     ("axes = 3\n", "axes"),
 ]
 
@@ -198,3 +199,37 @@ def test_iso_codes_lead_to_fields_that_are_there() -> None:
     assert len({code.symbol for code in ISO_13399}) == len(ISO_13399)
     for code in ISO_13399:
         assert set(code.ours.values()) <= set(Geometry.model_fields)
+
+
+def test_a_side_file_takes_its_tool_from_a_tool_file(
+    cli: Cli, refused: Callable[..., str], sample_jobs: Path
+) -> None:
+    tool = sample_jobs / "stepped_shaft" / "tool.toml"
+    Path("tool.toml").write_text(tool.read_text())
+    Path("cuts.csv").write_text("cut,t,z.current,work.material,tool\n1,0,2,steel,carbide insert\n")
+    cli("init")
+    cli("machine", "add", "m")
+    cli("import", "cuts.csv", "--machine", "m")
+    assert _tool().nose_radius_mm is None
+    Path("more.csv").write_text("cut,t,z.current\n2,0,2\n")
+    Path("more.toml").write_text('[recording]\nwork = "steel"\n[tool]\nfile = "tool.toml"\n')
+    assert cli("import", "more.csv", "--machine", "m").code == 0
+    row = _tool()
+    assert (row.kind, row.nose_radius_mm, row.kappa_deg, row.rake_deg) == (
+        "turning_insert", 0.8, 93.0, -6.0,
+    )  # fmt: skip
+    Path("bad.csv").write_text("cut,t,z.current\n3,0,2\n")
+    Path("bad.toml").write_text('[tool]\nfile = "tool.toml"\nkappa_deg = 75\n')
+    line = refused("import", "bad.csv", "--machine", "m")
+    assert "bad.toml: [tool] kappa_deg = 75.0, but tool.toml says 93.0" in line
+    Path("bad.toml").write_text('[tool]\nfile = "none.toml"\n')
+    assert "none.toml: no such file" in refused("import", "bad.csv", "--machine", "m")
+
+
+def _tool() -> models.Tool:
+    store = open_store(URL)
+    with store.reading() as session:
+        row = session.scalars(select(models.Tool)).one()
+        session.expunge(row)
+    store.close()
+    return row

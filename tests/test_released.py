@@ -3,9 +3,11 @@
 import gzip
 import json
 import sqlite3
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import alembic.op
 import pytest
 from numpy.testing import assert_allclose
 from sqlalchemy import inspect
@@ -107,6 +109,41 @@ def test_it_goes_down_again_unchanged(version: str, tmp_path: Path) -> None:
     migrate(url, "0001")
     assert _content(path) == before
     assert _schema(url) == schema
+
+
+def test_an_upgrade_that_fails_halfway_leaves_the_released_database(
+    version: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    del version
+    path = tmp_path / "autodb.sqlite3"
+    before, schema = _content(path), _schema(f"sqlite:///{path}")
+    real, changed = alembic.op.batch_alter_table, []
+
+    def alter(name: str, **options: Any) -> Any:
+        changed.append(name)
+        if len(changed) == 7:
+            raise RuntimeError
+        return real(name, **options)
+
+    monkeypatch.setattr(alembic.op, "batch_alter_table", alter)
+    with pytest.raises(RuntimeError):
+        create_store(f"sqlite:///{path}")
+    assert _content(path) == before
+    assert _schema(f"sqlite:///{path}") == schema
+
+
+def test_a_database_with_rows_that_lead_nowhere_is_not_upgraded(
+    version: str, refused: Callable[..., str], tmp_path: Path
+) -> None:
+    del version
+    path = tmp_path / "autodb.sqlite3"
+    connection = sqlite3.connect(path)
+    connection.execute("DELETE FROM recording WHERE id = 1")
+    connection.commit()
+    connection.close()
+    before = _content(path)
+    assert "has rows that point to no row" in refused("init")
+    assert _content(path) == before
 
 
 def test_what_the_lower_schema_cannot_hold_does_not_stay_behind(

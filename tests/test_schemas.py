@@ -94,6 +94,12 @@ def test_what_explain_writes_is_an_explanation(cli: Cli, sample_jobs: Path) -> N
     assert _accepts("explanation", answer)
 
 
+def test_the_docs_quote_the_sample_files() -> None:
+    text = (ROOT / "docs" / "formats.md").read_text()
+    for name in ("machine.toml", "tool.toml"):
+        assert (JOBS / "stepped_shaft" / name).read_text() in text
+
+
 def test_every_physical_key_says_its_unit() -> None:
     assert unit_of("torque_constant_N_m_A") == "N·m/A"
     assert unit_of("limits") is None

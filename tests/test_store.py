@@ -9,7 +9,7 @@ import alembic.op
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
-from sqlalchemy import inspect, select
+from sqlalchemy import create_engine, inspect, select
 from sqlalchemy.exc import IntegrityError
 
 from autodb import store as stores
@@ -39,6 +39,23 @@ def test_the_migrations_make_the_tables_of_the_models(store: Store) -> None:
     with store.engine.connect() as connection:
         context = MigrationContext.configure(connection)
         assert compare_metadata(context, models.Base.metadata) == []
+
+
+def test_the_migrations_make_the_checks_of_the_models(store: Store, tmp_path: Path) -> None:
+    """Alembic compares no checks and defaults: a database made from the models has the same."""
+    made = create_engine(f"sqlite:///{tmp_path / 'made.sqlite3'}")
+    models.Base.metadata.create_all(made)
+    by_models, by_migrations = inspect(made), inspect(store.engine)
+    for table in models.Base.metadata.tables:
+        for look in ("get_check_constraints", "get_columns", "get_unique_constraints"):
+            ours = getattr(by_models, look)(table)
+            theirs = getattr(by_migrations, look)(table)
+            assert sorted(map(_without_order, ours)) == sorted(map(_without_order, theirs)), table
+    made.dispose()
+
+
+def _without_order(found: dict[str, Any]) -> str:
+    return str(sorted((key, str(value)) for key, value in found.items() if key != "primary_key"))
 
 
 def test_the_migrations_go_down_and_up_again(store: Store, url: str) -> None:

@@ -162,8 +162,9 @@ def _pair_id(session: Session, texts: dict[str, str], side: SideFile) -> int | N
         material_row = models.Material(name=material)
     tool_row = session.scalar(select(models.Tool).where(models.Tool.name == tool))
     if tool_row is None:
-        geometry = side.tool.model_dump(include=set(_GEOMETRY))
-        tool_row = models.Tool(name=tool, **geometry)
+        tool_row = models.Tool(name=tool)
+    if side.tool.name in (None, tool):
+        _fill_geometry(tool_row, side)
     session.add_all([material_row, tool_row])
     session.flush()
     pair = session.scalar(
@@ -178,8 +179,15 @@ def _pair_id(session: Session, texts: dict[str, str], side: SideFile) -> int | N
     return pair.id
 
 
+def _fill_geometry(tool: models.Tool, side: SideFile) -> None:
+    """Give a tool the geometry that a side file states and nobody stated before."""
+    for name in _GEOMETRY:
+        if getattr(tool, name) is None:
+            setattr(tool, name, getattr(side.tool, name))
+
+
 _GEOMETRY = (
-    *("diameter_mm", "teeth", "helix_deg"),
+    *("kind", "diameter_mm", "teeth", "helix_deg", "corner_radius_mm", "point_angle_deg"),
     *("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg"),
 )
 

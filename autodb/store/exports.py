@@ -119,7 +119,7 @@ def _write_tables(
 def _write(connection: Connection, table: Table, path: Path, owner: int | None) -> int:
     query = select(*(type_coerce(c, _stored(c)).label(c.name) for c in table.columns))
     query = query.order_by(*table.primary_key.columns)
-    kept = None if owner is None else _of_machine(table, owner)
+    kept = None if owner is None else _kept(table, owner)
     if kept is not None:
         query = query.where(kept)
     schema = pa.schema([(c.name, _arrow(c)) for c in table.columns])
@@ -150,10 +150,27 @@ def _arrow(column: Column[Any]) -> pa.DataType:
     raise TypeError(f"{column}: no Parquet type for {column.type}")
 
 
+def _kept(table: Table, owner: int) -> ColumnElement[bool] | None:
+    """Return which rows the export of one machine holds; None for all.
+
+    Of work-tool pairs, which belong to no machine, those that a row of this machine points to.
+    """
+    pair = models.Pair.__table__
+    if table is not pair:
+        return _of_machine(table, owner)
+    used = [
+        table.c.id.in_(select(column).where(mine))
+        for other in models.Base.metadata.sorted_tables
+        for column in other.columns
+        if column.references(pair.c.id) and (mine := _of_machine(other, owner)) is not None
+    ]
+    return or_(*used)
+
+
 def _of_machine(table: Table, owner: int) -> ColumnElement[bool] | None:
     """Return which rows of a table lead to no other machine; None where no row leads to one.
 
-    Tools, materials and what else belongs to no machine go along whole.
+    Tools, materials and what else belongs to no machine lead to none.
     """
     if table.name == models.Machine.__tablename__:
         return table.c.id == owner

@@ -18,6 +18,11 @@ OPERATION = "turn"
 OLD_KEY = "uq_cutting_parameters_machine_id"
 """The name that 0001's unnamed key gets while it is dropped, or put back."""
 
+HOLDS_FOR = ("gear_range", "coolant", "spindle_state", "feed_direction")
+DIALECTS = ("fanuc", "siemens", "heidenhain", "haas", "mazak", "okuma", "linuxcnc", "other")
+COUNTERWEIGHTS = ("none", "weight", "gas", "hydraulic", "spring")
+ESTIMATORS = ("range", "drive", "lstm", "table", "inspection", "fusion")
+
 Kind = Callable[[], sa.types.TypeEngine[Any]]
 TEXT, REAL, WHOLE, TRUTH, TREE = sa.String, sa.Double, sa.Integer, sa.Boolean, sa.JSON
 
@@ -85,16 +90,11 @@ CHECKS_OF_0001 = {
 """SQLite changes a table by copying it, and does not carry unnamed checks over by itself."""
 CHECKS = {
     "machine": {
-        "ck_machine_dialect": _one_of(
-            "dialect",
-            *("fanuc", "siemens", "heidenhain", "haas", "mazak", "okuma", "linuxcnc", "other"),
-        ),
+        "ck_machine_dialect": _one_of("dialect", *DIALECTS),
         "ck_machine_units": _one_of("units", "mm", "inch"),
     },
     "axis": {
-        "ck_axis_counterweight": _one_of(
-            "counterweight", "none", "weight", "gas", "hydraulic", "spring"
-        ),
+        "ck_axis_counterweight": _one_of("counterweight", *COUNTERWEIGHTS),
         "ck_axis_vertical": _one_of("vertical", "up", "down"),
         "ck_axis_travel": "travel_low_mm < travel_high_mm",
         "ck_axis_torque_constant": (
@@ -117,15 +117,8 @@ CHECKS = {
 }
 INDICES = {
     "tool": {"ix_tool_kind": ["kind"]},
-    "cut": {
-        "ix_cut_pair_operation": ["pair_id", "operation"],
-        "ix_cut_started_at": ["started_at"],
-    },
-    "calibration": {
-        "ix_calibration_key": [
-            *("machine_id", "axis", "gear_range", "coolant", "spindle_state", "feed_direction")
-        ]
-    },
+    "cut": {"ix_cut_pair_operation": ["pair_id", "operation"], "ix_cut_started_at": ["started_at"]},
+    "calibration": {"ix_calibration_key": ["machine_id", "axis", *HOLDS_FOR]},
     "sensed_force": {"ix_sensed_force_estimator_id": ["estimator_id"]},
     "mismatch": {"ix_mismatch_status": ["status"]},
 }
@@ -169,7 +162,7 @@ def _added() -> dict[str, list[sa.Column[Any]]]:
         "calibration": [
             sa.Column("kind", sa.String(), server_default="line", nullable=False),
             *_maybe(TREE, "parameters"),
-            *_maybe(TEXT, "gear_range", "coolant", "spindle_state", "feed_direction", "protocol"),
+            *_maybe(TEXT, *HOLDS_FOR, "protocol"),
         ],
         "sensed_force": _maybe(WHOLE, "estimator_id"),
         "channel_model": _maybe(WHOLE, "parent_id"),
@@ -265,10 +258,7 @@ def _create_tables() -> None:
         *(*_needed(WHOLE, "version"), *_maybe(TREE, "model", "normalisation")),
         *(*_maybe(TEXT, "path", "sha256"), *_needed(TREE, "scores")),
         _unique("uq_estimator_key", "machine_id", "kind", "component", "version"),
-        _check(
-            "ck_estimator_kind",
-            _one_of("kind", "range", "drive", "lstm", "table", "inspection", "fusion"),
-        ),
+        _check("ck_estimator_kind", _one_of("kind", *ESTIMATORS)),
         _check("ck_estimator_component", _one_of("component", "x", "y", "z")),
         _check("ck_estimator_file", "(path IS NULL) = (sha256 IS NULL)"),
     )
@@ -370,10 +360,8 @@ def downgrade() -> None:
 
 def _forget_what_0001_cannot_say() -> None:
     """Delete rows that would be read as something else, and all that was derived from them."""
-    calibrations = "kind <> 'line' OR " + " OR ".join(
-        f"{column} IS NOT NULL"
-        for column in ("gear_range", "coolant", "spindle_state", "feed_direction")
-    )
+    conditions = " OR ".join(f"{column} IS NOT NULL" for column in HOLDS_FOR)
+    calibrations = f"kind <> 'line' OR {conditions}"
     forces = f"""estimator_id IS NOT NULL
         OR calibration_id IN (SELECT id FROM calibration WHERE {calibrations})"""
     parameters = f"""operation <> '{OPERATION}' OR law <> '{LAW}' OR state IS NOT NULL
