@@ -311,6 +311,15 @@ def test_an_export_comes_back_row_for_row(cli: Cli, recordings: Path) -> None:
     assert _content(Path("again.sqlite3")) == before
 
 
+def test_what_is_unknown_is_null(cli: Cli, recordings: Path) -> None:
+    del cli, recordings
+    with closing(sqlite3.connect(DB)) as connection:
+        for column, table in (("common", "sensed_force"), ("rotary_order", "machine")):
+            texts = connection.execute(f"SELECT {column} FROM {table}").fetchall()
+            assert (None,) in texts
+            assert ("null",) not in texts
+
+
 def test_an_export_is_typed_and_counted(cli: Cli, recordings: Path) -> None:
     del recordings
     cli("export", "out")

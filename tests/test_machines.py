@@ -123,7 +123,7 @@ def test_what_was_learnt_from_keeps_its_axis_and_sign(
     cli("calibrate", "--machine", "m")
     Path("m.toml").write_text('[axes.x]\n[axes.spindle]\ncarries = "work"\n')
     line = refused("machine", "update", "m", "--file", "m.toml")
-    assert "axis 'z' has 1 calibrations and cannot be removed" in line
+    assert "axis 'z' has calibrations (1) and cannot be removed" in line
     Path("m.toml").write_text("[axes.x]\n[axes.z]\ncurrent_sign = -1\n[axes.spindle]\n")
     line = refused("machine", "update", "m", "--file", "m.toml")
     assert "axes.z.current_sign cannot change after an import" in line

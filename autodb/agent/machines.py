@@ -115,7 +115,7 @@ def _learnt_on(session: Session, machine_id: int, axis: str) -> str:
             select(func.count(table.id)).where(table.machine_id == machine_id, table.axis == axis)
         )
         if n:
-            found.append(f"{n} {what}")
+            found.append(f"{what} ({n})")
     return " and ".join(found)
 
 
