@@ -1,3 +1,3 @@
 """Every CNC machine keeps its own machining database."""
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

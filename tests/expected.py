@@ -5,12 +5,12 @@
 
 import json
 import tempfile
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from pydantic import TypeAdapter
 
+from autodb import __version__
 from autodb.agent.calibrating import calibrate_machine
 from autodb.agent.importing import import_file
 from autodb.agent.machines import add_machine
@@ -64,7 +64,7 @@ def _write(job: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         cuts = [_rounded(cut) for cut in answer(job, Path(folder))["cuts"]]
     expected = {
-        "computed_by": f"autodb {version('autodb')}",
+        "computed_by": f"autodb {__version__}",
         "learnt_from": LEARNT_FROM[job],
         "cuts": cuts,
     }
