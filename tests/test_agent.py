@@ -3,12 +3,15 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from sqlalchemy import select
 
+from autodb.agent import importing
+from autodb.records import Source
 from autodb.store import models, open_store
 from tests.conftest import Cli, Ran
 
@@ -53,6 +56,30 @@ def test_repeats_say_already_there(learnt: Cli, recordings: Path) -> None:
         assert done.code == 0
         assert says in done.out
     assert len(_rows(models.CuttingParameters)) == 4  # y and the fed axis, in turning and facing
+
+
+def test_a_file_that_came_with_another_side_file_says_so(learnt: Cli, recordings: Path) -> None:
+    side = Path("side.toml")
+    side.write_text('[recording]\nmachine = "lathe-1"\ncoolant = "flood"\n')
+    file = recordings / "shop-week-1.csv"
+    done = learnt("import", file, "--machine", "lathe-1", "--columns", side)
+    assert "already there (with another side file" in done.out
+
+
+def test_two_agents_that_import_one_file_keep_it_once(
+    learnt: Cli, recordings: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another agent imports the same file while this one is reading it."""
+    file, summarise = recordings / "shop-week-2.csv", importing.summarise
+
+    def overtaken(source: Source, **options: Any) -> Any:
+        monkeypatch.setattr(importing, "summarise", summarise)
+        assert learnt("import", file, "--machine", "lathe-1").code == 0
+        return summarise(source, **options)
+
+    monkeypatch.setattr(importing, "summarise", overtaken)
+    assert "already there, 36 rows" in learnt("import", file, "--machine", "lathe-1").out
+    assert len(_rows(models.Recording)) == 4
 
 
 def test_raw_phase_currents_give_the_same_ranges_as_the_cut_table(

@@ -3,7 +3,6 @@
 Each check is a function that returns (statistic, operator, threshold, passed) and what it found.
 """
 
-import hashlib
 import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from pathlib import Path
 from sqlalchemy import JSON, ColumnElement, String, exists, select, text, type_coerce
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
+from autodb.checksums import checksum
 from autodb.store import Store, head, models, open_store
 
 Progress = Callable[[str], None]
@@ -159,7 +159,7 @@ def unaltered(session: Session, progress: Progress) -> Outcome:
     for number, row in enumerate(rows, start=1):
         for path, sha256 in _files_of(row).items():
             progress(f"recording {number} of {len(rows)}: {path.name}")
-            if _sha256(path) != sha256:
+            if checksum(path) != sha256:
                 found.append(f"recording {row.id}: {path}")
     return _none_of(found)
 
@@ -170,11 +170,6 @@ def _files_of(row: models.Recording) -> dict[Path, str]:
     if row.stored_path is not None and row.stored_sha256 is not None:
         said[Path(row.stored_path)] = row.stored_sha256
     return {path: sha256 for path, sha256 in said.items() if path.is_file()}
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 OF_THE_FILE = (

@@ -1,8 +1,9 @@
 """A file enters the database once, known by its checksum."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from sqlalchemy import select
@@ -11,10 +12,11 @@ from sqlalchemy.orm import Session
 from autodb import records
 from autodb.agent.machines import find_machine
 from autodb.channels import axis_of
+from autodb.checksums import checksum
 from autodb.errors import UnusableInput
 from autodb.records import EDGE, CutTable, Source, edge_codes
 from autodb.records.plausible import refuse_implausible
-from autodb.records.summary import BaseSummary, checksum, summarise
+from autodb.records.summary import BaseSummary, summarise
 from autodb.sensing import raw
 from autodb.sidefile import SideFile
 from autodb.store import Store, models
@@ -24,13 +26,14 @@ _CONDITION_PREFIXES = ("cutting.", "work.", "spindle.speed", "tool.", "chip.", "
 
 @dataclass(frozen=True)
 class Imported:
-    """What an import did."""
+    """What an import did; ``other_side``: it was there already, with another side file."""
 
     recording_id: int
     kind: str
     rows: int
     cuts: int
     already_there: bool
+    other_side: bool = False
 
 
 def import_file(
@@ -50,9 +53,7 @@ def import_file(
     source = records.open_source(path, columns=columns)
     sha256 = checksum(path)
     with store.reading() as session:
-        owner = find_machine(session, machine)
-        owner_id, signs = owner.id, {axis.name: axis.current_sign for axis in owner.axes}
-        known = _known(session, owner_id, sha256)
+        known = _known(session, find_machine(session, machine).id, sha256, source.side)
     if known is not None:
         return known
     named = source.side.recording.machine
@@ -62,22 +63,39 @@ def import_file(
     refuse_implausible(source, summary)
     cuts = _cuts(source, progress)
     with store.writing() as session:
-        recording = models.Recording(
-            machine_id=owner_id,
-            sha256=sha256,
-            path=str(path.resolve()),
-            kind="cuts" if any(base.holds_cuts for base in summary) else "series",
-            rows=max(base.rows for base in summary),
-            units={n: u for base in source.usable() for n, u in base.conversion.units.items()},
-            side=source.side.model_dump(mode="json", exclude_defaults=True),
-            channels=[row for base in summary for row in _channel_rows(base)],
-        )
-        session.add(recording)
-        session.flush()
-        for row in range(len(cuts) if cuts is not None else 0):
-            assert cuts is not None
+        owner = find_machine(session, machine)
+        known = _known(session, owner.id, sha256, source.side)  # another agent may have been faster
+        return known or _keep(session, owner, _row(source, summary, sha256), cuts)
+
+
+def _row(source: Source, summary: Sequence[BaseSummary], sha256: str) -> models.Recording:
+    return models.Recording(
+        sha256=sha256,
+        path=str(source.path.resolve()),
+        kind="cuts" if any(base.holds_cuts for base in summary) else "series",
+        rows=max(base.rows for base in summary),
+        units={n: u for base in source.usable() for n, u in base.conversion.units.items()},
+        side=_said(source.side),
+        channels=[row for base in summary for row in _channel_rows(base)],
+    )
+
+
+def _said(side: SideFile) -> dict[str, Any]:
+    return side.model_dump(mode="json", exclude_defaults=True)
+
+
+def _keep(
+    session: Session, owner: models.Machine, recording: models.Recording, cuts: CutTable | None
+) -> Imported:
+    """Add a recording with its cuts."""
+    recording.machine_id = owner.id
+    session.add(recording)
+    session.flush()
+    signs = {axis.name: axis.current_sign for axis in owner.axes}
+    if cuts is not None:
+        for row in range(len(cuts)):
             session.add(_cut_row(session, recording.id, cuts, row, signs))
-        return Imported(recording.id, recording.kind, recording.rows, len(cuts or ()), False)
+    return Imported(recording.id, recording.kind, recording.rows, len(cuts or ()), False)
 
 
 def _channel_rows(base: BaseSummary) -> list[models.RecordingChannel]:
@@ -97,7 +115,7 @@ def _channel_rows(base: BaseSummary) -> list[models.RecordingChannel]:
     ]
 
 
-def _known(session: Session, machine_id: int, sha256: str) -> Imported | None:
+def _known(session: Session, machine_id: int, sha256: str, side: SideFile) -> Imported | None:
     found = session.scalar(
         select(models.Recording).where(
             models.Recording.machine_id == machine_id, models.Recording.sha256 == sha256
@@ -105,7 +123,8 @@ def _known(session: Session, machine_id: int, sha256: str) -> Imported | None:
     )
     if found is None:
         return None
-    return Imported(found.id, found.kind, found.rows, len(found.cuts), True)
+    other = found.side != _said(side)
+    return Imported(found.id, found.kind, found.rows, len(found.cuts), True, other)
 
 
 def _cuts(source: Source, progress: Callable[[str], None] | None) -> CutTable | None:

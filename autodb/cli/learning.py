@@ -57,6 +57,8 @@ def import_(
             with working(f"importing {file.name}") as progress:
                 done = import_file(store, file, machine=machine, columns=columns, progress=progress)
             what = "already there" if done.already_there else "imported"
+            if done.other_side:
+                what += " (with another side file, which still holds)"
             say(f"recording {done.recording_id}: {file.name}: {what}, {done.rows} rows, "
                 f"{done.cuts} cuts")  # fmt: skip
 

@@ -1,6 +1,5 @@
 """What a file holds, read once in blocks: memory stays that of one block however long it is."""
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -128,12 +127,6 @@ class Rates:
         if self.vd**2 < 0.8 * self.vv * self.dd or self.vd == 0:
             return None
         return self.vv / self.vd
-
-
-def checksum(path: Path) -> str:
-    """Return the SHA-256 of a file as it lies on disk, read in blocks."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def summarise(

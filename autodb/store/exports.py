@@ -3,7 +3,6 @@
 Columns are typed; JSON columns are JSON text as it is stored. ``load`` puts the same rows back.
 """
 
-import hashlib
 import json
 import shutil
 import sqlite3
@@ -30,6 +29,7 @@ from sqlalchemy import (
 )
 
 import autodb
+from autodb.checksums import checksum
 from autodb.errors import UnusableInput, near
 from autodb.store import Store, head, migrate, models, revisions
 from autodb.store.copies import Copied, Progress, needs_folder
@@ -112,7 +112,7 @@ def _write_tables(
             progress(f"table {table.name}")
         path = folder / f"{table.name}.parquet"
         rows = _write(connection, table, path, owner)
-        entries[table.name] = TableEntry(rows=rows, sha256=_sha256(path))
+        entries[table.name] = TableEntry(rows=rows, sha256=checksum(path))
     return entries
 
 
@@ -229,7 +229,7 @@ def read_manifest(folder: Path) -> Manifest:
         file = folder / f"{name}.parquet"
         if not file.is_file():
             raise UnusableInput(f"{file}: not there, but {MANIFEST} lists it")
-        if _sha256(file) != entry.sha256:
+        if checksum(file) != entry.sha256:
             raise UnusableInput(f"{file}: altered since the export (its checksum differs)")
     return manifest
 
@@ -246,8 +246,3 @@ def _fill(connection: sqlite3.Connection, name: str, path: Path) -> None:
         connection.executemany(
             f'INSERT INTO "{name}" ({listed}) VALUES ({places})', zip(*values, strict=True)
         )
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
