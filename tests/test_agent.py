@@ -12,6 +12,7 @@ from sqlalchemy import select
 
 from autodb.agent import importing
 from autodb.records import Source
+from autodb.records.summary import summarise
 from autodb.store import models, open_store
 from tests.conftest import Cli, Ran
 
@@ -70,7 +71,7 @@ def test_two_agents_that_import_one_file_keep_it_once(
     learnt: Cli, recordings: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Another agent imports the same file while this one is reading it."""
-    file, summarise = recordings / "shop-week-2.csv", importing.summarise
+    file = recordings / "shop-week-2.csv"
 
     def overtaken(source: Source, **options: Any) -> Any:
         monkeypatch.setattr(importing, "summarise", summarise)
