@@ -1,5 +1,7 @@
 """What every command shares: the database option, tables, progress, and how errors end."""
 
+import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,6 +11,7 @@ import typer
 
 if TYPE_CHECKING:
     from rich.table import Table
+    from rich.tree import Tree
 
     from autodb.records import CutTable, Recording
     from autodb.store import Store
@@ -96,11 +99,16 @@ def say(text: str) -> None:
     typer.echo(text)
 
 
-def show(table: "Table") -> None:
-    """Print a table."""
+WIDE = 200
+"""Columns where the output goes to a file or a pipe, which do not say how wide they are."""
+
+
+def show(printed: "Table | Tree") -> None:
+    """Print a table or a tree, as wide as the terminal, or `COLUMNS`, or else WIDE."""
     from rich.console import Console
 
-    Console(soft_wrap=False).print(table)
+    unsaid = not sys.stdout.isatty() and "COLUMNS" not in os.environ
+    Console(width=WIDE if unsaid else None).print(printed)
 
 
 def table(title: str, *columns: str) -> "Table":

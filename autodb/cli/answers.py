@@ -189,13 +189,11 @@ def trace(
     db: Database = None,
 ) -> None:
     """Show where a stored number came from, down to recordings."""
-    from rich.console import Console
-
     from autodb.agent.tracing import trace as run
 
     with opened(db) as store:
         node = run(store, kind, number)
-    Console(soft_wrap=True).print(as_tree(node))
+    show(as_tree(node))
 
 
 def as_tree(node: "Node") -> "Tree":
