@@ -8,6 +8,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
+BLOCK_ROWS = 4096
+"""Rows of a block of the factorisation: some hundred kilobytes at ten columns."""
+
+
 @dataclass(frozen=True)
 class Fit:
     """Coefficients (p,), covariance (p, p), residual (n,)."""
@@ -44,12 +48,13 @@ def least_squares(design: Array, values: Array, *, lags: int = 0) -> Fit:
     empty = [int(i) for i in np.flatnonzero(scale == 0)]
     if empty:
         raise Undetermined(empty)
-    u, s, vt = np.linalg.svd(design / scale, full_matrices=False)
+    triangle = _triangle(design, values, scale)
+    u, s, vt = np.linalg.svd(triangle[:p, :p])
     weak = s < s[0] * 1e-9 * np.sqrt(n)
     if weak.any() or n <= p:
         share = np.abs(vt[weak] if weak.any() else vt[-1:]).max(axis=0)
         raise Undetermined([int(i) for i in np.flatnonzero(share > 0.1)])
-    coefficients = (vt.T @ ((u.T @ values) / s)) / scale
+    coefficients = (vt.T @ ((u.T @ triangle[:p, p]) / s)) / scale
     residual = values - design @ coefficients
     inverse = (vt.T / s**2) @ vt / np.outer(scale, scale)
     if lags > 0:
@@ -58,6 +63,22 @@ def least_squares(design: Array, values: Array, *, lags: int = 0) -> Fit:
     else:
         covariance = inverse * float(residual @ residual) / (n - p)
     return Fit(coefficients, covariance, residual)
+
+
+def _triangle(design: Array, values: Array, scale: Array) -> Array:
+    """Return R (p + 1, p + 1) of the QR factors of [design / scale, values].
+
+    Block by block, then of the blocks' triangles stacked (Demmel, Grigori, Hoemmen, Langou 2012,
+    SIAM J. Sci. Comput. 34:A206, the sequential case): a block stays in the cache, and no second
+    copy of the design is made.
+    """
+    p = design.shape[1]
+    parts = [np.zeros((p + 1, p + 1))]  # fewer rows than columns still make a square
+    for start in range(0, len(design), BLOCK_ROWS):
+        rows = slice(start, start + BLOCK_ROWS)
+        part = np.column_stack([design[rows] / scale, values[rows]])
+        parts.append(np.asarray(np.linalg.qr(part, mode="r")))
+    return np.asarray(np.linalg.qr(np.vstack(parts), mode="r"), dtype=np.float64)
 
 
 def _newey_west(scores: Array, lags: int) -> Array:

@@ -21,6 +21,16 @@ def test_least_squares_agrees_with_the_normal_equations() -> None:
     assert_allclose(fit.covariance, variance * np.linalg.inv(X.T @ X), rtol=1e-8)
 
 
+@pytest.mark.parametrize("n", [4, 200, fitting.BLOCK_ROWS, 3 * fitting.BLOCK_ROWS + 7])
+def test_blocks_agree_with_one_factorisation(n: int) -> None:
+    rng = np.random.default_rng(n)
+    design, values = rng.normal(size=(n, 3)) * [1.0, 1e5, 1e-5], rng.normal(size=n)
+    fit = fitting.least_squares(design, values)
+    expected, residual, *_ = np.linalg.lstsq(design / [1.0, 1e5, 1e-5], values, rcond=None)
+    assert_allclose(fit.coefficients * [1.0, 1e5, 1e-5], expected, rtol=1e-9)
+    assert_allclose(fit.residual @ fit.residual, residual[0], rtol=1e-9)
+
+
 def test_scaling_a_column_scales_its_coefficient_only() -> None:
     scaled = X * [1.0, 1e6, 1e-6]
     fit, plain = fitting.least_squares(scaled, Y), fitting.least_squares(X, Y)
