@@ -18,27 +18,50 @@ def _registry() -> "UnitRegistry[float]":
     return UnitRegistry()
 
 
+_OWN: dict[str, dict[str, float]] = {
+    "rpm": {
+        **dict.fromkeys(("1/min", "min^-1", "rev/min", "r/min", "U/min"), 1.0),
+        **dict.fromkeys(("1/s", "s^-1", "Hz", "rev/s", "r/s", "U/s", "rps"), 60.0),
+    },
+    "mm": {
+        **dict.fromkeys(("mm/rev", "mm/U", "mm/tooth", "mm/r"), 1.0),
+        **dict.fromkeys(("in/rev", "ipr", "in/tooth"), 25.4),
+    },
+    "deg": dict.fromkeys(("rev", "U"), 360.0),
+    "N·m": dict.fromkeys(("Nm", "N m"), 1.0),
+    "1": {"1": 1.0, "-": 1.0, "": 1.0},
+}
+"""Names of the shop that a library of units reads otherwise, or not at all, by our unit."""
+
+
 def _plain(unit: str) -> str:
-    return unit.replace("·", "*").replace("²", "**2").replace("°C", "degC").replace("1", "")
+    return unit.replace("·", "*").replace("²", "**2").replace("°C", "degC").replace("°", "deg")
 
 
-def factor(unit: str, *, to: str, where: str) -> float:
-    """Return what a value in ``unit`` is multiplied by to be in ``to``.
+def conversion(unit: str, *, to: str, where: str) -> tuple[float, float]:
+    """Return scale and offset: a value v in ``unit`` is scale · v + offset in ``to``.
 
     Raises UnusableInput, naming ``where``, for an unknown unit or one of another dimension.
 
-    >>> factor("m", to="mm", where="doc")
-    1000.0
+    >>> conversion("m", to="mm", where="doc")
+    (1000.0, 0.0)
+    >>> conversion("Hz", to="rpm", where="doc")
+    (60.0, 0.0)
     """
     from pint.errors import DimensionalityError
 
     if unit in (RAW, to):
-        return 1.0
+        return 1.0, 0.0
+    if unit in _OWN.get(to, {}):
+        return _OWN[to][unit], 0.0
     try:
-        return float(_registry().Quantity(1.0, _plain(unit)).to(_plain(to)).magnitude)
+        quantity, target = _registry().Quantity, _plain(to)
+        zero = float(quantity(0.0, _plain(unit)).to(target).magnitude)
+        one = float(quantity(1.0, _plain(unit)).to(target).magnitude)
     except DimensionalityError:
         raise UnusableInput(
             f"{where}: unit '{unit}' cannot become {to}; {to}, or a unit of its kind, would work"
         ) from None
     except Exception:  # pint's parser fails on nonsense in any way, assertions included
         raise UnusableInput(f"{where}: unknown unit '{unit}'; {to} would work") from None
+    return one - zero, zero

@@ -340,3 +340,19 @@ def test_usage_errors_exit_with_2(cli: Cli) -> None:
     assert cli("import").code == 2
     assert cli("nonsense").code == 2
     assert cli("--help").code == 0
+
+
+@pytest.mark.parametrize("rate_hz", [2.0, 50.0, 99.0])
+def test_a_slow_recording_is_identified_without_a_spread(cli: Cli, rate_hz: float) -> None:
+    """M 0.002 A·s²/mm, Coulomb 0.7 A on a slow sine; no filter of the spread fits below 100 Hz."""
+    t = np.arange(int(60 * max(rate_hz, 10.0))) / rate_hz
+    period_s = 8.0 * max(1.0, 10.0 / rate_hz)
+    phase = 2 * np.pi * t / period_s
+    velocity = 50 * np.cos(phase)
+    current = 0.7 * np.sign(velocity) + 0.01 * velocity
+    rows = np.column_stack([t, 50 * period_s / 2 / np.pi * np.sin(phase), current])
+    np.savetxt("slow.csv", rows, delimiter=",", header="t,x.position,x.current", comments="")
+    done = cli("identify", "slow.csv")
+    assert done.code == 0, done.err
+    assert "coulomb" in done.out
+    assert ("Spread over filters" in done.out) == (rate_hz > 100)

@@ -1,5 +1,6 @@
 """Calibration recovers a known line, says what it cannot feel, and uses reference forces."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -177,3 +178,15 @@ def test_a_protocol_that_does_not_fit_says_so() -> None:
         standard.references(slow, shipped, "z")
     with pytest.raises(UnusableInput, match="did you mean turning-aluminium"):
         standard.read_protocol("turning-aluminum")
+
+
+def test_too_few_different_cuts_end_in_one_line(
+    tmp_path: Path, refused: Callable[..., str]
+) -> None:
+    """Five cuts of which three share one current: with groups left out no line is determined."""
+    current = [2.0, 2.0, 2.0, 2.0, 3.0]
+    columns = {"cut": range(5), "z.current": current, "force.z": [100.0, 101.0, 99.0, 100.0, 150.0]}
+    path = tmp_path / "cuts.csv"
+    rows = zip(*columns.values(), strict=True)
+    path.write_text("\n".join([",".join(columns), *(",".join(map(str, row)) for row in rows)]))
+    assert "too few different currents" in refused("calibrate", path)

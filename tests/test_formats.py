@@ -9,6 +9,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from asammdf import MDF, Signal
 from nptdms import ChannelObject, TdmsWriter
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.io import savemat
@@ -137,6 +138,51 @@ def test_tdms_waveforms_carry_their_clock(tmp_path: Path) -> None:
     fast, slow = (base.read() for base in records.open_source(path).usable())
     assert_allclose(fast["t"], FAST, atol=1e-12)
     assert_allclose(slow["t"], 0.25 + SLOW, atol=1e-12)
+
+
+def test_a_channel_without_a_clock_shares_the_one_of_its_group(tmp_path: Path) -> None:
+    path = tmp_path / "a.tdms"
+    with TdmsWriter(path) as file:
+        file.write_segment(
+            [
+                ChannelObject("log", "x.position", FAST, {"wf_increment": 0.001}),
+                ChannelObject("log", "x.current", FAST, {"unit_string": "mA"}),
+            ]
+        )
+    table = records.read(path)
+    assert_allclose(table["t"], FAST, atol=1e-12)
+    assert_allclose(table["x.current"], FAST / 1000.0, rtol=1e-12)
+
+
+def test_invalid_samples_are_a_gap_and_stated_units_are_taken(tmp_path: Path) -> None:
+    path = tmp_path / "a.mf4"
+    invalid = np.zeros(len(FAST), dtype=bool)
+    invalid[5:8] = True
+    with MDF() as file:
+        file.append(
+            [
+                Signal(FAST, FAST, name="x.current", unit="mA"),
+                Signal(FAST, FAST, name="y.current", invalidation_bits=invalid),
+                Signal(-FAST, FAST, name="x.current"),
+                Signal(1000 * FAST, FAST, name="t"),
+            ]
+        )
+        file.save(path)
+    table = records.read(path)
+    assert_allclose(table["x.current"], FAST / 1000.0, rtol=1e-9)
+    assert_allclose(table["t"], FAST, rtol=1e-9)
+    with pytest.raises(UnusableInput, match=r"y\.current, row 6: no finite number \(3 such"):
+        table["y.current"]
+
+
+def test_an_hdf5_file_may_hold_what_is_no_channel(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        file["t"], file["x.current"] = FAST, FAST
+        file["x.current"].attrs["unit"] = "mA"
+        file["empty"] = h5py.Empty("f")
+        file["operator"] = np.array([b"\xfc"] * len(FAST))
+    assert_allclose(records.read(path)["x.current"], FAST / 1000.0, rtol=1e-12)
 
 
 def test_a_mat_file_in_hdf5_reads_alike(tmp_path: Path) -> None:

@@ -44,7 +44,7 @@ def test_the_samples_are_not_doubted(sample_jobs: Path) -> None:
         assert _doubts(path) == [], path
 
 
-@pytest.mark.parametrize("limit_A", [1.0, 2.0, 3.0])
+@pytest.mark.parametrize("limit_A", [1.5, 2.0, 3.0])
 def test_a_clipped_current_is_seen(tmp_path: Path, limit_A: float) -> None:
     clipped = {**MOVES, "x.current": np.clip(CURRENT, -limit_A, limit_A)}
     (line,) = _doubts(write(tmp_path / "a.csv", clipped))
@@ -61,17 +61,46 @@ def test_a_phase_current_clipped_at_the_top_only_is_seen(tmp_path: Path) -> None
 
 
 def test_plateaus_that_are_no_clipping(tmp_path: Path) -> None:
-    """A calculated trapezoid, a coarse converter, a standstill at zero, a speed that is held."""
+    """A calculated trapezoid, a coarse converter, a standstill at zero, a speed that is held, an
+    idle level, dry friction without noise, a slow display, a switched load.
+    """
     rng = np.random.default_rng(2)
     smooth = np.clip(np.sin(T) * 3, -1.5, 1.5)
     coarse = np.round(rng.normal(0, 1.2, len(T)))
     idle = np.where(T < 2.0, 0.0, np.abs(rng.normal(3, 0.5, len(T))))
+    spindle = np.round(np.where(T < 2.0, 3.0, 12.0 + rng.normal(0, 0.5, len(T))), 1)
+    display = np.repeat(np.round(rng.normal(9, 2, len(T) // 40), 2), 40)
     path = write(
         tmp_path / "a.csv",
         {"t": T, "x.current": smooth, "y.current": coarse, "z.current": idle,
-         "spindle.speed": np.where(T < 1, 0.0, 1500.0)},
+         "spindle.speed": np.where(T < 1, 0.0, 1500.0), "spindle.current": spindle,
+         "u.current": 0.7 * np.sign(V), "v.current": np.where(T < 2.5, 0.0, display),
+         "force.z": np.where(T % 1 < 0.5, 0.0, 1000.0)},
     )  # fmt: skip
     assert _doubts(path) == []
+
+
+def test_clipping_beside_a_standstill_is_seen(tmp_path: Path) -> None:
+    rng = np.random.default_rng(6)
+    t = np.arange(8000) * 0.004
+    load = np.clip(5 * np.sin(3 * t) + rng.normal(0, 0.1, len(t)), -3, 3)
+    path = write(tmp_path / "a.csv", {"t": t, "x.current": np.where(t % 8 < 5, 0.0, load)})
+    assert "clipped at -3 A" in _doubts(path)[0]
+
+
+def test_a_small_groove_far_from_zero_is_not_in_metres(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", {"t": T, "x.position": 50.0 + X / 400, "z.position": 0 * T})
+    assert _doubts(path) == []
+
+
+def test_a_velocity_against_the_slope_is_seen(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", {**MOVES, "x.velocity": -V})
+    assert "runs against the slope" in _doubts(path)[0]
+
+
+def test_a_temperature_below_absolute_zero_is_seen(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", {**MOVES, "x.temperature": -300.0 + 0 * T})
+    assert "absolute zero" in _doubts(path)[0]
 
 
 def test_metres_are_seen_only_where_the_unit_was_assumed(tmp_path: Path) -> None:
@@ -118,4 +147,12 @@ def test_speed_and_diameter_must_fit(tmp_path: Path) -> None:
             "cutting.speed": [188.0, 188.0]}  # fmt: skip
     assert "another unit" in _doubts(write(tmp_path / "a.csv", cuts))[0]
     cuts["work.diameter"] = [50.0, 60.0]
+    assert _doubts(write(tmp_path / "a.csv", cuts)) == []
+
+
+def test_constant_surface_speed_over_all_diameters_fits(tmp_path: Path) -> None:
+    """Cut by cut, not by the means; what a cut does not state is not compared."""
+    diameter_mm = np.array([6.0, 8.0, 10.0, 15.0, 300.0, 340.0, np.nan, 0.0])
+    cuts = {"cut": np.arange(8), "work.diameter": diameter_mm, "cutting.speed": [200.0] * 8,
+            "spindle.speed": [*(200e3 / np.pi / diameter_mm[:6]), 12000.0, 900.0]}  # fmt: skip
     assert _doubts(write(tmp_path / "a.csv", cuts)) == []

@@ -54,6 +54,63 @@ def test_units_scales_signs_and_kinds(tmp_path: Path) -> None:
     assert table.unit("x.current") == "A"
 
 
+@pytest.mark.parametrize(
+    ("channel", "unit", "expected"),
+    [
+        ("x.temperature", "K", 19.85), ("x.temperature", "degF", 145.0),
+        ("spindle.speed", "Hz", 17580.0),
+        ("spindle.speed", "1/min", 293.0), ("spindle.speed", "rev/s", 17580.0), ("t", "ms", 0.293),
+        ("cutting.feed", "mm/rev", 293.0), ("spindle.angle", "rev", 105480.0),
+        ("torque.spindle", "Nm", 293.0), ("x.velocity", "m/min", 293000.0 / 60.0),
+    ],
+)  # fmt: skip
+def test_units_of_the_shop(tmp_path: Path, channel: str, unit: str, expected: float) -> None:
+    path = write(tmp_path / "a.csv", {"k": [1.0, 2.0, 3.0], "v": [293.0, 294.0, 295.0]})
+    key = "t" if channel != "t" else "x.current"
+    (tmp_path / "a.toml").write_text(
+        f'[channels]\n"{key}" = "k"\n"{channel}" = {{column = "v", unit = "{unit}"}}\n'
+    )
+    assert records.read(path)[channel][0] == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("unit", ["m11", "A1", "Hz"])
+def test_units_that_are_none_of_a_current(tmp_path: Path, unit: str) -> None:
+    path = write(tmp_path / "a.csv", {"t": T, "x.current": X})
+    side = f'[channels]\n"x.current" = {{column = "x.current", unit = "{unit}"}}\n'
+    (tmp_path / "a.toml").write_text(side)
+    with pytest.raises(UnusableInput, match=r"A.* would work"):
+        records.read(path)
+
+
+def test_times_of_day_become_seconds(tmp_path: Path) -> None:
+    stamps = np.datetime64("2026-01-01", "us") + np.arange(20) * np.timedelta64(500, "us")
+    path = write(tmp_path / "a.parquet", {"t": stamps, "x.current": X})
+    assert_allclose(np.diff(records.read(path)["t"]), 0.0005, rtol=1e-3)
+    path = write(
+        tmp_path / "b.parquet", {"t": stamps.astype("M8[ns]").astype(np.int64), "x.current": X}
+    )
+    (tmp_path / "b.toml").write_text('[channels]\n"t" = {column = "t", unit = "ns"}\n')
+    assert_allclose(np.diff(records.read(path)["t"]), 0.0005, rtol=1e-3)
+
+
+def test_spaces_after_the_commas_of_a_header_do_no_harm(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("t, x.position , ,\n0, 1,,\n1, 2,,\n2, 3,,\n")
+    assert_allclose(records.read(path)["x.position"], [1, 2, 3])
+
+
+def test_a_quote_that_does_not_close_swallows_no_rows(tmp_path: Path) -> None:
+    rows = [f'{i},{i},"a, b"' for i in range(50)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["t,x.position,note", *rows]))
+    assert len(records.read(path)) == 50
+    rows = [f"{i},{i},a" for i in range(50)]
+    rows[20] = '20,20,"5 pipe'
+    path.write_text("\n".join(["t,x.position,note", *rows]))
+    with pytest.raises(UnusableInput, match="row 21: a quote opens"):
+        records.read(path)
+
+
 def test_a_lathe_x_logged_as_diameter_is_halved(tmp_path: Path) -> None:
     path = write(tmp_path / "a.csv", {"t": T, "x.position": X, "z.position": X})
     (tmp_path / "a.toml").write_text("[recording]\ndiameter = true\n")

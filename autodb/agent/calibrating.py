@@ -12,6 +12,7 @@ from autodb import standard
 from autodb.agent.importing import cuts_as_table
 from autodb.agent.machines import find_machine
 from autodb.errors import UnusableInput
+from autodb.fitting import Undetermined
 from autodb.records import CutTable
 from autodb.sensing import ranges
 from autodb.sensing.drives import Identified
@@ -33,6 +34,11 @@ def calibrate_table(
             done.append(_calibrate(table, axis, protocol))
         except UnusableInput as error:
             left_out.append(str(error))
+        except Undetermined:
+            left_out.append(
+                f"{table.path}: axis {axis}: too few different currents for a line with some cuts "
+                "left out; more cuts, at several feeds and depths, would work"
+            )
     if not done:
         reasons = [sentence.removeprefix(f"{table.path}: ") for sentence in left_out]
         raise UnusableInput(f"{table.path}: no axis can be calibrated: {'; '.join(reasons)}")

@@ -91,10 +91,17 @@ def _keep(
     recording.machine_id = owner.id
     session.add(recording)
     session.flush()
-    signs = {axis.name: axis.current_sign for axis in owner.axes}
     if cuts is not None:
+        signs = {axis.name: axis.current_sign for axis in owner.axes}
+        pairs: dict[tuple[str, str], int | None] = {}
         for row in range(len(cuts)):
-            session.add(_cut_row(session, recording.id, cuts, row, signs))
+            made = _cut_row(cuts, row, signs)
+            made.recording_id = recording.id
+            named = _pair_names(cuts, row)
+            if named not in pairs:
+                pairs[named] = _pair_id(session, *named, cuts.side)
+            made.pair_id = pairs[named]
+            session.add(made)
     return Imported(recording.id, recording.kind, recording.rows, len(cuts or ()), False)
 
 
@@ -143,9 +150,14 @@ def _cuts(source: Source, progress: Callable[[str], None] | None) -> CutTable | 
     return table if isinstance(table, CutTable) else raw.cut_of(table, progress=progress)
 
 
-def _cut_row(
-    session: Session, recording_id: int, table: CutTable, row: int, signs: dict[str, int]
-) -> models.Cut:
+def _pair_names(table: CutTable, row: int) -> tuple[str, str]:
+    """Return material and tool of a cut; empty where it is not known."""
+    texts = {name: column[row] for name, column in table.texts.items()}
+    material = texts.get("work.material") or table.side.recording.work or ""
+    return material, texts.get("tool") or table.side.tool.name or ""
+
+
+def _cut_row(table: CutTable, row: int, signs: dict[str, int]) -> models.Cut:
     row_of = {name: float(channel[row]) for name, channel in table.channels.items()}
     values = {name: value for name, value in row_of.items() if np.isfinite(value)}
     texts = {name: column[row] for name, column in table.texts.items() if column[row]}
@@ -162,8 +174,6 @@ def _cut_row(
         if name not in conditions and name != "cut"
     }
     return models.Cut(
-        recording_id=recording_id,
-        pair_id=_pair_id(session, texts, table.side),
         number=values["cut"],
         operation=texts.get("operation"),
         conditions=conditions,
@@ -171,9 +181,7 @@ def _cut_row(
     )
 
 
-def _pair_id(session: Session, texts: dict[str, str], side: SideFile) -> int | None:
-    material = texts.get("work.material") or side.recording.work
-    tool = texts.get("tool") or side.tool.name
+def _pair_id(session: Session, material: str, tool: str, side: SideFile) -> int | None:
     if not material or not tool:
         return None
     material_row = session.scalar(select(models.Material).where(models.Material.name == material))

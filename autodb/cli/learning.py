@@ -41,6 +41,10 @@ OptionalFile = Annotated[
 ]
 
 
+SHOWN = 12
+"""Columns that are listed before the rest is only counted."""
+
+
 def import_(
     files: Files, machine: OptionalMachine = None, columns: Columns = None, db: Database = None
 ) -> None:
@@ -74,6 +78,10 @@ def _look(file: Path, columns: Path | None) -> None:
         bases = summarise(source, progress=progress)
     for base in bases:
         _show_summary(f"{file.name} {base.name}".rstrip(), base)
+    ignored = [column for base in source.bases for column in base.ignored]
+    if ignored:
+        more = f" and {len(ignored) - SHOWN} more" if len(ignored) > SHOWN else ""
+        say(f"not read, no channel names it: {', '.join(ignored[:SHOWN])}{more}")
     refuse_implausible(source, bases)
 
 
@@ -200,14 +208,14 @@ def identify(
     from autodb.records import CutTable
     from autodb.records.plausible import refuse_doubtful
     from autodb.records.summary import summary_of
+    from autodb.sensing.drives import effort_axis, spread_over_filters
     from autodb.sensing.drives import identify as fit
-    from autodb.sensing.drives import spread_over_filters
 
     with working(f"identifying from {recording.name}") as progress:
         moves = read_one(recording, columns=columns, group=group, resample_hz=resample)
         if isinstance(moves, CutTable):
             raise UnusableInput(f"{recording}: a table of cuts; identify needs moves over time")
-        refuse_doubtful(recording, summary_of(moves), moves.side)
+        refuse_doubtful(recording, summary_of(moves, axis=effort_axis(moves, axis)), moves.side)
         if machine is not None:
             with opened(db) as store, store.reading() as session:
                 moves = signed(moves, find_machine(session, machine))
@@ -254,6 +262,8 @@ def _shop_unit(value: float, sd: float, unit: str) -> tuple[float, float, str]:
 
 
 def _show_spread(spread: "list[Identified]") -> None:
+    if not spread:
+        return
     names = [term.term for term in spread[0].terms]
     rows = table(
         "Spread over filters", ">low-pass Hz", "anti-alias", *(f">{n}" for n in names), ">error %"

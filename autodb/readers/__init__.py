@@ -49,5 +49,8 @@ def open_bases(path: Path) -> tuple[TimeBase, ...]:
         raise UnusableInput(f"{path}: no permission to read it") from None
     bases = opener(path)
     if not any(base.columns for base in bases):
-        raise UnusableInput(f"{path}: no columns of data")
+        raise UnusableInput(
+            f"{path}: no columns of data; vectors at the top level of a MAT file, one-dimensional "
+            "datasets of HDF5, channels with rows would work"
+        )
     return bases

@@ -20,8 +20,10 @@ def numpy_columns(
     for name in numbers:
         column = table.column(name)
         if pa.types.is_floating(column.type) or pa.types.is_integer(column.type):
-            values = column.cast(pa.float64()).to_numpy(zero_copy_only=False)
+            values = column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
             columns[name] = np.asarray(values, dtype=np.float64)
+        elif pa.types.is_temporal(column.type):
+            columns[name] = as_number(where, name, column.to_numpy(zero_copy_only=False), first_row)
         else:
             columns[name] = as_number(where, name, _objects(column), first_row)
     for name in labels:

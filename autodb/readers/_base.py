@@ -1,7 +1,7 @@
 """A time base: columns of one length that are read together, in blocks."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +22,14 @@ class TimeBase:
     """One set of columns of equal length; ``name`` is empty where the file has no other.
 
     ``blocks(numbers, labels)`` reads the columns ``numbers`` as float64 (missing: NaN) and
-    ``labels`` as text, block by block, rows in the order of the file.
+    ``labels`` as text, block by block, rows in the order of the file. ``units``: what the file
+    itself states, by column.
     """
 
     name: str
     columns: tuple[str, ...]
     blocks: Blocks
+    units: dict[str, str] = field(default_factory=dict)
 
     def read(self, numbers: Sequence[str], labels: Sequence[str] = ()) -> Columns:
         """Read whole columns: float64, and text of those in ``labels``."""
@@ -39,13 +41,15 @@ class TimeBase:
 
 
 def as_number(where: str, column: str, values: NDArray[np.generic], first_row: int = 0) -> Numbers:
-    """Return ``values`` as float64; text becomes numbers where all of it can.
+    """Return ``values`` as float64; times and durations in seconds, text where all of it can.
 
     Raises UnusableInput naming the first row that is no number.
     """
     if values.dtype.kind in "fiub":
         with np.errstate(over="ignore"):  # beyond float64: no finite number
             return values.astype(np.float64, copy=False)
+    if values.dtype.kind in "mM":
+        return _seconds(values)
     numbers = np.empty(len(values))
     for i, value in enumerate(values.tolist()):
         try:
@@ -53,6 +57,12 @@ def as_number(where: str, column: str, values: NDArray[np.generic], first_row: i
         except (ValueError, TypeError):
             raise UnusableInput(not_a_number(where, column, first_row + i + 1, value)) from None
     return numbers
+
+
+def _seconds(values: NDArray[np.generic]) -> Numbers:
+    """Return times since 1970, or durations, in s; NaN where there is none."""
+    nanoseconds = values.astype(f"{values.dtype.kind}8[ns]")
+    return np.where(np.isnat(nanoseconds), np.nan, nanoseconds.astype(np.int64) / 1e9)
 
 
 def as_label(values: NDArray[np.generic]) -> Labels:

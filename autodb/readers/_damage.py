@@ -12,8 +12,11 @@ from autodb.errors import UnusableInput
 
 T = TypeVar("T")
 
-LONGEST_S = 10.0
-"""A parser that is still at work after this is taken to be lost in a damaged file."""
+LONGEST_S = 60.0
+"""A parser still at work after this, on a file's head or two blocks of it, is lost in damage."""
+
+
+NO_MEMORY = "it asks for more memory than there is"
 
 
 def damaged(path: Path, kind: str, reason: str) -> UnusableInput:
@@ -71,5 +74,5 @@ def _read_and_tell(read: Callable[[], object], told: int) -> None:
 
 def _reason(error: BaseException) -> str:
     if isinstance(error, MemoryError):
-        return "it asks for more memory than there is"
+        return NO_MEMORY
     return (str(error).splitlines() or [type(error).__name__])[0]

@@ -8,16 +8,31 @@ from typing import Any
 import numpy as np
 
 from autodb.readers._base import BLOCK_ROWS, Blocks, Columns, as_label, as_number
-from autodb.readers._damage import damaged, whole
+from autodb.readers._damage import damaged, fault_in, whole
 
 Cells = Callable[[str, range], Any]
 """Returns the cells of one column in a range of rows."""
 
 
 def sliced(
-    path: Path, kind: str, *, rows: int, opened: Callable[[], AbstractContextManager[Cells]]
+    path: Path,
+    kind: str,
+    *,
+    rows: int,
+    opened: Callable[[], AbstractContextManager[Cells]],
+    probed: bool = False,
 ) -> Blocks:
-    """Return the blocks of columns of ``rows`` rows; ``opened`` opens the file to read cells."""
+    """Return the blocks of columns of ``rows`` rows; ``opened`` opens the file to read cells.
+
+    ``probed``: the first and last block of what is wanted are read in a child first, where damage
+    can crash the library.
+    """
+
+    def probe(names: Sequence[str]) -> None:
+        with opened() as cells:
+            for span in ends(rows):
+                for name in names:
+                    cells(name, span)
 
     def part(cells: Cells, name: str, span: range) -> Any:
         values = np.asarray(whole(path, kind, lambda: cells(name, span)))
@@ -27,6 +42,9 @@ def sliced(
         return values
 
     def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
+        fault = fault_in(lambda: probe([*numbers, *labels])) if probed else None
+        if fault is not None:
+            raise damaged(path, kind, fault)
         with ExitStack() as stack:
             cells = whole(path, kind, lambda: stack.enter_context(opened()))
             for span in spans(rows):

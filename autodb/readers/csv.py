@@ -21,7 +21,7 @@ _UNKNOWN = csv.ConvertOptions().null_values
 
 def open_csv(path: Path) -> tuple[TimeBase, ...]:
     """Open a comma-separated file by its header line."""
-    names = tuple(_header(path))
+    names = tuple(_named(path, _header(path)))
 
     def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
         row = 0
@@ -53,6 +53,12 @@ def _header(path: Path) -> list[str]:
         raise UnusableInput(f"{path}: columns are not separated by commas: '{text[:60]}'; {_WORKS}")
     if not any(name.strip() for name in names):
         raise UnusableInput(f"{path}: the header line names no column; {_WORKS}")
+    return names
+
+
+def _named(path: Path, header: list[str]) -> list[str]:
+    """Return the columns' names without spaces around them; one without a name gets its place."""
+    names = [name.strip() or f"column {place}" for place, name in enumerate(header, start=1)]
     twice = {n for n in names if names.count(n) > 1}
     if twice:
         raise UnusableInput(
@@ -93,14 +99,29 @@ class _Piece:
         """Return the columns as float64 and text; raises UnusableInput naming the row."""
         kinds = {**dict.fromkeys(numbers, pa.float64()), **dict.fromkeys(labels, pa.string())}
         try:
-            return csv.read_csv(
+            table = csv.read_csv(
                 pa.BufferReader(self.text),
                 read_options=csv.ReadOptions(column_names=self.names),
                 convert_options=csv.ConvertOptions(include_columns=list(kinds), column_types=kinds),
             )
+            self._refuse_open_quote(table.num_rows)
+            return table
         except (pa.ArrowException, UnicodeDecodeError) as error:
             reason = (str(error).splitlines() or [""])[0]
             raise UnusableInput(self._fault(numbers, reason)) from None
+
+    def _refuse_open_quote(self, rows: int) -> None:
+        """Raise UnusableInput where a quote that does not close has swallowed rows."""
+        if b'"' not in self.text:
+            return
+        lines = [line for line in self.text.splitlines() if line]
+        if len(lines) == rows:
+            return
+        odd = next((i for i, line in enumerate(lines) if line.count(b'"') % 2), 0)
+        raise UnusableInput(
+            f"{self.path}: row {self.first_row + odd + 1}: a quote opens and does not close on its "
+            "line; quotes in pairs, or doubled inside a text, would work"
+        )
 
     def _fault(self, numbers: Sequence[str], reason: str) -> str:
         """Return the line that names the first row at fault."""

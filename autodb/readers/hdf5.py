@@ -15,9 +15,11 @@ import numpy as np
 from autodb.readers._base import TimeBase
 from autodb.readers._damage import damaged, fault_in, whole
 from autodb.readers._extra import library
-from autodb.readers._sliced import Cells, ends, sliced
+from autodb.readers._sliced import Cells, sliced
 
 _KEYS = ("t", "cut")
+CHUNK_CACHE = 1 << 26
+"""Bytes of unpacked chunks that are kept for each dataset, so that none is unpacked twice."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,7 @@ class _Vector:
     dataset: str
     rows: int
     field: str = ""
+    unit: str = ""
 
     @property
     def folder(self) -> str:
@@ -37,7 +40,7 @@ class _Vector:
 def open_hdf5(path: Path) -> tuple[TimeBase, ...]:
     """Open an HDF5 file by the names and shapes of its datasets."""
     h5py = library(path, "h5py")
-    fault = fault_in(lambda: _read_ends(h5py, path))
+    fault = fault_in(lambda: _vectors(h5py, path))
     if fault is not None:
         raise damaged(path, "HDF5", fault)
     vectors = whole(path, "HDF5", lambda: _vectors(h5py, path))
@@ -54,16 +57,21 @@ def _vectors(h5py: Any, path: Path) -> list[_Vector]:
     def visit(name: str, item: Any) -> None:
         if not isinstance(item, h5py.Dataset) or name.startswith("#refs#"):
             return
-        if sum(n != 1 for n in item.shape) != 1 or 0 in item.shape:
+        if not item.shape or sum(n != 1 for n in item.shape) != 1 or 0 in item.shape:
             return
         if item.dtype.names and item.ndim == 1:
             found.extend(_Vector(name, len(item), field) for field in item.dtype.names)
         elif _is_column(item):
-            found.append(_Vector(name, max(item.shape)))
+            found.append(_Vector(name, max(item.shape), unit=_unit(item)))
 
     with h5py.File(path, "r") as file:
         file.visititems(visit)
     return found
+
+
+def _unit(item: Any) -> str:
+    said = item.attrs.get("unit", item.attrs.get("units", ""))
+    return said.decode("utf-8", "replace") if isinstance(said, bytes) else str(said)
 
 
 def _is_column(item: Any) -> bool:
@@ -103,10 +111,12 @@ def _base(h5py: Any, path: Path, label: str, columns: dict[str, _Vector]) -> Tim
 
     @contextmanager
     def opened() -> Iterator[Cells]:
-        with h5py.File(path, "r") as file:
+        with h5py.File(path, "r", rdcc_nbytes=CHUNK_CACHE) as file:
             yield lambda name, span: _cells(file, columns[name], span)
 
-    return TimeBase(label, tuple(columns), sliced(path, "HDF5", rows=rows, opened=opened))
+    units = {name: vector.unit for name, vector in columns.items()}
+    blocks = sliced(path, "HDF5", rows=rows, opened=opened, probed=True)
+    return TimeBase(label, tuple(columns), blocks, units)
 
 
 def _cells(file: Any, vector: _Vector, rows: range) -> Any:
@@ -116,14 +126,8 @@ def _cells(file: Any, vector: _Vector, rows: range) -> Any:
     values = np.asarray(data[where]).ravel()
     values = values[vector.field] if vector.field else values
     if values.dtype.kind in "SO":
-        return np.array([v.decode() if isinstance(v, bytes) else v for v in values], dtype=object)
+        return np.array(
+            [v.decode("utf-8", "replace") if isinstance(v, bytes) else v for v in values],
+            dtype=object,
+        )
     return values
-
-
-def _read_ends(h5py: Any, path: Path) -> None:
-    """Read every vector's first and last block."""
-    vectors = _vectors(h5py, path)
-    with h5py.File(path, "r") as file:
-        for vector in vectors:
-            for rows in ends(vector.rows):
-                _cells(file, vector, rows)

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from autodb.errors import UnusableInput
 from autodb.readers._base import Columns, TimeBase, as_label, as_number
-from autodb.readers._damage import damaged, fault_in, whole
+from autodb.readers._damage import NO_MEMORY, damaged, fault_in, whole
 from autodb.readers.hdf5 import open_hdf5
 
 _NUMBERS = {"double", "single", "logical"} | {
@@ -22,6 +23,11 @@ def open_mat(path: Path) -> tuple[TimeBase, ...]:
         if b"MATLAB 7.3" in file.read(128):
             return open_hdf5(path)
     fault = fault_in(lambda: loadmat(path))
+    if fault == NO_MEMORY:
+        raise UnusableInput(
+            f"{path}: MAT version 5 is read whole, which needs more memory than there is; '-v7.3' "
+            "or CSV would work"
+        )
     if fault is not None:
         raise damaged(path, "MAT", fault)
     by_length: dict[int, list[str]] = {}

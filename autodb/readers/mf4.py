@@ -1,8 +1,9 @@
 """MF4 (ASAM MDF 4): each channel group is a time base; its master channel is the column `t`."""
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -11,25 +12,26 @@ import numpy as np
 from autodb.readers._base import TimeBase
 from autodb.readers._damage import damaged, fault_in, whole
 from autodb.readers._extra import library
-from autodb.readers._sliced import Cells, ends, sliced
+from autodb.readers._sliced import Cells, sliced
 
 TIME = "t"
 
 
 @dataclass(frozen=True)
 class _Group:
-    """A channel group: its number and name, rows, and the index of each channel."""
+    """A channel group: its number and name, rows, and index and unit of each channel."""
 
     number: int
     name: str
     rows: int
     channels: dict[str, int]
+    units: dict[str, str]
 
 
 def open_mf4(path: Path) -> tuple[TimeBase, ...]:
     """Open an MF4 file by its channel groups."""
     asammdf = library(path, "asammdf")
-    fault = fault_in(lambda: _read_ends(asammdf, path))
+    fault = fault_in(lambda: _read_groups(asammdf, path))
     if fault is not None:
         raise damaged(path, "MF4", fault)
     groups = whole(path, "MF4", lambda: _read_groups(asammdf, path))
@@ -53,13 +55,20 @@ def _groups(file: Any) -> list[_Group]:
     for number, group in enumerate(file.groups):
         rows = int(group.channel_group.cycles_nr)
         master = file.masters_db.get(number)
-        channels = {
-            TIME if index == master else str(channel.name): index
-            for index, channel in enumerate(group.channels)
-        }
+        channels = {} if master is None else {TIME: master}
+        for index, channel in enumerate(group.channels):
+            if index != master:
+                channels[_unused(str(channel.name), channels)] = index
+        units = {name: str(group.channels[index].unit or "") for name, index in channels.items()}
         if rows and channels:
-            found.append(_Group(number, _name(group.channel_group), rows, channels))
+            found.append(_Group(number, _name(group.channel_group), rows, channels, units))
     return found
+
+
+def _unused(name: str, taken: Container[str]) -> str:
+    """Return ``name``, numbered where a channel of the group has it already."""
+    numbered = (f"{name} ({number})" for number in count(2))
+    return next(n for n in chain((name,), numbered) if n not in taken)
 
 
 def _name(group: Any) -> str:
@@ -81,9 +90,8 @@ def _base(asammdf: Any, path: Path, group: _Group, label: str) -> TimeBase:
         with _opened(asammdf, path) as file:
             yield lambda name, rows: _cells(file, group, name, rows)
 
-    return TimeBase(
-        label, tuple(group.channels), sliced(path, "MF4", rows=group.rows, opened=opened)
-    )
+    blocks = sliced(path, "MF4", rows=group.rows, opened=opened, probed=True)
+    return TimeBase(label, tuple(group.channels), blocks, group.units)
 
 
 def _cells(file: Any, group: _Group, name: str, rows: range) -> Any:
@@ -94,6 +102,7 @@ def _cells(file: Any, group: _Group, name: str, rows: range) -> Any:
         record_offset=rows.start,
         record_count=len(rows),
         samples_only=True,
+        ignore_invalidation_bits=True,
     )
     values = np.asarray(samples)
     if values.dtype.kind == "S":
@@ -101,12 +110,3 @@ def _cells(file: Any, group: _Group, name: str, rows: range) -> Any:
     if invalid is not None and values.dtype.kind in "fiu":
         return np.where(np.asarray(invalid), np.nan, values)
     return values
-
-
-def _read_ends(asammdf: Any, path: Path) -> None:
-    """Read every channel's first and last block."""
-    with _opened(asammdf, path) as file:
-        for group in _groups(file):
-            for name in group.channels:
-                for rows in ends(group.rows):
-                    _cells(file, group, name, rows)

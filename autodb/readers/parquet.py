@@ -17,6 +17,8 @@ def open_parquet(path: Path) -> tuple[TimeBase, ...]:
     try:
         with parquet.ParquetFile(path) as file:
             names = tuple(file.schema_arrow.names)
+            said = {f.name: (f.metadata or {}).get(b"unit", b"") for f in file.schema_arrow}
+            units = {name: unit.decode("utf-8", "replace") for name, unit in said.items()}
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         raise damaged(path, "Parquet", (str(error).splitlines() or [""])[0]) from None
     twice = {n for n in names if names.count(n) > 1}
@@ -34,7 +36,7 @@ def open_parquet(path: Path) -> tuple[TimeBase, ...]:
         if not row:
             raise UnusableInput(f"{path}: no rows of data")
 
-    return (TimeBase("", names, blocks),)
+    return (TimeBase("", names, blocks, units),)
 
 
 def _batches(path: Path, names: list[str]) -> Iterator[pa.RecordBatch]:

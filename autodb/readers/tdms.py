@@ -37,10 +37,17 @@ class _Clock:
 def open_tdms(path: Path) -> tuple[TimeBase, ...]:
     """Open a TDMS file by its metadata."""
     nptdms = library(path, "nptdms")
-    grouped = whole(path, "TDMS", lambda: _read_groups(nptdms, path))
+    grouped, units = whole(path, "TDMS", lambda: _read_groups(nptdms, path))
     groups = [clock.group for clock in grouped]
     return tuple(
-        _base(nptdms, path, clock, names, _label(clock, groups)) for clock, names in grouped.items()
+        _base(
+            nptdms,
+            path,
+            clock,
+            {name: units[clock.group, name] for name in names},
+            _label(clock, groups),
+        )
+        for clock, names in grouped.items()
     )
 
 
@@ -50,11 +57,21 @@ def _opened(nptdms: Any, path: Path) -> Iterator[Any]:
         yield file
 
 
-def _read_groups(nptdms: Any, path: Path) -> dict[_Clock, list[str]]:
+def _read_groups(
+    nptdms: Any, path: Path
+) -> tuple[dict[_Clock, list[str]], dict[tuple[str, str], str]]:
+    """Return the channels' names by clock, and their units by group and name."""
     with _opened(nptdms, path) as file:
         if file.file_status.incomplete_final_segment:
             raise damaged(path, "TDMS", "it is cut off: its last segment ends early")
-        return _grouped(file)
+        units = {
+            (str(channel.group_name), str(channel.name)): str(
+                channel.properties.get("unit_string", "")
+            )
+            for group in file.groups()
+            for channel in group.channels()
+        }
+        return _grouped(file), units
 
 
 def _grouped(file: Any) -> dict[_Clock, list[str]]:
@@ -65,7 +82,18 @@ def _grouped(file: Any) -> dict[_Clock, list[str]]:
     for channel in channels:
         if len(channel):
             grouped.setdefault(_clock(channel, first), []).append(str(channel.name))
-    return grouped
+    return _joined(grouped)
+
+
+def _joined(grouped: dict[_Clock, list[str]]) -> dict[_Clock, list[str]]:
+    """Let channels without a clock share the only one of their group and length."""
+    joined = {clock: list(names) for clock, names in grouped.items()}
+    for clock, names in grouped.items():
+        alike = [c for c in grouped if c.step_s and (c.group, c.rows) == (clock.group, clock.rows)]
+        if not clock.step_s and len(alike) == 1:
+            joined[alike[0]] += names
+            del joined[clock]
+    return joined
 
 
 def _clock(channel: Any, first: Any) -> _Clock:
@@ -85,8 +113,8 @@ def _label(clock: _Clock, groups: list[str]) -> str:
     return clock.group if groups.count(clock.group) == 1 else str(clock)
 
 
-def _base(nptdms: Any, path: Path, clock: _Clock, names: list[str], label: str) -> TimeBase:
-    made = clock.step_s > 0 and TIME not in names
+def _base(nptdms: Any, path: Path, clock: _Clock, units: dict[str, str], label: str) -> TimeBase:
+    made = clock.step_s > 0 and TIME not in units
 
     @contextmanager
     def opened() -> Iterator[Cells]:
@@ -100,5 +128,5 @@ def _base(nptdms: Any, path: Path, clock: _Clock, names: list[str], label: str) 
 
             yield cells
 
-    columns = (TIME, *names) if made else tuple(names)
-    return TimeBase(label, columns, sliced(path, "TDMS", rows=clock.rows, opened=opened))
+    columns = (TIME, *units) if made else tuple(units)
+    return TimeBase(label, columns, sliced(path, "TDMS", rows=clock.rows, opened=opened), units)

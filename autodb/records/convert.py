@@ -1,6 +1,6 @@
 """Columns of a file become channels in our units, block by block."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,7 @@ from autodb.errors import UnusableInput
 from autodb.readers import Columns
 from autodb.records.tables import EDGE, Array
 from autodb.sidefile import Column, SideFile
-from autodb.units import RAW, factor
+from autodb.units import RAW, conversion
 
 LARGEST = 1e15
 """Numbers beyond this are damage, not a measurement in any of our units."""
@@ -39,6 +39,7 @@ class Conversion:
     path: Path
     specs: dict[str, Column]
     side: SideFile
+    file_units: dict[str, str] = field(default_factory=dict)
 
     @property
     def units(self) -> dict[str, str]:
@@ -81,35 +82,48 @@ class Conversion:
             if spec.row_in is not None:
                 found[name] = rows.count(name, spec, block, n) * spec.step_s
             elif name not in TEXT_COLUMNS and name != EDGE:
-                found[name] = self._numbers(block, str(spec.column), rows.before)
+                found[name] = np.asarray(block[str(spec.column)], dtype=np.float64)
             else:
                 continue
-            scale = self._scale(name, spec)
-            found[name] = found[name] if scale == 1.0 else found[name] * scale
+            scale, offset = self._scale(name, spec)
+            if (scale, offset) != (1.0, 0.0):
+                found[name] = found[name] * scale + offset
+            self._refuse_damage(name, spec, found[name], rows.before)
         rows.before += n
         return found
 
-    def _numbers(self, block: Columns, column: str, before: int) -> Array:
-        numbers = np.asarray(block[column], dtype=np.float64)
-        huge = np.flatnonzero(np.abs(numbers) > LARGEST)
+    def _refuse_damage(self, name: str, spec: Column, numbers: Array, before: int) -> None:
+        huge = np.flatnonzero(np.isfinite(numbers) & (np.abs(numbers) > LARGEST))
         if huge.size:
-            row = before + int(huge[0]) + 1
+            row, column = before + int(huge[0]) + 1, spec.column or name
             raise UnusableInput(
-                f"{self.path}: column '{column}', row {row}: {numbers[huge[0]]:g} is no measurement"
+                f"{self.path}: column '{column}', row {row}: {numbers[huge[0]]:g} is no "
+                "measurement; an empty cell would work"
             )
-        return numbers
 
-    def _scale(self, name: str, spec: Column) -> float:
-        """Return what a channel's numbers are multiplied by."""
+    def stated_unit(self, name: str) -> str | None:
+        """Return the unit that the side file states for a channel, else the file itself."""
+        spec = self.specs[name]
+        return spec.unit or self.file_units.get(spec.column or "") or None
+
+    def is_stated(self, name: str) -> bool:
+        """Say whether a channel's unit was stated, by name or as a scale; else it is assumed."""
+        spec = self.specs.get(name)
+        return spec is not None and (self.stated_unit(name) is not None or spec.scale != 1.0)
+
+    def _scale(self, name: str, spec: Column) -> tuple[float, float]:
+        """Return what a channel's numbers are multiplied by, and what is then added."""
         where = f"{self.path}: column '{spec.column or spec.row_in}'"
-        scale = spec.scale * spec.sign * _KIND_TO_IQ.get(spec.kind or "iq", 1.0)
+        scale, offset = spec.scale * spec.sign * _KIND_TO_IQ.get(spec.kind or "iq", 1.0), 0.0
+        unit = self.stated_unit(name)
         if spec.kind == "percent" and spec.rated_A is not None:
             scale *= spec.rated_A / 100.0
-        elif spec.unit is not None:
-            scale *= factor(spec.unit, to=unit_of(name) or "1", where=where)
+        elif unit is not None:
+            factor, offset = conversion(unit, to=unit_of(name) or "1", where=where)
+            scale *= factor
         if spec.diameter or (self.side.recording.diameter and name in _DIAMETER_CHANNELS):
             scale *= 0.5
-        return scale
+        return scale, offset
 
 
 @dataclass

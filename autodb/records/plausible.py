@@ -8,10 +8,12 @@ import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+import numpy as np
+
 from autodb.channels import LINEAR_AXES
 from autodb.errors import UnusableInput
 from autodb.records.source import Source
-from autodb.records.summary import BaseSummary, ChannelSummary
+from autodb.records.summary import LEVELS, BaseSummary, ChannelSummary
 from autodb.sidefile import SideFile
 from autodb.units import RAW
 
@@ -31,17 +33,20 @@ LARGEST: tuple[tuple[str, float, str], ...] = (
 """Beyond what machine tools do by a factor: the fastest air-bearing spindles reach some 350 000 rpm
 and the longest portal mills some 100 m; the others are ten times and more over what is built."""
 LEAST_TRAVEL_MM = 1.0
-"""A recording in which axes move, but none by this much, is taken for one in metres."""
-LEAST_MOTION_MM = 0.02
-"""Less is no motion: an axis that is held yields by some micrometres."""
+"""A recording in which axes move, but none by this much, is taken for one in metres,"""
+LONGEST_MACHINE_M = 10.0
+"""unless a coordinate is beyond this: no slide stands 10 m and more from its zero."""
+LEAST_MOTION_MM = 0.05
+"""Less is no motion: an axis that is held yields and trembles by some hundredths."""
 WIDEST_FACTOR = 3.0
 """Quantities that state the same thing may differ by this: a diameter is a factor of 2, the units
 that are mixed up (mm/min, m, rev/s) are factors of 60 and 1000."""
+ODD_SHARE = 0.1
+"""Share of cuts whose speeds may be odd, before the table is."""
 CLIPPED_SAMPLES = 20
-CLIPPED_SHARE = 0.5
 ROUGH = 1e-4
-"""A channel is clipped where at least 20 samples lie in plateaus at its limit, they are at least
-half of all plateaus, and elsewhere it is rough as a measurement is, not smooth as a calculation."""
+"""A channel is clipped where 20 samples lie in plateaus at its limit that it has run into, more
+than in plateaus elsewhere, and where else it is rough as a measurement is, not smooth."""
 _MAY_CLIP = re.compile(r".*\.current(\.[uvw])?|force\..|torque\.spindle|.\.drive_(force|torque)")
 
 
@@ -61,6 +66,7 @@ def doubts(base: BaseSummary, side: SideFile) -> Iterator[str]:
     """Yield what is implausible in a time base, each with what would work."""
     for channel in base.channels.values():
         yield from _too_large(channel, side)
+        yield from _too_cold(channel, side)
     yield from _speeds_apart(base)
     if base.holds_cuts:
         yield from _cuts_apart(base)
@@ -81,10 +87,23 @@ def _too_large(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
             )
 
 
+def _too_cold(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
+    if channel.unit == "°C" and channel.finite and channel.minimum < -273.15:
+        yield (
+            f"column '{_column(channel.name, side)}': {channel.minimum:g} °C as {channel.name} is "
+            "below absolute zero; its own unit in the side file would work"
+        )
+
+
 def _speeds_apart(base: BaseSummary) -> Iterator[str]:
     for axis, rates in base.rates.items():
         factor = rates.factor
-        if factor is not None and not 1 / WIDEST_FACTOR < abs(factor) < WIDEST_FACTOR:
+        if factor is not None and factor < 0:
+            yield (
+                f"{axis}.velocity runs against the slope of {axis}.position over t; "
+                "sign = -1 for one of them in the side file would work"
+            )
+        elif factor is not None and not 1 / WIDEST_FACTOR < factor < WIDEST_FACTOR:
             yield (
                 f"{axis}.velocity is {factor:.3g} times the slope of {axis}.position over t: "
                 "one of the three is in another unit (mm/min is 60, m is 1000); its unit in the "
@@ -93,16 +112,16 @@ def _speeds_apart(base: BaseSummary) -> Iterator[str]:
 
 
 def _in_metres(base: BaseSummary, side: SideFile) -> Iterator[str]:
-    travels = {
-        c.name: c.maximum - c.minimum
-        for axis in LINEAR_AXES
-        if (c := base.channels.get(f"{axis}.position")) and c.finite
-    }
+    positions = [
+        c for axis in LINEAR_AXES if (c := base.channels.get(f"{axis}.position")) and c.finite
+    ]
+    travels = {c.name: c.maximum - c.minimum for c in positions}
     moving = {name: travel for name, travel in travels.items() if travel > LEAST_MOTION_MM}
-    if not moving or max(travels.values()) >= LEAST_TRAVEL_MM:
+    far = max((max(abs(c.minimum), abs(c.maximum)) for c in positions), default=0.0)
+    if not moving or max(travels.values()) >= LEAST_TRAVEL_MM or far > LONGEST_MACHINE_M:
         return
     name = max(moving, key=lambda n: moving[n])
-    if side.channels.get(name) is None or side.channels[name].unit is None:
+    if not base.channels[name].stated:
         yield (
             f"column '{_column(name, side)}': {name} travels {moving[name]:.3g} mm in all, as if "
             f'logged in metres; "{name}" = {{column = "{_column(name, side)}", unit = "m"}} in the '
@@ -111,18 +130,13 @@ def _in_metres(base: BaseSummary, side: SideFile) -> Iterator[str]:
 
 
 def _cuts_apart(base: BaseSummary) -> Iterator[str]:
-    means = {name: channel.mean for name, channel in base.channels.items() if channel.finite}
-    try:
-        diameter, rpm = means["work.diameter"], means["spindle.speed"]
-        speed = means["cutting.speed"]
-    except KeyError:
-        return
-    expected = 3.14159265 * diameter * rpm / 1000.0
-    if speed == 0 or not 1 / WIDEST_FACTOR < expected / speed < WIDEST_FACTOR:
+    ratios = np.concatenate([np.zeros(0), *base.speed_ratios])
+    odd = (ratios > WIDEST_FACTOR) | (ratios < 1 / WIDEST_FACTOR)
+    if odd.sum() > ODD_SHARE * len(ratios):
         yield (
-            f"work.diameter {diameter:.3g} mm at spindle.speed {rpm:.3g} rpm gives "
-            f"{expected:.3g} m/min, cutting.speed says {speed:.3g}: one of them is in another "
-            "unit; its unit in the side file would work"
+            f"π · work.diameter · spindle.speed is {float(np.median(ratios[odd])):.3g} times "
+            f"cutting.speed in {int(odd.sum())} of {len(ratios)} cuts: one of the three is in "
+            "another unit; its unit in the side file would work"
         )
 
 
@@ -130,21 +144,14 @@ def _clipped(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
     spec = side.channels.get(channel.name)
     if not _MAY_CLIP.fullmatch(channel.name) or (spec is not None and spec.clips):
         return
-    for value, held in (
-        (channel.minimum, channel.plateau_low),
-        (channel.maximum, channel.plateau_high),
-    ):
-        at_limits = channel.plateau_low + channel.plateau_high
-        if (
-            value != 0
-            and held >= CLIPPED_SAMPLES
-            and at_limits > CLIPPED_SHARE * channel.plateau
-            and channel.roughness > ROUGH
-        ):
+    if channel.roughness <= ROUGH or channel.levels < LEVELS:
+        return
+    for plateau in (channel.low, channel.high):
+        if plateau.value != 0 and plateau.held >= max(CLIPPED_SAMPLES, channel.elsewhere):
             yield (
-                f"column '{_column(channel.name, side)}': {channel.name} is clipped at {value:.6g} "
-                f"{channel.unit} ({held} samples); a wider sensor range would work, or "
-                f"clips = true in the side file where the drive itself limits there"
+                f"column '{_column(channel.name, side)}': {channel.name} is clipped at "
+                f"{plateau.value:.6g} {channel.unit} ({plateau.held} samples); a wider sensor "
+                "range would work, or clips = true in the side file where the drive itself limits"
             )
             return
 

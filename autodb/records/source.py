@@ -135,7 +135,13 @@ class Source:
 
     def usable(self) -> list[TimeBase]:
         """Return the time bases with `t` or `cut`; raises UnusableInput when there is none."""
-        found = [base for base in self.bases if base.has_key]
+        found = [base for base in self.bases if base.has_key and len(base.conversion.specs) > 1]
+        if not found and any(base.has_key for base in self.bases):
+            ignored = [column for base in self.bases for column in base.ignored]
+            raise UnusableInput(
+                f"{self.path}: no channel beside its time or cut number; a side file that names "
+                f"its columns would work{near('x.current', ignored) if ignored else ''}"
+            )
         if not found:
             columns = [column for base in self.bases for column in base.base.columns]
             raise UnusableInput(
@@ -181,7 +187,8 @@ def open_source(path: Path, *, columns: Path | None = None) -> Source:
         if wanted not in (*everywhere, "*"):
             raise UnusableInput(f"{path}: no column '{wanted}'{near(str(wanted), everywhere)}")
     bases = tuple(
-        TimeBase(base, Conversion(path, specs(base.columns, side), side)) for base in opened
+        TimeBase(base, Conversion(path, specs(base.columns, side), side, base.units))
+        for base in opened
     )
     return Source(path, side, bases)
 

@@ -5,38 +5,65 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from autodb.channels import LINEAR_AXES, unit_of
+from autodb.channels import LINEAR_AXES, axis_of, unit_of
 from autodb.errors import UnusableInput
+from autodb.records.convert import Conversion
 from autodb.records.source import Source, TimeBase
 from autodb.records.tables import Array, CutTable, Recording, check_cuts, check_time
 
+Index = NDArray[np.intp]
 RUN = 5
 """Samples in a row that are exactly equal: a plateau."""
+STEPS = 6.0
+"""A plateau is run into where the sample before or after it is no further than this many typical
+steps of the channel; a step into a standstill is further."""
+LEVELS = 20
+"""Fewer different values than this are a counter or a switch, not a measured quantity."""
+
+
+@dataclass
+class Plateau:
+    """What lies at one extreme of a channel: samples in runs of RUN or more that are run into."""
+
+    value: float
+    held: int = 0
 
 
 @dataclass
 class ChannelSummary:
     """One channel: rows, extremes, mean and spread over its finite numbers, and its gaps.
 
-    ``roughness`` is the median over blocks of the median |second difference| that is not zero, over
-    the block's range. ``plateau_low`` and ``plateau_high`` count samples in runs of at least RUN
-    equal numbers at the lowest and highest value, ``plateau`` those in any such run.
+    ``stated``: whether side file or file say its unit. ``low`` and ``high`` are the plateaus at its
+    extremes, ``elsewhere`` counts samples in runs of equal numbers that are neither zero nor at an
+    extreme. ``roughness`` is the median over blocks of the median |second difference| that is not
+    zero, over the block's range; ``levels`` the most different values seen in a block.
     """
 
     name: str
     unit: str
+    stated: bool = False
     rows: int = 0
     finite: int = 0
-    minimum: float = np.inf
-    maximum: float = -np.inf
     mean: float = 0.0
     first_gap: int | None = None
-    plateau_low: int = 0
-    plateau_high: int = 0
-    plateau: int = 0
+    low: Plateau = field(default_factory=lambda: Plateau(np.inf))
+    high: Plateau = field(default_factory=lambda: Plateau(-np.inf))
+    elsewhere: int = 0
+    levels: int = 0
     _squares: float = 0.0
     _rough: list[float] = field(default_factory=list)
+
+    @property
+    def minimum(self) -> float:
+        """Lowest finite number."""
+        return self.low.value
+
+    @property
+    def maximum(self) -> float:
+        """Highest finite number."""
+        return self.high.value
 
     @property
     def sd(self) -> float:
@@ -69,26 +96,44 @@ class ChannelSummary:
 
     def _plateaus(self, values: Array) -> None:
         low, high = float(values.min()), float(values.max())
-        starts = np.flatnonzero(np.diff(values, prepend=np.nan) != 0)
-        lengths = np.diff(np.append(starts, len(values)))
-        long = lengths >= RUN
-        level, held = values[starts[long]], lengths[long]
-        self.plateau += int(held.sum())
-        if low <= self.minimum:
-            before = self.plateau_low if low == self.minimum else 0
-            self.minimum, self.plateau_low = low, before + int(held[level == low].sum())
-        if high >= self.maximum:
-            before = self.plateau_high if high == self.maximum else 0
-            self.maximum, self.plateau_high = high, before + int(held[level == high].sum())
+        steps = np.abs(np.diff(values))
+        starts = np.flatnonzero(np.append(True, steps > 0))
+        ends = np.append(starts[1:], len(values))
+        long = ends - starts >= RUN
+        level, held = values[starts[long]], (ends - starts)[long]
+        typical = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+        run_into = _run_into(values, starts[long], ends[long], STEPS * typical)
+        self.low = _further(self.low, low, int(held[(level == low) & run_into].sum()), sign=-1)
+        self.high = _further(self.high, high, int(held[(level == high) & run_into].sum()), sign=1)
+        self.elsewhere += int(held[(level != low) & (level != high) & (level != 0)].sum())
+        self.levels = max(self.levels, min(LEVELS, len(np.unique(values))))
         bends = np.abs(np.diff(values, 2))
         bends = bends[bends > 0]
         if bends.size:
             self._rough.append(float(np.median(bends)) / (high - low))
 
 
+def _run_into(values: Array, starts: Index, ends: Index, reach: float) -> NDArray[np.bool_]:
+    """Return which runs [start, end) have a neighbour on both sides that is within reach."""
+    before, after = values[np.maximum(starts - 1, 0)], values[np.minimum(ends, len(values) - 1)]
+    level = values[starts]
+    return (np.abs(before - level) <= reach) & (np.abs(after - level) <= reach)
+
+
+def _further(plateau: Plateau, value: float, held: int, *, sign: int) -> Plateau:
+    """Return the plateau at the further extreme of two blocks; of both where they are equal."""
+    if value == plateau.value:
+        return Plateau(value, plateau.held + held)
+    return Plateau(value, held) if sign * (value - plateau.value) > 0 else plateau
+
+
 @dataclass
 class BaseSummary:
-    """One time base or table of cuts of a file. ``rates``: see `Rates`."""
+    """One time base or table of cuts of a file.
+
+    ``rates``: see `Rates`. ``speed_ratios``: π D n over the cutting speed, of the cuts that state
+    diameter, spindle speed and cutting speed.
+    """
 
     name: str
     holds_cuts: bool
@@ -97,6 +142,7 @@ class BaseSummary:
     start_s: float = np.nan
     end_s: float = np.nan
     rates: "dict[str, Rates]" = field(default_factory=dict)
+    speed_ratios: list[Array] = field(default_factory=list)
 
     @property
     def rate_hz(self) -> float | None:
@@ -140,10 +186,16 @@ def summarise(
     return tuple(_summarise_base(base, progress) for base in source.usable())
 
 
-def summary_of(table: Recording | CutTable) -> BaseSummary:
-    """Return the summary of a table that has been read."""
-    made = _empty("", isinstance(table, CutTable), list(table.channels), table.units)
-    _take(made, table.channels, table.path)
+def summary_of(table: Recording | CutTable, *, axis: str | None = None) -> BaseSummary:
+    """Return the summary of a table that has been read; with ``axis`` only of its channels."""
+    conversion = Conversion(table.path, table.side.channels, table.side)
+    channels = {
+        name: values
+        for name, values in table.channels.items()
+        if axis is None or name == "t" or axis_of(name) == axis
+    }
+    made = _empty("", isinstance(table, CutTable), list(channels), conversion)
+    _take(made, channels, table.path)
     return made
 
 
@@ -153,7 +205,7 @@ def _summarise_base(base: TimeBase, progress: Callable[[str], None] | None) -> B
     numbers: list[Array] = []
     for channels, _ in base.blocks():
         if made is None:
-            made = _empty(base.name, base.holds_cuts, list(channels), conversion.units)
+            made = _empty(base.name, base.holds_cuts, list(channels), conversion)
         _take(made, channels, conversion.path)
         if base.holds_cuts:
             numbers.append(channels["cut"])
@@ -165,11 +217,15 @@ def _summarise_base(base: TimeBase, progress: Callable[[str], None] | None) -> B
     return made
 
 
-def _empty(name: str, holds_cuts: bool, channels: list[str], units: dict[str, str]) -> BaseSummary:
+def _empty(name: str, holds_cuts: bool, channels: list[str], conversion: Conversion) -> BaseSummary:
+    units = conversion.units
     return BaseSummary(
         name,
         holds_cuts,
-        {c: ChannelSummary(c, units.get(c) or unit_of(c) or "1") for c in channels},
+        {
+            c: ChannelSummary(c, units.get(c) or unit_of(c) or "1", conversion.is_stated(c))
+            for c in channels
+        },
     )
 
 
@@ -177,9 +233,21 @@ def _take(made: BaseSummary, channels: dict[str, Array], path: Path) -> None:
     """Take the next block into the summary of its time base."""
     for name, values in channels.items():
         made.channels[name].add(values)
-    if not made.holds_cuts:
+    if made.holds_cuts:
+        made.speed_ratios.append(_speed_ratios(channels))
+    else:
         _take_time(made, channels, path)
     made.rows += len(next(iter(channels.values())))
+
+
+def _speed_ratios(channels: dict[str, Array]) -> Array:
+    parts = [channels.get(n) for n in ("work.diameter", "spindle.speed", "cutting.speed")]
+    if any(part is None for part in parts):
+        return np.zeros(0)
+    diameter_mm, speed_rpm, speed_m_min = (np.asarray(part) for part in parts)
+    known = (diameter_mm > 0) & (speed_rpm > 0) & (speed_m_min > 0)
+    around_m_min = np.pi * diameter_mm[known] * speed_rpm[known] / 1000.0
+    return np.asarray(around_m_min / speed_m_min[known], dtype=np.float64)
 
 
 def _take_time(made: BaseSummary, channels: dict[str, Array], path: Path) -> None:

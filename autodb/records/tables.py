@@ -138,6 +138,6 @@ def check_cuts(path: Path, cut: Array) -> None:
     if len(numbers) < len(cut):
         row = min(set(range(len(cut))) - set(first.tolist()))
         raise UnusableInput(
-            f"{path}: row {row + 1}: cut {cut[row]:g} stands twice; "
-            "each cut with its own number would work"
+            f"{path}: row {row + 1}: cut {cut[row]:g} stands twice; one row a cut would work, or "
+            "another name for that column where rows are moments"
         )

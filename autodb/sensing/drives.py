@@ -98,6 +98,11 @@ def effort_channel(recording: Recording, axis: str | None) -> str:
     return found[0]
 
 
+def effort_axis(recording: Recording, axis: str | None) -> str:
+    """Return the axis that is identified: ``axis``, or the only one with an effort."""
+    return axis_of(effort_channel(recording, axis))
+
+
 @dataclass(frozen=True)
 class Motion:
     """An axis' motion (n,): mm, mm/s, mm/s²; ``quick`` is the velocity that the direction is read
@@ -237,7 +242,7 @@ def _named(name: str, value: float, sd: float, unit: str) -> IdentifiedTerm:
 def spread_over_filters(recording: Recording, *, axis: str | None = None) -> list[Identified]:
     """Return the identification at 50 to 200 Hz, with and without the anti-alias filter.
 
-    It shows how much of a result is owed to the filter.
+    It shows how much of a result is owed to the filter; a recording too slow for 50 Hz has none.
     """
     base = default_protocol(recording.rate_hz)
     return [
