@@ -5,7 +5,7 @@ from typing import Literal, get_args
 
 from pydantic import Field, model_validator
 
-from autodb.tomlfile import Positive, Section, read_toml
+from autodb.tomlfile import NotNegative, Positive, Section, read_toml
 
 Turning = Literal["turn", "face", "taper", "contour"]
 """Turning operations: along the axis, across it, along a cone, along any profile."""
@@ -22,7 +22,7 @@ class JobCut(Section):
     name: str = ""
     operation: Turning = "turn"
     diameter_mm: Positive
-    end_diameter_mm: Positive | None = None
+    end_diameter_mm: NotNegative | None = None
     depth_mm: Positive
     feed_mm_rev: Positive
     speed_rpm: Positive | None = None

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, PositiveInt, model_validator
+from pydantic import Field, PositiveInt, ValidationError, model_validator
 
 from autodb.errors import near
 from autodb.tomlfile import Finite, Positive, Section, read_toml
@@ -77,6 +77,10 @@ class ToolFile(Section):
                 hint = near(symbol, known)
                 raise ValueError(f"iso13399.{symbol}: no code of ours for {self.kind}{hint}")
             ours = known[symbol][self.kind]
+            try:
+                Geometry.model_validate({ours: int(value) if ours == "teeth" else value})
+            except ValidationError as error:
+                raise ValueError(f"iso13399.{symbol}: {error.errors()[0]['msg']}") from None
             own = getattr(self.geometry, ours)
             if own is not None and own != value:
                 raise ValueError(f"iso13399.{symbol} = {value:g} but geometry.{ours} = {own:g}")

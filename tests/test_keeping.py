@@ -112,11 +112,18 @@ def test_a_backup_holds_the_same_rows(cli: Cli, recordings: Path) -> None:
 
 def test_a_backup_never_overwrites_unasked(cli: Cli, refused: Callable[..., str]) -> None:
     cli("init")
-    Path("copy.sqlite3").write_text("something else")
-    assert "copy.sqlite3: is there already" in refused("backup", "copy.sqlite3")
-    assert Path("copy.sqlite3").read_text() == "something else"
+    Path("notes").write_text("something else")
+    assert "notes: is there already" in refused("backup", "notes")
+    assert "notes: is no backup" in refused("backup", "notes", "--replace")
+    assert Path("notes").read_text() == "something else"
+    assert cli("backup", "copy.sqlite3").code == 0
     assert cli("backup", "copy.sqlite3", "--replace").code == 0
-    assert "is there already" in refused("backup", DB, "--replace")
+    assert "is no file for a backup" in refused("backup", DB, "--replace")
+    assert "is no file for a backup" in refused("backup", "/dev/null", "--replace")
+    assert "the database's own log" in refused("backup", f"{DB}-wal")
+    Path("link.sqlite3").symlink_to("copy.sqlite3")
+    assert cli("backup", "link.sqlite3", "--replace").code == 0
+    assert Path("link.sqlite3").is_symlink()
     assert "no such folder" in refused("backup", "nowhere/copy.sqlite3")
     assert "no database there" in refused("backup", "b.sqlite3", "--db", "sqlite:///none.sqlite3")
     assert "only SQLite" in refused("backup", "b.sqlite3", "--db", "postgresql://localhost/a")
@@ -221,7 +228,7 @@ def _empty_file(path: Path) -> None:
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (_text, "cannot be read as a database"),
+        (_text, "cannot be copied as a database"),
         (_of_another_program, "no autodb database"),
         (_of_a_later_version, "schema 9999 is not known"),
         (_empty_file, "no autodb database"),
@@ -246,8 +253,78 @@ def test_what_is_no_database_of_ours_is_never_replaced(
     assert "no autodb database" in refused("restore", "good.sqlite3", "--replace")
     assert "a" in _content(DB)
     _text(Path("text"))
-    line = refused("restore", "good.sqlite3", "--replace", "--db", "sqlite:///text")
-    assert "is there and no database" in line
+    line = refused("restore", "good.sqlite3", "--db", "sqlite:///text")
+    assert "is there and cannot be read as a database" in line
+
+
+def test_a_damaged_database_is_found_and_set_aside_by_a_restore(cli: Cli) -> None:
+    cli("init")
+    for number in range(200):
+        cli("machine", "add", f"machine-{number}")
+    cli("backup", "copy.sqlite3")
+    whole = Path(DB).read_bytes()
+    page = 4096
+    Path(DB).write_bytes(whole[: 5 * page] + bytes(3 * page) + whole[8 * page :])
+    found = cli("doctor")
+    assert found.code == 1
+    assert "integrity of the file" in found.out
+    Path(DB).write_bytes(b"junk" * 4000)
+    assert cli("restore", "copy.sqlite3", "--replace").code == 0
+    assert Path(f"{DB}.damaged").read_bytes() == b"junk" * 4000
+    assert "machine-199" in cli("machine", "list").out
+
+
+def test_a_symlinked_database_stays_one(cli: Cli) -> None:
+    Path("real").mkdir()
+    Path("link.sqlite3").symlink_to("real/a.sqlite3")
+    link = "sqlite:///link.sqlite3"
+    cli("init", "--db", link)
+    cli("machine", "add", "m", "--db", link)
+    cli("backup", "copy.sqlite3", "--db", link)
+    assert cli("restore", "copy.sqlite3", "--replace", "--db", link).code == 0
+    assert Path("link.sqlite3").is_symlink()
+    assert Path("real/a.sqlite3").is_file()
+
+
+def test_reading_another_programs_file_changes_nothing(
+    cli: Cli, refused: Callable[..., str]
+) -> None:
+    del cli
+    _of_another_program(DB)
+    before = Path(DB).read_bytes()
+    refused("machine", "list")
+    refused("doctor")
+    assert Path(DB).read_bytes() == before
+
+
+def test_a_manifest_that_says_other_than_the_files_is_refused(
+    cli: Cli, refused: Callable[..., str]
+) -> None:
+    cli("init")
+    cli("machine", "add", "m")
+    cli("export", "out")
+    manifest = Path("out/manifest.json")
+    said = json.loads(manifest.read_text())
+    restoring = ("restore", "out", "--db", "sqlite:///new.sqlite3")
+    for spoilt, says in (
+        ({**said, "tables": {}}, "is missing, or none of the schema's"),
+        ({**said, "tables": {**said["tables"], "x": said["tables"]["cut"]}}, "table 'x'"),
+        (
+            {**said, "tables": {**said["tables"], "cut": {**said["tables"]["cut"], "rows": 7}}},
+            "0 rows, manifest.json says 7",
+        ),
+    ):
+        manifest.write_text(json.dumps(spoilt))
+        assert says in refused(*restoring)
+        assert not Path("new.sqlite3").exists()
+
+
+def test_what_the_database_cannot_do_is_one_line(cli: Cli, refused: Callable[..., str]) -> None:
+    cli("init")
+    connection = sqlite3.connect(DB)
+    connection.execute("DROP TABLE mismatch")
+    connection.close()
+    assert "no such table" in refused("export", "out")
 
 
 def test_a_database_that_is_open_elsewhere_is_not_replaced(
@@ -401,7 +478,7 @@ def _without_what_is_pointed_to(folder: Path) -> None:
         (_from_a_later_version, "manifest.json: format 2"),
         (_no_manifest, "manifest.json: not there"),
         (_broken_manifest, "manifest.json: not a manifest"),
-        (_without_what_is_pointed_to, "point to no row"),
+        (_without_what_is_pointed_to, "is missing, or none"),
     ],
 )
 def test_a_spoilt_export_is_refused_naming_the_file(

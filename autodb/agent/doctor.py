@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sqlalchemy import JSON, ColumnElement, String, exists, select, text, type_coerce
+from sqlalchemy.exc import DatabaseError
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from autodb.checksums import checksum
@@ -65,8 +66,16 @@ def _run(store: Store, checks: Iterable[Check], progress: Progress) -> list[Find
     with store.reading() as session:
         for check in checks:
             progress(check.name)
-            findings.append(Finding(check, check.run(session, progress)))
+            findings.append(Finding(check, _outcome(check, session, progress)))
     return findings
+
+
+def _outcome(check: Check, session: Session, progress: Progress) -> Outcome:
+    """Return what a check finds; a file that cannot even be read so far has failed it."""
+    try:
+        return check.run(session, progress)
+    except DatabaseError as error:
+        return Outcome("unreadable", "=", "0", False, (str(error.orig),))
 
 
 def _none_of(found: Iterable[str]) -> Outcome:
@@ -153,13 +162,18 @@ def present(session: Session, _progress: Progress) -> Outcome:
 
 
 def unaltered(session: Session, progress: Progress) -> Outcome:
-    """Look for recordings whose file no longer has the checksum that it was imported with."""
+    """Look for recordings whose file has another checksum than at import, or cannot be read."""
     rows = session.scalars(select(models.Recording).order_by(models.Recording.id)).all()
     found = []
     for number, row in enumerate(rows, start=1):
         for path, sha256 in _files_of(row).items():
             progress(f"recording {number} of {len(rows)}: {path.name}")
-            if checksum(path) != sha256:
+            try:
+                same = checksum(path) == sha256
+            except OSError as error:
+                found.append(f"recording {row.id}: {path}: {error.strerror}")
+                continue
+            if not same:
                 found.append(f"recording {row.id}: {path}")
     return _none_of(found)
 

@@ -1,5 +1,6 @@
 """The command `autodb`: thin faces over the agent; heavy libraries load when a command runs."""
 
+import io
 import signal
 import sys
 from types import FrameType
@@ -40,13 +41,6 @@ def run(arguments: list[str] | None = None) -> int:
 
     try:
         code = get_command(app).main(arguments, prog_name="autodb", standalone_mode=False)
-    except UnusableInput as error:
-        typer.echo(f"autodb: {error}", err=True)
-        return 2
-    except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        typer.echo(f"autodb: {where}{error.strerror or error}", err=True)
-        return 2
     except TyperException as error:
         show = getattr(error, "show", None)
         if show is not None:
@@ -54,11 +48,39 @@ def run(arguments: list[str] | None = None) -> int:
         return int(getattr(error, "exit_code", 2))
     except (typer.Abort, KeyboardInterrupt):
         return _interrupted()
-    except Exception:
+    except Exception as error:
         if _pressed:  # an interrupt inside a library's import surfaces as that library's error
             return _interrupted()
-        raise
+        said = _unusable(error)
+        if said is None:
+            raise
+        typer.echo(f"autodb: {said}", err=True)
+        return 2
     return _interrupted() if code == INTERRUPTED else int(code or 0)
+
+
+def _unusable(error: Exception) -> str | None:
+    """Return the line for an error that input or surroundings are to blame for, else None."""
+    if isinstance(error, UnusableInput):
+        return str(error)
+    if isinstance(error, OSError):
+        where = f"{error.filename}: " if error.filename else ""
+        return f"{where}{error.strerror or error}"
+    return _of_the_database(error)
+
+
+def _of_the_database(error: Exception) -> str | None:
+    """Return the line for what the database cannot do: locked, read-only, full, damaged."""
+    cause = getattr(error, "orig", error)
+    if not type(cause).__module__.startswith("sqlite3"):
+        return None
+    works = {
+        "locked": "when the other program that writes to it is done, it would work",
+        "readonly": "a database that may be written would work",
+        "full": "more room on the disk would work",
+    }
+    known = next((text for word, text in works.items() if word in str(cause)), None)
+    return f"the database: {cause}; {known or 'autodb doctor says more'}"
 
 
 _pressed: list[int] = []
@@ -77,4 +99,7 @@ def _on_interrupt(number: int, frame: FrameType | None) -> None:
 def main() -> None:
     """Enter from the command line."""
     signal.signal(signal.SIGINT, _on_interrupt)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without our letters shows a ?
     sys.exit(run())

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -108,7 +108,7 @@ def show(printed: "Table | Tree") -> None:
     from rich.console import Console
 
     unsaid = not sys.stdout.isatty() and "COLUMNS" not in os.environ
-    Console(width=WIDE if unsaid else None).print(printed)
+    Console(width=WIDE if unsaid else None, markup=False, highlight=False).print(printed)
 
 
 def table(title: str, *columns: str) -> "Table":
@@ -119,5 +119,6 @@ def table(title: str, *columns: str) -> "Table":
     made = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
     for name in columns:
         right = name.startswith(">")
-        made.add_column(name.removeprefix(">"), justify="right" if right else "left")
+        justify: Literal["left", "right"] = "right" if right else "left"
+        made.add_column(name.removeprefix(">"), justify=justify, overflow="fold")
     return made

@@ -185,7 +185,7 @@ def _say_causes(explained: "Explained") -> None:
 
 def trace(
     kind: Kind,
-    number: Annotated[int, typer.Argument(help="Its number.")],
+    number: Annotated[int, typer.Argument(help="Its number.", min=1, max=2**63 - 1)],
     db: Database = None,
 ) -> None:
     """Show where a stored number came from, down to recordings."""
@@ -198,10 +198,10 @@ def trace(
 
 def as_tree(node: "Node") -> "Tree":
     """Return a trace as a tree to print."""
-    from rich.markup import escape
+    from rich.text import Text
     from rich.tree import Tree
 
-    tree = Tree(escape(node.text))
+    tree = Tree(Text(node.text, overflow="fold"))
     for source in node.sources:
         tree.children.append(as_tree(source))
     return tree

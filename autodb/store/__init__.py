@@ -70,7 +70,8 @@ def open_store(url: str, *, any_schema: bool = False) -> Store:
     if found is None:
         raise UnusableInput(f"{url}: no autodb database; 'autodb init' makes one")
     if found != head() and not any_schema:
-        raise UnusableInput(f"{url}: schema {found}, this version needs {head()}: 'autodb init'")
+        works = "'autodb init' brings it there" if found in revisions() else "a newer autodb works"
+        raise UnusableInput(f"{url}: schema {found}, this version needs {head()}; {works}")
     return Store(engine)
 
 
@@ -143,7 +144,8 @@ def file_of(url: str) -> Path:
     database = _parsed(url).database
     if database in (None, "", ":memory:"):
         raise UnusableInput(f"{url}: a database in memory keeps nothing; {DEFAULT_URL} would work")
-    return Path(str(database))
+    path = Path(str(database))
+    return path.resolve() if path.is_symlink() else path
 
 
 def _parsed(url: str) -> URL:
@@ -168,13 +170,16 @@ def _on_connect(foreign_keys: bool, connection: Any, _record: object) -> None:
     cursor = connection.cursor()
     cursor.execute(f"PRAGMA foreign_keys={'ON' if foreign_keys else 'OFF'}")
     cursor.execute("PRAGMA busy_timeout=60000")
-    cursor.execute("PRAGMA journal_mode=WAL")
     cursor.close()
 
 
 def _on_begin(connection: Connection) -> None:
-    writes = connection.get_execution_options().get("autodb_writes", False)
-    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+    """Begin; who only reads changes nothing, not even how the file keeps its log."""
+    if connection.get_execution_options().get("autodb_writes", False):
+        connection.exec_driver_sql("PRAGMA journal_mode=WAL")
+        connection.exec_driver_sql("BEGIN IMMEDIATE")
+    else:
+        connection.exec_driver_sql("BEGIN")
 
 
 def _missing_file(url: str) -> bool:

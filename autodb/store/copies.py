@@ -16,6 +16,7 @@ from autodb.store import file_of, head, revisions
 
 Progress = Callable[[str], None]
 PAGES_A_STEP = 2048
+LOGS = ("-wal", "-shm", "-journal")
 WAIT_S = 5.0
 
 
@@ -43,15 +44,39 @@ def backup(
     source = file_of(url)
     if not source.is_file():
         raise UnusableInput(f"{url}: no database there; 'autodb init' makes one")
-    if target.exists() and (not replace or target.samefile(source)):
-        raise UnusableInput(f"{target}: is there already; another name, or --replace, would work")
+    target = target.resolve() if target.is_symlink() else target
     needs_folder(target)
+    _may_be_written(target, source, replace=replace)
     with hidden(target) as partial:
         copied = copy_of(source, partial, progress)
         settle(partial)
         partial.replace(target)
         sync(target.parent)
     return copied
+
+
+def _may_be_written(target: Path, source: Path, *, replace: bool) -> None:
+    """Raise UnusableInput where a backup would take the place of anything but a backup."""
+    if target.name in {f"{source.name}{end}" for end in LOGS} and same_folder(target, source):
+        raise UnusableInput(f"{target}: is the name of the database's own log; another would work")
+    if not target.exists():
+        return
+    if not target.is_file() or target.samefile(source):
+        raise UnusableInput(f"{target}: is no file for a backup; a new name would work")
+    if not replace:
+        raise UnusableInput(f"{target}: is there already; another name, or --replace, would work")
+    try:
+        with closing(connect(target)) as old:
+            schema_of(old, target)
+    except sqlite3.DatabaseError as error:
+        raise UnusableInput(
+            f"{target}: is no backup that could be replaced ({error}); a new name would work"
+        ) from None
+
+
+def same_folder(a: Path, b: Path) -> bool:
+    """Say whether two files lie in one folder."""
+    return a.parent.resolve() == b.parent.resolve()
 
 
 def counts(connection: sqlite3.Connection) -> dict[str, int]:
@@ -77,7 +102,9 @@ def copy_of(source: Path, partial: Path, progress: Progress | None) -> Copied:
             live.execute("ROLLBACK")
             _check(copy, source, before)
     except sqlite3.DatabaseError as error:
-        raise UnusableInput(f"{source}: cannot be read as a database ({error})") from None
+        if "full" in str(error):
+            raise UnusableInput(f"{partial.parent}: {error}; more room would work") from None
+        raise UnusableInput(f"{source}: cannot be copied as a database ({error})") from None
     return Copied(before, schema)
 
 
@@ -154,5 +181,5 @@ def hidden(target: Path) -> Iterator[Path]:
 
 
 def _remove(path: Path) -> None:
-    for end in ("", "-wal", "-shm", "-journal"):
+    for end in ("", *LOGS):
         path.with_name(f"{path.name}{end}").unlink(missing_ok=True)

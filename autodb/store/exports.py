@@ -198,7 +198,16 @@ def load(folder: Path, target: Path, *, progress: Progress | None = None) -> Cop
         for name in manifest.tables:
             if progress:
                 progress(f"table {name}")
-            _fill(connection, name, folder / f"{name}.parquet")
+            path = folder / f"{name}.parquet"
+            try:
+                filled = _fill(connection, name, path)
+            except (sqlite3.Error, pa.ArrowException) as error:
+                reason = str(error).splitlines()[0]
+                raise UnusableInput(f"{path}: no rows of table '{name}' ({reason})") from None
+            if filled != manifest.tables[name].rows:
+                raise UnusableInput(
+                    f"{path}: {filled} rows, {MANIFEST} says {manifest.tables[name].rows}"
+                )
         lost = connection.execute("PRAGMA foreign_key_check").fetchall()
         if lost:
             raise UnusableInput(f"{folder}: rows of '{lost[0][0]}' point to no row")
@@ -225,6 +234,12 @@ def read_manifest(folder: Path) -> Manifest:
             f"{path}: format {manifest.format} with schema {manifest.schema_revision} is not known "
             f"to this version, which knows format {FORMAT} and schemas up to {head()}"
         )
+    if manifest.schema_revision == head():
+        left_out = () if manifest.machine is None else NOT_OF_ONE_MACHINE
+        needed = {table.name for table in models.Base.metadata.sorted_tables} - set(left_out)
+        if set(manifest.tables) != needed:
+            odd = sorted(needed ^ set(manifest.tables))
+            raise UnusableInput(f"{path}: table '{odd[0]}' is missing, or none of the schema's")
     for name, entry in manifest.tables.items():
         file = folder / f"{name}.parquet"
         if not file.is_file():
@@ -234,7 +249,8 @@ def read_manifest(folder: Path) -> Manifest:
     return manifest
 
 
-def _fill(connection: sqlite3.Connection, name: str, path: Path) -> None:
+def _fill(connection: sqlite3.Connection, name: str, path: Path) -> int:
+    """Put the rows of a table's file into the database; return how many."""
     columns = [row[1] for row in connection.execute("SELECT * FROM pragma_table_info(?)", (name,))]
     parquet = pq.ParquetFile(path)
     if not columns or sorted(parquet.schema_arrow.names) != sorted(columns):
@@ -246,3 +262,4 @@ def _fill(connection: sqlite3.Connection, name: str, path: Path) -> None:
         connection.executemany(
             f'INSERT INTO "{name}" ({listed}) VALUES ({places})', zip(*values, strict=True)
         )
+    return int(parquet.metadata.num_rows)

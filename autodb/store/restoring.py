@@ -2,11 +2,13 @@
 
 import sqlite3
 from contextlib import closing
+from itertools import count
 from pathlib import Path
 
 from autodb.errors import UnusableInput
 from autodb.store import create_store, file_of, head
 from autodb.store.copies import (
+    LOGS,
     Copied,
     Progress,
     connect,
@@ -47,10 +49,10 @@ def restore(
 
 def _may_be_replaced(target: Path, *, replace: bool) -> None:
     """Raise UnusableInput when the file at ``target`` may not be replaced by a restored one."""
-    beside = target.with_name(f"{target.name}-wal")
     if not target.exists():
-        if beside.exists():
-            raise UnusableInput(f"{beside}: lies there without its database; move it away")
+        for beside in (target.with_name(f"{target.name}{end}") for end in ("-wal", "-journal")):
+            if beside.exists():
+                raise UnusableInput(f"{beside}: lies there without its database; move it away")
         return
     try:
         with closing(connect(target)) as old:
@@ -58,8 +60,11 @@ def _may_be_replaced(target: Path, *, replace: bool) -> None:
             if held:
                 schema_of(old, target)
     except sqlite3.DatabaseError as error:
+        if replace:
+            return  # what cannot be read is set aside, not lost
         raise UnusableInput(
-            f"{target}: is there and no database ({error}); another --db would work"
+            f"{target}: is there and cannot be read as a database ({error}); --replace sets it "
+            "aside, another --db would leave it"
         ) from None
     if any(held.values()) and not replace:
         raise UnusableInput(
@@ -78,9 +83,24 @@ def _put_in_place(partial: Path, target: Path) -> None:
                 old.execute("BEGIN EXCLUSIVE")
                 partial.replace(target)
         except sqlite3.OperationalError as error:
-            raise UnusableInput(
-                f"{target}: another program has it open ({error}); closing it would work"
-            ) from None
+            if "locked" in str(error):
+                raise UnusableInput(
+                    f"{target}: another program has it open ({error}); closing it would work"
+                ) from None
+            raise UnusableInput(f"{target}: cannot be replaced ({error})") from None
+        except sqlite3.DatabaseError:
+            _set_aside(target)
+            partial.replace(target)
     else:
         partial.replace(target)
     sync(target.parent)
+
+
+def _set_aside(target: Path) -> None:
+    """Rename a file that is no database any more, with its logs: nothing is thrown away."""
+    names = (f"{target.name}.damaged{number or ''}" for number in count())
+    aside = next(n for n in names if not target.with_name(n).exists())
+    for end in (*LOGS, ""):
+        part = target.with_name(f"{target.name}{end}")
+        if part.exists():
+            part.replace(target.with_name(f"{aside}{end}"))
