@@ -233,3 +233,31 @@ def _tool() -> models.Tool:
         session.expunge(row)
     store.close()
     return row
+
+
+@pytest.mark.parametrize("name", ["two\nlines", "lathe ", "\x1b[2J"])
+def test_names_that_cannot_be_read_back_are_refused(
+    cli: Cli, refused: Callable[..., str], name: str
+) -> None:
+    cli("init")
+    assert "would work" in refused("machine", "add", name)
+
+
+def test_marks_of_the_terminal_are_printed_as_they_are(cli: Cli) -> None:
+    cli("init")
+    cli("machine", "add", "[red]lathe[/x]")
+    assert "[red]lathe[/x]" in cli("machine", "list").out
+    assert "[red]lathe[/x]" in cli("machine", "show", "[red]lathe[/x]").out
+
+
+def test_a_file_with_a_byte_order_mark_reads(tmp_path: Path) -> None:
+    path = tmp_path / "m.toml"
+    path.write_text("[axes.z]\n", encoding="utf-8-sig")
+    assert list(read_machine_file(path).axes) == ["z"]
+
+
+def test_a_code_beyond_its_kind_of_tool_is_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "t.toml"
+    path.write_text('name = "d"\nkind = "drill"\n[iso13399]\nDC = 0\n')
+    with pytest.raises(UnusableInput, match="DC: Input should be greater than 0"):
+        read_tool(path)

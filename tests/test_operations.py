@@ -123,3 +123,10 @@ def test_a_version_taken_back_is_not_used_and_its_number_not_given_again(learnt:
 def _job(text: str) -> Path:
     Path("job.toml").write_text(HEAD + text)
     return Path("job.toml")
+
+
+def test_a_face_may_end_at_the_centre(learnt: Cli) -> None:
+    to_the_centre = FACE.replace("depth_mm", "end_diameter_mm = 0\ndepth_mm")
+    assert _predict(learnt, to_the_centre)["cuts"] == _predict(learnt, FACE)["cuts"]
+    refused = learnt("predict", _job(TURN + "end_diameter_mm = 40\n"), "--machine", "lathe-1")
+    assert "keeps its diameter" in refused.err

@@ -230,6 +230,7 @@ BAD_SIDE_FILES = [
     ("[channels]\n'x.current' = {column = 'a', scale = 0}\n", "scale 0"),
     ("[channels]\n'x.current' = {column = 'a', scale = nan}\n", "channels.x.current.scale"),
     ("[tool]\nteeth = -4\n", "tool.teeth"),
+    ("[channels]\n'x.current' = {column = 'a', rated_A = '12'}\n", "rated_A"),
 ]
 
 

@@ -59,7 +59,7 @@ def restore(
     replace: Replace = False,
     db: Database = None,
 ) -> None:
-    """Make a backup or an export the database, brought to this version's schema."""
+    """Put a backup, or an export, in the database's place, at this version's schema."""
     from autodb.store import database_url, head
     from autodb.store.restoring import restore as run
 

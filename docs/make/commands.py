@@ -84,6 +84,8 @@ def _value(parameter: Any) -> str:
         "--machine": "NAME",
         "--protocol": "NAME",
         "--includes": "TERM,…",
+        "--group": "NAME",
+        "--resample": "HZ",
     }
     option = str(parameter.opts[0])
     return known.get(option, option.removeprefix("--").upper())
