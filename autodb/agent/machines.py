@@ -39,13 +39,13 @@ def add_machine(store: Store, name: str, file: MachineFile) -> bool:
 
     Raises UnusableInput when it is there and the file says something else.
     """
+    if not name.strip():
+        raise UnusableInput("a machine needs a name; 'lathe-1' would work")
     if not name.isprintable() or name != name.strip():
         raise UnusableInput(
             f"machine '{name}': a name without line breaks, control characters and blanks at its "
             "ends would work"
         )
-    if not name:
-        raise UnusableInput("a machine needs a name; 'lathe-1' would work")
     with store.writing() as session:
         existing = session.scalar(select(models.Machine).where(models.Machine.name == name))
         if existing is not None:
