@@ -19,6 +19,8 @@ RUN = 5
 STEPS = 6.0
 """A plateau is run into where the sample before or after it is no further than this many typical
 steps of the channel; a step into a standstill is further."""
+SAMPLE = 1 << 13
+"""Samples of a block that typical steps and roughness are taken from."""
 LEVELS = 20
 """Fewer different values than this are a counter or a switch, not a measured quantity."""
 
@@ -101,13 +103,15 @@ class ChannelSummary:
         ends = np.append(starts[1:], len(values))
         long = ends - starts >= RUN
         level, held = values[starts[long]], (ends - starts)[long]
-        typical = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+        some = steps[:SAMPLE][steps[:SAMPLE] > 0]
+        typical = float(np.median(some)) if some.size else 0.0
         run_into = _run_into(values, starts[long], ends[long], STEPS * typical)
         self.low = _further(self.low, low, int(held[(level == low) & run_into].sum()), sign=-1)
         self.high = _further(self.high, high, int(held[(level == high) & run_into].sum()), sign=1)
         self.elsewhere += int(held[(level != low) & (level != high) & (level != 0)].sum())
-        self.levels = max(self.levels, min(LEVELS, len(np.unique(values))))
-        bends = np.abs(np.diff(values, 2))
+        if self.levels < LEVELS:
+            self.levels = max(self.levels, min(LEVELS, len(np.unique(values))))
+        bends = np.abs(np.diff(values[:SAMPLE], 2))
         bends = bends[bends > 0]
         if bends.size:
             self._rough.append(float(np.median(bends)) / (high - low))
