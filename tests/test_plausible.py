@@ -11,6 +11,7 @@ from autodb.records.plausible import doubts
 from autodb.records.summary import summarise
 from tests.bad_inputs import MOVES, T, V, X
 from tests.bad_inputs import I as CURRENT
+from tests.conftest import Cli
 from tests.files import write
 
 
@@ -156,3 +157,18 @@ def test_constant_surface_speed_over_all_diameters_fits(tmp_path: Path) -> None:
     cuts = {"cut": np.arange(8), "work.diameter": diameter_mm, "cutting.speed": [200.0] * 8,
             "spindle.speed": [*(200e3 / np.pi / diameter_mm[:6]), 12000.0, 900.0]}  # fmt: skip
     assert _doubts(write(tmp_path / "a.csv", cuts)) == []
+
+
+def test_explain_says_what_it_doubts_and_goes_on(tmp_path: Path, cli: Cli) -> None:
+    rng = np.random.default_rng(9)
+    t = np.arange(0, 40, 0.01)
+    moves = {"t": t, "x.position": 100 * np.sin(t), "x.velocity": 6000 * np.cos(t)}
+    current = 1.5 * np.sign(np.cos(t))
+    measured = write(
+        tmp_path / "r.csv", {**moves, "x.current": current + rng.normal(0, 0.05, 4000)}
+    )
+    simulated = write(tmp_path / "s.csv", {**moves, "x.current": current})
+    done = cli("explain", measured, "--simulation", simulated)
+    assert done.code == 0
+    assert "doubtful: " in done.err
+    assert "x.velocity is 60 times the slope" in done.err

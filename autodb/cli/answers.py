@@ -133,6 +133,7 @@ def explain(
             simulated = read_one(
                 simulation, columns=None, group=group, resample_hz=resample, like=measured
             )
+            _say_doubts(measured)
             explained = _against_file(measured, simulated, includes)
         else:
             explained = _against_machine(str(machine), recording, columns, db)
@@ -146,6 +147,15 @@ def explain(
         return
     _say_causes(explained)
     say(f"report: {folder / 'report.html'}")
+
+
+def _say_doubts(measured: "Recording | CutTable") -> None:
+    """Say what looks like a wrong unit or a clipped sensor; it is explained all the same."""
+    from autodb.records.plausible import doubts
+    from autodb.records.summary import summary_of
+
+    for doubt in doubts(summary_of(measured), measured.side):
+        typer.echo(f"doubtful: {measured.path}: {doubt}", err=True)
 
 
 def _against_file(
