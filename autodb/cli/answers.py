@@ -133,8 +133,8 @@ def explain(
             simulated = read_one(
                 simulation, columns=None, group=group, resample_hz=resample, like=measured
             )
-            _say_doubts(measured)
             explained = _against_file(measured, simulated, includes)
+            _say_doubts(measured)
         else:
             explained = _against_machine(str(machine), recording, columns, db)
         progress("writing the report")
