@@ -95,7 +95,7 @@ def _use(path: Path) -> None:
 @pytest.mark.parametrize("suffix", EXAMPLES)
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
 def test_mutated_recordings(tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("autodb.readers._damage.LONGEST_S", 2.0)
+    monkeypatch.setattr("autodb.readers._child.LONGEST_S", 2.0)
     path = write(tmp_path / f"a{suffix}", COLUMNS)
     _try_mutations(path, EXAMPLES[suffix])
 

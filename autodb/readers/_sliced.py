@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from autodb.readers._base import BLOCK_ROWS, Blocks, Columns, as_label, as_number
-from autodb.readers._damage import damaged, fault_in, whole
+from autodb.readers._damage import damaged, whole
 
 Cells = Callable[[str, range], Any]
 """Returns the cells of one column in a range of rows."""
@@ -20,19 +20,8 @@ def sliced(
     *,
     rows: int,
     opened: Callable[[], AbstractContextManager[Cells]],
-    probed: bool = False,
 ) -> Blocks:
-    """Return the blocks of columns of ``rows`` rows; ``opened`` opens the file to read cells.
-
-    ``probed``: the first and last block of what is wanted are read in a child first, where damage
-    can crash the library.
-    """
-
-    def probe(names: Sequence[str]) -> None:
-        with opened() as cells:
-            for span in ends(rows):
-                for name in names:
-                    cells(name, span)
+    """Return the blocks of columns of ``rows`` rows; ``opened`` opens the file to read cells."""
 
     def part(cells: Cells, name: str, span: range) -> Any:
         values = np.asarray(whole(path, kind, lambda: cells(name, span)))
@@ -42,9 +31,6 @@ def sliced(
         return values
 
     def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
-        fault = fault_in(lambda: probe([*numbers, *labels])) if probed else None
-        if fault is not None:
-            raise damaged(path, kind, fault)
         with ExitStack() as stack:
             cells = whole(path, kind, lambda: stack.enter_context(opened()))
             for span in spans(rows):
@@ -57,12 +43,6 @@ def sliced(
                 yield columns
 
     return blocks
-
-
-def ends(rows: int) -> Iterator[range]:
-    """Yield the rows of the first and of the last block."""
-    blocks = list(spans(rows))
-    yield from {blocks[0]: None, blocks[-1]: None}
 
 
 def spans(rows: int) -> Iterator[range]:

@@ -6,14 +6,14 @@ records (compound type) is a table of its own. MATLAB v7.3 files are read alike.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from autodb.readers._base import TimeBase
-from autodb.readers._damage import damaged, fault_in, whole
+from autodb.readers._child import isolated, isolated_value
 from autodb.readers._extra import library
 from autodb.readers._sliced import Cells, sliced
 
@@ -40,11 +40,8 @@ class _Vector:
 def open_hdf5(path: Path) -> tuple[TimeBase, ...]:
     """Open an HDF5 file by the names and shapes of its datasets."""
     h5py = library(path, "h5py")
-    fault = fault_in(lambda: _vectors(h5py, path))
-    if fault is not None:
-        raise damaged(path, "HDF5", fault)
-    vectors = whole(path, "HDF5", lambda: _vectors(h5py, path))
-    grouped = _grouped(vectors)
+    found = isolated_value(path, "HDF5", lambda: [asdict(v) for v in _vectors(h5py, path)])
+    grouped = _grouped([_Vector(**vector) for vector in found])
     several = len(grouped) > 1
     return tuple(
         _base(h5py, path, name if several else "", columns) for name, columns in grouped.items()
@@ -115,8 +112,8 @@ def _base(h5py: Any, path: Path, label: str, columns: dict[str, _Vector]) -> Tim
             yield lambda name, span: _cells(file, columns[name], span)
 
     units = {name: vector.unit for name, vector in columns.items()}
-    blocks = sliced(path, "HDF5", rows=rows, opened=opened, probed=True)
-    return TimeBase(label, tuple(columns), blocks, units)
+    blocks = sliced(path, "HDF5", rows=rows, opened=opened)
+    return TimeBase(label, tuple(columns), isolated(path, "HDF5", blocks), units)
 
 
 def _cells(file: Any, vector: _Vector, rows: range) -> Any:

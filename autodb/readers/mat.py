@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from autodb.errors import UnusableInput
 from autodb.readers._base import Columns, TimeBase, as_label, as_number
-from autodb.readers._damage import NO_MEMORY, damaged, fault_in, whole
+from autodb.readers._child import isolated, isolated_value
 from autodb.readers.hdf5 import open_hdf5
 
 _NUMBERS = {"double", "single", "logical"} | {
@@ -17,21 +16,13 @@ _NUMBERS = {"double", "single", "logical"} | {
 
 def open_mat(path: Path) -> tuple[TimeBase, ...]:
     """Open a MAT file; vectors of one length share a time base."""
-    from scipy.io import loadmat, whosmat
+    from scipy.io import whosmat
 
     with path.open("rb") as file:
         if b"MATLAB 7.3" in file.read(128):
             return open_hdf5(path)
-    fault = fault_in(lambda: loadmat(path))
-    if fault == NO_MEMORY:
-        raise UnusableInput(
-            f"{path}: MAT version 5 is read whole, which needs more memory than there is; '-v7.3' "
-            "or CSV would work"
-        )
-    if fault is not None:
-        raise damaged(path, "MAT", fault)
     by_length: dict[int, list[str]] = {}
-    for name, shape, kind in whole(path, "MAT", lambda: whosmat(path)):
+    for name, shape, kind in isolated_value(path, "MAT", lambda: whosmat(path)):
         if kind in _NUMBERS and sum(n > 1 for n in shape) == 1 and min(shape) > 0:
             by_length.setdefault(max(shape), []).append(name)
     several = len(by_length) > 1
@@ -45,7 +36,7 @@ def _base(path: Path, label: str, names: list[str]) -> TimeBase:
 
     def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
         wanted = [*numbers, *labels]
-        found = whole(path, "MAT", lambda: loadmat(path, variable_names=wanted))
+        found = loadmat(path, variable_names=wanted)
         columns: Columns = {}
         for name in numbers:
             columns[name] = as_number(str(path), name, np.asarray(found[name]).ravel())
@@ -53,4 +44,4 @@ def _base(path: Path, label: str, names: list[str]) -> TimeBase:
             columns[name] = as_label(np.asarray(found[name]).ravel())
         yield columns
 
-    return TimeBase(label, tuple(names), blocks)
+    return TimeBase(label, tuple(names), isolated(path, "MAT", blocks))

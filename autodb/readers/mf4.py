@@ -2,7 +2,7 @@
 
 from collections.abc import Container, Iterator
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import chain, count
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from autodb.readers._base import TimeBase
-from autodb.readers._damage import damaged, fault_in, whole
+from autodb.readers._child import isolated, isolated_value
 from autodb.readers._extra import library
 from autodb.readers._sliced import Cells, sliced
 
@@ -31,10 +31,8 @@ class _Group:
 def open_mf4(path: Path) -> tuple[TimeBase, ...]:
     """Open an MF4 file by its channel groups."""
     asammdf = library(path, "asammdf")
-    fault = fault_in(lambda: _read_groups(asammdf, path))
-    if fault is not None:
-        raise damaged(path, "MF4", fault)
-    groups = whole(path, "MF4", lambda: _read_groups(asammdf, path))
+    found = isolated_value(path, "MF4", lambda: _read_groups(asammdf, path))
+    groups = [_Group(**group) for group in found]
     return tuple(_base(asammdf, path, group, _label(group, groups)) for group in groups)
 
 
@@ -45,9 +43,9 @@ def _opened(asammdf: Any, path: Path) -> Iterator[Any]:
         yield mdf
 
 
-def _read_groups(asammdf: Any, path: Path) -> list[_Group]:
+def _read_groups(asammdf: Any, path: Path) -> list[dict[str, Any]]:
     with _opened(asammdf, path) as file:
-        return _groups(file)
+        return [asdict(group) for group in _groups(file)]
 
 
 def _groups(file: Any) -> list[_Group]:
@@ -90,8 +88,8 @@ def _base(asammdf: Any, path: Path, group: _Group, label: str) -> TimeBase:
         with _opened(asammdf, path) as file:
             yield lambda name, rows: _cells(file, group, name, rows)
 
-    blocks = sliced(path, "MF4", rows=group.rows, opened=opened, probed=True)
-    return TimeBase(label, tuple(group.channels), blocks, group.units)
+    blocks = sliced(path, "MF4", rows=group.rows, opened=opened)
+    return TimeBase(label, tuple(group.channels), isolated(path, "MF4", blocks), group.units)
 
 
 def _cells(file: Any, group: _Group, name: str, rows: range) -> Any:
