@@ -146,7 +146,7 @@ def test_milling_waveforms_are_refused(refused: Callable[..., str], tryout: Path
 
 
 def test_scalar_and_array_agree() -> None:
-    from autodb.terms.friction import coulomb
+    from autodb.terms.friction import direction
 
     speeds = np.array([-5.0, 0.0, 0.01, 5.0])
-    assert_allclose([coulomb(np.array([v]))[0] for v in speeds], coulomb(speeds))
+    assert_allclose([direction(np.array([v]))[0] for v in speeds], direction(speeds))

@@ -15,7 +15,7 @@ from autodb.errors import UnusableInput
 from autodb.records import Recording
 from autodb.terms import TERMS, Term
 from autodb.terms.drive import gravity, inertia
-from autodb.terms.friction import STANDSTILL_MM_S, coulomb, viscous
+from autodb.terms.friction import STANDSTILL_MM_S, coulomb, direction, viscous
 
 Array = NDArray[np.float64]
 
@@ -150,7 +150,7 @@ def regressors(moved: Motion) -> dict[str, Array]:
     return {
         "inertia": inertia(moved.acceleration),
         "viscous": viscous(moved.velocity),
-        "coulomb": coulomb(moved.quick),
+        "coulomb": coulomb(direction(moved.quick)),
         "gravity": gravity(moved.position),
     }
 

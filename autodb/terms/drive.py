@@ -1,20 +1,35 @@
-"""Loads of a feed axis that are not friction."""
+"""Loads of a drive that are not friction."""
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import signal
 
-from autodb.terms._term import Parameter, Term
+from autodb.terms._term import Belief, Contribution, Factor, Parameter
 
 Array = NDArray[np.float64]
+
+EDGE_S = 0.02
+"""Time over which an external load sets in or goes: a fit can follow it. Chosen."""
+WARM_SPEED_MM_S = 10_000.0 / 60.0
+"""Speed at which warm-up figures are stated: P2 section 3 measured at 10 000 mm/min."""
 
 
 def inertia(acceleration_mm_s2: Array) -> Array:
     """Inertia takes effort in proportion to acceleration: column a [mm/s²], (n,).
 
-    Effort = coefficient · a; where effort is force in N, mass in kg = 1000 · coefficient.
-    Source: P0 section 2.2.
+    Effort = coefficient · a; where effort is force in N, mass in kg = 1000 · coefficient. At
+    standstill 0. Source: P0 section 2.2.
     """
     return acceleration_mm_s2
+
+
+def cross_coupling(other_acceleration_mm_s2: Array) -> Array:
+    """Another axis' acceleration loads this one: column a of that axis [mm/s²], (n,).
+
+    Effort = coefficient · a_other. It acts on a standing axis too.
+    Source: P0 section 2.2 (serial kinematics: one axis carries the other).
+    """
+    return other_acceleration_mm_s2
 
 
 def gravity(position_mm: Array) -> Array:
@@ -26,24 +41,126 @@ def gravity(position_mm: Array) -> Array:
     return np.ones_like(position_mm)
 
 
+def spring(position_mm: Array, *, rest_mm: float) -> Array:
+    """A restoring load grows with the way from its rest: column x − x_r [mm], (n,).
+
+    Effort = stiffness · column, also at standstill, the same sign in both directions.
+    Source: P0 section 2.2, k (s − s_r).
+    """
+    return position_mm - rest_mm
+
+
+def cogging(position_mm: Array, *, period_mm: float) -> Array:
+    """A load periodic in position: columns cos and sin of 2πx/period, (n, 2).
+
+    Effort = cosine · cos + sine · sin, also at standstill, the same sign in both directions;
+    amplitude = √(cosine² + sine²). One instance a harmonic. Source: P0 section 2.2, F_co (look-up
+    table there; a Fourier series is its harmonics).
+    """
+    angle = 2.0 * np.pi * position_mm / period_mm
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def friction_ripple(direction: Array, position_mm: Array, *, period_mm: float) -> Array:
+    """Friction periodic in position: sgn(v)·cos and sgn(v)·sin of 2πx/period, (n, 2).
+
+    Effort flips with the direction, which tells it from cogging; 0 at standstill.
+    Source: physics.md section 8 lists periodic g(x) under position friction.
+    """
+    return direction[:, None] * cogging(position_mm, period_mm=period_mm)
+
+
+def compliance(
+    acceleration_mm_s2: Array, t_s: Array, *, frequency_hz: float, damping: float
+) -> Array:
+    """The load hangs on a spring: column a_load − a_motor [mm/s²], (n,).
+
+    a_load = ω²/(s² + 2ζωs + ω²) · a_motor (bilinear transform), ω = 2π·frequency. Effort =
+    coefficient · column, coefficient the load's inertia: with the inertia term the motor feels
+    M·a_motor + M_load·(a_load − a_motor). 0 in steady motion and at standstill. Even sampling.
+    Source: two-mass model of a feed drive; named as the gap of the rigid model in Janot 2019.
+    """
+    rate_hz = 1.0 / float(np.median(np.diff(t_s)))
+    omega = 2.0 * np.pi * frequency_hz
+    b, a = signal.bilinear([omega**2], [1.0, 2.0 * damping * omega, omega**2], fs=rate_hz)
+    return np.asarray(signal.lfilter(b, a, acceleration_mm_s2), dtype=np.float64) - (
+        acceleration_mm_s2
+    )
+
+
 def external_load(t_s: Array, *, start_s: float, end_s: float) -> Array:
     """A load that no motion explains acts during an interval: column 1 in [start, end], else 0."""
     return ((t_s >= start_s) & (t_s <= end_s)).astype(np.float64)
 
 
-INERTIA = Term(
+def external_load_edged(t_s: Array, *, start_s: float, end_s: float) -> Array:
+    """Return ``external_load`` with edges of EDGE_S, which a search for its ends can follow, (n,).
+
+    Half the load is there at start and end.
+    """
+    rise = np.clip((t_s - start_s) / EDGE_S + 0.5, 0.0, 1.0)
+    fall = np.clip((end_s - t_s) / EDGE_S + 0.5, 0.0, 1.0)
+    return np.minimum(rise, fall)
+
+
+def windage(velocity_rpm: Array) -> Array:
+    """Air and oil churned by a spindle: column n·|n| [rpm²], (n,); 0 at standstill.
+
+    Effort = coefficient · column. Source: physics.md section 8 (∝ speed² or so).
+    """
+    return velocity_rpm * np.abs(velocity_rpm)
+
+
+def warmth(t_s: Array, velocity_mm_s: Array, *, time_constant_s: float) -> Array:
+    """Return how warm the lubricant is, 0 cold, 1 after long running at WARM_SPEED_MM_S, (n,).
+
+    T·dw/dt = |v|/WARM_SPEED − w, w = 0 at the first row: driven by friction work, which at nearly
+    constant friction goes as speed; it relaxes at rest. Even sampling. Source: P2 section 3, fitted
+    there as 1 − e^(−u/T).
+    """
+    step = float(np.median(np.diff(t_s)))
+    keep = float(np.exp(-step / time_constant_s))
+    heat = np.abs(velocity_mm_s) / WARM_SPEED_MM_S
+    return np.asarray(signal.lfilter([0.0, 1.0 - keep], [1.0, -keep], heat), dtype=np.float64)
+
+
+def warmup(t_s: Array, velocity_mm_s: Array, *, drop: float, time_constant_s: float) -> Array:
+    """Friction falls as the lubricant warms: factor 1 − drop · w(t), (n,).
+
+    Acts on friction, not on weight or inertia. Source: P2 section 3: drop about 0.19 and time
+    constant about 20 s at 10 000 mm/min.
+    """
+    return 1.0 - drop * warmth(t_s, velocity_mm_s, time_constant_s=time_constant_s)
+
+
+INERTIA = Contribution(
     name="inertia",
-    channel="axis",
-    parameters=(Parameter("coefficient", "U·s²/mm", "effort per acceleration"),),
+    channels=("axis", "spindle"),
+    inputs=("acceleration",),
+    function=inertia,
+    coefficients=(Parameter("coefficient", "U·s²/mm", "effort per acceleration", lower=0.0),),
     needs=("position",),
     statement="Mass that must be accelerated.",
     excited_by="accelerated moves: rapids with dwells",
     source="P0 section 2.2; Janot, Gautier, Brunot 2019",
 )
-GRAVITY = Term(
+CROSS_COUPLING = Contribution(
+    name="cross_coupling",
+    channels=("axis",),
+    inputs=("other_acceleration",),
+    function=cross_coupling,
+    coefficients=(Parameter("coefficient", "U·s²/mm", "effort per acceleration of that axis"),),
+    needs=("position", "position of the other axis"),
+    statement="This axis feels another axis accelerate.",
+    excited_by="accelerated moves of the other axis while this one stands",
+    source="P0 section 2.2 (serial kinematics)",
+)
+GRAVITY = Contribution(
     name="gravity",
-    channel="axis",
-    parameters=(Parameter("level", "U", "constant load, also at standstill"),),
+    channels=("axis",),
+    inputs=("position",),
+    function=gravity,
+    coefficients=(Parameter("level", "U", "constant load, also at standstill"),),
     needs=(),
     statement="A constant load in one direction: weight, counterweight or a sensor's zero point.",
     excited_by="passes in both directions and a standstill",
@@ -51,16 +168,126 @@ GRAVITY = Term(
     alike=("sensor_drift",),
     told_apart_by="Log the current once more with the drive disabled: a sensor's zero point stays.",
 )
-EXTERNAL_LOAD = Term(
+SPRING = Contribution(
+    name="spring",
+    channels=("axis",),
+    inputs=("position",),
+    function=spring,
+    coefficients=(Parameter("stiffness", "U/mm", "load per way from rest"),),
+    shape=(
+        Parameter(
+            "rest", "mm", "position without load", -1e4, 1e4,
+            prior=Belief(0.0, 1e3, "chosen: within a metre of the axis' zero"),
+            keyword="rest_mm", starts=(0.0,),
+        ),
+    ),
+    needs=("position",),
+    statement="A spring-like load: it grows along the travel, with the same sign both ways.",
+    excited_by="constant-speed passes over the whole travel in both directions",
+    source="P0 section 2.2, k (s − s_r)",
+)  # fmt: skip
+COGGING = Contribution(
+    name="cogging",
+    channels=("axis",),
+    inputs=("position",),
+    function=cogging,
+    coefficients=(
+        Parameter("cosine", "U", "cosine part of the ripple"),
+        Parameter("sine", "U", "sine part of the ripple"),
+    ),
+    shape=(Parameter("period", "mm", "way from crest to crest", 1e-4, 1e4, keyword="period_mm"),),
+    needs=("position",),
+    statement="A ripple along the travel that keeps its sign in both directions: magnets or screw.",
+    excited_by="slow constant-speed passes over many periods in both directions",
+    source="P0 section 2.2, F_co",
+)
+FRICTION_RIPPLE = Contribution(
+    name="position_friction",
+    form="periodic",
+    channels=("axis",),
+    inputs=("direction", "position"),
+    function=friction_ripple,
+    coefficients=(
+        Parameter("cosine", "U", "cosine part of the ripple"),
+        Parameter("sine", "U", "sine part of the ripple"),
+    ),
+    shape=(Parameter("period", "mm", "way from crest to crest", 1e-4, 1e4, keyword="period_mm"),),
+    modifies=("coulomb",),
+    needs=("position",),
+    statement="Friction goes up and down along the travel: a ripple that flips with the direction.",
+    excited_by="slow constant-speed passes over many periods in both directions",
+    source="physics.md section 8, periodic g of position friction",
+)
+COMPLIANCE = Contribution(
+    name="compliance",
+    channels=("axis",),
+    inputs=("acceleration", "t"),
+    function=compliance,
+    coefficients=(Parameter("coefficient", "U·s²/mm", "inertia behind the spring", lower=0.0),),
+    shape=(
+        Parameter(
+            "frequency", "Hz", "natural frequency of the load on its spring", 2.0, 500.0,
+            keyword="frequency_hz", starts=(8.0, 20.0, 50.0, 100.0),
+        ),
+        Parameter(
+            "damping", "1", "damping ratio", 0.001, 1.0,
+            prior=Belief(0.05, 0.05, "chosen: screws and belts are lightly damped"),
+            keyword="damping", starts=(0.05,),
+        ),
+    ),
+    needs=("position",),
+    statement="Screw or belt gives way: the load swings behind the motor when the axis jerks.",
+    excited_by="sharp accelerations with dwells between them",
+    source="two-mass model; Janot, Gautier, Brunot 2019 name it as left out",
+)  # fmt: skip
+EXTERNAL_LOAD = Contribution(
     name="external_load",
-    channel="axis",
-    parameters=(
-        Parameter("level", "U", "mean load in the interval"),
-        Parameter("start", "s", "begin of the interval"),
-        Parameter("end", "s", "end of the interval"),
+    channels=("axis",),
+    inputs=("t",),
+    function=external_load_edged,
+    coefficients=(Parameter("level", "U", "mean load in the interval"),),
+    shape=(
+        Parameter("start", "s", "begin of the interval", keyword="start_s"),
+        Parameter("end", "s", "end of the interval", keyword="end_s"),
     ),
     needs=(),
     statement="A load during one stretch of time that no motion explains: a cut, a push, a rub.",
     excited_by="the same moves again without the load",
     source="P0 section 2.2, F_ext",
 )
+WINDAGE = Contribution(
+    name="windage",
+    channels=("spindle",),
+    inputs=("velocity",),
+    function=windage,
+    coefficients=(Parameter("coefficient", "U/rpm²", "effort per speed squared", lower=0.0),),
+    needs=("spindle.speed",),
+    statement="Air and oil that the spindle churns: drag that grows with the square of speed.",
+    excited_by="steady running at speeds from the lowest to the highest",
+    source="physics.md section 8",
+)
+WARMUP = Factor(
+    name="warmup",
+    channels=("axis",),
+    inputs=("t", "velocity"),
+    function=warmup,
+    shape=(
+        Parameter(
+            "drop", "1", "share of friction lost when warm at 10 000 mm/min", 0.0, 0.9,
+            prior=Belief(0.19, 0.2, "mean: P2 section 3; sd: chosen"),
+            keyword="drop", starts=(0.1,),
+        ),
+        Parameter(
+            "time_constant", "s", "time to warm by 63 %", 1.0, 36_000.0,
+            keyword="time_constant_s", starts=(5.0, 20.0, 100.0, 600.0),
+        ),
+    ),
+    modifies=("coulomb", "viscous", "stribeck", "asymmetry", "position_friction", "backlash"),
+    needs=("position",),
+    statement="The lubricant warms: friction falls while the axis works and recovers at rest.",
+    excited_by="the same pass from cold, repeated for ten minutes, and again after a rest",
+    source="P2 section 3",
+    alike=("gain",),
+    told_apart_by="Add accelerated moves, or a vertical axis' standstill: a gain scales inertia "
+    "and weight too.",
+)  # fmt: skip

@@ -1,0 +1,120 @@
+"""What the sensor, the motor constant or the clock adds to a channel."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.terms._term import Belief, Contribution, Factor, InputChange, OutputChange, Parameter
+
+Array = NDArray[np.float64]
+
+
+def sensor_drift(t_s: Array) -> Array:
+    """A sensor's zero point follows the clock: columns t − t₀ [s] and its square, (n, 2).
+
+    Effort = rate · (t − t₀) + bend · (t − t₀)², also at standstill and whatever the axis does.
+    """
+    since = t_s - t_s[0]
+    return np.column_stack([since, since**2])
+
+
+def gain(t_s: Array, *, factor: float, start_s: float, duration_s: float) -> Array:
+    """The motor's or sensor's constant changes: factor 1 before, ``factor`` after, (n,).
+
+    It ramps over ``duration_s`` from ``start_s`` on; every contribution scales alike. A constant
+    factor over the whole recording is no gain change: then all terms are mistuned together.
+    """
+    return 1.0 + (factor - 1.0) * np.clip((t_s - start_s) / max(duration_s, 1e-9), 0.0, 1.0)
+
+
+def lag(values: Array, t_s: Array, *, delay_s: float) -> Array:
+    """Recording and simulation are shifted in time: values(t − delay), linear between rows, (n,).
+
+    The ends hold their first or last value.
+    """
+    return np.asarray(np.interp(t_s - delay_s, t_s, values), dtype=np.float64)
+
+
+def saturation(effort: Array, *, limit: float) -> Array:
+    """The drive or logger clips: effort limited to ±limit, in the channel's unit, (n,)."""
+    return np.clip(effort, -limit, limit)
+
+
+def lost_sign(effort: Array) -> Array:
+    """A magnitude is recorded: |effort|, (n,)."""
+    return np.abs(effort)
+
+
+SENSOR_DRIFT = Contribution(
+    name="sensor_drift",
+    channels=("axis", "spindle", "cuts", "table"),
+    inputs=("t",),
+    function=sensor_drift,
+    coefficients=(
+        Parameter("rate", "U/s", "drift per time at the beginning"),
+        Parameter("bend", "U/s²", "how the drift speeds up or settles"),
+    ),
+    needs=(),
+    statement="The sensor's zero point wanders with the clock, also while nothing moves.",
+    excited_by="a standstill at the beginning and one at the end",
+    source="physics.md section 8",
+)
+GAIN = Factor(
+    name="gain",
+    channels=("axis", "spindle", "cuts", "table"),
+    inputs=("t",),
+    function=gain,
+    shape=(
+        Parameter("factor", "1", "what everything is multiplied by in the end", 0.2, 5.0,
+                  prior=Belief(1.0, 0.3, "chosen"), keyword="factor", starts=(0.9, 1.1)),
+        Parameter("start", "s", "when it begins to change", keyword="start_s"),
+        Parameter("duration", "s", "how long it takes", 0.0, keyword="duration_s"),
+    ),
+    modifies=("*",),
+    needs=(),
+    statement="The motor's or the sensor's constant changes: everything scales alike.",
+    excited_by="accelerated moves and a loaded standstill, before and after",
+    source="physics.md section 8",
+    alike=("warmup",),
+    told_apart_by="Add accelerated moves, or a vertical axis' standstill: warming leaves inertia "
+    "and weight alone.",
+)  # fmt: skip
+LAG = InputChange(
+    name="lag",
+    channels=("axis", "spindle"),
+    inputs=("t",),
+    function=lag,
+    changes=("position", "velocity", "direction", "acceleration", "other_acceleration"),
+    shape=(
+        Parameter("delay", "s", "recording behind simulation", -0.5, 0.5,
+                  prior=Belief(0.0, 0.05, "chosen"), keyword="delay_s",
+                  starts=(-0.02, -0.005, 0.0, 0.005, 0.02)),
+    ),
+    modifies=("*",),
+    needs=("position",),
+    statement="The effort was logged later or earlier than the position.",
+    excited_by="reversals and sharp accelerations",
+    source="physics.md section 8",
+)  # fmt: skip
+SATURATION = OutputChange(
+    name="saturation",
+    channels=("axis", "spindle", "table"),
+    inputs=(),
+    function=saturation,
+    shape=(Parameter("limit", "U", "largest effort shown", 0.0, keyword="limit"),),
+    modifies=("*",),
+    needs=(),
+    statement="The drive or the logger clips at a limit.",
+    excited_by="the hardest acceleration in the programme",
+    source="physics.md section 8",
+)
+LOST_SIGN = OutputChange(
+    name="lost_sign",
+    channels=("axis", "spindle"),
+    inputs=(),
+    function=lost_sign,
+    modifies=("*",),
+    needs=(),
+    statement="A magnitude was logged: the sign of the effort is lost.",
+    excited_by="passes in both directions on an axis with friction only",
+    source="physics.md section 8",
+)
