@@ -5,8 +5,9 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from autodb.agent.calibrating import calibrate_machine, keep_model
+from autodb.agent.calibrating import calibrate_machine
 from autodb.agent.explaining import explain_with_machine
+from autodb.agent.identifying import identify_on_machine
 from autodb.agent.importing import import_file
 from autodb.agent.machines import add_machine
 from autodb.agent.predicting import Predicted, predict_job
@@ -21,7 +22,6 @@ from autodb.jobs import read_job
 from autodb.machinefile import LATHE
 from autodb.page import render_page
 from autodb.records import Recording, read
-from autodb.sensing.drives import identify
 from autodb.store import Store, create_store, open_store
 
 JOB = "stepped_shaft"
@@ -65,11 +65,11 @@ def learn(store: Store, source: Path, *, progress: Callable[[str], None]) -> lis
     add_machine(store, MACHINE, LATHE)
     for name in LEARNT:
         progress(f"importing {name}")
-        done = import_file(store, source / name, machine=MACHINE)
+        import_file(store, source / name, machine=MACHINE)
         if name == "air-moves.csv":
             moves = read(source / name)
             assert isinstance(moves, Recording)
-            keep_model(store, MACHINE, done.recording_id, identify(moves))
+            identify_on_machine(store, MACHINE, source / name, moves)
     calibrations, _, _ = calibrate_machine(store, MACHINE, progress=progress)
     refreshed = refresh(store, MACHINE, progress=progress)
     lines = [

@@ -10,6 +10,7 @@ from autodb import records
 from autodb.assets import kit
 from autodb.explain import explain
 from autodb.records import Recording
+from autodb.sensing.axis_model import terms_with
 from autodb.sensing.drives import predict_effort
 
 # Janot, Gautier, Brunot 2019, symmetric model, in N per mm/s², mm/s and 1
@@ -23,7 +24,7 @@ def main(path: Path) -> None:
         sys.exit(f"{path}: not a recording over time")
     for left_out, published in PUBLISHED.items():
         kept = {term: value for term, value in PUBLISHED.items() if term != left_out}
-        effort = predict_effort(moves, "x", kept)
+        effort = predict_effort(moves, "x", terms_with(kept, "N"))
         simulation = Recording(path=path, channels={"t": moves.t_s, "x.drive_force": effort})
         answer = explain(moves, simulation).explanation.channels["x.drive_force"]
         named = [cause.term for cause in answer.missing if cause.kind == "missing"]

@@ -13,6 +13,8 @@ from pyarrow import csv
 from autodb import records
 from autodb.records import CutTable, Recording
 from autodb.sensing import drives, ranges
+from autodb.sensing.axis_model import terms_with
+from autodb.sensing.protocol import Protocol
 from tests.conftest import Cli
 
 # Janot, Gautier, Brunot 2019: symmetric model, value and standard deviation
@@ -72,7 +74,7 @@ def test_calibrate_command_on_the_real_table(cli: Cli, vicomtech: Path, sample_j
 
 def test_axis_identified_within_two_published_sd(emps: Path, sample_jobs: Path) -> None:
     found = drives.identify(_moves(emps, sample_jobs))
-    assert found.protocol == drives.Protocol(cutoff_hz=100.0, decimate=10, crop_s=0.5)
+    assert found.protocol == Protocol(cutoff_hz=100.0, decimate=10, crop_s=0.5)
     for term, (value, sd) in PUBLISHED.items():
         assert_allclose(found.value(term), value, atol=2.0 * sd, err_msg=term)
     assert_allclose(found.relative_error, 0.0408, atol=0.003)
@@ -95,7 +97,7 @@ def test_what_was_left_out_of_the_simulation_is_named(
     moves = _moves(emps, sample_jobs)
     kept = {term: value for term, (value, _) in PUBLISHED.items() if term != left_out}
     simulation = tmp_path / "simulation.csv"
-    effort = drives.predict_effort(moves, "x", kept)
+    effort = drives.predict_effort(moves, "x", terms_with(kept, "N"))
     csv.write_csv(pa.table({"t": moves.t_s, "x.drive_force": effort}), simulation)
     columns = sample_jobs / "emps" / "columns.toml"
     done = cli("explain", emps, "--simulation", simulation, "--columns", columns, "--json")

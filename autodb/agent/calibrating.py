@@ -1,11 +1,11 @@
-"""Calibrate a machine's axes on its imported cuts, and keep drive models; versions are kept."""
+"""Calibrate a machine's axes on its imported cuts; versions are kept."""
 
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from sqlalchemy import func, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import standard
@@ -15,7 +15,6 @@ from autodb.errors import UnusableInput
 from autodb.fitting import Undetermined
 from autodb.records import CutTable
 from autodb.sensing import ranges
-from autodb.sensing.drives import Identified
 from autodb.sensing.ranges import Calibration, Scores
 from autodb.store import Store, models
 
@@ -169,32 +168,3 @@ def as_calibration(row: models.Calibration) -> Calibration:
         current_low=row.current_low,
         current_high=row.current_high,
     )
-
-
-def keep_model(store: Store, machine: str, recording_id: int, model: Identified) -> int:
-    """Store an identified drive model as the next version of its channel; return the version."""
-    with store.writing() as session:
-        owner = find_machine(session, machine)
-        if model.axis not in [axis.name for axis in owner.axes]:
-            raise UnusableInput(f"machine '{machine}' has no axis '{model.axis}'")
-        newest = session.scalar(
-            select(func.max(models.ChannelModel.version)).where(
-                models.ChannelModel.machine_id == owner.id,
-                models.ChannelModel.channel == model.channel,
-            )
-        )
-        recording = session.get_one(models.Recording, recording_id)
-        row = models.ChannelModel(
-            machine_id=owner.id,
-            axis=model.axis,
-            channel=model.channel,
-            version=(newest or 0) + 1,
-            unit=model.unit,
-            terms=[asdict(term) for term in model.terms],
-            covariance=model.covariance.tolist(),
-            relative_error=model.relative_error,
-            protocol=str(model.protocol),
-            recordings=[recording],
-        )
-        session.add(row)
-        return row.version

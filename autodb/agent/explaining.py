@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 
 from autodb import forward, records
 from autodb.agent.calibrating import as_calibration, latest_calibration
+from autodb.agent.identifying import newest_model, stored_terms
 from autodb.agent.importing import cuts_as_table, import_file
 from autodb.agent.machines import find_machine, signed
 from autodb.agent.predicting import pair_parameters
@@ -52,18 +53,9 @@ def _simulate_axes(session: Session, machine_id: int, recording: Recording) -> R
     """Return what the newest channel models give for the recording's motion."""
     found: dict[str, Array] = {}
     for channel in effort_channels(list(recording.channels)):
-        model = session.scalar(
-            select(models.ChannelModel)
-            .where(
-                models.ChannelModel.machine_id == machine_id,
-                models.ChannelModel.channel == channel,
-            )
-            .order_by(models.ChannelModel.version.desc())
-            .limit(1)
-        )
+        model = newest_model(session, machine_id, channel)
         if model is not None:
-            coefficients = {term["term"]: term["value"] for term in model.terms}
-            found[channel] = predict_effort(recording, model.axis, coefficients)
+            found[channel] = predict_effort(recording, model.axis, stored_terms(model))
     if not found:
         raise UnusableInput(
             f"{recording.path}: the machine has no model of its axes; 'autodb identify' makes one"

@@ -9,7 +9,7 @@ from autodb.explain.answer import ChannelAnswer, Explained, Explanation, Trace
 from autodb.explain.drive import explain_axis
 from autodb.explain.process import explain_cuts
 from autodb.records import CutTable, Recording
-from autodb.sensing.drives import default_protocol
+from autodb.sensing.protocol import default_protocol
 from autodb.terms.vocabulary import VOCABULARY
 
 Array = NDArray[np.float64]

@@ -8,8 +8,10 @@ from scipy.interpolate import BSpline
 
 from autodb.channels import axis_of
 from autodb.records import Recording
-from autodb.sensing.drives import default_protocol, motion, regressors
-from autodb.terms.friction import direction
+from autodb.sensing.axis_model import term_called
+from autodb.sensing.motion import term_inputs
+from autodb.sensing.protocol import default_protocol
+from autodb.terms.channel import Inputs, Part, columns
 
 Array = NDArray[np.float64]
 
@@ -47,10 +49,10 @@ def axis_columns(recording: Recording, channel: str) -> AxisColumns:
     """Return named columns and shapes (n, p) of the axis that ``channel`` belongs to."""
     axis = axis_of(channel)
     cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
-    moved = motion(recording, axis, cutoff_hz=cutoff_hz)
-    named = regressors(moved)
-    position, velocity, t = moved.position, moved.velocity, recording.t_s
-    sense = direction(moved.quick)
+    inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz)
+    named = {name: term_column(name, inputs) for name in NAMED}
+    position, velocity, t = inputs["position"], inputs["velocity"], recording.t_s
+    sense = inputs["direction"]
     place, way, speed = f"{axis}.position", f"{axis}.direction", f"{axis}.velocity"
     along = _spline(position, 12)
     over = _spline(t, 12)
@@ -72,6 +74,11 @@ def axis_columns(recording: Recording, channel: str) -> AxisColumns:
     finer = {shape.key: shape.finer for shape in shapes if shape.finer is not None}
     finer["coulomb"] = _around_standstill(sense, velocity)
     return AxisColumns(named, shapes, finer, {place: position, speed: velocity})
+
+
+def term_column(name: str, inputs: Inputs) -> Array:
+    """Return the column (n,) of a term with one coefficient and no shape."""
+    return columns((Part(term_called(name)),), inputs)[:, 0]
 
 
 def _around_standstill(sense: Array, velocity: Array) -> Array:

@@ -1,263 +1,202 @@
-"""Identify a feed axis from its moves: inertia, viscous, Coulomb, constant load (P0 section 2.2).
+"""Identify a feed axis from its moves: the terms of its drive effort (P0 section 2.2, P2).
 
 Air moves give the drive's own unit: amperes stay amperes. Kilograms and newtons need an effort in
 newtons (a torque constant from the data sheet, a known mass, a push against a load cell).
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting, signals
-from autodb.channels import axis_of, effort_channels
-from autodb.errors import UnusableInput
+from autodb import fitting
+from autodb.errors import UnusableInput, near
 from autodb.records import Recording
-from autodb.terms import TERMS, Term
-from autodb.terms.drive import gravity, inertia
-from autodb.terms.friction import STANDSTILL_MM_S, coulomb, direction, viscous
+from autodb.sensing.axis_fit import NOISE_ORDER, fitted, plain_fit
+from autodb.sensing.axis_model import (
+    Beliefs,
+    Identified,
+    IdentifiedTerm,
+    PlainFit,
+    predicted,
+    term_called,
+)
+from autodb.sensing.linearised import shaped
+from autodb.sensing.motion import term_inputs
+from autodb.sensing.prepared import Prepared, prepared
+from autodb.sensing.protocol import Protocol, default_protocol
+from autodb.sensing.ripples import Ripple, strongest_ripple
+from autodb.terms import Parameter
+from autodb.terms.channel import Part, columns
 
 Array = NDArray[np.float64]
 
-IDENTIFIED = ("inertia", "viscous", "coulomb", "gravity")
-SHORTEST_ROWS = 100
+SYMMETRIC = ("inertia", "viscous", "coulomb", "gravity")
+"""The terms that moves in air excite on any axis: the symmetric model of Janot 2019."""
+IDENTIFIABLE = (
+    *SYMMETRIC,
+    "stribeck",
+    "asymmetry",
+    "position_friction",
+    "spring",
+    "cogging",
+    "cross_coupling",
+    "warmup",
+    "presliding",
+    "backlash",
+    "compliance",
+)
+"""Terms that belong to a machine; the others belong to one recording."""
+GIVEN = {"stribeck": {"exponent"}, "position_friction": {"middle"}, "spring": {"rest"}}
+"""Shape parameters that are taken as given: the moves of one recording hardly show them."""
 SPREAD_CUTOFFS_HZ = (50.0, 75.0, 100.0, 150.0, 200.0)
 
 
-@dataclass(frozen=True)
-class Protocol:
-    """How a recording is filtered before the fit; results are comparable only at one protocol."""
-
-    cutoff_hz: float
-    decimate: int
-    crop_s: float = 0.5
-    anti_alias: bool = True
-
-    def __str__(self) -> str:
-        how = "after an anti-alias filter" if self.anti_alias else "without anti-alias filter"
-        return (
-            f"Butterworth 4th order, {self.cutoff_hz:g} Hz, forwards and backwards; one row in "
-            f"{self.decimate} {how}; {self.crop_s:g} s cropped at each end"
-        )
-
-
-@dataclass(frozen=True)
-class IdentifiedTerm:
-    """One coefficient with its standard deviation, in ``unit``."""
-
-    term: str
-    parameter: str
-    value: float
-    sd: float
-    unit: str
-
-
-@dataclass(frozen=True)
-class Identified:
-    """A drive model in the effort channel's unit, at one protocol."""
-
-    axis: str
-    channel: str
-    unit: str
-    terms: tuple[IdentifiedTerm, ...]
-    covariance: Array
-    relative_error: float
-    residual_rms: float
-    protocol: Protocol
-    not_excited: tuple[str, ...]
-
-    def value(self, term: str) -> float:
-        """Return the coefficient of ``term``, 0 where the moves did not excite it."""
-        return next((t.value for t in self.terms if t.term == term), 0.0)
-
-
-def default_protocol(rate_hz: float) -> Protocol:
-    """Return 100 Hz and 100 samples per second, or less where the recording is slower."""
-    return Protocol(cutoff_hz=min(100.0, 0.4 * rate_hz), decimate=max(1, int(rate_hz / 100.0)))
-
-
-def effort_channel(recording: Recording, axis: str | None) -> str:
-    """Return the effort channel of ``axis``, or the only one there is.
-
-    Raises UnusableInput where there is none or the choice is open.
-    """
-    found = effort_channels(list(recording.channels))
-    if axis is not None:
-        found = [name for name in found if axis_of(name) == axis]
-    if not found:
-        gaps = effort_channels(list(recording.unusable))
-        if gaps:
-            raise UnusableInput(recording.unusable[gaps[0]])
-        wanted = f"{axis or 'x'}.current"
-        raise UnusableInput(
-            f"{recording.path}: no drive effort; a channel '{wanted}' or "
-            f"'{axis or 'x'}.drive_force' would work{recording.near(wanted)}"
-        )
-    if len({axis_of(name) for name in found}) > 1:
-        raise UnusableInput(f"{recording.path}: several axes ({', '.join(found)}); give --axis")
-    return found[0]
-
-
-def effort_axis(recording: Recording, axis: str | None) -> str:
-    """Return the axis that is identified: ``axis``, or the only one with an effort."""
-    return axis_of(effort_channel(recording, axis))
-
-
-@dataclass(frozen=True)
-class Motion:
-    """An axis' motion (n,): mm, mm/s, mm/s²; ``quick`` is the velocity that the direction is read
-    from, with as little filter as the position's noise allows, so that reversals stay sharp.
-    """
-
-    position: Array
-    velocity: Array
-    acceleration: Array
-    quick: Array
-
-
-def motion(recording: Recording, axis: str, *, cutoff_hz: float) -> Motion:
-    """Return the motion of an axis; what is not recorded is derived from position at the cutoff.
-
-    Raises UnusableInput when there is not even a position.
-    """
-    position = recording[f"{axis}.position"]
-    smooth, v, a = signals.derivatives(recording.t_s, position, cutoff_hz=cutoff_hz)
-    velocity, acceleration = (
-        recording.get(f"{axis}.velocity"),
-        recording.get(f"{axis}.acceleration"),
-    )
-    return Motion(
-        position=smooth if velocity is None else position,
-        velocity=v if velocity is None else velocity,
-        acceleration=a if acceleration is None else acceleration,
-        quick=_quick(recording.t_s, position, v) if velocity is None else velocity,
-    )
-
-
-def _quick(t_s: Array, position: Array, filtered: Array) -> Array:
-    """Return plain differences of position where their noise stays below standstill, else filtered.
-
-    Third differences hold hardly any motion; white noise σ of the position gives them √20 σ and the
-    central difference σ·rate/√2.
-    """
-    sigma = fitting.spread(np.diff(position, 3)) / np.sqrt(20.0)
-    noise = sigma / float(np.median(np.diff(t_s))) / np.sqrt(2.0)
-    return np.gradient(position, t_s) if 4.0 * noise < STANDSTILL_MM_S else filtered
-
-
-def regressors(moved: Motion) -> dict[str, Array]:
-    """Return the column (n,) of every identified term."""
-    return {
-        "inertia": inertia(moved.acceleration),
-        "viscous": viscous(moved.velocity),
-        "coulomb": coulomb(direction(moved.quick)),
-        "gravity": gravity(moved.position),
-    }
-
-
 def identify(
-    recording: Recording, *, axis: str | None = None, protocol: Protocol | None = None
+    recording: Recording,
+    *,
+    axis: str | None = None,
+    protocol: Protocol | None = None,
+    terms: Sequence[str] = SYMMETRIC,
+    beliefs: Beliefs | None = None,
 ) -> Identified:
-    """Fit effort = Σ coefficient · column over the four terms by least squares.
+    """Identify the terms of one axis' effort.
 
-    Effort and columns pass the same filters (parallel filtering), so the linear relation holds
-    exactly between them. Standard deviations are Newey and West's over 0.2 s.
+    Shape parameters by variable projection on ordinary least squares; then all parameters again,
+    with friction free to deviate from its law over speed and with coloured noise
+    (``fitting.deviation``), which is what their values and covariance come from. ``beliefs``: what
+    an earlier version knows.
 
-    Raises UnusableInput without effort or position, or when no term is excited.
+    Raises UnusableInput for names that cannot be identified, without effort or position, or when
+    no term is excited.
     """
-    channel = effort_channel(recording, axis)
-    axis = axis_of(channel)
-    if len(recording) < SHORTEST_ROWS:
-        raise UnusableInput(
-            f"{recording.path}: {len(recording)} rows are too few to identify an axis; "
-            f"{SHORTEST_ROWS} would work"
-        )
-    protocol = protocol or default_protocol(recording.rate_hz)
-    columns, effort = _filtered(recording, channel, axis, protocol)
-    names, not_excited = list(IDENTIFIED), []
-    rate = recording.rate_hz / protocol.decimate
-    if not np.any(effort):
-        raise UnusableInput(f"{recording.path}: {channel} is zero in every row")
-    while True:
-        design = np.column_stack([columns[name] for name in names])
-        try:
-            fit = fitting.least_squares(design, effort, lags=round(0.2 * rate))
-            break
-        except fitting.Undetermined as error:
-            not_excited += [names[i] for i in error.columns]
-            names = [name for name in names if name not in not_excited]
-            if not names:
-                raise UnusableInput(f"{recording.path}: {axis} does not move enough") from None
-    unit = recording.unit(channel)
-    rms = float(np.sqrt(np.mean(fit.residual**2)))
-    return Identified(
-        axis=axis,
-        channel=channel,
-        unit=unit,
-        terms=tuple(
-            _named(name, fit.coefficients[i], fit.sd[i], unit) for i, name in enumerate(names)
-        ),
-        covariance=fit.covariance,
-        relative_error=rms / float(np.sqrt(np.mean(effort**2))),
-        residual_rms=rms,
-        protocol=protocol,
-        not_excited=tuple(f"{name}: {_term(name).excited_by}" for name in not_excited),
+    return fitted(*_ready(recording, axis, protocol, terms), beliefs)
+
+
+def plain(
+    recording: Recording,
+    *,
+    axis: str | None = None,
+    protocol: Protocol | None = None,
+    terms: Sequence[str] = SYMMETRIC,
+) -> PlainFit:
+    """Return ordinary least squares of the same terms: what published methods print."""
+    return plain_fit(*_ready(recording, axis, protocol, terms))
+
+
+def _ready(
+    recording: Recording, axis: str | None, protocol: Protocol | None, terms: Sequence[str]
+) -> tuple[Prepared, tuple[Part, ...]]:
+    """Return the rows and the parts with their shape fitted.
+
+    `cogging` is looked for at the full rate in what the other terms leave; where friction carries
+    the ripple it becomes periodic position friction. Rows are then kept often enough to show it.
+    """
+    for name in terms:
+        if name not in IDENTIFIABLE:
+            raise UnusableInput(
+                f"--terms: '{name}' cannot be identified from moves{near(name, IDENTIFIABLE)}; "
+                f"known: {', '.join(IDENTIFIABLE)}"
+            )
+    rows = prepared(recording, axis=axis, protocol=protocol)
+    parts = tuple(p for name in terms if name != "cogging" for p in _starting(rows, name))
+    if "cogging" in terms:
+        found = find_ripple(recording, rows, parts)
+        if found is None:
+            raise UnusableInput(
+                f"{rows.path}: no ripple over the travel stands out of what the other terms leave; "
+                "without 'cogging' it would work"
+            )
+        parts = (*parts, Part(found.term, {"period": found.period}, ("period",)))
+        if protocol is None:
+            finer = _fine_enough(rows, found.period)
+            rows = prepared(recording, axis=axis, protocol=finer)
+    return rows, shaped(rows, parts)
+
+
+def _fine_enough(rows: Prepared, period: float) -> Protocol:
+    """Return the protocol with rows four times as often as the ripple passes at the top speed."""
+    passing_hz = float(np.max(np.abs(rows.inputs["velocity"]))) / period
+    factor = int(rows.rate_hz / (4.0 * passing_hz))
+    return replace(rows.protocol, decimate=max(1, min(rows.protocol.decimate, factor)))
+
+
+def _starting(rows: Prepared, name: str) -> list[Part]:
+    term = term_called(name)
+    if name == "cross_coupling":
+        others = [n.split(".")[0] for n in rows.inputs if n.endswith(".acceleration")]
+        if not others:
+            raise UnusableInput(
+                f"{rows.path}: cross_coupling needs another axis' position, like 'y.position'"
+            )
+        return [Part(term, of=other) for other in others]
+    shape = {p.name: _start(p, rows) for p in term.shape}
+    free = tuple(p.name for p in term.shape if p.name not in GIVEN.get(name, set()))
+    return [Part(term, shape, free)]
+
+
+def _start(parameter: Parameter, rows: Prepared) -> float:
+    return rows.middle_mm if parameter.name == "middle" else parameter.starts[0]
+
+
+def find_ripple(recording: Recording, rows: Prepared, parts: tuple[Part, ...]) -> Ripple | None:
+    """Return the strongest ripple over the travel in what ``parts`` leave, at the full rate."""
+    whole = prepared(recording, axis=rows.axis, protocol=replace(rows.protocol, decimate=1))
+    design = whole.reduced(columns(parts, whole.inputs))
+    left = whole.effort - design @ np.linalg.lstsq(design, whole.effort, rcond=None)[0]
+    return strongest_ripple(
+        whole.sampled("position"),
+        whole.sampled("direction"),
+        left,
+        correlation_rows=_correlation_rows(left),
     )
 
 
-def _filtered(
-    recording: Recording, channel: str, axis: str, protocol: Protocol
-) -> tuple[dict[str, Array], Array]:
-    columns = regressors(motion(recording, axis, cutoff_hz=protocol.cutoff_hz))
-    effort = signals.lowpass(
-        recording[channel], rate_hz=recording.rate_hz, cutoff_hz=protocol.cutoff_hz
-    )
-    stacked = np.column_stack([*columns.values(), effort])
-    if protocol.anti_alias:
-        stacked = signals.decimate(stacked, protocol.decimate)
-    else:
-        stacked = stacked[:: protocol.decimate]
-    crop = round(protocol.crop_s * recording.rate_hz / protocol.decimate)
-    kept = stacked[crop : len(stacked) - crop]
-    if len(kept) < 50:
-        raise UnusableInput(f"{recording.path}: too short to identify an axis; 2 s would work")
-    return {name: kept[:, i] for i, name in enumerate(columns)}, kept[:, -1]
+def _correlation_rows(residual: Array) -> float:
+    """Return how many rows of a residual count as one: its long-run variance over its variance."""
+    a, variance = fitting.autoregression(residual, NOISE_ORDER)
+    long_run = variance / (1.0 - float(a.sum())) ** 2
+    return max(1.0, long_run / float(np.mean(residual**2)))
 
 
-def _term(name: str) -> Term:
-    return next(term for term in TERMS if term.name == name)
-
-
-def _named(name: str, value: float, sd: float, unit: str) -> IdentifiedTerm:
-    parameter = _term(name).parameters[0]
-    return IdentifiedTerm(
-        term=name,
-        parameter=parameter.name,
-        value=float(value),
-        sd=float(sd),
-        unit=parameter.unit.replace("U", unit),
-    )
-
-
-def spread_over_filters(recording: Recording, *, axis: str | None = None) -> list[Identified]:
-    """Return the identification at 50 to 200 Hz, with and without the anti-alias filter.
+def spread_over_filters(
+    recording: Recording, *, axis: str | None = None, terms: Sequence[str] = SYMMETRIC
+) -> list[PlainFit]:
+    """Return plain least squares at 50 to 200 Hz, with and without the anti-alias filter.
 
     It shows how much of a result is owed to the filter; a recording too slow for 50 Hz has none.
     """
     base = default_protocol(recording.rate_hz)
     return [
-        identify(recording, axis=axis, protocol=replace(base, cutoff_hz=hz, anti_alias=anti_alias))
+        plain(
+            recording,
+            axis=axis,
+            protocol=replace(base, cutoff_hz=hz, anti_alias=anti_alias),
+            terms=terms,
+        )
         for anti_alias in (True, False)
         for hz in SPREAD_CUTOFFS_HZ
         if hz < 0.5 * recording.rate_hz
     ]
 
 
-def predict_effort(recording: Recording, axis: str, coefficients: dict[str, float]) -> Array:
-    """Return the effort (n,) that stored coefficients give for a recording's motion."""
+def predict_effort(recording: Recording, axis: str, terms: Sequence[IdentifiedTerm]) -> Array:
+    """Return the effort (n,) that identified terms give for a recording's motion."""
     cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
-    columns = regressors(motion(recording, axis, cutoff_hz=cutoff_hz))
-    total = np.zeros(len(recording))
-    for name, column in columns.items():
-        total += coefficients.get(name, 0.0) * column
-    return total
+    return predicted(terms, term_inputs(recording, axis, cutoff_hz=cutoff_hz))
+
+
+def cross_test(
+    recording: Recording, axis: str, protocol: Protocol, terms: Sequence[IdentifiedTerm]
+) -> float:
+    """Return the relative error of terms on a recording that they were not fitted to."""
+    rows = prepared(recording, axis=axis, protocol=protocol)
+    left = rows.effort - rows.reduced(predicted(terms, rows.inputs))
+    return float(np.sqrt(np.mean(left**2) / np.mean(rows.effort**2)))
+
+
+def without_ripple(terms: Sequence[IdentifiedTerm]) -> list[IdentifiedTerm]:
+    """Return the terms that are not periodic over the travel."""
+    ripples = {t.key for t in terms if t.parameter == "period"}
+    return [t for t in terms if t.key not in ripples]

@@ -65,6 +65,8 @@ TERMS: tuple[Term, ...] = (
 )
 
 __all__ = [
+    "COGGING",
+    "FRICTION_RIPPLE",
     "TERMS",
     "Belief",
     "Contribution",

@@ -64,14 +64,13 @@ def asymmetry(direction: Array, velocity_mm_s: Array) -> Array:
     return np.column_stack([np.abs(direction), np.abs(velocity_mm_s)])
 
 
-def position_friction(direction: Array, position_mm: Array) -> Array:
-    """Friction changes along the travel: column sgn(v)·(x − x̄) [mm], (n,).
+def position_friction(direction: Array, position_mm: Array, *, middle_mm: float) -> Array:
+    """Friction changes along the travel: column sgn(v)·(x − x_m) [mm], (n,).
 
-    Effort = slope · column, x̄ the middle of the travel, so that Coulomb friction keeps the mean.
+    Effort = slope · column; with x_m in the middle of the travel Coulomb friction keeps the mean.
     The same in both directions; 0 at standstill. Source: P2 eq. 12, sgn(v)(P_x1 + P_x2 x).
     """
-    middle = 0.5 * (float(position_mm.min()) + float(position_mm.max()))
-    return direction * (position_mm - middle)
+    return direction * (position_mm - middle_mm)
 
 
 def since_reversal(direction: Array, position_mm: Array) -> tuple[Array, Array]:
@@ -195,6 +194,7 @@ POSITION_FRICTION = Contribution(
     inputs=("direction", "position"),
     function=position_friction,
     coefficients=(Parameter("slope", "U/mm", "friction gained per way towards +"),),
+    shape=(Parameter("middle", "mm", "where Coulomb friction is the mean", keyword="middle_mm"),),
     modifies=("coulomb",),
     needs=("position",),
     statement="Friction rises along the travel, the same way in both directions.",

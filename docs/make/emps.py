@@ -12,6 +12,8 @@ from autodb.explain.answer import Trace
 from autodb.figures import keep_peaks, thinned
 from autodb.records import Recording
 from autodb.sensing import drives
+from autodb.sensing.axis_model import IdentifiedTerm, PlainFit
+from autodb.sensing.motion import Motion, motion
 from docs.make.style import CORRECTED, INK, MUTED, RECORDING, SHADE, SIMULATION, drawn, legend
 
 Array = NDArray[np.float64]
@@ -37,14 +39,13 @@ def draw(data: Path, columns: Path) -> None:
     moves = records.read(data, columns=columns)
     assert isinstance(moves, Recording)
     model = drives.identify(moves)
-    coefficients = {term.term: term.value for term in model.terms}
-    fitted = drives.predict_effort(moves, "x", coefficients)
+    fitted = drives.predict_effort(moves, "x", model.terms)
     cutoff_hz = model.protocol.cutoff_hz
     effort = signals.lowpass(moves[model.channel], rate_hz=moves.rate_hz, cutoff_hz=cutoff_hz)
     _effort(moves.t_s, effort, fitted)
-    _over_position(drives.motion(moves, "x", cutoff_hz=cutoff_hz), effort - fitted)
+    _over_position(motion(moves, "x", cutoff_hz=cutoff_hz), effort - fitted)
     _spread(drives.spread_over_filters(moves))
-    _left_out(moves, coefficients)
+    _left_out(moves, model.terms)
 
 
 def _effort(t_s: Array, effort: Array, fitted: Array) -> None:
@@ -64,7 +65,7 @@ def _line(axes: Axes, x: Array, y: Array, colour: str, label: str, *, lw: float)
     axes.plot(x[kept], y[kept], color=colour, label=label, lw=lw)
 
 
-def _over_position(moved: drives.Motion, residual: Array) -> None:
+def _over_position(moved: Motion, residual: Array) -> None:
     """Residual at steady speed by direction: its mean over each motor turn, and over one turn."""
     steady = np.abs(moved.acceleration) < STEADY_MM_S2
     with drawn("emps-residual", height_in=4.8, rows=2) as (travel, turn):
@@ -99,7 +100,7 @@ def _means(x: Array, y: Array, *, step: float) -> tuple[Array, Array]:
     return np.asarray((names[enough] + 0.5) * step, dtype=np.float64), means[enough]
 
 
-def _spread(spread: list[drives.Identified]) -> None:
+def _spread(spread: list[PlainFit]) -> None:
     with drawn("emps-filters", height_in=4.4, rows=2, columns=2) as panels:
         for axes, (term, (title, factor, value, sd)) in zip(panels, PUBLISHED.items(), strict=True):
             band = (value - 2 * sd, value + 2 * sd)
@@ -119,9 +120,9 @@ def _spread(spread: list[drives.Identified]) -> None:
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
 
 
-def _left_out(moves: Recording, coefficients: dict[str, float]) -> None:
+def _left_out(moves: Recording, terms: tuple[IdentifiedTerm, ...]) -> None:
     """A simulation without Coulomb friction: what is missing, and what is left after explain."""
-    kept = {name: value for name, value in coefficients.items() if name != "coulomb"}
+    kept = [term for term in terms if term.term != "coulomb"]
     effort = drives.predict_effort(moves, "x", kept)
     simulation = Recording(path=moves.path, channels={"t": moves.t_s, "x.drive_force": effort})
     trace: Trace = explain(moves, simulation).traces["x.drive_force"]

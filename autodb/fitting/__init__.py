@@ -1,0 +1,65 @@
+"""Least squares with honest uncertainty: rank, bounds, priors, covariances, held-out scores."""
+
+from autodb.fitting.covariance import autoregression
+from autodb.fitting.deviation import Deviating, least_squares_with_deviation
+from autodb.fitting.gaussian import Gaussian, update
+from autodb.fitting.linear import (
+    BLOCK_ROWS,
+    Bounds,
+    Fit,
+    Undetermined,
+    check_rank,
+    least_squares,
+    robust_least_squares,
+    solve,
+    spanning,
+    spread,
+    triangle,
+)
+from autodb.fitting.projection import (
+    Design,
+    NotConverged,
+    Problem,
+    Separable,
+    best_start,
+    separable,
+    slopes,
+)
+from autodb.fitting.scores import (
+    bootstrap_r_squared,
+    leave_group_out,
+    line,
+    r_squared,
+    robust_line,
+)
+
+__all__ = [
+    "BLOCK_ROWS",
+    "Bounds",
+    "Design",
+    "Deviating",
+    "Fit",
+    "Gaussian",
+    "NotConverged",
+    "Problem",
+    "Separable",
+    "Undetermined",
+    "autoregression",
+    "best_start",
+    "bootstrap_r_squared",
+    "check_rank",
+    "least_squares",
+    "least_squares_with_deviation",
+    "leave_group_out",
+    "line",
+    "r_squared",
+    "robust_least_squares",
+    "robust_line",
+    "separable",
+    "slopes",
+    "solve",
+    "spanning",
+    "spread",
+    "triangle",
+    "update",
+]

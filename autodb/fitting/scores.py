@@ -1,0 +1,58 @@
+"""Lines, and scores on what was left out of the fit."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.fitting.linear import Fit, least_squares, robust_least_squares
+
+Array = NDArray[np.float64]
+
+
+def line(x: Array, y: Array) -> Fit:
+    """Fit y = c0 + c1 x; coefficients are (c0, c1)."""
+    return least_squares(np.column_stack([np.ones_like(x), x]), y)
+
+
+def robust_line(x: Array, y: Array) -> Array:
+    """Return (c0, c1) of a line by Huber's weights at 1.345 robust standard deviations."""
+    return robust_least_squares(np.column_stack([np.ones_like(x), x]), y).coefficients
+
+
+def leave_group_out(x: Array, y: Array, groups: NDArray[np.generic]) -> Array:
+    """Return y − ŷ (n,) where ŷ comes from a line fitted without the row's own group."""
+    errors = np.empty_like(y)
+    for group in np.unique(groups):
+        held = groups == group
+        c0, c1 = line(x[~held], y[~held]).coefficients
+        errors[held] = y[held] - (c0 + c1 * x[held])
+    return errors
+
+
+def r_squared(errors: Array, y: Array) -> float:
+    """Return 1 − Σe²/Σ(y − ȳ)²; −inf when y does not vary."""
+    total = float(np.sum((y - y.mean()) ** 2))
+    return 1.0 - float(np.sum(errors**2)) / total if total > 0 else float("-inf")
+
+
+def bootstrap_r_squared(
+    errors: Array, y: Array, groups: NDArray[np.generic], *, draws: int = 4000, seed: int = 20
+) -> tuple[float, float]:
+    """Return the 95 % interval of R² over groups drawn with replacement (percentiles).
+
+    Groups, not rows, are the independent units: rows of one tool share its errors.
+    """
+    rng = np.random.default_rng(seed)
+    names = np.unique(groups)
+    parts = np.array(
+        [
+            (np.sum(errors[groups == g] ** 2), np.sum(y[groups == g] ** 2),
+             np.sum(y[groups == g]), np.sum(groups == g))
+            for g in names
+        ]
+    )  # fmt: skip
+    sums = parts[rng.integers(len(names), size=(draws, len(names)))].sum(axis=1)
+    total = sums[:, 1] - sums[:, 2] ** 2 / sums[:, 3]
+    with np.errstate(divide="ignore"):
+        values = np.where(total > 0, 1.0 - sums[:, 0] / total, -np.inf)
+    low, high = np.quantile(values, [0.025, 0.975], method="lower")
+    return float(low), float(high)

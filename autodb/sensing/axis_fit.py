@@ -1,0 +1,310 @@
+"""Fit the parts of an axis' model all at once, and say what the moves do not show.
+
+Shape parameters come from variable projection first (``sensing.linearised``); here everything is
+fitted together around that shape, with friction free to deviate from its law and with coloured
+noise (``fitting.deviation``), and the shape is moved to where that fit wants it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import fitting
+from autodb.errors import UnusableInput
+from autodb.sensing.axis_model import (
+    Beliefs,
+    Identified,
+    IdentifiedTerm,
+    Moved,
+    PlainFit,
+    term_called,
+    unit_in,
+)
+from autodb.sensing.friction_curve import Deviation, friction_deviation
+from autodb.sensing.linearised import Linearised, linearised
+from autodb.sensing.motion import motion_blocks
+from autodb.sensing.prepared import Prepared
+from autodb.terms import Parameter
+from autodb.terms.channel import Part
+
+Array = NDArray[np.float64]
+Name = tuple[Part, Parameter]
+
+NOISE_ORDER = 10
+EXCITED = 0.5
+"""A term is excited while its sd times its column's rms is below EXCITED times the effort's rms:
+else its 95 % interval holds the whole effort."""
+TURNED = "is the sign of the effort turned round?"
+SURE_SDS = 1.96
+"""Standard deviations of a difference beyond which a parameter has moved (95 %)."""
+ROUNDS = 6
+"""Times that the shape is moved to where the fit with deviation and coloured noise wants it."""
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """A fit around a shape: ``values`` (p,) and ``covariance`` (p, p) of ``problem.names``."""
+
+    problem: Linearised
+    fit: fitting.Deviating
+    deviation: Deviation | None
+    values: Array
+    covariance: Array
+    moved: tuple[Moved, ...] = ()
+
+
+def fitted(rows: Prepared, parts: tuple[Part, ...], beliefs: Beliefs | None = None) -> Identified:
+    """Return the model: values and covariance with friction free to deviate, scores of the law.
+
+    ``beliefs``: what an earlier version knows; it is combined with what these moves say. A part
+    whose shape neither shows is left out, and said.
+
+    Raises UnusableInput when no term is excited.
+    """
+    dropped: list[Name] = []
+    while True:
+        solved = _settled(rows, parts)
+        if beliefs is not None:
+            solved = _believed(solved, beliefs, rows.unit)
+        vague = [solved.problem.names[i] for i in _vague(solved, rows)]
+        shapeless = {part.key for part, p in vague if p in part.term.shape}
+        if not shapeless:
+            break
+        gone = [part for part in parts if part.key in shapeless]
+        dropped += [(part, p) for part in gone for p in part.term.parameters]
+        parts = tuple(part for part in parts if part not in gone)
+    if len(vague) == len(solved.problem.names):
+        raise UnusableInput(f"{rows.path}: {rows.axis} does not move enough")
+    return _described(rows, solved, parts, dropped)
+
+
+def _settled(rows: Prepared, parts: tuple[Part, ...]) -> _Solved:
+    """Fit around the shape, move the shape to where the fit wants it, and again until it stays."""
+    for _ in range(ROUNDS):
+        solved, wanted = _solved(rows, parts)
+        sd = np.sqrt(np.diag(solved.covariance))
+        moved: dict[tuple[str, str], float] = {}
+        for i, (part, p) in enumerate(solved.problem.names):
+            here = part.shape.get(p.name)
+            if p in part.term.shape and here is not None and abs(wanted[i] - here) > 0.1 * sd[i]:
+                half = 0.5 * abs(here)
+                moved[part.key, p.name] = float(np.clip(wanted[i], here - half, here + half))
+        if not moved:
+            break
+        parts = tuple(_moved(part, moved) for part in parts)
+    return solved
+
+
+def _moved(part: Part, shape: dict[tuple[str, str], float]) -> Part:
+    """Return the part with the new shape, within its bounds."""
+    values = {
+        p.name: float(np.clip(shape.get((part.key, p.name), part.shape[p.name]), p.lower, p.upper))
+        for p in part.term.shape
+    }
+    return part.with_shape(values)
+
+
+def _solved(rows: Prepared, parts: tuple[Part, ...]) -> tuple[_Solved, Array]:
+    """Return the fit around the parts' shape, and the values with the shape that it wants, (p,)."""
+    problem = linearised(rows, parts)
+    deviation = friction_deviation(rows, problem)
+    fit = fitting.least_squares_with_deviation(
+        problem.columns,
+        deviation.groups if deviation else [],
+        problem.target,
+        blocks=motion_blocks(rows.sampled("t"), rows.sampled("direction")),
+        order=NOISE_ORDER,
+    )
+    values = _at_shape(problem, fit)
+    return _Solved(problem, fit, deviation, values, fit.covariance), fit.coefficients
+
+
+def _at_shape(problem: Linearised, fit: fitting.Deviating) -> Array:
+    """Return the values (p,) with the shape where the columns were computed.
+
+    The coefficients are their mean given that shape: c − C_cs C_ss⁻¹ (ŝ − s).
+    """
+    is_shape = np.array([p in part.term.shape for part, p in problem.names])
+    values = fit.coefficients.copy()
+    if not is_shape.any():
+        return values
+    here = np.array([part.shape[p.name] for part, p in problem.names if p in part.term.shape])
+    cross = fit.covariance[np.ix_(~is_shape, is_shape)]
+    own = fit.covariance[np.ix_(is_shape, is_shape)]
+    values[~is_shape] -= cross @ np.linalg.solve(own, values[is_shape] - here)
+    values[is_shape] = here
+    return values
+
+
+def _believed(solved: _Solved, beliefs: Beliefs, effort_unit: str) -> _Solved:
+    """Return the fit combined with beliefs, both weighted by their information.
+
+    What moved by more than 1.96 sd of the difference changed on the machine: the belief about it is
+    widened by the move, so that the new moves decide.
+    """
+    names = [(part.key, p.name) for part, p in solved.problem.names]
+    known = [i for i, name in enumerate(names) if name in beliefs.names]
+    if not known:
+        return solved
+    prior = beliefs.of([names[i] for i in known])
+    here, own = solved.values[known], solved.covariance[np.ix_(known, known)]
+    change = here - prior.mean
+    far = np.abs(change) > SURE_SDS * np.sqrt(np.diag(own) + np.diag(prior.covariance))
+    belief = prior.covariance + np.diag(np.where(far, change**2, 0.0))
+    gain = solved.covariance[:, known] @ np.linalg.inv(own + belief)
+    covariance = solved.covariance - gain @ solved.covariance[known]
+    moved = [
+        Moved(
+            key=names[known[k]][0],
+            parameter=names[known[k]][1],
+            unit=unit_in(solved.problem.names[known[k]][1], effort_unit),
+            before=float(prior.mean[k]),
+            before_sd=float(np.sqrt(prior.covariance[k, k])),
+            now=float(here[k]),
+            now_sd=float(np.sqrt(own[k, k])),
+        )
+        for k in np.flatnonzero(far)
+    ]
+    return _Solved(
+        problem=solved.problem,
+        fit=solved.fit,
+        deviation=solved.deviation,
+        values=solved.values - gain @ change,
+        covariance=0.5 * (covariance + covariance.T),
+        moved=tuple(moved),
+    )
+
+
+def _vague(solved: _Solved, rows: Prepared) -> list[int]:
+    """Return the parameters that could be anything, the vaguest first: no move excites them.
+
+    A coefficient whose sd makes its column as large as the effort; a shape parameter with an sd as
+    large as itself.
+    """
+    sd = np.sqrt(np.maximum(np.diag(solved.covariance), 0.0))
+    effort = float(np.sqrt(np.mean(rows.effort**2)))
+    size = sd * np.sqrt(np.mean(solved.problem.columns**2, axis=0)) / (EXCITED * effort)
+    for i, (part, p) in enumerate(solved.problem.names):
+        empty = not solved.problem.columns[:, i].any()
+        if p in part.term.shape:
+            size[i] = sd[i] / max(abs(float(solved.values[i])), 1e-300)
+        elif empty:
+            size[i] = np.inf
+    return [int(i) for i in np.argsort(-size, kind="stable") if size[i] > 1.0]
+
+
+def _without_vague(solved: _Solved, rows: Prepared) -> Array:
+    """Return the values (p,) with vague coefficients at 0, the others given that.
+
+    One after the other, the vaguest first, until none is vague: what they add up to stays right.
+    """
+    while True:
+        vague = _vague(solved, rows)
+        if not vague:
+            return solved.values
+        k = vague[0]
+        slope = solved.covariance[:, k] / solved.covariance[k, k]
+        values = solved.values - slope * solved.values[k]
+        covariance = solved.covariance - np.outer(slope, solved.covariance[k])
+        covariance[k], covariance[:, k] = 0.0, 0.0
+        values[k] = 0.0
+        keep = np.arange(len(values)) != k
+        columns = np.where(keep, solved.problem.columns, 1.0)
+        problem = Linearised(columns, solved.problem.target, solved.problem.names)
+        solved = _Solved(problem, solved.fit, solved.deviation, values, covariance)
+
+
+def _described(
+    rows: Prepared, solved: _Solved, parts: tuple[Part, ...], dropped: Sequence[Name]
+) -> Identified:
+    names, problem = solved.problem.names, solved.problem
+    vague = sorted(_vague(solved, rows))
+    numbered = [i for i in range(len(names)) if i not in vague]
+    values = _without_vague(solved, rows)
+    sd = np.sqrt(np.diag(solved.covariance))
+    error = problem.target - problem.columns @ values
+    rms = float(np.sqrt(np.mean(error**2)))
+    terms = [_named(names[i], values[i], float(sd[i]), rows.unit) for i in numbered]
+    in_sum = [_named(names[i], values[i], None, rows.unit) for i in vague]
+    return Identified(
+        axis=rows.axis,
+        channel=rows.channel,
+        unit=rows.unit,
+        terms=(*terms, *in_sum, *_given(parts, rows.unit)),
+        covariance=solved.covariance[np.ix_(numbered, numbered)],
+        relative_error=rms / float(np.sqrt(np.mean(rows.effort**2))),
+        residual_rms=rms,
+        protocol=rows.protocol,
+        not_excited=_not_excited([*dropped, *(names[i] for i in vague)]),
+        doubts=tuple(_doubts(terms)),
+        plain=_plain(rows, problem),
+        curve=solved.deviation.curve(solved.fit, values) if solved.deviation else None,
+        moved=solved.moved,
+    )
+
+
+def _named(name: Name, value: float, sd: float | None, effort_unit: str) -> IdentifiedTerm:
+    part, parameter = name
+    return IdentifiedTerm(
+        term=part.term.name,
+        parameter=parameter.name,
+        value=float(value),
+        sd=sd,
+        unit=unit_in(parameter, effort_unit),
+        form=part.term.form,
+        of=part.of,
+    )
+
+
+def _given(parts: tuple[Part, ...], effort_unit: str) -> list[IdentifiedTerm]:
+    """Return the shape parameters that were taken as given."""
+    return [
+        _named((part, p), part.shape[p.name], 0.0, effort_unit)
+        for part in parts
+        for p in part.term.shape
+        if p.name not in part.free
+    ]
+
+
+def _not_excited(lost: Sequence[Name]) -> tuple[str, ...]:
+    said = {f"{part.key} {p.name}": part.term.excited_by for part, p in lost}
+    return tuple(f"{name}: {move}" for name, move in said.items())
+
+
+def _doubts(terms: Sequence[IdentifiedTerm]) -> list[str]:
+    """Say which values lie outside what physics allows, by more than two standard deviations."""
+    said = []
+    for t in terms:
+        p = next(p for p in term_called(t.term, t.form).parameters if p.name == t.parameter)
+        slack = 2.0 * (t.sd or 0.0)
+        if p.lower - slack <= t.value <= p.upper + slack:
+            continue
+        limit = p.lower if t.value < p.lower else p.upper
+        hint = TURNED if t.term in ("coulomb", "inertia") else "the moves show no such effect"
+        said.append(f"{t.key} {t.parameter} is {t.value:.4g} {t.unit}, beyond {limit:g}: {hint}")
+    return said
+
+
+def plain_fit(rows: Prepared, parts: tuple[Part, ...]) -> PlainFit:
+    """Return ordinary least squares of the parts around their shape."""
+    return _plain(rows, linearised(rows, parts))
+
+
+def _plain(rows: Prepared, problem: Linearised) -> PlainFit:
+    """Return ordinary least squares; of columns that cannot be told apart only some are fitted."""
+    kept = fitting.spanning(problem.columns)
+    lags = round(0.2 * rows.rate_hz / rows.protocol.decimate)
+    fit = fitting.least_squares(problem.columns[:, kept], problem.target, lags=lags)
+    rms = float(np.sqrt(np.mean(fit.residual**2)))
+    return PlainFit(
+        protocol=rows.protocol,
+        terms=tuple(
+            _named(problem.names[i], value, float(sd), rows.unit)
+            for i, value, sd in zip(kept, fit.coefficients, fit.sd, strict=True)
+        ),
+        given=tuple(_given(problem.parts, rows.unit)),
+        relative_error=rms / float(np.sqrt(np.mean(rows.effort**2))),
+        residual_rms=rms,
+    )

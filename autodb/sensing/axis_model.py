@@ -1,0 +1,185 @@
+"""An identified axis: its terms with values, how sure they are, and what they predict."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.sensing.friction_curve import FrictionCurve
+from autodb.sensing.protocol import Protocol
+from autodb.terms import TERMS, Contribution, Parameter, Term
+from autodb.terms.channel import Part, predict
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class IdentifiedTerm:
+    """One parameter of one term with its standard deviation, in ``unit``.
+
+    ``form`` and ``of`` tell instances of a term apart, as in ``terms.channel.Part``. ``sd`` is 0
+    for a parameter that was given, and None for one that the moves cannot tell from others: its
+    value then only means something in the sum of the terms.
+    """
+
+    term: str
+    parameter: str
+    value: float
+    sd: float | None
+    unit: str
+    form: str = ""
+    of: str = ""
+
+    @property
+    def key(self) -> str:
+        """Name of the term's instance."""
+        return " ".join(word for word in (self.term, self.form, self.of) if word)
+
+
+@dataclass(frozen=True)
+class PlainFit:
+    """Ordinary least squares of the same columns, as published methods do it.
+
+    The sd are Newey and West's over 0.2 s.
+    """
+
+    protocol: Protocol
+    terms: tuple[IdentifiedTerm, ...]
+    given: tuple[IdentifiedTerm, ...]
+    relative_error: float
+    residual_rms: float
+
+    def value(self, term: str) -> float:
+        """Return the first parameter of ``term``, 0 where it has none."""
+        return next((t.value for t in self.terms if t.term == term), 0.0)
+
+
+@dataclass(frozen=True)
+class Identified:
+    """A drive model in the effort channel's unit, at one protocol.
+
+    ``terms``: every parameter; ``covariance`` (k, k) is of the first k, which got a number.
+    ``relative_error``: rms of effort − terms over rms of effort, at the protocol. ``not_excited``:
+    what got no number, with the move that would give it one; ``doubts``: values beyond what physics
+    allows; ``moved``: what is no longer as an earlier version believed it.
+    """
+
+    axis: str
+    channel: str
+    unit: str
+    terms: tuple[IdentifiedTerm, ...]
+    covariance: Array
+    relative_error: float
+    residual_rms: float
+    protocol: Protocol
+    not_excited: tuple[str, ...]
+    doubts: tuple[str, ...]
+    plain: PlainFit
+    curve: FrictionCurve | None
+    moved: tuple["Moved", ...] = ()
+
+    @property
+    def fitted(self) -> tuple[IdentifiedTerm, ...]:
+        """The parameters that got a number, in the order of ``covariance``."""
+        return self.terms[: len(self.covariance)]
+
+    def value(self, term: str) -> float:
+        """Return the first number of ``term``, 0 where the moves did not excite it."""
+        return next((t.value for t in self.fitted if t.term == term), 0.0)
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A parameter that changed by more than the uncertainty of both versions (95 %)."""
+
+    key: str
+    parameter: str
+    unit: str
+    before: float
+    before_sd: float
+    now: float
+    now_sd: float
+
+
+@dataclass(frozen=True)
+class Beliefs:
+    """What an earlier version knows: (key, parameter) of each, mean (k,), covariance (k, k)."""
+
+    names: tuple[tuple[str, str], ...]
+    mean: Array
+    covariance: Array
+
+    def of(self, names: Sequence[tuple[str, str]]) -> "Beliefs":
+        """Return the beliefs about these parameters, in this order."""
+        at = [self.names.index(name) for name in names]
+        return Beliefs(tuple(names), self.mean[at], self.covariance[np.ix_(at, at)])
+
+
+def term_called(name: str, form: str = "") -> Term:
+    """Return the term of this name and form."""
+    return next(t for t in TERMS if t.name == name and t.form == form)
+
+
+def terms_with(values: Mapping[str, float], effort_unit: str) -> tuple[IdentifiedTerm, ...]:
+    """Return terms of one coefficient each with given values: a published model, say."""
+    parameters = {name: term_called(name).coefficients[0] for name in values}
+    return tuple(
+        IdentifiedTerm(name, p.name, values[name], 0.0, unit_in(p, effort_unit))
+        for name, p in parameters.items()
+    )
+
+
+def unit_in(parameter: Parameter, effort_unit: str) -> str:
+    """Return the parameter's unit for a channel of this unit."""
+    return parameter.unit.replace("U", effort_unit)
+
+
+def amplitudes(model: Identified) -> list[IdentifiedTerm]:
+    """Return the amplitude of every periodic term, √(cosine² + sine²), with its sd (delta method).
+
+    What shows in the shop: the terms themselves are cosine and sine.
+    """
+    found = []
+    numbers = {(t.key, t.parameter): (i, t.value) for i, t in enumerate(model.fitted)}
+    for cosine in (t for t in model.fitted if t.parameter == "cosine"):
+        both = [numbers[cosine.key, p] for p in ("cosine", "sine")]
+        places, value = [i for i, _ in both], np.array([v for _, v in both])
+        size = float(np.hypot(*value))
+        gradient = value / max(size, 1e-300)
+        variance = float(gradient @ model.covariance[np.ix_(places, places)] @ gradient)
+        found.append(
+            IdentifiedTerm(
+                cosine.term, "amplitude", size, variance**0.5, cosine.unit, cosine.form, cosine.of
+            )
+        )
+    return found
+
+
+def stored_parts(terms: Sequence[IdentifiedTerm]) -> tuple[tuple[Part, ...], Array]:
+    """Return the parts and linear parameters (p,) that stored terms describe.
+
+    A term without all of its shape parameters is left out; a coefficient that is not there is 0.
+    """
+    parts: list[Part] = []
+    linear: list[float] = []
+    for key in dict.fromkeys(t.key for t in terms):
+        rows = {t.parameter: t for t in terms if t.key == key}
+        first = next(iter(rows.values()))
+        term = term_called(first.term, first.form)
+        if any(p.name not in rows for p in term.shape):
+            continue
+        shape: Mapping[str, float] = {p.name: rows[p.name].value for p in term.shape}
+        free = tuple(p.name for p in term.shape if rows[p.name].sd)
+        parts.append(Part(term, shape, free, first.of))
+        if isinstance(term, Contribution):
+            linear += [rows[p.name].value if p.name in rows else 0.0 for p in term.coefficients]
+    return tuple(parts), np.array(linear)
+
+
+def predicted(terms: Sequence[IdentifiedTerm], inputs: Mapping[str, Array]) -> Array:
+    """Return the effort (n,) that stored terms give for inputs."""
+    parts, linear = stored_parts(terms)
+    if not len(linear):
+        return np.zeros_like(inputs["position"])
+    return predict(parts, linear, inputs)

@@ -1,0 +1,106 @@
+"""One axis' recording, filtered and reduced, ready to be fitted."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import signals
+from autodb.channels import axis_of, effort_channels
+from autodb.errors import UnusableInput
+from autodb.records import Recording
+from autodb.sensing.motion import term_inputs
+from autodb.sensing.protocol import Protocol, default_protocol
+
+Array = NDArray[np.float64]
+
+SHORTEST_ROWS = 100
+
+
+def effort_channel(recording: Recording, axis: str | None) -> str:
+    """Return the effort channel of ``axis``, or the only one there is.
+
+    Raises UnusableInput where there is none or the choice is open.
+    """
+    found = effort_channels(list(recording.channels))
+    if axis is not None:
+        found = [name for name in found if axis_of(name) == axis]
+    if not found:
+        gaps = effort_channels(list(recording.unusable))
+        if gaps:
+            raise UnusableInput(recording.unusable[gaps[0]])
+        wanted = f"{axis or 'x'}.current"
+        raise UnusableInput(
+            f"{recording.path}: no drive effort; a channel '{wanted}' or "
+            f"'{axis or 'x'}.drive_force' would work{recording.near(wanted)}"
+        )
+    if len({axis_of(name) for name in found}) > 1:
+        raise UnusableInput(f"{recording.path}: several axes ({', '.join(found)}); give --axis")
+    return found[0]
+
+
+def effort_axis(recording: Recording, axis: str | None) -> str:
+    """Return the axis that is identified: ``axis``, or the only one with an effort."""
+    return axis_of(effort_channel(recording, axis))
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """One axis' recording, ready to be fitted: inputs (n,) at every row, effort (m,) as reduced."""
+
+    path: str
+    axis: str
+    channel: str
+    unit: str
+    inputs: dict[str, Array]
+    effort: Array
+    protocol: Protocol
+    rate_hz: float
+
+    def reduced(self, values: Array) -> Array:
+        """Return values (n,) or (n, k) as the effort was reduced, (m,) or (m, k)."""
+        return self.protocol.reduced(values, rate_hz=self.rate_hz)
+
+    def sampled(self, name: str) -> Array:
+        """Return an input (m,) at the rows that are kept."""
+        return self.protocol.sampled(self.inputs[name], rate_hz=self.rate_hz)
+
+    @property
+    def middle_mm(self) -> float:
+        """Middle of the travel."""
+        place = self.inputs["position"]
+        return 0.5 * float(place.min() + place.max())
+
+
+def prepared(
+    recording: Recording, *, axis: str | None = None, protocol: Protocol | None = None
+) -> Prepared:
+    """Filter and reduce one axis of a recording.
+
+    Raises UnusableInput without effort or position, or when it is too short or all zero.
+    """
+    channel = effort_channel(recording, axis)
+    if len(recording) < SHORTEST_ROWS:
+        raise UnusableInput(
+            f"{recording.path}: {len(recording)} rows are too few to identify an axis; "
+            f"{SHORTEST_ROWS} would work"
+        )
+    rate_hz = recording.rate_hz
+    protocol = protocol or default_protocol(rate_hz)
+    inputs = term_inputs(recording, axis_of(channel), cutoff_hz=protocol.cutoff_hz)
+    effort = signals.lowpass(recording[channel], rate_hz=rate_hz, cutoff_hz=protocol.cutoff_hz)
+    rows = protocol.reduced(effort, rate_hz=rate_hz)
+    if len(rows) < 50:
+        raise UnusableInput(f"{recording.path}: too short to identify an axis; 2 s would work")
+    if not np.any(rows):
+        raise UnusableInput(f"{recording.path}: {channel} is zero in every row")
+    return Prepared(
+        path=str(recording.path),
+        axis=axis_of(channel),
+        channel=channel,
+        unit=recording.unit(channel),
+        inputs=inputs,
+        effort=rows,
+        protocol=protocol,
+        rate_hz=rate_hz,
+    )

@@ -1,0 +1,49 @@
+"""How a recording is filtered before an axis is fitted."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import signals
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """How a recording is filtered before the fit; results are comparable only at one protocol."""
+
+    cutoff_hz: float
+    decimate: int
+    crop_s: float = 0.5
+    anti_alias: bool = True
+
+    def __str__(self) -> str:
+        how = "after an anti-alias filter" if self.anti_alias else "without anti-alias filter"
+        return (
+            f"Butterworth 4th order, {self.cutoff_hz:g} Hz, forwards and backwards; one row in "
+            f"{self.decimate} {how}; {self.crop_s:g} s cropped at each end"
+        )
+
+    def reduced(self, values: Array, *, rate_hz: float) -> Array:
+        """Return rows (m,) or (m, k) of ``values`` decimated and cropped.
+
+        Effort and columns reduced alike keep a linear relation between them exactly.
+        """
+        if not self.anti_alias:
+            return self.sampled(values, rate_hz=rate_hz)
+        return self._cropped(signals.decimate(values, self.decimate), rate_hz)
+
+    def sampled(self, values: Array, *, rate_hz: float) -> Array:
+        """Return the values (m,) at the rows that are kept, unfiltered: where the axis was then."""
+        return self._cropped(values[:: self.decimate], rate_hz)
+
+    def _cropped(self, rows: Array, rate_hz: float) -> Array:
+        crop = round(self.crop_s * rate_hz / self.decimate)
+        return rows[crop : len(rows) - crop]
+
+
+def default_protocol(rate_hz: float) -> Protocol:
+    """Return 100 Hz and 100 samples per second, or less where the recording is slower."""
+    return Protocol(cutoff_hz=min(100.0, 0.4 * rate_hz), decimate=max(1, int(rate_hz / 100.0)))
