@@ -19,6 +19,11 @@ REFERENCE_SPEED_M_MIN = 100.0
 SLOWEST_M_MIN = 0.1
 """Slower than any machine cuts: factors of speed change no further. Chosen."""
 
+EDGE_CUTS = 0.5
+"""Width of the ends of a hard spot in cuts. Chosen: a search that begins some cuts away still feels
+where the end is; with ramps of one cut it stayed up to five cuts away, with wider ones the end
+itself was blurred."""
+
 
 def size_effect(thickness_mm: Array, *, exponent: float) -> Array:
     """The specific force rises as the chip thins: factor (h/h0)^−m, h0 = 0.2 mm, (n,).
@@ -53,14 +58,15 @@ def built_up_edge(speed_m_min: Array, *, change: float, centre_m_min: float, wid
 
 
 def hard_spot(cut: Array, *, factor: float, first: float, last: float) -> Array:
-    """A run of cuts meets other material: factor 1 outside, ``factor`` from first to last, (n,).
+    """A run of cuts meets other material: factor 1 outside, `factor` from first to last, (n,).
 
-    The factor ramps over one cut before the first and one after the last, which a search for the
-    ends can follow: with whole numbers, exactly the cuts first … last have it.
-    Source: physics of a hard zone, a weld or another batch in the bar.
+    1 + (factor − 1)·¼(1 + tanh((cut − first + ½)/w))(1 + tanh((last − cut + ½)/w)), w = EDGE_CUTS:
+    the edges lie half a cut outside the first and the last, where 88 % of the change is reached.
+    Source: physics of a hard zone, a weld or another batch in the bar; the edges are chosen.
     """
-    inside = np.clip(np.minimum(cut - first, last - cut) + 1.0, 0.0, 1.0)
-    return np.asarray(1.0 + (factor - 1.0) * inside, dtype=np.float64)
+    begun = 1.0 + np.tanh((cut - first + 0.5) / EDGE_CUTS)
+    goes_on = 1.0 + np.tanh((last - cut + 0.5) / EDGE_CUTS)
+    return np.asarray(1.0 + (factor - 1.0) * 0.25 * begun * goes_on, dtype=np.float64)
 
 
 SIZE_EFFECT = Factor(

@@ -128,13 +128,18 @@ def warmth(t_s: Array, velocity_mm_s: Array, *, time_constant_s: float) -> Array
     return np.asarray(signal.lfilter([0.0, 1.0 - keep], [1.0, -keep], heat), dtype=np.float64)
 
 
-def warmup(t_s: Array, velocity_mm_s: Array, *, drop: float, time_constant_s: float) -> Array:
-    """Friction falls as the lubricant warms: factor 1 − drop · w(t), (n,).
+def warmup(
+    t_s: Array, velocity_mm_s: Array, *, drop: float, time_constant_s: float, levelling: float
+) -> Array:
+    """Friction falls as the lubricant warms: factor 1 − drop · w(1 + b)/(1 + b·w), (n,).
 
-    Acts on friction, not on weight or inertia. Source: P2 section 3: drop about 0.19 and time
-    constant about 20 s at 10 000 mm/min.
+    w(t) is ``warmth``; b = ``levelling``: 0 is the line of P2, above 0 the fall levels off before
+    the heat does, as an oil's thinning does, and comes back late at rest. Acts on friction, not on
+    weight or inertia. Source: P2 section 3: drop about 0.19 and time constant about 20 s at
+    10 000 mm/min; b is ours, because a saturating fall could not be followed without it.
     """
-    return 1.0 - drop * warmth(t_s, velocity_mm_s, time_constant_s=time_constant_s)
+    warm = warmth(t_s, velocity_mm_s, time_constant_s=time_constant_s)
+    return 1.0 - drop * warm * (1.0 + levelling) / (1.0 + levelling * warm)
 
 
 INERTIA = Contribution(
@@ -284,6 +289,11 @@ WARMUP = Factor(
         Parameter(
             "time_constant", "s", "time to warm by 63 %", 1.0, 36_000.0,
             keyword="time_constant_s", starts=(5.0, 20.0, 100.0, 600.0),
+        ),
+        Parameter(
+            "levelling", "1", "how much sooner the fall levels off than the heat", 0.0, 20.0,
+            prior=Belief(0.0, 2.0, "mean: P2 section 3 (none); sd: chosen"),
+            keyword="levelling", starts=(0.0, 3.0),
         ),
     ),
     modifies=("coulomb", "viscous", "stribeck", "asymmetry", "position_friction", "backlash"),
