@@ -52,8 +52,15 @@ def varied(n: int) -> dict[str, Array]:
     names = {name for term in TERMS for name in term.inputs} | {"thickness", "effort"}
     values = {name: rng.uniform(0.1, 3.0, n) for name in sorted(names)}
     walk = np.cumsum(rng.normal(0.0, 1.0, n)).astype(np.float64)
-    moving = {"position": walk, "velocity": 10.0 * np.sin(walk), "t": 0.5 * np.arange(n)}
-    return values | moving | {"direction": direction(moving["velocity"])}
+    velocity: Array = np.asarray(10.0 * np.sin(walk), dtype=np.float64)
+    t: Array = np.arange(n, dtype=np.float64)
+    return {
+        **values,
+        "position": walk,
+        "velocity": velocity,
+        "direction": direction(velocity),
+        "t": t,
+    }
 
 
 # --- declarations

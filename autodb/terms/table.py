@@ -4,7 +4,8 @@ Inputs, (n,): `angle_x`, `angle_z` the angles of the two rotary axes [rad], a.an
 `omega_x` … `omega_z` [rad/s] and `alpha_x` … `alpha_z` [rad/s²] the table's angular velocity and
 acceleration in the measuring frame; `cutting` 1 while chips are made, else 0; `t` [s];
 `other_force` the force of another component [N]. Machine to measuring frame:
-T = T_z(θ_z)·T_x(θ_x), P4 eq. 1-2. Each term has one form a component; the angles and rates of the others are its inputs in turn.
+T = T_z(θ_z)·T_x(θ_x), P4 eq. 1-2. Each term has one form a component; the angles and rates of the
+others are its inputs in turn.
 """
 
 import numpy as np

@@ -26,7 +26,8 @@ class Truth:
     instance; ``effect`` (n,) the channel with it less the channel without it; ``within`` the
     largest relative rms of its recovered curve, after whatever the terms ``modulo`` could say
     equally well is taken out of both; ``sd`` (n,) the noise of each row; ``main`` name, true value
-    and relative tolerance of its main parameter; ``looked`` where a search begins that the term cannot know without the recording.
+    and relative tolerance of its main parameter; ``looked`` where a search begins that the term
+    cannot know without the recording.
     """
 
     key: str

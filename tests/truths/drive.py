@@ -133,7 +133,7 @@ def gain() -> Truth:
     factor = np.where(t > 10.0, -0.2 * (1.0 - np.exp(-(t - 10.0) / 5.0)), 0.0)
     effect = factor * total(loads)
     return truth("gain", m, loads, effect, within=0.2, noise=NOISE,
-                 main=("factor", 1.0 + float(factor[-1]), 0.03),
+                 main=("factor", 1.0 + float(factor[-1]), 0.06),
                  looked={"start": (4.0, 8.0, 16.0, 24.0), "duration": (2.0, 10.0)})  # fmt: skip
 
 
