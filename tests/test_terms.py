@@ -2,6 +2,7 @@
 
 import inspect
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from autodb import signals
 from autodb.terms import TERMS, Contribution, InputChange, OutputChange, Term
 from autodb.terms.channel import Part
 from autodb.terms.friction import STANDSTILL_MM_S, direction, presliding, since_reversal
+from tests.conftest import ROOT
 from tests.recovery import Seen, recover, without_columns
 from tests.truths import Array, Truth, cuts, drive, friction, table
 
@@ -70,6 +72,13 @@ def test_every_term_is_there_once_and_has_a_truth() -> None:
     assert len(BY_KEY) == len(TERMS)
     assert set(TRUTHS) == set(BY_KEY)
     assert len(MAKERS) == len(TERMS)
+
+
+@pytest.mark.parametrize(
+    "path", sorted((ROOT / "tests" / "truths").glob("*.py")), ids=lambda path: path.stem
+)
+def test_a_truth_knows_no_term(path: Path) -> None:
+    assert "autodb" not in path.read_text("utf-8")
 
 
 @EVERY_TERM

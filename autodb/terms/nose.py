@@ -19,7 +19,8 @@ Per depth, so that a sharp corner gives 1 and 0, the shares of the chip's thrust
 for a_p ≥ r: 1 − (1 − π/4) r/a_p and r/(2 a_p): the axial force is lower by the same amount at every
 depth. The tangential chip force stays; the edge's tangential force is longer by L/a_p, and the mean
 thickness is thinner, f a_p/L, which the size effect feels. Source: physics.md section 6, an insert
-with a nose is a static set of edge elements. Depths below SHALLOWEST_MM count as that.
+with a nose is a static set of edge elements. Valid for entering angles near
+90° (P1's insert has 93°). Depths below SHALLOWEST_MM count as that.
 """
 
 import numpy as np
@@ -82,7 +83,7 @@ def nose_thinning(thickness_mm: Array, depth_mm: Array, *, radius_mm: float) -> 
 
 _RADIUS = Parameter(
     "radius", "mm", "radius of the nose", 0.01, 10.0,
-    prior=Belief(0.8, 0.4, "chosen: inserts have 0.4, 0.8 or 1.2 mm"),
+    prior=Belief(0.8, 0.4, "mean: the insert of P1's repeated cut; sd: chosen"),
     keyword="radius_mm", starts=(0.2, 0.4, 0.8, 1.6),
 )  # fmt: skip
 _SOURCE = "derived in autodb/terms/nose.py from edge elements (physics.md section 6)"

@@ -10,15 +10,15 @@ others are its inputs in turn.
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
+from scipy import constants, signal
 
 from autodb.terms._term import Belief, Contribution, Parameter
 from autodb.terms.sampling import step_s
 
 Array = NDArray[np.float64]
 
-G_M_S2 = 9.80665
-"""Standard acceleration of gravity, m/s² (3rd General Conference on Weights and Measures, 1901)."""
+G_M_S2 = constants.g
+"""Standard acceleration of gravity, m/s², as scipy.constants lists it."""
 
 
 def table_gravity_x(angle_x_rad: Array, angle_z_rad: Array) -> Array:

@@ -23,7 +23,7 @@ HEAD = (
     "| term | equation | parameters | at standstill | excited by | told apart from | source "
     "| named by explain |\n|---|---|---|---|---|---|---|---|"
 )
-STANDING = {"position": 7.0, "force": 100.0, "depth": 1.0, "angle_x": 0.5, "angle_z": 0.5}
+STANDING = {"position": 7.0, "angle_x": 0.5, "angle_z": 0.5}
 """Inputs of something that stands; t runs, everything that is not here is 0."""
 
 
