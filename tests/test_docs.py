@@ -8,8 +8,9 @@ import pytest
 import yaml
 from numpy.testing import assert_allclose
 
+from autodb.terms import TERMS
 from docs.make import __main__ as make
-from docs.make import blocks, commands, frames, style
+from docs.make import blocks, commands, frames, style, terms
 from tests.conftest import ROOT
 
 DOCS = ROOT / "docs"
@@ -33,6 +34,13 @@ def test_the_command_reference_is_the_command_line() -> None:
     page = make.COMMANDS_PAGE.read_text("utf-8")
     assert commands.filled(page) == page
     assert "| `--machine NAME` | required | Name of the machine. |" in page
+
+
+def test_the_tables_of_terms_are_the_terms() -> None:
+    page = make.TERMS_PAGE.read_text("utf-8")
+    assert terms.filled(page) == page
+    assert page.count("\n| `coulomb` | ") == 1
+    assert [terms.standstill(t) for t in TERMS[:7]] == ["0"] * 6 + ["acts"]
 
 
 def test_a_page_whose_command_ends_otherwise_is_not_made(tmp_path: Path) -> None:

@@ -72,7 +72,7 @@ def test_every_command_is_in_the_docs(command: str) -> None:
 
 def test_every_term_is_in_the_docs_and_the_vocabulary() -> None:
     text = (ROOT / "docs" / "terms.md").read_text()
-    assert len({term.name for term in TERMS}) == len(TERMS)
+    assert len({(term.name, term.form) for term in TERMS}) == len(TERMS)
     for term in TERMS:
         assert term.name in VOCABULARY
         assert f"`{term.name}`" in text

@@ -12,6 +12,7 @@ from autodb.terms._term import (
     Parameter,
     Term,
 )
+from autodb.terms.chip import BUILT_UP_EDGE, HARD_SPOT, SIZE_EFFECT, SPEED_SOFTENING
 from autodb.terms.drive import (
     COGGING,
     COMPLIANCE,
@@ -24,6 +25,7 @@ from autodb.terms.drive import (
     WARMUP,
     WINDAGE,
 )
+from autodb.terms.engagement import DEFLECTION, DEPTH_ERROR
 from autodb.terms.friction import (
     ASYMMETRY,
     BACKLASH,
@@ -33,8 +35,19 @@ from autodb.terms.friction import (
     STRIBECK,
     VISCOUS,
 )
-from autodb.terms.process import EDGE_FORCE, SHEAR, TOOL_WEAR
+from autodb.terms.nose import NOSE_AXIAL, NOSE_LENGTH, NOSE_RADIAL, NOSE_THINNING
+from autodb.terms.process import EDGE_FORCE, EDGE_WEAR, SHEAR, TOOL_WEAR
 from autodb.terms.sensor import GAIN, LAG, LOST_SIGN, SATURATION, SENSOR_DRIFT
+from autodb.terms.table import (
+    CROSSTALK,
+    TABLE_GRAVITY_X,
+    TABLE_GRAVITY_Y,
+    TABLE_GRAVITY_Z,
+    TABLE_INERTIA_X,
+    TABLE_INERTIA_Y,
+    TABLE_INERTIA_Z,
+    THERMAL_DRIFT,
+)
 
 TERMS: tuple[Term, ...] = (
     COULOMB,
@@ -62,6 +75,25 @@ TERMS: tuple[Term, ...] = (
     SHEAR,
     EDGE_FORCE,
     TOOL_WEAR,
+    EDGE_WEAR,
+    SIZE_EFFECT,
+    SPEED_SOFTENING,
+    BUILT_UP_EDGE,
+    HARD_SPOT,
+    DEPTH_ERROR,
+    NOSE_AXIAL,
+    NOSE_RADIAL,
+    NOSE_LENGTH,
+    NOSE_THINNING,
+    DEFLECTION,
+    TABLE_GRAVITY_X,
+    TABLE_GRAVITY_Y,
+    TABLE_GRAVITY_Z,
+    TABLE_INERTIA_X,
+    TABLE_INERTIA_Y,
+    TABLE_INERTIA_Z,
+    THERMAL_DRIFT,
+    CROSSTALK,
 )
 
 __all__ = [

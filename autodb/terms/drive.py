@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from autodb.terms._term import Belief, Contribution, Factor, Parameter
+from autodb.terms.sampling import step_s
 
 Array = NDArray[np.float64]
 
@@ -80,7 +81,7 @@ def compliance(
     M·a_motor + M_load·(a_load − a_motor). 0 in steady motion and at standstill. Even sampling.
     Source: two-mass model of a feed drive; named as the gap of the rigid model in Janot 2019.
     """
-    rate_hz = 1.0 / float(np.median(np.diff(t_s)))
+    rate_hz = 1.0 / step_s(t_s)
     omega = 2.0 * np.pi * frequency_hz
     b, a = signal.bilinear([omega**2], [1.0, 2.0 * damping * omega, omega**2], fs=rate_hz)
     return np.asarray(signal.lfilter(b, a, acceleration_mm_s2), dtype=np.float64) - (
@@ -89,14 +90,18 @@ def compliance(
 
 
 def external_load(t_s: Array, *, start_s: float, end_s: float) -> Array:
-    """A load that no motion explains acts during an interval: column 1 in [start, end], else 0."""
+    """A load that no motion explains acts during an interval: column 1 in [start, end], else 0.
+
+    Source: P0 section 2.2, F_ext.
+    """
     return ((t_s >= start_s) & (t_s <= end_s)).astype(np.float64)
 
 
 def external_load_edged(t_s: Array, *, start_s: float, end_s: float) -> Array:
-    """Return ``external_load`` with edges of EDGE_S, which a search for its ends can follow, (n,).
+    """A load acts during an interval, with edges that a search can follow: column 1 inside, (n,).
 
-    Half the load is there at start and end.
+    The edges last EDGE_S; half the load is there at start and end. Also at standstill.
+    Source: P0 section 2.2, F_ext.
     """
     rise = np.clip((t_s - start_s) / EDGE_S + 0.5, 0.0, 1.0)
     fall = np.clip((end_s - t_s) / EDGE_S + 0.5, 0.0, 1.0)
@@ -118,19 +123,23 @@ def warmth(t_s: Array, velocity_mm_s: Array, *, time_constant_s: float) -> Array
     constant friction goes as speed; it relaxes at rest. Even sampling. Source: P2 section 3, fitted
     there as 1 − e^(−u/T).
     """
-    step = float(np.median(np.diff(t_s)))
-    keep = float(np.exp(-step / time_constant_s))
+    keep = float(np.exp(-step_s(t_s) / time_constant_s))
     heat = np.abs(velocity_mm_s) / WARM_SPEED_MM_S
     return np.asarray(signal.lfilter([0.0, 1.0 - keep], [1.0, -keep], heat), dtype=np.float64)
 
 
-def warmup(t_s: Array, velocity_mm_s: Array, *, drop: float, time_constant_s: float) -> Array:
-    """Friction falls as the lubricant warms: factor 1 − drop · w(t), (n,).
+def warmup(
+    t_s: Array, velocity_mm_s: Array, *, drop: float, time_constant_s: float, levelling: float
+) -> Array:
+    """Friction falls as the lubricant warms: factor 1 − drop · w(1 + b)/(1 + b·w), (n,).
 
-    Acts on friction, not on weight or inertia. Source: P2 section 3: drop about 0.19 and time
-    constant about 20 s at 10 000 mm/min.
+    w(t) is ``warmth``; b = ``levelling``: 0 is the line of P2, above 0 the fall levels off before
+    the heat does, as an oil's thinning does, and comes back late at rest. Acts on friction, not on
+    weight or inertia. Source: P2 section 3: drop about 0.19 and time constant about 20 s at
+    10 000 mm/min; b is ours, because a saturating fall could not be followed without it.
     """
-    return 1.0 - drop * warmth(t_s, velocity_mm_s, time_constant_s=time_constant_s)
+    warm = warmth(t_s, velocity_mm_s, time_constant_s=time_constant_s)
+    return 1.0 - drop * warm * (1.0 + levelling) / (1.0 + levelling * warm)
 
 
 INERTIA = Contribution(
@@ -280,6 +289,11 @@ WARMUP = Factor(
         Parameter(
             "time_constant", "s", "time to warm by 63 %", 1.0, 36_000.0,
             keyword="time_constant_s", starts=(5.0, 20.0, 100.0, 600.0),
+        ),
+        Parameter(
+            "levelling", "1", "how much sooner the fall levels off than the heat", 0.0, 20.0,
+            prior=Belief(0.0, 2.0, "mean: P2 section 3 (none); sd: chosen"),
+            keyword="levelling", starts=(0.0, 3.0),
         ),
     ),
     modifies=("coulomb", "viscous", "stribeck", "asymmetry", "position_friction", "backlash"),

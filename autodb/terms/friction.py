@@ -114,6 +114,7 @@ def backlash(direction: Array, position_mm: Array, *, gap_mm: float) -> Array:
 
     Effort = level · column, level the load side's part of Coulomb friction. The step has a width of
     STEP_SHARE of the gap. 0 at standstill and before the first reversal.
+    Source: physics.md section 8; physics of a gap between motor and load.
     """
     _, way = since_reversal(direction, position_mm)
     inside = 0.5 * (1.0 - np.tanh((way - gap_mm) / (STEP_SHARE * gap_mm)))
@@ -123,7 +124,8 @@ def backlash(direction: Array, position_mm: Array, *, gap_mm: float) -> Array:
 def _after_first_reversal(direction: Array) -> Array:
     moving = np.where(np.abs(direction) >= 1.0, np.sign(direction), 0.0)
     first = moving[np.argmax(moving != 0)]
-    return np.asarray(np.maximum.accumulate(moving == -first), dtype=np.float64)
+    turned = (moving == -first) & (first != 0)
+    return np.asarray(np.maximum.accumulate(turned), dtype=np.float64)
 
 
 COULOMB = Contribution(

@@ -1,4 +1,23 @@
-"""Cutting forces of a table of cuts."""
+"""Cutting forces: what the chip and the edge add.
+
+Over a table of cuts the inputs are arrays over cuts, (n,), one value a cut:
+
+    force          the simulated force of this component [N], signed
+    normal_force   the simulated force that bends tool or work off the surface [N] (turning: radial)
+    depth          depth of cut a_p [mm]
+    feed           feed [mm/rev, milling mm/tooth]
+    thickness      uncut chip thickness [mm] of the simulation; turning feed · sin κ_r, milling the
+                   mean over the engagement
+    speed          cutting speed [m/min]
+    diameter       machined diameter [mm]
+    edge           code of the edge in use
+    cutting_time   time that edge had cut before the cut [s]
+    cut            the number of the cut, ascending
+    t              clock at the cut [s]
+
+and of another component or edge `other_force`, `other_cutting_time`, as channel.Part reads them. A
+force over time has the same inputs, one value a sample.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +28,10 @@ Array = NDArray[np.float64]
 
 
 def shear(force_N: Array) -> Array:
-    """The chip is sheared off with the simulated force, harder or softer: column F [N], (n,)."""
+    """The chip is sheared off with the simulated force, harder or softer: column F [N], (n,).
+
+    Force = factor · F. Source: P1 section 3; physics.md section 6.
+    """
     return force_N
 
 
@@ -27,13 +49,22 @@ def tool_wear(depth_mm: Array, cutting_time_s: Array) -> Array:
 
     Force = rate [N/(mm·s)] · a_p · T with T the time this edge has cut; T starts again at an edge
     change, so the force does too. First-order growth: run-in and end of life are not in it.
+    Source: P1 section 2 (process state); linear growth is chosen.
     """
     return depth_mm * cutting_time_s
 
 
+def edge_times(edge: Array, cutting_time_s: Array) -> dict[str, Array]:
+    """Return the input ``other_cutting_time`` of every edge by name: `3.cutting_time` for edge 3.
+
+    Each is (n,): the cutting time in that edge's cuts, 0 in those of the others.
+    """
+    return {f"{e:g}.cutting_time": cutting_time_s * (edge == e) for e in np.unique(edge)}
+
+
 SHEAR = Contribution(
     name="shear",
-    channels=("cuts",),
+    channels=("cuts", "table"),
     inputs=("force",),
     function=shear,
     coefficients=(Parameter("factor", "1", "factor on the simulated cutting force"),),
@@ -52,15 +83,33 @@ EDGE_FORCE = Contribution(
     statement="The cutting edge rubs with a force that does not depend on chip thickness.",
     excited_by="the same depth at half the feed and at the thinnest possible chip",
     source="P1 section 3 (Armarego's edge coefficients)",
+    alike=("size_effect",),
+    told_apart_by="Cut at a chip of 0.03 mm or thinner: the edge's force stays, the force of a "
+    "thinning chip goes on falling.",
 )
+_RATE = Parameter("rate", "U/(mm·s)", "force gained per depth and second of cutting")
 TOOL_WEAR = Contribution(
     name="tool_wear",
     channels=("cuts",),
     inputs=("depth", "cutting_time"),
     function=tool_wear,
-    coefficients=(Parameter("rate", "U/s", "force gained per second of cutting at mean depth"),),
+    coefficients=(_RATE,),
     needs=("tool.edge", "tool.cutting_time"),
     statement="The cutting edge wears: force grows as it cuts and falls back with a new edge.",
     excited_by="one repeated cut just before and just after an edge change",
+    source="P1 section 2 (process state)",
+    alike=("sensor_drift",),
+    told_apart_by="Change the edge and repeat the cut: wear falls back, a sensor's drift does not.",
+)
+EDGE_WEAR = Contribution(
+    name="tool_wear",
+    form="of one edge",
+    channels=("cuts",),
+    inputs=("depth", "other_cutting_time"),
+    function=tool_wear,
+    coefficients=(_RATE,),
+    needs=("tool.edge", "tool.cutting_time"),
+    statement="This one edge wears at a rate of its own.",
+    excited_by="one repeated cut early and late in the life of each edge",
     source="P1 section 2 (process state)",
 )

@@ -12,16 +12,18 @@ def sensor_drift(t_s: Array) -> Array:
     """A sensor's zero point follows the clock: columns t − t₀ [s] and its square, (n, 2).
 
     Effort = rate · (t − t₀) + bend · (t − t₀)², also at standstill and whatever the axis does.
+    Source: physics.md section 8; the parabola is chosen.
     """
     since = t_s - t_s[0]
     return np.column_stack([since, since**2])
 
 
 def gain(t_s: Array, *, factor: float, start_s: float, duration_s: float) -> Array:
-    """The motor's or sensor's constant changes: factor 1 before, ``factor`` after, (n,).
+    """The motor's or sensor's constant changes: factor 1 before, `factor` after, (n,).
 
     It ramps over ``duration_s`` from ``start_s`` on; every contribution scales alike. A constant
     factor over the whole recording is no gain change: then all terms are mistuned together.
+    Source: physics.md section 8; the ramp is chosen.
     """
     return 1.0 + (factor - 1.0) * np.clip((t_s - start_s) / max(duration_s, 1e-9), 0.0, 1.0)
 
@@ -29,18 +31,24 @@ def gain(t_s: Array, *, factor: float, start_s: float, duration_s: float) -> Arr
 def lag(values: Array, t_s: Array, *, delay_s: float) -> Array:
     """Recording and simulation are shifted in time: values(t − delay), linear between rows, (n,).
 
-    The ends hold their first or last value.
+    The ends hold their first or last value. Source: physics.md section 8.
     """
     return np.asarray(np.interp(t_s - delay_s, t_s, values), dtype=np.float64)
 
 
 def saturation(effort: Array, *, limit: float) -> Array:
-    """The drive or logger clips: effort limited to ±limit, in the channel's unit, (n,)."""
+    """The drive or logger clips: effort limited to ±limit, in the channel's unit, (n,).
+
+    Source: physics.md section 8.
+    """
     return np.clip(effort, -limit, limit)
 
 
 def lost_sign(effort: Array) -> Array:
-    """A magnitude is recorded: |effort|, (n,)."""
+    """A magnitude is recorded: |effort|, (n,).
+
+    Source: physics.md section 8.
+    """
     return np.abs(effort)
 
 

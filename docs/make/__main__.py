@@ -1,4 +1,4 @@
-"""`python -m docs.make`: every figure, every printed output, the command reference.
+"""`python -m docs.make`: every figure, every printed output, the references of commands and terms.
 
 What needs the two real recordings is left as it is where they are not.
 """
@@ -8,7 +8,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from docs.make import blocks, commands, emps, frames, turning
+from docs.make import blocks, commands, emps, frames, terms, turning
 
 DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
@@ -24,11 +24,13 @@ REAL = (EMPS, TURNING)
 REAL_PAGE = DOCS / "tutorial.md"
 SAMPLE_PAGES = tuple(sorted((DOCS / "how-to").glob("*.md")))
 COMMANDS_PAGE = DOCS / "commands.md"
+TERMS_PAGE = DOCS / "terms.md"
 
 
 def main() -> None:
     """Make everything whose data are here, and say what was left."""
     COMMANDS_PAGE.write_text(commands.filled(COMMANDS_PAGE.read_text("utf-8")), "utf-8")
+    TERMS_PAGE.write_text(terms.filled(TERMS_PAGE.read_text("utf-8")), "utf-8")
     frames.draw()
     for page in SAMPLE_PAGES:
         page.write_text(made(page, SAMPLE), "utf-8")

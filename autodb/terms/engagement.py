@@ -1,0 +1,79 @@
+"""The engagement that was not as programmed: depth set wrong, depth lost to bending."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.terms._term import Belief, Factor, Parameter
+
+Array = NDArray[np.float64]
+
+SHALLOWEST_MM = 0.01
+"""Shallower than any depth that is programmed: relative errors grow no further. Chosen."""
+CUTTING = ("shear", "edge_force", "tool_wear")
+
+
+def depth_error(depth_mm: Array, *, error_mm: float) -> Array:
+    """The real depth differs by a constant: factor (a_p + δ)/a_p on all that cuts, never < 0, (n,).
+
+    a_p programmed depth [mm], not below SHALLOWEST_MM; δ [mm] positive where more is cut. Valid
+    where forces grow in proportion to depth; in milling the limits of the engagement move too.
+    Source: physics.md section 8, relative error ∝ 1/a_p.
+    """
+    depth = np.maximum(depth_mm, SHALLOWEST_MM)
+    return np.maximum(1.0 + error_mm / depth, 0.0)
+
+
+def deflection(normal_force_N: Array, depth_mm: Array, *, compliance_mm_N: float) -> Array:
+    """Tool or work springs away from the cut and takes depth off: factor 1/(1 + c|F_n|/a_p), (n,).
+
+    The real depth is a = a_p − c·F; the force it gives is F = F_n·a/a_p. Put together,
+    F = F_n − F_n c F/a_p, so a/a_p = 1/(1 + c F_n/a_p). F_n simulated force normal to the surface
+    [N], c = 1/stiffness [mm/N] of tool, holder and work at one overhang; c = 0 changes nothing.
+    Where F_n ∝ a_p the factor depends on the feed alone.
+    Source: physics of a spring between tool and work, force in proportion to depth.
+    """
+    depth = np.maximum(depth_mm, SHALLOWEST_MM)
+    return np.asarray(1.0 / (1.0 + compliance_mm_N * np.abs(normal_force_N) / depth))
+
+
+DEPTH_ERROR = Factor(
+    name="depth_error",
+    channels=("cuts",),
+    inputs=("depth",),
+    function=depth_error,
+    shape=(
+        Parameter(
+            "error", "mm", "real depth less programmed depth", -2.0, 2.0,
+            prior=Belief(0.0, 0.05, "chosen: a tool set with a tenth of a millimetre on diameter"),
+            keyword="error_mm", starts=(-0.1, 0.05, 0.3),
+        ),
+    ),
+    modifies=CUTTING,
+    needs=("cutting.depth",),
+    statement="Every cut was deeper or shallower than programmed by the same amount.",
+    excited_by="the same feed at the smallest and the largest depth, and a micrometer on the work",
+    source="physics.md section 8",
+    alike=("nose_radius",),
+    told_apart_by="Measure the diameter before and after one cut: a depth error is there, a nose's "
+    "is not. All components have a depth error, the tangential one has no nose.",
+)  # fmt: skip
+DEFLECTION = Factor(
+    name="deflection",
+    channels=("cuts",),
+    inputs=("normal_force", "depth"),
+    function=deflection,
+    shape=(
+        Parameter(
+            "compliance", "mm/N", "way that tool and work give per force", 0.0, 0.01,
+            prior=Belief(1e-4, 2e-4, "chosen: 10 N/µm, a bar of usual overhang"),
+            keyword="compliance_mm_N", starts=(1e-5, 1e-4, 1e-3),
+        ),
+    ),
+    modifies=CUTTING,
+    needs=("cutting.depth",),
+    statement="Tool or work springs away: the harder the cut, the less of its depth is cut.",
+    excited_by="the same cut at two overhangs, and a micrometer on the work",
+    source="physics of a spring between tool and work",
+    alike=("size_effect",),
+    told_apart_by="Repeat the cuts with a shorter overhang: bending goes, the size effect stays.",
+)  # fmt: skip

@@ -1,0 +1,112 @@
+"""The tables of terms, read off the terms themselves."""
+
+import inspect
+import math
+import re
+
+import numpy as np
+
+from autodb.explain.axis import NAMED
+from autodb.terms import TERMS, Contribution, Parameter, Term
+
+BEGIN, END = "<!-- terms: made by python -m docs.make -->\n", "<!-- end of terms -->\n"
+CHANNELS = {
+    "axis": "Axis effort, over time",
+    "spindle": "Spindle effort, over time",
+    "cuts": "Cutting forces, one value a cut",
+    "table": "Force on a rotating table, over time",
+}
+EXPLAINED = {*NAMED, "external_load", "edge_force", "tool_wear"}
+"""What `explain` can name as missing; `shear` it names as mistuned only."""
+SHAPE = re.compile(r"[,;] \(n,( ?\d)?\)")
+HEAD = (
+    "| term | equation | parameters | at standstill | excited by | told apart from | source "
+    "| named by explain |\n|---|---|---|---|---|---|---|---|"
+)
+STANDING = {"position": 7.0, "angle_x": 0.5, "angle_z": 0.5}
+"""Inputs of something that stands; t runs, everything that is not here is 0."""
+
+
+def tables() -> str:
+    """Return one table for each kind of channel; a term that an earlier one holds is named only."""
+    parts, told = [], set[str]()
+    for channel, title in CHANNELS.items():
+        here = [term for term in TERMS if channel in term.channels]
+        new = [term for term in here if _name(term) not in told]
+        again = [_name(term) for term in here if _name(term) in told]
+        parts += [f"## {title}", ""]
+        if again:
+            parts += [f"As above: {', '.join(again)}.", ""]
+        parts += [HEAD, *(_row(term) for term in new), ""]
+        told |= {_name(term) for term in new}
+    return "\n".join(parts)
+
+
+def filled(page: str) -> str:
+    """Return ``page`` with the tables between its two comments."""
+    before, rest = page.split(BEGIN)
+    _, after = rest.split(END)
+    return f"{before}{BEGIN}\n{tables()}\n{END}{after}"
+
+
+def _row(term: Term) -> str:
+    cells = (
+        _name(term),
+        _equation(term),
+        "<br>".join(_parameter(p) for p in term.parameters),
+        standstill(term),
+        term.excited_by,
+        _apart(term),
+        term.source,
+        _explained(term),
+    )
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def _name(term: Term) -> str:
+    return f"`{term.name}` {term.form}".strip()
+
+
+def _equation(term: Term) -> str:
+    """Return the first sentence of the function's docstring, without the shape of its result."""
+    first = " ".join(str(inspect.getdoc(term.function)).split("\n\n")[0].split())
+    return SHAPE.sub("", first).replace("``", "`").replace("; 0 at standstill", "")
+
+
+def _parameter(parameter: Parameter) -> str:
+    text = f"`{parameter.name}` {parameter.unit}: {parameter.meaning}"
+    if math.isfinite(parameter.lower) or math.isfinite(parameter.upper):
+        text += f"; {_bound(parameter.lower)} to {_bound(parameter.upper)}"
+    if parameter.prior is not None:
+        prior = parameter.prior
+        text += f"; prior {prior.mean:g} ± {prior.sd:g} ({prior.source})"
+    return text
+
+
+def _bound(value: float) -> str:
+    return f"{value:g}".replace("inf", "∞").replace("-", "−")
+
+
+def standstill(term: Term) -> str:
+    """Return what a contribution over time gives where nothing moves: 0, or that it acts."""
+    if term.channels[0] == "cuts":
+        return ""
+    if not isinstance(term, Contribution):
+        return "as its terms do"
+    t_s = np.linspace(0.0, 10.0, 101)
+    arrays = [t_s if n == "t" else np.full(101, STANDING.get(n, 0.0)) for n in term.inputs]
+    usual = {"rest": 0.0, "start": 2.0, "end": 5.0}
+    shape = {p.keyword: p.starts[0] if p.starts else usual.get(p.name, 20.0) for p in term.shape}
+    return "acts" if np.any(term.function(*arrays, **shape)) else "0"
+
+
+def _apart(term: Term) -> str:
+    if not term.alike:
+        return ""
+    return f"{', '.join(f'`{name}`' for name in term.alike)}: {term.told_apart_by}"
+
+
+def _explained(term: Term) -> str:
+    if term.name == "shear":
+        return "only as mistuned"
+    return "yes" if term.name in EXPLAINED and not term.form else ""
