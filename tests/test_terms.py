@@ -29,8 +29,8 @@ BY_KEY = {key_of(term): term for term in TERMS}
 MAKERS = (*friction.TRUTHS, *drive.TRUTHS, *cuts.TRUTHS, *table.TRUTHS)
 TRUTHS = {made.key: made for made in (make() for make in MAKERS)}
 EVERY_TERM = pytest.mark.parametrize("term", TERMS, ids=key_of)
-USUAL = {"period": 20.0, "start": 2.0, "end": 5.0, "first": 3.0, "last": 6.0, "duration": 1.0,
-         "limit": 50.0}  # fmt: skip
+USUAL = {"middle": 150.0, "period": 20.0, "start": 2.0, "end": 5.0, "first": 3.0, "last": 6.0,
+         "duration": 1.0, "limit": 50.0}  # fmt: skip
 """Shape parameters that only a recording gives."""
 
 
@@ -138,10 +138,10 @@ def test_output_is_finite_and_of_its_shape(term: Term, n: int, value: float) -> 
 
 
 REMEMBERS = {
-    "position_friction", "sensor_drift", "warmup", "presliding", "backlash", "compliance", "lag",
+    "sensor_drift", "warmup", "presliding", "backlash", "compliance", "lag",
     "thermal_drift",
 }  # fmt: skip
-"""Terms whose value in a row depends on other rows: on the travel, the first row or the past."""
+"""Terms whose value in a row depends on other rows: on the first row or the past."""
 
 
 @EVERY_TERM
@@ -222,8 +222,10 @@ def test_a_term_finds_its_effect_in_a_truth_of_another_form(made: Truth) -> None
 
 
 def part_of(key: str, of: str = "") -> Part:
-    """Return a part with every shape parameter free; `key@of` is an instance."""
+    """Return a part, its shape free but for the middle of the travel; `key@of` is an instance."""
     key, _, instance = key.partition("@")
     term = BY_KEY[key]
     shape = {p.name: p.starts[0] if p.starts else USUAL[p.name] for p in term.shape}
-    return Part(term, shape, free=tuple(shape), of=of or instance)
+    return Part(
+        term, shape, free=tuple(name for name in shape if name != "middle"), of=of or instance
+    )

@@ -10,13 +10,12 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.importing import import_file
 from autodb.agent.machines import find_machine, signed
-from autodb.channels import axis_of
 from autodb.checksums import checksum
 from autodb.errors import UnusableInput
 from autodb.records import Recording
 from autodb.sensing.axis_model import Beliefs, Identified, IdentifiedTerm
-from autodb.sensing.drives import SYMMETRIC, identify
-from autodb.sensing.prepared import effort_channel
+from autodb.sensing.drives import identify
+from autodb.sensing.prepared import effort_axis, effort_channel
 from autodb.store import Store, models
 
 
@@ -67,12 +66,12 @@ def identify_on_machine(
     sha256 = checksum(path)
     with store.reading() as session:
         owner = find_machine(session, machine)
-        if axis_of(effort_channel(moves, axis)) not in [a.name for a in owner.axes]:
-            name = axis_of(effort_channel(moves, axis))
+        name = effort_axis(moves, axis)
+        if name not in [a.name for a in owner.axes]:
             raise UnusableInput(f"machine '{machine}' has no axis '{name}'")
         newest = newest_model(session, owner.id, effort_channel(moves, axis))
         parent = _unseen(newest, sha256)
-        names = tuple(terms or (_names(newest) if newest else SYMMETRIC))
+        names = terms or (_names(newest) if newest else None)
         progress("fitting")
         model = identify(
             signed(moves, owner),

@@ -232,7 +232,7 @@ def identify(
         moves = _moves(recording, axis, columns, group, resample)
         other = _moves(also, axis, columns, group, resample) if also else None
         if machine is None:
-            kept, model = None, drives.identify(moves, axis=axis, terms=names or drives.SYMMETRIC)
+            kept, model = None, drives.identify(moves, axis=axis, terms=names)
         else:
             with opened(db) as store:
                 kept = identify_on_machine(

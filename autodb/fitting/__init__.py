@@ -1,6 +1,6 @@
 """Least squares with honest uncertainty: rank, bounds, priors, covariances, held-out scores."""
 
-from autodb.fitting.covariance import autoregression
+from autodb.fitting.covariance import autoregression, long_run_variance
 from autodb.fitting.deviation import Deviating, least_squares_with_deviation
 from autodb.fitting.gaussian import Gaussian, update
 from autodb.fitting.linear import (
@@ -52,6 +52,7 @@ __all__ = [
     "least_squares_with_deviation",
     "leave_group_out",
     "line",
+    "long_run_variance",
     "r_squared",
     "robust_least_squares",
     "robust_line",

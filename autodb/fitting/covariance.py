@@ -6,7 +6,6 @@ Ordinary least squares keeps its coefficients; what changes is the middle of
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 Array = NDArray[np.float64]
 
@@ -53,48 +52,11 @@ def autoregression(residual: Array, order: int) -> tuple[Array, float]:
     return np.asarray(a, dtype=np.float64), max(rest, 0.0) / (n - 2 * order)
 
 
+def long_run_variance(residual: Array, *, order: int = 10) -> float:
+    """Return n times the variance of the mean of n correlated rows: σ²_u / (1 − Σ a_k)²."""
+    a, variance = autoregression(residual, order)
+    return variance / (1.0 - float(a.sum())) ** 2
+
+
 def _upto(order: int) -> range:
     return range(order + 1)
-
-
-def of_autoregression(design: Array, a: Array, variance: float) -> Array:
-    """Return M (p, p) = Xᵀ Γ X for noise of an autoregression a (k,) with innovation variance.
-
-    Γ = σ² A⁻¹ A⁻ᵀ with A the lower-banded matrix of 1 and −a: the columns run through 1/A
-    backwards in time, and M is their product.
-    """
-    taps = np.concatenate([[1.0], -a])
-    p = design.shape[1]
-    filtered = np.empty_like(design)
-    for i in range(p):
-        filtered[:, i] = lfilter([1.0], taps, design[::-1, i])
-    return np.asarray(variance * (filtered.T @ filtered), dtype=np.float64)
-
-
-def jackknife(design: Array, values: Array, blocks: NDArray[np.intp]) -> Array:
-    """Return the covariance (p, p) of the coefficients by leaving out one block after the other.
-
-    ``blocks`` (n,): the block of each row, 0 … G − 1. (G − 1)/G Σ (β₋g − β̄)(β₋g − β̄)ᵀ
-    (Quenouille, Tukey; conservative by Efron and Stein 1981): blocks that the model fits
-    differently widen it, whatever the reason. Directions that a block alone determines make it
-    large: minimum-norm solutions are used there.
-    """
-    count = int(blocks.max()) + 1
-    scale = np.sqrt(np.einsum("ij,ij->j", design, design))
-    order = np.argsort(blocks, kind="stable")
-    edges = np.searchsorted(blocks[order], np.arange(count + 1))
-    grams, rights = [], []
-    for g in range(count):
-        rows = order[edges[g] : edges[g + 1]]
-        part = design[rows] / scale
-        grams.append(part.T @ part)
-        rights.append(part.T @ values[rows])
-    whole, right = np.sum(grams, axis=0), np.sum(rights, axis=0)
-    left = np.array(
-        [
-            np.linalg.lstsq(whole - g, right - r, rcond=1e-10)[0]
-            for g, r in zip(grams, rights, strict=True)
-        ]
-    )
-    off = (left - left.mean(axis=0)) / scale
-    return np.asarray((count - 1) / count * (off.T @ off), dtype=np.float64)

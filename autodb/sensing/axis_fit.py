@@ -67,7 +67,7 @@ def fitted(rows: Prepared, parts: tuple[Part, ...], beliefs: Beliefs | None = No
     while True:
         solved = _settled(rows, parts)
         if beliefs is not None:
-            solved = _believed(solved, beliefs, rows.unit)
+            solved = _believed(solved, beliefs, rows)
         vague = [solved.problem.names[i] for i in _vague(solved, rows)]
         shapeless = {part.key for part, p in vague if p in part.term.shape}
         if not shapeless:
@@ -138,7 +138,7 @@ def _at_shape(problem: Linearised, fit: fitting.Deviating) -> Array:
     return values
 
 
-def _believed(solved: _Solved, beliefs: Beliefs, effort_unit: str) -> _Solved:
+def _believed(solved: _Solved, beliefs: Beliefs, rows: Prepared) -> _Solved:
     """Return the fit combined with beliefs, both weighted by their information.
 
     What moved by more than 1.96 sd of the difference changed on the machine: the belief about it is
@@ -159,7 +159,7 @@ def _believed(solved: _Solved, beliefs: Beliefs, effort_unit: str) -> _Solved:
         Moved(
             key=names[known[k]][0],
             parameter=names[known[k]][1],
-            unit=unit_in(solved.problem.names[known[k]][1], effort_unit),
+            unit=unit_in(solved.problem.names[known[k]][1], rows.unit, rows.axis),
             before=float(prior.mean[k]),
             before_sd=float(np.sqrt(prior.covariance[k, k])),
             now=float(here[k]),
@@ -226,13 +226,13 @@ def _described(
     sd = np.sqrt(np.diag(solved.covariance))
     error = problem.target - problem.columns @ values
     rms = float(np.sqrt(np.mean(error**2)))
-    terms = [_named(names[i], values[i], float(sd[i]), rows.unit) for i in numbered]
-    in_sum = [_named(names[i], values[i], None, rows.unit) for i in vague]
+    terms = [_named(names[i], values[i], float(sd[i]), rows) for i in numbered]
+    in_sum = [_named(names[i], values[i], None, rows) for i in vague]
     return Identified(
         axis=rows.axis,
         channel=rows.channel,
         unit=rows.unit,
-        terms=(*terms, *in_sum, *_given(parts, rows.unit)),
+        terms=(*terms, *in_sum, *_given(parts, rows)),
         covariance=solved.covariance[np.ix_(numbered, numbered)],
         relative_error=rms / float(np.sqrt(np.mean(rows.effort**2))),
         residual_rms=rms,
@@ -245,23 +245,23 @@ def _described(
     )
 
 
-def _named(name: Name, value: float, sd: float | None, effort_unit: str) -> IdentifiedTerm:
+def _named(name: Name, value: float, sd: float | None, rows: Prepared) -> IdentifiedTerm:
     part, parameter = name
     return IdentifiedTerm(
         term=part.term.name,
         parameter=parameter.name,
         value=float(value),
         sd=sd,
-        unit=unit_in(parameter, effort_unit),
+        unit=unit_in(parameter, rows.unit, rows.axis),
         form=part.term.form,
         of=part.of,
     )
 
 
-def _given(parts: tuple[Part, ...], effort_unit: str) -> list[IdentifiedTerm]:
+def _given(parts: tuple[Part, ...], rows: Prepared) -> list[IdentifiedTerm]:
     """Return the shape parameters that were taken as given."""
     return [
-        _named((part, p), part.shape[p.name], 0.0, effort_unit)
+        _named((part, p), part.shape[p.name], 0.0, rows)
         for part in parts
         for p in part.term.shape
         if p.name not in part.free
@@ -301,10 +301,10 @@ def _plain(rows: Prepared, problem: Linearised) -> PlainFit:
     return PlainFit(
         protocol=rows.protocol,
         terms=tuple(
-            _named(problem.names[i], value, float(sd), rows.unit)
+            _named(problem.names[i], value, float(sd), rows)
             for i, value, sd in zip(kept, fit.coefficients, fit.sd, strict=True)
         ),
-        given=tuple(_given(problem.parts, rows.unit)),
+        given=tuple(_given(problem.parts, rows)),
         relative_error=rms / float(np.sqrt(np.mean(rows.effort**2))),
         residual_rms=rms,
     )

@@ -7,11 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.sensing.friction_curve import FrictionCurve
+from autodb.sensing.prepared import SPINDLE
 from autodb.sensing.protocol import Protocol
 from autodb.terms import TERMS, Contribution, Parameter, Term
 from autodb.terms.channel import Part, predict
 
 Array = NDArray[np.float64]
+
+SPINDLE_UNITS = {"U·s/mm": "U/rpm", "U·s²/mm": "U·s/rpm"}
 
 
 @dataclass(frozen=True)
@@ -130,9 +133,10 @@ def terms_with(values: Mapping[str, float], effort_unit: str) -> tuple[Identifie
     )
 
 
-def unit_in(parameter: Parameter, effort_unit: str) -> str:
-    """Return the parameter's unit for a channel of this unit."""
-    return parameter.unit.replace("U", effort_unit)
+def unit_in(parameter: Parameter, effort_unit: str, axis: str = "x") -> str:
+    """Return the parameter's unit for an axis' effort of this unit; a spindle counts in rpm."""
+    unit = SPINDLE_UNITS.get(parameter.unit, parameter.unit) if axis == SPINDLE else parameter.unit
+    return unit.replace("U", effort_unit)
 
 
 def amplitudes(model: Identified) -> list[IdentifiedTerm]:

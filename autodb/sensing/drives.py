@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from autodb import fitting
 from autodb.errors import UnusableInput, near
 from autodb.records import Recording
-from autodb.sensing.axis_fit import NOISE_ORDER, fitted, plain_fit
+from autodb.sensing.axis_fit import fitted, plain_fit
 from autodb.sensing.axis_model import (
     Beliefs,
     Identified,
@@ -24,16 +24,17 @@ from autodb.sensing.axis_model import (
 )
 from autodb.sensing.linearised import shaped
 from autodb.sensing.motion import term_inputs
-from autodb.sensing.prepared import Prepared, prepared
+from autodb.sensing.prepared import SPINDLE, Prepared, prepared
 from autodb.sensing.protocol import Protocol, default_protocol
 from autodb.sensing.ripples import Ripple, strongest_ripple
-from autodb.terms import Parameter
+from autodb.terms import Channel, Parameter
 from autodb.terms.channel import Part, columns
 
 Array = NDArray[np.float64]
 
 SYMMETRIC = ("inertia", "viscous", "coulomb", "gravity")
 """The terms that moves in air excite on any axis: the symmetric model of Janot 2019."""
+SPINDLE_FOUR = ("inertia", "viscous", "coulomb", "windage")
 IDENTIFIABLE = (
     *SYMMETRIC,
     "stribeck",
@@ -46,9 +47,15 @@ IDENTIFIABLE = (
     "presliding",
     "backlash",
     "compliance",
+    "windage",
 )
 """Terms that belong to a machine; the others belong to one recording."""
-GIVEN = {"stribeck": {"exponent"}, "position_friction": {"middle"}, "spring": {"rest"}}
+GIVEN = {
+    "stribeck": {"exponent"},
+    "position_friction": {"middle"},
+    "spring": {"rest"},
+    "warmup": {"levelling"},
+}
 """Shape parameters that are taken as given: the moves of one recording hardly show them."""
 SPREAD_CUTOFFS_HZ = (50.0, 75.0, 100.0, 150.0, 200.0)
 
@@ -58,10 +65,12 @@ def identify(
     *,
     axis: str | None = None,
     protocol: Protocol | None = None,
-    terms: Sequence[str] = SYMMETRIC,
+    terms: Sequence[str] | None = None,
     beliefs: Beliefs | None = None,
 ) -> Identified:
-    """Identify the terms of one axis' effort.
+    """Identify the terms of one axis' effort; the symmetric four if ``terms`` are not given.
+
+    With ``axis`` `spindle` those of the spindle's torque or current over its speed.
 
     Shape parameters by variable projection on ordinary least squares; then all parameters again,
     with friction free to deviate from its law over speed and with coloured noise
@@ -79,27 +88,33 @@ def plain(
     *,
     axis: str | None = None,
     protocol: Protocol | None = None,
-    terms: Sequence[str] = SYMMETRIC,
+    terms: Sequence[str] | None = None,
 ) -> PlainFit:
     """Return ordinary least squares of the same terms: what published methods print."""
     return plain_fit(*_ready(recording, axis, protocol, terms))
 
 
 def _ready(
-    recording: Recording, axis: str | None, protocol: Protocol | None, terms: Sequence[str]
+    recording: Recording,
+    axis: str | None,
+    protocol: Protocol | None,
+    terms: Sequence[str] | None,
 ) -> tuple[Prepared, tuple[Part, ...]]:
     """Return the rows and the parts with their shape fitted.
 
     `cogging` is looked for at the full rate in what the other terms leave; where friction carries
     the ripple it becomes periodic position friction. Rows are then kept often enough to show it.
     """
-    for name in terms:
-        if name not in IDENTIFIABLE:
-            raise UnusableInput(
-                f"--terms: '{name}' cannot be identified from moves{near(name, IDENTIFIABLE)}; "
-                f"known: {', '.join(IDENTIFIABLE)}"
-            )
     rows = prepared(recording, axis=axis, protocol=protocol)
+    kind: Channel = "spindle" if rows.axis == SPINDLE else "axis"
+    terms = terms or (SPINDLE_FOUR if kind == "spindle" else SYMMETRIC)
+    known = [name for name in IDENTIFIABLE if kind in term_called(name).channels]
+    for name in terms:
+        if name not in known:
+            raise UnusableInput(
+                f"--terms: '{name}' cannot be identified from moves of a {kind}"
+                f"{near(name, known)}; known: {', '.join(known)}"
+            )
     parts = tuple(p for name in terms if name != "cogging" for p in _starting(rows, name))
     if "cogging" in terms:
         found = find_ripple(recording, rows, parts)
@@ -149,19 +164,12 @@ def find_ripple(recording: Recording, rows: Prepared, parts: tuple[Part, ...]) -
         whole.sampled("position"),
         whole.sampled("direction"),
         left,
-        correlation_rows=_correlation_rows(left),
+        correlation_rows=max(1.0, fitting.long_run_variance(left) / float(np.mean(left**2))),
     )
 
 
-def _correlation_rows(residual: Array) -> float:
-    """Return how many rows of a residual count as one: its long-run variance over its variance."""
-    a, variance = fitting.autoregression(residual, NOISE_ORDER)
-    long_run = variance / (1.0 - float(a.sum())) ** 2
-    return max(1.0, long_run / float(np.mean(residual**2)))
-
-
 def spread_over_filters(
-    recording: Recording, *, axis: str | None = None, terms: Sequence[str] = SYMMETRIC
+    recording: Recording, *, axis: str | None = None, terms: Sequence[str] | None = None
 ) -> list[PlainFit]:
     """Return plain least squares at 50 to 200 Hz, with and without the anti-alias filter.
 

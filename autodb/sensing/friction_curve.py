@@ -98,7 +98,8 @@ def friction_deviation(rows: Prepared, problem: Linearised) -> Deviation | None:
     """Return how friction may deviate from the problem's law; None where it has none."""
     rubbing = [i for i, (part, _) in enumerate(problem.names) if part.term.name in FRICTION]
     parts = {problem.names[i][0].key: problem.names[i][0] for i in rubbing}
-    if not {"coulomb", "viscous"} <= {part.term.name for part in parts.values()}:
+    is_axis = "position" in rows.inputs
+    if not is_axis or not {"coulomb", "viscous"} <= {p.term.name for p in parts.values()}:
         return None
     shape = [i for i in rubbing if problem.names[i][1] in problem.names[i][0].term.shape]
     law = [i for i in rubbing if i not in shape]

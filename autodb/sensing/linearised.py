@@ -1,6 +1,5 @@
 """The shape of an axis' parts by variable projection, and the linear problem around it."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +10,7 @@ from autodb.errors import UnusableInput
 from autodb.sensing.prepared import Prepared
 from autodb.terms import Contribution, Parameter
 from autodb.terms.channel import Part, coefficients, columns, free_shape, reshaped
+from autodb.terms.fit import bounds_of, prior_of, size_of
 
 Array = NDArray[np.float64]
 
@@ -20,7 +20,7 @@ def shaped(rows: Prepared, parts: tuple[Part, ...]) -> tuple[Part, ...]:
     wanted = free_shape(parts)
     if not wanted:
         return parts
-    problem = _problem(rows, parts, _design(rows, parts))
+    problem = _problem(rows, parts, _design(rows, parts), believed=True)
     start = np.array([part.shape[p.name] for part, p in wanted])
     for k, (_, parameter) in enumerate(wanted):
         if len(parameter.starts) > 1:
@@ -33,26 +33,31 @@ def shaped(rows: Prepared, parts: tuple[Part, ...]) -> tuple[Part, ...]:
         raise UnusableInput(f"{rows.path}: {names}: {error}; fewer terms would work") from None
 
 
-def _problem(rows: Prepared, parts: tuple[Part, ...], design: fitting.Design) -> fitting.Problem:
+def _problem(
+    rows: Prepared, parts: tuple[Part, ...], design: fitting.Design, *, believed: bool
+) -> fitting.Problem:
+    """Return the separable problem; ``believed``: with the priors of the parameters.
+
+    Their weight against the rows is that of the residual's long-run variance, because the noise is
+    correlated from row to row.
+    """
     wanted = free_shape(parts)
-    linear = [p for _, p in coefficients(parts)]
+    linear, free = [p for _, p in coefficients(parts)], [p for _, p in wanted]
+    start = np.array([part.shape[p.name] for part, p in wanted])
+    weights, noise = np.zeros(len(linear)), 1.0
+    if believed:
+        base = design(start)
+        weights, _ = fitting.solve(fitting.triangle(base, rows.effort))
+        noise = fitting.long_run_variance(rows.effort - base @ weights)
     return fitting.Problem(
         design=design,
         values=rows.effort,
-        typical=np.array([_typical(p, part.shape[p.name]) for part, p in wanted]),
-        shape_bounds=_bounds([p for _, p in wanted]),
-        bounds=_bounds(linear),
+        typical=np.array([size_of(p, s) for p, s in zip(free, start, strict=True)]),
+        shape_bounds=bounds_of(free),
+        bounds=bounds_of(linear),
+        prior=prior_of(linear, weights, free, start) if believed else None,
+        noise=noise,
     )
-
-
-def _bounds(parameters: Sequence[Parameter]) -> fitting.Bounds:
-    return fitting.Bounds(
-        np.array([p.lower for p in parameters]), np.array([p.upper for p in parameters])
-    )
-
-
-def _typical(parameter: Parameter, start: float) -> float:
-    return max(abs(start), *(abs(s) for s in parameter.starts), 1e-6) * 1e-3
 
 
 def _design(rows: Prepared, parts: tuple[Part, ...]) -> fitting.Design:
@@ -104,6 +109,6 @@ def linearised(rows: Prepared, parts: tuple[Part, ...]) -> Linearised:
     shape = np.array([part.shape[p.name] for part, p in wanted])
     base = design(shape)
     weights, _ = fitting.solve(fitting.triangle(base, rows.effort))
-    slopes = fitting.slopes(_problem(rows, parts, design), shape, weights)
+    slopes = fitting.slopes(_problem(rows, parts, design, believed=False), shape, weights)
     names = (*coefficients(parts), *wanted)
     return Linearised(np.column_stack([base, slopes]), rows.effort + slopes @ shape, names)

@@ -12,17 +12,24 @@ from autodb.terms.friction import STANDSTILL_MM_S, direction
 
 Array = NDArray[np.float64]
 
+STANDSTILL_RPM = 1.0
+"""Spindle speed below which the direction fades out. Chosen."""
+NOISE_BAND = 4.0
+"""Standard deviations of a velocity's noise within which an axis counts as standing."""
+
 
 @dataclass(frozen=True)
 class Motion:
-    """An axis' motion (n,): mm, mm/s, mm/s²; ``quick`` is the velocity that the direction is read
-    from, with as little filter as the position's noise allows, so that reversals stay sharp.
+    """An axis' motion (n,): mm, mm/s, mm/s².
+
+    ``direction``: ±1 in motion, fading to 0 through standstill, read from a velocity with as little
+    filter as its noise allows, so that reversals stay sharp.
     """
 
     position: Array
     velocity: Array
     acceleration: Array
-    quick: Array
+    direction: Array
 
 
 def motion(recording: Recording, axis: str, *, cutoff_hz: float) -> Motion:
@@ -34,25 +41,47 @@ def motion(recording: Recording, axis: str, *, cutoff_hz: float) -> Motion:
     velocity = recording.get(f"{axis}.velocity")
     acceleration = recording.get(f"{axis}.acceleration")
     if velocity is not None and acceleration is not None:
-        return Motion(position, velocity, acceleration, velocity)
+        return Motion(position, velocity, acceleration, _direction(velocity, _noise(velocity)))
     smooth, v, a = signals.derivatives(recording.t_s, position, cutoff_hz=cutoff_hz)
+    if velocity is None:
+        sense = _derived_direction(recording.t_s, position, v, cutoff_hz=cutoff_hz)
+    else:
+        sense = _direction(velocity, _noise(velocity))
     return Motion(
         position=smooth if velocity is None else position,
         velocity=v if velocity is None else velocity,
         acceleration=a if acceleration is None else acceleration,
-        quick=_quick(recording.t_s, position, v) if velocity is None else velocity,
+        direction=sense,
     )
 
 
-def _quick(t_s: Array, position: Array, filtered: Array) -> Array:
-    """Return plain differences of position where their noise stays below standstill, else filtered.
+def _direction(velocity: Array, noise: float) -> Array:
+    """Return the direction of a velocity (n,) whose noise has this sd: none of it turns anything.
 
-    Third differences hold hardly any motion; white noise σ of the position gives them √20 σ and the
-    central difference σ·rate/√2.
+    The band of standstill is NOISE_BAND times the noise where that is wider.
     """
-    sigma = fitting.spread(np.diff(position, 3)) / np.sqrt(20.0)
-    noise = sigma / float(np.median(np.diff(t_s))) / np.sqrt(2.0)
-    return np.gradient(position, t_s) if 4.0 * noise < STANDSTILL_MM_S else filtered
+    return direction(velocity, standstill_mm_s=max(STANDSTILL_MM_S, NOISE_BAND * noise))
+
+
+def _noise(values: Array) -> float:
+    """Return the sd of white noise in a signal: third differences hold hardly any motion, √20 σ."""
+    return fitting.spread(np.diff(values, 3)) / float(np.sqrt(20.0))
+
+
+def _derived_direction(t_s: Array, position: Array, filtered: Array, *, cutoff_hz: float) -> Array:
+    """Return the direction from plain differences of position, or from its filtered velocity.
+
+    White noise σ of the position gives the central difference σ·rate/√2, and the velocity filtered
+    at f_c 2πσ·√(2 f_c³/(3 rate)). The plain one is used while its noise stays within standstill.
+    """
+    rate_hz = 1.0 / float(np.median(np.diff(t_s)))
+    sigma = _noise(position)
+    plain = sigma * rate_hz / np.sqrt(2.0)
+    if NOISE_BAND * plain < STANDSTILL_MM_S:
+        return direction(np.gradient(position, t_s))
+    passed = min(cutoff_hz, 0.5 * rate_hz)
+    noise = 2.0 * np.pi * sigma * np.sqrt(2.0 * passed**3 / (3.0 * rate_hz))
+    return _direction(filtered, float(min(noise, plain)))
 
 
 def term_inputs(recording: Recording, axis: str, *, cutoff_hz: float) -> dict[str, Array]:
@@ -71,8 +100,25 @@ def term_inputs(recording: Recording, axis: str, *, cutoff_hz: float) -> dict[st
         "position": moved.position,
         "velocity": moved.velocity,
         "acceleration": moved.acceleration,
-        "direction": direction(moved.quick),
+        "direction": moved.direction,
         **others,
+    }
+
+
+def spindle_inputs(recording: Recording, spindle: str, *, cutoff_hz: float) -> dict[str, Array]:
+    """Return what a spindle's terms take: t, velocity rpm, acceleration rpm/s, direction, (n,).
+
+    The acceleration is the slope of the speed, low-passed at the cutoff.
+    """
+    speed = recording[f"{spindle}.speed"]
+    rate_hz = recording.rate_hz
+    smooth = signals.lowpass(speed, rate_hz=rate_hz, cutoff_hz=cutoff_hz)
+    band = max(STANDSTILL_RPM, NOISE_BAND * _noise(speed))
+    return {
+        "t": recording.t_s,
+        "velocity": speed,
+        "acceleration": np.gradient(smooth, recording.t_s),
+        "direction": direction(speed, standstill_mm_s=band),
     }
 
 

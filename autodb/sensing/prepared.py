@@ -9,19 +9,25 @@ from autodb import signals
 from autodb.channels import axis_of, effort_channels
 from autodb.errors import UnusableInput
 from autodb.records import Recording
-from autodb.sensing.motion import term_inputs
+from autodb.sensing.motion import spindle_inputs, term_inputs
 from autodb.sensing.protocol import Protocol, default_protocol
 
 Array = NDArray[np.float64]
 
 SHORTEST_ROWS = 100
+SPINDLE = "spindle"
+SPINDLE_EFFORTS = ("torque.spindle", "spindle.current")
 
 
 def effort_channel(recording: Recording, axis: str | None) -> str:
     """Return the effort channel of ``axis``, or the only one there is.
 
+    The spindle's, torque before current, only where ``axis`` is `spindle`.
+
     Raises UnusableInput where there is none or the choice is open.
     """
+    if axis == SPINDLE:
+        return _spindle_effort(recording)
     found = effort_channels(list(recording.channels))
     if axis is not None:
         found = [name for name in found if axis_of(name) == axis]
@@ -39,9 +45,19 @@ def effort_channel(recording: Recording, axis: str | None) -> str:
     return found[0]
 
 
+def _spindle_effort(recording: Recording) -> str:
+    for name in SPINDLE_EFFORTS:
+        if recording.get(name) is not None:
+            return name
+    raise UnusableInput(
+        f"{recording.path}: no spindle effort; a channel 'spindle.current' or 'torque.spindle' "
+        f"would work{recording.near('spindle.current')}"
+    )
+
+
 def effort_axis(recording: Recording, axis: str | None) -> str:
     """Return the axis that is identified: ``axis``, or the only one with an effort."""
-    return axis_of(effort_channel(recording, axis))
+    return axis or axis_of(effort_channel(recording, axis))
 
 
 @dataclass(frozen=True)
@@ -67,8 +83,8 @@ class Prepared:
 
     @property
     def middle_mm(self) -> float:
-        """Middle of the travel."""
-        place = self.inputs["position"]
+        """Middle of the travel; 0 where there is none."""
+        place = self.inputs.get("position", np.zeros(1))
         return 0.5 * float(place.min() + place.max())
 
 
@@ -87,7 +103,9 @@ def prepared(
         )
     rate_hz = recording.rate_hz
     protocol = protocol or default_protocol(rate_hz)
-    inputs = term_inputs(recording, axis_of(channel), cutoff_hz=protocol.cutoff_hz)
+    name = effort_axis(recording, axis)
+    of = spindle_inputs if name == SPINDLE else term_inputs
+    inputs = of(recording, name, cutoff_hz=protocol.cutoff_hz)
     effort = signals.lowpass(recording[channel], rate_hz=rate_hz, cutoff_hz=protocol.cutoff_hz)
     rows = protocol.reduced(effort, rate_hz=rate_hz)
     if len(rows) < 50:
@@ -96,7 +114,7 @@ def prepared(
         raise UnusableInput(f"{recording.path}: {channel} is zero in every row")
     return Prepared(
         path=str(recording.path),
-        axis=axis_of(channel),
+        axis=name,
         channel=channel,
         unit=recording.unit(channel),
         inputs=inputs,

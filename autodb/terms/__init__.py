@@ -5,6 +5,7 @@ Adding physics is one function and its test: write the function, list its term i
 
 from autodb.terms._term import (
     Belief,
+    Channel,
     Contribution,
     Factor,
     InputChange,
@@ -101,6 +102,7 @@ __all__ = [
     "FRICTION_RIPPLE",
     "TERMS",
     "Belief",
+    "Channel",
     "Contribution",
     "Factor",
     "InputChange",
