@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+from scipy import signal
 
 from autodb import fitting
 from autodb.fitting import Gaussian
+from autodb.fitting.covariance import bartlett
 
 RNG = np.random.default_rng(11)
 X = RNG.normal(size=(200, 3))
@@ -110,3 +113,146 @@ def test_bootstrap_resamples_groups_and_is_fixed_by_its_seed() -> None:
 
 def test_r_squared_of_a_target_that_does_not_vary() -> None:
     assert fitting.r_squared(np.zeros(3), np.ones(3)) == float("-inf")
+
+
+def test_newey_west_is_the_textbook_sum_at_any_lag() -> None:
+    rng = np.random.default_rng(3)
+    design, residual = rng.normal(size=(300, 2)), rng.normal(size=300)
+    scores = design * residual[:, None]
+    for lags in (0, 1, 7, 299, 500):
+        total = scores.T @ scores
+        for lag in range(1, min(lags, 299) + 1):
+            cross = scores[lag:].T @ scores[:-lag]
+            total = total + (1.0 - lag / (lags + 1.0)) * (cross + cross.T)
+        assert_allclose(bartlett(design, residual, lags), total, rtol=1e-10)
+
+
+def test_newey_west_does_not_depend_on_how_the_rows_are_cut(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rng = np.random.default_rng(4)
+    design, residual = rng.normal(size=(1000, 3)), rng.normal(size=1000)
+    whole = bartlett(design, residual, 40)
+    monkeypatch.setattr("autodb.fitting.covariance.CHUNK_ROWS", 64)
+    assert_allclose(bartlett(design, residual, 40), whole, rtol=1e-10)
+
+
+def test_weights_are_inverse_variances() -> None:
+    weights = np.where(np.arange(200) < 100, 4.0, 1.0)
+    fit = fitting.least_squares(X, Y, weights=weights)
+    twice = np.vstack([np.repeat(X[:100], 4, axis=0), X[100:]])
+    repeated = fitting.least_squares(twice, np.concatenate([np.repeat(Y[:100], 4), Y[100:]]))
+    assert_allclose(fit.coefficients, repeated.coefficients, rtol=1e-10)
+
+
+def test_a_bound_holds_and_the_others_are_fitted_given_it() -> None:
+    bounds = fitting.Bounds(np.array([-np.inf, -0.5, -np.inf]), np.full(3, np.inf))
+    fit = fitting.least_squares(X, Y, bounds=bounds)
+    assert fit.at_bound == (1,)
+    assert_allclose(fit.coefficients[1], -0.5)
+    rest = fitting.least_squares(X[:, [0, 2]], Y + 0.5 * X[:, 1])
+    assert_allclose(fit.coefficients[[0, 2]], rest.coefficients, rtol=1e-9)
+    assert_allclose(fit.sd[[0, 2]], rest.sd, rtol=1e-9)
+    assert fit.sd[1] == 0.0
+
+
+def test_bounds_that_do_not_bind_change_nothing() -> None:
+    bounds = fitting.Bounds(np.full(3, -10.0), np.full(3, 10.0))
+    assert_allclose(
+        fitting.least_squares(X, Y, bounds=bounds).coefficients,
+        fitting.least_squares(X, Y).coefficients,
+        rtol=1e-12,
+    )
+
+
+def test_robust_loss_bears_a_tenth_of_wild_rows() -> None:
+    wild = Y.copy()
+    wild[::10] += 50.0
+    assert np.max(np.abs(fitting.least_squares(X, wild).coefficients - TRUE)) > 0.3
+    robust = fitting.robust_least_squares(X, wild)
+    assert_allclose(robust.coefficients, TRUE, atol=0.06)
+
+
+def test_spanning_columns_leave_out_what_the_others_say() -> None:
+    doubled = np.column_stack([X[:, 0], X[:, 1], 2.0 * X[:, 1], X[:, 0] - X[:, 1], X[:, 2]])
+    kept = fitting.spanning(doubled)
+    assert len(kept) == 3
+    assert 4 in kept
+    assert np.linalg.matrix_rank(doubled[:, kept]) == 3
+
+
+def test_held_out_errors_come_from_fits_without_the_block_and_its_gap() -> None:
+    blocks = np.arange(200) // 20
+    values = Y.copy()
+    values[25] += 1000.0  # fold 1 is left out with its own outlier; the gap keeps row 40 free of it
+    errors = fitting.held_out(X, values, blocks, gap=5)
+    near = np.zeros(200, dtype=bool)
+    for row in np.flatnonzero(blocks % 5 == 1):
+        near[max(0, row - 5) : row + 6] = True
+    expected = np.linalg.lstsq(X[~near], values[~near], rcond=None)[0]
+    test = blocks % 5 == 1
+    assert_allclose(errors[test], values[test] - X[test] @ expected, rtol=1e-9)
+
+
+def _deviating(seed: int, *, rho: float, law: float) -> tuple[float, float]:
+    """Return (error in sd, sd) of a slope beside a curve that the law y = a + b·z does not know."""
+    rng = np.random.default_rng(seed)
+    n = 1500
+    z, x = rng.uniform(0, 1, n), rng.normal(size=n)
+    order = 6
+    bumps = np.column_stack([np.cos(np.pi * k * z) for k in range(1, order)])
+    noise = signal.lfilter([1.0], [1.0, -rho], rng.normal(0, 0.1, n))
+    values = 1.0 + 0.5 * x + law * np.sqrt(z + 0.01) + noise
+    fit = fitting.least_squares_with_deviation(
+        np.column_stack([np.ones(n), x]), [bumps], values, blocks=np.arange(n) // 100, order=2
+    )
+    sd = float(np.sqrt(fit.covariance[1, 1]))
+    return (float(fit.coefficients[1]) - 0.5) / sd, sd
+
+
+@pytest.mark.parametrize(("rho", "law"), [(0.0, 0.0), (0.0, 2.0), (0.9, 2.0)])
+def test_intervals_hold_where_the_law_deviates_and_noise_is_coloured(
+    rho: float, law: float
+) -> None:
+    """Of 100 intervals of 95 % at least 87 hold: fewer come by chance once in a thousand."""
+    z = np.array([_deviating(seed, rho=rho, law=law)[0] for seed in range(100)])
+    assert np.sum(np.abs(z) <= 1.96) >= 87
+    assert 0.7 < np.std(z) < 1.4
+
+
+def test_a_law_without_deviation_costs_nothing() -> None:
+    """With a true law the sd is that of ordinary least squares within 10 %."""
+    plain = 0.1 / np.sqrt(1500)
+    sd = np.median([_deviating(seed, rho=0.0, law=0.0)[1] for seed in range(9)])
+    assert_allclose(sd, plain, rtol=0.1)
+
+
+def test_blocks_that_differ_widen_the_covariance() -> None:
+    """A slope that changes from block to block is known as well as its mean over blocks is."""
+    rng = np.random.default_rng(8)
+    n, blocks = 2000, np.arange(2000) // 100
+    x = rng.normal(size=n)
+    slopes = 1.0 + rng.normal(0, 0.5, 20)
+    values = slopes[blocks] * x + rng.normal(0, 0.1, n)
+    fit = fitting.least_squares_with_deviation(x[:, None], [], values, blocks=blocks, order=2)
+    assert_allclose(np.sqrt(fit.covariance[0, 0]), 0.5 / np.sqrt(20), rtol=0.5)
+
+
+def test_variable_projection_keeps_bounds_and_priors() -> None:
+    x = np.linspace(0.0, 5.0, 200)
+    values = 3.0 * np.exp(-x / 1.5) + np.random.default_rng(2).normal(0, 0.05, 200)
+
+    def design(shape: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(np.exp(-x / shape[0])[:, None], dtype=np.float64)
+
+    def problem(low: float, high: float, prior: Gaussian | None = None) -> fitting.Problem:
+        limits = fitting.Bounds(np.array([low]), np.array([high]))
+        return fitting.Problem(design, values, np.array([1e-3]), limits, prior=prior, noise=0.05**2)
+
+    start = np.array([3.0])
+    assert_allclose(fitting.separable(problem(0.1, 10.0), start).shape, 1.5, rtol=0.05)
+    bounded = fitting.separable(problem(2.0, 10.0), start)
+    assert_allclose(bounded.shape, 2.0)
+    assert bounded.held == (1,)
+    sure = Gaussian(np.array([0.0, 2.5]), np.diag([1e6, 1e-8]))
+    assert_allclose(fitting.separable(problem(0.1, 10.0, sure), start).shape, 2.5, rtol=0.01)

@@ -294,8 +294,9 @@ def _show_model(model: "Identified") -> None:
         )
     show(rows)
     rms = f"{model.residual_rms:.3f} {model.unit}"
-    say(f"relative error {100 * model.relative_error:.2f} %, rms {rms}; plain least squares "
-        f"{100 * model.plain.relative_error:.2f} %")  # fmt: skip
+    say(f"relative error {100 * model.relative_error:.2f} %, rms {rms}")
+    say(f"plain least squares: {100 * model.plain.relative_error:.2f} %, and "
+        f"{100 * model.held_out_error:.2f} % on blocks of motion left out")  # fmt: skip
     say(f"protocol: {model.protocol}")
     if model.unit == "A":
         say("in amperes: newtons need a torque constant, a known mass, a push or a standard cut")

@@ -27,6 +27,7 @@ from autodb.fitting.projection import (
 )
 from autodb.fitting.scores import (
     bootstrap_r_squared,
+    held_out,
     leave_group_out,
     line,
     r_squared,
@@ -48,6 +49,7 @@ __all__ = [
     "best_start",
     "bootstrap_r_squared",
     "check_rank",
+    "held_out",
     "least_squares",
     "least_squares_with_deviation",
     "leave_group_out",

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.fitting.linear import Fit, least_squares, robust_least_squares
+from autodb.fitting.linear import Fit, least_squares, robust_least_squares, solve, triangle
 
 Array = NDArray[np.float64]
 
@@ -25,6 +25,24 @@ def leave_group_out(x: Array, y: Array, groups: NDArray[np.generic]) -> Array:
         held = groups == group
         c0, c1 = line(x[~held], y[~held]).coefficients
         errors[held] = y[held] - (c0 + c1 * x[held])
+    return errors
+
+
+def held_out(
+    design: Array, values: Array, blocks: NDArray[np.intp], *, gap: int, folds: int = 5
+) -> Array:
+    """Return y − ŷ (n,), ŷ from coefficients fitted without the row's own fold.
+
+    Contiguous ``blocks`` (n,) 0 … G − 1 are dealt to the folds in turn; ``gap`` rows on each side
+    of what is left out are not fitted on either, because noise is correlated that far. Directions
+    that the rest does not hold get nothing.
+    """
+    errors = np.empty_like(values)
+    for fold in range(min(folds, int(blocks.max()) + 1)):
+        test = blocks % folds == fold
+        near = np.convolve(test, np.ones(2 * gap + 1), mode="same") > 0 if gap else test
+        reduced = triangle(design[~near], values[~near])
+        errors[test] = values[test] - design[test] @ solve(reduced)[0]
     return errors
 
 

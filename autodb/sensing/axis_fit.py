@@ -39,6 +39,8 @@ else its 95 % interval holds the whole effort."""
 TURNED = "is the sign of the effort turned round?"
 SURE_SDS = 1.96
 """Standard deviations of a difference beyond which a parameter has moved (95 %)."""
+GAP_S = 0.25
+"""Rows this near to a block left out are not fitted on."""
 ROUNDS = 6
 """Times that the shape is moved to where the fit with deviation and coloured noise wants it."""
 
@@ -153,8 +155,8 @@ def _believed(solved: _Solved, beliefs: Beliefs, rows: Prepared) -> _Solved:
     change = here - prior.mean
     far = np.abs(change) > SURE_SDS * np.sqrt(np.diag(own) + np.diag(prior.covariance))
     belief = prior.covariance + np.diag(np.where(far, change**2, 0.0))
-    gain = solved.covariance[:, known] @ np.linalg.inv(own + belief)
-    covariance = solved.covariance - gain @ solved.covariance[known]
+    covariance = _combined(solved.covariance, belief, known)
+    gain = covariance[:, known] @ np.linalg.inv(belief)
     moved = [
         Moved(
             key=names[known[k]][0],
@@ -172,9 +174,19 @@ def _believed(solved: _Solved, beliefs: Beliefs, rows: Prepared) -> _Solved:
         fit=solved.fit,
         deviation=solved.deviation,
         values=solved.values - gain @ change,
-        covariance=0.5 * (covariance + covariance.T),
+        covariance=covariance,
         moved=tuple(moved),
     )
+
+
+def _combined(covariance: Array, belief: Array, known: list[int]) -> Array:
+    """Return (C⁻¹ + Σ⁻¹)⁻¹ with Σ⁻¹ on ``known``; scaled, because C spans many powers of ten."""
+    scale = np.sqrt(np.diag(covariance))
+    information = np.linalg.inv(covariance / np.outer(scale, scale))
+    inner = np.linalg.inv(belief) * np.outer(scale[known], scale[known])
+    information[np.ix_(known, known)] += inner
+    combined = np.linalg.inv(information) * np.outer(scale, scale)
+    return np.asarray(0.5 * (combined + combined.T), dtype=np.float64)
 
 
 def _vague(solved: _Solved, rows: Prepared) -> list[int]:
@@ -235,6 +247,7 @@ def _described(
         terms=(*terms, *in_sum, *_given(parts, rows)),
         covariance=solved.covariance[np.ix_(numbered, numbered)],
         relative_error=rms / float(np.sqrt(np.mean(rows.effort**2))),
+        held_out_error=_held_out_error(rows, problem),
         residual_rms=rms,
         protocol=rows.protocol,
         not_excited=_not_excited([*dropped, *(names[i] for i in vague)]),
@@ -243,6 +256,13 @@ def _described(
         curve=solved.deviation.curve(solved.fit, values) if solved.deviation else None,
         moved=solved.moved,
     )
+
+
+def _held_out_error(rows: Prepared, problem: Linearised) -> float:
+    blocks = motion_blocks(rows.sampled("t"), rows.sampled("direction"))
+    gap = round(GAP_S * rows.rate_hz / rows.protocol.decimate)
+    errors = fitting.held_out(problem.columns, problem.target, blocks, gap=gap)
+    return float(np.sqrt(np.mean(errors**2) / np.mean(rows.effort**2)))
 
 
 def _named(name: Name, value: float, sd: float | None, rows: Prepared) -> IdentifiedTerm:

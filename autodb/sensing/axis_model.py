@@ -63,7 +63,9 @@ class Identified:
     """A drive model in the effort channel's unit, at one protocol.
 
     ``terms``: every parameter; ``covariance`` (k, k) is of the first k, which got a number.
-    ``relative_error``: rms of effort − terms over rms of effort, at the protocol. ``not_excited``:
+    ``relative_error``: rms of effort − terms over rms of effort, at the protocol;
+    ``held_out_error``: the same on blocks of motion that the terms were not fitted to (ordinary
+    least squares around the shape). ``not_excited``:
     what got no number, with the move that would give it one; ``doubts``: values beyond what physics
     allows; ``moved``: what is no longer as an earlier version believed it.
     """
@@ -74,6 +76,7 @@ class Identified:
     terms: tuple[IdentifiedTerm, ...]
     covariance: Array
     relative_error: float
+    held_out_error: float
     residual_rms: float
     protocol: Protocol
     not_excited: tuple[str, ...]

@@ -112,10 +112,13 @@ def _ready(
     for name in terms:
         if name not in known:
             raise UnusableInput(
-                f"--terms: '{name}' cannot be identified from moves of a {kind}"
+                f"--terms: '{name}' cannot be identified from moves of {rows.axis}"
                 f"{near(name, known)}; known: {', '.join(known)}"
             )
     parts = tuple(p for name in terms if name != "cogging" for p in _starting(rows, name))
+    if not parts:
+        raise UnusableInput("--terms: 'cogging' needs friction beside it; "
+                            f"{','.join((*SYMMETRIC, 'cogging'))} would work")  # fmt: skip
     if "cogging" in terms:
         found = find_ripple(recording, rows, parts)
         if found is None:

@@ -13,10 +13,13 @@ from autodb.terms.channel import Part, columns, free_shape, reshaped
 
 Array = NDArray[np.float64]
 
-FRICTION = frozenset({"coulomb", "viscous", "stribeck", "asymmetry", "position_friction"})
+OVER_SPEED = frozenset({"coulomb", "viscous", "stribeck", "asymmetry"})
+"""Friction that is a function of speed and direction alone."""
 FINE_MM_S = 0.1
 """Speed below which the deviation's columns are even in speed, above in its logarithm."""
 FINE_COLUMNS, EVEN_COLUMNS = 12, 16
+EVEN_SPEEDS = 200
+"""Speeds at which a law is compared with the deviation's columns."""
 
 
 @dataclass(frozen=True)
@@ -34,16 +37,15 @@ class FrictionCurve:
     taken: Array
     covariance: Array
     highest_mm_s: float
-    middle_mm: float
 
     def at(self, velocity_mm_s: Array) -> tuple[Array, Array]:
-        """Return friction (n,) at velocities (n,) in the middle of the travel, and its sd (n,).
+        """Return friction (n,) at velocities (n,), its mean over the travel, and its sd (n,).
 
         Weight and other loads are not in it. Raises ValueError beyond the highest speed moved at.
         """
         if np.max(np.abs(velocity_mm_s)) > self.highest_mm_s:
             raise ValueError(f"no move was faster than {self.highest_mm_s:g} mm/s")
-        inputs = _steady(velocity_mm_s, middle_mm=self.middle_mm)
+        inputs = _steady(velocity_mm_s)
         shape = np.array([part.shape[p.name] for part, p in free_shape(self.parts)])
 
         def law(values: Array) -> Array:
@@ -77,7 +79,6 @@ class Deviation:
     shape: list[int]
     taken: Array
     highest_mm_s: float
-    middle_mm: float
 
     def curve(self, fit: fitting.Deviating, values: Array) -> FrictionCurve:
         """Return the friction curve of a fit; ``values`` (p,) are those of the law that is told."""
@@ -90,13 +91,12 @@ class Deviation:
             taken=self.taken,
             covariance=fit.whole_covariance[np.ix_(places, places)],
             highest_mm_s=self.highest_mm_s,
-            middle_mm=self.middle_mm,
         )
 
 
 def friction_deviation(rows: Prepared, problem: Linearised) -> Deviation | None:
     """Return how friction may deviate from the problem's law; None where it has none."""
-    rubbing = [i for i, (part, _) in enumerate(problem.names) if part.term.name in FRICTION]
+    rubbing = [i for i, (part, _) in enumerate(problem.names) if part.term.name in OVER_SPEED]
     parts = {problem.names[i][0].key: problem.names[i][0] for i in rubbing}
     is_axis = "position" in rows.inputs
     if not is_axis or not {"coulomb", "viscous"} <= {p.term.name for p in parts.values()}:
@@ -110,10 +110,23 @@ def friction_deviation(rows: Prepared, problem: Linearised) -> Deviation | None:
     sense = rows.reduced(rows.inputs["direction"])
     groups = [sense[:, None] * basis for basis in _basis(velocity, highest)]
     own = problem.columns[:, law]
-    taken = [np.linalg.lstsq(own, group, rcond=None)[0] for group in groups]
+    taken = _law_in_basis(tuple(parts.values()), highest)
     free = [group - own @ part for group, part in zip(groups, taken, strict=True)]
     together = np.column_stack(taken)
-    return Deviation(free, tuple(parts.values()), law, shape, together, highest, rows.middle_mm)
+    return Deviation(free, tuple(parts.values()), law, shape, together, highest)
+
+
+def _law_in_basis(parts: tuple[Part, ...], highest_mm_s: float) -> list[Array]:
+    """Return what of each group (m columns) the law says, (f, m): least squares over even speeds.
+
+    So the law's parameters are those of its best approximation to friction between standstill and
+    the highest speed, whatever time was spent at which: two recordings agree on them.
+    """
+    speeds = np.linspace(highest_mm_s / EVEN_SPEEDS, highest_mm_s, EVEN_SPEEDS)
+    both = np.concatenate([-speeds, speeds])
+    law = columns(parts, _steady(both))
+    groups = [np.sign(both)[:, None] * basis for basis in _basis(both, highest_mm_s)]
+    return [np.linalg.lstsq(law, group, rcond=1e-10)[0] for group in groups]
 
 
 def _basis(velocity_mm_s: Array, highest_mm_s: float) -> list[Array]:
@@ -134,10 +147,6 @@ def _spline(values: Array, high: float, count: int) -> Array:
     return np.asarray(BSpline.design_matrix(inside, knots, 3).toarray(), dtype=np.float64)
 
 
-def _steady(velocity_mm_s: Array, *, middle_mm: float) -> dict[str, Array]:
-    """Return what friction takes in constant-speed motion in the middle of the travel."""
-    return {
-        "position": np.full_like(velocity_mm_s, middle_mm),
-        "velocity": velocity_mm_s,
-        "direction": np.sign(velocity_mm_s),
-    }
+def _steady(velocity_mm_s: Array) -> dict[str, Array]:
+    """Return what friction takes in motion at constant speed."""
+    return {"velocity": velocity_mm_s, "direction": np.sign(velocity_mm_s)}

@@ -110,6 +110,8 @@ def prepared(
     rows = protocol.reduced(effort, rate_hz=rate_hz)
     if len(rows) < 50:
         raise UnusableInput(f"{recording.path}: too short to identify an axis; 2 s would work")
+    if not np.any(np.abs(inputs["direction"]) >= 1.0):
+        raise UnusableInput(f"{recording.path}: {name} does not move enough to identify it")
     if not np.any(rows):
         raise UnusableInput(f"{recording.path}: {channel} is zero in every row")
     return Prepared(
