@@ -48,7 +48,7 @@ class Judged:
 class Row:
     """The score of one quantity, or of all; shares are of ``runs``, ratios to the oracle's.
 
-    ``width``: median width in ``unit``; ``width_ratio``: median of the runs' ratios; ``score_ratio``
+    ``width``: median width in ``unit``; ``width_ratio``: median of the ratios; ``score_ratio``
     as the function says; None where no interval was given. ``limits``: of ``share``.
     """
 
