@@ -18,7 +18,7 @@ from tests.conftest import ROOT, Cli
 HEAVY = {"numpy", "pandas", "scipy", "pyarrow", "plotly", "sqlalchemy", "pydantic", "pint", "torch"}
 COMMANDS = {
     "init", "machine", "import", "calibrate", "identify", "refresh", "predict", "explain", "trace",
-    "doctor", "backup", "restore", "export", "demo",
+    "doctor", "backup", "restore", "export", "demo", "prove",
 }  # fmt: skip
 MODULES = sorted(
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")

@@ -15,7 +15,7 @@ def _normal(runs: int, *, factor: float, bias: float = 0.0, seed: int = 5) -> li
     """Intervals of a standard normal estimate of 0: ``factor`` x as wide as right, shifted."""
     values = np.random.default_rng(seed).standard_normal(runs)
     return [
-        Judged("a", "N", 0.0, v + bias - factor * Z, v + bias + factor * Z, v - Z, v + Z)
+        Judged("a", "N", 0.0, v + bias, v + bias - factor * Z, v + bias + factor * Z, v - Z, v + Z)
         for v in values.tolist()
     ]
 
@@ -80,7 +80,9 @@ def test_narrow_wide_and_shifted_intervals_fail(factor: float, bias: float) -> N
 def test_an_interval_that_is_not_given_does_not_hold() -> None:
     right = _normal(4000, factor=1.0)
     half = [
-        Judged(o.name, o.unit, o.truth, None, None, o.oracle_low, o.oracle_high) if i % 2 else o
+        Judged(o.name, o.unit, o.truth, None, None, None, o.oracle_low, o.oracle_high)
+        if i % 2
+        else o
         for i, o in enumerate(right)
     ]
     row, _ = scored(half, runs=4000)

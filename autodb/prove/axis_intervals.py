@@ -24,7 +24,8 @@ from autodb.virtual.quantities import (
 )
 
 Array = NDArray[np.float64]
-Interval = tuple[float, float]
+Given = tuple[float, float, float]
+"""Value, low and high end of its 95 % interval."""
 
 
 def run(seed: int) -> list[Judged]:
@@ -37,24 +38,26 @@ def run(seed: int) -> list[Judged]:
         given = {}
     best, judged = oracle(drawn), []
     for asked in quantities(drawn.axis, drawn.motion):
-        low, high = given.get(asked.name, (None, None))
-        judged.append(Judged(asked.name, asked.unit, asked.truth, low, high, *best.interval(asked)))
+        value, low, high = given.get(asked.name, (None, None, None))
+        judged.append(
+            Judged(asked.name, asked.unit, asked.truth, value, low, high, *best.interval(asked))
+        )
     return judged
 
 
-def intervals(found: Identified) -> dict[str, Interval]:
-    """Return the 95 % interval of every quantity that an identified model gives.
+def intervals(found: Identified) -> dict[str, Given]:
+    """Return value and 95 % interval of every quantity that an identified model gives.
 
     Its friction is one level and one slope, the same at every place and in both directions.
     """
     given = {
-        "inertia": _interval(found, {"inertia": 1.0}),
-        "weight": _interval(found, {"gravity": 1.0}),
+        "inertia": _given(found, {"inertia": 1.0}),
+        "weight": _given(found, {"gravity": 1.0}),
     }
     for v in FRICTION_MM_S:
-        given[friction_name(v)] = _interval(found, _friction(v))
+        given[friction_name(v)] = _given(found, _friction(v))
     for x, v in EFFORT_AT:
-        given[effort_name(x, v)] = _interval(found, {**_friction(v), "gravity": 1.0})
+        given[effort_name(x, v)] = _given(found, {**_friction(v), "gravity": 1.0})
     return given
 
 
@@ -62,9 +65,9 @@ def _friction(v_mm_s: float) -> dict[str, float]:
     return {"coulomb": float(np.sign(v_mm_s)), "viscous": v_mm_s}
 
 
-def _interval(found: Identified, weights: dict[str, float]) -> Interval:
-    """Return value ± z sd of a sum of coefficients."""
+def _given(found: Identified, weights: dict[str, float]) -> Given:
+    """Return a sum of coefficients, and ± z sd."""
     row = np.array([weights.get(term.term, 0.0) for term in found.terms])
     value = float(row @ [term.value for term in found.terms])
     sd = float(np.sqrt(row @ found.covariance @ row))
-    return value - Z * sd, value + Z * sd
+    return value, value - Z * sd, value + Z * sd

@@ -26,11 +26,12 @@ POOLED = "all quantities"
 
 @dataclass(frozen=True)
 class Judged:
-    """One quantity of one run: its truth, the interval given (None: none), the oracle's."""
+    """One quantity of one run: truth, value and interval given (None: none), oracle's interval."""
 
     name: str
     unit: str
     truth: float
+    value: float | None
     low: float | None
     high: float | None
     oracle_low: float

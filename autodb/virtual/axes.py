@@ -20,7 +20,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autodb.virtual.axis import coloured
 from autodb.virtual.curves import (
     Curve,
     ExponentialDip,
@@ -30,9 +29,10 @@ from autodb.virtual.curves import (
     RationalCurve,
     RationalDip,
     TableCurve,
+    reversal,
 )
-from autodb.virtual.effects import reversal
 from autodb.virtual.motion import HIGH_MM, LOW_MM, Motion, moves_motion, plan
+from autodb.virtual.noise import coloured
 from autodb.virtual.process import Array
 
 RATE_HZ = 250.0

@@ -1,6 +1,6 @@
-"""Friction curves of drawn axes: shapes of speed, each 1 where it is stated, none an estimator's.
+"""Friction against speed: its reversal, and the curves of drawn axes, none an estimator's.
 
-Speed mm/s, >= 0, any shape; the value is a share. Viscous curves are 0 at 0 and 1 at STATED_MM_S,
+A curve's speed is >= 0, mm/s; its value is a share. Viscous curves are 0 at 0 and 1 at STATED_MM_S,
 none of them is a straight line; dips are 1 at 0 and fade. Plain exp(-v/v_s) and exp(-(v/v_s)^2) are
 not drawn: they are Stribeck's law, which estimators fit.
 """
@@ -13,6 +13,11 @@ import numpy as np
 from autodb.virtual.process import Array
 
 STATED_MM_S = 150.0  # speed at which a viscous curve is 1; chosen
+
+
+def reversal(v: Array, width_mm_s: float) -> Array:
+    """Smooth direction of motion: v/sqrt(v^2 + w^2), 0 at standstill."""
+    return v / np.hypot(v, width_mm_s)
 
 
 class Curve(Protocol):
