@@ -51,8 +51,9 @@ def test_every_module_imports_alone(part: int) -> None:
     assert done.returncode == 0, done.stdout
 
 
-def test_help_imports_no_heavy_library() -> None:
-    code = "import sys; from autodb.cli import run; run(['--help']); print(*sys.modules)"
+@pytest.mark.parametrize("asked", [["--help"], ["prove", "--help"]], ids=" ".join)
+def test_help_imports_no_heavy_library(asked: list[str]) -> None:
+    code = f"import sys; from autodb.cli import run; run({asked}); print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert HEAVY & set(done.stdout.split()) == set()
 
