@@ -126,6 +126,18 @@ def test_more_runs_add_to_those_there_and_fewer_are_summed_up(undisturbed: Path)
     assert len(called) == 3
 
 
+def test_an_end_that_is_no_number_is_not_given_now_and_after_a_resume(tmp_path: Path) -> None:
+    def endless(seed: int) -> list[Judged]:
+        (one,) = _right(seed)
+        return [replace(one, high=float("nan")) if seed % 2 else one]
+
+    first = _carried_out(_made(endless), tmp_path)
+    assert first.rows[0].given == 0.5
+    assert first.rows[0].share <= 0.5
+    assert first.rows[0].score_ratio == 1.0
+    assert _carried_out(_made(endless), tmp_path) == first
+
+
 def test_a_changed_generator_begins_anew_and_says_so(undisturbed: Path) -> None:
     path = undisturbed / "axis-intervals.jsonl"
     path.write_bytes(path.read_bytes().replace(PROOFS[0].origin().generator.encode(), b"0" * 16))

@@ -89,8 +89,8 @@ def carry_out(begun: Begun, runs: int, *, progress: Callable[[int], None]) -> Su
     finished = dict(begun.finished)
     for seed in range(1, runs + 1):
         if seed not in finished:
-            finished[seed] = Finished(seed, tuple(begun.proof.run(seed)))
-            append(begun.path, finished[seed])
+            run = Finished(seed, tuple(begun.proof.run(seed)))
+            finished[seed] = append(begun.path, run)
         progress(seed)
     found = summary_of([finished[seed] for seed in range(1, runs + 1)], begun.origin)
     begun.path.with_suffix(".json").write_text(found.to_json(), encoding="utf-8")

@@ -69,10 +69,15 @@ def resume(path: Path, origin: Origin) -> tuple[dict[int, Finished], str]:
     return {run.seed: run for run in runs}, ""
 
 
-def append(path: Path, run: Finished) -> None:
-    """Write a run at the end of the file, at once."""
+def append(path: Path, run: Finished) -> Finished:
+    """Write a run at the end of the file, at once, and return it as it is read back.
+
+    What is no number is written as null, so an end of an interval that is none was not given.
+    """
+    line = FINISHED.dump_json(run)
     with path.open("ab") as file:
-        file.write(FINISHED.dump_json(run) + b"\n")
+        file.write(line + b"\n")
+    return FINISHED.validate_json(line)
 
 
 def _begin(path: Path, origin: Origin) -> None:

@@ -38,6 +38,11 @@ class Judged:
     oracle_high: float
 
     @property
+    def given(self) -> bool:
+        """Say whether an interval was given, both ends of it."""
+        return self.low is not None and self.high is not None
+
+    @property
     def holds(self) -> bool:
         """Say whether an interval was given and holds the truth."""
         return (
@@ -124,7 +129,7 @@ def _row(name: str, unit: str, judged: Sequence[Judged], *, runs: int) -> Row:
     share = float(np.mean([one.holds for one in judged]))
     low, high = exact_interval(share * runs, runs)
     oracle = [one.oracle_low <= one.truth <= one.oracle_high for one in judged]
-    given = [one for one in judged if one.low is not None]
+    given = [one for one in judged if one.given]
     table = np.array(
         [(o.low, o.high, o.truth, o.oracle_low, o.oracle_high) for o in given], dtype=np.float64
     ).reshape(-1, 5)
