@@ -6,7 +6,7 @@ export OMP_NUM_THREADS := 1
 # the theme's notice about MkDocs 2 says nothing about this build
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test lint docs bench wheel-demo clean
+.PHONY: demo test lint docs bench prove wheel-demo clean
 
 demo: $(VENV)/.core
 	$(BIN)/autodb demo --out demo-out
@@ -36,8 +36,12 @@ wheel-demo: $(VENV)/.dev
 bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks
 
+# every proof; killed in the middle it goes on where it was
+prove: $(VENV)/.core
+	$(BIN)/autodb prove axis-intervals --out prove-out
+
 clean:
-	rm -rf $(VENV) demo-out site
+	rm -rf $(VENV) demo-out prove-out site
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

@@ -8,9 +8,13 @@ import pytest
 import yaml
 from numpy.testing import assert_allclose
 
+from autodb.cli.proving import RUNS
+from autodb.prove.proofs import PROOFS
+from autodb.prove.score import POOLED, coverage_limits, exact_interval
 from autodb.terms import TERMS
+from autodb.virtual.quantities import NAMES
 from docs.make import __main__ as make
-from docs.make import blocks, commands, frames, style, terms
+from docs.make import blocks, commands, frames, proofs, style, terms
 from tests.conftest import ROOT
 
 DOCS = ROOT / "docs"
@@ -130,3 +134,20 @@ def test_citation_agrees_with_the_package() -> None:
     assert citation["version"] == project["version"]
     assert citation["license"] == project["license"]
     assert citation["title"] == project["name"]
+
+
+def test_the_proofs_page_is_its_tables_of_this_version_and_generator() -> None:
+    page = make.PROOFS_PAGE.read_text("utf-8")
+    assert proofs.filled(page, make.PROVED) == page
+    for proof in PROOFS:
+        kept, origin = proofs.kept(proof.name), proof.origin()
+        assert kept.origin.version == origin.version
+        assert kept.origin.generator == origin.generator  # else run `make prove` again
+        assert kept.line in page
+        assert kept.seeds == (1, RUNS)
+        assert {row.name for row in kept.rows} == {*NAMES, POOLED}
+        assert kept.rows[-1].runs == RUNS
+        for row in kept.rows:
+            assert f"| {row.name} | {row.runs} |" in page
+            assert row.limits == coverage_limits(row.runs)
+            assert (row.share_low, row.share_high) == exact_interval(row.share * row.runs, row.runs)

@@ -7,7 +7,7 @@ from types import FrameType
 
 import typer
 
-from autodb.cli import answers, database, keeping, learning
+from autodb.cli import answers, database, keeping, learning, proving
 from autodb.errors import UnusableInput
 
 INTERRUPTED = 130
@@ -32,6 +32,7 @@ app.command("backup")(keeping.backup)
 app.command("restore")(keeping.restore)
 app.command("export")(keeping.export)
 app.command("demo")(answers.demo)
+app.command("prove")(proving.prove)
 
 
 def run(arguments: list[str] | None = None) -> int:

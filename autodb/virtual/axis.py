@@ -8,15 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autodb.virtual.curves import reversal
 from autodb.virtual.effects import (
     Cogging,
     Effect,
     ExternalLoad,
     PositionFriction,
     Warmup,
-    reversal,
 )
 from autodb.virtual.motion import Motion, moves_motion, plan
+from autodb.virtual.noise import coloured
 from autodb.virtual.process import Array
 
 __all__ = [
@@ -74,15 +75,6 @@ def slide_parts_A(slide: Slide, motion: Motion) -> dict[str, Array]:
         "inertia": slide.inertia_A_s2_mm * motion.a,
         "gravity": np.full_like(motion.t, slide.weight_A),
     }
-
-
-def coloured(rng: np.random.Generator, size: int, sd: float, rho: float) -> Array:
-    """First-order autoregressive noise of the stated standard deviation, stationary."""
-    noise = rng.standard_normal(size) * sd
-    fresh = np.sqrt(1.0 - rho**2)
-    for i in range(1, size):
-        noise[i] = rho * noise[i - 1] + fresh * noise[i]
-    return noise
 
 
 def air_moves(

@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from autodb.virtual.curves import reversal
 from autodb.virtual.motion import Motion
 from autodb.virtual.process import Array
 
@@ -21,11 +22,6 @@ class Effect(Protocol):
 
     def part_A(self, motion: Motion, friction_A: Array) -> Array:
         """Contribution at every sample, A, given the motion and the friction without effects."""
-
-
-def reversal(v: Array, width_mm_s: float) -> Array:
-    """Smooth direction of motion: v/sqrt(v^2 + w^2), 0 at standstill."""
-    return v / np.hypot(v, width_mm_s)
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,13 @@ def move(start_s: float, origin_mm: float, target_mm: float, speed_mm_s: float) 
     return Move(start_s, origin_mm, sign * peak_mm_s, ramp_s, way_mm / peak_mm_s + ramp_s)
 
 
-def plan(rng: np.random.Generator, seconds: float) -> list[Move]:
+def plan(
+    rng: np.random.Generator,
+    seconds: float,
+    *,
+    speeds_mm_s: tuple[float, ...] = SPEEDS_MM_S,
+    rapid_mm_s: float = RAPID_MM_S,
+) -> list[Move]:
     """Moves until `seconds` are full: position at rapid, one speed out and back, dwells."""
     moves: list[Move] = []
     now_s, at_mm = 0.8, 60.0
@@ -61,9 +67,9 @@ def plan(rng: np.random.Generator, seconds: float) -> list[Move]:
         at_mm = target_mm
 
     while now_s < seconds:
-        for speed_mm_s in rng.permutation(SPEEDS_MM_S):
+        for speed_mm_s in rng.permutation(speeds_mm_s):
             stroke_mm = min(CRUISE_S * speed_mm_s, HIGH_MM - LOW_MM - 40.0)
-            go(rng.uniform(LOW_MM, HIGH_MM - stroke_mm), RAPID_MM_S)
+            go(rng.uniform(LOW_MM, HIGH_MM - stroke_mm), rapid_mm_s)
             go(at_mm + stroke_mm, speed_mm_s)
             go(at_mm - stroke_mm, speed_mm_s)
     return moves

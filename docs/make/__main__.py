@@ -1,4 +1,4 @@
-"""`python -m docs.make`: every figure, every printed output, the references of commands and terms.
+"""`python -m docs.make`: every figure and printed output, commands, terms, proofs' tables.
 
 What needs the two real recordings is left as it is where they are not.
 """
@@ -8,7 +8,8 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from docs.make import blocks, commands, emps, frames, terms, turning
+from autodb.prove.proofs import PROOFS
+from docs.make import blocks, commands, emps, frames, proofs, terms, turning
 
 DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
@@ -25,12 +26,15 @@ REAL_PAGE = DOCS / "tutorial.md"
 SAMPLE_PAGES = tuple(sorted((DOCS / "how-to").glob("*.md")))
 COMMANDS_PAGE = DOCS / "commands.md"
 TERMS_PAGE = DOCS / "terms.md"
+PROOFS_PAGE = DOCS / "proofs.md"
+PROVED = [proof.name for proof in PROOFS]
 
 
 def main() -> None:
     """Make everything whose data are here, and say what was left."""
     COMMANDS_PAGE.write_text(commands.filled(COMMANDS_PAGE.read_text("utf-8")), "utf-8")
     TERMS_PAGE.write_text(terms.filled(TERMS_PAGE.read_text("utf-8")), "utf-8")
+    PROOFS_PAGE.write_text(proofs.filled(PROOFS_PAGE.read_text("utf-8"), PROVED), "utf-8")
     frames.draw()
     for page in SAMPLE_PAGES:
         page.write_text(made(page, SAMPLE), "utf-8")
