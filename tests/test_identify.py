@@ -74,16 +74,16 @@ def test_numbers_hold_within_their_uncertainty() -> None:
 def test_friction_over_speed_is_known_where_the_law_is_off() -> None:
     channels = moves(2)
     model = drives.identify(recorded(channels, current(channels, 2)))
-    assert model.curve is not None
+    assert model.steady is not None
     speeds = np.array([-90.0, 15.0, 40.0, 90.0, 140.0])
     true = np.sign(speeds) * COULOMB + VISCOUS * speeds * 150.0 / (150.0 + 0.2 * np.abs(speeds))
-    value, sd = model.curve.at(speeds)
+    value, sd = model.steady.friction(speeds)
     assert np.all(np.abs(value - true) < 4.0 * sd)
     assert np.all(sd < 0.01)
     law = model.value("coulomb") * np.sign(speeds) + model.value("viscous") * speeds
     assert np.max(np.abs(law - true)) > np.max(np.abs(value - true))
     with pytest.raises(ValueError, match="no move was faster"):
-        model.curve.at(np.array([400.0]))
+        model.steady.friction(np.array([400.0]))
 
 
 def test_moves_one_way_cannot_tell_weight_from_friction_and_say_so() -> None:

@@ -13,7 +13,8 @@ from autodb.errors import UnusableInput
 from autodb.prove.oracle import oracle
 from autodb.prove.score import Judged, Z
 from autodb.records import Recording
-from autodb.sensing.drives import Identified, identify
+from autodb.sensing.axis_model import Identified, amplitudes
+from autodb.sensing.drives import SYMMETRIC, identify
 from autodb.virtual.axes import draw_run
 from autodb.virtual.quantities import (
     EFFORT_AT,
@@ -26,6 +27,15 @@ from autodb.virtual.quantities import (
 Array = NDArray[np.float64]
 Given = tuple[float, float, float]
 """Value, low and high end of its 95 % interval."""
+TERMS = (*SYMMETRIC, "asymmetry", "position_friction")
+OWN = {
+    ("inertia", "coefficient"): "inertia",
+    ("gravity", "level"): "weight",
+    ("position_friction", "slope"): "position friction",
+    ("cogging", "amplitude"): "cogging amplitude",
+    ("cogging", "period"): "cogging period",
+}
+"""Quantity of a term's parameter."""
 
 
 def run(seed: int) -> list[Judged]:
@@ -33,7 +43,7 @@ def run(seed: int) -> list[Judged]:
     drawn = draw_run(seed)
     recording = Recording(path=Path(f"axis-{seed}.csv"), channels=drawn.channels)
     try:
-        given = intervals(identify(recording))
+        given = intervals(identified(recording))
     except UnusableInput:
         given = {}
     best, judged = oracle(drawn), []
@@ -45,29 +55,31 @@ def run(seed: int) -> list[Judged]:
     return judged
 
 
-def intervals(found: Identified) -> dict[str, Given]:
-    """Return value and 95 % interval of every quantity that an identified model gives.
+def identified(recording: Recording) -> Identified:
+    """Identify every term that a drawn axis may have; a ripple only where one stands out."""
+    try:
+        return identify(recording, terms=(*TERMS, "cogging"))
+    except UnusableInput:
+        return identify(recording, terms=TERMS)
 
-    Its friction is one level and one slope, the same at every place and in both directions.
-    """
-    given = {
-        "inertia": _given(found, {"inertia": 1.0}),
-        "weight": _given(found, {"gravity": 1.0}),
-    }
-    for v in FRICTION_MM_S:
-        given[friction_name(v)] = _given(found, _friction(v))
-    for x, v in EFFORT_AT:
-        given[effort_name(x, v)] = _given(found, {**_friction(v), "gravity": 1.0})
+
+def intervals(found: Identified) -> dict[str, Given]:
+    """Return value and 95 % interval of every quantity that an identified model gives."""
+    given: dict[str, Given] = {}
+    for term in (*found.fitted, *amplitudes(found)):
+        name = OWN.get((term.term, term.parameter))
+        if name is not None and term.sd:
+            given[name] = _interval(term.value, term.sd)
+    if found.steady is not None:
+        value, sd = found.steady.friction(np.array(FRICTION_MM_S))
+        for v, mean, s in zip(FRICTION_MM_S, value, sd, strict=True):
+            given[friction_name(v)] = _interval(mean, s)
+        places, speeds = np.array(EFFORT_AT).T
+        value, sd = found.steady.effort(places, speeds)
+        for (x, v), mean, s in zip(EFFORT_AT, value, sd, strict=True):
+            given[effort_name(x, v)] = _interval(mean, s)
     return given
 
 
-def _friction(v_mm_s: float) -> dict[str, float]:
-    return {"coulomb": float(np.sign(v_mm_s)), "viscous": v_mm_s}
-
-
-def _given(found: Identified, weights: dict[str, float]) -> Given:
-    """Return a sum of coefficients, and ± z sd."""
-    row = np.array([weights.get(term.term, 0.0) for term in found.terms])
-    value = float(row @ [term.value for term in found.terms])
-    sd = float(np.sqrt(row @ found.covariance @ row))
-    return value, value - Z * sd, value + Z * sd
+def _interval(value: float, sd: float) -> Given:
+    return float(value), float(value - Z * sd), float(value + Z * sd)

@@ -22,10 +22,10 @@ from autodb.sensing.axis_model import (
     term_called,
     unit_in,
 )
-from autodb.sensing.friction_curve import Deviation, friction_deviation
 from autodb.sensing.linearised import Linearised, linearised
 from autodb.sensing.motion import motion_blocks
 from autodb.sensing.prepared import Prepared
+from autodb.sensing.steady import Deviation, friction_deviation
 from autodb.terms import Parameter
 from autodb.terms.channel import Part
 
@@ -253,7 +253,7 @@ def _described(
         not_excited=_not_excited([*dropped, *(names[i] for i in vague)]),
         doubts=tuple(_doubts(terms)),
         plain=_plain(rows, problem),
-        curve=solved.deviation.curve(solved.fit, values) if solved.deviation else None,
+        steady=solved.deviation.steady(solved.fit, values) if solved.deviation else None,
         moved=solved.moved,
     )
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.sensing.friction_curve import FrictionCurve
 from autodb.sensing.prepared import SPINDLE
 from autodb.sensing.protocol import Protocol
+from autodb.sensing.steady import SteadyMotion
 from autodb.terms import TERMS, Contribution, Parameter, Term
 from autodb.terms.channel import Part, predict
 
@@ -82,7 +82,7 @@ class Identified:
     not_excited: tuple[str, ...]
     doubts: tuple[str, ...]
     plain: PlainFit
-    curve: FrictionCurve | None
+    steady: SteadyMotion | None
     moved: tuple["Moved", ...] = ()
 
     @property
