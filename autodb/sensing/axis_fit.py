@@ -19,6 +19,7 @@ from autodb.sensing.axis_model import (
     IdentifiedTerm,
     Moved,
     PlainFit,
+    predicted,
     term_called,
     unit_in,
 )
@@ -57,8 +58,12 @@ class _Solved:
     moved: tuple[Moved, ...] = ()
 
 
-def fitted(rows: Prepared, parts: tuple[Part, ...], beliefs: Beliefs | None = None) -> Identified:
+def fitted(
+    rows: Prepared, parts: tuple[Part, ...], beliefs: Beliefs | None, *, published: Prepared
+) -> Identified:
     """Return the model: values and covariance with friction free to deviate, scores of the law.
+
+    Fitted on ``rows``, scored on the ``published`` ones of the same recording.
 
     ``beliefs``: what an earlier version knows; it is combined with what these moves say. A part
     whose shape neither shows is left out, and said.
@@ -79,7 +84,7 @@ def fitted(rows: Prepared, parts: tuple[Part, ...], beliefs: Beliefs | None = No
         parts = tuple(part for part in parts if part not in gone)
     if len(vague) == len(solved.problem.names):
         raise UnusableInput(f"{rows.path}: {rows.axis} does not move enough")
-    return _described(rows, solved, parts, dropped)
+    return _described(rows, solved, dropped, published)
 
 
 def _settled(rows: Prepared, parts: tuple[Part, ...]) -> _Solved:
@@ -229,30 +234,32 @@ def _without_vague(solved: _Solved, rows: Prepared) -> Array:
 
 
 def _described(
-    rows: Prepared, solved: _Solved, parts: tuple[Part, ...], dropped: Sequence[Name]
+    rows: Prepared, solved: _Solved, dropped: Sequence[Name], published: Prepared
 ) -> Identified:
-    names, problem = solved.problem.names, solved.problem
+    names = solved.problem.names
     vague = sorted(_vague(solved, rows))
     numbered = [i for i in range(len(names)) if i not in vague]
     values = _without_vague(solved, rows)
     sd = np.sqrt(np.diag(solved.covariance))
-    error = problem.target - problem.columns @ values
-    rms = float(np.sqrt(np.mean(error**2)))
     terms = [_named(names[i], values[i], float(sd[i]), rows) for i in numbered]
     in_sum = [_named(names[i], values[i], None, rows) for i in vague]
+    told = (*terms, *in_sum, *_given(solved.problem.parts, rows))
+    error = published.effort - published.reduced(predicted(told, published.inputs))
+    rms = float(np.sqrt(np.mean(error**2)))
+    there = linearised(published, solved.problem.parts)
     return Identified(
         axis=rows.axis,
         channel=rows.channel,
         unit=rows.unit,
-        terms=(*terms, *in_sum, *_given(parts, rows)),
+        terms=told,
         covariance=solved.covariance[np.ix_(numbered, numbered)],
-        relative_error=rms / float(np.sqrt(np.mean(rows.effort**2))),
-        held_out_error=_held_out_error(rows, problem),
+        relative_error=rms / float(np.sqrt(np.mean(published.effort**2))),
+        held_out_error=_held_out_error(published, there),
         residual_rms=rms,
-        protocol=rows.protocol,
+        protocol=published.protocol,
         not_excited=_not_excited([*dropped, *(names[i] for i in vague)]),
         doubts=tuple(_doubts(terms)),
-        plain=_plain(rows, problem),
+        plain=_plain(published, there),
         steady=solved.deviation.steady(solved.fit, values) if solved.deviation else None,
         moved=solved.moved,
     )

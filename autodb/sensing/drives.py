@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
 from autodb.errors import UnusableInput, near
 from autodb.records import Recording
 from autodb.sensing.axis_fit import fitted, plain_fit
@@ -25,7 +24,7 @@ from autodb.sensing.axis_model import (
 from autodb.sensing.linearised import shaped
 from autodb.sensing.motion import term_inputs
 from autodb.sensing.prepared import SPINDLE, Prepared, prepared
-from autodb.sensing.protocol import Protocol, default_protocol
+from autodb.sensing.protocol import Protocol, default_protocol, means_of
 from autodb.sensing.ripples import Ripple, strongest_ripple
 from autodb.terms import Channel, Parameter
 from autodb.terms.channel import Part, columns
@@ -72,15 +71,17 @@ def identify(
 
     With ``axis`` `spindle` those of the spindle's torque or current over its speed.
 
-    Shape parameters by variable projection on ordinary least squares; then all parameters again,
-    with friction free to deviate from its law over speed and with coloured noise
+    Shape parameters by variable projection on ordinary least squares; then all parameters again, on
+    means of as many rows as the protocol keeps one of, with friction free to deviate from its law over speed and with coloured noise
     (``fitting.deviation``), which is what their values and covariance come from. ``beliefs``: what
     an earlier version knows.
 
     Raises UnusableInput for names that cannot be identified, without effort or position, or when
     no term is excited.
     """
-    return fitted(*_ready(recording, axis, protocol, terms), beliefs)
+    rows, parts = _begun(recording, axis, protocol, terms)
+    means = rows.by(means_of(rows.protocol))
+    return fitted(means, shaped(means, parts), beliefs, published=rows)
 
 
 def plain(
@@ -91,16 +92,17 @@ def plain(
     terms: Sequence[str] | None = None,
 ) -> PlainFit:
     """Return ordinary least squares of the same terms: what published methods print."""
-    return plain_fit(*_ready(recording, axis, protocol, terms))
+    rows, parts = _begun(recording, axis, protocol, terms)
+    return plain_fit(rows, shaped(rows, parts))
 
 
-def _ready(
+def _begun(
     recording: Recording,
     axis: str | None,
     protocol: Protocol | None,
     terms: Sequence[str] | None,
 ) -> tuple[Prepared, tuple[Part, ...]]:
-    """Return the rows and the parts with their shape fitted.
+    """Return the rows at the protocol, and the parts where a search for their shape begins.
 
     `cogging` is looked for at the full rate in what the other terms leave; where friction carries
     the ripple it becomes periodic position friction. Rows are then kept often enough to show it.
@@ -120,7 +122,7 @@ def _ready(
         raise UnusableInput("--terms: 'cogging' needs friction beside it; "
                             f"{','.join((*SYMMETRIC, 'cogging'))} would work")  # fmt: skip
     if "cogging" in terms:
-        found = find_ripple(recording, rows, parts)
+        found = find_ripple(rows, parts)
         if found is None:
             raise UnusableInput(
                 f"{rows.path}: no ripple over the travel stands out of what the other terms leave; "
@@ -128,9 +130,8 @@ def _ready(
             )
         parts = (*parts, Part(found.term, {"period": found.period}, ("period",)))
         if protocol is None:
-            finer = _fine_enough(rows, found.period)
-            rows = prepared(recording, axis=axis, protocol=finer)
-    return rows, shaped(rows, parts)
+            rows = rows.by(_fine_enough(rows, found.period))
+    return rows, parts
 
 
 def _fine_enough(rows: Prepared, period: float) -> Protocol:
@@ -158,16 +159,15 @@ def _start(parameter: Parameter, rows: Prepared) -> float:
     return rows.middle_mm if parameter.name == "middle" else parameter.starts[0]
 
 
-def find_ripple(recording: Recording, rows: Prepared, parts: tuple[Part, ...]) -> Ripple | None:
+def find_ripple(rows: Prepared, parts: tuple[Part, ...]) -> Ripple | None:
     """Return the strongest ripple over the travel in what ``parts`` leave, at the full rate."""
-    whole = prepared(recording, axis=rows.axis, protocol=replace(rows.protocol, decimate=1))
+    whole = rows.by(replace(means_of(rows.protocol), decimate=1))
     design = whole.reduced(columns(parts, whole.inputs))
     left = whole.effort - design @ np.linalg.lstsq(design, whole.effort, rcond=None)[0]
     return strongest_ripple(
         whole.sampled("position"),
         whole.sampled("direction"),
         left,
-        correlation_rows=max(1.0, fitting.long_run_variance(left) / float(np.mean(left**2))),
     )
 
 

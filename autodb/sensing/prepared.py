@@ -1,11 +1,10 @@
 """One axis' recording, filtered and reduced, ready to be fitted."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import signals
 from autodb.channels import axis_of, effort_channels
 from autodb.errors import UnusableInput
 from autodb.records import Recording
@@ -62,7 +61,10 @@ def effort_axis(recording: Recording, axis: str | None) -> str:
 
 @dataclass(frozen=True)
 class Prepared:
-    """One axis' recording, ready to be fitted: inputs (n,) at every row, effort (m,) as reduced."""
+    """One axis' recording, ready to be fitted.
+
+    ``inputs`` (n,) and ``whole_effort`` (n,) at every row, ``effort`` (m,) as reduced.
+    """
 
     path: str
     axis: str
@@ -70,8 +72,15 @@ class Prepared:
     unit: str
     inputs: dict[str, Array]
     effort: Array
+    whole_effort: Array
     protocol: Protocol
     rate_hz: float
+
+    def by(self, protocol: Protocol) -> "Prepared":
+        """Return the same recording reduced by another protocol."""
+        smooth = protocol.smoothed(self.whole_effort, rate_hz=self.rate_hz)
+        effort = protocol.reduced(smooth, rate_hz=self.rate_hz)
+        return replace(self, effort=effort, protocol=protocol)
 
     def reduced(self, values: Array) -> Array:
         """Return values (n,) or (n, k) as the effort was reduced, (m,) or (m, k)."""
@@ -106,7 +115,7 @@ def prepared(
     name = effort_axis(recording, axis)
     of = spindle_inputs if name == SPINDLE else term_inputs
     inputs = of(recording, name, cutoff_hz=protocol.cutoff_hz)
-    effort = signals.lowpass(recording[channel], rate_hz=rate_hz, cutoff_hz=protocol.cutoff_hz)
+    effort = protocol.smoothed(recording[channel], rate_hz=rate_hz)
     rows = protocol.reduced(effort, rate_hz=rate_hz)
     if len(rows) < 50:
         raise UnusableInput(f"{recording.path}: too short to identify an axis; 2 s would work")
@@ -121,6 +130,7 @@ def prepared(
         unit=recording.unit(channel),
         inputs=inputs,
         effort=rows,
+        whole_effort=recording[channel],
         protocol=protocol,
         rate_hz=rate_hz,
     )

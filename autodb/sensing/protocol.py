@@ -12,7 +12,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Protocol:
-    """How a recording is filtered before the fit; results are comparable only at one protocol."""
+    """How a recording is filtered before the fit; results are comparable only at one protocol.
+
+    Published methods low-pass the effort and keep one row in ``decimate``.
+    """
 
     cutoff_hz: float
     decimate: int
@@ -25,6 +28,10 @@ class Protocol:
             f"Butterworth 4th order, {self.cutoff_hz:g} Hz, forwards and backwards; one row in "
             f"{self.decimate} {how}; {self.crop_s:g} s cropped at each end"
         )
+
+    def smoothed(self, effort: Array, *, rate_hz: float) -> Array:
+        """Return the effort (n,) low-passed."""
+        return signals.lowpass(effort, rate_hz=rate_hz, cutoff_hz=self.cutoff_hz)
 
     def reduced(self, values: Array, *, rate_hz: float) -> Array:
         """Return rows (m,) or (m, k) of ``values`` decimated and cropped.
@@ -44,6 +51,37 @@ class Protocol:
         return rows[crop : len(rows) - crop]
 
 
+@dataclass(frozen=True)
+class MeansProtocol(Protocol):
+    """Means of ``decimate`` rows each, of effort and columns alike, and no other filter on them.
+
+    What an anti-alias filter leaves of noise falls off so steeply that no short autoregression
+    follows it, and intervals come out too narrow; means keep noise simple and what is slow whole.
+    """
+
+    def smoothed(self, effort: Array, *, rate_hz: float) -> Array:  # noqa: ARG002
+        """Return the effort as it is."""
+        return effort
+
+    def reduced(self, values: Array, *, rate_hz: float) -> Array:
+        """Return means (m,) or (m, k) of ``values``, cropped."""
+        count = len(values) // self.decimate
+        whole = values[: count * self.decimate]
+        means = whole.reshape(count, self.decimate, *values.shape[1:]).mean(axis=1)
+        return self._cropped(means, rate_hz)
+
+    def sampled(self, values: Array, *, rate_hz: float) -> Array:
+        """Return the values (m,) in the middle of what a mean is over."""
+        count = len(values) // self.decimate
+        middle = values[self.decimate // 2 :: self.decimate][:count]
+        return self._cropped(middle, rate_hz)
+
+
 def default_protocol(rate_hz: float) -> Protocol:
     """Return 100 Hz and 100 samples per second, or less where the recording is slower."""
     return Protocol(cutoff_hz=min(100.0, 0.4 * rate_hz), decimate=max(1, int(rate_hz / 100.0)))
+
+
+def means_of(protocol: Protocol) -> MeansProtocol:
+    """Return the means of as many rows as the protocol keeps one of."""
+    return MeansProtocol(protocol.cutoff_hz, protocol.decimate, protocol.crop_s)

@@ -1,10 +1,12 @@
 """Ripples along the travel: found in what a model leaves, and told apart by direction."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import signal
 
+from autodb import fitting
 from autodb.terms import COGGING, FRICTION_RIPPLE, Term
 
 Array = NDArray[np.float64]
@@ -13,6 +15,8 @@ MARGIN = 10.0
 """ΔlnL after its price above which a ripple is believed: e^10 against chance. Chosen."""
 FEWEST_WAVES = 3.0
 OVERSAMPLED = 4
+STEP_CLASSES = 60
+"""Classes of speed over which the filter's gain is averaged."""
 
 
 @dataclass(frozen=True)
@@ -32,81 +36,114 @@ class Ripple:
 
 
 def strongest_ripple(
-    position: Array, direction: Array, residual: Array, *, correlation_rows: float = 1.0
+    position: Array, direction: Array, residual: Array, *, order: int = 10
 ) -> Ripple | None:
     """Return the strongest ripple of a residual (n,) over position (n,), or None.
 
-    Both laws are tried: residual and residual · sgn(v), binned over position, spectrum from
-    FEWEST_WAVES waves over the travel to a quarter of the bins; the period is then refined on all
-    rows. ``correlation_rows``: rows that count as one, because noise is correlated.
+    Rows evenly in time. Noise is an autoregression of ``order``; both laws are tried with a filter
+    matched to it, over periods from a third of the travel to four bins of position, and the period
+    is refined with white rows. 0 where the axis stands, for the ripple of friction.
     """
-    moving = np.abs(direction) >= 1.0
-    if moving.sum() < 64 or np.ptp(position) <= 0:
+    travel = float(np.ptp(position))
+    bins = int(min(1 << 14, len(position) // 4))
+    if bins < 64 or travel <= 0:
         return None
-    place, sense, left = position[moving], direction[moving], residual[moving]
-    left = left - left.mean()
-    rows = len(left) / correlation_rows
-    best: dict[str, tuple[float, float, float, float]] = {}
-    for term, signal in ((COGGING, left), (FRICTION_RIPPLE, left * sense)):
-        found = _search(place, signal)
-        if found is None:
-            return None
-        period, tries = found
-        amplitude, gain = _fitted(place, signal, period)
-        best[term.form] = (_evidence(gain, rows, tries), period, amplitude, gain)
-    (form, (evidence, period, amplitude, _)), other = (
-        max(best.items(), key=lambda item: item[1][0]),
-        min(value[0] for value in best.values()),
-    )
-    if evidence < MARGIN:
+    noise = _Noise(fitting.autoregression(residual, order)[0], residual - residual.mean())
+    found = []
+    for term, sense in ((COGGING, np.ones_like(position)), (FRICTION_RIPPLE, direction)):
+        period, tries = _search(noise, position, sense, bins)
+        period = _refined(noise, position, sense, period)
+        amplitude, gain = noise.fitted(_ripple(position, sense, period))
+        evidence = gain - 1.5 * np.log(len(position)) - np.log(2.0 * tries)
+        found.append(Ripple(term, period, amplitude, float(evidence), 0.0))
+    best, other = sorted(found, key=lambda ripple: -ripple.evidence)
+    if best.evidence < MARGIN:
         return None
-    term = COGGING if form == COGGING.form else FRICTION_RIPPLE
-    return Ripple(term, period, amplitude, evidence, evidence - other)
+    return replace(best, over_other=best.evidence - other.evidence)
 
 
-def _evidence(gain: float, rows: float, tries: int) -> float:
-    """Return ΔlnL − 3/2 ln n − ln(tries): cosine, sine, period, and the places looked at."""
-    return -0.5 * rows * float(np.log1p(-gain)) - 1.5 * float(np.log(rows)) - float(np.log(tries))
+@dataclass(frozen=True)
+class _Noise:
+    """Coloured noise of a residual (n,): taps of the autoregression that makes it white."""
+
+    a: Array
+    residual: Array
+
+    @property
+    def taps(self) -> Array:
+        """1 and −a: the whitening filter."""
+        return np.concatenate([[1.0], -self.a])
+
+    def white(self, columns: Array) -> Array:
+        """Return columns (n, k) through the filter."""
+        return np.asarray(signal.lfilter(self.taps, [1.0], columns, axis=0)[len(self.a) :])
+
+    def matched(self) -> Array:
+        """Return the residual filtered forwards and backwards, (n,): its product with a column is
+        that of the white ones."""
+        once = signal.lfilter(self.taps, [1.0], self.residual)
+        return np.asarray(signal.lfilter(self.taps, [1.0], once[::-1])[::-1])
+
+    def fitted(self, columns: Array) -> tuple[float, float]:
+        """Return (amplitude, ΔlnL) of two columns (n, 2) and a constant in the white residual."""
+        white = self.white(np.column_stack([np.ones_like(self.residual), columns, self.residual]))
+        weights = np.linalg.lstsq(white[:, :3], white[:, 3], rcond=None)[0]
+        plain = white[:, 3] - white[:, 0] * (
+            white[:, 0] @ white[:, 3] / (white[:, 0] @ white[:, 0])
+        )
+        left = white[:, 3] - white[:, :3] @ weights
+        gain = 0.5 * len(left) * float(np.log((plain @ plain) / max(left @ left, 1e-300)))
+        return float(np.hypot(weights[1], weights[2])), gain
 
 
-def _search(place: Array, signal: Array) -> tuple[float, int] | None:
-    """Return (period, places looked at) of the largest line in the spectrum over position."""
-    travel = float(np.ptp(place))
-    bins = int(min(1 << 14, len(place) // 4))
-    if bins < 64:
-        return None
-    at = np.minimum((place - place.min()) / travel * bins, bins - 1).astype(np.intp)
-    total = np.bincount(at, weights=signal, minlength=bins)
-    count = np.bincount(at, minlength=bins)
-    mean = total / np.sqrt(np.maximum(count, 1))
-    spectrum = np.abs(np.fft.rfft(mean, n=OVERSAMPLED * bins))
-    waves = np.arange(len(spectrum)) / OVERSAMPLED
+def _ripple(position: Array, sense: Array, period: float) -> Array:
+    return sense[:, None] * COGGING.function(position, period_mm=period)
+
+
+def _search(noise: _Noise, position: Array, sense: Array, bins: int) -> tuple[float, int]:
+    """Return (period, places looked at) of the ripple that a matched filter sees best.
+
+    Σ u·e^(−iφ), u the matched residual times the sense, summed over bins of position and Fourier
+    transformed; what it would be of noise alone follows from the filter's gain at the frequency at
+    which each row passes the ripple.
+    """
+    low, travel = float(position.min()), float(np.ptp(position))
+    place = np.minimum((position - low) / travel * bins, bins - 1).astype(np.intp)
+    total = np.bincount(place, weights=noise.matched() * sense, minlength=bins)
+    seen = np.abs(np.fft.rfft(total, n=OVERSAMPLED * bins)) ** 2
+    waves = np.arange(len(seen)) / OVERSAMPLED
     searched = (waves >= FEWEST_WAVES) & (waves <= bins / 4)
-    if not searched.any():
-        return None
-    first = float(waves[searched][np.argmax(spectrum[searched])])
-    return _refined(place, signal, travel / first, travel), int(searched.sum())
+    step, weight = _steps(position, sense)
+    omega = 2.0 * np.pi * np.multiply.outer(waves[searched], step / travel)
+    power = np.abs(_response(noise.taps, omega)) ** 2 @ weight
+    best = int(np.argmax(seen[searched] / power))
+    return travel / float(waves[searched][best]), int(searched.sum())
 
 
-def _refined(place: Array, signal: Array, period: float, travel: float) -> float:
-    """Return the period that explains most, within one line of the spectrum around ``period``."""
-    half = period**2 / travel / OVERSAMPLED
+def _steps(position: Array, sense: Array) -> tuple[Array, Array]:
+    """Return the way from row to row in classes, and the rows in each, by their sense squared."""
+    step = np.abs(np.gradient(position))
+    edges = np.linspace(0.0, float(step.max()) * (1.0 + 1e-12), STEP_CLASSES + 1)
+    count, _ = np.histogram(step, edges, weights=sense**2)
+    return 0.5 * (edges[1:] + edges[:-1]), count.astype(np.float64)
+
+
+def _response(taps: Array, omega: Array) -> NDArray[np.complex128]:
+    """Return the filter's response at angular frequencies per row."""
+    turn = np.exp(-1j * omega)
+    return np.asarray(np.polynomial.polynomial.polyval(turn, taps), dtype=np.complex128)
+
+
+def _refined(noise: _Noise, position: Array, sense: Array, period: float) -> float:
+    """Return the period that explains most, within two lines of the spectrum around ``period``."""
+    half = 2.0 * period**2 / float(np.ptp(position)) / OVERSAMPLED
     low, high = period - half, period + half
     for _ in range(4):
         grid = np.linspace(low, high, 9)
-        gains = [_fitted(place, signal, float(p))[1] for p in grid]
+        gains = [noise.fitted(_ripple(position, sense, float(p)))[1] for p in grid]
         at = int(np.argmax(gains))
         low, high = grid[max(at - 1, 0)], grid[min(at + 1, 8)]
     return float(0.5 * (low + high))
-
-
-def _fitted(place: Array, signal: Array, period: float) -> tuple[float, float]:
-    """Return (amplitude, share of the signal's energy) of cosine and sine of a period."""
-    columns = COGGING.function(place, period_mm=period)
-    weights, rss, *_ = np.linalg.lstsq(columns, signal, rcond=None)
-    total = float(signal @ signal)
-    left = float(rss[0]) if rss.size else total
-    return float(np.hypot(*weights)), 1.0 - left / total if total > 0 else 0.0
 
 
 @dataclass(frozen=True)
