@@ -21,13 +21,14 @@ from autodb.sensing.axis_model import (
     predicted,
     term_called,
 )
-from autodb.sensing.linearised import shaped
+from autodb.sensing.linearised import linearised, shaped
 from autodb.sensing.motion import term_inputs
 from autodb.sensing.prepared import SPINDLE, Prepared, prepared
 from autodb.sensing.protocol import Protocol, default_protocol, means_of
 from autodb.sensing.ripples import Ripple, strongest_ripple
+from autodb.sensing.steady import friction_deviation
 from autodb.terms import Channel, Parameter
-from autodb.terms.channel import Part, columns
+from autodb.terms.channel import Part
 
 Array = NDArray[np.float64]
 
@@ -72,9 +73,9 @@ def identify(
     With ``axis`` `spindle` those of the spindle's torque or current over its speed.
 
     Shape parameters by variable projection on ordinary least squares; then all parameters again, on
-    means of as many rows as the protocol keeps one of, with friction free to deviate from its law over speed and with coloured noise
-    (``fitting.deviation``), which is what their values and covariance come from. ``beliefs``: what
-    an earlier version knows.
+    means of as many rows as the protocol keeps one of, with friction free to deviate from its law
+    over speed and with coloured noise (``fitting.deviation``), which is what their values and
+    covariance come from. ``beliefs``: what an earlier version knows.
 
     Raises UnusableInput for names that cannot be identified, without effort or position, or when
     no term is excited.
@@ -160,10 +161,15 @@ def _start(parameter: Parameter, rows: Prepared) -> float:
 
 
 def find_ripple(rows: Prepared, parts: tuple[Part, ...]) -> Ripple | None:
-    """Return the strongest ripple over the travel in what ``parts`` leave, at the full rate."""
+    """Return the strongest ripple over the travel in what ``parts`` leave, at the full rate.
+
+    What their friction may deviate by is taken off first: it is no ripple.
+    """
     whole = rows.by(replace(means_of(rows.protocol), decimate=1))
-    design = whole.reduced(columns(parts, whole.inputs))
-    left = whole.effort - design @ np.linalg.lstsq(design, whole.effort, rcond=None)[0]
+    problem = linearised(whole, parts)
+    deviation = friction_deviation(whole, problem)
+    design = np.column_stack([problem.columns, *(deviation.groups if deviation else [])])
+    left = whole.effort - design @ np.linalg.lstsq(design, whole.effort, rcond=1e-10)[0]
     return strongest_ripple(
         whole.sampled("position"),
         whole.sampled("direction"),

@@ -56,7 +56,7 @@ def strongest_ripple(
         amplitude, gain = noise.fitted(_ripple(position, sense, period))
         evidence = gain - 1.5 * np.log(len(position)) - np.log(2.0 * tries)
         found.append(Ripple(term, period, amplitude, float(evidence), 0.0))
-    best, other = sorted(found, key=lambda ripple: -ripple.evidence)
+    best, other = found if found[0].evidence >= found[1].evidence else found[::-1]
     if best.evidence < MARGIN:
         return None
     return replace(best, over_other=best.evidence - other.evidence)

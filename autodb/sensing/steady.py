@@ -60,7 +60,8 @@ class SteadyMotion:
         linear, shape = self.values[:count] * wanted[:count], self.values[count:]
 
         def effort(values: Array) -> Array:
-            return columns(reshaped(self.parts, values), inputs) @ linear
+            told: Array = columns(reshaped(self.parts, values), inputs) @ linear
+            return told
 
         # Gradient over the law's coefficients, its shape, and the deviation
         base = columns(self.parts, inputs)
@@ -77,7 +78,8 @@ class SteadyMotion:
         )
         gradient = np.column_stack([law, free])
         variance = np.einsum("ij,jk,ik->i", gradient, self.covariance, gradient)
-        return effort(shape) + free @ self.weights, np.sqrt(np.maximum(variance, 0.0))
+        value: Array = effort(shape) + free @ self.weights
+        return value, np.sqrt(np.maximum(variance, 0.0))
 
 
 @dataclass(frozen=True)
