@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 LOG_RATIO = (-20.0, 25.0)
 """Range of ln(τ²/σ²): from no freedom to as much as the data can use."""
-NOISE_ROUNDS = 1
+NOISE_ROUNDS = 2
 """Times that the noise is estimated: the saturated fit takes slow noise into its columns, the fit
 with limited deviation does not."""
 RIDGE = 1e-10
@@ -86,7 +86,9 @@ def least_squares_with_deviation(
 
     ``blocks`` (n,): contiguous blocks of motion, 0 … G − 1. Where leaving them out one by one moves
     β by more than the model expects (beyond the 99.9 % point of χ²/(G − 1)), the covariance is
-    widened to what the blocks show: the model misses something that differs between them.
+    widened to what the blocks show: the model misses something that differs between them. It is
+    scaled so that ± 1.96 sd are 95 % of Student's t with G − 1 degrees of freedom: how noise and
+    deviation vary is not known better than the blocks tell.
     """
     matrix = np.column_stack([design, *deviations])
     group = np.repeat(np.arange(len(deviations)), [z.shape[1] for z in deviations])
@@ -99,6 +101,7 @@ def least_squares_with_deviation(
         whitener = autoregression(values - matrix @ whole, order)[0]
     inflation = _inflation(white, blocks[order:], equations, ratios, covariance)
     full = np.concatenate([inflation, np.ones(len(whole) - len(inflation))])
+    full *= _few_blocks(int(blocks.max()) + 1)
     return Deviating(
         whole,
         covariance * np.outer(full, full),
@@ -197,5 +200,12 @@ def _inflation(
     shown = (count - 1) / count * np.sum((left - left.mean(axis=0)) ** 2, axis=0)
     ratio = shown / np.diag(covariance)[:p]
     limit = stats.chi2.ppf(SURE, count - 1) / (count - 1)
-    wider = np.sqrt(ratio) * stats.t.ppf(0.975, count - 1) / stats.norm.ppf(0.975)
-    return np.where(ratio > limit, np.maximum(wider, 1.0), 1.0)
+    return np.where(ratio > limit, np.sqrt(np.maximum(ratio, 1.0)), 1.0)
+
+
+def _few_blocks(count: int) -> float:
+    """Return how much wider 1.96 sd must be when variances come from ``count`` blocks of motion.
+
+    Student's t over the normal, at 97.5 %.
+    """
+    return float(stats.t.ppf(0.975, count - 1) / stats.norm.ppf(0.975))
