@@ -34,6 +34,18 @@ def emps() -> Path:
 
 
 @pytest.fixture
+def pulses() -> Path:
+    """Return the EMPS recording with load pulses, or skip saying that it is not here."""
+    return _real("emps", "DATA_EMPS_PULSES.mat")
+
+
+@pytest.fixture
+def odrive() -> Path:
+    """Return the folder of measured cogging maps, or skip saying that it is not here."""
+    return _real("odrive_cogging")
+
+
+@pytest.fixture
 def tryout() -> Path:
     """Return the folder of foreign synthetic recordings, or skip saying that it is not here."""
     return _real("tryout")

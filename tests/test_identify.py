@@ -40,7 +40,7 @@ def moves(seed: int, *, seconds: float = 40.0, forwards_only: bool = False) -> d
         speed = np.convolve(speed, np.full(width, 1.0 / width), mode="same")
     return {
         "t": t,
-        "x.position": np.cumsum(speed) / RATE_HZ,
+        "x.position": (np.cumsum(speed) - 0.5 * speed) / RATE_HZ,
         "x.velocity": speed,
         "x.acceleration": np.gradient(speed, t),
     }
@@ -129,6 +129,16 @@ def test_encoder_noise_makes_no_friction() -> None:
     assert standing.mean() > 0.1
     assert np.max(np.abs(direction[standing])) < 1.0
     assert_allclose(drives.identify(recording).value("coulomb"), COULOMB, rtol=0.03)
+
+
+def test_a_late_recording_is_seen_as_lag() -> None:
+    channels = moves(5)
+    late = current(channels, 5)[: -round(0.008 * RATE_HZ)]
+    kept = {name: values[round(0.008 * RATE_HZ) :] for name, values in channels.items()}
+    kept["t"] = kept["t"] - kept["t"][0]
+    model = drives.identify(recorded(kept, late), terms=(*drives.SYMMETRIC, "lag"))
+    assert_allclose(model.value("lag"), 0.008, atol=1e-3)  # a quarter of a row
+    assert_allclose(model.value("inertia"), INERTIA, rtol=0.01)
 
 
 def _with_ripple(seed: int, *, flips: bool) -> Recording:

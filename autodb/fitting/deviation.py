@@ -25,9 +25,6 @@ Array = NDArray[np.float64]
 
 LOG_RATIO = (-20.0, 25.0)
 """Range of ln(τ²/σ²): from no freedom to as much as the data can use."""
-NOISE_ROUNDS = 2
-"""Times that the noise is estimated: the saturated fit takes slow noise into its columns, the fit
-with limited deviation does not."""
 RIDGE = 1e-10
 """Added to the scaled inner products: a direction that no row shows gets the value 0 and a variance
 10¹⁰ times that of a column seen whole, instead of no answer at all."""
@@ -93,12 +90,10 @@ def least_squares_with_deviation(
     matrix = np.column_stack([design, *deviations])
     group = np.repeat(np.arange(len(deviations)), [z.shape[1] for z in deviations])
     whitener = _noise(matrix, values, order)
-    for _ in range(NOISE_ROUNDS):
-        white = _whitened(np.column_stack([matrix, values]), whitener)
-        equations = _equations(white, design.shape[1], group)
-        ratios = _variances(equations, len(deviations))
-        whole, covariance = _henderson(equations, ratios)
-        whitener = autoregression(values - matrix @ whole, order)[0]
+    white = _whitened(np.column_stack([matrix, values]), whitener)
+    equations = _equations(white, design.shape[1], group)
+    ratios = _variances(equations, len(deviations))
+    whole, covariance = _henderson(equations, ratios)
     inflation = _inflation(white, blocks[order:], equations, ratios, covariance)
     full = np.concatenate([inflation, np.ones(len(whole) - len(inflation))])
     full *= _few_blocks(int(blocks.max()) + 1)

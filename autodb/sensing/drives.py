@@ -47,6 +47,7 @@ IDENTIFIABLE = (
     "presliding",
     "backlash",
     "compliance",
+    "lag",
     "windage",
 )
 """Terms that belong to a machine; the others belong to one recording."""

@@ -104,6 +104,7 @@ class Linearised:
 
 
 def linearised(rows: Prepared, parts: tuple[Part, ...]) -> Linearised:
+    """Return the linear problem around the shape that the parts have."""
     wanted = free_shape(parts)
     design = _design(rows, parts)
     shape = np.array([part.shape[p.name] for part, p in wanted])

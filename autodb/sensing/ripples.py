@@ -15,6 +15,8 @@ MARGIN = 10.0
 """ΔlnL after its price above which a ripple is believed: e^10 against chance. Chosen."""
 FEWEST_WAVES = 3.0
 OVERSAMPLED = 4
+SETTLED = 3
+"""Orders of the filter for which the axis has moved before a row counts."""
 STEP_CLASSES = 60
 """Classes of speed over which the filter's gain is averaged."""
 
@@ -42,20 +44,23 @@ def strongest_ripple(
 
     Rows evenly in time. Noise is an autoregression of ``order``; both laws are tried with a filter
     matched to it, over periods from a third of the travel to four bins of position, and the period
-    is refined with white rows. 0 where the axis stands, for the ripple of friction.
+    is refined with white rows. Rows near a standstill or reversal do not count.
     """
     travel = float(np.ptp(position))
     bins = int(min(1 << 14, len(position) // 4))
     if bins < 64 or travel <= 0:
         return None
-    noise = _Noise(fitting.autoregression(residual, order)[0], residual - residual.mean())
+    a, _ = fitting.autoregression(residual, order)
+    noise = _Noise(a, residual - residual.mean(), _far_from_reversals(direction, SETTLED * order))
+    if noise.kept.sum() < 64:
+        return None
     found = []
     for term, sense in ((COGGING, np.ones_like(position)), (FRICTION_RIPPLE, direction)):
         period, tries = _search(noise, position, sense, bins)
         period = _refined(noise, position, sense, period)
         amplitude, gain = noise.fitted(_ripple(position, sense, period))
-        evidence = gain - 1.5 * np.log(len(position)) - np.log(2.0 * tries)
-        found.append(Ripple(term, period, amplitude, float(evidence), 0.0))
+        evidence = gain - 1.5 * float(np.log(len(position))) - float(np.log(2.0 * tries))
+        found.append(Ripple(term, period, amplitude, evidence, 0.0))
     best, other = found if found[0].evidence >= found[1].evidence else found[::-1]
     if best.evidence < MARGIN:
         return None
@@ -64,10 +69,14 @@ def strongest_ripple(
 
 @dataclass(frozen=True)
 class _Noise:
-    """Coloured noise of a residual (n,): taps of the autoregression that makes it white."""
+    """Coloured noise of a residual (n,): the autoregression ``a`` that makes it white.
+
+    ``kept`` (n,): white rows that count.
+    """
 
     a: Array
     residual: Array
+    kept: NDArray[np.bool_]
 
     @property
     def taps(self) -> Array:
@@ -75,25 +84,37 @@ class _Noise:
         return np.concatenate([[1.0], -self.a])
 
     def white(self, columns: Array) -> Array:
-        """Return columns (n, k) through the filter."""
-        return np.asarray(signal.lfilter(self.taps, [1.0], columns, axis=0)[len(self.a) :])
+        """Return columns (n, k) through the filter, at the rows that count."""
+        return np.asarray(signal.lfilter(self.taps, [1.0], columns, axis=0)[self.kept])
 
     def matched(self) -> Array:
         """Return the residual filtered forwards and backwards, (n,): its product with a column is
         that of the white ones."""
-        once = signal.lfilter(self.taps, [1.0], self.residual)
+        once = signal.lfilter(self.taps, [1.0], self.residual) * self.kept
         return np.asarray(signal.lfilter(self.taps, [1.0], once[::-1])[::-1])
 
     def fitted(self, columns: Array) -> tuple[float, float]:
         """Return (amplitude, ΔlnL) of two columns (n, 2) and a constant in the white residual."""
         white = self.white(np.column_stack([np.ones_like(self.residual), columns, self.residual]))
         weights = np.linalg.lstsq(white[:, :3], white[:, 3], rcond=None)[0]
-        plain = white[:, 3] - white[:, 0] * (
-            white[:, 0] @ white[:, 3] / (white[:, 0] @ white[:, 0])
-        )
-        left = white[:, 3] - white[:, :3] @ weights
-        gain = 0.5 * len(left) * float(np.log((plain @ plain) / max(left @ left, 1e-300)))
+        mean = float(white[:, 0] @ white[:, 3]) / float(white[:, 0] @ white[:, 0])
+        before = float(np.sum((white[:, 3] - mean * white[:, 0]) ** 2))
+        after = float(np.sum((white[:, 3] - white[:, :3] @ weights) ** 2))
+        gain = 0.5 * len(white) * float(np.log(before / max(after, 1e-300)))
         return float(np.hypot(weights[1], weights[2])), gain
+
+
+def _far_from_reversals(direction: Array, rows: int) -> NDArray[np.bool_]:
+    """Say which rows (n,) lie in motion that has gone on for so many rows.
+
+    A reversal's own shape is no ripple, but so sharp that a whitening filter sees little else.
+    """
+    sense = np.where(np.abs(direction) >= 1.0, np.sign(direction), 0.0)
+    breaks = (sense == 0) | (np.diff(sense, prepend=sense[0]) != 0)
+    since = np.concatenate([[0], np.cumsum(breaks)])
+    at = np.arange(len(sense))
+    begun = np.maximum(at + 1 - rows, 0)
+    return np.asarray((since[at + 1] == since[begun]) & (at + 1 >= rows), dtype=np.bool_)
 
 
 def _ripple(position: Array, sense: Array, period: float) -> Array:
@@ -113,7 +134,7 @@ def _search(noise: _Noise, position: Array, sense: Array, bins: int) -> tuple[fl
     seen = np.abs(np.fft.rfft(total, n=OVERSAMPLED * bins)) ** 2
     waves = np.arange(len(seen)) / OVERSAMPLED
     searched = (waves >= FEWEST_WAVES) & (waves <= bins / 4)
-    step, weight = _steps(position, sense)
+    step, weight = _steps(position, sense * noise.kept)
     omega = 2.0 * np.pi * np.multiply.outer(waves[searched], step / travel)
     power = np.abs(_response(noise.taps, omega)) ** 2 @ weight
     best = int(np.argmax(seen[searched] / power))
