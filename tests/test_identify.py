@@ -288,6 +288,8 @@ def test_a_model_is_tested_on_a_second_recording(cli: Cli) -> None:
 
 
 TERMS_REFUSED = [
+    (",", "--terms: names no term"),
+    ("inertia,coulomb,inertia", "'inertia' is named twice"),
     ("coulom", "'coulom' cannot be identified from moves of x (did you mean coulomb?)"),
     ("tool_wear", "'tool_wear' cannot be identified"),
     ("windage", "'windage' cannot be identified"),

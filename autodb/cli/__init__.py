@@ -7,7 +7,7 @@ from types import FrameType
 
 import typer
 
-from autodb.cli import answers, database, keeping, learning, proving
+from autodb.cli import answers, database, identifying, keeping, learning, proving
 from autodb.errors import UnusableInput
 
 INTERRUPTED = 130
@@ -22,7 +22,7 @@ app.command("init")(database.init)
 app.add_typer(database.machine, name="machine")
 app.command("import")(learning.import_)
 app.command("calibrate")(learning.calibrate)
-app.command("identify")(learning.identify)
+app.command("identify")(identifying.identify)
 app.command("refresh")(learning.refresh)
 app.command("predict")(answers.predict)
 app.command("explain")(answers.explain)
