@@ -29,7 +29,7 @@ def size_effect(thickness_mm: Array, *, exponent: float) -> Array:
     """The specific force rises as the chip thins: factor (h/h0)^−m, h0 = 0.2 mm, (n,).
 
     h uncut chip thickness [mm], not below THINNEST_MM; m [-]. Over 0.1-0.4 mm a constant edge force
-    gives nearly the same; at h ≤ 0.03 mm it does not. Source: physics.md section 6, Kienzle's
+    gives nearly the same; at h ≤ 0.03 mm it does not. Source: Kienzle's
     k_c = k_c1.1 · h^−m_c, written relative to h0.
     """
     thick = np.maximum(thickness_mm, THINNEST_MM) / REFERENCE_THICKNESS_MM
@@ -40,7 +40,7 @@ def speed_softening(speed_m_min: Array, *, exponent: float) -> Array:
     """Heat softens the shear zone as speed rises: factor (v/v0)^−e, v0 = 100 m/min, (n,).
 
     Monotone in speed; e > 0 softens, e < 0 hardens with the rate of strain.
-    Source: physics.md section 6, strength × (v/v0)^e, there with the other sign of e.
+    Source: by construction, strength × (v/v0)^−e.
     """
     fast = np.maximum(speed_m_min, SLOWEST_M_MIN) / REFERENCE_SPEED_M_MIN
     return np.asarray(fast**-exponent, dtype=np.float64)
@@ -85,7 +85,7 @@ SIZE_EFFECT = Factor(
     needs=("cutting.feed",),
     statement="Thin chips cost more force per area than thick ones.",
     excited_by="the same depth and speed at feeds from the thinnest chip to the thickest",
-    source="physics.md section 6 (Kienzle)",
+    source="Kienzle's law, k_c = k_c1.1 h^−m_c",
     alike=("edge_force",),
     told_apart_by="Cut at a chip of 0.03 mm or thinner: the edge's force stays, the force of a "
     "thinning chip goes on falling.",
@@ -98,7 +98,7 @@ SPEED_SOFTENING = Factor(
     shape=(
         Parameter(
             "exponent", "1", "how steeply force falls with speed; negative: it rises", -0.5, 1.0,
-            prior=Belief(0.0, 0.1, "physics.md section 6: e = 0 ± 0.1"),
+            prior=Belief(0.0, 0.1, "chosen: the law itself has none"),
             keyword="exponent", starts=(-0.1, 0.1, 0.3),
         ),
     ),
@@ -106,7 +106,7 @@ SPEED_SOFTENING = Factor(
     needs=("cutting.speed",),
     statement="The material cuts more easily the faster it is cut.",
     excited_by="the same feed and depth at speeds from the slowest to the fastest",
-    source="physics.md section 6 (power of speed)",
+    source="by construction (power of speed)",
 )  # fmt: skip
 BUILT_UP_EDGE = Factor(
     name="built_up_edge",

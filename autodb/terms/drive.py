@@ -66,7 +66,7 @@ def friction_ripple(direction: Array, position_mm: Array, *, period_mm: float) -
     """Friction periodic in position: sgn(v)·cos and sgn(v)·sin of 2πx/period, (n, 2).
 
     Effort flips with the direction, which tells it from cogging; 0 at standstill.
-    Source: physics.md section 8 lists periodic g(x) under position friction.
+    Source: by construction, P2 eq. 12 with a periodic friction along x.
     """
     return direction[:, None] * cogging(position_mm, period_mm=period_mm)
 
@@ -111,7 +111,7 @@ def external_load_edged(t_s: Array, *, start_s: float, end_s: float) -> Array:
 def windage(velocity_rpm: Array) -> Array:
     """Air and oil churned by a spindle: column n·|n| [rpm²], (n,); 0 at standstill.
 
-    Effort = coefficient · column. Source: physics.md section 8 (∝ speed² or so).
+    Effort = coefficient · column. Source: by construction, drag of a turning body ∝ speed².
     """
     return velocity_rpm * np.abs(velocity_rpm)
 
@@ -225,7 +225,7 @@ FRICTION_RIPPLE = Contribution(
     needs=("position",),
     statement="Friction goes up and down along the travel: a ripple that flips with the direction.",
     excited_by="slow constant-speed passes over many periods in both directions",
-    source="physics.md section 8, periodic g of position friction",
+    source="P2 eq. 12, made periodic",
 )
 COMPLIANCE = Contribution(
     name="compliance",
@@ -273,7 +273,7 @@ WINDAGE = Contribution(
     needs=("spindle.speed",),
     statement="Air and oil that the spindle churns: drag that grows with the square of speed.",
     excited_by="steady running at speeds from the lowest to the highest",
-    source="physics.md section 8",
+    source="by construction (drag ∝ speed²)",
 )
 WARMUP = Factor(
     name="warmup",

@@ -17,7 +17,7 @@ def depth_error(depth_mm: Array, *, error_mm: float) -> Array:
 
     a_p programmed depth [mm], not below SHALLOWEST_MM; δ [mm] positive where more is cut. Valid
     where forces grow in proportion to depth; in milling the limits of the engagement move too.
-    Source: physics.md section 8, relative error ∝ 1/a_p.
+    Source: by construction, relative error ∝ 1/a_p.
     """
     depth = np.maximum(depth_mm, SHALLOWEST_MM)
     return np.maximum(1.0 + error_mm / depth, 0.0)
@@ -52,7 +52,7 @@ DEPTH_ERROR = Factor(
     needs=("cutting.depth",),
     statement="Every cut was deeper or shallower than programmed by the same amount.",
     excited_by="the same feed at the smallest and the largest depth, and a micrometer on the work",
-    source="physics.md section 8",
+    source="by construction (force ∝ depth)",
     alike=("nose_radius",),
     told_apart_by="Measure the diameter before and after one cut: a depth error is there, a nose's "
     "is not. All components have a depth error, the tangential one has no nose.",

@@ -114,7 +114,7 @@ def backlash(direction: Array, position_mm: Array, *, gap_mm: float) -> Array:
 
     Effort = level · column, level the load side's part of Coulomb friction. The step has a width of
     STEP_SHARE of the gap. 0 at standstill and before the first reversal.
-    Source: physics.md section 8; physics of a gap between motor and load.
+    Source: by construction, a gap between motor and load.
     """
     _, way = since_reversal(direction, position_mm)
     inside = 0.5 * (1.0 - np.tanh((way - gap_mm) / (STEP_SHARE * gap_mm)))

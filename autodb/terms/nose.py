@@ -18,9 +18,9 @@ Per depth, so that a sharp corner gives 1 and 0, the shares of the chip's thrust
 
 for a_p ≥ r: 1 − (1 − π/4) r/a_p and r/(2 a_p): the axial force is lower by the same amount at every
 depth. The tangential chip force stays; the edge's tangential force is longer by L/a_p, and the mean
-thickness is thinner, f a_p/L, which the size effect feels. Source: physics.md section 6, an insert
-with a nose is a static set of edge elements. Valid for entering angles near
-90° (P1's insert has 93°). Depths below SHALLOWEST_MM count as that.
+thickness is thinner, f a_p/L, which the size effect feels. Source: derived here; an insert with a
+nose is a static set of edge elements. Valid for entering angles near 90° (P1's insert has 93°).
+Depths below SHALLOWEST_MM count as that.
 """
 
 import numpy as np
@@ -86,7 +86,7 @@ _RADIUS = Parameter(
     prior=Belief(0.8, 0.4, "mean: the insert of P1's repeated cut; sd: chosen"),
     keyword="radius_mm", starts=(0.2, 0.4, 0.8, 1.6),
 )  # fmt: skip
-_SOURCE = "derived in autodb/terms/nose.py from edge elements (physics.md section 6)"
+_SOURCE = "derived in autodb/terms/nose.py from edge elements"
 _SHALLOW = "depths from a quarter of the nose radius to several of it"
 
 NOSE_AXIAL = Factor(

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 def shear(force_N: Array) -> Array:
     """The chip is sheared off with the simulated force, harder or softer: column F [N], (n,).
 
-    Force = factor · F. Source: P1 section 3; physics.md section 6.
+    Force = factor · F. Source: P1 section 3.
     """
     return force_N
 

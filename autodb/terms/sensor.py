@@ -12,7 +12,7 @@ def sensor_drift(t_s: Array) -> Array:
     """A sensor's zero point follows the clock: columns t − t₀ [s] and its square, (n, 2).
 
     Effort = rate · (t − t₀) + bend · (t − t₀)², also at standstill and whatever the axis does.
-    Source: physics.md section 8; the parabola is chosen.
+    Source: by construction; the parabola is chosen.
     """
     since = t_s - t_s[0]
     return np.column_stack([since, since**2])
@@ -23,7 +23,7 @@ def gain(t_s: Array, *, factor: float, start_s: float, duration_s: float) -> Arr
 
     It ramps over ``duration_s`` from ``start_s`` on; every contribution scales alike. A constant
     factor over the whole recording is no gain change: then all terms are mistuned together.
-    Source: physics.md section 8; the ramp is chosen.
+    Source: by construction; the ramp is chosen.
     """
     return 1.0 + (factor - 1.0) * np.clip((t_s - start_s) / max(duration_s, 1e-9), 0.0, 1.0)
 
@@ -31,7 +31,7 @@ def gain(t_s: Array, *, factor: float, start_s: float, duration_s: float) -> Arr
 def lag(values: Array, t_s: Array, *, delay_s: float) -> Array:
     """Recording and simulation are shifted in time: values(t − delay), linear between rows, (n,).
 
-    The ends hold their first or last value. Source: physics.md section 8.
+    The ends hold their first or last value. Source: by construction.
     """
     return np.asarray(np.interp(t_s - delay_s, t_s, values), dtype=np.float64)
 
@@ -39,7 +39,7 @@ def lag(values: Array, t_s: Array, *, delay_s: float) -> Array:
 def saturation(effort: Array, *, limit: float) -> Array:
     """The drive or logger clips: effort limited to ±limit, in the channel's unit, (n,).
 
-    Source: physics.md section 8.
+    Source: by construction.
     """
     return np.clip(effort, -limit, limit)
 
@@ -47,7 +47,7 @@ def saturation(effort: Array, *, limit: float) -> Array:
 def lost_sign(effort: Array) -> Array:
     """A magnitude is recorded: |effort|, (n,).
 
-    Source: physics.md section 8.
+    Source: by construction.
     """
     return np.abs(effort)
 
@@ -64,7 +64,7 @@ SENSOR_DRIFT = Contribution(
     needs=(),
     statement="The sensor's zero point wanders with the clock, also while nothing moves.",
     excited_by="a standstill at the beginning and one at the end",
-    source="physics.md section 8",
+    source="by construction",
 )
 GAIN = Factor(
     name="gain",
@@ -81,7 +81,7 @@ GAIN = Factor(
     needs=(),
     statement="The motor's or the sensor's constant changes: everything scales alike.",
     excited_by="accelerated moves and a loaded standstill, before and after",
-    source="physics.md section 8",
+    source="by construction",
     alike=("warmup",),
     told_apart_by="Add accelerated moves, or a vertical axis' standstill: warming leaves inertia "
     "and weight alone.",
@@ -101,7 +101,7 @@ LAG = InputChange(
     needs=("position",),
     statement="The effort was logged later or earlier than the position.",
     excited_by="reversals and sharp accelerations",
-    source="physics.md section 8",
+    source="by construction",
 )  # fmt: skip
 SATURATION = OutputChange(
     name="saturation",
@@ -113,7 +113,7 @@ SATURATION = OutputChange(
     needs=(),
     statement="The drive or the logger clips at a limit.",
     excited_by="the hardest acceleration in the programme",
-    source="physics.md section 8",
+    source="by construction",
 )
 LOST_SIGN = OutputChange(
     name="lost_sign",
@@ -124,5 +124,5 @@ LOST_SIGN = OutputChange(
     needs=(),
     statement="A magnitude was logged: the sign of the effort is lost.",
     excited_by="passes in both directions on an axis with friction only",
-    source="physics.md section 8",
+    source="by construction",
 )

@@ -81,7 +81,7 @@ def thermal_drift(cutting: Array, t_s: Array, *, time_constant_s: float) -> Arra
 def crosstalk(other_force_N: Array) -> Array:
     """A sensor's component shows a share of another: column that component's force [N], (n,).
 
-    Force = share · F_other. Source: physics.md section 8; physics of a three-component sensor.
+    Force = share · F_other. Source: by construction, a three-component sensor.
     """
     return other_force_N
 
@@ -201,5 +201,5 @@ CROSSTALK = Contribution(
     needs=("force of the other component",),
     statement="This component of the sensor shows a share of another one's force.",
     excited_by="a push along each axis of the sensor alone",
-    source="physics.md section 8",
+    source="by construction (three-component sensor)",
 )  # fmt: skip
