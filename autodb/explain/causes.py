@@ -11,7 +11,8 @@ from autodb.explain.axis import NAMED, simulation_terms
 from autodb.explain.fit import Estimate
 from autodb.explain.noise import Whitener
 from autodb.explain.state import State, gram_of
-from autodb.terms import TERMS, Term
+from autodb.sensing.axis_model import term_called
+from autodb.terms import Term
 
 Array = NDArray[np.float64]
 
@@ -40,11 +41,6 @@ NORMAL_95 = 1.959964
 def _value(value: float, sd: float, unit: str) -> Value:
     half = NORMAL_95 * sd
     return Value(value=value, low=value - half, high=value + half, unit=unit)
-
-
-def term_called(name: str) -> Term:
-    """Return the term of this name."""
-    return next(term for term in TERMS if term.name == name)
 
 
 def plain_key(key: str) -> str:

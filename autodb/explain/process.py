@@ -7,11 +7,12 @@ from numpy.typing import NDArray
 
 from autodb.explain import cuts, search
 from autodb.explain.answer import Cause, ChannelAnswer, Considered, FitQuality, Trace, Value, Where
-from autodb.explain.causes import ALIKE, NORMAL_95, term_called
+from autodb.explain.causes import ALIKE, NORMAL_95
 from autodb.explain.cuts import Stack
 from autodb.explain.fit import Estimate, estimate, rms
 from autodb.explain.locate import regimes
 from autodb.records import CutTable
+from autodb.sensing.axis_model import term_called
 from autodb.terms.process import tool_wear
 
 Array = NDArray[np.float64]

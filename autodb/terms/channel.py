@@ -49,11 +49,6 @@ class Part:
         return Part(self.term, {**self.shape, **values}, self.free, self.of)
 
 
-def needed_inputs(parts: Sequence[Part]) -> set[str]:
-    """Return the names of the inputs that the parts take."""
-    return {_input_name(part, name) for part in parts for name in part.term.inputs}
-
-
 def _input_name(part: Part, name: str) -> str:
     return f"{part.of}.{name.removeprefix('other_')}" if name.startswith("other_") else name
 
@@ -66,7 +61,7 @@ def _arguments(part: Part, inputs: Inputs) -> tuple[list[Array], dict[str, float
 def columns(parts: Sequence[Part], inputs: Inputs) -> Array:
     """Return the columns (n, p) of all contributions, modified, in the order of ``coefficients``.
 
-    ``inputs``: arrays (n,) by name, at least ``needed_inputs(parts)``.
+    ``inputs``: arrays (n,) by name, at least those that the parts' terms take.
     """
     inputs = changed(parts, inputs)
     blocks = []
