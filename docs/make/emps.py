@@ -12,7 +12,7 @@ from autodb.explain.answer import Trace
 from autodb.figures import keep_peaks, thinned
 from autodb.records import Recording
 from autodb.sensing import drives
-from autodb.sensing.axis_model import IdentifiedTerm, PlainFit
+from autodb.sensing.axis_model import Identified, IdentifiedTerm, PlainFit
 from autodb.sensing.motion import Motion, motion
 from docs.make.style import CORRECTED, INK, MUTED, RECORDING, SHADE, SIMULATION, drawn, legend
 
@@ -26,6 +26,9 @@ PUBLISHED = {
 }
 """Title, factor from the drive model's unit, value and standard deviation: Janot, Gautier, Brunot
 2019, symmetric model."""
+DIRECTION_DEPENDENT = ("inertia", "viscous", "coulomb", "asymmetry")
+PUBLISHED_FRICTION = {1: (20.1440, 0.1667061), -1: (20.6277, 0.2404236)}
+"""Coulomb N and viscous N·s/mm by direction: Janot 2019, direction-dependent model."""
 LINE_POINTS = 1400
 SHOWN_S = 10.0
 STEADY_MM_S2 = 100.0
@@ -44,6 +47,7 @@ def draw(data: Path, columns: Path) -> None:
     effort = signals.lowpass(moves[model.channel], rate_hz=moves.rate_hz, cutoff_hz=cutoff_hz)
     _effort(moves.t_s, effort, fitted)
     _over_position(motion(moves, "x", cutoff_hz=cutoff_hz), effort - fitted)
+    _friction(drives.identify(moves, terms=DIRECTION_DEPENDENT))
     _spread(drives.spread_over_filters(moves))
     _left_out(moves, model.terms)
 
@@ -83,6 +87,24 @@ def _over_position(moved: Motion, residual: Array) -> None:
         legend(travel)
         for axes in (travel, turn):
             axes.axhline(0, color=MUTED, lw=0.8)
+
+
+def _friction(model: Identified) -> None:
+    """Friction over speed in both directions with its 95 % interval, and the published law."""
+    assert model.steady is not None
+    speed = np.linspace(1.0, model.steady.highest_mm_s, 120)
+    with drawn("emps-friction", height_in=3.6) as (axes,):
+        for sign, colour, label in ((1, SIMULATION, "forwards"), (-1, CORRECTED, "backwards")):
+            value, sd = model.steady.friction(sign * speed)
+            low, high = sign * value - 1.96 * sd, sign * value + 1.96 * sd
+            axes.fill_between(speed, low, high, color=colour, alpha=0.25, lw=0)
+            axes.plot(speed, sign * value, color=colour, lw=1.6, label=label)
+            coulomb, viscous = PUBLISHED_FRICTION[sign]
+            axes.plot(speed, coulomb + viscous * speed, color=MUTED, lw=0.9, ls="--")
+        axes.plot([], [], color=MUTED, lw=0.9, ls="--", label="published law")
+        axes.set(title="Friction against the motion, N", xlabel="speed, mm/s")
+        axes.set(xlim=(0, float(speed[-1])))
+        legend(axes)
 
 
 def _slow(position: Array, values: Array) -> Array:
