@@ -289,6 +289,7 @@ def test_a_model_is_tested_on_a_second_recording(cli: Cli) -> None:
 
 TERMS_REFUSED = [
     (",", "--terms: names no term"),
+    ("cogging,lag", "--terms: cogging, lag only change what others add"),
     ("inertia,coulomb,inertia", "'inertia' is named twice"),
     ("coulom", "'coulom' cannot be identified from moves of x (did you mean coulomb?)"),
     ("tool_wear", "'tool_wear' cannot be identified"),

@@ -22,9 +22,7 @@ MOST_STEPS = 500
 STEP = float(np.finfo(np.float64).eps) ** (1.0 / 3.0)
 """Relative step of a central difference that balances truncation and rounding."""
 SMALLEST_MOVE = 1e-12
-"""The search ends when no shape parameter moves by this share of its size …"""
-SMALLEST_GAIN = 1e-14
-"""… or when three steps in a row lower the sum of squares by less than this share of it."""
+"""The search ends where no shape parameter moves by this share of its size."""
 
 
 class NotConverged(ValueError):  # noqa: N818 - the data's state, not a program error
@@ -55,7 +53,8 @@ class Problem:
     """What is fitted: ``design`` gives (n, p) of a shape (q,); ``root`` (n,) weighs the rows.
 
     ``typical`` (q,): the size of change that matters in each shape parameter. ``prior``: a belief
-    about (coefficients, shape), in units in which a weighted row has variance ``noise``.
+    about (coefficients, shape), in units in which a weighted row has variance ``noise``. The search
+    ends where three steps in a row lower the sum of squares by less than ``smallest_gain`` of it.
     """
 
     design: Design
@@ -66,6 +65,7 @@ class Problem:
     root: Array | None = None
     prior: Gaussian | None = None
     noise: float = 1.0
+    smallest_gain: float = 1e-14
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def separable(problem: Problem, start: Array) -> Separable:
         there = _point(problem, here.shape + step)
         size = np.abs(step) / np.maximum(np.abs(here.shape), problem.typical)
         if there is not None and there.cost <= here.cost:
-            idle = idle + 1 if here.cost - there.cost <= SMALLEST_GAIN * here.cost else 0
+            idle = idle + 1 if here.cost - there.cost <= problem.smallest_gain * here.cost else 0
             here, damping = there, max(damping / 10.0, 1e-15)
         else:
             damping *= 10.0

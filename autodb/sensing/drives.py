@@ -27,7 +27,7 @@ from autodb.sensing.prepared import SPINDLE, Prepared, prepared
 from autodb.sensing.protocol import Protocol, default_protocol, means_of
 from autodb.sensing.ripples import Ripple, strongest_ripple
 from autodb.sensing.steady import friction_deviation
-from autodb.terms import Channel, Parameter
+from autodb.terms import Channel, Contribution, Parameter
 from autodb.terms.channel import Part
 
 Array = NDArray[np.float64]
@@ -120,9 +120,11 @@ def _begun(
                 f"{near(name, known)}; known: {', '.join(known)}"
             )
     parts = tuple(p for name in terms if name != "cogging" for p in _starting(rows, name))
-    if not parts:
-        raise UnusableInput("--terms: 'cogging' needs friction beside it; "
-                            f"{','.join((*SYMMETRIC, 'cogging'))} would work")  # fmt: skip
+    if not any(isinstance(part.term, Contribution) for part in parts):
+        raise UnusableInput(
+            f"--terms: {', '.join(terms)} only change what others add; with "
+            f"{','.join(SYMMETRIC)} beside them it would work"
+        )
     if "cogging" in terms:
         found = find_ripple(rows, parts)
         if found is None:

@@ -14,6 +14,9 @@ from autodb.terms.fit import bounds_of, prior_of, size_of
 
 Array = NDArray[np.float64]
 
+SMALLEST_GAIN = 1e-9
+"""Share of the sum of squares that a step must win: far below what a standard deviation would."""
+
 
 def shaped(rows: Prepared, parts: tuple[Part, ...]) -> tuple[Part, ...]:
     """Return the parts with their free shape parameters fitted by variable projection."""
@@ -57,6 +60,7 @@ def _problem(
         bounds=bounds_of(linear),
         prior=prior_of(linear, weights, free, start) if believed else None,
         noise=noise,
+        smallest_gain=SMALLEST_GAIN,
     )
 
 
