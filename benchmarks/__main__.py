@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 from pyarrow import csv as arrow_csv
 
 from autodb import fitting, records
@@ -15,6 +16,8 @@ from autodb.demo import run as run_demo
 from autodb.explain import explain
 from autodb.records import Recording
 from autodb.virtual.axis import air_moves
+
+Array = NDArray[np.float64]
 
 RUNS = 5
 
@@ -35,12 +38,22 @@ def reading() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for seconds in (600.0, 12_000.0):
             path = Path(folder) / f"{seconds:g}.csv"
-            channels, _ = air_moves(1, seconds=seconds)
+            channels = _repeated(seconds)
             arrow_csv.write_csv(pa.table({k: np.round(v, 6) for k, v in channels.items()}), path)
             ours = median_s(lambda p=path: records.read(p))  # type: ignore[misc]
             peer = median_s(lambda p=path: arrow_csv.read_csv(p))  # type: ignore[misc]
             size = f"{len(channels['t'])} rows, {path.stat().st_size / 1e6:.0f} MB"
             print(f"read CSV, {size}: {1e3 * ours:.0f} ms, {ours / peer:.2f} x pyarrow's reader")
+
+
+def _repeated(seconds: float, *, part_s: float = 600.0) -> dict[str, Array]:
+    """Return air moves of a multiple of ``part_s``, the same over and over, in running time."""
+    channels, _ = air_moves(1, seconds=part_s)
+    times = round(seconds / part_s)
+    long = {name: np.tile(values, times) for name, values in channels.items()}
+    step_s = float(channels["t"][1] - channels["t"][0])
+    long["t"] = np.asarray(np.arange(len(long["t"])) * step_s, dtype=np.float64)
+    return long
 
 
 def least_squares() -> None:

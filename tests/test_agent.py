@@ -342,8 +342,8 @@ def test_usage_errors_exit_with_2(cli: Cli) -> None:
     assert cli("--help").code == 0
 
 
-@pytest.mark.parametrize("rate_hz", [2.0, 50.0, 99.0])
-def test_a_slow_recording_is_identified_without_a_spread(cli: Cli, rate_hz: float) -> None:
+@pytest.mark.parametrize("rate_hz", [2.0, 50.0, 99.0, 125.0])
+def test_a_spread_over_filters_needs_a_fast_recording(cli: Cli, rate_hz: float) -> None:
     """M 0.002 A·s²/mm, Coulomb 0.7 A on a slow sine; no filter of the spread fits below 100 Hz."""
     t = np.arange(int(60 * max(rate_hz, 10.0))) / rate_hz
     period_s = 8.0 * max(1.0, 10.0 / rate_hz)
@@ -355,4 +355,4 @@ def test_a_slow_recording_is_identified_without_a_spread(cli: Cli, rate_hz: floa
     done = cli("identify", "slow.csv")
     assert done.code == 0, done.err
     assert "coulomb" in done.out
-    assert ("Spread over filters" in done.out) == (rate_hz > 100)
+    assert ("Plain least squares over filters" in done.out) == (rate_hz > 100)
