@@ -1,0 +1,48 @@
+"""Proof: an explanation names what a simulation left out, and nothing where nothing is missing."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from autodb.errors import UnusableInput
+from autodb.explain import explain
+from autodb.prove.explain_score import Scored, entries, overlap, recovery, stretches, unanswered
+from autodb.records import CutTable, Recording
+from autodb.virtual.concealed.case import Case
+from autodb.virtual.concealed.plan import draw
+
+
+def run(seed: int) -> list[Scored]:
+    """Draw the case of a seed, explain it and score the answer."""
+    return [answered(draw(seed))]
+
+
+def answered(case: Case) -> Scored:
+    """Explain a case and score the answer.
+
+    A case whose effects cannot show as clearly as wanted is kept, marked, without an answer.
+    """
+    truth = unanswered(case)
+    if not case.reached:
+        return truth
+    recording, simulation = tables(case)
+    try:
+        explained = explain(recording, simulation, includes=list(case.includes))
+    except UnusableInput as error:
+        return replace(truth, refused=str(error))
+    answers = explained.explanation.channels
+    step = 1.0 if isinstance(recording, CutTable) else 0.0
+    shared = None
+    if case.interval is not None:
+        shared = overlap(stretches(answers), case.interval, step=step)
+    return replace(
+        truth, named=entries(answers), overlap=shared, recovery=recovery(case, explained)
+    )
+
+
+def tables(case: Case) -> tuple[Recording | CutTable, Recording | CutTable]:
+    """Return recording and simulation of a case as they are read from files."""
+    kind = CutTable if "cut" in case.channels else Recording
+    return (
+        kind(path=Path(f"case-{case.seed}.csv"), channels=case.channels),
+        kind(path=Path(f"case-{case.seed}-simulation.csv"), channels=case.simulation),
+    )

@@ -1,0 +1,103 @@
+"""Cases with hidden effects: the same bytes, effects as clear as wanted, a record that adds up."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from autodb.prove.explain_oracle import SURE, verdict
+from autodb.terms.vocabulary import VOCABULARY
+from autodb.virtual.concealed.axis_cases import AXIS_KINDS, EFFORT, draw_axis
+from autodb.virtual.concealed.case import UNKNOWN, Case, Yardstick
+from autodb.virtual.concealed.disturbance import Disturbance
+from autodb.virtual.concealed.plan import DEVELOPMENT, NOTHING_EVERY, PROOF, draw, planned
+
+RECORDED = {"saturation", "lost_sign"}
+"""What acts on the noise too: the record less the truth is not the noise alone."""
+
+
+def _axis(kind: str, wanted: float = 20.0, seed: int = 5) -> Case:
+    return draw_axis(seed, (kind,), wanted, family=DEVELOPMENT)
+
+
+@pytest.fixture(scope="module", params=AXIS_KINDS)
+def alone(request: pytest.FixtureRequest) -> Case:
+    """Return a case with one hidden effect, of every kind."""
+    return _axis(request.param)
+
+
+def test_what_is_hidden_is_a_term_or_unknown_and_not_included(alone: Case) -> None:
+    (hidden,) = alone.hidden
+    expected = UNKNOWN if "outside" in alone.kind else alone.kind
+    assert hidden.term == expected
+    assert hidden.term in VOCABULARY | {UNKNOWN}
+    assert hidden.term not in alone.includes
+
+
+def test_an_effect_shows_as_clearly_as_wanted(alone: Case) -> None:
+    """By normal equations of whitened columns, where the generator uses an orthonormal basis."""
+    (hidden,) = alone.hidden
+    if alone.reached:
+        assert_allclose(hidden.clarity, alone.wanted, rtol=1e-3)
+    own = alone.own / np.max(np.abs(alone.own), axis=-1, keepdims=True)
+    white, part = alone.whitened(own), alone.whitened(hidden.part)
+    left = part - white.T @ np.linalg.solve(white @ white.T, white @ part)
+    assert_allclose(np.sqrt(np.sum(left**2)), hidden.clarity, rtol=0.02)
+
+
+def test_simulation_and_effects_are_the_truth_and_noise_is_left(alone: Case) -> None:
+    included = np.linalg.lstsq(alone.own.T, alone.truth - alone.hidden[0].part, rcond=None)[0]
+    assert_allclose(included @ alone.own + alone.hidden[0].part, alone.truth, atol=1e-9)
+    if alone.tuning == "true":
+        assert_allclose(alone.simulated + alone.hidden[0].part, alone.truth, atol=1e-9)
+    if alone.kind not in RECORDED:
+        white = alone.whitened(alone.measured - alone.truth)
+        assert_allclose(np.std(white), 1.0, atol=0.05)
+        assert abs(np.mean(white[1:] * white[:-1])) < 0.05
+
+
+def test_the_oracle_finds_what_is_clear_in_an_axis() -> None:
+    for kind in ("stribeck", "cogging", "warmup", "compliance", "outside_corner"):
+        judged = verdict(_axis(kind, 20.0, seed=8))
+        assert judged.decidable
+        assert judged.margin is not None
+        assert judged.margin > SURE
+        assert judged.recovery is not None
+        assert judged.recovery < 1.0
+
+
+def test_the_same_seed_has_the_same_bytes_and_another_family_others() -> None:
+    one, same, other = draw(4), draw(4), draw(4, family=DEVELOPMENT)
+    assert one.kind == other.kind
+    for name, values in one.channels.items():
+        assert values.tobytes() == same.channels[name].tobytes()
+    assert one.simulation[EFFORT].tobytes() == same.simulation[EFFORT].tobytes()
+    assert one.channels[EFFORT].tobytes() != other.channels[EFFORT].tobytes()
+    assert draw(4, family=PROOF).measured.tobytes() == one.measured.tobytes()
+
+
+def test_every_third_case_hides_nothing_and_the_rest_everything() -> None:
+    plans = [planned(number) for number in range(1, 601)]
+    assert all(not plan.kinds for plan in plans[NOTHING_EVERY - 1 :: NOTHING_EVERY])
+    assert sum(not plan.kinds for plan in plans) == len(plans) // NOTHING_EVERY
+    seen = {(kind, plan.wanted) for plan in plans for kind in plan.kinds}
+    assert seen >= {(kind, wanted) for kind in AXIS_KINDS for wanted in (4.0, 8.0, 20.0)}
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.6, 0.97])
+@pytest.mark.parametrize("white", [0.0, 0.7])
+def test_whitened_noise_is_white(rho: float, white: float) -> None:
+    noise = Disturbance(slow=1.3, rho=rho, white=white)
+    drawn = noise.draw(np.random.default_rng(3), 40_000)
+    assert_allclose(np.std(drawn), np.hypot(1.3, white), rtol=0.1)
+    flat = noise.whitened(drawn)
+    assert_allclose(np.std(flat), 1.0, rtol=0.02)
+    for lag in (1, 2, 7):
+        assert abs(np.mean(flat[lag:] * flat[:-lag])) < 0.02
+
+
+def test_a_yardstick_leaves_own_columns_out() -> None:
+    case = _axis("cogging")
+    beside = Yardstick.beside(case.own, case.whitened)
+    assert beside.clarity(case.own[0]) < 1e-6 * np.linalg.norm(case.whitened(case.own[0]))
+    both = beside.clarity(case.hidden[0].part + 3.0 * case.own[1])
+    assert_allclose(both, beside.clarity(case.hidden[0].part), rtol=1e-9)
