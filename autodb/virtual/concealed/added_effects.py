@@ -150,8 +150,9 @@ class ExternalLoad(Effect):
         fall = np.clip((self.stop_s - t) / self.edge_s, 0.0, 1.0)
         return (rise * fall * (1.0 + self.lean * (u - 0.5)))[None]
 
-    def interval_s(self) -> tuple[float, float] | None:
-        """From the first to the last of it."""
+    def interval(self, world: World) -> tuple[float, float] | None:
+        """From the first to the last of it, s."""
+        del world
         return self.start_s, self.stop_s
 
 

@@ -1,12 +1,11 @@
 """Effects that change friction or the whole current: forms and ranges are *chosen*."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from autodb.virtual.concealed.effect import Effect, World
-from autodb.virtual.concealed.machine import Machine
 from autodb.virtual.concealed.moves import RATE_HZ, Array
 
 STEP_S = 0.2  # of the slow integration of warmth
@@ -26,9 +25,9 @@ class Warmup(Effect):
     term = "warmup"
     stage = 1
 
-    def most(self, machine: Machine) -> float:
+    def most(self, world: World) -> float:
         """A drop of 60 %."""
-        del machine
+        del world
         return 0.6
 
     def part(self, world: World, total: Array, size: float) -> Array:
@@ -73,9 +72,9 @@ class Presliding(Effect):
     term = "presliding"
     stage = 1
 
-    def most(self, machine: Machine) -> float:
+    def most(self, world: World) -> float:
         """All of Coulomb friction."""
-        del machine
+        del world
         return 1.0
 
     def columns(self, world: World, total: Array) -> Array:
@@ -98,9 +97,9 @@ class Backlash(Effect):
     term = "backlash"
     stage = 1
 
-    def most(self, machine: Machine) -> float:
+    def most(self, world: World) -> float:
         """All of the friction."""
-        del machine
+        del world
         return 1.0
 
     def columns(self, world: World, total: Array) -> Array:
@@ -124,9 +123,9 @@ class Compliance(Effect):
     term = "compliance"
     stage = 1
 
-    def most(self, machine: Machine) -> float:
+    def most(self, world: World) -> float:
         """Nine tenths of the inertia."""
-        del machine
+        del world
         return 0.9
 
     def columns(self, world: World, total: Array) -> Array:
@@ -153,9 +152,9 @@ class Gain(Effect):
     term = "gain"
     stage = 2
 
-    def most(self, machine: Machine) -> float:
+    def most(self, world: World) -> float:
         """40 %."""
-        del machine
+        del world
         return 0.4
 
     def columns(self, world: World, total: Array) -> Array:
@@ -181,9 +180,9 @@ class Lag(Effect):
     term = "lag"
     stage = 2
 
-    def most(self, machine: Machine) -> float:
+    def most(self, world: World) -> float:
         """20 ms."""
-        del machine
+        del world
         return 0.02
 
     def part(self, world: World, total: Array, size: float) -> Array:
@@ -209,13 +208,13 @@ class Saturation(Effect):
     stage = 3
 
     @property
-    def on_noise(self) -> bool:  # type: ignore[override]
+    def on_noise(self) -> bool:
         """A hard limit is one of the record, noise and all."""
         return self.knee == 0.0
 
-    def most(self, machine: Machine) -> float:
+    def most(self, world: World) -> float:
         """A limit at 30 % of the largest value."""
-        del machine
+        del world
         return 0.7
 
     def part(self, world: World, total: Array, size: float) -> Array:
@@ -247,18 +246,22 @@ class LostSign(Effect):
     sign: float
     term = "lost_sign"
     stage = 3
-    on_noise = True
 
-    def most(self, machine: Machine) -> float:
+    @property
+    def on_noise(self) -> bool:
+        """The record's sign is lost, noise and all."""
+        return True
+
+    def most(self, world: World) -> float:
         """No weight."""
-        del machine
+        del world
         return 1.0
 
-    def on(self, world: World, size: float) -> Machine:
+    def on(self, world: World, size: float) -> World:
         """A weight that leaves little to lose."""
         own = world.base - world.parts.get("gravity", np.zeros_like(world.base))
         whole = float(np.max(-self.sign * own))
-        return replace(world.machine, weight_A=self.sign * (1.0 - size) * whole, weighs=True)
+        return world.of(weight_A=self.sign * (1.0 - size) * whole, weighs=True)
 
     def part(self, world: World, total: Array, size: float) -> Array:
         """Twice what is negative."""

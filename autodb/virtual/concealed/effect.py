@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import Any
 
 import numpy as np
 
+from autodb.virtual.concealed.build import Hidable
 from autodb.virtual.concealed.machine import Machine
 from autodb.virtual.concealed.moves import Array, Moves
 
@@ -16,6 +17,10 @@ class World:
 
     machine: Machine
     moves: Moves
+
+    def of(self, **sizes: Any) -> "World":
+        """The same moves of a machine with other sizes."""
+        return World(replace(self.machine, **sizes), self.moves)
 
     @cached_property
     def parts(self) -> dict[str, Array]:
@@ -58,44 +63,19 @@ class World:
 
 
 @dataclass(frozen=True)
-class Effect:
-    """One effect of one shape. Its part follows from its size, and what there is before it.
+class Effect(Hidable[World]):
+    """An effect of a feed axis; sizes are A where not said otherwise."""
 
-    ``term``: identifier; ``stage``: contributions 0, changes of friction 1, of the whole 2, of the
-    record 3, which act in this order; ``most``: largest physical size, A where not said otherwise.
-    """
-
-    term: ClassVar[str]
-    stage: ClassVar[int] = 0
-    on_noise: ClassVar[bool] = False  # what it does it does to the noise too
-
-    def most(self, machine: Machine) -> float:
-        """Largest size: three times the axis' Coulomb friction."""
-        return 3.0 * machine.scale_A
-
-    def on(self, world: World, size: float) -> Machine:
-        """Return the machine itself, changed only by an effect that lies in its own sizes."""
-        del size
-        return world.machine
-
-    def part(self, world: World, total: Array, size: float) -> Array:
-        """What is added to the total (n,) before it: size x the only column."""
-        (column,) = self.columns(world, total)
-        part: Array = size * column
-        return part
-
-    def columns(self, world: World, total: Array) -> Array:
-        """Columns (k, n) that span what it adds at any size."""
-        raise NotImplementedError
-
-    def interval_s(self) -> tuple[float, float] | None:
-        """Return the stretch in which it acts, of an effect that has one."""
-        return None
+    def most(self, world: World) -> float:
+        """Three times the axis' Coulomb friction."""
+        return 3.0 * world.machine.scale_A
 
 
 @dataclass(frozen=True)
 class LeftOut(Effect):
     """A term that the machine has and the simulation lacks; its size is the machine's own."""
+
+    own = True
 
     def share(self, machine: Machine) -> Machine:
         """Return the machine with this term at size 1."""
@@ -113,9 +93,9 @@ class CoulombLeftOut(LeftOut):
 
     term = "coulomb"
 
-    def on(self, world: World, size: float) -> Machine:
+    def on(self, world: World, size: float) -> World:
         """Coulomb friction of this size."""
-        return replace(world.machine, coulomb_A=size)
+        return world.of(coulomb_A=size)
 
     def share(self, machine: Machine) -> Machine:
         """Coulomb friction of 1 A."""
@@ -128,9 +108,9 @@ class ViscousLeftOut(LeftOut):
 
     term = "viscous"
 
-    def on(self, world: World, size: float) -> Machine:
+    def on(self, world: World, size: float) -> World:
         """Viscous friction of this size."""
-        return replace(world.machine, viscous_A=size)
+        return world.of(viscous_A=size)
 
     def share(self, machine: Machine) -> Machine:
         """Viscous friction of 1 A."""
@@ -143,14 +123,14 @@ class InertiaLeftOut(LeftOut):
 
     term = "inertia"
 
-    def most(self, machine: Machine) -> float:
+    def most(self, world: World) -> float:
         """10 A at 1 m/s^2."""
-        del machine
+        del world
         return 10.0
 
-    def on(self, world: World, size: float) -> Machine:
+    def on(self, world: World, size: float) -> World:
         """Inertia of this size."""
-        return replace(world.machine, inertia_A_s2_mm=size / 1000.0)
+        return world.of(inertia_A_s2_mm=size / 1000.0)
 
     def share(self, machine: Machine) -> Machine:
         """Inertia of 1 A at 1 m/s^2."""
@@ -164,9 +144,9 @@ class WeightLeftOut(LeftOut):
     sign: float
     term = "gravity"
 
-    def on(self, world: World, size: float) -> Machine:
+    def on(self, world: World, size: float) -> World:
         """Weight of this size."""
-        return replace(world.machine, weight_A=self.sign * size, weighs=True)
+        return world.of(weight_A=self.sign * size, weighs=True)
 
     def share(self, machine: Machine) -> Machine:
         """Weight of 1 A."""
