@@ -83,7 +83,7 @@ def rms(values: Array) -> float:
 
 
 def _blocks(case: Case, yardstick: Yardstick, rivals: Iterable[Rival]) -> Iterable[Block]:
-    for rival in rivals:
+    for rival in (one for one in rivals if len(one.columns)):
         whole = np.linalg.norm(case.whitened(rival.columns).reshape(len(rival.columns), -1))
         rows = _orthonormal(yardstick.left(rival.columns), SEEN * float(whole))
         if len(rows):

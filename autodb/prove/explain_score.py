@@ -35,6 +35,7 @@ class Scored:
 
     seed: int
     kind: str
+    table: bool
     wanted: float
     reached: bool
     tuning: str
@@ -81,6 +82,7 @@ def unanswered(case: Case) -> Scored:
     return Scored(
         seed=case.seed,
         kind=case.kind,
+        table=case.table,
         wanted=case.wanted,
         reached=case.reached,
         tuning=case.tuning,

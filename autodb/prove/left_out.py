@@ -30,7 +30,7 @@ def answered(case: Case) -> Scored:
     except UnusableInput as error:
         return replace(truth, refused=str(error))
     answers = explained.explanation.channels
-    step = 1.0 if isinstance(recording, CutTable) else 0.0
+    step = 1.0 if case.table else 0.0
     shared = None
     if case.interval is not None:
         shared = overlap(stretches(answers), case.interval, step=step)
@@ -41,8 +41,8 @@ def answered(case: Case) -> Scored:
 
 def tables(case: Case) -> tuple[Recording | CutTable, Recording | CutTable]:
     """Return recording and simulation of a case as they are read from files."""
-    kind = CutTable if "cut" in case.channels else Recording
-    return (
-        kind(path=Path(f"case-{case.seed}.csv"), channels=case.channels),
-        kind(path=Path(f"case-{case.seed}-simulation.csv"), channels=case.simulation),
-    )
+    paths = Path(f"case-{case.seed}.csv"), Path(f"case-{case.seed}-simulation.csv")
+    if not case.table:
+        return Recording(paths[0], case.channels), Recording(paths[1], case.simulation)
+    texts = {"operation": ["turn"] * len(case.channels["cut"])}
+    return CutTable(paths[0], case.channels, texts), CutTable(paths[1], case.simulation)

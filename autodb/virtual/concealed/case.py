@@ -65,6 +65,11 @@ class Case:
     rivals: Callable[[], Iterable[Rival]]
 
     @property
+    def table(self) -> bool:
+        """Say whether it is a table of cuts."""
+        return "cut" in self.channels
+
+    @property
     def terms(self) -> frozenset[str]:
         """Identifiers of what is hidden; `unknown` for what no identifier stands for."""
         return frozenset(one.term for one in self.hidden)

@@ -11,67 +11,75 @@ import numpy as np
 
 from autodb.virtual.concealed.axis_cases import AXIS_KINDS, draw_axis
 from autodb.virtual.concealed.case import Case
+from autodb.virtual.concealed.cut_cases import CUT_KINDS, draw_table
 
 DEVELOPMENT, PROOF = 1, 2
 CLARITIES = (8.0, 20.0, 4.0)
-CLEARER = (60.0, 200.0)
-"""Real machines are often as clear as this; the plan has CLARITIES, these are there to be asked."""
 NOTHING_EVERY = 3
+TABLE_EVERY = 4
+"""Of the cases that hide nothing every fourth is a table of cuts."""
+Kinds = tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Planned:
-    """What is hidden, and how clearly each effect shows."""
+    """What is hidden, in a recording of an axis or a table of cuts, and how clearly it shows."""
 
-    kinds: tuple[str, ...]
+    kinds: Kinds
     wanted: float
+    table: bool = False
 
 
-def _excluded(kinds: tuple[str, ...]) -> bool:
-    """Say whether kinds cannot be hidden together: a weight that is the size of both, or twice
-    what no identifier stands for."""
-    return {"gravity", "lost_sign"} <= set(kinds) or sum("outside" in kind for kind in kinds) > 1
+def _excluded(kinds: Kinds) -> bool:
+    """Say whether kinds cannot be hidden together: the weight would be the size of both."""
+    return {"gravity", "lost_sign"} <= set(kinds)
 
 
-def _several(kinds: tuple[str, ...], number: int, count: int, seed: int) -> list[tuple[str, ...]]:
-    """Draw ``count`` sets of so many kinds, each kind about as often as any other."""
-    rng = np.random.default_rng([seed, number])
-    sets = [one for one in combinations(kinds, number) if not _excluded(one)]
-    seen = dict.fromkeys(kinds, 0)
+def _several(kinds: Kinds, number: int, count: int) -> list[Kinds]:
+    """Draw ``count`` sets of so many named kinds, each kind about as often as any other."""
+    rng = np.random.default_rng([41, number])
+    named = [kind for kind in kinds if "outside" not in kind]
+    sets = [one for one in combinations(named, number) if not _excluded(one)]
+    seen = dict.fromkeys(named, 0)
     chosen = []
     for _ in range(count):
-        order = rng.permutation(len(sets))
-        best = min(order, key=lambda i: sum(seen[kind] for kind in sets[i]))
-        chosen.append(sets.pop(int(best)))
+        order = [int(i) for i in rng.permutation(len(sets))]
+        least = min(order, key=lambda i: sum(seen[kind] for kind in sets[i]))
+        chosen.append(sets.pop(least))
         for kind in chosen[-1]:
             seen[kind] += 1
     return chosen
 
 
-def _axis_sets() -> list[tuple[str, ...]]:
-    """Each kind alone, 20 pairs, 8 triples."""
-    named = tuple(kind for kind in AXIS_KINDS if "outside" not in kind)
-    alone = [(kind,) for kind in AXIS_KINDS]
-    return [*alone, *_several(named, 2, 20, 41), *_several(named, 3, 8, 41)]
+def _sets(kinds: Kinds, *, pairs: int, triples: int) -> list[Kinds]:
+    """Each kind alone, then pairs and triples."""
+    alone = [(kind,) for kind in kinds]
+    return [*alone, *_several(kinds, 2, pairs), *_several(kinds, 3, triples)]
 
 
-def _shuffled(sets: list[tuple[str, ...]], seed: int) -> tuple[tuple[str, ...], ...]:
-    return tuple(sets[i] for i in np.random.default_rng(seed).permutation(len(sets)))
+def _rounds() -> tuple[tuple[Kinds, bool], ...]:
+    """What is hidden and whether in a table: all that the plan has, in an order drawn once."""
+    axis = [(kinds, False) for kinds in _sets(AXIS_KINDS, pairs=20, triples=8)]
+    sets = [*axis, *((kinds, True) for kinds in _sets(CUT_KINDS, pairs=8, triples=2))]
+    return tuple(sets[i] for i in np.random.default_rng(42).permutation(len(sets)))
 
 
-AXIS_SETS = _shuffled(_axis_sets(), 42)
+ROUND = _rounds()
 
 
 def planned(number: int) -> Planned:
     """Return what case ``number`` (1, 2, ...) hides.
 
-    Every third hides nothing; the others go through AXIS_SETS, at the next of CLARITIES each round.
+    Every third hides nothing; the others go through ROUND, each at the next of CLARITIES in the
+    next round.
     """
+    before = (number - 1) // NOTHING_EVERY
     if number % NOTHING_EVERY == 0:
-        return Planned((), CLARITIES[number // NOTHING_EVERY % len(CLARITIES)])
-    place = number - 1 - (number - 1) // NOTHING_EVERY
-    turn, at = divmod(place, len(AXIS_SETS))
-    return Planned(AXIS_SETS[at], CLARITIES[(turn + at) % len(CLARITIES)])
+        clarity = CLARITIES[before % len(CLARITIES)]
+        return Planned((), clarity, before % TABLE_EVERY == TABLE_EVERY - 1)
+    turn, at = divmod(number - 1 - before, len(ROUND))
+    kinds, table = ROUND[at]
+    return Planned(kinds, CLARITIES[(turn + at) % len(CLARITIES)], table)
 
 
 def draw(seed: int, *, family: int = PROOF, asked: Planned | None = None) -> Case:
@@ -81,4 +89,18 @@ def draw(seed: int, *, family: int = PROOF, asked: Planned | None = None) -> Cas
     ()
     """
     plan = asked or planned(seed)
-    return draw_axis(seed, plan.kinds, plan.wanted, family=family)
+    drawn = draw_table if plan.table else draw_axis
+    return drawn(seed, plan.kinds, plan.wanted, family=family)
+
+
+def fixed_cases() -> list[tuple[int, Planned]]:
+    """Seeds and contents of the 60 cases that a test runs; the first 30 serve for comparisons.
+
+    The rule: seeds 1 to 60 of PROOF; of each three one hides nothing, two the next of ROUND, in
+    turn with clarity 20 and 8. So all kinds that stand first in ROUND, none chosen by its outcome.
+    """
+    cases = []
+    for seed in range(1, 61):
+        plan = planned(seed)
+        cases.append((seed, Planned(plan.kinds, 20.0 if seed % 2 else 8.0, plan.table)))
+    return cases
