@@ -110,12 +110,15 @@ def test_every_third_case_hides_nothing_and_the_rest_everything() -> None:
     }
 
 
-def test_sixty_fixed_cases_hide_something_in_two_of_three() -> None:
-    fixed = fixed_cases()
-    assert [seed for seed, _ in fixed] == list(range(1, 61))
-    assert sum(bool(plan.kinds) for _, plan in fixed) == 40
-    assert {plan.wanted for _, plan in fixed} == {8.0, 20.0}
-    assert {plan.table for _, plan in fixed} == {False, True}
+def test_fixed_cases_hide_something_in_two_of_three() -> None:
+    fixed = list(fixed_cases(6))
+    assert [case.seed for case in fixed] == [1, 2, 3, 4, 5, 6]
+    assert [case.wanted for case in fixed] == [20.0, 8.0] * 3
+    assert [bool(case.hidden) for case in fixed] == [True, True, False] * 2
+    assert fixed[0].measured.tobytes() != draw(1).measured.tobytes()
+    sixty = [planned(seed) for seed in range(1, 61)]
+    assert sum(bool(plan.kinds) for plan in sixty) == 40
+    assert {plan.table for plan in sixty} == {False, True}
 
 
 def test_a_table_of_cuts_has_what_a_shop_knows() -> None:

@@ -16,11 +16,12 @@ from scipy.stats import binom
 import autodb
 from autodb.errors import UnusableInput
 from autodb.prove import axis_intervals, proofs
+from autodb.prove.found import markdown
 from autodb.prove.oracle import oracle
 from autodb.prove.proofs import PROOFS, Proof, begin, carry_out
 from autodb.prove.runs import digest
 from autodb.prove.score import LEVEL, POOLED, Judged, Z, scored
-from autodb.prove.summary import COLUMNS, Summary, cells, markdown
+from autodb.prove.summary import COLUMNS, Summary, cells
 from autodb.virtual.axes import draw_run
 from autodb.virtual.quantities import NAMES, quantities
 from tests.conftest import Cli
@@ -41,12 +42,14 @@ def _narrow(seed: int) -> list[Judged]:
     return [replace(one, low=one.value - 0.1, high=one.value + 0.1)]
 
 
-def _made(run: Callable[[int], list[Judged]]) -> Proof:
+def _made(run: Callable[[int], list[Judged]]) -> Proof[Judged]:
     return replace(PROOFS[0], run=run)
 
 
-def _carried_out(proof: Proof, folder: Path, runs: int = RUNS) -> Summary:
-    return carry_out(begin(proof, folder), runs, progress=lambda _: None)
+def _carried_out(proof: Proof[Judged], folder: Path, runs: int = RUNS) -> Summary:
+    found = carry_out(begin(proof, folder), runs, progress=lambda _: None)
+    assert isinstance(found, Summary)
+    return found
 
 
 def _files(folder: Path) -> dict[str, bytes]:

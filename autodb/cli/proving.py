@@ -1,4 +1,4 @@
-"""`prove`: do the intervals hold the truth of virtual machines as often as stated?"""
+"""`prove`: does what is said of virtual machines hold against their truth?"""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -8,15 +8,18 @@ import typer
 from autodb.cli._common import counting, say, show, table
 
 if TYPE_CHECKING:
-    from autodb.prove.summary import Summary
+    from autodb.prove.found import Found
 
 CHECK_FAILED = 1
-RUNS = 2000
 
 Name = Annotated[str | None, typer.Argument(help="Which proof; without it they are listed.")]
 Runs = Annotated[
     int | None,
-    typer.Option("--runs", min=1, help=f"Machines to draw, seeds 1 to this [default: {RUNS}]."),
+    typer.Option("--runs", min=1, help="Cases to draw, seeds 1 to this [default: of the proof]."),
+]
+Workers = Annotated[
+    int | None,
+    typer.Option("--workers", min=2, help="Processes that share the runs [default: this one]."),
 ]
 Out = Annotated[
     Path | None,
@@ -24,27 +27,29 @@ Out = Annotated[
 ]
 
 
-def prove(name: Name = None, runs: Runs = None, out: Out = None) -> None:
-    """Prove on virtual machines that 95 % intervals hold the truth; exit 1 when a check fails."""
+def prove(name: Name = None, runs: Runs = None, out: Out = None, workers: Workers = None) -> None:
+    """Prove on virtual machines that what autodb says of them holds; exit 1 when a check fails."""
     from autodb.errors import UnusableInput
+    from autodb.prove.found import line
     from autodb.prove.proofs import begin, carry_out, proof
 
     if name is None:
-        if runs is not None or out is not None:
-            raise UnusableInput("--runs and --out go with the name of a proof")
+        if (runs, out, workers) != (None, None, None):
+            raise UnusableInput("--runs, --out and --workers go with the name of a proof")
         _list()
         return
-    wanted = RUNS if runs is None else runs
-    begun = begin(proof(name), out or Path(f"{name}-proof"))
+    asked = proof(name)
+    wanted = asked.runs if runs is None else runs
+    begun = begin(asked, out or Path(f"{name}-proof"))
     if begun.note:
         say(begun.note)
     there = sum(seed <= wanted for seed in begun.finished)
     if there:
         say(f"{begun.path}: {there} of {wanted} runs are already there")
     with counting(f"proving {name}", wanted) as progress:
-        found = carry_out(begun, wanted, progress=progress)
+        found = carry_out(begun, wanted, progress=progress, workers=workers or 1)
     _show(found)
-    say(f"{found.line}: {begun.path.with_suffix('.json')}")
+    say(f"{line(found)}: {begun.path.with_suffix('.json')}")
     if not found.passed:
         raise typer.Exit(CHECK_FAILED)
 
@@ -52,16 +57,15 @@ def prove(name: Name = None, runs: Runs = None, out: Out = None) -> None:
 def _list() -> None:
     from autodb.prove.proofs import PROOFS
 
-    rows = table("Proofs", "name", "what it proves")
+    rows = table("Proofs", "name", ">runs", "what it proves")
     for one in PROOFS:
-        rows.add_row(one.name, one.what)
+        rows.add_row(one.name, str(one.runs), one.what)
     show(rows)
 
 
-def _show(found: "Summary") -> None:
-    from autodb.prove.summary import COLUMNS, cells
-
-    rows = table("Intervals against the truth", *COLUMNS)
-    for row in found.rows:
-        rows.add_row(*cells(row))
-    show(rows)
+def _show(found: "Found") -> None:
+    for one in found.tables():
+        rows = table(one.title, *one.heads)
+        for row in one.rows:
+            rows.add_row(*row)
+        show(rows)

@@ -1,30 +1,71 @@
 """The proofs there are, and running one: seeds 1 to n, each run kept as soon as it is finished."""
 
-from collections.abc import Callable
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from multiprocessing import get_context
 from pathlib import Path
 from types import ModuleType
+from typing import Any, Generic, TypeVar
+
+from pydantic import TypeAdapter
 
 import autodb
 from autodb.errors import UnusableInput, near
-from autodb.prove import axis_intervals
+from autodb.prove import axis_intervals, explain_summary, left_out, summary
+from autodb.prove.explain_score import Scored
+from autodb.prove.found import Found
 from autodb.prove.runs import Finished, Origin, append, digest, resume
 from autodb.prove.score import Judged
-from autodb.prove.summary import Summary, summary_of
 from autodb.virtual import axes, curves, motion, noise, quantities
 
+J = TypeVar("J")
 ROOT = Path(autodb.__file__).parent
 APART = ("cli", "virtual")
 """Folders that make no interval; the generator's own modules are looked at by themselves."""
 
 
+CONCEALED = tuple(
+    import_module(f"autodb.virtual.concealed{name}")
+    for name in (
+        "",
+        ".added_effects",
+        ".axis_cases",
+        ".axis_families",
+        ".build",
+        ".case",
+        ".changing_effects",
+        ".cut_cases",
+        ".cut_effects",
+        ".cut_families",
+        ".cuts",
+        ".disturbance",
+        ".effect",
+        ".machine",
+        ".moves",
+        ".plan",
+    )
+)
+
+
 @dataclass(frozen=True)
-class Proof:
-    """One proof: its name, what it proves, a run of one seed, and the generator's modules."""
+class Proof(Generic[J]):
+    """One proof: its name, what it proves, how many runs it takes, and the generator's modules.
+
+    ``run`` judges what one seed draws; ``kept`` is the form of a finished run in a file; ``score``
+    sums up runs in the order of their seeds; ``read`` reads what was written of a score.
+    """
 
     name: str
     what: str
-    run: Callable[[int], list[Judged]]
+    runs: int
+    run: Callable[[int], list[J]]
+    kept: TypeAdapter[Finished[J]]
+    score: Callable[[Sequence[Finished[J]], Origin], Found]
+    read: Callable[[str], Found]
     generator: tuple[ModuleType, ...]
 
     def origin(self) -> Origin:
@@ -39,17 +80,31 @@ class Proof:
         )
 
 
-PROOFS = (
+PROOFS: tuple[Proof[Any], ...] = (
     Proof(
         name="axis-intervals",
         what="95 % intervals of an identified axis hold the truth of axes drawn at random",
+        runs=2000,
         run=axis_intervals.run,
+        kept=TypeAdapter(Finished[Judged]),
+        score=summary.summary_of,
+        read=summary.Summary.from_json,
         generator=(axes, curves, motion, noise, quantities),
+    ),
+    Proof(
+        name="explain",
+        what="explain names what a simulation left out, and nothing where nothing is missing",
+        runs=3000,
+        run=left_out.run,
+        kept=TypeAdapter(Finished[Scored]),
+        score=explain_summary.summary_of,
+        read=explain_summary.Summary.from_json,
+        generator=CONCEALED,
     ),
 )
 
 
-def proof(name: str) -> Proof:
+def proof(name: str) -> Proof[Any]:
     """Return a proof by name; raises UnusableInput naming those there are."""
     found = next((one for one in PROOFS if one.name == name), None)
     if found is None:
@@ -61,14 +116,14 @@ def proof(name: str) -> Proof:
 class Begun:
     """A proof in a folder: the file of its runs, those finished, why it began anew or nothing."""
 
-    proof: Proof
+    proof: Proof[Any]
     origin: Origin
     path: Path
-    finished: dict[int, Finished]
+    finished: dict[int, Finished[Any]]
     note: str
 
 
-def begin(asked: Proof, folder: Path) -> Begun:
+def begin(asked: Proof[Any], folder: Path) -> Begun:
     """Open or make the file of a proof's runs in ``folder``.
 
     Raises UnusableInput when the folder is a file, or the file in it no runs of a proof.
@@ -77,21 +132,45 @@ def begin(asked: Proof, folder: Path) -> Begun:
         raise UnusableInput(f"{folder}: is a file; --out needs a folder")
     folder.mkdir(parents=True, exist_ok=True)
     path, origin = folder / f"{asked.name}.jsonl", asked.origin()
-    finished, note = resume(path, origin)
+    finished, note = resume(path, origin, asked.kept)
     return Begun(asked, origin, path, finished, note)
 
 
-def carry_out(begun: Begun, runs: int, *, progress: Callable[[int], None]) -> Summary:
+def carry_out(
+    begun: Begun, runs: int, *, progress: Callable[[int], None], workers: int = 1
+) -> Found:
     """Run the seeds of 1 to ``runs`` that are not finished, and sum up all of them.
 
-    The summary is written beside the runs as JSON.
+    ``progress`` is told how many are finished. Several ``workers`` are processes of their own; a
+    run is kept when it is finished, whatever others do. The summary is written beside the runs as
+    JSON; it does not depend on how many worked.
     """
-    finished = dict(begun.finished)
-    for seed in range(1, runs + 1):
-        if seed not in finished:
-            run = Finished(seed, tuple(begun.proof.run(seed)))
-            finished[seed] = append(begun.path, run)
-        progress(seed)
-    found = summary_of([finished[seed] for seed in range(1, runs + 1)], begun.origin)
+    finished = {seed: run for seed, run in begun.finished.items() if seed <= runs}
+    progress(len(finished))
+    missing = [seed for seed in range(1, runs + 1) if seed not in finished]
+    for run in _finished(begun.proof, missing, workers):
+        finished[run.seed] = append(begun.path, run, begun.proof.kept)
+        progress(len(finished))
+    found = begun.proof.score([finished[seed] for seed in range(1, runs + 1)], begun.origin)
     begun.path.with_suffix(".json").write_text(found.to_json(), encoding="utf-8")
     return found
+
+
+def _finished(asked: Proof[Any], seeds: list[int], workers: int) -> Iterator[Finished[Any]]:
+    if workers == 1 or len(seeds) < 2:
+        yield from (Finished(seed, tuple(asked.run(seed))) for seed in seeds)
+        return
+    # Each worker has a core for itself; linear algebra reads this before it starts
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ[name] = "1"
+    with get_context("spawn").Pool(workers, _leave_interrupts) as pool:
+        yield from pool.imap_unordered(partial(_run, asked.name), seeds)
+
+
+def _run(name: str, seed: int) -> Finished[Any]:
+    return Finished(seed, tuple(proof(name).run(seed)))
+
+
+def _leave_interrupts() -> None:
+    """A keyboard's interrupt is the parent's, who ends the workers."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

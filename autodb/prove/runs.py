@@ -9,15 +9,15 @@ import os
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
 from autodb.checksums import checksum
 from autodb.errors import UnusableInput
-from autodb.prove.score import Judged
 
 T = TypeVar("T")
+J = TypeVar("J")
 
 
 @dataclass(frozen=True)
@@ -31,15 +31,14 @@ class Origin:
 
 
 @dataclass(frozen=True)
-class Finished:
-    """A finished run: its seed, and its quantities as they were judged."""
+class Finished(Generic[J]):
+    """A finished run: its seed, and what was judged in it."""
 
     seed: int
-    quantities: tuple[Judged, ...]
+    judged: tuple[J, ...]
 
 
 ORIGIN: TypeAdapter[Origin] = TypeAdapter(Origin)
-FINISHED: TypeAdapter[Finished] = TypeAdapter(Finished)
 
 
 def digest(sources: Iterable[Path], *, root: Path) -> str:
@@ -50,7 +49,9 @@ def digest(sources: Iterable[Path], *, root: Path) -> str:
     return found.hexdigest()[:16]
 
 
-def resume(path: Path, origin: Origin) -> tuple[dict[int, Finished], str]:
+def resume(
+    path: Path, origin: Origin, kind: TypeAdapter[Finished[J]]
+) -> tuple[dict[int, Finished[J]], str]:
     """Return the finished runs of a file by seed, and a line on why it begins anew, or nothing.
 
     A line that a kill left unfinished is cut off. A file of another origin is replaced.
@@ -64,20 +65,20 @@ def resume(path: Path, origin: Origin) -> tuple[dict[int, Finished], str]:
     if before != origin:
         _begin(path, origin)
         return {}, f"{path}: {_changed(before, origin)}; all runs begin anew"
-    runs = [_parsed(FINISHED, line, path, row=row) for row, line in enumerate(kept[1:], start=2)]
+    runs = [_parsed(kind, line, path, row=row) for row, line in enumerate(kept[1:], start=2)]
     os.truncate(path, whole)
     return {run.seed: run for run in runs}, ""
 
 
-def append(path: Path, run: Finished) -> Finished:
+def append(path: Path, run: Finished[J], kind: TypeAdapter[Finished[J]]) -> Finished[J]:
     """Write a run at the end of the file, at once, and return it as it is read back.
 
     What is no number is written as null, so an end of an interval that is none was not given.
     """
-    line = FINISHED.dump_json(run)
+    line = kind.dump_json(run)
     with path.open("ab") as file:
         file.write(line + b"\n")
-    return FINISHED.validate_json(line)
+    return kind.validate_json(line)
 
 
 def _begin(path: Path, origin: Origin) -> None:

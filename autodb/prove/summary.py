@@ -1,12 +1,13 @@
-"""What a proof found, as a table: for a terminal, for a page, and as JSON."""
+"""What a proof of intervals found: a row a quantity."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pydantic import TypeAdapter
 
+from autodb.prove.found import Table, percent, ratio
 from autodb.prove.runs import Finished, Origin
-from autodb.prove.score import SCORE_RATIO, Row, scored
+from autodb.prove.score import SCORE_RATIO, Judged, Row, scored
 
 COLUMNS = (
     "quantity",
@@ -21,7 +22,7 @@ COLUMNS = (
     f">score × oracle's (≤ {SCORE_RATIO:g})",
     "",
 )
-"""Heads of the table; those that begin with > are right-aligned."""
+"""Heads of the table."""
 
 
 @dataclass(frozen=True)
@@ -37,15 +38,10 @@ class Summary:
         """Say whether every row is within its limits."""
         return all(row.passed for row in self.rows)
 
-    @property
-    def line(self) -> str:
-        """Return where the table came from, in one line."""
-        first, last = self.seeds
-        return (
-            f"{self.origin.proof}: {last - first + 1} runs, seeds {first} to {last}, "
-            f"autodb {self.origin.version}, generator {self.origin.generator}, "
-            f"product {self.origin.product}"
-        )
+    def tables(self) -> tuple[Table, ...]:
+        """Return the only table."""
+        rows = tuple(tuple(cells(row)) for row in self.rows)
+        return (Table("Intervals against the truth", COLUMNS, rows),)
 
     def to_json(self) -> str:
         """Return the summary as JSON, as ``from_json`` reads it."""
@@ -60,9 +56,9 @@ class Summary:
 SUMMARY: TypeAdapter[Summary] = TypeAdapter(Summary)
 
 
-def summary_of(runs: Sequence[Finished], origin: Origin) -> Summary:
+def summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> Summary:
     """Return the score of finished runs in the order of their seeds."""
-    judged = [one for run in runs for one in run.quantities]
+    judged = [one for run in runs for one in run.judged]
     rows = scored(judged, runs=len(runs))
     return Summary(origin, (runs[0].seed, runs[-1].seed), tuple(rows))
 
@@ -73,30 +69,13 @@ def cells(row: Row) -> list[str]:
     return [
         row.name,
         str(row.runs),
-        _percent(row.given),
-        _percent(row.share),
-        f"{_percent(row.share_low)} to {_percent(row.share_high)}",
-        f"{_percent(low)} to {_percent(high)}",
-        _percent(row.oracle_share),
+        percent(row.given),
+        percent(row.share),
+        f"{percent(row.share_low)} to {percent(row.share_high)}",
+        f"{percent(low)} to {percent(high)}",
+        percent(row.oracle_share),
         "" if row.width is None else f"{row.width:.3g} {row.unit}",
-        _ratio(row.width_ratio),
-        _ratio(row.score_ratio),
+        ratio(row.width_ratio),
+        ratio(row.score_ratio),
         "passed" if row.passed else "FAILED",
     ]
-
-
-def markdown(found: Summary) -> str:
-    """Return the line of origin and the table as a page has it."""
-    heads = [name.removeprefix(">") for name in COLUMNS]
-    rules = ["---:" if name.startswith(">") else "---" for name in COLUMNS]
-    rows = [heads, rules, *(cells(row) for row in found.rows)]
-    table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
-    return f"{found.line}\n\n{table}\n"
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.1f} %"
-
-
-def _ratio(value: float | None) -> str:
-    return "" if value is None else f"{value:.2f}"

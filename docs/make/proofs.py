@@ -5,15 +5,16 @@ A proof takes too long for a test: its summary is kept here, and the page is mad
 
 from pathlib import Path
 
-from autodb.prove.summary import Summary, markdown
+from autodb.prove.found import Found, markdown
+from autodb.prove.proofs import proof
 
 KEPT = Path(__file__).parent
 BEGIN, END = "<!-- proof: {} -->\n", "<!-- end of proof -->\n"
 
 
-def kept(name: str) -> Summary:
+def kept(name: str) -> Found:
     """Return the summary of a proof that is kept beside this file."""
-    return Summary.from_json((KEPT / f"{name}.json").read_text("utf-8"))
+    return proof(name).read((KEPT / f"{name}.json").read_text("utf-8"))
 
 
 def filled(page: str, names: list[str]) -> str:

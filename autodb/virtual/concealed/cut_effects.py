@@ -218,6 +218,11 @@ class NoseRadius(CutEffect):
     term = "nose_radius"
     stage = 2
 
+    def most(self, world: CutWorld) -> float:
+        """1 rad at no depth."""
+        del world
+        return 1.0
+
     def course(self, world: CutWorld, total: Array) -> Array:
         """For a small angle, e^(-a_p/a_n) or 1/(1 + (a_p/a_n)^2)."""
         u = world.cuts.depth_mm / self.depth_mm

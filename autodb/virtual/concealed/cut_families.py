@@ -139,12 +139,12 @@ def _depths(cuts: Cuts) -> Iterator[CutEffect]:
 
 def _nose(rng: Generator, cuts: Cuts) -> CutEffect:
     del cuts
-    return cutting.NoseRadius(EVEN, rng.uniform(0.3, 1.2), _coin(rng))
+    return cutting.NoseRadius(EVEN, rng.uniform(0.5, 1.5), _coin(rng))
 
 
 def _noses(cuts: Cuts) -> Iterator[CutEffect]:
     del cuts
-    for depth in (0.3, 0.6, 1.2):
+    for depth in (0.5, 0.9, 1.5):
         yield from (cutting.NoseRadius(EVEN, depth, fades) for fades in (False, True))
 
 

@@ -1,10 +1,11 @@
 """Which case a seed is: what is hidden follows from the seed alone, every third hides nothing.
 
-Two families of seeds have nothing in common: explanations are improved on DEVELOPMENT only, and
-proved on PROOF.
+Families of seeds have nothing in common: explanations are improved on DEVELOPMENT only, proved on
+PROOF, and tested on FIXED.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -13,7 +14,7 @@ from autodb.virtual.concealed.axis_cases import AXIS_KINDS, draw_axis
 from autodb.virtual.concealed.case import Case
 from autodb.virtual.concealed.cut_cases import CUT_KINDS, draw_table
 
-DEVELOPMENT, PROOF = 1, 2
+DEVELOPMENT, PROOF, FIXED = 1, 2, 3
 CLARITIES = (8.0, 20.0, 4.0)
 NOTHING_EVERY = 3
 TABLE_EVERY = 4
@@ -93,14 +94,12 @@ def draw(seed: int, *, family: int = PROOF, asked: Planned | None = None) -> Cas
     return drawn(seed, plan.kinds, plan.wanted, family=family)
 
 
-def fixed_cases() -> list[tuple[int, Planned]]:
-    """Seeds and contents of the 60 cases that a test runs; the first 30 serve for comparisons.
+def fixed_cases(count: int = 60) -> Iterator[Case]:
+    """The first of 60 cases for tests and, the first 30 of them, for comparisons.
 
-    The rule: seeds 1 to 60 of PROOF; of each three one hides nothing, two the next of ROUND, in
-    turn with clarity 20 and 8. So all kinds that stand first in ROUND, none chosen by its outcome.
+    The rule: seeds 1 to 60 of FIXED hide what the plan says, with clarity 20 and 8 in turn. So one
+    of three hides nothing, the others what stands first in ROUND: none was chosen by its outcome.
     """
-    cases = []
-    for seed in range(1, 61):
-        plan = planned(seed)
-        cases.append((seed, Planned(plan.kinds, 20.0 if seed % 2 else 8.0, plan.table)))
-    return cases
+    for seed in range(1, count + 1):
+        plan = replace(planned(seed), wanted=20.0 if seed % 2 else 8.0)
+        yield draw(seed, family=FIXED, asked=plan)
