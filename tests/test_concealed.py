@@ -154,3 +154,15 @@ def test_a_yardstick_leaves_own_columns_out() -> None:
     assert beside.clarity(case.own[0]) < 1e-6 * np.linalg.norm(case.whitened(case.own[0]))
     both = beside.clarity(case.hidden[0].part + 3.0 * case.own[1])
     assert_allclose(both, beside.clarity(case.hidden[0].part), rtol=1e-9)
+
+
+def test_every_case_of_a_plan_can_be_drawn() -> None:
+    """What is hidden together can be: one case of each entry, seeds of DEVELOPMENT."""
+    seeds = [seed for seed in range(1, 130) if planned(seed).kinds]
+    cases = [draw(seed, family=DEVELOPMENT) for seed in seeds]
+    assert {case.kind for case in cases} == {"+".join(planned(seed).kinds) for seed in seeds}
+    assert sum(not case.reached for case in cases) < 0.15 * len(cases)
+    for case in cases:
+        assert np.isfinite(case.measured).all()
+        if case.reached:
+            assert_allclose([one.clarity for one in case.hidden], case.wanted, rtol=0.01)

@@ -255,7 +255,7 @@ def _lags(moves: Moves) -> Iterator[Effect]:
 def _saturation(rng: Generator, moves: Moves) -> Effect:
     del moves
     sides = ((1.0, -1.0), (1.0,), (-1.0,))[rng.integers(3)]
-    return changing.Saturation(sides, float(rng.choice([0.0, rng.uniform(0.01, 0.08)])))
+    return changing.Saturation(sides, float(rng.choice([0.0, rng.uniform(0.05, 0.3)])))
 
 
 def _saturations(moves: Moves) -> Iterator[Effect]:
@@ -266,7 +266,7 @@ def _saturations(moves: Moves) -> Iterator[Effect]:
 
 def _lost_signs(moves: Moves) -> Iterator[Effect]:
     del moves
-    yield changing.LostSign(1.0)
+    yield changing.LostSign()
 
 
 def _corner(rng: Generator, moves: Moves) -> Effect:
@@ -332,7 +332,7 @@ FAMILIES = (
     Family("sensor_drift", _sensor_drift, _sensor_drifts),
     Family("lag", _lag, _lags),
     Family("saturation", _saturation, _saturations),
-    Family("lost_sign", _just(lambda rng: changing.LostSign(_sign(rng))), _lost_signs),
+    Family("lost_sign", _just(lambda _: changing.LostSign()), _lost_signs),
     Family("outside_corner", _corner, _none),
     Family("outside_pump", _pump, _none),
     Family("outside_y_friction", partial(_across, added.friction_across), _none),

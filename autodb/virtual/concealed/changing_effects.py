@@ -203,7 +203,7 @@ class Saturation(Effect):
     """Clipped at a limit, (1 - size) of the largest value: both ways, or one, hard or softly."""
 
     sides: tuple[float, ...]  # +1, -1
-    knee: float  # share of the limit over which it goes over; 0: hard
+    knee: float  # share of what is cut off over which it goes over; 0: hard
     term = "saturation"
     stage = 3
 
@@ -224,8 +224,8 @@ class Saturation(Effect):
         limit = (1.0 - size) * largest if largest > 0.0 else np.inf
         for side in self.sides:
             over = side * clipped - limit
-            if self.knee and np.isfinite(limit):
-                wide = self.knee * limit
+            wide = self.knee * size * largest
+            if wide > 0.0:
                 clipped = clipped - side * wide * np.logaddexp(0.0, over / wide)
             else:
                 clipped = clipped - side * np.maximum(over, 0.0)
@@ -243,7 +243,6 @@ class LostSign(Effect):
     The weight is (1 - size) x what makes all of the current positive.
     """
 
-    sign: float
     term = "lost_sign"
     stage = 3
 
@@ -260,8 +259,8 @@ class LostSign(Effect):
     def on(self, world: World, size: float) -> World:
         """A weight that leaves little to lose."""
         own = world.base - world.parts.get("gravity", np.zeros_like(world.base))
-        whole = float(np.max(-self.sign * own))
-        return world.of(weight_A=self.sign * (1.0 - size) * whole, weighs=True)
+        whole = float(np.max(-own))
+        return world.of(weight_A=(1.0 - size) * whole, weighs=True)
 
     def part(self, world: World, total: Array, size: float) -> Array:
         """Twice what is negative."""
