@@ -38,7 +38,8 @@ bench: $(VENV)/.dev
 
 # every proof; killed in the middle it goes on where it was
 prove: $(VENV)/.core
-	$(BIN)/autodb prove axis-intervals --out prove-out
+	$(BIN)/autodb prove axis-intervals --out prove-out; failed=$$?; \
+	$(BIN)/autodb prove explain --out prove-out && exit $$failed
 
 clean:
 	rm -rf $(VENV) demo-out prove-out site
