@@ -68,7 +68,8 @@ def recovery(case: Case) -> float | None:
     before = rms(case.simulated - case.truth)
     if before == 0.0:
         return None
-    columns = np.array([*case.own, *(one.part for one in case.hidden)])
+    acting = [one.part for one in case.hidden if np.any(one.part)]
+    columns = np.array([*case.own, *acting])
     white = case.whitened(columns).reshape(len(columns), -1)
     scale = np.linalg.norm(white, axis=1)
     target = case.whitened(case.measured - case.simulated).ravel()

@@ -55,7 +55,7 @@ def draw_axis(seed: int, kinds: Sequence[str], wanted: float, *, family: int) ->
         seed=seed,
         kind="+".join(kinds) or "nothing",
         wanted=wanted,
-        reached=all(one.clarity > 0.99 * wanted for one in effects),
+        reached=all(one.clarity > 0.99 * wanted and np.any(one.part) for one in hidden),
         tuning=tuning,
         channels={**_channels(kept, world), EFFORT: measured},
         simulation={"t": moves.t, EFFORT: simulation},

@@ -40,9 +40,9 @@ class Case:
     """One recording and its simulation, in tables of channels, and their truth.
 
     ``wanted``: the clarity asked of each hidden effect; where ``reached`` is false a size that is
-    still physical shows less. ``tuning``: the simulation is `true`, `mistuned` in one term or
-    `refitted` to this recording. ``interval``: stretch (s, or cut numbers) of a hidden effect that
-    has one. ``own``: columns (p, ..., n) of the terms that the simulation includes. ``whitened``
+    still physical shows less, or beside the others nothing. ``tuning``: the simulation is `true`,
+    `mistuned` in one term or `refitted` to this recording. ``interval``: stretch (s, or cut
+    numbers) of a hidden effect that has one. ``own``: columns (p, ..., n) of the terms that the simulation includes. ``whitened``
     makes the true noise white; ``rivals`` are all effects that could be hidden, at all shapes.
     """
 

@@ -46,7 +46,7 @@ def draw_table(seed: int, kinds: Sequence[str], wanted: float, *, family: int) -
         seed=seed,
         kind="+".join(kinds) or "nothing",
         wanted=wanted,
-        reached=all(one.clarity > 0.99 * wanted for one in effects),
+        reached=all(one.clarity > 0.99 * wanted and np.any(one.part) for one in hidden),
         tuning=tuning,
         channels={**channels, **dict(zip(FORCES, measured, strict=True))},
         simulation={
