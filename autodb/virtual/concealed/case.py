@@ -42,8 +42,9 @@ class Case:
     ``wanted``: the clarity asked of each hidden effect; where ``reached`` is false a size that is
     still physical shows less, or beside the others nothing. ``tuning``: the simulation is `true`,
     `mistuned` in one term or `refitted` to this recording. ``interval``: stretch (s, or cut
-    numbers) of a hidden effect that has one. ``own``: columns (p, ..., n) of the terms that the simulation includes. ``whitened``
-    makes the true noise white; ``rivals`` are all effects that could be hidden, at all shapes.
+    numbers) of a hidden effect that has one. ``own``: columns (p, ..., n) of the terms that the
+    simulation includes. ``whitened`` makes the true noise white; ``rivals`` are all effects that
+    could be hidden, at all shapes.
     """
 
     seed: int
