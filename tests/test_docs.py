@@ -15,7 +15,7 @@ from autodb.prove.summary import Summary
 from autodb.terms import TERMS
 from autodb.virtual.quantities import NAMES
 from docs.make import __main__ as make
-from docs.make import blocks, commands, frames, proofs, style, terms
+from docs.make import blocks, commands, explained, frames, proofs, style, terms
 from tests.conftest import ROOT
 
 DOCS = ROOT / "docs"
@@ -46,6 +46,22 @@ def test_the_tables_of_terms_are_the_terms() -> None:
     assert terms.filled(page) == page
     assert page.count("\n| `coulomb` | ") == 1
     assert [terms.standstill(t) for t in TERMS[:7]] == ["0"] * 6 + ["acts"]
+
+
+def test_what_explain_can_name_is_read_off_its_suspects() -> None:
+    assert {"cogging", "cross_coupling", "external_load", "backlash"} <= explained.axis_names()
+    assert explained.names() <= {term.name for term in TERMS}
+    page = make.TERMS_PAGE.read_text("utf-8")
+    rows = {line.split("`")[1]: line for line in page.splitlines() if line.startswith("| `")}
+    assert {name for name, row in rows.items() if row.endswith("| yes |")} == explained.names()
+    assert rows["shear"].endswith("| only as mistuned |")
+    assert rows["windage"].endswith("|  |")
+
+
+def test_formats_has_the_parameters_of_everything_that_explain_can_name() -> None:
+    page = (DOCS / "formats.md").read_text("utf-8").split("## explanation.json")[1]
+    rows = re.findall(r"^    \| (`[^|]+`) \|", page.split("\n## ")[0], re.MULTILINE)
+    assert {name for row in rows for name in re.findall(r"`(\w+)`", row)} == explained.names()
 
 
 def test_a_page_whose_command_ends_otherwise_is_not_made(tmp_path: Path) -> None:

@@ -83,18 +83,30 @@ def test_a_load_is_named_and_located() -> None:
     assert_allclose(answer.missing[0].parameters["level"].value, 0.6, rtol=0.1)
 
 
-OUTSIDE: list[tuple[str, object]] = [
+OTHER_FORMS: list[tuple[str, object]] = [
     ("position_friction", PositionFriction(0.004, from_mm=150.0)),
     ("cogging", Cogging(0.3, 12.0)),
     ("warmup", Warmup(0.3, 15.0)),
 ]
 
 
-@pytest.mark.parametrize(("term", "effect"), OUTSIDE)
-def test_what_has_no_term_is_unknown_and_still_modelled(term: str, effect: object) -> None:
+@pytest.mark.parametrize(("term", "effect"), OTHER_FORMS)
+def test_an_effect_of_another_form_than_its_term_is_named(term: str, effect: object) -> None:
     answer = _answer(4, (term,), (effect,))
-    assert _missing(answer) == {"unknown"}
+    assert _missing(answer) == {term}
     assert answer.fit.heldout_after < 0.6 * answer.fit.heldout_before
+
+
+def test_what_no_term_describes_is_unknown_and_still_modelled() -> None:
+    recording, simulation, _ = _pair(4, ())
+    pump = 0.2 * np.sin(2.0 * np.pi * recording.t_s / 1.7)
+    channels = {**recording.channels, "x.current": recording["x.current"] + pump}
+    disturbed = Recording(path=recording.path, channels=channels)
+    answer = explain(disturbed, simulation).explanation.channels["x.current"]
+    assert _missing(answer) == {"unknown"}
+    (cause,) = answer.missing
+    assert cause.variables == ("t",)
+    assert answer.fit.heldout_after < 0.3 * answer.fit.heldout_before
 
 
 def test_a_simulation_a_few_per_cent_off_is_mistuned_not_missing() -> None:
@@ -260,7 +272,7 @@ def test_edge_force_on_thick_chips_has_an_alternative() -> None:
     cause = next(
         c for a in done.explanation.channels.values() for c in a.missing if c.term == "edge_force"
     )
-    assert cause.alternatives == ("size_effect",)
+    assert "size_effect" in cause.alternatives
     assert cause.to_tell_apart
 
 

@@ -187,6 +187,13 @@ def length(values: Any) -> int:
     return len(values)
 
 
+def decoded(values: Any) -> Any:
+    """The numbers of a trace's axis."""
+    if isinstance(values, dict):
+        return np.frombuffer(base64.b64decode(values["bdata"]), dtype=values["dtype"])
+    return np.array(values, dtype=np.float64)
+
+
 @pytest.mark.parametrize("page", [found, whole])
 def test_a_page_is_one_file_that_loads_nothing(page: Any) -> None:
     html = page()
@@ -224,6 +231,66 @@ def test_the_report_says_what_how_much_and_how_sure() -> None:
     ):
         assert words in text, words
     assert STATEMENT.replace("<", "&lt;").replace(">", "&gt;") in text
+
+
+def test_the_card_of_a_cause_says_what_else_it_may_be_and_how_to_find_out() -> None:
+    card = readable(explanation_fragment(explained(channel(friction())))).split("where it shows")[0]
+    assert "It could also be: drift of the sensor . This recording cannot tell." in card
+    assert "To find out: pass the travel in both directions" in card
+    sole = friction(alternatives=(), to_tell_apart=None)
+    assert "could also be" not in readable(explanation_fragment(explained(channel(sole))))
+    undecided = friction(to_tell_apart=None)
+    text = readable(explanation_fragment(explained(channel(undecided))))
+    assert "No simple move or cut is known that would tell." in text
+
+
+def test_candidates_that_were_not_taken_show_their_evidence() -> None:
+    weighed = replace(
+        trace(),
+        considered=(
+            Considered("external_load 0", 812.0, "accepted"),
+            Considered("cross_coupling y.acceleration", 31.0, "not needed"),
+            Considered("direction × time", -4.0, "not needed"),
+        ),
+    )
+    shown = replace(explained(channel(friction())), traces={"x.current": weighed})
+    text = readable(explanation_fragment(shown))
+    for words in (
+        "a load from outside 812 accepted",
+        "the pull of another axis (y.acceleration) 31.0 not needed",
+        "an effect without a known name (direction × time) −4.00 not needed",
+    ):
+        assert words in text, words
+
+
+def test_a_located_stretch_is_drawn_again_at_every_sample() -> None:
+    html = explanation_fragment(explained(channel(friction())))
+    seen = [one for one in traces(html) if 2.0 < decoded(one["x"]).min() < 3.0]
+    assert [one["name"] for one in seen] == ["recording", "simulation", "corrected"]
+    t = trace().x
+    near = t[(t >= 3.0 - 0.4) & (t <= 5.0 + 0.4)]
+    for one in seen:
+        assert_array_equal(decoded(one["x"]), near)
+    assert html.count("close up") == 1
+    assert "close up" not in explanation_fragment(explained(channel()))
+
+
+def test_a_long_stretch_keeps_its_peaks_and_says_that_it_is_thinned() -> None:
+    answer = channel(friction())
+    wide = answer.model_copy(update={"where": Where(intervals=((2.0, 14.0),))})
+    spiked = trace()
+    spiked.recording[9000] = 50.0
+    shown = replace(explained(wide), traces={"x.current": spiked})
+    html = explanation_fragment(shown)
+    rows = int(np.sum((spiked.x >= 2.0 - 2.4) & (spiked.x <= 14.0 + 2.4)))
+    assert f"Drawn from {rows} samples; every peak is kept." in readable(html)
+    (stretch,) = [
+        one
+        for one in traces(html)
+        if one["name"] == "recording" and decoded(one["x"]).max() < spiked.x[-1]
+    ]
+    assert decoded(stretch["y"]).max() == 50.0
+    assert length(stretch["x"]) <= figures.MAX_POINTS
 
 
 def test_missing_and_mistuned_causes_share_one_headline() -> None:

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from autodb.channels import FORCES, axis_of, effort_channels
 from autodb.errors import UnusableInput, near
 from autodb.explain.answer import ChannelAnswer, Explained, Explanation, Trace
-from autodb.explain.drive import explain_axis
+from autodb.explain.axis import explain_axis
 from autodb.explain.process import explain_cuts
 from autodb.records import CutTable, Recording
 from autodb.sensing.protocol import default_protocol

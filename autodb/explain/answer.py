@@ -82,10 +82,10 @@ class Explanation(_Part):
 
 @dataclass(frozen=True)
 class Considered:
-    """One candidate at the first step: its evidence 2·ΔlogL less the penalty, and its verdict.
+    """One candidate: its evidence 2·ΔlogL less its penalties when added alone, and its verdict.
 
-    Positive evidence alone does not name it: the best candidate is taken first and the others are
-    judged again on what it leaves.
+    Strong evidence alone does not name it: sets of candidates are compared as wholes. One that
+    shows only beside others has its evidence beside them.
     """
 
     name: str

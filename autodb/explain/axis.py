@@ -1,171 +1,208 @@
-"""Columns that an axis effort can be made of: named terms, and shapes for what has no name."""
+"""Explain one axis effort over time."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 
-from autodb.channels import axis_of
+from autodb.errors import UnusableInput
+from autodb.explain.answer import ChannelAnswer, Considered, FitQuality, Trace, Where
+from autodb.explain.axis_causes import causes
+from autodb.explain.axis_friction import friction_suspects, warmup
+from autodb.explain.axis_loads import load_suspects, sensor_suspects
+from autodb.explain.axis_signals import AxisSignals, axis_signals
+from autodb.explain.axis_unknown import unknown_suspects
+from autodb.explain.bench import Bench, reduced
+from autodb.explain.fit import quality, rms
+from autodb.explain.fitted import fit
+from autodb.explain.inquiry import Inquiry, inquire, weighing
+from autodb.explain.locate import regimes
+from autodb.explain.noise import Whitener
+from autodb.explain.reading import Reading
+from autodb.explain.scan import Left, proposals
+from autodb.explain.suspects import Choice, Suspect
+from autodb.explain.tuning import Beside, tuned
 from autodb.records import Recording
-from autodb.sensing.axis_model import term_called
-from autodb.sensing.motion import term_inputs
-from autodb.sensing.protocol import default_protocol
-from autodb.terms.channel import Inputs, Part, columns
 
 Array = NDArray[np.float64]
 
-NAMED = ("coulomb", "viscous", "inertia", "gravity")
-FINER = 40
-"""Columns of the finer version of a smooth family."""
+WORKING_HZ = 100.0
+"""Rate that the search works at: friction, inertia and loads of an axis are slower."""
+WORKING_ROWS = 180_000
+"""Long recordings are searched in fewer rows: the memory of some 400 columns stays below 1 GiB."""
+SHORTEST_S = 9.9
+SHORTEST_ROWS = 300
+GLITCH = 1000.0
+GLITCH_ROWS = 20
+"""A value GLITCH times the 20th largest is a glitch of the logger, not an effort."""
+GAP_S = 0.25
+"""Rows this near to a block left out are not fitted on: noise is correlated over such times."""
+REST = 1e-3
+"""Share of a simulation that its own terms do not give, from which on the rest is kept as one."""
+
+
+def explain_axis(
+    recording: Recording, simulation: Array, channel: str, includes: list[str] | None
+) -> tuple[ChannelAnswer, Trace]:
+    """Say what the simulation of one effort channel leaves out.
+
+    ``simulation`` (n,) on the recording's time; ``includes`` the terms it already has, read off it
+    when None.
+
+    Raises UnusableInput on a recording too short to judge, or a glitch that outweighs everything.
+    """
+    measured, unit = recording[channel], recording.unit(channel)
+    _check(recording, channel, measured, simulation)
+    signals = axis_signals(recording, simulation, channel)
+    trace = Trace(
+        x_name="t",
+        x=recording.t_s,
+        recording=measured,
+        simulation=simulation,
+        corrected=simulation,
+        regime_signals={
+            signals.channel("position"): signals.position,
+            signals.channel("velocity"): signals.velocity,
+        },
+    )
+    difference = measured - simulation
+    if rms(difference) <= 1e-9 * max(rms(measured), rms(simulation)):
+        return _alike(unit), trace
+    own = _own_columns(signals, includes)
+    bench = Bench(difference, own, _factor(recording))
+    inquiry = inquire(bench, AxisField(signals, bench))
+    bench.loosen(inquiry.found.choices)
+    noise = weighing(bench, inquiry.found.choices, (inquiry.whitener, inquiry.variance))
+    choices = tuned_choices(bench, inquiry, noise)
+    fitted = fit(bench, choices, noise)
+    had = frozenset(own) | frozenset(includes or ())
+    reading = Reading(bench, inquiry, noise, choices, fitted, signals, had, unit)
+    return _answer(reading, replace(trace, considered=_considered(inquiry)))
 
 
 @dataclass(frozen=True)
-class Shape:
-    """A family of smooth columns without a name of its own: what an `unknown` can be made of.
+class AxisField:
+    """The suspects of an axis; those that the simulation has as own terms are left out."""
 
-    ``finer`` are columns of the same kind with more detail: once the family is found, they take up
-    what its smooth shape gets wrong.
-    """
+    signals: AxisSignals
+    bench: Bench
 
-    key: str
-    columns: Array
-    variables: tuple[str, ...]
-    tries: int = 1
-    finer: Array | None = None
+    def standing(self) -> list[Suspect]:
+        """Return every suspect but those that scans find."""
+        s = self.signals
+        return self._open(
+            [*friction_suspects(s), *load_suspects(s), *sensor_suspects(s), *unknown_suspects(s)]
+        )
 
+    def beside(self, retuned: Array, parts: list[tuple[str, Array]]) -> list[Suspect]:
+        """Return warm-up and what motor and sensor do, acting on all that has been found."""
+        now = self.signals.beside(retuned, parts)
+        return self._open([warmup(now), *sensor_suspects(now)])
 
-@dataclass(frozen=True)
-class AxisColumns:
-    """All columns of one axis at every row."""
+    def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Suspect]:
+        """Return what scans of the residual at the bench's working rate point to."""
+        s, factor = self.signals, self.bench.factor
+        t_s, position, velocity, sense = (
+            reduced(values, factor) for values in (s.t_s, s.position, s.velocity, s.sense)
+        )
+        step_s = factor * float(np.median(np.diff(s.t_s)))
+        rows = Left(t_s, position, velocity, sense, left, whitener, factor, step_s)
+        return proposals(s, rows, number)
 
-    named: dict[str, Array]
-    shapes: list[Shape]
-    finer: dict[str, Array]
-    signals: dict[str, Array] = field(default_factory=dict)
-
-
-def axis_columns(recording: Recording, channel: str) -> AxisColumns:
-    """Return named columns and shapes (n, p) of the axis that ``channel`` belongs to."""
-    axis = axis_of(channel)
-    cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
-    inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz)
-    named = {name: term_column(name, inputs) for name in NAMED}
-    position, velocity, t = inputs["position"], inputs["velocity"], recording.t_s
-    sense = inputs["direction"]
-    place, way, speed = f"{axis}.position", f"{axis}.direction", f"{axis}.velocity"
-    along = _spline(position, 12)
-    over = _spline(t, 12)
-    fine_along = _spline(position, FINER)
-
-    def turned(columns: Array) -> Array:
-        return sense[:, None] * columns
-
-    shapes = [
-        Shape("position", along, (place,), finer=fine_along),
-        Shape("direction × position", turned(along), (way, place), finer=turned(fine_along)),
-        Shape("time", over, ("t",), finer=_spline(t, FINER)),
-        Shape("direction × time", turned(over), (way, "t"), finer=turned(_spline(t, FINER))),
-        Shape("speed", turned(_spline(np.abs(velocity), 8)), (speed,)),
-        Shape("direction × speed", _spline(np.abs(velocity), 8)[:, 1:], (way, speed)),
-        Shape("way since reversal", _since_reversal(position, sense), (way, place)),
-        *_other_axes(recording, axis),
-    ]
-    finer = {shape.key: shape.finer for shape in shapes if shape.finer is not None}
-    finer["coulomb"] = _around_standstill(sense, velocity)
-    return AxisColumns(named, shapes, finer, {place: position, speed: velocity})
+    def _open(self, suspects: list[Suspect]) -> list[Suspect]:
+        return [suspect for suspect in suspects if suspect.term not in self.bench.own]
 
 
-def term_column(name: str, inputs: Inputs) -> Array:
-    """Return the column (n,) of a term with one coefficient and no shape."""
-    return columns((Part(term_called(name)),), inputs)[:, 0]
+def _factor(recording: Recording) -> int:
+    rows = len(recording) / WORKING_ROWS
+    return max(1, int(recording.rate_hz / WORKING_HZ), int(np.ceil(rows)))
 
 
-def _around_standstill(sense: Array, velocity: Array) -> Array:
-    """Return columns (n, 6) for what sgn(v) gets wrong where a move starts, turns or stops.
-
-    One row earlier or later, starts and stops apart, and friction that needs some speed to rise to
-    its level.
-    """
-    columns = [np.tanh(velocity / width) - sense for width in (0.5, 2.0)]
-    for neighbour in (np.roll(sense, -1), np.roll(sense, 1)):
-        step = neighbour - sense
-        gains = np.abs(neighbour) > np.abs(sense)
-        columns += [step * gains, step * ~gains]
-    return np.column_stack(columns)
+def _own_columns(signals: AxisSignals, includes: list[str] | None) -> dict[str, Array]:
+    """Return the columns of the simulation's own terms, and what of it they do not give."""
+    own = {n: c for n, c in signals.own.items() if includes is None or n in includes}
+    rest = signals.simulation
+    if own:
+        matrix = np.column_stack(list(own.values()))
+        rest = rest - matrix @ np.linalg.lstsq(matrix, rest, rcond=None)[0]
+    if rms(rest) > REST * rms(signals.simulation) > 0:
+        own["rest"] = rest
+    return own
 
 
-def _spline(values: Array, count: int) -> Array:
-    """Return ``count`` cubic B-splines over the values' range with knots at quantiles, (n, count).
-
-    Quantile knots put the columns where the data are; a stationary signal gives one constant.
-    """
-    low, high = float(values.min()), float(values.max())
-    if high - low <= 0:
-        return np.ones((len(values), 1))
-    inner = np.unique(np.quantile(values, np.linspace(0, 1, count - 2)[1:-1]))
-    inner = inner[(inner > low + 1e-6 * (high - low)) & (inner < high - 1e-6 * (high - low))]
-    knots = np.concatenate([[low] * 4, inner, [high] * 4])
-    return np.asarray(BSpline.design_matrix(values, knots, 3).toarray(), dtype=np.float64)
+def tuned_choices(
+    bench: Bench, inquiry: Inquiry, noise: tuple[Whitener, float]
+) -> tuple[Choice, ...]:
+    """Return the accepted choices, each with its shape tuned beside the others."""
+    choices = inquiry.found.choices
+    for number in range(len(choices)):
+        others = (*choices[:number], *choices[number + 1 :])
+        beside = Beside(bench, others, noise)
+        choices = (*choices[:number], tuned(choices[number], beside).choice, *choices[number + 1 :])
+    return choices
 
 
-def _since_reversal(position: Array, sense: Array) -> Array:
-    """Return s·exp(−way/scale) for the way run since the last reversal at four scales, (n, 4)."""
-    moving = np.where(np.abs(sense) >= 1.0, np.sign(sense), 0.0)
-    last = np.arange(len(moving))
-    last[moving == 0] = 0
-    sign = moving[np.maximum.accumulate(last)]
-    turns = np.flatnonzero(np.diff(sign) != 0) + 1
-    start = np.zeros(len(sign), dtype=np.intp)
-    start[turns] = turns
-    run = np.abs(position - position[np.maximum.accumulate(start)])
-    scales_mm = (0.02, 0.1, 0.5, 2.0)
-    return np.column_stack([sign * np.exp(-run / scale) for scale in scales_mm])
+def _answer(reading: Reading, trace: Trace) -> tuple[ChannelAnswer, Trace]:
+    found = causes(reading)
+    fitted, choices = reading.fitted, reading.choices
+    before = trace.recording - trace.simulation
+    correction = fitted.correction if found else np.zeros_like(before)
+    answer = ChannelAnswer(
+        unit=reading.unit,
+        mismatch=bool(found),
+        where=Where(
+            intervals=tuple(_interval(c) for c in choices if c.suspect.interval is not None),
+            regime=tuple(regimes(correction, trace.regime_signals) if found else ()),
+        ),
+        missing=tuple(found),
+        fit=quality(
+            before=before,
+            after=before - correction,
+            columns=fitted.design if found else np.empty((len(before), 0)),
+            free=len(fitted.retuned),
+            gap=round(GAP_S / float(np.median(np.diff(trace.x)))),
+        ),
+    )
+    return answer, replace(trace, corrected=trace.simulation + correction)
 
 
-def _other_axes(recording: Recording, axis: str) -> list[Shape]:
-    """Return one column for each velocity and acceleration of the other axes."""
-    return [
-        Shape(name, recording[name][:, None], (name,))
-        for name in recording.channels
-        if name.endswith((".velocity", ".acceleration")) and axis_of(name) != axis
-    ]
+def _interval(choice: Choice) -> tuple[float, float]:
+    return choice.shape.shape["start"], choice.shape.shape["end"]
 
 
-def ripple(position: Array, residual: Array) -> Shape | None:
-    """Return cosine and sine of the strongest period in position of a residual, (n, 2).
-
-    The residual is binned over position and its spectrum taken; periods from 4 bins to a third of
-    the travel are searched. None when the travel holds fewer than 64 bins.
-    """
-    travel = float(np.ptp(position))
-    bins = int(min(4096, len(position) // 4))
-    if travel <= 0 or bins < 64:
-        return None
-    place = np.minimum((position - position.min()) / travel * bins, bins - 1).astype(np.intp)
-    count = np.bincount(place, minlength=bins)
-    mean = np.bincount(place, weights=residual, minlength=bins) / np.maximum(count, 1)
-    padded = 4 * bins
-    spectrum = np.abs(np.fft.rfft(mean * np.sqrt(count), n=padded))
-    waves = np.arange(len(spectrum)) * bins / padded
-    searched = (waves >= 3) & (waves <= bins / 4)
-    best = float(waves[searched][np.argmax(spectrum[searched])])
-    phase = 2 * np.pi * best * (position - position.min()) / travel
-    columns = np.column_stack([np.cos(phase), np.sin(phase)])
-    return Shape("ripple", columns, (), tries=int(searched.sum()))
+def _considered(inquiry: Inquiry) -> tuple[Considered, ...]:
+    """Return every candidate of the first round; one found later with its evidence in its set."""
+    found = inquiry.found
+    worth = {**dict(zip(found.keys, found.evidence, strict=True)), **inquiry.considered}
+    return tuple(
+        Considered(
+            name=key, evidence=value, verdict="accepted" if key in found.keys else "not needed"
+        )
+        for key, value in sorted(worth.items(), key=lambda item: -item[1])
+    )
 
 
-def simulation_terms(simulation: Array, columns: dict[str, Array]) -> dict[str, float]:
-    """Read the simulation's own terms off it: coefficients whose share of it is above 0.5 %.
+def _alike(unit: str) -> ChannelAnswer:
+    """Return the answer where recording and simulation are the same numbers."""
+    nothing = FitQuality(
+        rms_before=0.0, rms_after=0.0, heldout_before=0.0, heldout_after=0.0, noise_floor=0.0
+    )
+    return ChannelAnswer(unit=unit, mismatch=False, where=Where(), missing=(), fit=nothing)
 
-    A simulation has no noise, so what its output contains can be read by regression.
-    """
-    names = list(columns)
-    matrix = np.column_stack([columns[name] for name in names])
-    coefficients = np.linalg.lstsq(matrix, simulation, rcond=None)[0]
-    level = 0.005 * float(np.sqrt(np.mean(simulation**2)))
-    return {
-        name: float(c)
-        for name, c, column in zip(names, coefficients, matrix.T, strict=True)
-        if abs(c) * np.sqrt(np.mean(column**2)) > level
-    }
+
+def _check(recording: Recording, channel: str, measured: Array, simulation: Array) -> None:
+    """Refuse what no search can judge: too short, or a glitch that outweighs everything."""
+    seconds = float(recording.t_s[-1] - recording.t_s[0])
+    if seconds < SHORTEST_S or len(recording) < SHORTEST_ROWS:
+        raise UnusableInput(
+            f"{recording.path}: {len(recording)} rows over {seconds:.3g} s are too short to leave "
+            f"parts out of the fit; {SHORTEST_S:g} s and {SHORTEST_ROWS} rows would work"
+        )
+    for name, values in (("recording", measured), ("simulation", simulation)):
+        size = np.abs(values)
+        row, others = int(np.argmax(size)), float(np.partition(size, -GLITCH_ROWS)[-GLITCH_ROWS])
+        if size[row] > GLITCH * others > 0:
+            raise UnusableInput(
+                f"{recording.path}: {channel} of the {name}, row {row + 1}: {values[row]:.3g} is "
+                f"over {GLITCH:g} times all but a few rows; without that row it would work"
+            )

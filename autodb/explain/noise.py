@@ -9,6 +9,8 @@ from scipy.signal import lfilter
 Array = NDArray[np.float64]
 
 ORDER = 10
+TABLE = 2048
+"""Frequencies, from 0 to half the rate, at which a filter's response is kept."""
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,20 @@ class Whitener:
             return values[len(self.coefficients) :]
         taps = np.concatenate([[1.0], -self.coefficients])
         return np.asarray(lfilter(taps, [1.0], values, axis=0)[len(self.coefficients) :])
+
+    def adjoint(self, values: Array, rows: int) -> Array:
+        """Return the transposed filter of white values (n − order,) at all ``rows``."""
+        order = len(self.coefficients)
+        padded = np.concatenate([np.zeros(order), values])[:rows]
+        taps = np.concatenate([[1.0], -self.coefficients])
+        return np.asarray(lfilter(taps, [1.0], padded[::-1])[::-1], dtype=np.float64)
+
+    def power(self, cycles_a_row: Array) -> Array:
+        """Return the filter's squared response at frequencies in cycles a row, from a table."""
+        taps = np.concatenate([[1.0], -self.coefficients])
+        table = np.abs(np.fft.rfft(taps, n=2 * TABLE)) ** 2
+        folded = np.abs((np.asarray(cycles_a_row) + 0.5) % 1.0 - 0.5)
+        return np.asarray(np.interp(folded * 2 * TABLE, np.arange(TABLE + 1), table))
 
 
 def autoregression(residual: Array, order: int = ORDER) -> Whitener:

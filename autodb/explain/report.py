@@ -6,6 +6,7 @@ that has a shell of its own.
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import plotly.graph_objects as go
@@ -22,7 +23,10 @@ from autodb.explain.answer import (
     Regime,
     Trace,
 )
+from autodb.explain.suspects import UNKNOWN
 
+AROUND = 0.2
+"""Share of a located stretch that is drawn on each side of it."""
 TERM_WORDS = {
     "coulomb": "dry friction",
     "viscous": "friction that grows with speed",
@@ -61,7 +65,7 @@ TERM_WORDS = {
     "table_inertia": "inertia of the table",
     "thermal_drift": "heat drift of the sensor",
     "crosstalk": "crosstalk between force components",
-    "unknown": "an effect without a known name",
+    UNKNOWN: "an effect without a known name",
 }
 KIND_WORDS = {
     "missing": ("is missing", "are missing"),
@@ -98,7 +102,7 @@ def explanation_fragment(explained: Explained) -> str:
         for n, (name, answer) in enumerate(explained.explanation.channels.items(), start=1)
     ]
     words = (verdict, certainty, term_words, where_words, regime_words, bars, parameter_words)
-    plots = (over_time, against_signals, ranked, drawn_words)
+    plots = (over_time, located, against_signals, ranked, candidate_words, drawn_words)
     return str(
         figures.fragment(
             "_explanation.html.j2",
@@ -129,6 +133,19 @@ def channel_words(name: str) -> str:
 def term_words(term: str) -> str:
     """Return a term in shop words; a name beyond the vocabulary as it is written."""
     return TERM_WORDS.get(term, term.replace("_", " "))
+
+
+def candidate_words(name: str) -> str:
+    """Return a candidate in shop words, with what it acts on where its name says more than a term.
+
+    >>> candidate_words("gain force.x 1"), candidate_words("direction × time")
+    ('a changed scale (force.x)', 'an effect without a known name (direction × time)')
+    """
+    said = re.sub(r" \d+$", "", name)
+    term, _, rest = said.partition(" ")
+    if term not in TERM_WORDS:
+        term, rest = UNKNOWN, said
+    return f"{TERM_WORDS[term]} ({rest})" if rest else TERM_WORDS[term]
 
 
 def parameter_words(name: str) -> str:
@@ -214,11 +231,11 @@ def ranked(trace: Trace) -> list[Considered]:
     return sorted(trace.considered, key=lambda candidate: -candidate.evidence)
 
 
-def drawn_words(trace: Trace) -> str | None:
-    """Say that a plot is thinned, where it is."""
-    if len(trace.x) <= figures.MAX_POINTS:
+def drawn_words(rows: int) -> str | None:
+    """Say that a plot of so many rows is thinned, where it is."""
+    if rows <= figures.MAX_POINTS:
         return None
-    return f"Drawn from {len(trace.x)} samples; every peak is kept."
+    return f"Drawn from {rows} samples; every peak is kept."
 
 
 # Plots
@@ -230,11 +247,10 @@ def over_time(channel: dict[str, str], answer: ChannelAnswer, trace: Trace) -> M
     left_words = "What is left, before and after" if answer.mismatch else "What is left"
     made = figures.figure(
         [f"{words} [{unit}]", f"{left_words} [{unit}]"],
-        x_title="Time [s]" if trace.x_name == "t" else "Cut number",
+        x_title=_x_title(trace),
         shares=(0.62, 0.38),
     )
-    half = 0.0 if trace.x_name == "t" else 0.5
-    figures.shade(made, [(low - half, high + half) for low, high in answer.where.intervals])
+    figures.shade(made, _stretches(answer, trace))
     for name, values, left in _curves(answer, trace):
         made.add_trace(_curve(trace, values, name), row=1, col=1)
         if left is not None:
@@ -245,6 +261,61 @@ def over_time(channel: dict[str, str], answer: ChannelAnswer, trace: Trace) -> M
         height_px=560,
         label=f"{words}: recording, simulation and what is left",
     )
+
+
+def _x_title(trace: Trace) -> str:
+    return "Time [s]" if trace.x_name == "t" else "Cut number"
+
+
+def _stretches(answer: ChannelAnswer, trace: Trace) -> list[tuple[float, float]]:
+    """Return the located stretches along x; a cut reaches half a number to both sides."""
+    half = 0.0 if trace.x_name == "t" else 0.5
+    return [(low - half, high + half) for low, high in answer.where.intervals]
+
+
+def located(
+    channel: dict[str, str], answer: ChannelAnswer, trace: Trace
+) -> list[tuple[Markup, str | None]]:
+    """Draw each located stretch, ``AROUND`` of its length to both sides, at every sample.
+
+    Each with what ``drawn_words`` says where it has more samples than are drawn.
+    """
+    found = []
+    for number, (low, high) in enumerate(_stretches(answer, trace), start=1):
+        around = AROUND * (high - low)
+        near = part(trace, low - around, high + around)
+        plot = _stretch(channel, answer, near, number, shaded=(low, high))
+        found.append((plot, drawn_words(len(near.x))))
+    return found
+
+
+def part(trace: Trace, low: float, high: float) -> Trace:
+    """Return the rows of a trace from ``low`` to ``high`` of its x."""
+    rows = (trace.x >= low) & (trace.x <= high)
+    return replace(
+        trace,
+        x=trace.x[rows],
+        recording=trace.recording[rows],
+        simulation=trace.simulation[rows],
+        corrected=trace.corrected[rows],
+        regime_signals={},
+    )
+
+
+def _stretch(
+    channel: dict[str, str],
+    answer: ChannelAnswer,
+    near: Trace,
+    number: int,
+    *,
+    shaded: tuple[float, float],
+) -> Markup:
+    made = figures.figure([f"{channel['words']} [{answer.unit}]"], x_title=_x_title(near))
+    figures.shade(made, [shaded])
+    for name, values, _ in _curves(answer, near):
+        made.add_trace(_curve(near, values, name))
+    label = f"{channel['words']}: the stretch where the mismatch sits"
+    return figures.as_html(made, f"{channel['id']}-located-{number}", height_px=340, label=label)
 
 
 def _curves(answer: ChannelAnswer, trace: Trace) -> list[tuple[str, Array, Array | None]]:

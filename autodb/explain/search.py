@@ -1,139 +1,203 @@
-"""Search which columns a difference needs: forward steps by evidence, then backward elimination.
+"""Which effects do white rows hold? Sets of suspects, compared by their evidence.
 
-The difference d = recording − simulation is a sum of the simulation's own columns (re-tuned: they
-may have swallowed part of what is missing), of candidate blocks of columns, and noise. Evidence of
-a block of p columns, of which one was searched among K: 2·ΔlogL − p·ln n − 2·ln K.
+Effects overlap, so sets are grown side by side (a beam) and compared as wholes: the effect that
+looks best alone need not be in the best pair. A set's score is what it explains less what its
+freedom costs and less 2·ln of the shapes and suspects that were looked through.
 """
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.evidence import Given, Products
+from autodb.explain.suspects import Choice, Suspect
+
 Array = NDArray[np.float64]
 
-MARGIN = 6.0
-"""Evidence above which a candidate is accepted. Chosen: a further factor e³ against one."""
-MAX_STEPS = 8
+MARGIN = 8.0
+"""Evidence above which a suspect is taken: a factor e⁴ against the odds of all suspects. Chosen."""
+BEAM = 5
+CLEARED = 8
+"""Sets that weak members are taken out of: the best set left is not always of the best grown."""
+MOST = 4
+"""Effects in one set at most."""
+FAINT = 0.01
+"""An effect that explains less than this share of what its set does is put down to the shape of the
+others, which no ladder holds exactly. Chosen."""
+SIMPLE_ENOUGH = 0.8
+"""Names come before families when they explain this share of what a set with families does."""
+DETAIL = -1
+"""Rung number under which a suspect's detail columns are kept."""
 
 
 @dataclass(frozen=True)
-class Block:
-    """A candidate: columns (n, p) on the working rows.
+class Found:
+    """A set of effects, its score, and the evidence of each beside the others."""
 
-    ``key`` is unique; ``term`` its name in the vocabulary or `unknown`; ``tries`` how many places
-    were searched for it; ``extra_parameters`` those that the search itself has fixed.
-    """
-
-    key: str
-    term: str
-    columns: Array
-    variables: tuple[str, ...]
-    tries: int = 1
-    extra_parameters: int = 0
+    choices: tuple[Choice, ...] = ()
+    score: float = 0.0
+    evidence: tuple[float, ...] = ()
 
     @property
-    def parameters(self) -> int:
-        """Number of parameters that the block costs."""
-        return int(self.columns.shape[1]) + self.extra_parameters
+    def keys(self) -> tuple[str, ...]:
+        """The suspects' keys."""
+        return tuple(choice.suspect.key for choice in self.choices)
 
-
-class Gram:
-    """Inner products of all columns and the difference: every fit is then a small linear solve."""
-
-    def __init__(self, own: Array, blocks: list[Block], difference: Array) -> None:
-        matrix = np.column_stack([own, *(b.columns for b in blocks), difference])
-        norm = np.linalg.norm(matrix, axis=0)
-        norm[norm == 0] = 1.0
-        scaled = matrix / norm
-        self.products = scaled.T @ scaled
-        self.rows = len(difference)
-        self.total = float(norm[-1] ** 2)
-        edges = np.cumsum([own.shape[1], *(b.columns.shape[1] for b in blocks)])
-        self.own = list(range(own.shape[1]))
-        self.of = {b.key: list(range(edges[i], edges[i + 1])) for i, b in enumerate(blocks)}
-
-    def rss(self, columns: list[int]) -> float:
-        """Return the residual sum of squares of the difference on these columns."""
-        if not columns:
-            return self.total
-        inner = self.products[np.ix_(columns, columns)]
-        right = self.products[columns, -1]
-        values, vectors = np.linalg.eigh(inner)
-        keep = values > 1e-10 * values[-1]
-        part = vectors[:, keep].T @ right
-        return self.total * max(1e-15, 1.0 - float(part @ (part / values[keep])))
-
-    def columns(self, keys: list[str]) -> list[int]:
-        """Return the own columns and those of the blocks ``keys``."""
-        return [*self.own, *(i for key in keys for i in self.of[key])]
-
-
-def evidence(gram: Gram, active: list[str], block: Block, candidates: int) -> float:
-    """Return 2·ΔlogL − p·ln n − 2·ln(tries · candidates) of adding ``block`` to ``active``."""
-    without = gram.rss(gram.columns(active))
-    with_it = gram.rss(gram.columns([*active, block.key]))
-    gain = gram.rows * float(np.log(without / with_it))
-    return gain - _penalty(gram, block, candidates)
-
-
-def _penalty(gram: Gram, block: Block, candidates: int) -> float:
-    return block.parameters * float(np.log(gram.rows)) + 2.0 * float(
-        np.log(block.tries * candidates)
-    )
+    def without(self, key: str) -> tuple[Choice, ...]:
+        """Return the choices but that of one suspect."""
+        return tuple(c for c in self.choices if c.suspect.key != key)
 
 
 @dataclass(frozen=True)
-class Step:
-    """The best candidate of one step, and the evidence of all of them then."""
+class Offer:
+    """A suspect in its best shape beside a set, and its evidence after all penalties."""
 
-    best: Block
-    evidence: dict[str, float]
-
-    @property
-    def accepted(self) -> bool:
-        """Whether the best candidate is worth its parameters."""
-        return self.evidence[self.best.key] > MARGIN
+    choice: Choice
+    worth: float
 
 
-def step(gram: Gram, active: list[str], blocks: list[Block]) -> Step | None:
-    """Return the best block not yet active; None when there is none."""
-    open_blocks = [b for b in blocks if b.key not in active]
-    if not open_blocks:
-        return None
-    values = {b.key: evidence(gram, active, b, len(blocks)) for b in open_blocks}
-    best = max(open_blocks, key=lambda b: values[b.key])
-    return Step(best, values)
-
-
-def eliminate(gram: Gram, active: list[str], blocks: list[Block]) -> list[str]:
-    """Drop blocks that are no longer worth their parameters, the least first.
-
-    A named block is judged among the named ones only: an unnamed family can imitate it and would
-    otherwise push the simple cause out.
+class Search:
+    """The suspects, and the products of their columns in every shape; ``barred`` shapes are not
+    offered.
     """
-    kept = list(active)
-    by_key = {b.key: b for b in blocks}
-    while kept:
-        named = [key for key in kept if by_key[key].term != "unknown"]
-        worth = {
-            key: evidence(
-                gram,
-                [k for k in (named if key in named else kept) if k != key],
-                by_key[key],
-                len(blocks),
-            )
-            for key in kept
-        }
-        worst = min(kept, key=lambda k: worth[k])
-        if worth[worst] > MARGIN:
-            break
-        kept.remove(worst)
-    return kept
 
+    def __init__(self, products: Products, suspects: Iterable[Suspect]) -> None:
+        self.products = products
+        self.suspects = tuple(suspects)
+        self.barred: set[tuple[str, int]] = set()
 
-def confidence(values: dict[str, float], key: str, *, ceiling: float = 0.99) -> float:
-    """Return the probability of ``key`` among the candidates from their evidence (as −BIC/2)."""
-    best = max(values.values())
-    weights = {k: float(np.exp(0.5 * max(v - best, -200.0))) for k, v in values.items()}
-    return min(ceiling, weights[key] / sum(weights.values()))
+    def best_shape(self, given: Given, suspect: Suspect) -> Offer | None:
+        """Return a suspect in the shape with most evidence, or None when none explains anything."""
+        offers = []
+        for number, rung in enumerate(suspect.rungs):
+            choice = Choice(suspect, number)
+            if choice.key in self.barred:
+                continue
+            gain = given.gain(choice.key, allowed=rung.allowed)
+            if gain.full > 0:
+                offers.append(Offer(choice, gain.evidence - self.penalty(choice)))
+        return max(offers, key=lambda offer: offer.worth, default=None)
+
+    def offers(
+        self, choices: tuple[Choice, ...], suspects: Sequence[Suspect] | None = None
+    ) -> list[Offer]:
+        """Return every suspect, or of some, that may join a set, each in its best shape."""
+        given = self.products.given([c.key for c in choices])
+        taken = {c.suspect.key for c in choices}
+        barred = frozenset().union(*(c.suspect.excludes for c in choices)) if choices else set()
+        open_ones = [
+            s for s in suspects or self.suspects if s.key not in taken and s.term not in barred
+        ]
+        found = (self.best_shape(given, suspect) for suspect in open_ones)
+        return [offer for offer in found if offer is not None]
+
+    def grown(self, found: Found, suspects: Sequence[Suspect]) -> list[Found]:
+        """Return the sets with one more effect, worth it also where the others' shape is free."""
+        free = self.with_detail(found.choices)
+        sets = []
+        for offer in self.offers(found.choices, suspects):
+            if offer.worth < MARGIN:
+                continue
+            rung = offer.choice.shape
+            beside = free.gain(offer.choice.key, allowed=rung.allowed).evidence
+            if beside - self.penalty(offer.choice) > MARGIN or not found.choices:
+                sets.append((found.score + offer.worth, (*found.choices, offer.choice)))
+        sets.sort(key=lambda scored: -scored[0])
+        return [self.settled(choices) for _, choices in sets[: 2 * BEAM]]
+
+    def with_detail(self, choices: tuple[Choice, ...]) -> Given:
+        """Return the products with what the choices' shapes may get wrong projected out too."""
+        details = [(c.suspect.key, DETAIL) for c in choices]
+        held = [key for key in details if key in self.products.places]
+        return self.products.given([*(c.key for c in choices), *held])
+
+    def settled(self, choices: tuple[Choice, ...]) -> Found:
+        """Return the set with each effect in the shape that is best beside the others."""
+        for number, choice in enumerate(choices):
+            others = (*choices[:number], *choices[number + 1 :])
+            given = self.products.given([c.key for c in others])
+            offer = self.best_shape(given, choice.suspect)
+            if offer is not None:
+                choices = (*choices[:number], offer.choice, *choices[number + 1 :])
+        return self.scored(choices)
+
+    def scored(self, choices: tuple[Choice, ...]) -> Found:
+        """Return the set with its score."""
+        whole = self.products.given([]).rss - self.products.given([c.key for c in choices]).rss
+        evidence, cost = [], 0.0
+        for choice in choices:
+            others = [c.key for c in choices if c is not choice]
+            gain = self.products.given(others).gain(choice.key)
+            penalty = self.penalty(choice)
+            evidence.append(gain.evidence - penalty)
+            cost += gain.cost + penalty
+        return Found(choices, whole - cost, tuple(evidence))
+
+    def best(self) -> Found:
+        """Return the set with the highest score of all that were grown, weak members taken out.
+
+        Families over several signals hold many laws at once: a set of names that does nearly as
+        well as one with families comes first, and families then only take what it leaves.
+        """
+        named = self._best_of([s for s in self.suspects if s.named])
+        free = self._best_of(self.suspects)
+        if all(c.suspect.named for c in free.choices):
+            return max(named, free, key=lambda f: f.score)
+        if self._explained(named) < SIMPLE_ENOUGH * self._explained(free):
+            return free
+        grown = [self.cleared(found) for found in self.grown(named, self.suspects)]
+        beside = [found for found in grown if set(found.keys) > set(named.keys)]
+        return max([named, *beside], key=lambda f: f.score)
+
+    def _explained(self, found: Found) -> float:
+        none, all_ = self.products.given([]), self.products.given([c.key for c in found.choices])
+        return none.rss - all_.rss
+
+    def _best_of(self, suspects: Sequence[Suspect]) -> Found:
+        beam, seen = [Found()], [Found()]
+        for _ in range(MOST):
+            longer = {
+                tuple(sorted(f.keys)): f for found in beam for f in self.grown(found, suspects)
+            }
+            beam = sorted(longer.values(), key=lambda f: -f.score)[:BEAM]
+            seen += beam
+        seen.sort(key=lambda f: -f.score)
+        return max((self.cleared(found) for found in seen[:CLEARED]), key=lambda f: f.score)
+
+    def cleared(self, found: Found) -> Found:
+        """Return the set without effects that are not worth it or too faint beside the others."""
+        while found.choices:
+            worth = self._standing(found)
+            weakest = int(np.argmin(worth))
+            if worth[weakest] > 0:
+                return found
+            found = self.settled(found.without(found.choices[weakest].suspect.key))
+        return found
+
+    def _standing(self, found: Found) -> list[float]:
+        """Return how far each effect is above its limits, over all shapes of the others."""
+        worth = []
+        total = found.score
+        for choice in found.choices:
+            free = self.with_detail(found.without(choice.suspect.key))
+            gain = free.gain(choice.key)
+            limit = max(MARGIN + self.penalty(choice), FAINT * total)
+            worth.append(gain.evidence - limit)
+        return worth
+
+    def rivals(self, found: Found, key: str) -> dict[str, float]:
+        """Return, by suspect, by how much the set's score falls when it stands in for ``key``."""
+        others = found.without(key)
+        fall: dict[str, float] = {}
+        for offer in self.offers(others):
+            if offer.choice.suspect.key != key:
+                swapped = self.settled((*others, offer.choice))
+                fall[offer.choice.suspect.key] = found.score - swapped.score
+        return fall
+
+    def penalty(self, choice: Choice) -> float:
+        """Return what looking through the choice's shapes and all suspects costs."""
+        looked = choice.shape.tries * len(self.suspects)
+        return 2.0 * float(np.log(looked)) + choice.suspect.bar

@@ -6,8 +6,8 @@ import re
 
 import numpy as np
 
-from autodb.explain.axis import NAMED
 from autodb.terms import TERMS, Contribution, Parameter, Term
+from docs.make import explained
 
 BEGIN, END = "<!-- terms: made by python -m docs.make -->\n", "<!-- end of terms -->\n"
 CHANNELS = {
@@ -16,8 +16,6 @@ CHANNELS = {
     "cuts": "Cutting forces, one value a cut",
     "table": "Force on a rotating table, over time",
 }
-EXPLAINED = {*NAMED, "external_load", "edge_force", "tool_wear"}
-"""What `explain` can name as missing; `shear` it names as mistuned only."""
 SHAPE = re.compile(r"[,;] \(n,( ?\d)?\)")
 HEAD = (
     "| term | equation | parameters | at standstill | excited by | told apart from | source "
@@ -107,6 +105,7 @@ def _apart(term: Term) -> str:
 
 
 def _explained(term: Term) -> str:
+    """`shear` is in every simulation of a cut: it can only be off."""
     if term.name == "shear":
         return "only as mistuned"
-    return "yes" if term.name in EXPLAINED and not term.form else ""
+    return "yes" if term.name in explained.names() else ""

@@ -1,0 +1,281 @@
+"""An accepted effect of an axis as an entry of the answer: sizes, certainty, alternatives."""
+
+from collections.abc import Callable, Mapping
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.answer import Cause, Value
+from autodb.explain.apart import told_apart
+from autodb.explain.axis_loads import DELAYS_S
+from autodb.explain.inquiry import Inquiry
+from autodb.explain.reading import Reading
+from autodb.explain.suspects import UNKNOWN, Choice
+from autodb.explain.tuning import Beside, Tuned, tuned
+from autodb.sensing.axis_model import term_called
+from autodb.terms import Term
+
+Array = NDArray[np.float64]
+Read = Mapping[str, Value]
+
+NORMAL_95 = 1.959964
+NEAR = 20.0
+"""A set whose 2·ln-likelihood is not this much lower is an alternative: odds of e¹⁰. Chosen."""
+TEMPER = 4.0
+"""Evidence is divided by this before it is turned into a probability: laws are never exact, so that
+likelihoods of real data claim too much. Chosen."""
+SUREST = 0.99
+RETUNED = 0.01
+"""Relative change of an own term below which it is not called mistuned."""
+RETUNED_SDS = 4.0
+INDISTINCT: Mapping[str, tuple[str, ...]] = {"gravity": ("sensor_drift",)}
+"""Effects that no recording of forces can tell apart: a constant load and a sensor's constant."""
+
+
+def value_of(value: float, sd: float, unit: str) -> Value:
+    """Return a value with its 95 % interval."""
+    half = NORMAL_95 * sd
+    return Value(value=value, low=value - half, high=value + half, unit=unit)
+
+
+def causes(reading: Reading) -> list[Cause]:
+    """Return the entries of accepted effects, then of the simulation's own terms that are off."""
+    entries = [_effect(reading, number) for number in range(len(reading.inquiry.found.choices))]
+    return [*_merged(entries), *_mistuned(reading)]
+
+
+def _merged(entries: list[Cause]) -> list[Cause]:
+    """Return one entry a term and kind, the largest: one effect in two shapes is one cause."""
+    kept: dict[tuple[str, str], Cause] = {}
+    for entry in sorted(entries, key=lambda e: -e.parameters["size"].value):
+        kept.setdefault((entry.term, entry.kind), entry)
+    return [entry for entry in entries if kept[entry.term, entry.kind] is entry]
+
+
+def _effect(reading: Reading, number: int) -> Cause:
+    choice = reading.inquiry.found.choices[number]
+    size = _size(reading, number)
+    others, sure = rivals(reading.inquiry, choice)
+    if not choice.suspect.named:
+        return _unknown(reading, number, size, others, sure)
+    term = term_called(choice.suspect.term)
+    always = INDISTINCT.get(term.name, ())
+    alternatives = tuple(dict.fromkeys([*always, *others]))
+    kind: Literal["missing", "mistuned"] = "mistuned" if term.name in reading.had else "missing"
+    return Cause(
+        term=term.name,
+        kind=kind,
+        confidence=sure / (1 + len(always)),
+        statement=f"{term.statement} {_size_words(size, kind)}",
+        parameters={"size": size, **parameters(reading, choice, term)},
+        alternatives=alternatives,
+        variables=choice.suspect.variables,
+        to_tell_apart=told_apart(reading, number, others, always),
+    )
+
+
+def _size_words(size: Value, kind: str) -> str:
+    lacks = (
+        "The simulation leaves it out" if kind == "missing" else "The simulation has it otherwise"
+    )
+    return f"{lacks}: {size.value:.3g} {size.unit} ({size.low:.3g} to {size.high:.3g})."
+
+
+def _size(reading: Reading, number: int) -> Value:
+    """Return the peak contribution; its interval is that of the contribution at its peak."""
+    effect = reading.fitted.effects[number]
+    peak = float(np.quantile(np.abs(effect), 0.9995))
+    row = int(np.argmin(np.abs(np.abs(effect) - peak)))
+    at = reading.fitted.columns[number][row]
+    _, covariance = reading.fitted.of_choice(number)
+    return value_of(peak, float(np.sqrt(max(at @ covariance @ at, 0.0))), reading.unit)
+
+
+def rivals(inquiry: Inquiry, choice: Choice) -> tuple[list[str], float]:
+    """Return the names that would do nearly as well, nearest first, and how sure the name is."""
+    of = {s.key: s.term for s in inquiry.search.suspects}
+    best: dict[str, float] = {}
+    for rival, by in inquiry.search.rivals(inquiry.found, choice.suspect.key).items():
+        if of[rival] not in (choice.suspect.term, UNKNOWN) or not choice.suspect.named:
+            best[of[rival]] = min(by, best.get(of[rival], np.inf))
+    odds = sum(float(np.exp(-0.5 * max(by, 0.0) / TEMPER)) for by in best.values())
+    near = sorted((by, name) for name, by in best.items() if by < NEAR and name != UNKNOWN)
+    return [name for _, name in near], min(SUREST, 1.0 / (1.0 + odds))
+
+
+def parameters(reading: Reading, choice: Choice, term: Term) -> dict[str, Value]:
+    """Return the values of the plain law that fits best beside the other effects, tuned."""
+    found = reading.inquiry.found
+    products = reading.inquiry.search.products
+    given = products.given([c.key for c in found.choices if c.suspect.key != choice.suspect.key])
+    plain = [
+        Choice(choice.suspect, i)
+        for i, rung in enumerate(choice.suspect.rungs)
+        if rung.names and (choice.suspect.key, i) in products.places
+    ]
+    if not plain:
+        return {}
+    law = max(plain, key=lambda c: given.gain(c.key).full)
+    beside = Beside(
+        reading.bench,
+        found.without(choice.suspect.key),
+        reading.noise,
+        reading.fitted.retuned,
+    )
+    return _values(tuned(law, beside), beside, term, reading)
+
+
+def _values(law: Tuned, beside: Beside, term: Term, reading: Reading) -> dict[str, Value]:
+    units = {p.name: p.unit.replace("U", reading.unit) for p in term.parameters}
+    rung = law.choice.shape
+    coefficients, covariance = beside.fit(rung)
+    linear = {
+        name: value_of(float(c), float(np.sqrt(v)), units.get(name, reading.unit))
+        for name, c, v in zip(rung.names, coefficients, np.diag(covariance), strict=True)
+    }
+    shape = {
+        name: value_of(value, law.sd.get(name, 0.0), units.get(name, ""))
+        for name, value in rung.shape.items()
+    }
+    found = {**linear, **shape}
+    for wanted, change in CHANGES:
+        if set(wanted) <= found.keys():
+            found = change(found, reading)
+    return found
+
+
+def _amplitude(found: Read, reading: Reading) -> dict[str, Value]:
+    cosine, sine = found["cosine"], found["sine"]
+    sd = max(cosine.high - cosine.value, sine.high - sine.value) / NORMAL_95
+    size = float(np.hypot(cosine.value, sine.value))
+    return _instead(found, ("cosine", "sine"), {"amplitude": value_of(size, sd, reading.unit)})
+
+
+def _rest(found: Read, reading: Reading) -> dict[str, Value]:  # noqa: ARG001
+    """A constant beside a stiffness shifts the place where the spring is at rest."""
+    stiffness, constant, middle = found["stiffness"], found["constant"], found["middle"]
+    place = middle.value - constant.value / stiffness.value
+    sd = (constant.high - constant.value) / NORMAL_95 / abs(stiffness.value)
+    return _instead(found, ("constant", "middle"), {"rest": value_of(place, sd, "mm")})
+
+
+def _rate(found: Read, reading: Reading) -> dict[str, Value]:
+    """A bent drift's change and bend over the recording are a rate at its begin, and its change."""
+    span = _span(reading)
+    rate, bend = found["change"], found["bend"]
+    return _instead(
+        found,
+        ("change", "bend"),
+        {
+            "rate": _scaled(rate, 1.0 / span, f"{reading.unit}/s"),
+            "bend": _scaled(bend, 1.0 / span**2, f"{reading.unit}/s²"),
+        },
+    )
+
+
+def _factor(found: Read, reading: Reading) -> dict[str, Value]:
+    """A gain's relative change is a factor; its times are seconds of the recording."""
+    span, begin = _span(reading), float(reading.signals.t_s[0])
+    change = found["share_of_all"]
+    new = {"factor": _shifted(_scaled(change, 1.0, "1"), 1.0)}
+    if "start" in found:
+        new["start"] = _shifted(_scaled(found["start"], span, "s"), begin)
+    if "time_constant" in found:
+        new["time_constant"] = _scaled(found["time_constant"], span, "s")
+    return _instead(found, ("share_of_all",), new)
+
+
+def _drift(found: Read, reading: Reading) -> dict[str, Value]:
+    """A straight drift's change over the recording is a rate."""
+    rate = _scaled(found["change"], 1.0 / _span(reading), f"{reading.unit}/s")
+    return _instead(found, ("change",), {"rate": rate})
+
+
+def _delay(found: Read, reading: Reading) -> dict[str, Value]:  # noqa: ARG001
+    """A shift so small that effort changes in proportion to it is a share of the least delay."""
+    return _instead(found, ("slight",), {"delay": _scaled(found["slight"], DELAYS_S[0], "s")})
+
+
+def _nothing(found: Read, reading: Reading) -> dict[str, Value]:  # noqa: ARG001
+    """The share of an effect whose size its shape fixes is no value of its own."""
+    return _instead(found, ("share",), {})
+
+
+CHANGES: tuple[tuple[tuple[str, ...], Callable[[Read, Reading], dict[str, Value]]], ...] = (
+    (("cosine", "sine"), _amplitude),
+    (("stiffness", "constant"), _rest),
+    (("change", "bend"), _rate),
+    (("change",), _drift),
+    (("share_of_all",), _factor),
+    (("share",), _nothing),
+    (("slight",), _delay),
+)
+"""Values of a law that are stored and exchanged under other names."""
+
+
+def _instead(found: Read, gone: tuple[str, ...], new: Read) -> dict[str, Value]:
+    return {**{k: v for k, v in found.items() if k not in gone}, **new}
+
+
+def _scaled(value: Value, by: float, unit: str) -> Value:
+    return Value(value=value.value * by, low=value.low * by, high=value.high * by, unit=unit)
+
+
+def _shifted(value: Value, by: float) -> Value:
+    return Value(value=value.value + by, low=value.low + by, high=value.high + by, unit=value.unit)
+
+
+def _span(reading: Reading) -> float:
+    return float(reading.signals.t_s[-1] - reading.signals.t_s[0])
+
+
+def _unknown(reading: Reading, number: int, size: Value, others: list[str], sure: float) -> Cause:
+    """Return the entry of a family without a name: how much of the error it holds, over what."""
+    choice, effect = reading.inquiry.found.choices[number], reading.fitted.effects[number]
+    left = reading.bench.difference - (reading.fitted.correction - effect)
+    share = 1.0 - float(np.sum((left - effect) ** 2) / np.sum(left**2))
+    words = choice.suspect.key.rstrip("0123456789 ")
+    return Cause(
+        term=UNKNOWN,
+        kind="missing",
+        confidence=sure,
+        statement=(
+            f"{100 * max(share, 0.0):.0f} % of the error that the other causes leave depends on "
+            f"{words}; no law that is known here fits it. It reaches {size.value:.3g} {size.unit}."
+        ),
+        parameters={"size": size},
+        alternatives=tuple(others),
+        variables=choice.suspect.variables,
+    )
+
+
+def _mistuned(reading: Reading) -> list[Cause]:
+    """Return the simulation's own terms whose coefficient the recording contradicts."""
+    return [
+        _retuned(reading, name)
+        for name in reading.fitted.own
+        if name in reading.signals.had and _is_off(reading, name)
+    ]
+
+
+def _is_off(reading: Reading, name: str) -> bool:
+    change, sd = reading.fitted.of_own(name)
+    return abs(change) > max(RETUNED_SDS * sd, RETUNED * abs(reading.signals.had[name]))
+
+
+def _retuned(reading: Reading, name: str) -> Cause:
+    change, sd = reading.fitted.of_own(name)
+    had, main = reading.signals.had[name], term_called(name).parameters[0]
+    now = value_of(had + change, sd, main.unit.replace("U", reading.unit))
+    peak = float(np.max(np.abs(reading.signals.own[name])))
+    return Cause(
+        term=name,
+        kind="mistuned",
+        confidence=SUREST,
+        statement=(
+            f"The simulation has {name} with {main.name} {had:.4g} {now.unit}; the recording says "
+            f"{now.value:.4g} ({now.low:.4g} to {now.high:.4g})."
+        ),
+        parameters={"size": value_of(abs(change) * peak, sd * peak, reading.unit), main.name: now},
+    )

@@ -1,0 +1,159 @@
+"""Scatter of the forces of a cut: its standard deviation, and what components share of it."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.cutting.table import Stack
+
+Array = NDArray[np.float64]
+
+SHARES = np.geomspace(0.05, 20.0, 16)
+"""Values of a/(b·rms F) that are tried: scatter from relative to constant."""
+LIKELY = 1.0
+"""The ratio that is likeliest beforehand, within a factor e: constant and relative scatter are of
+one size. Chosen; it steadies short tables."""
+LEAST_LEFT = 0.05
+"""Of a row that its own fit follows, no less than this share counts as scatter."""
+FAR, SEEN = 6.0, 0.944
+"""Squares beyond this many variances count as so many; a normal one then has this mean."""
+ENOUGH = 20
+"""Cuts from which on far ones are told from the others."""
+SHRUNK = 20.0
+"""Cuts that the correlation of components is pulled towards none by: chosen."""
+LOCAL = 3
+"""A rich model has at most one column for this many cuts."""
+STEPS = 4
+
+
+def with_noise(stack: Stack, known_columns: Array | None = None) -> tuple[Stack, float]:
+    """Return the stack with scatter estimated, and its degrees of freedom.
+
+    What a rich model leaves is taken for scatter: sd² = a² + b²F² by component with one ratio of a
+    to b, correlated between components. Scatter that goes on from cut to cut counts as more of it:
+    its sd is raised by √((1 + ρ)/(1 − ρ)), ρ beyond what chance gives. ``known_columns`` (C, n, p):
+    further columns, of what was found; without any the difference may hold far more than scatter,
+    and nothing is said of what goes together.
+    """
+    count, n = stack.simulation.shape
+    left = np.empty_like(stack.simulation)
+    sd = np.ones_like(left)
+    freedom = np.empty(count)
+    rich = _rich(stack)
+    for i in range(count):
+        design = _design(stack, rich, i, known_columns)
+        difference = stack.recording[i] - stack.simulation[i]
+        sd[i] = np.maximum(np.abs(stack.simulation[i]), 1e-3 * np.abs(stack.simulation[i]).max())
+        sd[i] *= _spread(stack, i, sd[i])
+        weight = np.ones(n)
+        for _ in range(STEPS):
+            left[i], leverage = _residual(design, difference, sd[i] / weight)
+            freedom[i] = max(1.0, n - float(leverage.sum()))
+            squares = left[i] ** 2 / np.maximum(1.0 - leverage, LEAST_LEFT)
+            if n >= ENOUGH:
+                squares = np.minimum(squares, FAR * sd[i] ** 2) / SEEN
+            sd[i] = _sd(squares, stack.simulation[i])
+            weight = np.minimum(1.0, np.sqrt(FAR) * sd[i] / np.maximum(np.abs(left[i]), 1e-300))
+    if known_columns is None:
+        return replace(stack, sd=sd), float(freedom.sum())
+    z = left / sd
+    correlation = (z @ z.T) / np.sqrt(np.outer(np.sum(z**2, axis=1), np.sum(z**2, axis=1)))
+    correlation = (n * correlation + SHRUNK * np.eye(count)) / (n + SHRUNK)
+    mixing = np.linalg.inv(np.linalg.cholesky(correlation))
+    raised = np.sqrt(_persistence(z))
+    return replace(stack, sd=sd * raised, mixing=mixing), float(freedom.sum())
+
+
+def _spread(stack: Stack, component: int, shape: Array) -> float:
+    """Return a first size of the scatter: the root mean square of the difference over a shape."""
+    difference = (stack.recording - stack.simulation)[component]
+    return max(float(np.sqrt(np.mean((difference / shape) ** 2))), 1e-300)
+
+
+def _persistence(z: Array) -> float:
+    """Return (1 + ρ)/(1 − ρ) of rows (C, n), ρ the correlation of neighbours beyond chance."""
+    if z.shape[1] < 5:
+        return 1.0
+    rho = float(np.sum(z[:, 1:] * z[:, :-1]) / np.sum(z**2))
+    rho = min(0.98, max(0.0, rho - 2.0 / np.sqrt(z.size)))
+    return float((1.0 + rho) / (1.0 - rho))
+
+
+def _residual(design: Array, difference: Array, sd: Array) -> tuple[Array, Array]:
+    """Return what a weighted fit leaves (n,), and the leverage of every row on its own fit (n,)."""
+    weighted = design / sd[:, None]
+    norm = np.linalg.norm(weighted, axis=0)
+    norm[norm == 0] = 1.0
+    basis, size, _ = np.linalg.svd(weighted / norm, full_matrices=False)
+    basis = basis[:, size > 1e-8 * size[0]]
+    fitted = basis @ (basis.T @ (difference / sd))
+    leverage = np.sum(basis**2, axis=1)
+    return np.asarray(difference - sd * fitted), np.asarray(leverage)
+
+
+def _sd(squares: Array, force: Array) -> Array:
+    """Return √(a² + b²F²) (n,), likeliest over the ratio a/b for squares of scatter (n,)."""
+    best, found = np.inf, np.ones_like(squares)
+    usual = float(np.sqrt(np.mean(force**2)))
+    for share in SHARES:
+        shape = (share * usual) ** 2 + force**2
+        scale = max(float(np.mean(squares / shape)), 1e-300)
+        cost = float(np.mean(np.log(shape))) * len(squares) + len(squares) * np.log(scale)
+        cost += 0.5 * np.log(share / LIKELY) ** 2
+        if cost < best:
+            best, found = cost, np.sqrt(scale * shape)
+    return np.asarray(np.maximum(found, 1e-6 * usual + 1e-12), dtype=np.float64)
+
+
+def _design(stack: Stack, rich: list[Array], component: int, further: Array | None) -> Array:
+    """Return the columns (n, p) of one component, no more than one for LOCAL cuts."""
+    force, depth = stack.simulation[component], stack.known.depth_mm
+    columns = [force, depth]
+    if further is not None:
+        columns += [c for c in further[component].T if np.any(c)]
+    columns += [force * c if kind else depth * c for kind, c in _kinds(rich)]
+    found = 2 if further is None else 2 + further.shape[2]
+    most = max(min(found, len(force) // 2), len(force) // LOCAL - 1)
+    return np.column_stack(columns[:most])
+
+
+def _kinds(rich: list[Array]) -> list[tuple[bool, Array]]:
+    return [(number % 2 == 0, column) for number, column in enumerate(rich)]
+
+
+def _rich(stack: Stack) -> list[Array]:
+    """Return shapes over cuts by turns of the force and of the depth, the likeliest first."""
+    known = stack.known
+    ordered = _unit(np.arange(len(known), dtype=np.float64))
+    shapes: list[Array] = [ordered]
+    time = known.cutting_time_s
+    shapes.append(ordered if time is None else _unit(time))
+    for name in ("cutting.feed", "cutting.speed", "cutting.depth"):
+        if name in known.other:
+            shapes += [_unit(np.log(known.other[name])), _unit(np.log(known.other[name])) ** 2]
+    if time is not None:
+        shapes += [_unit(time), _unit(time) ** 2]
+    if len(known) > 60:
+        shapes += [c for c in _bumps(ordered, 12).T for _ in (0, 1)]
+    if "z.position" in known.other:
+        shapes += [_unit(known.other["z.position"])] * 2
+    if len(known) > 60 and "cutting.speed" in known.other:
+        shapes += list(_bumps(_unit(np.log(known.other["cutting.speed"])), 5).T)
+    if time is not None and len(known) > 12 * len(known.edges):
+        for edge in known.edges[1:]:
+            shapes += [_unit(time) * (known.edge == edge)] * 2
+    return shapes
+
+
+def _unit(values: Array) -> Array:
+    """Return values over −1 to 1."""
+    low, high = float(values.min()), float(values.max())
+    return np.asarray(2.0 * (values - low) / max(high - low, 1e-300) - 1.0, dtype=np.float64)
+
+
+def _bumps(values: Array, count: int) -> Array:
+    """Return ``count`` Gaussian bumps over −1 to 1, (n, count)."""
+    centres = np.linspace(-1.0, 1.0, count)
+    width = 2.0 / (count - 1)
+    return np.asarray(np.exp(-0.5 * ((values[:, None] - centres) / width) ** 2))

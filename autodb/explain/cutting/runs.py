@@ -1,0 +1,154 @@
+"""Suspects that must be looked for: a run of cuts in other material, and what comes round again.
+
+The scans work on what a fit leaves, by cumulative sums over bins of cuts; each edge of a run is
+then refined cut by cut between its neighbours.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.cutting.families import BAR
+from autodb.explain.cutting.laws import Columns, alike, each, of_chip, only, relative, values_of
+from autodb.explain.cutting.table import Stack
+from autodb.explain.suspects import UNKNOWN, Rung, Suspect
+
+Array = NDArray[np.float64]
+Allowed = Callable[[Array], bool]
+
+BINS = 240
+SHORTEST = 3
+ALIKE = 0.15
+"""Share of the strongest component's change that half of them at least have in other material."""
+LONGEST = 0.6
+"""Share of the cuts that a run may hold; a longer one is the usual state."""
+FEWEST_TURNS, MOST_TURNS, STEP = 2.5, 100.0, 0.25
+"""How often in the table something may come round, and how finely that is looked through."""
+
+
+def run_of_cuts(stack: Stack, left: Array, number: int) -> Suspect | None:
+    """Return the run in which a factor on all forces explains most of what a fit leaves (C, n)."""
+    n = len(stack.known)
+    weight = stack.mixing.T @ stack.mixing
+    force, rest = stack.simulation / stack.sd, left / stack.sd
+    product = np.concatenate([[0.0], np.cumsum(np.sum(force * (weight @ rest), axis=0))])
+    power = np.concatenate([[0.0], np.cumsum(np.sum(force * (weight @ force), axis=0))])
+    if n < 2 * SHORTEST:
+        return None
+    start, end = _strongest(product, power)
+    return hard_spot(stack, start, end, number, tries=min(n, BINS))
+
+
+def hard_spot(stack: Stack, start: int, end: int, number: int, *, tries: int) -> Suspect:
+    """Return the suspect of harder or softer material in the rows from start to before end."""
+    inside = np.zeros(len(stack.known))
+    inside[start:end] = 1.0
+    cuts = stack.known.number
+    shape = {"first": float(cuts[start]), "last": float(cuts[end - 1])}
+    hump = np.zeros(len(stack.known))
+    hump[start:end] = np.sin(np.pi * (np.arange(end - start) + 0.5) / (end - start))
+    made = [
+        spread(stack, make(stack, values_of(course)))
+        for course, make in ((inside, relative), (hump, relative), (inside, of_chip))
+        for spread in (alike, each)
+    ]
+    rungs = tuple(Rung(c, shape, tries=tries, allowed=_on_all(c)) for c in made)
+    interval = (shape["first"], shape["last"])
+    ends = np.zeros((len(stack.known), 3))
+    ends[start:end] = np.column_stack([inside, hump, _edge_cuts(start, end, len(inside))])[
+        start:end
+    ]
+    detail = each(stack, relative(stack, values_of(ends), 3))
+    key = f"hard_spot {number}"
+    return Suspect(key, "hard_spot", rungs, ("cut",), detail=detail, interval=interval)
+
+
+def _edge_cuts(start: int, end: int, count: int) -> Array:
+    """Return 1 in the first and the last cut of a run, (n,)."""
+    found = np.zeros(count)
+    found[[start, end - 1]] = 1.0
+    return found
+
+
+def step_of_gain(stack: Stack, left: Array, component: int, number: int) -> Suspect:
+    """Return the step of one component's factor that explains most of what a fit leaves (C, n)."""
+    force = stack.simulation[component] / stack.sd[component]
+    rest = left[component] / stack.sd[component]
+    product = np.concatenate([[0.0], np.cumsum(force * rest)])
+    power = np.concatenate([[0.0], np.cumsum(force**2)])
+    n = len(force)
+    starts = np.arange(SHORTEST, n - SHORTEST + 1)
+    start = int(starts[np.argmax(_fall(product, power, starts, np.array(n)))])
+    t = stack.known.t_s
+    after = np.asarray(np.arange(n) >= start, dtype=np.float64)
+    columns = only(stack, relative(stack, values_of(after)), component)
+    shape = {"at": float((t[start] - t[0]) / max(float(t[-1] - t[0]), 1e-300))}
+    rungs = (Rung(columns, shape, tries=min(n, BINS)),)
+    return Suspect(f"gain {stack.names[component]} {number}", "gain", rungs, ("t",))
+
+
+def _on_all(columns: Columns) -> Allowed:
+    """Return whether a factor of each component goes the same way in most of them."""
+
+    def allowed(coefficients: Array) -> bool:
+        most = coefficients[np.argmax(np.abs(coefficients) * columns.strength)]
+        return bool(np.median(coefficients / most) > ALIKE)
+
+    return allowed
+
+
+def _strongest(product: Array, power: Array) -> tuple[int, int]:
+    n = len(product) - 1
+    edges = np.unique(np.linspace(0, n, min(BINS, n) + 1).astype(np.intp))
+    gains = _gain(product, power, edges[:, None], edges[None, :])
+    i, j = np.unravel_index(int(np.argmax(gains)), gains.shape)
+    start, end = int(edges[i]), int(edges[j])
+    reach = int(np.ceil(n / len(edges))) + 1
+    for _ in range(3):
+        starts = np.arange(max(0, start - reach), min(end - SHORTEST, start + reach) + 1)
+        start = int(starts[np.argmax(_gain(product, power, starts, np.array(end)))])
+        ends = np.arange(max(start + SHORTEST, end - reach), min(n, end + reach) + 1)
+        end = int(ends[np.argmax(_gain(product, power, np.array(start), ends))])
+    return start, end
+
+
+def _gain(product: Array, power: Array, start: NDArray[np.intp], end: NDArray[np.intp]) -> Array:
+    """Return the fall of the sum of squares by a factor in a run that is one; −∞ for others."""
+    n, span = len(product) - 1, end - start
+    outside = (span < SHORTEST) | (span > LONGEST * n)
+    return np.asarray(np.where(outside, -np.inf, _fall(product, power, start, end)))
+
+
+def _fall(product: Array, power: Array, start: NDArray[np.intp], end: NDArray[np.intp]) -> Array:
+    """Return the fall of the sum of squares by a factor from start to end, all forces free too."""
+    inside = power[end] - power[start]
+    rest = np.maximum(inside * (1.0 - inside / power[-1]), 1e-9 * power[-1])
+    return np.asarray((product[end] - product[start]) ** 2 / rest)
+
+
+def comes_round(
+    stack: Stack, left: Array, variable: str, values: Array, number: int
+) -> Suspect | None:
+    """Return the factor on all forces that is periodic in a variable and explains most."""
+    n = len(stack.known)
+    if n < 24:
+        return None
+    force, rest = stack.simulation / stack.sd, left / stack.sd
+    product, power = np.sum(force * rest, axis=0), np.sum(force**2, axis=0)
+    span = float(np.ptp(values))
+    turns = np.arange(FEWEST_TURNS, min(MOST_TURNS, n / 2.5), STEP)
+    best, found = 0.0, 0.0
+    for count in turns:
+        angle = 2.0 * np.pi * count * (values - values.min()) / span
+        waves = np.stack([np.cos(angle), np.sin(angle)])
+        inner = (waves * power) @ waves.T
+        right = waves @ product
+        gain = float(right @ np.linalg.solve(inner + 1e-9 * np.trace(inner) * np.eye(2), right))
+        if gain > best:
+            best, found = gain, float(count)
+    angle = 2.0 * np.pi * found * (values - values.min()) / span
+    law = relative(stack, values_of(np.column_stack([np.cos(angle), np.sin(angle)])), 2)
+    rungs = tuple(Rung(s(stack, law), {"period": span / found}, tries=n) for s in (alike, each))
+    key = f"unknown periodic {variable} {number}"
+    return Suspect(key, UNKNOWN, rungs, (variable,), bar=BAR)

@@ -1,0 +1,194 @@
+"""The forces of a cut table with what is known of every cut, all components together.
+
+Components share cuts and laws, so that they are fitted jointly: arrays are (C, n), component by
+component, and white rows (C·n,) are what least squares sees.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.errors import UnusableInput
+from autodb.records import EDGE, CutTable
+
+Array = NDArray[np.float64]
+
+GLITCH = 300.0
+"""A force this many times the median is damage, not a cut."""
+FEWEST = 8
+EDGE_SHARE = 0.02
+"""A simulation has an edge force when it gives this share of its output, read by regression."""
+ROUNDINGS_MM = (0.0, 0.003, 0.006, 0.01, 0.015, 0.02, 0.025, 0.03, 0.035, 0.04)
+"""Thickness over which the edge of a simulation begins to plough; 0: at once."""
+POWERS = np.linspace(0.5, 1.0, 51)
+"""Powers of feed that the chip's part of a simulation may follow."""
+VARIABLES = (
+    "cutting.speed", "cutting.feed", "cutting.depth", "cutting.width", "work.diameter",
+    "chip.thickness", "z.position", "tool.cutting_time",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What is known of every cut, (n,); depth is 1 where it was not recorded.
+
+    ``other``: every recorded variable by its channel's name, those above included.
+    """
+
+    number: Array
+    t_s: Array
+    depth_mm: Array
+    thickness_mm: Array | None
+    speed_m_min: Array | None
+    edge: Array | None
+    edge_label: dict[float, str]
+    cutting_time_s: Array | None
+    other: dict[str, Array] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.number)
+
+    @property
+    def edges(self) -> Array:
+        """The edges in use."""
+        return np.unique(self.edge) if self.edge is not None else np.array([])
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Recording and simulation (C, n); ``chip`` the part of the simulation that a chip gives.
+
+    ``edge_N_mm`` (C,): the edge force that the simulation has, ``edge_mm`` (C, n) the length that
+    it acts on; ``sd`` (C, n); ``mixing`` (C, C) makes the components of one cut, each over its sd,
+    independent.
+    """
+
+    names: tuple[str, ...]
+    known: Conditions
+    recording: Array
+    simulation: Array
+    edge_N_mm: Array
+    edge_mm: Array
+    sd: Array
+    mixing: Array
+
+    @property
+    def chip(self) -> Array:
+        """Simulated force without that of the edge, (C, n)."""
+        return self.simulation - self.edge_N_mm[:, None] * self.edge_mm
+
+    @property
+    def sign(self) -> Array:
+        """Direction in which each component's simulation points, (C,)."""
+        signs = np.sign(np.median(self.simulation, axis=1))
+        return np.asarray(np.where(signs == 0, 1.0, signs), dtype=np.float64)
+
+    def white(self, raw: Array) -> Array:
+        """Return white rows (C·n, p) of raw columns (C, n, p) [N]."""
+        scaled = raw / self.sd[:, :, None]
+        mixed = np.tensordot(self.mixing, scaled, axes=1)
+        return np.asarray(mixed.reshape(raw.shape[0] * raw.shape[1], raw.shape[2]))
+
+    @property
+    def difference(self) -> Array:
+        """White difference, (C·n,)."""
+        return self.white((self.recording - self.simulation)[:, :, None])[:, 0]
+
+
+def conditions(table: CutTable) -> Conditions:
+    """Return the conditions of a table's cuts; one that some cut lacks is not used.
+
+    Raises UnusableInput where a depth, feed or speed is not above zero.
+    """
+
+    def known(name: str) -> Array | None:
+        values = table.get(name)
+        return None if values is None or not np.isfinite(values).all() else values
+
+    for name in ("cutting.depth", "cutting.feed", "cutting.speed"):
+        values = known(name)
+        if values is not None and values.min() <= 0:
+            row = int(np.argmin(values))
+            raise UnusableInput(
+                f"{table.path}: {name}, row {row + 1} (cut {table.cut[row]:g}): {values[row]:g} is "
+                "no cut; the table without it would work"
+            )
+    depth, edge, feed = known("cutting.depth"), known(EDGE), known("cutting.feed")
+    thickness, clock = known("chip.thickness"), known("t")
+    time = known("tool.cutting_time")
+    if edge is None and time is not None and EDGE not in table:
+        edge = np.zeros(len(table))
+    labels = table.texts.get(EDGE) or ([] if edge is None else [f"{e:g}" for e in edge])
+    other = {name: values for name in VARIABLES if (values := known(name)) is not None}
+    return Conditions(
+        number=table.cut,
+        t_s=table.cut if clock is None else clock,
+        depth_mm=np.ones(len(table)) if depth is None else depth,
+        thickness_mm=feed if thickness is None or thickness.min() <= 0 else thickness,
+        speed_m_min=known("cutting.speed"),
+        edge=edge,
+        edge_label={} if edge is None else dict(zip(edge.tolist(), labels, strict=True)),
+        cutting_time_s=time if edge is not None else None,
+        other={name: values for name, values in other.items() if np.ptp(values) > 0},
+    )
+
+
+def forces(table: CutTable, simulation: dict[str, Array]) -> tuple[Array, Array]:
+    """Return recording and simulation (C, n).
+
+    Raises UnusableInput for too few cuts, a simulation of zeros, and a force that is damage.
+    """
+    if len(table) < FEWEST:
+        raise UnusableInput(
+            f"{table.path}: {len(table)} cuts are too few to explain; {FEWEST} would work"
+        )
+    for name, force in simulation.items():
+        _check(table, name, force)
+    return np.stack([table[name] for name in simulation]), np.stack(list(simulation.values()))
+
+
+def _check(table: CutTable, name: str, simulation: Array) -> None:
+    if not np.any(simulation):
+        raise UnusableInput(f"{name} of the simulation is zero in every cut: nothing to re-tune")
+    usual = max(float(np.median(np.abs(table[name]))), 1e-12)
+    row = int(np.argmax(np.abs(table[name])))
+    if abs(table[name][row]) > GLITCH * usual:
+        raise UnusableInput(
+            f"{table.path}: {name}, row {row + 1} (cut {table.cut[row]:g}): "
+            f"{table[name][row]:.3g} N is {GLITCH:g} times the usual; without it it would work"
+        )
+
+
+def edge_read_off(simulation: Array, known: Conditions) -> tuple[Array, Array]:
+    """Return the edge coefficient [N/mm] of each component (C, n) of a simulation, and its shape.
+
+    Read by regression on a_p·h^q and a_p·(1 − e^(−h/h_p)) with the power q and the rounding h_p
+    that fit best; the shape (C, n) [mm] is a_p times what is in brackets. Zero where the thickness
+    is not known or hardly varies.
+    """
+    thickness, count = known.thickness_mm, len(simulation)
+    plain = np.tile(known.depth_mm, (count, 1))
+    if thickness is None or float(np.ptp(np.log(thickness))) < 0.05:
+        return np.zeros(count), plain
+    found = [_edge_of(part, known.depth_mm, thickness) for part in simulation]
+    return np.array([value for value, _ in found]), np.array([shape for _, shape in found])
+
+
+def _edge_of(simulation: Array, depth_mm: Array, thickness_mm: Array) -> tuple[float, Array]:
+    best, found, length = np.inf, 0.0, depth_mm
+    for rounding in ROUNDINGS_MM:
+        shape = depth_mm * (-np.expm1(-thickness_mm / rounding) if rounding else 1.0)
+        for power in POWERS:
+            design = np.column_stack([depth_mm * thickness_mm**power, shape])
+            inner = design.T @ design
+            if np.linalg.cond(inner) > 1e12:
+                continue
+            coefficients = np.linalg.solve(inner, design.T @ simulation)
+            left = float(np.sum((simulation - design @ coefficients) ** 2))
+            if left < 0.9 * best:
+                best, found, length = left, float(coefficients[1]), shape
+    is_there = np.linalg.norm(found * length) > EDGE_SHARE * np.linalg.norm(simulation)
+    if is_there and np.sign(found) == np.sign(simulation.sum()):
+        return found, length
+    return 0.0, depth_mm

@@ -1,0 +1,154 @@
+"""Evidence that white rows hold an effect: how much likelier they are with it than without.
+
+Own columns are free without a prior: a simulation may have been refitted to the very recording. A
+suspect's p columns have coefficients of size τ (normal, each column scaled to one size), and τ is
+the one that makes the rows likeliest (empirical Bayes). Twice the gain of the log-likelihood is
+
+    max over τ of Σᵢ [τ²bᵢ²/(1 + τ²λᵢ) − ln(1 + τ²λᵢ)]
+
+with λ the eigenvalues of the columns' inner products after own and accepted columns are projected
+out and b the products with the difference along the eigenvectors, both over the noise variance. So
+a smooth curve of many columns pays only for the directions that it uses. Source: MacKay 1992,
+Bayesian interpolation (evidence of a linear model).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Keys = Sequence[tuple[str, int]]
+
+SIZES = np.exp(np.linspace(np.log(0.3), np.log(3e5), 25))
+"""Values of τ²·λ̄ that are tried, λ̄ the mean eigenvalue: signal to noise from weak to clear."""
+SPANNED = 1e-6
+"""A column of which other columns leave less than this share adds nothing."""
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What a suspect's columns explain.
+
+    ``full``: fall of the sum of squares over the noise variance with free coefficients;
+    ``evidence``: the same less what its freedom costs; ``coefficients`` (p,) free, and ``sd``.
+    """
+
+    full: float
+    evidence: float
+    coefficients: Array
+    sd: Array
+
+    @property
+    def cost(self) -> float:
+        """What the freedom of its columns costs."""
+        return self.full - self.evidence
+
+
+NOTHING = Gain(0.0, 0.0, np.zeros(0), np.zeros(0))
+
+
+class Products:
+    """Inner products of a white difference (n,), of own columns (n, k), and of blocks by key.
+
+    ``variance`` of a white row.
+    """
+
+    def __init__(self, own: Array, difference: Array, *, variance: float) -> None:
+        matrix = np.column_stack([difference, own])
+        self.norm = _norm(matrix)
+        self._parts = [matrix / self.norm]
+        self.inner = self._parts[0].T @ self._parts[0]
+        self.variance = variance
+        self.places: dict[tuple[str, int], NDArray[np.intp]] = {}
+        self.own = np.arange(1, 1 + own.shape[1])
+
+    @property
+    def rows(self) -> int:
+        """How many white rows there are."""
+        return len(self._parts[0])
+
+    def add(self, blocks: dict[tuple[str, int], Array]) -> None:
+        """Add columns (n, p) under new keys."""
+        if not blocks:
+            return
+        at = len(self.norm)
+        for key, block in blocks.items():
+            self.places[key] = np.arange(at, at + block.shape[1])
+            at += block.shape[1]
+        matrix = np.column_stack(list(blocks.values()))
+        norm = _norm(matrix)
+        matrix /= norm
+        across = np.vstack([part.T @ matrix for part in self._parts])
+        self.inner = np.block([[self.inner, across], [across.T, matrix.T @ matrix]])
+        self.norm = np.concatenate([self.norm, norm])
+        self._parts.append(matrix)
+
+    def given(self, keys: Keys) -> "Given":
+        """Return the products after own columns and those of ``keys`` are projected out."""
+        at = np.concatenate([self.own, *(self.places[key] for key in keys)]).astype(np.intp)
+        return Given(self, at)
+
+
+def _norm(matrix: Array) -> Array:
+    norm = np.asarray(np.sqrt(np.einsum("ij,ij->j", matrix, matrix)), dtype=np.float64)
+    norm[norm == 0] = 1.0
+    return norm
+
+
+class Given:
+    """Products after some columns are projected out."""
+
+    def __init__(self, products: Products, columns: NDArray[np.intp]) -> None:
+        self.of = products
+        inner = products.inner
+        self.columns = columns
+        if len(columns):
+            values, vectors = np.linalg.eigh(inner[np.ix_(columns, columns)])
+            keep = values > SPANNED * 1e-2 * values[-1]
+            basis = vectors[:, keep] / np.sqrt(values[keep])
+            held = basis.T @ inner[columns]
+            self._basis, self._held = basis, held
+            self.left = inner - held.T @ held
+        else:
+            self._basis, self._held = np.zeros((0, 0)), np.zeros((0, len(inner)))
+            self.left = inner
+
+    @property
+    def rss(self) -> float:
+        """Residual sum of squares over the noise variance."""
+        return float(max(self.left[0, 0], 1e-15) * self.of.norm[0] ** 2 / self.of.variance)
+
+    def coefficients(self) -> Array:
+        """Return the coefficients of the columns projected out, in their order."""
+        if not len(self.columns):
+            return np.zeros(0)
+        scaled = self._basis @ self._held[:, 0]
+        return np.asarray(scaled * self.of.norm[0] / self.of.norm[self.columns])
+
+    def gain(self, key: tuple[str, int], *, allowed: Callable[[Array], bool] | None = None) -> Gain:
+        """Return what the columns of ``key`` explain of what is left."""
+        at = self.of.places[key]
+        matrix, right = self.left[np.ix_(at, at)], self.left[at, 0]
+        values, vectors = np.linalg.eigh(matrix)
+        keep = values > SPANNED
+        if not keep.any():
+            return NOTHING
+        values, along = values[keep], vectors[:, keep].T @ right
+        scaled = vectors[:, keep] @ (along / values)
+        coefficients = scaled * self.of.norm[0] / self.of.norm[at]
+        if allowed is not None and not allowed(coefficients):
+            return NOTHING
+        squares = along**2 * self.of.norm[0] ** 2 / self.of.variance
+        full = float(np.sum(squares / values))
+        spread = np.sqrt(np.sum(vectors[:, keep] ** 2 / values, axis=1) * self.of.variance)
+        return Gain(full, evidence(squares, values), coefficients, spread / self.of.norm[at])
+
+
+def evidence(squares: Array, values: Array) -> float:
+    """Return the greatest of the evidence over τ, not below 0 (τ = 0)."""
+    relative = values / values.mean()
+    spread = SIZES[:, None] * relative
+    fit = squares / values * spread / (1.0 + spread) - np.log1p(spread)
+    return max(0.0, float(fit.sum(axis=1).max()))

@@ -1,0 +1,248 @@
+"""Moves that a shop can run in minutes, scaled to what an axis did in a recording.
+
+Each is a path of legs with a trapezoidal speed; the library is one plain tuple.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.terms.friction import STANDSTILL_MM_S, direction
+
+Array = NDArray[np.float64]
+Stop = tuple[float, float]
+"""A place [mm] and the speed [mm/s] that it is gone to with."""
+
+STAND_S = 20.0
+SLOW = 0.05
+"""A slow pass runs at this share of the top speed, unless it would take longer than SLOW_S."""
+SLOW_S = 60.0
+FIVE_SPEEDS = (0.06, 0.12, 0.25, 0.5, 1.0)
+SHORT_MM = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
+SHORT_MM_S = 0.2
+TURNS = 4
+WARMING_S = 120.0
+WARMINGS = 3
+"""Running and resting by turns of WARMING_S: ten minutes with two rests."""
+COLD_S = 600.0
+"""Rest after which an axis is cold again. Chosen. The clock is taken to stand meanwhile: no law is
+carried over a time that it was not recorded in."""
+PROGRAMME_S = 300.0
+"""The recording's programme is run again for so long at most."""
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Travel [mm], top speed [mm/s] and acceleration [mm/s²] of an axis in a recording."""
+
+    low_mm: float
+    high_mm: float
+    top_mm_s: float
+    top_mm_s2: float
+
+    @property
+    def middle_mm(self) -> float:
+        """Middle of the travel."""
+        return 0.5 * (self.low_mm + self.high_mm)
+
+    @property
+    def slow_mm_s(self) -> float:
+        """Speed of a slow pass."""
+        return max(SLOW * self.top_mm_s, (self.high_mm - self.low_mm) / SLOW_S)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the axis moved, so that moves can be scaled to it."""
+        return self.high_mm > self.low_mm and self.top_mm_s > STANDSTILL_MM_S
+
+
+@dataclass(frozen=True)
+class Path:
+    """Position [mm], velocity, acceleration and direction of an axis, (n,), evenly over t [s]."""
+
+    t_s: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    direction: Array
+
+
+@dataclass(frozen=True)
+class Move:
+    """One move: ``words`` say it in the imperative, ``path`` gives it at a rate in Hz.
+
+    It is run right after the recording, or ``cold`` after a rest. ``scaled``: only of an axis that
+    moved; ``of_other``: another axis runs it, this one stands.
+    """
+
+    words: Callable[[Reach], str]
+    path: Callable[[Reach, float], Path]
+    scaled: bool = True
+    cold: bool = False
+    of_other: bool = False
+
+
+def reach(position: Array, velocity: Array, acceleration: Array) -> Reach:
+    """Return what an axis did, (n,) each; single rows of noise set neither speed nor acceleration.
+
+    The acceleration is at least such that the top speed is reached in a second.
+    """
+    top = float(np.quantile(np.abs(velocity), 0.999))
+    sharpest = float(np.quantile(np.abs(acceleration), 0.999))
+    return Reach(float(position.min()), float(position.max()), top, max(sharpest, top))
+
+
+def along(start_mm: float, stops: Iterable[Stop], r: Reach, rate_hz: float, rest_s: float) -> Path:
+    """Return the path over stops, each followed by a rest, after a rest at ``start_mm``."""
+    parts, here = [_rest(start_mm, rest_s, rate_hz)], start_mm
+    for place, speed in stops:
+        parts += [_leg(here, place, speed, r.top_mm_s2, rate_hz), _rest(place, rest_s, rate_hz)]
+        here = place
+    position, velocity, acceleration = np.concatenate(parts, axis=1)
+    t_s = np.arange(len(position)) / rate_hz
+    return Path(t_s, position, velocity, acceleration, direction(velocity))
+
+
+def _rest(place_mm: float, rest_s: float, rate_hz: float) -> Array:
+    rows = max(1, round(rest_s * rate_hz))
+    return np.stack([np.full(rows, place_mm), np.zeros(rows), np.zeros(rows)])
+
+
+def _leg(start_mm: float, end_mm: float, speed: float, rise: float, rate_hz: float) -> Array:
+    """Return position, velocity and acceleration (3, n) of v = min(a·t, v₀, a·(T − t))."""
+    way, sign = abs(end_mm - start_mm), float(np.sign(end_mm - start_mm))
+    top = min(speed, float(np.sqrt(rise * way)))
+    ramp = top / rise
+    whole = way / top + ramp
+    t = np.arange(1, max(2, int(np.ceil(whole * rate_hz)))) / rate_hz
+    t = np.minimum(t, whole)
+    run = np.where(t < ramp, 0.5 * rise * t**2, top * (t - 0.5 * ramp))
+    run = np.where(t > whole - ramp, way - 0.5 * rise * (whole - t) ** 2, run)
+    velocity = np.minimum(np.minimum(rise * t, top), rise * (whole - t))
+    acceleration = rise * ((t < ramp) * 1.0 - (t > whole - ramp))
+    return np.stack([start_mm + sign * run, sign * velocity, sign * acceleration])
+
+
+def _passes(r: Reach, speeds: Iterable[float]) -> list[Stop]:
+    """Return one pass of the whole travel there and back at each speed [mm/s]."""
+    return [(place, speed) for speed in speeds for place in (r.high_mm, r.low_mm)]
+
+
+def _stand(r: Reach, rate_hz: float) -> Path:
+    return along(r.middle_mm, [], r, rate_hz, STAND_S)
+
+
+def _slow(r: Reach, rate_hz: float) -> Path:
+    return along(r.low_mm, _passes(r, [r.slow_mm_s]), r, rate_hz, 1.0)
+
+
+def _fast(r: Reach, rate_hz: float) -> Path:
+    return along(r.low_mm, _passes(r, [r.top_mm_s] * TURNS), r, rate_hz, 0.2)
+
+
+def _five_speeds(r: Reach, rate_hz: float) -> Path:
+    speeds = [max(share * r.top_mm_s, r.slow_mm_s) for share in FIVE_SPEEDS]
+    return along(r.low_mm, _passes(r, speeds), r, rate_hz, 1.0)
+
+
+def _sharp(r: Reach, rate_hz: float) -> Path:
+    third = (r.high_mm - r.low_mm) / 3.0
+    places = [r.low_mm + third, r.low_mm + 2 * third, r.high_mm, r.low_mm]
+    return along(r.low_mm, [(p, r.top_mm_s) for p in places * TURNS], r, rate_hz, 1.0)
+
+
+def _short(r: Reach, rate_hz: float) -> Path:
+    middle = r.middle_mm
+    turns = [middle + way * on for way in SHORT_MM for _ in range(TURNS) for on in (1, 0)]
+    return along(middle, [(place, SHORT_MM_S) for place in turns], r, rate_hz, 0.1)
+
+
+def _warming(r: Reach, rate_hz: float) -> Path:
+    speed = 0.5 * r.top_mm_s
+    one_s = (r.high_mm - r.low_mm) / speed + speed / r.top_mm_s2
+    turns = max(1, int(0.5 * WARMING_S / one_s))
+    stops = _passes(r, [speed] * turns)
+    runs = along(r.low_mm, stops, r, rate_hz, 1.0 / rate_hz)
+    rest = along(r.low_mm, [], r, rate_hz, WARMING_S)
+    return joined([runs, *[rest, runs] * (WARMINGS - 1)], rate_hz)
+
+
+def joined(paths: Iterable[Path], rate_hz: float) -> Path:
+    """Return paths one after the other."""
+    parts = [np.stack([p.position, p.velocity, p.acceleration, p.direction]) for p in paths]
+    rows = np.concatenate(parts, axis=1)
+    return Path(np.arange(rows.shape[1]) / rate_hz, *rows)
+
+
+def _travel(r: Reach) -> str:
+    return f"the travel from {r.low_mm:.4g} to {r.high_mm:.4g} mm"
+
+
+def _feed(speed_mm_s: float) -> str:
+    return f"{float(f'{60.0 * speed_mm_s:.3g}'):g} mm/min"
+
+
+LIBRARY: tuple[Move, ...] = (
+    Move(lambda _: f"Stand still under control for {STAND_S:g} s", _stand, scaled=False),
+    Move(lambda r: f"Pass {_travel(r)} there and back at {_feed(r.slow_mm_s)}", _slow),
+    Move(lambda r: f"Pass {_travel(r)} there and back {TURNS} times at {_feed(r.top_mm_s)}", _fast),
+    Move(
+        lambda r: (
+            f"Pass {_travel(r)} there and back at five feeds from "
+            f"{_feed(max(FIVE_SPEEDS[0] * r.top_mm_s, r.slow_mm_s))} to {_feed(r.top_mm_s)}"
+        ),
+        _five_speeds,
+    ),
+    Move(
+        lambda r: (
+            f"Go over {_travel(r)} in thirds at {_feed(r.top_mm_s)}, {TURNS} times, accelerating "
+            f"with {r.top_mm_s2:.3g} mm/s² and standing 1 s after each move"
+        ),
+        _sharp,
+    ),
+    Move(
+        lambda r: (
+            f"Reverse slowly, at {_feed(SHORT_MM_S)}, about {r.middle_mm:.4g} mm, {TURNS} times "
+            f"each over {SHORT_MM[0]:g} to {SHORT_MM[-1]:g} mm"
+        ),
+        _short,
+    ),
+    Move(
+        lambda r: (
+            f"Let the axis rest for {COLD_S / 60.0:g} min, then pass {_travel(r)} there and back "
+            f"at {_feed(0.5 * r.top_mm_s)} for {WARMING_S:g} s, {WARMINGS} times "
+            f"with rests of {WARMING_S:g} s"
+        ),
+        _warming,
+        cold=True,
+    ),
+    Move(
+        lambda r: (
+            f"Let this axis stand and pass another axis over {_travel(r)} in thirds at "
+            f"{_feed(r.top_mm_s)}, accelerating with {r.top_mm_s2:.3g} mm/s²"
+        ),
+        _sharp,
+        of_other=True,
+    ),
+)
+"""What a shop can run in ten minutes at most; the recording's own programme comes beside it."""
+
+
+def again(programme: Path) -> Move:
+    """Return the recording's programme, run once more after a rest."""
+    rows = programme.t_s - programme.t_s[0] <= PROGRAMME_S
+    cut = Path(*(values[rows] for values in vars(programme).values()))
+    cut = replace(cut, t_s=cut.t_s - cut.t_s[0])
+    words = (
+        f"Let the axis rest for {COLD_S / 60.0:g} min and run the first {cut.t_s[-1]:.0f} s of the "
+        "recording's programme once more"
+    )
+    return Move(lambda _: words, lambda _r, _hz: cut, scaled=False, cold=True)
+
+
+def still(path: Path, place_mm: float) -> Path:
+    """Return standing at a place for as long as a path takes."""
+    zero = np.zeros_like(path.t_s)
+    return Path(path.t_s, zero + place_mm, zero, zero, zero)

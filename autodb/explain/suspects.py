@@ -1,0 +1,169 @@
+"""A suspect: one effect that a simulation may have left out, and the shapes that it may have.
+
+A suspect's shapes form a ladder from the plain law to a smooth curve of its kind, so that an effect
+is named by what it acts on and not by the formula that it happens to follow.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+Array = NDArray[np.float64]
+UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One shape of a suspect, linear in its coefficients.
+
+    ``law`` gives its columns (n, p) or (n,) at every row from ``shape``, its values by keyword;
+    ``within`` the limits between which a value may be tuned once the suspect is found;
+    ``names`` what its coefficients are called where it is a plain law; ``tries`` how many shapes
+    were looked through for this one; ``allowed`` says whether fitted coefficients (p,) are of the
+    suspect's kind: friction falls as it warms. ``through`` gives what is recorded of other effects'
+    columns (n, p) where this one changes all that is recorded: it clips, shifts, signs.
+    """
+
+    law: Callable[..., Array]
+    shape: Mapping[str, float] = field(default_factory=dict)
+    within: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    names: tuple[str, ...] = ()
+    tries: int = 1
+    allowed: Callable[[Array], bool] | None = None
+    through: Callable[..., Array] | None = None
+
+    def build(self) -> Array:
+        """Return its columns (n, p) at every row."""
+        built = np.asarray(self.law(**self.shape), dtype=np.float64)
+        return built.reshape(len(built), -1)
+
+    def seen(self, columns: Array) -> Array:
+        """Return what is recorded of other columns (n, p)."""
+        if self.through is None:
+            return columns
+        return np.asarray(self.through(columns, **self.shape), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """An effect with its ladder of shapes.
+
+    ``key`` is unique; ``term`` a name of the vocabulary or `unknown`; ``detail`` gives columns that
+    take up what every rung may get wrong, freed while further effects are sought; ``bar`` is
+    further evidence asked of it; ``excludes`` the terms that it is not named together with;
+    ``interval`` the stretch that it is confined to, where it is; ``scanned``: found by a scan of
+    what was left, and dropped with it; ``loose`` gives columns that hold no level of the effect and
+    are free in the final fit, so that what its shape gets wrong in passing does not pull its level.
+    ``anew`` builds one that a scan found over other signals; None: it does not repeat.
+    """
+
+    key: str
+    term: str
+    rungs: tuple[Rung, ...]
+    variables: tuple[str, ...] = ()
+    detail: Callable[[], Array] | None = None
+    bar: float = 0.0
+    excludes: frozenset[str] = frozenset()
+    interval: tuple[float, float] | None = None
+    scanned: bool = False
+    loose: Callable[[], Array] | None = None
+    anew: Callable[[Any], "Suspect"] | None = None
+
+    @property
+    def named(self) -> bool:
+        """Whether it has a name in the vocabulary."""
+        return self.term != UNKNOWN
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A suspect in one of its shapes."""
+
+    suspect: Suspect
+    rung: int
+
+    @property
+    def key(self) -> tuple[str, int]:
+        """What tells it from every other choice."""
+        return self.suspect.key, self.rung
+
+    @property
+    def shape(self) -> Rung:
+        """Its shape."""
+        return self.suspect.rungs[self.rung]
+
+
+def ladder(
+    law: Callable[..., Array],
+    grid: Sequence[Mapping[str, float]],
+    *,
+    names: tuple[str, ...],
+    ratio: float = 2.0,
+    allowed: Callable[[Array], bool] | None = None,
+    through: Callable[..., Array] | None = None,
+) -> list[Rung]:
+    """Return one rung a point of a grid; each value may be tuned by a factor of ``ratio``."""
+    return [
+        Rung(
+            law,
+            shape=point,
+            within={
+                name: (min(v / ratio, v * ratio), max(v / ratio, v * ratio))
+                for name, v in point.items()
+            },
+            names=names,
+            tries=len(grid),
+            allowed=allowed,
+            through=through,
+        )
+        for point in grid
+    ]
+
+
+def positive(coefficients: Array) -> bool:
+    """Whether the first coefficient has the sign that the effect must have."""
+    return bool(coefficients[0] > 0)
+
+
+def negative(coefficients: Array) -> bool:
+    """Whether the first coefficient takes effort away."""
+    return bool(coefficients[0] < 0)
+
+
+def near_one(coefficients: Array) -> bool:
+    """Whether the coefficient is that of an effect whose size its shape already fixes."""
+    return bool(0.6 < coefficients[0] < 1.6)
+
+
+def spline(values: Array, count: int, like: Array | None = None) -> Array:
+    """Return ``count`` cubic B-splines over the values' range with knots at quantiles, (n, count).
+
+    Quantile knots put the columns where the data are; a stationary signal gives one constant.
+    ``like``: values that the knots are taken from; beyond them the curve keeps its last value.
+    """
+    like = values if like is None else like
+    low, high = float(like.min()), float(like.max())
+    if high - low <= 0:
+        return np.ones((len(values), 1))
+    inner = np.unique(np.quantile(like, np.linspace(0, 1, count - 2)[1:-1]))
+    inner = inner[(inner > low + 1e-6 * (high - low)) & (inner < high - 1e-6 * (high - low))]
+    knots = np.concatenate([[low] * 4, inner, [high] * 4])
+    return np.asarray(
+        BSpline.design_matrix(np.clip(values, low, high), knots, 3).toarray(), dtype=np.float64
+    )
+
+
+def swings(values: Array, count: int, like: Array | None = None) -> Array:
+    """Return splines without their means, (n, count − 1): a curve beside a constant."""
+    columns = spline(values, count, like)[:, :-1]
+    mean = columns if like is None else spline(like, count)[:, :-1]
+    return np.asarray(columns - mean.mean(axis=0))
+
+
+def product(first: Array, second: Array) -> Array:
+    """Return all products of the columns of two bases, (n, p·q)."""
+    return np.asarray((first[:, :, None] * second[:, None, :]).reshape(len(first), -1))

@@ -1,0 +1,46 @@
+"""What `explain` can name, read off the suspects that it builds."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from autodb.explain.axis import AxisField
+from autodb.explain.axis_signals import axis_signals
+from autodb.explain.bench import Bench
+from autodb.explain.cutting.parameters import READ
+from autodb.explain.noise import Whitener
+from autodb.records import Recording
+
+RATE_HZ = 50.0
+LASTS_S = 60.0
+LOADED_S = (20.0, 30.0)
+
+
+@cache
+def names() -> frozenset[str]:
+    """Return the terms that explain can name as missing, in an axis effort or a table of cuts."""
+    return frozenset({*axis_names(), *READ})
+
+
+def axis_names() -> frozenset[str]:
+    """Return the terms of the suspects of an axis that moves to and fro beside another."""
+    recording = _moves()
+    signals = axis_signals(recording, recording["x.current"], "x.current")
+    inside = (recording.t_s > LOADED_S[0]) & (recording.t_s < LOADED_S[1])
+    left = np.where(inside, 1.0, 0.0)
+    field = AxisField(signals, Bench(left, {}, 1))
+    suspects = [*field.standing(), *field.scanned(left, Whitener(np.zeros(1)), 0)]
+    return frozenset(suspect.term for suspect in suspects if suspect.named)
+
+
+def _moves() -> Recording:
+    """Return a recording in which everything is excited that a suspect needs."""
+    t_s = np.arange(0.0, LASTS_S, 1.0 / RATE_HZ)
+    channels = {
+        "t": t_s,
+        "x.position": 100.0 * np.sin(t_s),
+        "y.position": 80.0 * np.sin(0.7 * t_s),
+        "x.current": np.sign(np.cos(t_s)),
+    }
+    return Recording(path=Path("moves.csv"), channels=channels)
