@@ -189,7 +189,7 @@ def solved(design: Array, right: Array, *, weight: Array | None = None) -> Array
 
     ``weight`` (p,): what a squared coefficient costs, None: nothing.
     """
-    norm = np.linalg.norm(design, axis=0)
+    norm = np.sqrt(np.einsum("ij,ij->j", design, design))
     norm[norm == 0] = 1.0
     scaled = design / norm
     inner = scaled.T @ scaled

@@ -63,6 +63,7 @@ class Products:
         self.variance = variance
         self.places: dict[tuple[str, int], NDArray[np.intp]] = {}
         self.own = np.arange(1, 1 + own.shape[1])
+        self._given: dict[frozenset[tuple[str, int]], Given] = {}
 
     @property
     def rows(self) -> int:
@@ -73,6 +74,7 @@ class Products:
         """Add columns (n, p) under new keys."""
         if not blocks:
             return
+        self._given = {}
         at = len(self.norm)
         for key, block in blocks.items():
             self.places[key] = np.arange(at, at + block.shape[1])
@@ -87,8 +89,11 @@ class Products:
 
     def given(self, keys: Keys) -> "Given":
         """Return the products after own columns and those of ``keys`` are projected out."""
-        at = np.concatenate([self.own, *(self.places[key] for key in keys)]).astype(np.intp)
-        return Given(self, at)
+        known = frozenset(keys)
+        if known not in self._given:
+            at = np.concatenate([self.own, *(self.places[key] for key in keys)]).astype(np.intp)
+            self._given[known] = Given(self, at)
+        return self._given[known]
 
 
 def _norm(matrix: Array) -> Array:
@@ -98,27 +103,25 @@ def _norm(matrix: Array) -> Array:
 
 
 class Given:
-    """Products after some columns are projected out."""
+    """Products after some columns are projected out; what is left is worked out where asked."""
 
     def __init__(self, products: Products, columns: NDArray[np.intp]) -> None:
         self.of = products
-        inner = products.inner
         self.columns = columns
+        inner = products.inner
         if len(columns):
             values, vectors = np.linalg.eigh(inner[np.ix_(columns, columns)])
             keep = values > SPANNED * 1e-2 * values[-1]
-            basis = vectors[:, keep] / np.sqrt(values[keep])
-            held = basis.T @ inner[columns]
-            self._basis, self._held = basis, held
-            self.left = inner - held.T @ held
+            self._basis = vectors[:, keep] / np.sqrt(values[keep])
+            self._held = self._basis.T @ inner[columns]
         else:
             self._basis, self._held = np.zeros((0, 0)), np.zeros((0, len(inner)))
-            self.left = inner
 
     @property
     def rss(self) -> float:
         """Residual sum of squares over the noise variance."""
-        return float(max(self.left[0, 0], 1e-15) * self.of.norm[0] ** 2 / self.of.variance)
+        left = 1.0 - float(self._held[:, 0] @ self._held[:, 0])
+        return max(left, 1e-15) * float(self.of.norm[0]) ** 2 / self.of.variance
 
     def coefficients(self) -> Array:
         """Return the coefficients of the columns projected out, in their order."""
@@ -130,7 +133,9 @@ class Given:
     def gain(self, key: tuple[str, int], *, allowed: Callable[[Array], bool] | None = None) -> Gain:
         """Return what the columns of ``key`` explain of what is left."""
         at = self.of.places[key]
-        matrix, right = self.left[np.ix_(at, at)], self.left[at, 0]
+        held = self._held[:, at]
+        matrix = self.of.inner[np.ix_(at, at)] - held.T @ held
+        right = self.of.inner[at, 0] - held.T @ self._held[:, 0]
         values, vectors = np.linalg.eigh(matrix)
         keep = values > SPANNED
         if not keep.any():

@@ -179,7 +179,7 @@ def _predicting(bench: Bench, search: Search, whitener: Whitener) -> Found:
         weakest = int(np.argmin(worth))
         if worth[weakest] > 0:
             return found
-        search.barred.add(found.choices[weakest].key)
+        search.bar(found.choices[weakest])
 
 
 def _helped(without: tuple[float, float], whole: tuple[float, float]) -> float:

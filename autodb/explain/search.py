@@ -59,21 +59,25 @@ class Offer:
 
 
 class Search:
-    """The suspects, and the products of their columns in every shape; ``barred`` shapes are not
-    offered.
-    """
+    """The suspects, and the products of their columns in every shape."""
 
     def __init__(self, products: Products, suspects: Iterable[Suspect]) -> None:
         self.products = products
         self.suspects = tuple(suspects)
-        self.barred: set[tuple[str, int]] = set()
+        self._barred: set[tuple[str, int]] = set()
+        self._settled: dict[frozenset[str], Found] = {}
+
+    def bar(self, choice: Choice) -> None:
+        """Offer a shape no more."""
+        self._barred.add(choice.key)
+        self._settled = {}
 
     def best_shape(self, given: Given, suspect: Suspect) -> Offer | None:
         """Return a suspect in the shape with most evidence, or None when none explains anything."""
         offers = []
         for number, rung in enumerate(suspect.rungs):
             choice = Choice(suspect, number)
-            if choice.key in self.barred:
+            if choice.key in self._barred:
                 continue
             gain = given.gain(choice.key, allowed=rung.allowed)
             if gain.full > 0:
@@ -115,6 +119,12 @@ class Search:
 
     def settled(self, choices: tuple[Choice, ...]) -> Found:
         """Return the set with each effect in the shape that is best beside the others."""
+        known = frozenset(choice.suspect.key for choice in choices)
+        if known not in self._settled:
+            self._settled[known] = self._shaped(choices)
+        return self._settled[known]
+
+    def _shaped(self, choices: tuple[Choice, ...]) -> Found:
         for number, choice in enumerate(choices):
             others = (*choices[:number], *choices[number + 1 :])
             given = self.products.given([c.key for c in others])
