@@ -28,8 +28,8 @@ Array = NDArray[np.float64]
 
 WORKING_HZ = 100.0
 """Rate that the search works at: friction, inertia and loads of an axis are slower."""
-WORKING_ROWS = 180_000
-"""Long recordings are searched in fewer rows: the memory of some 400 columns stays below 1 GiB."""
+WORKING_ROWS = 60_000
+"""Long recordings are searched in fewer rows: some 600 columns of them take 0.3 GiB a copy."""
 SHORTEST_S = 9.9
 SHORTEST_ROWS = 300
 GLITCH = 1000.0
@@ -147,13 +147,12 @@ def _answer(reading: Reading, trace: Trace) -> tuple[ChannelAnswer, Trace]:
     fitted, choices = reading.fitted, reading.choices
     before = trace.recording - trace.simulation
     correction = fitted.correction if found else np.zeros_like(before)
+    intervals = tuple(_interval(c) for c in choices if c.suspect.interval is not None)
+    narrow = regimes(correction, trace.regime_signals) if found and not intervals else []
     answer = ChannelAnswer(
         unit=reading.unit,
         mismatch=bool(found),
-        where=Where(
-            intervals=tuple(_interval(c) for c in choices if c.suspect.interval is not None),
-            regime=tuple(regimes(correction, trace.regime_signals) if found else ()),
-        ),
+        where=Where(intervals=intervals, regime=tuple(narrow)),
         missing=tuple(found),
         fit=quality(
             before=before,
