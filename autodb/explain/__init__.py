@@ -110,6 +110,12 @@ def _axes(
             f"{recording.path}: force waveforms over time are not explained by this version; an "
             "axis current or drive force over time, or a table of cuts, would work"
         )
+    wanted = effort_channels([name for name in simulation.channels if name not in shared])
+    if not efforts and wanted:
+        raise UnusableInput(
+            f"{recording.path}: no channel '{wanted[0]}', which the simulation has"
+            f"{near(wanted[0], list(recording.channels))}"
+        )
     if not efforts:
         raise UnusableInput(
             f"{simulation.path}: no drive effort in common with the recording "
