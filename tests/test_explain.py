@@ -358,6 +358,9 @@ def test_what_does_not_fit_together_says_so(
     assert "nothing at t = 0 (row 1" in refused("explain", files[0], "--simulation", late)
     other = tmp_path / "other.csv"
     csv.write_csv(pa.table({"t": simulation["t"], "z.current": simulation["t"]}), other)
+    line = refused("explain", files[0], "--simulation", other)
+    assert "no channel 'z.current', which the simulation has (did you mean x.current?)" in line
+    csv.write_csv(pa.table({"t": simulation["t"], "x.position": simulation["t"]}), other)
     assert "no drive effort in common" in refused("explain", files[0], "--simulation", other)
     line = refused("explain", files[0], "--simulation", files[1], "--includes", "colomb")
     assert "did you mean coulomb" in line
