@@ -20,6 +20,10 @@ SETTLING = (0.05, 0.15, 0.4, 1.0)
 """Times of a settling drift and gain as shares of the recording."""
 STEPS = 24
 CLIPS = 28
+SIDES = ((1.0, -1.0), (1.0,), (-1.0,))
+"""Ways in which an effort is limited: a drive's limit acts both ways, a sensor's often one way."""
+SOFTER = 2
+"""Soft limits stand this many times as far apart as sharp ones."""
 SOFT = 0.08
 """Width of a soft knee as a share of the limit."""
 LOWEST_CLIP = 0.6
@@ -236,13 +240,21 @@ def _shifted(s: AxisSignals) -> Array:
 
 
 def clipping(s: AxisSignals) -> Suspect:
-    """The effort is clipped, sharply or softly, at a limit that the simulation exceeds."""
-    size, sign = np.abs(s.effort), np.sign(s.effort)
-    like = np.abs(s.frame.effort)
+    """The effort is clipped at a limit that the simulation exceeds: both ways, or one way only."""
+    rungs = [rung for sides in SIDES for rung in _limits(s, sides)]
+    return Suspect("saturation", "saturation", tuple(rungs), ())
+
+
+def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[Rung]:
+    """Return sharp and soft limits on these sides."""
+    size, sign = _beyond(s.effort, sides), np.sign(s.effort)
+    like = _beyond(s.frame.effort, sides)
     highest = float(like.max())
+    if highest <= 0:
+        return []
     lowest = max(float(np.quantile(like, LOWEST_CLIP)), highest / CLIPS)
-    limits = np.linspace(lowest, highest, CLIPS + 1)[:-1].tolist()
     step = (highest - lowest) / CLIPS
+    limits = [lowest + step * number for number in range(CLIPS)]
 
     def sharp(limit: float) -> Array:
         return np.where(size > limit, sign * limit - s.simulation, 0.0)
@@ -252,27 +264,31 @@ def clipping(s: AxisSignals) -> Suspect:
 
     def soft(limit: float) -> Array:
         width = SOFT * limit
-        left = sign * (size - width * np.logaddexp(0.0, (size - limit) / width))
+        over = width * np.logaddexp(0.0, (size - limit) / width)
         added = s.effort - s.simulation
-        return left - s.simulation - softened(added[:, None], limit)[:, 0]
+        return added - sign * over - softened(added[:, None], limit)[:, 0]
 
     def softened(columns: Array, limit: float) -> Array:
         return np.asarray(columns * expit((limit - size) / (SOFT * limit))[:, None])
 
-    rungs = [
+    return [
         Rung(
             law,
             shape={"limit": at},
             within={"limit": (at - step, at + step)},
             names=("share",),
-            tries=2 * CLIPS,
+            tries=len(SIDES) * len((*limits, *limits[::SOFTER])),
             allowed=near_one,
             through=through,
         )
-        for law, through in ((sharp, clipped), (soft, softened))
-        for at in limits
+        for law, through, tried in ((sharp, clipped, limits), (soft, softened, limits[::SOFTER]))
+        for at in tried
     ]
-    return Suspect("saturation", "saturation", tuple(rungs), ())
+
+
+def _beyond(effort: Array, sides: tuple[float, ...]) -> Array:
+    """Return how far an effort is out on these sides, 0 on the other."""
+    return np.asarray(np.max([side * effort for side in (*sides, 0.0)], axis=0))
 
 
 def lost_sign(s: AxisSignals) -> Suspect:

@@ -32,13 +32,15 @@ class Gain:
     """What a suspect's columns explain.
 
     ``full``: fall of the sum of squares over the noise variance with free coefficients;
-    ``evidence``: the same less what its freedom costs; ``coefficients`` (p,) free, and ``sd``.
+    ``evidence``: the same less what its freedom costs; ``coefficients`` (p,) free, and ``sd``;
+    ``size``: the τ² at which the evidence is greatest.
     """
 
     full: float
     evidence: float
     coefficients: Array
     sd: Array
+    size: float = float(SIZES[0])
 
     @property
     def cost(self) -> float:
@@ -148,12 +150,14 @@ class Given:
         squares = along**2 * self.of.norm[0] ** 2 / self.of.variance
         full = float(np.sum(squares / values))
         spread = np.sqrt(np.sum(vectors[:, keep] ** 2 / values, axis=1) * self.of.variance)
-        return Gain(full, evidence(squares, values), coefficients, spread / self.of.norm[at])
+        greatest, size = evidence(squares, values)
+        return Gain(full, greatest, coefficients, spread / self.of.norm[at], size)
 
 
-def evidence(squares: Array, values: Array) -> float:
-    """Return the greatest of the evidence over τ, not below 0 (τ = 0)."""
-    relative = values / values.mean()
-    spread = SIZES[:, None] * relative
+def evidence(squares: Array, values: Array) -> tuple[float, float]:
+    """Return the greatest of the evidence over τ, not below 0 (τ = 0), and its τ²."""
+    spread = SIZES[:, None] * values / values.mean()
     fit = squares / values * spread / (1.0 + spread) - np.log1p(spread)
-    return max(0.0, float(fit.sum(axis=1).max()))
+    total = fit.sum(axis=1)
+    best = int(np.argmax(total))
+    return max(0.0, float(total[best])), float(SIZES[best] / values.mean())

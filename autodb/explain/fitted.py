@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.bench import Bench
 from autodb.explain.noise import Whitener
+from autodb.explain.prior import drawn
 from autodb.explain.suspects import Choice
 
 Array = NDArray[np.float64]
@@ -50,11 +51,12 @@ class Fitted:
 def fit(bench: Bench, choices: Sequence[Choice], noise: tuple[Whitener, float]) -> Fitted:
     """Fit own and chosen columns together to rows that a noise's filter makes white."""
     columns, own = bench.chosen(choices), tuple(bench.own)
-    coefficients, covariance = _least_squares(columns, bench.reduced_difference, *noise)
+    weight = drawn(bench, choices, noise)
+    coefficients, covariance = _least_squares(columns, bench.reduced_difference, noise, weight)
     sd = np.sqrt(np.diag(covariance))
     retuned = [i for i in range(len(own)) if abs(coefficients[i]) > KEPT_SDS * max(sd[i], 1e-300)]
     kept = [*retuned, *range(len(own), columns.shape[1])]
-    lean, _ = _least_squares(columns[:, kept], bench.reduced_difference, *noise)
+    lean, _ = _least_squares(columns[:, kept], bench.reduced_difference, noise, weight[kept])
     built = tuple(bench.built(choice.shape) for choice in choices)
     design = np.column_stack([bench.own_columns()[:, retuned], *built])
     effects, at = [], len(retuned)
@@ -67,13 +69,15 @@ def fit(bench: Bench, choices: Sequence[Choice], noise: tuple[Whitener, float]) 
 
 
 def _least_squares(
-    columns: Array, difference: Array, whitener: Whitener, variance: float
+    columns: Array, difference: Array, noise: tuple[Whitener, float], weight: Array
 ) -> tuple[Array, Array]:
-    """Return coefficients (p,) and covariance (p, p) from white rows."""
+    """Return coefficients (p,) and covariance (p, p) from white rows; ``weight`` as ``drawn``."""
+    whitener, variance = noise
     white, right = whitener(columns), whitener(difference)
     norm = np.linalg.norm(white, axis=0)
     norm[norm == 0] = 1.0
     scaled = white / norm
-    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-9, hermitian=True)
+    inner = scaled.T @ scaled + np.diag(weight / norm**2)
+    inverse = np.linalg.pinv(inner, rcond=1e-9, hermitian=True)
     coefficients = inverse @ (scaled.T @ right) / norm
     return np.asarray(coefficients), np.asarray(variance * inverse / np.outer(norm, norm))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.bench import Bench, solved
 from autodb.explain.noise import Whitener, autoregression
+from autodb.explain.prior import drawn
 from autodb.explain.search import MARGIN, Found, Search
 from autodb.explain.suspects import Choice, Suspect
 from autodb.explain.tuning import Beside, tuned
@@ -56,7 +57,7 @@ class Inquiry:
 def inquire(bench: Bench, field: Field) -> Inquiry:
     """Return the set of suspects that the bench's rows hold."""
     suspects = {s.key: s for s in field.standing()}
-    whitener, variance = bench.noise(bench.everything(list(suspects.values())))
+    whitener, variance = _saturated(bench, field, suspects)
     found = Found()
     considered: dict[str, float] = {}
     for number in range(ROUNDS):
@@ -66,13 +67,27 @@ def inquire(bench: Bench, field: Field) -> Inquiry:
         _take(bench, suspects, field.scanned(left, whitener, number))
         search = Search(bench.products(suspects.values(), whitener, variance), suspects.values())
         considered = considered or {o.choice.suspect.key: o.worth for o in search.offers(())}
-        before, found = found, _predicting(bench, search, whitener)
+        before, found = found, _predicting(bench, search, (whitener, variance))
         if not found.choices or (number and found.keys == before.keys):
             break
         for key in [k for k, s in suspects.items() if s.scanned and k not in found.keys]:
             del suspects[key]
         whitener, variance = bench.noise(bench.chosen(found.choices, detail=True))
     return Inquiry(stands(bench, found, search), search, whitener, variance, considered)
+
+
+def _saturated(
+    bench: Bench, field: Field, suspects: dict[str, Suspect]
+) -> tuple[Whitener, float]:
+    """Return the noise that a model of everything leaves, of what scans point to as well.
+
+    A ripple in time would else be taken for noise of its colour.
+    """
+    standing = list(suspects.values())
+    whitener, _ = bench.noise(bench.everything(standing))
+    left = bench.left(bench.chosen(()), whitener)
+    _take(bench, suspects, field.scanned(left, whitener, 0))
+    return bench.noise(bench.everything(list(suspects.values())))
 
 
 def _take(bench: Bench, suspects: dict[str, Suspect], new: Sequence[Suspect]) -> None:
@@ -124,10 +139,8 @@ def weighing(
     correlation adds, which is safe for columns that are slow.
     """
     whitener, variance = noise
-    plain = Whitener(np.zeros(0))
-    if held_out(bench, choices, whitener)[1] < held_out(bench, choices, plain)[1]:
-        return noise
-    return plain, variance / float(whitener.power(np.zeros(1))[0])
+    plain = Whitener(np.zeros(0)), variance / float(whitener.power(np.zeros(1))[0])
+    return min((noise, plain), key=lambda by: held_out(bench, choices, by)[1])
 
 
 def stands(bench: Bench, found: Found, search: Search) -> Found:
@@ -162,7 +175,7 @@ def _innovation(bench: Bench, columns: Array) -> float:
     return float(np.mean(whitener(bench.left(columns, whitener)) ** 2))
 
 
-def _predicting(bench: Bench, search: Search, whitener: Whitener) -> Found:
+def _predicting(bench: Bench, search: Search, noise: tuple[Whitener, float]) -> Found:
     """Return the best set of which every effect helps to predict stretches left out of the fit.
 
     A shape that fails is barred, and the search goes on with simpler ones.
@@ -171,9 +184,9 @@ def _predicting(bench: Bench, search: Search, whitener: Whitener) -> Found:
         found = search.best()
         if not found.choices:
             return found
-        whole = held_out(bench, found.choices, whitener)
+        whole = held_out(bench, found.choices, noise)
         worth = [
-            _helped(held_out(bench, found.without(c.suspect.key), whitener), whole)
+            _helped(held_out(bench, found.without(c.suspect.key), noise), whole)
             for c in found.choices
         ]
         weakest = int(np.argmin(worth))
@@ -193,21 +206,25 @@ def _helped(without: tuple[float, float], whole: tuple[float, float]) -> float:
     return 1.0 - whole[0] / without[0]
 
 
-def held_out(bench: Bench, choices: Sequence[Choice], whitener: Whitener) -> tuple[float, float]:
+def held_out(
+    bench: Bench, choices: Sequence[Choice], noise: tuple[Whitener, float]
+) -> tuple[float, float]:
     """Return sums of white and of plain squares on blocks, each predicted by a fit of the others.
 
     A named effect's coefficient that the others do not hold is drawn to none, as far as its size in
     all blocks allows: a block that alone shows an effect says nothing against it. A family without
-    a name has no such allowance.
+    a name is drawn to none as in the final fit.
     """
+    whitener = noise[0]
     columns, difference = bench.chosen(choices), bench.reduced_difference
     white, target = whitener(columns), whitener(difference)
     size = solved(white, target)
     weight = float(np.var(target - white @ size)) / np.maximum(size**2, 1e-300)
     widths = [bench.columns(c.key, c.shape).shape[1] for c in choices]
-    named = np.repeat([c.suspect.named for c in choices], widths)
+    named = np.repeat([c.suspect.named for c in choices], widths).astype(bool)
     weight[: len(bench.own)] = 0.0
-    weight[len(bench.own) :] *= named
+    family = ~np.concatenate([np.ones(len(bench.own), dtype=bool), named])
+    weight[family] = drawn(bench, choices, noise)[family]
     order = len(difference) - len(target)
     block = np.arange(len(target)) * BLOCKS // len(target) % FOLDS
     squares = plain = 0.0

@@ -23,8 +23,11 @@ from autodb.terms.drive import external_load_edged
 
 Array = NDArray[np.float64]
 
-BINS = 4096
 FEWEST_WAVES = 2.5
+MOST_WAVES = 1024
+BINS = 65536
+"""Parts of the range that products are summed over: with fewer than rows, what is fast in white
+residuals folds into slow waves."""
 SPEED_BINS = 40
 SHORTEST_LOAD_S = 0.2
 INSIDE = 0.02
@@ -88,12 +91,11 @@ def _strongest_wave(
     span = float(np.ptp(place))
     if span <= 0:
         return None
-    bins = int(min(BINS, len(place) // 2))
-    at = np.minimum((place - place.min()) / span * bins, bins - 1).astype(np.intp)
-    total = np.bincount(at, weights=weight, minlength=bins)
-    spectrum = np.abs(np.fft.rfft(total, n=4 * bins)) ** 2
-    waves = np.arange(len(spectrum)) / 4.0
-    open_ones = (waves >= FEWEST_WAVES) & (waves <= bins / 4)
+    bins = int(min(BINS, len(place)))
+    total = _spread((place - place.min()) / span * (bins - 1), weight, bins)
+    waves = np.arange(4 * min(MOST_WAVES, bins // 8) + 1) / 4.0 * (bins - 1) / bins
+    spectrum = np.abs(np.fft.rfft(total, n=4 * bins)[: len(waves)]) ** 2
+    open_ones = waves >= FEWEST_WAVES
     if not open_ones.any():
         return None
     strength = np.where(open_ones, spectrum / np.maximum(length(waves), 1e-300), 0.0)
@@ -102,6 +104,16 @@ def _strongest_wave(
     phase = 2j * np.pi * (place - place.min()) / span
     exact = np.array([abs(np.exp(phase * w) @ weight) ** 2 for w in finer])
     return float(finer[int(np.argmax(exact))]), int(open_ones.sum()) // 4
+
+
+def _spread(at: Array, weight: Array, bins: int) -> Array:
+    """Return the sums of weights (n,) at places 0 to bins − 1, each shared by its neighbours."""
+    low = np.minimum(at.astype(np.intp), bins - 2)
+    share = at - low
+    return np.asarray(
+        np.bincount(low, weights=weight * (1.0 - share), minlength=bins)
+        + np.bincount(low + 1, weights=weight * share, minlength=bins)
+    )
 
 
 def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) -> Suspect | None:
@@ -169,14 +181,21 @@ def _periodic_time(s: AxisSignals, left: Left, number: int) -> Suspect | None:
         return None
     waves, tries = found
 
-    def columns(period: float) -> Array:
+    def ripple(orders: tuple[int, ...], period: float) -> Array:
         angle = 2 * np.pi * (s.t_s - s.t_s[0]) / period
-        return np.column_stack([np.cos(angle), np.sin(angle)])
+        return np.column_stack([f(k * angle) for k in orders for f in (np.cos, np.sin)])
 
-    found_s = span / waves
-    within = {"period": (found_s * (1 - 0.2 / waves), found_s * (1 + 0.2 / waves))}
-    rung = Rung(columns, shape={"period": found_s}, within=within, tries=tries)
-    return Suspect(f"periodic in time {number}", UNKNOWN, (rung,), ("t",), bar=BAR)
+    period = span / waves
+    rungs = tuple(
+        Rung(
+            partial(ripple, orders),
+            shape={"period": period},
+            within={"period": (period * (1 - 0.2 / waves), period * (1 + 0.2 / waves))},
+            tries=tries,
+        )
+        for orders in ((1,), (1, 2), (1, 2, 3))
+    )
+    return Suspect(f"periodic in time {number}", UNKNOWN, rungs, ("t",), bar=BAR)
 
 
 def _load(s: AxisSignals, left: Left, number: int) -> Suspect | None:

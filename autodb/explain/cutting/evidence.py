@@ -123,7 +123,8 @@ def _explained(matrix: Array, right: Array, norm: Array) -> Gain:
     along = vectors.T @ right
     full = float(np.sum(along**2 / values))
     sd = np.sqrt(np.sum(vectors**2 / values, axis=1)) / norm
-    return Gain(full, evidence(along**2, values), vectors @ (along / values) / norm, sd)
+    greatest, size = evidence(along**2, values)
+    return Gain(full, greatest, vectors @ (along / values) / norm, sd, size)
 
 
 class TableSearch(Search):
