@@ -89,7 +89,7 @@ def _reading(
     search = Search(bench.products(suspects, *white), suspects)
     found = search.settled((Choice(suspects[0], 0),))
     inquiry = Inquiry(found, search, *white, {})
-    choices = tuned_choices(bench, inquiry, white)
+    choices = tuned_choices(bench, inquiry)
     fitted = fit(bench, choices, white)
     return Reading(bench, inquiry, white, choices, fitted, signals, frozenset(signals.own), "A")
 

@@ -113,7 +113,7 @@ def instead(reading: Reading, number: int, name: str) -> tuple[Choice, ...] | No
 
 def _with_tuned(reading: Reading, swapped: Found, key: str) -> tuple[Choice, ...]:
     others = swapped.without(key)
-    beside = Beside(reading.bench, others, reading.noise)
+    beside = Beside(reading.bench, others, reading.inquiry.noise)
     rival = next(c for c in swapped.choices if c.suspect.key == key)
     return (*others, tuned(rival, beside).choice)
 

@@ -15,13 +15,14 @@ from autodb.explain.axis_unknown import unknown_suspects
 from autodb.explain.bench import Bench, reduced
 from autodb.explain.fit import quality, rms
 from autodb.explain.fitted import fit
-from autodb.explain.inquiry import Inquiry, inquire, weighing
+from autodb.explain.inquiry import Inquiry, inquire
 from autodb.explain.locate import regimes
 from autodb.explain.noise import Whitener
 from autodb.explain.reading import Reading
 from autodb.explain.scan import Left, proposals
 from autodb.explain.suspects import Choice, Suspect
 from autodb.explain.tuning import Beside, tuned
+from autodb.explain.weighing import weighing
 from autodb.records import Recording
 
 Array = NDArray[np.float64]
@@ -73,8 +74,8 @@ def explain_axis(
     bench = Bench(difference, own, _factor(recording))
     inquiry = inquire(bench, AxisField(signals, bench))
     bench.loosen(inquiry.found.choices)
-    noise = weighing(bench, inquiry.found.choices, (inquiry.whitener, inquiry.variance))
-    choices = tuned_choices(bench, inquiry, noise)
+    choices = tuned_choices(bench, inquiry)
+    noise = weighing(bench, choices, inquiry.noise)
     fitted = fit(bench, choices, noise)
     had = frozenset(own) | frozenset(includes or ())
     reading = Reading(bench, inquiry, noise, choices, fitted, signals, had, unit)
@@ -131,14 +132,12 @@ def _own_columns(signals: AxisSignals, includes: list[str] | None) -> dict[str, 
     return own
 
 
-def tuned_choices(
-    bench: Bench, inquiry: Inquiry, noise: tuple[Whitener, float]
-) -> tuple[Choice, ...]:
+def tuned_choices(bench: Bench, inquiry: Inquiry) -> tuple[Choice, ...]:
     """Return the accepted choices, each with its shape tuned beside the others."""
     choices = inquiry.found.choices
     for number in range(len(choices)):
         others = (*choices[:number], *choices[number + 1 :])
-        beside = Beside(bench, others, noise)
+        beside = Beside(bench, others, inquiry.noise)
         choices = (*choices[:number], tuned(choices[number], beside).choice, *choices[number + 1 :])
     return choices
 

@@ -13,6 +13,7 @@ from autodb.explain.inquiry import Inquiry
 from autodb.explain.reading import Reading
 from autodb.explain.suspects import UNKNOWN, Choice
 from autodb.explain.tuning import Beside, Tuned, tuned
+from autodb.explain.weighing import weighing
 from autodb.sensing.axis_model import term_called
 from autodb.terms import Term
 
@@ -117,12 +118,9 @@ def parameters(reading: Reading, choice: Choice, term: Term) -> dict[str, Value]
     if not plain:
         return {}
     law = max(plain, key=lambda c: given.gain(c.key).full)
-    beside = Beside(
-        reading.bench,
-        found.without(choice.suspect.key),
-        reading.noise,
-        reading.fitted.retuned,
-    )
+    others = found.without(choice.suspect.key)
+    noise = weighing(reading.bench, [*others, law], reading.inquiry.noise, of=law)
+    beside = Beside(reading.bench, others, noise, reading.fitted.retuned)
     return _values(tuned(law, beside), beside, term, reading)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.evidence import Products
-from autodb.explain.noise import Whitener, autoregression
+from autodb.explain.noise import Noise, Whitener, autoregression
 from autodb.explain.search import DETAIL
 from autodb.explain.suspects import Choice, Rung, Suspect
 
@@ -34,12 +34,14 @@ def reduced(values: Array, factor: int) -> Array:
 class Bench:
     """A difference (n,) = recording − simulation, the simulation's own columns, and suspects.
 
-    Columns of suspects are built at every row, reduced to the working rate and kept so.
+    Columns of suspects are built at every row, reduced to the working rate and kept so. The first
+    ``firm`` own columns are the simulation's; those that ``loosen`` adds follow.
     """
 
     def __init__(self, difference: Array, own: dict[str, Array], factor: int) -> None:
         self.difference = difference
         self.own = dict(own)
+        self.firm = len(own)
         self.factor = factor
         self.through: tuple[Choice, ...] = ()
         self._kept: dict[tuple[str, int], Array] = {}
@@ -164,7 +166,7 @@ class Bench:
         right = target if whitener is None else whitener(target)
         return np.asarray(target - columns @ solved(design, right))
 
-    def noise(self, columns: Array) -> tuple[Whitener, float]:
+    def noise(self, columns: Array) -> Noise:
         """Return the whitener and the variance of a white row, of what columns leave.
 
         Fitted twice: the second time the columns' coefficients are those of white rows.

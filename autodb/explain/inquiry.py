@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.bench import Bench, solved
-from autodb.explain.noise import Whitener, autoregression
+from autodb.explain.noise import Noise, Whitener, autoregression
 from autodb.explain.prior import drawn
 from autodb.explain.search import MARGIN, Found, Search
 from autodb.explain.suspects import Choice, Suspect
@@ -53,6 +53,11 @@ class Inquiry:
     variance: float
     considered: dict[str, float]
 
+    @property
+    def noise(self) -> Noise:
+        """The filter that makes the noise white, and the variance of a white row."""
+        return self.whitener, self.variance
+
 
 def inquire(bench: Bench, field: Field) -> Inquiry:
     """Return the set of suspects that the bench's rows hold."""
@@ -76,9 +81,7 @@ def inquire(bench: Bench, field: Field) -> Inquiry:
     return Inquiry(stands(bench, found, search), search, whitener, variance, considered)
 
 
-def _saturated(
-    bench: Bench, field: Field, suspects: dict[str, Suspect]
-) -> tuple[Whitener, float]:
+def _saturated(bench: Bench, field: Field, suspects: dict[str, Suspect]) -> Noise:
     """Return the noise that a model of everything leaves, of what scans point to as well.
 
     A ripple in time would else be taken for noise of its colour.
@@ -101,7 +104,7 @@ def _renewed(
     field: Field,
     found: Found,
     suspects: dict[str, Suspect],
-    noise: tuple[Whitener, float],
+    noise: Noise,
 ) -> Found:
     """Return the set with effects that change others built anew on what has been found.
 
@@ -122,25 +125,10 @@ def _renewed(
     return replace(found, choices=tuple(choices))
 
 
-def _held(bench: Bench, found: Found, choice: Choice, noise: tuple[Whitener, float]) -> Choice:
+def _held(bench: Bench, found: Found, choice: Choice, noise: Noise) -> Choice:
     """Return a choice tuned beside the others, of a suspect that has this one shape only."""
     beside = Beside(bench, found.without(choice.suspect.key), noise)
     return Choice(replace(choice.suspect, rungs=(tuned(choice, beside).choice.shape,)), 0)
-
-
-def weighing(
-    bench: Bench, choices: Sequence[Choice], noise: tuple[Whitener, float]
-) -> tuple[Whitener, float]:
-    """Return the noise by which rows are weighed in the final fit: the inquiry's, or none.
-
-    White rows give the least uncertain values of laws that are exact. Where laws are not, their
-    misfit is taken for noise and rows weighed by it give worse values than plain rows: then plain
-    ones tell stretches left out better. The variance is then that of a row times what its slow
-    correlation adds, which is safe for columns that are slow.
-    """
-    whitener, variance = noise
-    plain = Whitener(np.zeros(0)), variance / float(whitener.power(np.zeros(1))[0])
-    return min((noise, plain), key=lambda by: held_out(bench, choices, by)[1])
 
 
 def stands(bench: Bench, found: Found, search: Search) -> Found:
@@ -175,7 +163,7 @@ def _innovation(bench: Bench, columns: Array) -> float:
     return float(np.mean(whitener(bench.left(columns, whitener)) ** 2))
 
 
-def _predicting(bench: Bench, search: Search, noise: tuple[Whitener, float]) -> Found:
+def _predicting(bench: Bench, search: Search, noise: Noise) -> Found:
     """Return the best set of which every effect helps to predict stretches left out of the fit.
 
     A shape that fails is barred, and the search goes on with simpler ones.
@@ -206,14 +194,12 @@ def _helped(without: tuple[float, float], whole: tuple[float, float]) -> float:
     return 1.0 - whole[0] / without[0]
 
 
-def held_out(
-    bench: Bench, choices: Sequence[Choice], noise: tuple[Whitener, float]
-) -> tuple[float, float]:
+def held_out(bench: Bench, choices: Sequence[Choice], noise: Noise) -> tuple[float, float]:
     """Return sums of white and of plain squares on blocks, each predicted by a fit of the others.
 
-    A named effect's coefficient that the others do not hold is drawn to none, as far as its size in
-    all blocks allows: a block that alone shows an effect says nothing against it. A family without
-    a name is drawn to none as in the final fit.
+    A coefficient of a named effect, or of a loose column, that the others do not hold is drawn to
+    none, as far as its size in all blocks allows: a block that alone shows an effect says nothing
+    against it. A family without a name is drawn to none as in the final fit.
     """
     whitener = noise[0]
     columns, difference = bench.chosen(choices), bench.reduced_difference
@@ -222,7 +208,7 @@ def held_out(
     weight = float(np.var(target - white @ size)) / np.maximum(size**2, 1e-300)
     widths = [bench.columns(c.key, c.shape).shape[1] for c in choices]
     named = np.repeat([c.suspect.named for c in choices], widths).astype(bool)
-    weight[: len(bench.own)] = 0.0
+    weight[: bench.firm] = 0.0
     family = ~np.concatenate([np.ones(len(bench.own), dtype=bool), named])
     weight[family] = drawn(bench, choices, noise)[family]
     order = len(difference) - len(target)

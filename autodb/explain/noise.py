@@ -42,6 +42,10 @@ class Whitener:
         return np.asarray(np.interp(folded * 2 * TABLE, np.arange(TABLE + 1), table))
 
 
+Noise = tuple[Whitener, float]
+"""The filter that makes a noise white, and the variance of a white row."""
+
+
 def autoregression(residual: Array, order: int = ORDER) -> Whitener:
     """Return the whitener of an autoregression fitted to a residual (n,) by least squares."""
     lagged = np.column_stack([residual[order - k : -k] for k in range(1, order + 1)])

@@ -7,24 +7,20 @@ from numpy.typing import NDArray
 
 from autodb.explain.bench import Bench
 from autodb.explain.evidence import Products
-from autodb.explain.noise import Whitener
+from autodb.explain.noise import Noise
 from autodb.explain.suspects import Choice
 
 Array = NDArray[np.float64]
 
 
-def drawn(bench: Bench, choices: Sequence[Choice], noise: tuple[Whitener, float]) -> Array:
+def drawn(bench: Bench, choices: Sequence[Choice], noise: Noise) -> Array:
     """Return what a squared coefficient costs, (p,) of own and chosen columns, for ``solved``.
 
     Own columns and those of plain laws cost nothing. A curve of many columns costs what makes its
     coefficients the likeliest: of the size at which its evidence is greatest. So directions that
     the rows hardly show add no noise to the correction.
     """
-    whitener, variance = noise
-    products = Products(
-        whitener(bench.own_reduced), whitener(bench.reduced_difference), variance=variance
-    )
-    products.add({c.key: whitener(bench.columns(c.key, c.shape)) for c in choices})
+    products = _products(bench, choices, noise)
     weights = [np.zeros(len(bench.own))]
     for number, choice in enumerate(choices):
         norm = products.norm[products.places[choice.key]]
@@ -34,3 +30,18 @@ def drawn(bench: Bench, choices: Sequence[Choice], noise: tuple[Whitener, float]
         others = [c.key for c in (*choices[:number], *choices[number + 1 :])]
         weights.append(norm**2 / products.given(others).gain(choice.key).size)
     return np.concatenate(weights)
+
+
+def evidence_of(bench: Bench, choice: Choice, others: Sequence[Choice], noise: Noise) -> float:
+    """Return the evidence of a choice beside others."""
+    products = _products(bench, [*others, choice], noise)
+    return products.given([c.key for c in others]).gain(choice.key).evidence
+
+
+def _products(bench: Bench, choices: Sequence[Choice], noise: Noise) -> Products:
+    whitener, variance = noise
+    products = Products(
+        whitener(bench.own_reduced), whitener(bench.reduced_difference), variance=variance
+    )
+    products.add({c.key: whitener(bench.columns(c.key, c.shape)) for c in choices})
+    return products

@@ -6,7 +6,7 @@ from autodb.explain.axis_signals import AxisSignals
 from autodb.explain.bench import Bench
 from autodb.explain.fitted import Fitted
 from autodb.explain.inquiry import Inquiry
-from autodb.explain.noise import Whitener
+from autodb.explain.noise import Noise
 from autodb.explain.suspects import Choice
 
 
@@ -18,7 +18,7 @@ class Reading:
 
     bench: Bench
     inquiry: Inquiry
-    noise: tuple[Whitener, float]
+    noise: Noise
     choices: tuple[Choice, ...]
     fitted: Fitted
     signals: AxisSignals

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from autodb.explain.bench import Bench
-from autodb.explain.noise import Whitener
+from autodb.explain.noise import Noise
 from autodb.explain.suspects import Choice, Rung
 
 Array = NDArray[np.float64]
@@ -37,7 +37,7 @@ class Beside:
         self,
         bench: Bench,
         others: Sequence[Choice],
-        noise: tuple[Whitener, float],
+        noise: Noise,
         own: Sequence[int] | None = None,
     ) -> None:
         whitener, variance = noise
