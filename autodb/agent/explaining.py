@@ -67,31 +67,36 @@ def explain_with_machine(
             explained = explain(sensed, predicted, includes=["shear", "edge_force"])
         else:
             moves = signed(table, owner)
-            simulated, includes = _simulate_axes(session, owner.id, moves)
-            explained = explain(moves, simulated, includes=includes)
+            simulated, parts = _simulate_axes(session, owner.id, moves)
+            explained = explain(moves, simulated, includes=parts)
     return AgainstMachine(explained, _keep(store, imported.recording_id, explained))
 
 
 def _simulate_axes(
     session: Session, machine_id: int, recording: Recording
-) -> tuple[Recording, dict[str, list[str]]]:
-    """Return what the newest channel models give for the recording's motion, and their terms.
+) -> tuple[Recording, dict[str, dict[str, Array]]]:
+    """Return what the newest channel models give for the recording's motion, and each term's part.
 
-    A term that no move excited has no number and gives nothing: it is not one of them.
+    A term's part is what would go with it. A term that no move excited has no number and gives
+    nothing: it has no part.
     """
     found: dict[str, Array] = {}
-    includes: dict[str, list[str]] = {}
+    parts: dict[str, dict[str, Array]] = {}
     for channel in effort_channels(list(recording.channels)):
         model = newest_model(session, machine_id, channel)
         if model is not None:
             terms = stored_terms(model)
             found[channel] = predict_effort(recording, model.axis, terms)
-            includes[channel] = sorted({t.term for t in terms if t.sd is not None})
+            parts[channel] = {
+                name: found[channel]
+                - predict_effort(recording, model.axis, [t for t in terms if t.term != name])
+                for name in sorted({t.term for t in terms if t.sd is not None})
+            }
     if not found:
         raise UnusableInput(
             f"{recording.path}: the machine has no model of its axes; 'autodb identify' makes one"
         )
-    return Recording(path=recording.path, channels={"t": recording.t_s, **found}), includes
+    return Recording(path=recording.path, channels={"t": recording.t_s, **found}), parts
 
 
 def simulate_cuts(

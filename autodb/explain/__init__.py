@@ -13,7 +13,8 @@ from autodb.sensing.protocol import default_protocol
 from autodb.terms.vocabulary import VOCABULARY
 
 Array = NDArray[np.float64]
-Includes = list[str] | dict[str, list[str]] | None
+Includes = list[str] | dict[str, dict[str, Array]] | None
+"""Names of terms, or by channel the terms with what each contributes, (n,)."""
 
 __all__ = ["Explained", "explain"]
 
@@ -26,8 +27,9 @@ def explain(
 ) -> Explained:
     """Explain every effort or force channel that both the recording and the simulation have.
 
-    ``includes``: the terms the simulation already has, of all channels or by channel; where there
-    are none given they are read off it.
+    ``includes``: the terms the simulation already has, of all channels; or, where its parts are
+    known, what each contributes at every row of it, by channel and term. Without it they are read
+    off.
 
     Raises UnusableInput when times or cut numbers differ, a name is not in the vocabulary, or no
     channel can be explained.
@@ -124,8 +126,13 @@ def _axes(
             f"{simulation.path}: no drive effort in common with the recording "
             f"({', '.join(shared) or 'nothing'}); an axis current, or a table of cuts, would work"
         )
-    had = {n: includes.get(n) if isinstance(includes, dict) else includes for n in efforts}
-    return {n: explain_axis(recording, simulation[n][order], n, had[n]) for n in efforts}
+    if not isinstance(includes, dict):
+        return {n: explain_axis(recording, simulation[n][order], n, includes) for n in efforts}
+    parts = {n: {term: part[order] for term, part in includes[n].items()} for n in efforts}
+    return {
+        n: explain_axis(recording, simulation[n][order], n, list(parts[n]), parts[n])
+        for n in efforts
+    }
 
 
 def _cuts(
