@@ -84,6 +84,10 @@ def _show_version(done: "Decided", kept: "KeptModel") -> None:
     say(f"mismatch {done.number}: {done.term} confirmed")
     for t in of_term(kept.model.fitted, done.term):
         say(f"{t.key} {t.parameter} {t.value:.4g} ± {t.sd or 0.0:.2g} {t.unit}")
+    for sentence in kept.model.not_excited:
+        say(f"not excited, no number: {sentence}")
+    for sentence in kept.model.doubts:
+        say(f"doubtful: {sentence}")
     show_kept(kept, done.machine)
     errors = (100 * error for error in (done.error_before, done.error) if error is not None)
     say(f"relative error on {done.recording}: {' → '.join(f'{e:.2f}' for e in errors)} %")
