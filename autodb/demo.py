@@ -46,7 +46,7 @@ def run(out: Path, *, progress: Callable[[str], None]) -> list[str]:
         progress("predicting the stepped shaft")
         prediction = predict_job(store, MACHINE, read_job(kit("sample_jobs") / JOB / "job.toml"))
         progress("explaining the second week")
-        explained = explain_with_machine(store, MACHINE, source / WORN)
+        explained = explain_with_machine(store, MACHINE, source / WORN).explained
         write_answer(explained, out / "shop-week-2-explained")
         progress("writing the report")
         page = machine_page(store, MACHINE, prediction.prediction_id)

@@ -1,4 +1,4 @@
-"""Kill import, calibrate and refresh at chosen moments, and see what is left.
+"""Kill import, calibrate, refresh and confirm at chosen moments, and see what is left.
 
 `python -m tests.kills [NUMBER]` prints where the kills hit, as docs/kills.md shows it. Half of them
 are timed from the start of the command, half from its first write, so that the short time between
@@ -19,7 +19,10 @@ from typing import Any
 
 from sqlalchemy import event, select
 
+from autodb import records
 from autodb.agent.calibrating import calibrate_machine
+from autodb.agent.deciding import confirm
+from autodb.agent.identifying import identify_on_machine
 from autodb.agent.importing import import_file
 from autodb.agent.machines import add_machine
 from autodb.agent.refreshing import refresh
@@ -30,7 +33,7 @@ from autodb.store import Store, create_store, models, open_store
 MACHINE = "lathe-1"
 SEED = 20
 PHASES = ("before the first write", "between first write and commit", "after the commit")
-CLOCKS = {"created_at", "imported_at", "started_at", "finished_at"}
+CLOCKS = {"created_at", "imported_at", "started_at", "finished_at", "decided_at"}
 
 Content = dict[str, list[tuple[Any, ...]]]
 
@@ -51,10 +54,30 @@ def _refresh(store: Store) -> None:
     refresh(store, MACHINE)
 
 
+def _confirm(store: Store) -> None:
+    confirm(store, 1)
+
+
+def _axis(store: Store) -> None:
+    """Identify an axis, and keep a cause as explain would, to be confirmed."""
+    path = _recording("air-moves.csv")
+    moves = records.read(path)
+    assert isinstance(moves, records.Recording)
+    identify_on_machine(store, MACHINE, path, moves)
+    with store.writing() as session:
+        known = select(models.Recording).where(models.Recording.path.endswith(path.name))
+        mismatch = models.Mismatch(
+            recording_id=session.scalars(known).one().id, channel="z.current", term="asymmetry",
+            kind="missing", confidence=0.9, parameters={}, statement="It differs.",
+        )  # fmt: skip
+        session.add(mismatch)
+
+
 STEPS: tuple[tuple[str, Callable[[Store], None]], ...] = (
     ("import", _import),
     ("calibrate", _calibrate),
     ("refresh", _refresh),
+    ("machine confirm", _confirm),
 )
 
 
@@ -115,6 +138,7 @@ def bases(folder: Path) -> list[Path]:
     store = opened(first)
     add_machine(store, MACHINE, LATHE)
     import_file(store, _recording("standard-cuts.csv"), machine=MACHINE)
+    _axis(store)
     store.close()
     _settled(first)
     made = [first]

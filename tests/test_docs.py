@@ -12,6 +12,7 @@ from autodb.prove.found import line
 from autodb.prove.proofs import PROOFS
 from autodb.prove.score import POOLED, coverage_limits, exact_interval
 from autodb.prove.summary import Summary
+from autodb.store import head
 from autodb.terms import TERMS
 from autodb.virtual.quantities import NAMES
 from docs.make import __main__ as make
@@ -80,7 +81,9 @@ def test_blocks_are_run_in_their_folder_in_order(tmp_path: Path) -> None:
     )
     played = blocks.played(page, tmp_path)
     assert "<!-- show: b.txt 3 -->\n```text\none\ntwo\none\n```\n" in played
-    assert "```text\n$ autodb init\nsqlite:///autodb.sqlite3: ready, schema 0002\n```\n" in played
+    assert (
+        f"```text\n$ autodb init\nsqlite:///autodb.sqlite3: ready, schema {head()}\n```\n" in played
+    )
     assert (tmp_path / "autodb.sqlite3").exists()
 
 

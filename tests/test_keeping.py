@@ -511,7 +511,7 @@ def test_the_doctor_passes_what_is_sound(cli: Cli, recordings: Path) -> None:
     done = cli("doctor")
     assert done.code == 0
     assert "FAILED" not in done.out
-    assert done.out.count("passed") == 8
+    assert done.out.count("passed") == 9
 
 
 def _ill(statement: str) -> None:

@@ -1,6 +1,6 @@
-"""Killed at any moment, import, calibrate and refresh leave nothing half-written.
+"""Killed at any moment, import, calibrate, refresh and confirm leave nothing half-written.
 
-Fifty-one forked children are killed with SIGKILL; each time the database is sound and holds the
+Sixty-eight forked children are killed with SIGKILL; each time the database is sound and holds the
 state before the command or the one after it, and the command run again ends in the latter.
 """
 
@@ -12,7 +12,7 @@ KILLS = 17
 
 
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
-def test_fifty_kills() -> None:
+def test_what_kills_leave() -> None:
     found = run(KILLS)
     assert [hits.damaged for hits in found] == [[]] * len(STEPS), report(found)
     assert [sum(hits.tenths) for hits in found] == [KILLS] * len(STEPS)

@@ -6,13 +6,14 @@ Each check is a function that returns (statistic, operator, threshold, passed) a
 import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 from sqlalchemy import JSON, ColumnElement, String, exists, select, text, type_coerce
 from sqlalchemy.exc import DatabaseError
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
+from autodb.agent.importing import files_of
 from autodb.checksums import checksum
+from autodb.sensing.drives import IDENTIFIABLE
 from autodb.store import Store, head, models, open_store
 
 Progress = Callable[[str], None]
@@ -148,6 +149,16 @@ def sources(session: Session, _progress: Progress) -> Outcome:
     )
 
 
+def confirmed(session: Session, _progress: Progress) -> Outcome:
+    """Look for confirmed causes without a term, or whose term is the machine's and in no model."""
+    mismatch = models.Mismatch
+    lacks = mismatch.confirmed_term.is_(None) | (
+        mismatch.confirmed_term.in_(IDENTIFIABLE) & ~mismatch.models.any()
+    )
+    rows = session.scalars(select(mismatch).where(mismatch.status == "confirmed", lacks))
+    return _none_of(f"mismatch {row.id}: {row.channel}: {row.term}" for row in rows)
+
+
 def pairs(session: Session, _progress: Progress) -> Outcome:
     """Look for work-tool pairs that no cut was made with."""
     cut = exists().where(models.Cut.pair_id == models.Pair.id)
@@ -158,7 +169,7 @@ def pairs(session: Session, _progress: Progress) -> Outcome:
 def present(session: Session, _progress: Progress) -> Outcome:
     """Look for recordings of which neither the original nor our copy is on the disk."""
     rows = session.scalars(select(models.Recording).order_by(models.Recording.id))
-    return _none_of(f"recording {r.id}: {r.path}" for r in rows if not _files_of(r))
+    return _none_of(f"recording {r.id}: {r.path}" for r in rows if not files_of(r))
 
 
 def unaltered(session: Session, progress: Progress) -> Outcome:
@@ -166,7 +177,7 @@ def unaltered(session: Session, progress: Progress) -> Outcome:
     rows = session.scalars(select(models.Recording).order_by(models.Recording.id)).all()
     found = []
     for number, row in enumerate(rows, start=1):
-        for path, sha256 in _files_of(row).items():
+        for path, sha256 in files_of(row).items():
             progress(f"recording {number} of {len(rows)}: {path.name}")
             try:
                 same = checksum(path) == sha256
@@ -178,14 +189,6 @@ def unaltered(session: Session, progress: Progress) -> Outcome:
     return _none_of(found)
 
 
-def _files_of(row: models.Recording) -> dict[Path, str]:
-    """Return the files of a recording that are there, with the checksum that each must have."""
-    said = {Path(row.path): row.sha256}
-    if row.stored_path is not None and row.stored_sha256 is not None:
-        said[Path(row.stored_path)] = row.stored_sha256
-    return {path: sha256 for path, sha256 in said.items() if path.is_file()}
-
-
 OF_THE_FILE = (
     Check("schema", schema, "'autodb init' brings it to this version's schema"),
     Check("integrity of the file", integrity, "'autodb restore BACKUP --replace'"),
@@ -194,6 +197,7 @@ OF_THE_FILE = (
 OF_THE_CONTENT = (
     Check("unreadable JSON", readable_json, "'autodb restore BACKUP --replace'"),
     Check("derived rows without a source", sources, "'autodb restore BACKUP --replace'"),
+    Check("confirmed causes in no model", confirmed, "'autodb restore BACKUP --replace'"),
     Check("pairs nobody cut", pairs, "import their cuts; they do no harm"),
     Check("recordings not on the disk", present, "put the file back under its path"),
     Check("recordings altered on the disk", unaltered, "put back the file that was imported"),

@@ -1,5 +1,6 @@
 """The machine's own stored models as the simulation; what they leave out is kept as mismatches."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from autodb.agent.refreshing import as_parameters, operation_of
 from autodb.channels import effort_channels
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
+from autodb.explain.answer import Cause, ChannelAnswer
 from autodb.records import CutTable, Recording
 from autodb.sensing import ranges
 from autodb.sensing.drives import predict_effort
@@ -25,12 +27,33 @@ from autodb.store import Store, models
 Array = NDArray[np.float64]
 
 
+Key = tuple[str, str, str]
+"""Channel, term and kind of a cause."""
+
+
+@dataclass(frozen=True)
+class KeptCause:
+    """A cause's row in the database: its number, and whether it was decided on already."""
+
+    number: int
+    status: str
+
+
+@dataclass(frozen=True)
+class AgainstMachine:
+    """An explanation, and where each of its causes is kept."""
+
+    explained: Explained
+    kept: dict[Key, KeptCause]
+
+
 def explain_with_machine(
     store: Store, machine: str, path: Path, *, columns: Path | None = None
-) -> Explained:
+) -> AgainstMachine:
     """Explain a recording against the machine's own stored models.
 
-    The recording is imported if it is not there yet; mismatches are kept as open, once.
+    The terms that a model has can only be mistuned. The recording is imported if it is not there
+    yet; mismatches are kept as open, once for a recording, channel, term and kind.
 
     Raises UnusableInput when the machine has no model of any channel of the recording.
     """
@@ -44,23 +67,36 @@ def explain_with_machine(
             explained = explain(sensed, predicted, includes=["shear", "edge_force"])
         else:
             moves = signed(table, owner)
-            explained = explain(moves, _simulate_axes(session, owner.id, moves))
-    _keep(store, imported.recording_id, explained)
-    return explained
+            simulated, parts = _simulate_axes(session, owner.id, moves)
+            explained = explain(moves, simulated, includes=parts)
+    return AgainstMachine(explained, _keep(store, imported.recording_id, explained))
 
 
-def _simulate_axes(session: Session, machine_id: int, recording: Recording) -> Recording:
-    """Return what the newest channel models give for the recording's motion."""
+def _simulate_axes(
+    session: Session, machine_id: int, recording: Recording
+) -> tuple[Recording, dict[str, dict[str, Array]]]:
+    """Return what the newest channel models give for the recording's motion, and each term's part.
+
+    A term's part is what would go with it. A term that no move excited has no number and gives
+    nothing: it has no part.
+    """
     found: dict[str, Array] = {}
+    parts: dict[str, dict[str, Array]] = {}
     for channel in effort_channels(list(recording.channels)):
         model = newest_model(session, machine_id, channel)
         if model is not None:
-            found[channel] = predict_effort(recording, model.axis, stored_terms(model))
+            terms = stored_terms(model)
+            found[channel] = predict_effort(recording, model.axis, terms)
+            parts[channel] = {
+                name: found[channel]
+                - predict_effort(recording, model.axis, [t for t in terms if t.term != name])
+                for name in sorted({t.term for t in terms if t.sd is not None})
+            }
     if not found:
         raise UnusableInput(
             f"{recording.path}: the machine has no model of its axes; 'autodb identify' makes one"
         )
-    return Recording(path=recording.path, channels={"t": recording.t_s, **found})
+    return Recording(path=recording.path, channels={"t": recording.t_s, **found}), parts
 
 
 def simulate_cuts(
@@ -116,31 +152,42 @@ def _predict(
     return mean
 
 
-def _keep(store: Store, recording_id: int, explained: Explained) -> None:
-    """Keep every cause as an open mismatch, once for a recording, channel and term."""
+def _keep(store: Store, recording_id: int, explained: Explained) -> dict[Key, KeptCause]:
+    """Keep every cause that is not there yet as an open mismatch; return where all of them are."""
     with store.writing() as session:
         old = session.scalars(
             select(models.Mismatch).where(models.Mismatch.recording_id == recording_id)
         )
-        known = {(row.channel, row.term) for row in old}
-        for channel, answer in explained.explanation.channels.items():
-            for cause in answer.missing:
-                if (channel, cause.term) in known:
-                    continue
-                values = {k: v.model_dump() for k, v in cause.parameters.items()}
-                session.add(
-                    models.Mismatch(
-                        recording_id=recording_id,
-                        channel=channel,
-                        term=cause.term,
-                        kind=cause.kind,
-                        confidence=cause.confidence,
-                        parameters=values,
-                        statement=cause.statement,
-                        alternatives=list(cause.alternatives),
-                        variables=list(cause.variables),
-                        intervals=[list(interval) for interval in answer.where.intervals],
-                        regime=[regime.model_dump() for regime in answer.where.regime],
-                        to_tell_apart=cause.to_tell_apart,
-                    )
-                )
+        known = {(row.channel, row.confirmed_term or row.term, row.kind): row for row in old}
+        found = [
+            ((channel, cause.term, cause.kind), _row(recording_id, channel, answer, cause))
+            for channel, answer in explained.explanation.channels.items()
+            for cause in answer.missing
+        ]
+        rows = {key: known.get(key, row) for key, row in found}
+        session.add_all(rows.values())
+        session.flush()
+        return {key: KeptCause(row.id, row.status) for key, row in rows.items()}
+
+
+def _now_called(row: models.Mismatch) -> str:
+    """Return the name by which a mismatch would be found again: what became of it in the model."""
+    return row.confirmed_term if row.confirmed_term and row.models else row.term
+
+
+def _row(recording_id: int, channel: str, answer: ChannelAnswer, cause: Cause) -> models.Mismatch:
+    return models.Mismatch(
+        recording_id=recording_id,
+        channel=channel,
+        term=cause.term,
+        kind=cause.kind,
+        confidence=cause.confidence,
+        parameters={k: v.model_dump() for k, v in cause.parameters.items()},
+        statement=cause.statement,
+        alternatives=list(cause.alternatives),
+        variables=list(cause.variables),
+        intervals=[list(interval) for interval in answer.where.intervals],
+        regime=[regime.model_dump() for regime in answer.where.regime],
+        to_tell_apart=cause.to_tell_apart,
+        status="open",
+    )

@@ -70,24 +70,49 @@ def identify_on_machine(
         if name not in [a.name for a in owner.axes]:
             raise UnusableInput(f"machine '{machine}' has no axis '{name}'")
         newest = newest_model(session, owner.id, effort_channel(moves, axis))
-        parent = _unseen(newest, sha256)
-        names = terms or (_names(newest) if newest else None)
+        names = terms or (names_of(newest) if newest else None)
         progress("fitting")
-        model = identify(
-            signed(moves, owner),
-            axis=axis,
-            terms=names,
-            beliefs=_beliefs(parent) if parent else None,
-        )
-        version = parent.version if parent else None
-        if newest is not None and _same(newest, model, sha256):
-            return KeptModel(model, newest.version, version, already_there=True)
+        refit = refitted(newest, signed(moves, owner), sha256, axis=axis, terms=names)
+        if newest is not None and refit.already_there:
+            return KeptModel(refit.model, newest.version, refit.parent, already_there=True)
     recording_id = import_file(store, path, machine=machine, columns=columns).recording_id
     with store.writing() as session:
         owner = find_machine(session, machine)
-        row = _row(session, owner, model, recording_id, version)
-        session.add(row)
-        return KeptModel(model, row.version, version, already_there=False)
+        row = add_version(session, owner.id, refit, recording_id)
+        return KeptModel(refit.model, row.version, refit.parent, already_there=False)
+
+
+@dataclass(frozen=True)
+class Refit:
+    """A fit that may become the next version of a channel's model.
+
+    ``parent``: number of the version that was believed; ``already_there``: the newest version came
+    from the same recording and holds the same numbers.
+    """
+
+    model: Identified
+    parent: int | None
+    already_there: bool
+
+
+def refitted(
+    newest: models.ChannelModel | None,
+    moves: Recording,
+    sha256: str,
+    *,
+    axis: str | None,
+    terms: Sequence[str] | None,
+) -> Refit:
+    """Fit terms to moves, from what the line of ``newest`` knows without having seen them.
+
+    ``moves`` have the machine's signs, ``sha256`` is that of their file. Raises UnusableInput as
+    ``identify`` does.
+    """
+    parent = _unseen(newest, sha256)
+    beliefs = _beliefs(parent) if parent else None
+    model = identify(moves, axis=axis, terms=terms, beliefs=beliefs)
+    same = newest is not None and _same(newest, model, sha256)
+    return Refit(model, parent.version if parent else None, same)
 
 
 def _same(row: models.ChannelModel, model: Identified, sha256: str) -> bool:
@@ -95,7 +120,7 @@ def _same(row: models.ChannelModel, model: Identified, sha256: str) -> bool:
     return [r.sha256 for r in row.recordings] == [sha256] and stored_terms(row) == list(model.terms)
 
 
-def _names(row: models.ChannelModel) -> list[str]:
+def names_of(row: models.ChannelModel) -> list[str]:
     """Return the names of a version's terms, ripples as `cogging`, which looks for either kind."""
     names = [("cogging" if t.form else t.term) for t in stored_terms(row)]
     return list(dict.fromkeys(names))
@@ -114,34 +139,33 @@ def _unseen(row: models.ChannelModel | None, sha256: str) -> models.ChannelModel
 
 
 def _beliefs(row: models.ChannelModel) -> Beliefs | None:
-    known = stored_terms(row)[: len(row.covariance)]
+    terms = stored_terms(row)
+    known, others = terms[: len(row.covariance)], terms[len(row.covariance) :]
     if not known:
         return None
     return Beliefs(
         names=tuple((t.key, t.parameter) for t in known),
         mean=np.array([t.value for t in known]),
         covariance=np.array(row.covariance),
+        others={(t.key, t.parameter): t.value for t in others},
     )
 
 
-def _row(
-    session: Session,
-    owner: models.Machine,
-    model: Identified,
-    recording_id: int,
-    parent: int | None,
+def add_version(
+    session: Session, machine_id: int, refit: Refit, recording_id: int
 ) -> models.ChannelModel:
-    """Return the next version; ``parent``: number of the version that it started from."""
-    newest = newest_model(session, owner.id, model.channel)
-    before = session.scalar(
+    """Add a fit as the next version of its channel, and return it."""
+    model = refit.model
+    newest = newest_model(session, machine_id, model.channel)
+    parent = session.scalar(
         select(models.ChannelModel).where(
-            models.ChannelModel.machine_id == owner.id,
+            models.ChannelModel.machine_id == machine_id,
             models.ChannelModel.channel == model.channel,
-            models.ChannelModel.version == parent,
+            models.ChannelModel.version == refit.parent,
         )
     )
-    return models.ChannelModel(
-        machine_id=owner.id,
+    row = models.ChannelModel(
+        machine_id=machine_id,
         axis=model.axis,
         channel=model.channel,
         version=newest.version + 1 if newest else 1,
@@ -150,6 +174,8 @@ def _row(
         covariance=model.covariance.tolist(),
         relative_error=model.relative_error,
         protocol=str(model.protocol),
-        parent=before,
+        parent=parent,
         recordings=[session.get_one(models.Recording, recording_id)],
     )
+    session.add(row)
+    return row

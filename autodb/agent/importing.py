@@ -231,3 +231,11 @@ def cuts_as_table(cuts: list[models.Cut], *, path: Path) -> CutTable:
         channels[EDGE] = edge_codes(texts[EDGE])
     units = {name: unit for cut in cuts for name, unit in cut.recording.units.items()}
     return CutTable(path=path, channels=channels, texts=texts, units=units)
+
+
+def files_of(row: models.Recording) -> dict[Path, str]:
+    """Return the files of a recording that are there, with the checksum that each must have."""
+    said = {Path(row.path): row.sha256}
+    if row.stored_path is not None and row.stored_sha256 is not None:
+        said[Path(row.stored_path)] = row.stored_sha256
+    return {path: sha256 for path, sha256 in said.items() if path.is_file()}

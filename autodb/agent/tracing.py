@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.refreshing import chain, pair_name
@@ -100,18 +101,43 @@ def _prediction(session: Session, row: models.Prediction) -> Node:
 
 
 def _model(session: Session, row: models.ChannelModel) -> Node:
-    terms = ", ".join(
-        f"{t['term']} {t['value']:.4g} ± {t['sd']:.2g} {t['unit']}" for t in row.terms
+    """A version comes from its recordings, the mismatches confirmed, and the version before."""
+    node = Node(
+        f"{_version(row)}: {', '.join(_term(t) for t in row.terms)}",
+        [_recording(session, r) for r in row.recordings],
     )
-    text = f"model {row.id}: {row.channel} version {row.version}: {terms}"
-    return Node(text, [_recording(session, r) for r in row.recordings])
+    confirmed = select(models.Mismatch).where(
+        models.Mismatch.models.any(models.ChannelModel.id == row.id)
+    )
+    node.sources += [_cause(session, mismatch) for mismatch in session.scalars(confirmed)]
+    if row.parent is not None:
+        node.sources.append(_model(session, row.parent))
+    return node
+
+
+def _version(row: models.ChannelModel) -> str:
+    return f"model {row.id}: {row.channel} version {row.version}"
+
+
+def _term(t: dict[str, Any]) -> str:
+    sure = "in the sum only" if t["sd"] is None else f"± {t['sd']:.2g} {t['unit']}"
+    return f"{t['term']} {t['value']:.4g} {sure}"
+
+
+def _cause(session: Session, row: models.Mismatch) -> Node:
+    called = f" as {row.confirmed_term}" if row.confirmed_term not in (None, row.term) else ""
+    by = f" by {row.decided_by}" if row.decided_by else ""
+    when = f" on {row.decided_at}" if row.decided_at else ""
+    status = f"{row.status}{called}{by}{when}"
+    text = f"mismatch {row.id}: {row.channel}: {row.term} ({row.kind}, {status}): {row.statement}"
+    return Node(text, [_recording(session, row.recording)])
 
 
 def _mismatch(session: Session, row: models.Mismatch) -> Node:
-    text = (
-        f"mismatch {row.id}: {row.channel}: {row.term} ({row.kind}, {row.status}): {row.statement}"
-    )
-    return Node(text, [_recording(session, row.recording)])
+    """A mismatch leads to its recording, and to the version that confirming it made."""
+    node = _cause(session, row)
+    node.sources += [Node(f"confirmed, it made {_version(model)}") for model in row.models]
+    return node
 
 
 _KINDS: dict[str, tuple[type[models.Base], Callable[[Session, Any], Node]]] = {

@@ -7,7 +7,7 @@ from types import FrameType
 
 import typer
 
-from autodb.cli import answers, database, identifying, keeping, learning, proving
+from autodb.cli import answers, database, deciding, identifying, keeping, learning, proving
 from autodb.errors import UnusableInput
 
 INTERRUPTED = 130
@@ -20,6 +20,9 @@ app = typer.Typer(
 )
 app.command("init")(database.init)
 app.add_typer(database.machine, name="machine")
+database.machine.command("mismatches")(deciding.mismatches)
+database.machine.command("confirm")(deciding.confirm)
+database.machine.command("reject")(deciding.reject)
 app.command("import")(learning.import_)
 app.command("calibrate")(learning.calibrate)
 app.command("identify")(identifying.identify)

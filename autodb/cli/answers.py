@@ -22,6 +22,7 @@ from autodb.cli._common import (
 if TYPE_CHECKING:
     from rich.tree import Tree
 
+    from autodb.agent.explaining import AgainstMachine, KeptCause, Key
     from autodb.agent.tracing import Node
     from autodb.explain import Explained
     from autodb.forward import Interval
@@ -133,10 +134,11 @@ def explain(
             simulated = read_one(
                 simulation, columns=None, group=group, resample_hz=resample, like=measured
             )
-            explained = _against_file(measured, simulated, includes)
+            explained, kept = _against_file(measured, simulated, includes), {}
             _say_doubts(measured)
         else:
-            explained = _against_machine(str(machine), recording, columns, db)
+            answer = _against_machine(str(machine), recording, columns, db)
+            explained, kept = answer.explained, answer.kept
         progress("writing the report")
         folder = out or Path(f"{recording.stem}-explained")
         write_answer(explained, folder)
@@ -145,8 +147,11 @@ def explain(
     if json:
         say((folder / "explanation.json").read_text(encoding="utf-8").rstrip())
         return
-    _say_causes(explained)
+    _say_causes(explained, kept)
     say(f"report: {folder / 'report.html'}")
+    if any(cause.status == "open" for cause in kept.values()):
+        say("keep a cause that holds on the machine: 'autodb machine confirm NUMBER', or drop it: "
+            "'autodb machine reject NUMBER'")  # fmt: skip
 
 
 def _say_doubts(measured: "Recording | CutTable") -> None:
@@ -169,14 +174,14 @@ def _against_file(
 
 def _against_machine(
     machine: str, recording: Path, columns: Path | None, db: str | None
-) -> "Explained":
+) -> "AgainstMachine":
     from autodb.agent.explaining import explain_with_machine
 
     with opened(db) as store:
         return explain_with_machine(store, machine, recording, columns=columns)
 
 
-def _say_causes(explained: "Explained") -> None:
+def _say_causes(explained: "Explained", kept: "dict[Key, KeptCause]") -> None:
     for channel, answer in explained.explanation.channels.items():
         if not answer.mismatch:
             before = f"{answer.fit.rms_before:.3g} {answer.unit}"
@@ -189,8 +194,15 @@ def _say_causes(explained: "Explained") -> None:
         )
         for cause in answer.missing:
             other = f"; or {', '.join(cause.alternatives)}" if cause.alternatives else ""
-            say(f"  {cause.term} ({cause.kind}, {100 * cause.confidence:.0f} % sure{other}): "
-                f"{cause.statement}")  # fmt: skip
+            row = kept.get((channel, cause.term, cause.kind))
+            say(f"  {_numbered(row)}{cause.term} ({cause.kind}, {100 * cause.confidence:.0f} % sure"
+                f"{other}): {cause.statement}")  # fmt: skip
+
+
+def _numbered(row: "KeptCause | None") -> str:
+    if row is None:
+        return ""
+    return f"mismatch {row.number}{'' if row.status == 'open' else f', {row.status}'}: "
 
 
 def trace(

@@ -7,7 +7,10 @@ import typer
 
 from autodb.cli._common import Database, opened, say, show, table
 
-machine = typer.Typer(help="Add, update, list and show machines.", no_args_is_help=True)
+machine = typer.Typer(
+    help="Machines: their axes, and the causes found on them that a person decides on.",
+    no_args_is_help=True,
+)
 
 
 def init(db: Database = None) -> None:

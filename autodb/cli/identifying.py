@@ -87,7 +87,7 @@ def identify(
     if kept is None:
         say("not stored: give --machine NAME to keep it")
         return
-    _show_kept(kept, machine or "")
+    show_kept(kept, machine or "")
 
 
 def _names(terms: str | None) -> tuple[str, ...] | None:
@@ -177,7 +177,8 @@ def _show_cross_test(model: "Identified", other: "records.Recording") -> None:
         say(f"on {other.path.name} without the ripple: {error(smooth)}")
 
 
-def _show_kept(kept: "KeptModel", machine: str) -> None:
+def show_kept(kept: "KeptModel", machine: str) -> None:
+    """Print which version a model became, and what moved since the one it started from."""
     model = kept.model
     for m in model.moved:
         before, now = (f"{_scaled(v, m.unit):.6g}" for v in (m.before, m.now))

@@ -13,6 +13,8 @@ from autodb.sensing.protocol import default_protocol
 from autodb.terms.vocabulary import VOCABULARY
 
 Array = NDArray[np.float64]
+Includes = list[str] | dict[str, dict[str, Array]] | None
+"""Names of terms, or by channel the terms with what each contributes, (n,)."""
 
 __all__ = ["Explained", "explain"]
 
@@ -21,16 +23,19 @@ def explain(
     recording: Recording | CutTable,
     simulation: Recording | CutTable,
     *,
-    includes: list[str] | None = None,
+    includes: Includes = None,
 ) -> Explained:
     """Explain every effort or force channel that both the recording and the simulation have.
 
-    ``includes``: the terms the simulation already has; None reads them off it.
+    ``includes``: the terms the simulation already has, of all channels; or, where its parts are
+    known, what each contributes at every row of it, by channel and term. Without it they are read
+    off.
 
     Raises UnusableInput when times or cut numbers differ, a name is not in the vocabulary, or no
     channel can be explained.
     """
-    _check_names(includes)
+    names = sorted(set().union(*includes.values())) if isinstance(includes, dict) else includes
+    _check_names(names)
     order = _rows(recording, simulation)
     notes = [
         f"{simulation.path}: '{name}' is not in the recording, ignored"
@@ -42,7 +47,7 @@ def explain(
     ]
     shared = [n for n in recording.channels if n in simulation]
     if isinstance(recording, CutTable):
-        found = _cuts(recording, simulation, shared, order, includes)
+        found = _cuts(recording, simulation, shared, order, names)
     else:
         found = _axes(recording, simulation, shared, order, includes)
         notes += [note for channel in found for note in _derived(recording, axis_of(channel))]
@@ -102,7 +107,7 @@ def _axes(
     simulation: Recording | CutTable,
     shared: list[str],
     order: NDArray[np.intp],
-    includes: list[str] | None,
+    includes: Includes,
 ) -> dict[str, tuple[ChannelAnswer, Trace]]:
     efforts = effort_channels(shared)
     if not efforts and any(name in FORCES for name in shared):
@@ -121,7 +126,13 @@ def _axes(
             f"{simulation.path}: no drive effort in common with the recording "
             f"({', '.join(shared) or 'nothing'}); an axis current, or a table of cuts, would work"
         )
-    return {n: explain_axis(recording, simulation[n][order], n, includes) for n in efforts}
+    if not isinstance(includes, dict):
+        return {n: explain_axis(recording, simulation[n][order], n, includes) for n in efforts}
+    parts = {n: {term: part[order] for term, part in includes[n].items()} for n in efforts}
+    return {
+        n: explain_axis(recording, simulation[n][order], n, list(parts[n]), parts[n])
+        for n in efforts
+    }
 
 
 def _cuts(

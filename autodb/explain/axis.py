@@ -1,5 +1,6 @@
 """Explain one axis effort over time."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from autodb.explain.answer import ChannelAnswer, Considered, FitQuality, Trace, 
 from autodb.explain.axis_causes import causes
 from autodb.explain.axis_friction import friction_suspects, warmup
 from autodb.explain.axis_loads import load_suspects, sensor_suspects
-from autodb.explain.axis_signals import AxisSignals, axis_signals
+from autodb.explain.axis_signals import NO_PARTS, READ_OFF, AxisSignals, axis_signals
 from autodb.explain.axis_unknown import unknown_suspects
 from autodb.explain.bench import Bench, reduced
 from autodb.explain.fit import quality, rms
@@ -44,18 +45,22 @@ REST = 1e-3
 
 
 def explain_axis(
-    recording: Recording, simulation: Array, channel: str, includes: list[str] | None
+    recording: Recording,
+    simulation: Array,
+    channel: str,
+    includes: list[str] | None,
+    parts: Mapping[str, Array] = NO_PARTS,
 ) -> tuple[ChannelAnswer, Trace]:
     """Say what the simulation of one effort channel leaves out.
 
     ``simulation`` (n,) on the recording's time; ``includes`` the terms it already has, read off it
-    when None.
+    when None; ``parts`` what of it is known to come from which term, (n,) each.
 
     Raises UnusableInput on a recording too short to judge, or a glitch that outweighs everything.
     """
     measured, unit = recording[channel], recording.unit(channel)
     _check(recording, channel, measured, simulation)
-    signals = axis_signals(recording, simulation, channel)
+    signals = axis_signals(recording, simulation, channel, parts)
     trace = Trace(
         x_name="t",
         x=recording.t_s,
@@ -84,7 +89,10 @@ def explain_axis(
 
 @dataclass(frozen=True)
 class AxisField:
-    """The suspects of an axis; those that the simulation has as own terms are left out."""
+    """The suspects of an axis; those that the simulation has as own terms are left out.
+
+    One that it has as a known part is none of them: it may be there in another form.
+    """
 
     signals: AxisSignals
     bench: Bench
@@ -112,7 +120,8 @@ class AxisField:
         return proposals(s, rows, number)
 
     def _open(self, suspects: list[Suspect]) -> list[Suspect]:
-        return [suspect for suspect in suspects if suspect.term not in self.bench.own]
+        own = self.bench.own.keys() & READ_OFF
+        return [suspect for suspect in suspects if suspect.term not in own]
 
 
 def _factor(recording: Recording) -> int:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from autodb.explain.answer import Cause, Value
 from autodb.explain.apart import told_apart
 from autodb.explain.axis_loads import DELAYS_S
+from autodb.explain.axis_signals import READ_OFF
 from autodb.explain.inquiry import Inquiry
 from autodb.explain.reading import Reading
 from autodb.explain.suspects import UNKNOWN, Choice
@@ -43,7 +44,8 @@ def value_of(value: float, sd: float, unit: str) -> Value:
 def causes(reading: Reading) -> list[Cause]:
     """Return the entries of accepted effects, then of the simulation's own terms that are off."""
     entries = [_effect(reading, number) for number in range(len(reading.inquiry.found.choices))]
-    return [*_merged(entries), *_mistuned(reading)]
+    named = {entry.term for entry in entries}
+    return [*_merged(entries), *(c for c in _mistuned(reading) if c.term not in named)]
 
 
 def _merged(entries: list[Cause]) -> list[Cause]:
@@ -265,15 +267,20 @@ def _is_off(reading: Reading, name: str) -> bool:
 def _retuned(reading: Reading, name: str) -> Cause:
     change, sd = reading.fitted.of_own(name)
     had, main = reading.signals.had[name], term_called(name).parameters[0]
-    now = value_of(had + change, sd, main.unit.replace("U", reading.unit))
+    what, unit = (main.name, main.unit) if name in READ_OFF else ("factor", "1")
+    now = value_of(had + change, sd, unit.replace("U", reading.unit))
     peak = float(np.max(np.abs(reading.signals.own[name])))
     return Cause(
         term=name,
         kind="mistuned",
         confidence=SUREST,
         statement=(
-            f"The simulation has {name} with {main.name} {had:.4g} {now.unit}; the recording says "
-            f"{now.value:.4g} ({now.low:.4g} to {now.high:.4g})."
+            f"The simulation has {name} with {what} {had:.4g}{_unit_words(now.unit)}; the "
+            f"recording says {now.value:.4g} ({now.low:.4g} to {now.high:.4g})."
         ),
-        parameters={"size": value_of(abs(change) * peak, sd * peak, reading.unit), main.name: now},
+        parameters={"size": value_of(abs(change) * peak, sd * peak, reading.unit), what: now},
     )
+
+
+def _unit_words(unit: str) -> str:
+    return "" if unit == "1" else f" {unit}"

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,9 @@ OWN_SHARE = 0.005
 """A term of which the simulation has less than this share is not in it."""
 WIDTHS_MM_S = (0.0, 0.1, 0.3, 1.0, 3.0)
 """Speeds over which a simulation's friction may turn; 0 is the recording's own direction."""
+READ_OFF = frozenset({"coulomb", "viscous", "inertia", "gravity"})
+"""Terms that a simulation is read off with."""
+NO_PARTS: Mapping[str, Array] = MappingProxyType({})
 FRICTION = frozenset({"coulomb", "viscous", "stribeck", "position_friction", "asymmetry"})
 ACTING = frozenset({"warmup", "gain", "lag", "saturation", "lost_sign"})
 """Effects that change others."""
@@ -33,7 +37,8 @@ class AxisSignals:
     friction, ``sense`` where there is none ·
     ``last_sense``, ``way``: last direction, and the way run since it turned [mm] ·
     ``others``: position, velocity and acceleration of further axes by channel ·
-    ``own``: columns of the simulation's terms, ``had`` their coefficients ·
+    ``own``: columns of the simulation's terms, ``had`` their coefficients; of a term that is not of
+    ``READ_OFF`` its part, and 1 ·
     ``like``: signals of the recording, where these are of another move.
     """
 
@@ -77,16 +82,25 @@ class AxisSignals:
         return f"{self.axis}.{what}"
 
 
-def axis_signals(recording: Recording, simulation: Array, channel: str) -> AxisSignals:
+def axis_signals(
+    recording: Recording, simulation: Array, channel: str, parts: Mapping[str, Array] = NO_PARTS
+) -> AxisSignals:
     """Return the signals of a channel's axis, with the terms that its simulation has.
+
+    ``parts``: what of it is known to come from which term. The four of ``READ_OFF`` are read off
+    what the others leave; each other part is a column of its own, with the coefficient 1.
 
     Raises UnusableInput when there is not even a position.
     """
     axis = axis_of(channel)
     cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
     inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz)
-    sense, had = _read_off(simulation, inputs)
+    level = OWN_SHARE * float(np.sqrt(np.mean(simulation**2)))
+    further = {n: p for n, p in parts.items() if n not in READ_OFF and np.std(p) > level}
+    rest = simulation - sum(further.values(), start=np.zeros_like(simulation))
+    sense, had = _read_off(rest, inputs)
     own = {name: column for name, column in own_terms(sense, inputs).items() if name in had}
+    own, had = own | further, had | dict.fromkeys(further, 1.0)
     last, way = since_reversal(inputs["direction"], inputs["position"])
     return AxisSignals(
         axis=axis,

@@ -1,6 +1,6 @@
 """Recordings over time and tables of cuts: named channels in our units, read from files."""
 
-from autodb.records.source import Source, TimeBase, open_source, read
+from autodb.records.source import Source, TimeBase, open_as_stored, open_source, read
 from autodb.records.tables import EDGE, CutTable, Recording, edge_codes
 
 __all__ = [
@@ -10,6 +10,7 @@ __all__ = [
     "Source",
     "TimeBase",
     "edge_codes",
+    "open_as_stored",
     "open_source",
     "read",
 ]

@@ -180,7 +180,18 @@ def open_source(path: Path, *, columns: Path | None = None) -> Source:
     beside = path.with_suffix(".toml")
     side_path = columns or (beside if beside.is_file() else None)
     opened = readers.open_bases(path)
-    side = read_sidefile(side_path) if side_path else SideFile()
+    return _opened(path, opened, read_sidefile(side_path) if side_path else SideFile())
+
+
+def open_as_stored(path: Path, side: SideFile) -> Source:
+    """Open a recording or cut table with the side file that is known of it, whatever lies beside.
+
+    Raises UnusableInput for a file that cannot be used.
+    """
+    return _opened(path, readers.open_bases(path), side)
+
+
+def _opened(path: Path, opened: Sequence[readers.TimeBase], side: SideFile) -> Source:
     everywhere = [column for base in opened for column in base.columns]
     for spec in side.channels.values():
         wanted = spec.column or spec.row_in

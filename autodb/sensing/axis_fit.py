@@ -149,7 +149,8 @@ def _believed(solved: _Solved, beliefs: Beliefs, rows: Prepared) -> _Solved:
     """Return the fit combined with beliefs, both weighted by their information.
 
     What moved by more than 1.96 sd of the difference changed on the machine: the belief about it is
-    widened by the move, so that the new moves decide.
+    widened by the move, so that the new moves decide. A version that lacked a term is believed less
+    (``_swallowed``).
     """
     names = [(part.key, p.name) for part, p in solved.problem.names]
     known = [i for i, name in enumerate(names) if name in beliefs.names]
@@ -158,8 +159,9 @@ def _believed(solved: _Solved, beliefs: Beliefs, rows: Prepared) -> _Solved:
     prior = beliefs.of([names[i] for i in known])
     here, own = solved.values[known], solved.covariance[np.ix_(known, known)]
     change = here - prior.mean
-    far = np.abs(change) > SURE_SDS * np.sqrt(np.diag(own) + np.diag(prior.covariance))
-    belief = prior.covariance + np.diag(np.where(far, change**2, 0.0))
+    doubted = prior.covariance + np.diag(_swallowed(solved, beliefs, rows)[known] ** 2)
+    far = np.abs(change) > SURE_SDS * np.sqrt(np.diag(own) + np.diag(doubted))
+    belief = doubted + np.diag(np.where(far, change**2, 0.0))
     covariance = _combined(solved.covariance, belief, known)
     gain = covariance[:, known] @ np.linalg.inv(belief)
     moved = [
@@ -182,6 +184,33 @@ def _believed(solved: _Solved, beliefs: Beliefs, rows: Prepared) -> _Solved:
         covariance=covariance,
         moved=tuple(moved),
     )
+
+
+def _swallowed(solved: _Solved, beliefs: Beliefs, rows: Prepared) -> Array:
+    """Return how far off each parameter may be in a version that lacked some of the terms, (p,).
+
+    Its values are not about the same parameters: fitted without a term, they took up what that term
+    gave, in shares that depend on moves which are not at hand any more. One parameter with column x
+    can at most have taken up all of a contribution z, which moved it by rms(z)/rms(x) (Cauchy and
+    Schwarz: |⟨x, z⟩|/⟨x, x⟩). z is what the terms give on these moves, with 1.96 sd on top: a term
+    that these moves do not excite must not get a number from beliefs that never knew it. So these
+    moves decide whatever they excite, and what they do not show is kept, with its doubt.
+    """
+    names = solved.problem.names
+    new = np.array([part.key not in beliefs.keys for part, _ in names])
+    if not new.any():
+        return np.zeros(len(names))
+    terms = [
+        _named(name, value, None, rows) for name, value in zip(names, solved.values, strict=True)
+    ]
+    terms += _given(solved.problem.parts, rows)
+    had = [term for term in terms if term.key in beliefs.keys]
+    given = rows.reduced(predicted(terms, rows.inputs) - predicted(had, rows.inputs))
+    size = np.sqrt(np.mean(solved.problem.columns**2, axis=0))
+    doubt = np.sqrt(np.sum(np.diag(solved.covariance)[new] * size[new] ** 2))
+    whole = np.sqrt(np.mean(given**2)) + SURE_SDS * doubt
+    moved: Array = np.divide(whole, size, out=np.zeros_like(size), where=size > 0)
+    return moved
 
 
 def _combined(covariance: Array, belief: Array, known: list[int]) -> Array:

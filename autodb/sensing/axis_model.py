@@ -1,7 +1,7 @@
 """An identified axis: its terms with values, how sure they are, and what they predict."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,16 +110,25 @@ class Moved:
 
 @dataclass(frozen=True)
 class Beliefs:
-    """What an earlier version knows: (key, parameter) of each, mean (k,), covariance (k, k)."""
+    """What an earlier version knows: (key, parameter) of each, mean (k,), covariance (k, k).
+
+    ``others``: values of its parameters that have no covariance: given, or known in the sum only.
+    """
 
     names: tuple[tuple[str, str], ...]
     mean: Array
     covariance: Array
+    others: Mapping[tuple[str, str], float] = field(default_factory=dict)
+
+    @property
+    def keys(self) -> frozenset[str]:
+        """The terms that the version has."""
+        return frozenset(key for key, _ in (*self.names, *self.others))
 
     def of(self, names: Sequence[tuple[str, str]]) -> "Beliefs":
         """Return the beliefs about these parameters, in this order."""
         at = [self.names.index(name) for name in names]
-        return Beliefs(tuple(names), self.mean[at], self.covariance[np.ix_(at, at)])
+        return Beliefs(tuple(names), self.mean[at], self.covariance[np.ix_(at, at)], self.others)
 
 
 def term_called(name: str, form: str = "") -> Term:

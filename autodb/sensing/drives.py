@@ -4,7 +4,7 @@ Air moves give the drive's own unit: amperes stay amperes. Kilograms and newtons
 newtons (a torque constant from the data sheet, a known mass, a push against a load cell).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -76,12 +76,14 @@ def identify(
     Shape parameters by variable projection on ordinary least squares; then all parameters again, on
     means of as many rows as the protocol keeps one of, with friction free to deviate from its law
     over speed and with coloured noise (``fitting.deviation``), which is what their values and
-    covariance come from. ``beliefs``: what an earlier version knows.
+    covariance come from. ``beliefs``: what an earlier version knows, its given shape included: the
+    other numbers are about that shape.
 
     Raises UnusableInput for names that cannot be identified, without effort or position, or when
     no term is excited.
     """
-    rows, parts = _begun(recording, axis, protocol, terms)
+    given = beliefs.others if beliefs else {}
+    rows, parts = _begun(recording, axis, protocol, terms, given)
     means = rows.by(means_of(rows.protocol))
     return fitted(means, shaped(means, parts), beliefs, published=rows)
 
@@ -94,7 +96,7 @@ def plain(
     terms: Sequence[str] | None = None,
 ) -> PlainFit:
     """Return ordinary least squares of the same terms: what published methods print."""
-    rows, parts = _begun(recording, axis, protocol, terms)
+    rows, parts = _begun(recording, axis, protocol, terms, {})
     return plain_fit(rows, shaped(rows, parts))
 
 
@@ -103,6 +105,7 @@ def _begun(
     axis: str | None,
     protocol: Protocol | None,
     terms: Sequence[str] | None,
+    given: Mapping[tuple[str, str], float],
 ) -> tuple[Prepared, tuple[Part, ...]]:
     """Return the rows at the protocol, and the parts where a search for their shape begins.
 
@@ -119,7 +122,7 @@ def _begun(
                 f"--terms: '{name}' cannot be identified from moves of {rows.axis}"
                 f"{near(name, known)}; known: {', '.join(known)}"
             )
-    parts = tuple(p for name in terms if name != "cogging" for p in _starting(rows, name))
+    parts = tuple(p for name in terms if name != "cogging" for p in _starting(rows, name, given))
     if not any(isinstance(part.term, Contribution) for part in parts):
         raise UnusableInput(
             f"--terms: {', '.join(terms)} only change what others add; with "
@@ -145,8 +148,9 @@ def _fine_enough(rows: Prepared, period: float) -> Protocol:
     return replace(rows.protocol, decimate=max(1, min(rows.protocol.decimate, factor)))
 
 
-def _starting(rows: Prepared, name: str) -> list[Part]:
-    term = term_called(name)
+def _starting(rows: Prepared, name: str, given: Mapping[tuple[str, str], float]) -> list[Part]:
+    """Return the parts of a term at the shape where a search begins, or at the one given."""
+    term, fixed = term_called(name), GIVEN.get(name, set())
     if name == "cross_coupling":
         others = [n.split(".")[0] for n in rows.inputs if n.endswith(".acceleration")]
         if not others:
@@ -155,7 +159,8 @@ def _starting(rows: Prepared, name: str) -> list[Part]:
             )
         return [Part(term, of=other) for other in others]
     shape = {p.name: _start(p, rows) for p in term.shape}
-    free = tuple(p.name for p in term.shape if p.name not in GIVEN.get(name, set()))
+    shape |= {p: given[name, p] for p in fixed if (name, p) in given}
+    free = tuple(p.name for p in term.shape if p.name not in fixed)
     return [Part(term, shape, free)]
 
 

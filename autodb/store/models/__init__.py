@@ -4,7 +4,7 @@ Unknown is NULL. Forces N, lengths mm, speeds as their names say; JSON holds onl
 searched by. Times are ISO 8601 text in UTC.
 """
 
-from autodb.store.models._base import Base
+from autodb.store.models._base import Base, now
 from autodb.store.models.answers import Mismatch, Prediction, prediction_parameters
 from autodb.store.models.keeping import AccessToken, AuditEntry, InboxFile, RefreshPass
 from autodb.store.models.learning import (
@@ -72,5 +72,6 @@ __all__ = [
     "estimator_recording",
     "estimator_source",
     "fleet_prior_parameters",
+    "now",
     "prediction_parameters",
 ]

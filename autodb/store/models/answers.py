@@ -27,7 +27,8 @@ class Prediction(Base):
 class Mismatch(Base):
     """One difference between a recording and its simulation, named or unknown.
 
-    ``models``: the model versions that confirming it made.
+    ``confirmed_term``: what it was confirmed as, its term or an alternative; ``models``: the model
+    versions that confirming it made.
     """
 
     __tablename__ = "mismatch"
@@ -54,5 +55,6 @@ class Mismatch(Base):
     to_tell_apart: Mapped[str | None]
     decided_at: Mapped[str | None]
     decided_by: Mapped[str | None]
+    confirmed_term: Mapped[str | None]
     recording: Mapped[Recording] = relationship()
     models: Mapped[list[ChannelModel]] = relationship(secondary=channel_model_mismatch)
