@@ -132,6 +132,21 @@ class Given:
         scaled = self._basis @ self._held[:, 0]
         return np.asarray(scaled * self.of.norm[0] / self.of.norm[self.columns])
 
+    def single(self, at: NDArray[np.intp]) -> tuple[Array, Array]:
+        """Return evidence and coefficient (k,) of single columns, each alone; 0 of nothing left.
+
+        With one column the likeliest τ²λ is b²/λ − 1.
+        """
+        held = self._held[:, at]
+        left = np.maximum(self.of.inner[at, at] - np.einsum("ij,ij->j", held, held), 0.0)
+        along = self.of.inner[at, 0] - held.T @ self._held[:, 0]
+        some = left > SPANNED
+        size = np.where(some, along / np.where(some, left, 1.0), 0.0)
+        full = size * along * self.of.norm[0] ** 2 / self.of.variance
+        spread = np.clip(full - 1.0, SIZES[0], SIZES[-1])
+        evidence = full * spread / (1.0 + spread) - np.log1p(spread)
+        return np.maximum(evidence, 0.0) * some, size * self.of.norm[0] / self.of.norm[at]
+
     def gain(self, key: tuple[str, int], *, allowed: Callable[[Array], bool] | None = None) -> Gain:
         """Return what the columns of ``key`` explain of what is left."""
         at = self.of.places[key]

@@ -86,8 +86,7 @@ def _saturated(bench: Bench, field: Field, suspects: dict[str, Suspect]) -> Nois
 
     A ripple in time would else be taken for noise of its colour.
     """
-    standing = list(suspects.values())
-    whitener, _ = bench.noise(bench.everything(standing))
+    whitener = autoregression(bench.left(bench.everything(list(suspects.values()))))
     left = bench.left(bench.chosen(()), whitener)
     _take(bench, suspects, field.scanned(left, whitener, 0))
     return bench.noise(bench.everything(list(suspects.values())))

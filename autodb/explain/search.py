@@ -66,6 +66,21 @@ class Search:
         self.suspects = tuple(suspects)
         self._barred: set[tuple[str, int]] = set()
         self._settled: dict[frozenset[str], Found] = {}
+        self._singles = {s.key: self._of_one_column(s) for s in self.suspects}
+        self._curves = {
+            s.key: [i for i in range(len(s.rungs)) if len(products.places[s.key, i]) != 1]
+            for s in self.suspects
+        }
+
+    def _of_one_column(
+        self, suspect: Suspect
+    ) -> tuple[list[Choice], NDArray[np.intp], NDArray[np.float64]]:
+        """Return a suspect's shapes of one column, their places, and their penalties."""
+        choices = [Choice(suspect, i) for i in range(len(suspect.rungs))]
+        choices = [c for c in choices if len(self.products.places[c.key]) == 1]
+        places = [int(self.products.places[c.key][0]) for c in choices]
+        penalties = np.array([self.penalty(c) for c in choices])
+        return choices, np.array(places, dtype=np.intp), penalties
 
     def bar(self, choice: Choice) -> None:
         """Offer a shape no more."""
@@ -74,15 +89,29 @@ class Search:
 
     def best_shape(self, given: Given, suspect: Suspect) -> Offer | None:
         """Return a suspect in the shape with most evidence, or None when none explains anything."""
-        offers = []
-        for number, rung in enumerate(suspect.rungs):
+        best = self._best_single(given, suspect)
+        for number in self._curves[suspect.key]:
             choice = Choice(suspect, number)
             if choice.key in self._barred:
                 continue
-            gain = given.gain(choice.key, allowed=rung.allowed)
-            if gain.full > 0:
-                offers.append(Offer(choice, gain.evidence - self.penalty(choice)))
-        return max(offers, key=lambda offer: offer.worth, default=None)
+            gain = given.gain(choice.key, allowed=choice.shape.allowed)
+            worth = gain.evidence - self.penalty(choice)
+            if gain.full > 0 and (best is None or worth > best.worth):
+                best = Offer(choice, worth)
+        return best
+
+    def _best_single(self, given: Given, suspect: Suspect) -> Offer | None:
+        """Return the best allowed of the shapes of one column, all worked out at once."""
+        choices, places, penalties = self._singles[suspect.key]
+        evidence, coefficients = given.single(places)
+        worth = evidence - penalties
+        for at in np.argsort(-worth, kind="stable"):
+            choice, allowed = choices[at], choices[at].shape.allowed
+            if choice.key in self._barred or coefficients[at] == 0.0:
+                continue
+            if allowed is None or allowed(coefficients[at : at + 1]):
+                return Offer(choice, float(worth[at]))
+        return None
 
     def offers(
         self, choices: tuple[Choice, ...], suspects: Sequence[Suspect] | None = None
