@@ -3,6 +3,7 @@
 import logging
 import time
 from collections.abc import Iterator
+from importlib.metadata import version
 
 import numpy as np
 import sympy
@@ -13,7 +14,7 @@ from benchmarks.peers.choosing import best
 from benchmarks.peers.formula import parts, values
 from benchmarks.peers.problem import Answer, Array, Part, Problem, Thinned, thinned
 
-PACKAGE = "adcd"
+VERSION = f"adcd {version('adcd')}"
 MOST_ROWS = 1000
 WHOLE_S = 80.0
 """Processor time after which no further search begins, shared by the channels."""

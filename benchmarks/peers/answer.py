@@ -5,7 +5,7 @@ It runs in a process of its own, which the system ends when its processor time i
 
 import resource
 import sys
-from importlib import import_module, metadata
+from importlib import import_module
 from pathlib import Path
 
 from benchmarks.peers.problem import load
@@ -19,8 +19,7 @@ def main(method: str, case: Path, out: Path) -> None:
     module = import_module(f"benchmarks.peers.{method}")
     answer = module.answer(load(case))
     used = resource.getrusage(resource.RUSAGE_SELF)
-    version = f"{module.PACKAGE} {metadata.version(module.PACKAGE)}"
-    answer.save(out, seconds=used.ru_utime + used.ru_stime, version=version)
+    answer.save(out, seconds=used.ru_utime + used.ru_stime, version=module.VERSION)
 
 
 if __name__ == "__main__":

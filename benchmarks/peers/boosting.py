@@ -1,12 +1,14 @@
 """scikit-learn's gradient boosting of histograms, stopped early on the held-out rows."""
 
+from importlib.metadata import version
+
 import numpy as np
 from sklearn.ensemble import HistGradientBoostingRegressor
 
 from benchmarks.peers.problem import Answer, Array, Problem, Split
 from benchmarks.peers.regression import Predict, answered
 
-PACKAGE = "scikit-learn"
+VERSION = f"scikit-learn {version('scikit-learn')}"
 MOST_ROWS = 20_000
 
 

@@ -1,6 +1,7 @@
 """scikit-learn's Gaussian process: RBF with a length for each input, and white noise."""
 
 import warnings
+from importlib.metadata import version
 
 import numpy as np
 from sklearn.exceptions import ConvergenceWarning
@@ -10,7 +11,7 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 from benchmarks.peers.problem import Answer, Array, Problem, Split
 from benchmarks.peers.regression import Predict, answered
 
-PACKAGE = "scikit-learn"
+VERSION = f"scikit-learn {version('scikit-learn')}"
 MOST_ROWS = 400
 AT_ONCE = 4000
 LENGTHS = (0.05, 1e3)

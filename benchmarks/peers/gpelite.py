@@ -1,5 +1,7 @@
 """gp-elite: genetic programming; its Pareto front is chosen from on the held-out rows."""
 
+from importlib.metadata import version
+
 import numpy as np
 from gp_elite import symbolic_regression
 
@@ -7,7 +9,7 @@ from benchmarks.peers.choosing import best
 from benchmarks.peers.formula import parsed, parts, values
 from benchmarks.peers.problem import Answer, Array, Part, Problem, Thinned, thinned
 
-PACKAGE = "gp-elite"
+VERSION = f"gp-elite {version('gp-elite')}"
 MOST_ROWS = 2000
 WHOLE_S = 200.0
 """Time of the clock after which searches stop, shared by the channels; a free one needs less."""

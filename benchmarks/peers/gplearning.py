@@ -1,6 +1,7 @@
 """gplearn: genetic programming; its parsimony is chosen on the held-out rows."""
 
 from collections.abc import Iterator
+from importlib.metadata import version
 
 import numpy as np
 import sympy
@@ -10,7 +11,7 @@ from benchmarks.peers.choosing import best
 from benchmarks.peers.formula import parsed, parts
 from benchmarks.peers.problem import Answer, Array, Part, Problem, Thinned, thinned
 
-PACKAGE = "gplearn"
+VERSION = f"gplearn {version('gplearn')}"
 MOST_ROWS = 1000
 PARSIMONY = (0.01, 0.001)
 SETTINGS = {

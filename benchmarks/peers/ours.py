@@ -4,11 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
+import autodb
 from autodb.explain import explain
 from autodb.records import CutTable, Recording
 from benchmarks.peers.problem import Answer, Part, Problem
 
-PACKAGE = "autodb"
+VERSION = f"autodb {autodb.__version__}"
 
 
 def answer(problem: Problem) -> Answer:

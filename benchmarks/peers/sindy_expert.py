@@ -1,5 +1,7 @@
 """pysindy: STLSQ on a dictionary that holds every effect that could be hidden."""
 
+from importlib.metadata import version
+
 import numpy as np
 
 from benchmarks.peers.axis_dictionary import axis_columns
@@ -7,7 +9,7 @@ from benchmarks.peers.cut_dictionary import cut_columns
 from benchmarks.peers.problem import Answer, Part, Problem, rms, thinned
 from benchmarks.peers.stlsq import sparse
 
-PACKAGE = "pysindy"
+VERSION = f"pysindy {version('pysindy')}"
 MOST_ROWS = 6000
 
 

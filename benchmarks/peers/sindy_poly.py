@@ -1,12 +1,14 @@
 """pysindy: STLSQ on all products of up to three signals."""
 
+from importlib.metadata import version
+
 import numpy as np
 from pysindy.feature_library import PolynomialLibrary
 
 from benchmarks.peers.problem import Answer, Array, Part, Problem, rms, thinned
 from benchmarks.peers.stlsq import sparse
 
-PACKAGE = "pysindy"
+VERSION = f"pysindy {version('pysindy')}"
 DEGREE = 3
 MOST_ROWS = 8000
 
