@@ -48,7 +48,7 @@ def cut_term(summand: Summand) -> str:
     names = summand.names
     if names == {SIMULATED}:
         return "shear" if summand.straight else "deflection"
-    return CUTS.get(names - SIZE, CUTS.get(names, UNKNOWN))
+    return CUTS.get(names, CUTS.get(names - SIZE, UNKNOWN))
 
 
 SIZE = frozenset({SIMULATED, "depth"})

@@ -24,19 +24,29 @@ WORDLESS = frozenset({"sindy_poly", "boosting", "gaussian"})
 """Methods that name nothing, by construction."""
 HEADS = (
     "method", ">cases", ">exact set", ">decidable: exact set", ">a wrong name",
-    f">error left ≤ {RECOVERED:g}", ">median error left", ">false alarms", ">pieces", ">s",
-    ">time-outs", ">failures",
+    f">error left ≤ {RECOVERED:g}", ">median error left", ">least error left",
+    ">false alarms", ">pieces", ">s", ">time-outs", ">failures",
 )  # fmt: skip
 
 
 def tables(scores: Sequence[Score]) -> tuple[Table, Table]:
     """Return a row a method, and the error left case by case."""
     by_method = {name: [one for one in scores if one.method == name] for name in METHODS}
-    rows = tuple(_row(name, found) for name, found in by_method.items())
+    best = least(scores)
+    rows = tuple(_row(name, found, best) for name, found in by_method.items())
     return Table("All cases", HEADS, rows), _cases(scores)
 
 
-def _row(method: str, scores: Sequence[Score]) -> tuple[str, ...]:
+def least(scores: Sequence[Score]) -> dict[int, float]:
+    """Return the least error that any method leaves, by seed of a case with something hidden."""
+    found: dict[int, float] = {}
+    for one in scores:
+        if one.hidden and one.left is not None:
+            found[one.seed] = min(one.left, found.get(one.seed, one.left))
+    return found
+
+
+def _row(method: str, scores: Sequence[Score], best: dict[int, float]) -> tuple[str, ...]:
     hidden = [one for one in scores if one.hidden]
     nothing = [one for one in scores if not one.hidden]
     left = [one.left for one in hidden if one.left is not None]
@@ -49,6 +59,7 @@ def _row(method: str, scores: Sequence[Score]) -> tuple[str, ...]:
         _count(hidden, lambda one: one.wrong) if words else "",
         _count(hidden, lambda one: one.recovered),
         ratio(float(np.median(left))) if left else "",
+        _count(hidden, lambda one: one.left == best.get(one.seed)),
         _count(nothing, lambda one: one.alarm),
         f"{np.median([one.written for one in hidden]):g}" if hidden and _written(method) else "",
         f"{np.median([one.seconds for one in scores]):.0f}" if scores else "",
@@ -76,7 +87,7 @@ def _count(scores: Sequence[Score], holds: Callable[[Score], bool]) -> str:
 
 
 def _cases(scores: Sequence[Score]) -> Table:
-    """A row a case with something hidden: the error left by each method, with ✓ for an exact set."""
+    """A row a case with something hidden: the error left by each method, ✓ for an exact set."""
     found = {(one.seed, one.method): one for one in scores}
     hidden = {one.seed: one for one in scores if one.hidden}
     rows = tuple(
