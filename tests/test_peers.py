@@ -247,7 +247,7 @@ def test_the_table_counts_and_says_what_is_missing() -> None:
     row = next(row for row in whole.rows if row[0] == "Gaussian process")
     assert row[1:3] == ("1", "names nothing")
     assert row[-2:] == ("1", "0")
-    assert cases.rows[0][3:5] == ("0.10 ✓", "not run")
+    assert cases.rows[0][3:5] == ("**0.10** ✓", "not run")
     assert "time" in cases.rows[0]
     assert len(cases.rows) == 2
     assert f"3 of the first 30 fixed cases, 8 methods, {3 * len(METHODS) - 5} answers not" in (

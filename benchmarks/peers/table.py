@@ -34,7 +34,7 @@ def tables(scores: Sequence[Score]) -> tuple[Table, Table]:
     by_method = {name: [one for one in scores if one.method == name] for name in METHODS}
     best = least(scores)
     rows = tuple(_row(name, found, best) for name, found in by_method.items())
-    return Table("All cases", HEADS, rows), _cases(scores)
+    return Table("All cases", HEADS, rows), _cases(scores, best)
 
 
 def least(scores: Sequence[Score]) -> dict[int, float]:
@@ -86,8 +86,8 @@ def _count(scores: Sequence[Score], holds: Callable[[Score], bool]) -> str:
     return f"{count} of {len(scores)}"
 
 
-def _cases(scores: Sequence[Score]) -> Table:
-    """A row a case with something hidden: the error left by each method, ✓ for an exact set."""
+def _cases(scores: Sequence[Score], best: dict[int, float]) -> Table:
+    """A row a case with something hidden: the error left by each method."""
     found = {(one.seed, one.method): one for one in scores}
     hidden = {one.seed: one for one in scores if one.hidden}
     rows = tuple(
@@ -95,24 +95,27 @@ def _cases(scores: Sequence[Score]) -> Table:
             str(seed),
             f"{'cuts' if one.table else 'axis'}: {one.kind}",
             "yes" if one.decidable else "no",
-            *(_cell(found.get((seed, method))) for method in METHODS),
+            *(_cell(found.get((seed, method)), best) for method in METHODS),
         )
         for seed, one in sorted(hidden.items())
     )
     heads = (">seed", "hidden", "decidable", *(f">{_short(method)}" for method in METHODS))
-    return Table("Error left, case by case; ✓: the set is named exactly", heads, rows)
+    title = "Error left, case by case; bold: the least; ✓: the set is named exactly"
+    return Table(title, heads, rows)
 
 
 def _short(method: str) -> str:
     return "autodb" if method == OURS else method
 
 
-def _cell(score: Score | None) -> str:
+def _cell(score: Score | None, best: dict[int, float]) -> str:
     if score is None:
         return "not run"
     if score.failed:
         return "time" if score.failed == "time" else "failed"
-    return f"{ratio(score.left)}{' ✓' if score.exact else ''}"
+    left = ratio(score.left)
+    text = f"**{left}**" if score.left == best.get(score.seed) else left
+    return f"{text}{' ✓' if score.exact else ''}"
 
 
 def line(scores: Sequence[Score]) -> str:
