@@ -52,11 +52,12 @@ def markdown(found: Found) -> str:
     """Return the line of origin and the tables as a page has them; one alone needs no title."""
     tables = found.tables()
     titles = [f"**{table.title}**\n\n" if len(tables) > 1 else "" for table in tables]
-    whole = [f"{title}{_piped(table)}" for title, table in zip(titles, tables, strict=True)]
+    whole = [f"{title}{piped(table)}" for title, table in zip(titles, tables, strict=True)]
     return "\n".join([f"{line(found)}\n", *whole])
 
 
-def _piped(table: Table) -> str:
+def piped(table: Table) -> str:
+    """Return a table as a page has it."""
     heads = [name.removeprefix(">") for name in table.heads]
     rules = ["---:" if name.startswith(">") else "---" for name in table.heads]
     return "".join(f"| {' | '.join(row)} |\n" for row in (heads, rules, *table.rows))

@@ -1,4 +1,4 @@
-"""`python -m docs.make`: every figure and printed output, commands, terms, proofs' tables.
+"""`python -m docs.make`: every figure and printed output, commands, terms, tables of proofs.
 
 What needs the two real recordings is left as it is where they are not.
 """
@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 
 from autodb.prove.proofs import PROOFS
-from docs.make import blocks, commands, emps, frames, proofs, terms, turning
+from docs.make import blocks, commands, emps, frames, peers, proofs, terms, turning
 
 DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
@@ -34,7 +34,8 @@ def main() -> None:
     """Make everything whose data are here, and say what was left."""
     COMMANDS_PAGE.write_text(commands.filled(COMMANDS_PAGE.read_text("utf-8")), "utf-8")
     TERMS_PAGE.write_text(terms.filled(TERMS_PAGE.read_text("utf-8")), "utf-8")
-    PROOFS_PAGE.write_text(proofs.filled(PROOFS_PAGE.read_text("utf-8"), PROVED), "utf-8")
+    proved = proofs.filled(PROOFS_PAGE.read_text("utf-8"), PROVED)
+    PROOFS_PAGE.write_text(peers.filled(proved), "utf-8")
     frames.draw()
     for page in SAMPLE_PAGES:
         page.write_text(made(page, SAMPLE), "utf-8")
