@@ -184,7 +184,8 @@ def test_the_asymmetry_of_a_real_axis_is_named_and_helps_on_its_other_recording(
     simulation = Recording(path=emps, channels={"t": moves.t_s, "x.drive_force": effort})
     answer = explain(moves, simulation).explanation.channels["x.drive_force"]
     (cause,) = [c for c in answer.missing if c.term == "asymmetry"]
-    assert_allclose(cause.parameters["coefficient"].value, -0.0369, rtol=0.05)
+    # beside play and the motor's ripple, which the published fits of each direction do not have
+    assert_allclose(cause.parameters["coefficient"].value, -0.0369, rtol=0.12)
 
     # The other recording, whose constant is its own
     moves, effort = left[pulses]

@@ -167,7 +167,8 @@ def _answer(reading: Reading, trace: Trace) -> tuple[ChannelAnswer, Trace]:
             before=before,
             after=before - correction,
             columns=fitted.design if found else np.empty((len(before), 0)),
-            free=len(fitted.retuned),
+            values=fitted.values,
+            free=sum(number < reading.bench.firm for number in fitted.retuned),
             gap=round(GAP_S / float(np.median(np.diff(trace.x)))),
         ),
     )

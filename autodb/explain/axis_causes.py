@@ -91,7 +91,7 @@ def _size(reading: Reading, number: int) -> Value:
     peak = float(np.quantile(np.abs(effect), 0.9995))
     row = int(np.argmin(np.abs(np.abs(effect) - peak)))
     at = reading.fitted.columns[number][row]
-    _, covariance = reading.fitted.of_choice(number)
+    covariance = reading.fitted.covariances[number]
     return value_of(peak, float(np.sqrt(max(at @ covariance @ at, 0.0))), reading.unit)
 
 

@@ -196,11 +196,10 @@ def solved(design: Array, right: Array, *, weight: Array | None = None) -> Array
 
     ``weight`` (p,): what a squared coefficient costs, None: nothing.
     """
-    norm = np.sqrt(np.einsum("ij,ij->j", design, design))
+    weight = np.zeros(design.shape[1]) if weight is None else weight
+    norm = np.sqrt(np.einsum("ij,ij->j", design, design) + weight)
     norm[norm == 0] = 1.0
     scaled = design / norm
-    inner = scaled.T @ scaled
-    if weight is not None:
-        inner += np.diag(weight / norm**2)
+    inner = scaled.T @ scaled + np.diag(weight / norm**2)
     inverse = np.linalg.pinv(inner, rcond=1e-9, hermitian=True)
     return np.asarray(inverse @ (scaled.T @ right) / norm)

@@ -144,8 +144,12 @@ class Given:
         size = np.where(some, along / np.where(some, left, 1.0), 0.0)
         full = size * along * self.of.norm[0] ** 2 / self.of.variance
         spread = np.clip(full - 1.0, SIZES[0], SIZES[-1])
-        evidence = full * spread / (1.0 + spread) - np.log1p(spread)
-        return np.maximum(evidence, 0.0) * some, size * self.of.norm[0] / self.of.norm[at]
+        gained = np.maximum(full * spread / (1.0 + spread) - np.log1p(spread), 0.0)
+        return self.worth(full, full - gained), size * self.of.norm[0] / self.of.norm[at]
+
+    def worth(self, full: Array, cost: Array) -> Array:
+        """Return the evidence where the sum of squares falls by ``full``, with what that costs."""
+        return np.asarray(full - cost)
 
     def gain(self, key: tuple[str, int], *, allowed: Callable[[Array], bool] | None = None) -> Gain:
         """Return what the columns of ``key`` explain of what is left."""

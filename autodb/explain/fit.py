@@ -17,17 +17,16 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def held_out(columns: Array, difference: Array, *, gap: int, free: int) -> Array:
+def held_out(columns: Array, difference: Array, values: Array, *, gap: int, free: int) -> Array:
     """Return difference − correction (n,) on rows whose block, and ``gap`` rows around it, was
     left out of the fit; blocks of contiguous rows are dealt to the folds in turn.
 
     The first ``free`` columns are fitted freely; of the others, a coefficient that the rows left
-    do not hold is drawn to none as far as its size in all rows allows.
+    do not hold is drawn to none as far as its size in all rows, of ``values`` (p,), allows.
     """
     n = len(difference)
     block = np.minimum(np.arange(n) * BLOCKS // n, BLOCKS - 1)
-    whole = solved(columns, difference)
-    weight = float(np.var(difference - columns @ whole)) / np.maximum(whole**2, 1e-300)
+    weight = float(np.var(difference - columns @ values)) / np.maximum(values**2, 1e-300)
     weight[:free] = 0.0
     left = np.empty(n)
     for fold in range(FOLDS):
@@ -38,13 +37,16 @@ def held_out(columns: Array, difference: Array, *, gap: int, free: int) -> Array
     return left
 
 
-def quality(*, before: Array, after: Array, columns: Array, free: int, gap: int) -> FitQuality:
+def quality(
+    *, before: Array, after: Array, columns: Array, values: Array, free: int, gap: int
+) -> FitQuality:
     """Return the errors before and after, on all rows and on rows left out of the fit.
 
-    ``before`` and ``after`` (n,) at every row, ``columns`` (n, p) the accepted ones (p may be 0),
-    the first ``free`` of them own. The noise floor is what they leave of plain rows.
+    ``before`` and ``after`` (n,) at every row, ``columns`` (n, p) the accepted ones (p may be 0)
+    with their coefficients, the first ``free`` of them own. The noise floor is what they leave of
+    plain rows.
     """
-    kept_out = held_out(columns, before, gap=gap, free=free) if columns.shape[1] else before
+    kept_out = held_out(columns, before, values, gap=gap, free=free) if columns.shape[1] else before
     return FitQuality(
         rms_before=rms(before),
         rms_after=rms(after),

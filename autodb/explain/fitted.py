@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,20 +24,24 @@ DEVIATES = 0.0
 
 @dataclass(frozen=True)
 class Fitted:
-    """Coefficients (p,) of own and chosen columns, their covariance (p, p), and what they give.
+    """Coefficients (k,) of own columns, their covariance (k, k), and what all columns give.
 
     ``correction`` (n,) is the sum of the effects and of the own terms' re-tuning that is worth it;
-    ``columns`` (n, p) of each choice, ``effects`` (n,) its contribution; ``design`` the columns
-    (n, q) of the correction; ``retuned`` the numbers of the own terms in it.
+    ``columns`` (n, p) of each choice, ``covariances`` (p, p) of its coefficients beside the own
+    terms that are re-tuned, ``effects`` (n,) its contribution; ``design`` the columns
+    (n, q) of the correction and ``values`` (q,) their coefficients; ``retuned`` the numbers of the
+    own terms in it.
     """
 
     own: tuple[str, ...]
     columns: tuple[Array, ...]
+    covariances: tuple[Array, ...]
     coefficients: Array
     covariance: Array
     correction: Array
     effects: tuple[Array, ...]
     design: Array
+    values: Array
     retuned: tuple[int, ...]
 
     def of_own(self, name: str) -> tuple[float, float]:
@@ -44,46 +49,54 @@ class Fitted:
         at = self.own.index(name)
         return float(self.coefficients[at]), float(np.sqrt(self.covariance[at, at]))
 
-    def of_choice(self, number: int) -> tuple[Array, Array]:
-        """Return a choice's coefficients (p,) and their covariance (p, p)."""
-        start = len(self.own) + sum(block.shape[1] for block in self.columns[:number])
-        at = slice(start, start + self.columns[number].shape[1])
-        return self.coefficients[at], self.covariance[at, at]
-
 
 def fit(bench: Bench, choices: Sequence[Choice], noise: Noise) -> Fitted:
     """Fit own and chosen columns together to rows that a noise's filter makes white.
 
-    Coefficients are of the laws alone. The correction also takes what a law gets wrong in shape, as
-    far as the rows show it.
+    Which own terms are re-tuned is judged beside the laws alone. The correction also takes what a
+    law gets wrong in shape, as far as the rows show it.
     """
-    columns, own = bench.chosen(choices), tuple(bench.own)
-    weight = drawn(bench, choices, noise)
-    coefficients, covariance = _least_squares(columns, bench.reduced_difference, noise, weight)
-    sd = np.sqrt(np.diag(covariance))
-    retuned = [i for i in range(len(own)) if abs(coefficients[i]) > KEPT_SDS * max(sd[i], 1e-300)]
+    own = tuple(bench.own)
+    coefficients, covariance = _beside(bench, choices, noise, range(len(own)))
+    sd = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    retuned = [i for i in range(len(own)) if abs(coefficients[i]) > KEPT_SDS * sd[i]]
+    _, law_covariance = _beside(bench, choices, noise, retuned)
     shaped = [*choices, *deviations(bench, choices, noise)]
-    lean, weight = bench.chosen(shaped), drawn(bench, shaped, noise)
-    kept = [*retuned, *range(len(own), lean.shape[1])]
-    values, _ = _least_squares(lean[:, kept], bench.reduced_difference, noise, weight[kept])
+    values, _ = _beside(bench, shaped, noise, retuned)
     built = [bench.built(choice.shape) for choice in shaped]
     design = np.column_stack([bench.own_columns()[:, retuned], *built])
-    ends = np.cumsum([len(retuned), *(block.shape[1] for block in built)])
+    places = _places(len(retuned), built)
     parts = {
-        choice.suspect.key: block @ values[low:high]
-        for choice, block, low, high in zip(shaped, built, ends[:-1], ends[1:], strict=True)
+        choice.suspect.key: block @ values[at]
+        for choice, block, at in zip(shaped, built, places, strict=True)
     }
-    effects = tuple(_whole(choice, parts) for choice in choices)
     return Fitted(
         own=own,
         columns=tuple(built[: len(choices)]),
-        coefficients=coefficients,
-        covariance=covariance,
+        covariances=tuple(law_covariance[at, at] for at in places[: len(choices)]),
+        coefficients=coefficients[: len(own)],
+        covariance=covariance[: len(own), : len(own)],
         correction=design @ values,
-        effects=effects,
+        effects=tuple(_whole(choice, parts) for choice in choices),
         design=design,
+        values=values,
         retuned=tuple(retuned),
     )
+
+
+def _beside(
+    bench: Bench, choices: Sequence[Choice], noise: Noise, own: Sequence[int]
+) -> tuple[Array, Array]:
+    """Return coefficients and covariance of some own columns and the choices' columns."""
+    columns, weight = bench.chosen(choices), drawn(bench, choices, noise)
+    kept = [*own, *range(len(bench.own), columns.shape[1])]
+    return _least_squares(columns[:, kept], bench.reduced_difference, noise, weight[kept])
+
+
+def _places(first: int, blocks: Sequence[Array]) -> list[slice]:
+    """Return where each block's columns stand after the ``first`` ones."""
+    ends = [first, *(first + np.cumsum([block.shape[1] for block in blocks])).tolist()]
+    return [slice(low, high) for low, high in pairwise(ends)]
 
 
 def _whole(choice: Choice, parts: dict[str, Array]) -> Array:
@@ -116,7 +129,7 @@ def _least_squares(
     """Return coefficients (p,) and covariance (p, p) from white rows; ``weight`` as ``drawn``."""
     whitener, variance = noise
     white, right = whitener(columns), whitener(difference)
-    norm = np.linalg.norm(white, axis=0)
+    norm = np.sqrt(np.einsum("ij,ij->j", white, white) + weight)
     norm[norm == 0] = 1.0
     scaled = white / norm
     inner = scaled.T @ scaled + np.diag(weight / norm**2)

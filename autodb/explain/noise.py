@@ -35,7 +35,8 @@ class Whitener:
         rows = sliding_window_view(values, BLOCK + order, axis=0)[: blocks * BLOCK : BLOCK]
         done = white[: blocks * BLOCK].reshape(blocks, BLOCK, -1)
         np.matmul(self._banded(), rows.transpose(0, 2, 1), out=done)
-        white[blocks * BLOCK :] = self._filtered(values[blocks * BLOCK :])
+        if blocks * BLOCK < len(white):
+            white[blocks * BLOCK :] = self._filtered(values[blocks * BLOCK :])
         return white
 
     def _filtered(self, values: Array) -> Array:

@@ -61,9 +61,13 @@ class TableProducts(Products):
 
     def likelihood(self, rss: float) -> float:
         """Return twice the log-likelihood of a sum of squares, but for a constant."""
+        return float(self.likelihoods(np.array(rss)))
+
+    def likelihoods(self, rss: Array) -> Array:
+        """Return the same of several sums of squares."""
         if not self.known:
-            return float(-self.rows_free * np.log(rss / self.rows_free + EXACT))
-        return float(-(self.freedom + self.rows_free) * np.log1p(rss / self.freedom))
+            return np.asarray(-self.rows_free * np.log(rss / self.rows_free + EXACT))
+        return np.asarray(-(self.freedom + self.rows_free) * np.log1p(rss / self.freedom))
 
     def given(self, keys: Keys) -> "TableGiven":
         """Return the products after own columns and those of ``keys`` are projected out."""
@@ -99,6 +103,11 @@ class TableGiven(Given):
         if known not in self._gains:
             self._gains[known] = self._gain(key, allowed)
         return self._gains[known]
+
+    def worth(self, full: Array, cost: Array) -> Array:
+        """Return the evidence where the sum of squares falls by ``full``, with what that costs."""
+        after = self.of.likelihoods(np.maximum(self.rss - full, 0.0))
+        return np.asarray(np.maximum(after - self.of.likelihood(self.rss) - cost, 0.0))
 
     def _gain(self, key: tuple[str, int], allowed: Callable[[Array], bool] | None) -> Gain:
         at = self.of.places[key]
