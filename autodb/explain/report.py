@@ -258,7 +258,7 @@ def over_time(channel: dict[str, str], answer: ChannelAnswer, trace: Trace) -> M
     return figures.as_html(
         made,
         f"{channel['id']}-over-{trace.x_name}",
-        height_px=560,
+        height_px=580,
         label=f"{words}: recording, simulation and what is left",
     )
 
