@@ -245,11 +245,11 @@ def test_the_card_of_a_cause_says_what_else_it_may_be_and_how_to_find_out() -> N
     card = readable(explanation_fragment(explained(channel(friction())))).split("where it shows")[0]
     assert "It could also be: drift of the sensor . This recording cannot tell." in card
     assert "To find out: pass the travel in both directions" in card
-    assert "largest effect, 0.400 to 0.440 A (95 %)" in card
+    assert "0.420 A at its largest 0.400 to 0.440 A (95 %)" in card
     off = friction(kind="mistuned", to_tell_apart="Run X: there position_friction and sensor_drift")
     card = readable(explanation_fragment(explained(channel(off))))
     assert "Friction that differs along the travel position_friction" in card
-    assert "off by at most, 0.400 to 0.440 A (95 %)" in card
+    assert "0.420 A off at most 0.400 to 0.440 A (95 %)" in card
     assert "there friction that differs along the travel and drift of the sensor" in card
     sole = friction(alternatives=(), to_tell_apart=None)
     assert "could also be" not in readable(explanation_fragment(explained(channel(sole))))
