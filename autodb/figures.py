@@ -43,12 +43,15 @@ PALETTE: dict[str, tuple[str, str]] = {
 FONT = '"Avenir Next", "Segoe UI", "Helvetica Neue", Roboto, "Noto Sans", Arial, sans-serif'
 CONFIG = {
     "displaylogo": False,
+    "showSendToCloud": False,  # a report sends nothing anywhere
     "responsive": True,
     "modeBarButtonsToRemove": ["select2d", "lasso2d", "autoScale2d"],
 }
 
 TALL_PX = 500
 """A plot this tall is worth zooming: it has buttons, on a shorter one they would hide its title."""
+BUTTONS_PX = 28
+"""What a tall plot leaves above its title for the buttons."""
 
 
 def colour(name: str) -> str:
@@ -266,10 +269,13 @@ def as_html(made: go.Figure, name: str, *, height_px: int, label: str) -> Markup
     Its script is a module, which runs when the page is whole: earlier, a plot beside others would
     be drawn as wide as the place it has while it is alone.
     """
+    tall = height_px >= TALL_PX
+    if tall:
+        made.update_layout(margin_t=made.layout.margin.t + BUTTONS_PX)
     div = made.to_html(
         include_plotlyjs=False,
         full_html=False,
-        config={**CONFIG, "displayModeBar": "hover" if height_px >= TALL_PX else False},
+        config={**CONFIG, "displayModeBar": "hover" if tall else False},
         div_id=name,
         default_height=f"{height_px}px",
     )

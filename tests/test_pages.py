@@ -213,6 +213,14 @@ def test_plots_are_svg_with_few_points_and_ids_of_their_own(page: Any) -> None:
     assert len(ids) == len(set(ids))
 
 
+def test_no_plot_can_be_sent_anywhere_and_buttons_have_room_above_its_title() -> None:
+    html = own(found())
+    assert html.count('"displayModeBar"') == html.count('"showSendToCloud": false') > 1
+    tops = {int(top) for top in re.findall(r'"margin":\{[^}]*"t":(\d+)', html)}
+    assert len(tops) == 2
+    assert max(tops) - min(tops) == figures.BUTTONS_PX
+
+
 def test_the_report_says_what_how_much_and_how_sure() -> None:
     text = readable(found())
     for words in (
@@ -237,6 +245,12 @@ def test_the_card_of_a_cause_says_what_else_it_may_be_and_how_to_find_out() -> N
     card = readable(explanation_fragment(explained(channel(friction())))).split("where it shows")[0]
     assert "It could also be: drift of the sensor . This recording cannot tell." in card
     assert "To find out: pass the travel in both directions" in card
+    assert "0.420 A at its largest 0.400 to 0.440 A (95 %)" in card
+    off = friction(kind="mistuned", to_tell_apart="Run X: there position_friction and sensor_drift")
+    card = readable(explanation_fragment(explained(channel(off))))
+    assert "Friction that differs along the travel position_friction" in card
+    assert "0.420 A off at most 0.400 to 0.440 A (95 %)" in card
+    assert "there friction that differs along the travel and drift of the sensor" in card
     sole = friction(alternatives=(), to_tell_apart=None)
     assert "could also be" not in readable(explanation_fragment(explained(channel(sole))))
     undecided = friction(to_tell_apart=None)

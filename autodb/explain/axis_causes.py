@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.answer import Cause, Value
 from autodb.explain.apart import told_apart
+from autodb.explain.axis_form import Short, short_form
 from autodb.explain.axis_loads import DELAYS_S
 from autodb.explain.axis_signals import READ_OFF
 from autodb.explain.inquiry import Inquiry
@@ -28,6 +29,8 @@ TEMPER = 4.0
 """Evidence is divided by this before it is turned into a probability: laws are never exact, so that
 likelihoods of real data claim too much. Chosen."""
 SUREST = 0.99
+AS_MUCH = 0.985
+"""Share of what a smooth curve does from which on a short form does as much."""
 RETUNED = 0.01
 """Relative change of an own term below which it is not called mistuned."""
 RETUNED_SDS = 4.0
@@ -123,11 +126,13 @@ def parameters(reading: Reading, choice: Choice, term: Term) -> dict[str, Value]
     others = found.without(choice.suspect.key)
     noise = weighing(reading.bench, [*others, law], reading.inquiry.noise, of=law)
     beside = Beside(reading.bench, others, noise, reading.fitted.retuned)
-    return _values(tuned(law, beside), beside, term, reading)
-
-
-def _values(law: Tuned, beside: Beside, term: Term, reading: Reading) -> dict[str, Value]:
     units = {p.name: p.unit.replace("U", reading.unit) for p in term.parameters}
+    return _values(tuned(law, beside), beside, units, reading)
+
+
+def _values(
+    law: Tuned, beside: Beside, units: Mapping[str, str], reading: Reading
+) -> dict[str, Value]:
     rung = law.choice.shape
     coefficients, covariance = beside.fit(rung)
     linear = {
@@ -236,6 +241,8 @@ def _unknown(reading: Reading, number: int, size: Value, others: list[str], sure
     left = reading.bench.difference - (reading.fitted.correction - effect)
     share = 1.0 - float(np.sum((left - effect) ** 2) / np.sum(left**2))
     words = choice.suspect.key.rstrip("0123456789 ")
+    short = short_form(reading, number)
+    values = _values(short.law, short.beside, short.form.units, reading) if short else {}
     return Cause(
         term=UNKNOWN,
         kind="missing",
@@ -243,11 +250,31 @@ def _unknown(reading: Reading, number: int, size: Value, others: list[str], sure
         statement=(
             f"{100 * max(share, 0.0):.0f} % of the error that the other causes leave depends on "
             f"{words}; no law that is known here fits it. It reaches {size.value:.3g} {size.unit}."
+            f"{_short_words(short, values) if short else ''}"
         ),
-        parameters={"size": size},
+        parameters={"size": size, **values},
         alternatives=tuple(others),
         variables=choice.suspect.variables,
     )
+
+
+def _short_words(short: Short, values: Read) -> str:
+    """Say a short form with its coefficient, and how much of the smooth curve it is."""
+    first = values.get("amplitude") or values["coefficient"]
+    said = f"{_signed(first)} · {short.words}"
+    if "level" in values:
+        level = values["level"]
+        said += f" {'+' if level.value >= 0 else '−'} {abs(level.value):.3g} {level.unit}"
+        said += short.carrier_words
+    curve = "the smooth curve"
+    does = f"{100 * short.share:.0f} % of what {curve} says"
+    if short.share > AS_MUCH:
+        does = f"as much as {curve}"
+    return f" On stretches left out, {said} says {does}, beside the simulation's terms fitted anew."
+
+
+def _signed(value: Value) -> str:
+    return f"{value.value:.3g} {value.unit}".replace("-", "−")
 
 
 def _mistuned(reading: Reading) -> list[Cause]:

@@ -101,14 +101,15 @@ def explanation_fragment(explained: Explained) -> str:
         }
         for n, (name, answer) in enumerate(explained.explanation.channels.items(), start=1)
     ]
-    words = (verdict, certainty, term_words, where_words, regime_words, bars, parameter_words)
+    words = (verdict, certainty, term_words, move_words, parameter_words)
+    where = (where_words, regime_words, bars)
     plots = (over_time, located, against_signals, ranked, candidate_words, drawn_words)
     return str(
         figures.fragment(
             "_explanation.html.j2",
             channels=channels,
             notes=explained.notes,
-            **{function.__name__: function for function in (*words, *plots)},
+            **{function.__name__: function for function in (*words, *where, *plots)},
         )
     )
 
@@ -133,6 +134,15 @@ def channel_words(name: str) -> str:
 def term_words(term: str) -> str:
     """Return a term in shop words; a name beyond the vocabulary as it is written."""
     return TERM_WORDS.get(term, term.replace("_", " "))
+
+
+def move_words(cause: Cause) -> str | None:
+    """Return what would tell a cause from its alternatives, with the pairs in shop words."""
+    text = cause.to_tell_apart
+    for other in cause.alternatives if text else ():
+        pair = f"{term_words(cause.term)} and {term_words(other)}"
+        text = str(text).replace(f"{cause.term} and {other}", pair)
+    return text
 
 
 def candidate_words(name: str) -> str:
@@ -258,7 +268,7 @@ def over_time(channel: dict[str, str], answer: ChannelAnswer, trace: Trace) -> M
     return figures.as_html(
         made,
         f"{channel['id']}-over-{trace.x_name}",
-        height_px=560,
+        height_px=580,
         label=f"{words}: recording, simulation and what is left",
     )
 
