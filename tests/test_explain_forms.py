@@ -139,7 +139,8 @@ def test_squares_of_folds_are_those_of_fits_without_them() -> None:
     folds = Folds(np.column_stack([target, columns]), 7)
     for chosen in ([1, 2, 3, 4], [2, 4], [3]):
         part = columns[:, np.subtract(chosen, 1)]
-        left = held_out(part, target, gap=7, free=part.shape[1])
+        values = np.asarray(np.linalg.lstsq(part, target, rcond=None)[0], dtype=np.float64)
+        left = held_out(part, target, values, gap=7, free=part.shape[1])
         found = folds.squares(chosen, np.zeros(len(chosen)))
         assert_allclose(found, np.sum(left**2), rtol=2e-3)
     assert_allclose(folds.squares([], np.zeros(0)), np.sum(target**2))

@@ -65,6 +65,7 @@ def inquire(bench: Bench, field: Field) -> Inquiry:
     whitener, variance = _saturated(bench, field, suspects)
     found = Found()
     considered: dict[str, float] = {}
+    accounts: list[tuple[Inquiry, tuple[Choice, ...]]] = []
     for number in range(ROUNDS):
         if found.choices:
             found = _renewed(bench, field, found, suspects, (whitener, variance))
@@ -73,12 +74,28 @@ def inquire(bench: Bench, field: Field) -> Inquiry:
         search = Search(bench.products(suspects.values(), whitener, variance), suspects.values())
         considered = considered or {o.choice.suspect.key: o.worth for o in search.offers(())}
         before, found = found, _predicting(bench, search, (whitener, variance))
+        account = Inquiry(found, search, whitener, variance, considered)
+        accounts.append((account, bench.through))
         if not found.choices or (number and found.keys == before.keys):
+            accounts = accounts[-1:]
             break
         for key in [k for k, s in suspects.items() if s.scanned and k not in found.keys]:
             del suspects[key]
         whitener, variance = bench.noise(bench.chosen(found.choices, detail=True))
-    return Inquiry(stands(bench, found, search), search, whitener, variance, considered)
+    seen_alike = [account for account, through in accounts if through == bench.through]
+    standing = [replace(one, found=stands(bench, one.found, one.search)) for one in seen_alike]
+    return min(standing, key=lambda one: _surprise(bench, one))
+
+
+def _surprise(bench: Bench, account: Inquiry) -> float:
+    """Return N·ln of the innovations' variance that an account leaves, and its costs.
+
+    It tells accounts apart that were reached with different noise, where rounds do not settle.
+    """
+    found, search = account.found, account.search
+    cost = search.explained(found) - found.score
+    left = _innovation(bench, bench.chosen(found.choices))
+    return search.products.rows * float(np.log(left)) + cost
 
 
 def _saturated(bench: Bench, field: Field, suspects: dict[str, Suspect]) -> Noise:

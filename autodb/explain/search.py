@@ -24,8 +24,8 @@ CLEARED = 8
 MOST = 4
 """Effects in one set at most."""
 FAINT = 0.01
-"""An effect that explains less than this share of what its set does is put down to the shape of the
-others, which no ladder holds exactly. Chosen."""
+"""An effect that explains less than this share of what those of its set do that have a shape (a
+constant has none) is put down to the shape of the others, which no ladder holds exactly. Chosen."""
 SIMPLE_ENOUGH = 0.8
 """Names come before families when they explain this share of what a set with families does."""
 DETAIL = -1
@@ -184,13 +184,14 @@ class Search:
         free = self._best_of(self.suspects)
         if all(c.suspect.named for c in free.choices):
             return max(named, free, key=lambda f: f.score)
-        if self._explained(named) < SIMPLE_ENOUGH * self._explained(free):
+        if self.explained(named) < SIMPLE_ENOUGH * self.explained(free):
             return free
         grown = [self.cleared(found) for found in self.grown(named, self.suspects)]
         beside = [found for found in grown if set(found.keys) > set(named.keys)]
         return max([named, *beside], key=lambda f: f.score)
 
-    def _explained(self, found: Found) -> float:
+    def explained(self, found: Found) -> float:
+        """Return by how much a set lets the sum of squares fall, over the noise variance."""
         none, all_ = self.products.given([]), self.products.given([c.key for c in found.choices])
         return none.rss - all_.rss
 
@@ -218,7 +219,8 @@ class Search:
     def _standing(self, found: Found) -> list[float]:
         """Return how far each effect is above its limits, over all shapes of the others."""
         worth = []
-        total = found.score
+        shaped = [c.suspect.detail is not None or not c.suspect.named for c in found.choices]
+        total = sum(e for e, s in zip(found.evidence, shaped, strict=True) if s)
         for choice in found.choices:
             free = self.with_detail(found.without(choice.suspect.key))
             gain = free.gain(choice.key)
