@@ -158,14 +158,16 @@ def comes_round(stack: Stack, left: Array, over: Over, number: int) -> Suspect |
     product, power = np.sum(force * rest, axis=0), np.sum(force**2, axis=0)
     span = float(np.ptp(values))
     best, found = 0.0, 0.0
+    turn = 2j * np.pi * (values - values.min()) / span
+    wave, step = np.exp(FEWEST_TURNS * turn), np.exp(STEP * turn)
     for count in np.arange(FEWEST_TURNS, min(MOST_TURNS, n / 2.5), STEP):
-        angle = 2.0 * np.pi * count * (values - values.min()) / span
-        waves = np.stack([np.cos(angle), np.sin(angle)])
+        waves = np.stack([wave.real, wave.imag])
         inner = (waves * power) @ waves.T
         right = waves @ product
         gain = float(right @ np.linalg.solve(inner + 1e-9 * np.trace(inner) * np.eye(2), right))
         if gain > best:
             best, found = gain, float(count)
+        wave *= step
     return periodic(stack, over, found, number)
 
 

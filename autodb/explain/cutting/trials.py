@@ -17,8 +17,9 @@ Array = NDArray[np.float64]
 
 CUTS = 10
 FACTORS = (0.5, 2.0)
-BEYOND = 1.5
-"""Factor by which a trial may go beyond what the table's cuts and edges went through. Chosen."""
+LEAST, MOST = 0.5, 1.5
+"""Shares of the least and the most that the table's cuts and edges went through: a trial stays
+between them. Chosen: lighter cuts are harmless, much heavier ones are not."""
 SAME = 1.05
 """Values that differ by less than this factor are the same."""
 REST = 0.5
@@ -130,7 +131,7 @@ def _settings(known: Conditions, row: int) -> list[Setting]:
 
 
 def _limits(values: Array) -> tuple[float, float]:
-    return float(values.min()) / BEYOND, float(values.max()) * BEYOND
+    return LEAST * float(values.min()), MOST * float(values.max())
 
 
 def _changed(columns: tuple[str, ...], now: float, target: float) -> str:
@@ -162,7 +163,7 @@ def _before(known: Conditions) -> list[Before]:
     time, edge = known.cutting_time_s, known.edge
     if time is not None and edge is not None:
         last = float(time[-1])
-        longer = BEYOND * float(time.max()) - last
+        longer = MOST * float(time.max()) - last
         made.append(
             Before(
                 "Change the edge and make",
