@@ -84,11 +84,11 @@ def _persistence(z: Array) -> float:
 def _residual(design: Array, edges: OfEdges, difference: Array, sd: Array) -> tuple[Array, Array]:
     """Return what a weighted fit leaves (n,), and the leverage of every row on its own fit (n,)."""
     own = edges.basis(sd)
-    weighted = edges.cleared(design / sd[:, None], own)
-    rest = edges.cleared((difference / sd)[:, None], own)[:, 0]
-    norm = np.linalg.norm(design / sd[:, None], axis=0)
+    weighted = design / sd[:, None]
+    norm = np.linalg.norm(weighted, axis=0)
     norm[norm == 0] = 1.0
-    basis, size, _ = np.linalg.svd(weighted / norm, full_matrices=False)
+    rest = edges.cleared((difference / sd)[:, None], own)[:, 0]
+    basis, size, _ = np.linalg.svd(edges.cleared(weighted / norm, own), full_matrices=False)
     basis = basis[:, size > 1e-8 * size[0]]
     rest = rest - basis @ (basis.T @ rest)
     leverage = np.sum(basis**2, axis=1) + np.sum(own**2, axis=1)
