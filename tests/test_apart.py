@@ -11,8 +11,6 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain.apart import (
-    SEPARATES,
-    Separation,
     distances,
     instead,
     noise,
@@ -48,6 +46,7 @@ from autodb.explain.reading import Reading
 from autodb.explain.scan import rough_place, travel_ripple
 from autodb.explain.search import Search
 from autodb.explain.suspects import Choice, Rung, Suspect
+from autodb.explain.telling import SEPARATES, Separation
 from autodb.records import Recording
 from autodb.terms.friction import backlash, direction
 

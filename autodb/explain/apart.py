@@ -1,16 +1,9 @@
 """The move on which two explanations of one recording would differ most for the noise there is.
 
-Both are fitted on the recording and carried to a move that follows it. Their difference d there
-counts as far as the coefficients of either cannot take it up within what the recording leaves them:
-with X the columns of both, Σ the covariance of their coefficients on the recording and W the filter
-that makes noise white, of variance σ²,
-
-    minimise over δ:  |W(d − X δ)|²/σ² + δᵀ Σ⁻¹ δ.
-
-The minimum is 2·ln of the odds that the move is expected to give. The difference in the channel's
-unit is d − X δ with the move counted as one row: δ then only takes up what the recording leaves
-open. Shapes are held. Source: Atkinson, Fedorov 1975 (experiments that discriminate between two
-models: the true one's lack of fit to the other); there one model is true, here neither is.
+Both are fitted on the recording and carried to a move that follows it, where `explain.telling` says
+how far they differ: in rows that the recording's filter makes white, of unit variance. The
+difference in the channel's unit is d − X δ with the move counted as one row: δ then only takes up
+what the recording leaves open. Shapes are held.
 """
 
 from collections.abc import Sequence
@@ -27,31 +20,22 @@ from autodb.explain.moves import LIBRARY, Move, Path, Reach, again, joined, reac
 from autodb.explain.reading import Reading
 from autodb.explain.search import Found
 from autodb.explain.suspects import Choice
+from autodb.explain.telling import (
+    NEAREST,
+    SEPARATES,
+    Separation,
+    called,
+    odds,
+    sentence,
+    stand_in,
+)
 from autodb.explain.tuning import Beside, tuned
 from autodb.sensing.axis_model import term_called
 
 Array = NDArray[np.float64]
 
-SEPARATES = 20.0
-"""2·ln of the odds that a move must be expected to give: those from which on a rival is none."""
 PEAK = 0.999
 """Quantile of the difference that counts as its peak: single rows at a reversal do not."""
-NEAREST = 2
-"""Alternatives that a move is looked for."""
-
-
-@dataclass(frozen=True)
-class Separation:
-    """A move and how far two accounts differ on it.
-
-    ``odds``: 2·ln of those expected; ``distance``: rms over white rows in noise sds; ``peak`` in
-    the channel's unit; ``words`` the move in the imperative.
-    """
-
-    words: str
-    odds: float
-    distance: float
-    peak: float
 
 
 @dataclass(frozen=True)
@@ -77,7 +61,7 @@ def told_apart(
     level = noise(reading)
     found = {name: _from_rival(reading, number, name) for name in rivals[:NEAREST]}
     best = {**dict.fromkeys(never), **found}
-    lines = [sentence(b, (term.name, name), level, reading.unit) for name, b in best.items()]
+    lines = [_line(b, (term.name, name), level, reading.unit) for name, b in best.items()]
     if None in best.values() and term.told_apart_by:
         lines.append(term.told_apart_by)
     return " ".join(lines)
@@ -88,27 +72,18 @@ def _from_rival(reading: Reading, number: int, name: str) -> Separation | None:
     return separation(reading, reading.choices, swapped) if swapped else None
 
 
-def sentence(best: Separation | None, names: tuple[str, str], level: float, unit: str) -> str:
-    """Return what to run, and by how much the two would differ there."""
+def _line(best: Separation | None, names: tuple[str, str], level: float, unit: str) -> str:
     if best is None:
         return f"No move in the library separates {names[0]} and {names[1]}."
-    return (
-        f"{best.words}: there {names[0]} and {names[1]} would differ by up to {best.peak:.2g} "
-        f"{unit}, noise is {level:.2g} {unit}."
-    )
+    return sentence(best, names, unit, f"noise is {level:.2g} {unit}")
 
 
 def instead(reading: Reading, number: int, name: str) -> tuple[Choice, ...] | None:
     """Return the best set in which a term stands in for a found effect; its shape is tuned."""
-    search, found = reading.inquiry.search, reading.inquiry.found
-    key = found.choices[number].suspect.key
-    others = found.without(key)
-    called = [s for s in search.suspects if s.term == name and s.key != key]
-    offers = search.offers(others, called) if called else []
-    if not offers:
-        return None
-    best = max(offers, key=lambda offer: offer.worth)
-    return _with_tuned(reading, search.settled((*others, best.choice)), best.choice.suspect.key)
+    inquiry = reading.inquiry
+    key = inquiry.found.choices[number].suspect.key
+    swap = stand_in(inquiry.search, inquiry.found, key, called(inquiry.search, name, but=key))
+    return _with_tuned(reading, swap[0], swap[1].suspect.key) if swap else None
 
 
 def _with_tuned(reading: Reading, swapped: Found, key: str) -> tuple[Choice, ...]:
@@ -142,15 +117,12 @@ def apart(reading: Reading, accounts: tuple[Account, Account], run: Run) -> Sepa
     free = np.column_stack([columns[0] @ one.root, columns[1] @ two.root])
     noise_sd = float(np.sqrt(reading.inquiry.variance))
     white, right = (reading.inquiry.whitener(v) / noise_sd for v in (free, difference))
-    inner, along = white.T @ white, white.T @ right
-    one_each = np.eye(len(inner))
-    odds = max(0.0, float(right @ right - along @ np.linalg.solve(inner + one_each, along)))
-    open_ones = np.linalg.solve(inner + len(right) * one_each, along)
+    gained, taken = odds(white, right)
     return Separation(
         words=run.words,
-        odds=odds,
-        distance=float(np.sqrt(odds / len(right))),
-        peak=float(np.quantile(np.abs(difference - free @ open_ones), PEAK)),
+        odds=gained,
+        distance=float(np.sqrt(gained / len(right))),
+        peak=float(np.quantile(np.abs(difference - free @ taken), PEAK)),
     )
 
 

@@ -15,13 +15,10 @@ from autodb.explain.axis_signals import ACTING, AxisSignals, friction_of, own_te
 from autodb.explain.moves import Path
 from autodb.explain.reading import Reading
 from autodb.explain.suspects import Choice, Rung, Suspect
+from autodb.explain.telling import held
 from autodb.terms.friction import since_reversal
 
 Array = NDArray[np.float64]
-
-LOOSEST = 1e-9
-"""Share of the best held direction of the coefficients below which one counts as held so well: what
-the recording does not hold at all is free on a move."""
 
 
 @dataclass(frozen=True)
@@ -50,19 +47,13 @@ def account(reading: Reading, choices: Sequence[Choice]) -> Account:
     built = [bench.reduce(bench.built(choice.shape)) for choice in choices]
     white = whitener(np.column_stack([bench.chosen(()), *built]))
     right = whitener(bench.reduced_difference)
-    norm = np.linalg.norm(white, axis=0)
-    norm[norm == 0] = 1.0
-    white = white / norm
-    values, vectors = np.linalg.eigh(white.T @ white)
-    held = values > LOOSEST * values[-1]
-    along = np.where(held, vectors.T @ (white.T @ right) / np.where(held, values, 1.0), 0.0)
-    spread = np.sqrt(reading.inquiry.variance / np.maximum(values, LOOSEST * values[-1]))
+    coefficients, root = held(white, right, variance=reading.inquiry.variance)
     return Account(
         own=tuple(bench.own),
         choices=tuple(choices),
         widths=tuple(block.shape[1] for block in built),
-        coefficients=np.asarray(vectors @ along / norm),
-        root=np.asarray(vectors * spread / norm[:, None]),
+        coefficients=coefficients,
+        root=root,
     )
 
 

@@ -14,6 +14,7 @@ from autodb.explain.answer import (
     Value,
     Where,
 )
+from autodb.explain.cutting.apart import Teller
 from autodb.explain.cutting.fit import Fit, fit, held_out_rows
 from autodb.explain.cutting.laws import Columns
 from autodb.explain.cutting.look import Looked
@@ -63,6 +64,8 @@ class _Told:
             c.suspect.key: _limited(self.stack, c, standing(looked.search, looked.found, c))
             for c in self.choices
         }
+        self.teller = Teller(looked)
+        self._apart: dict[str, str | None] = {}
 
     def part(self, number: int) -> Array:
         """Return the contribution of an effect, (C, n) [N]."""
@@ -87,10 +90,18 @@ class _Told:
         if not choice.suspect.named:
             return _unnamed(self, number, choice, component, size)
         if (sure.like < LIKELY or sure.confidence < LEAST) and sure.near:
-            return _undecided(choice, sure, size)
+            return _undecided(choice, sure, size, self.apart(choice))
         others = tuple(c for c in self.choices if c is not choice)
         effect = Effect(self.stack, self.own, choice, others)
-        return _named(choice, sure, self.includes, {"size": size, **parameters(effect, component)})
+        values = {"size": size, **parameters(effect, component)}
+        return _named(choice, sure, self.includes, values, self.apart(choice))
+
+    def apart(self, choice: Choice) -> str | None:
+        """Return the cuts that would tell an effect from its nearest rivals."""
+        key, rivals = choice.suspect.key, self.standing[choice.suspect.key].near
+        if key not in self._apart:
+            self._apart[key] = self.teller.told_apart(choice, _name(choice), rivals)
+        return self._apart[key]
 
     def _size(self, number: int, component: int) -> Value:
         """Return the largest contribution with its interval."""
@@ -179,12 +190,23 @@ def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
     return replace(sure, near=tuple(dict.fromkeys([*sure.near, *also])))
 
 
+def _name(choice: Choice) -> str:
+    """Return the effect's name, or what one without a name depends on."""
+    if choice.suspect.named:
+        return choice.suspect.term
+    return f"what depends on {' and '.join(choice.suspect.variables)}"
+
+
 def _called(name: str) -> Term:
     return next(term for term in TERMS if term.name == name)
 
 
 def _named(
-    choice: Choice, sure: Standing, includes: frozenset[str], values: dict[str, Value]
+    choice: Choice,
+    sure: Standing,
+    includes: frozenset[str],
+    values: dict[str, Value],
+    apart: str | None,
 ) -> Cause:
     term, size = _called(choice.suspect.term), values["size"]
     again = term.name in includes
@@ -202,19 +224,11 @@ def _named(
         parameters=values,
         alternatives=sure.near,
         variables=choice.suspect.variables,
-        to_tell_apart=_to_tell_apart(term, sure) if sure.near else None,
+        to_tell_apart=apart,
     )
 
 
-def _to_tell_apart(term: Term, sure: Standing) -> str:
-    others = [_called(name) for name in sure.near]
-    helps = next((o.told_apart_by for o in others if term.name in o.alike and o.told_apart_by), "")
-    if term.told_apart_by and set(term.alike) & set(sure.near):
-        return term.told_apart_by
-    return helps or f"Make {term.excited_by}."
-
-
-def _undecided(choice: Choice, sure: Standing, size: Value) -> Cause:
+def _undecided(choice: Choice, sure: Standing, size: Value, apart: str | None) -> Cause:
     """Return an entry without a name where several names are about as likely."""
     names = (choice.suspect.term, *sure.near)
     words = ", ".join(name.replace("_", " ") for name in names)
@@ -229,7 +243,7 @@ def _undecided(choice: Choice, sure: Standing, size: Value) -> Cause:
         parameters={"size": size},
         alternatives=names,
         variables=choice.suspect.variables,
-        to_tell_apart=_to_tell_apart(_called(choice.suspect.term), sure),
+        to_tell_apart=apart,
     )
 
 
@@ -252,4 +266,5 @@ def _unnamed(told: _Told, number: int, choice: Choice, component: int, size: Val
         parameters={"size": size},
         alternatives=sure.near,
         variables=variables,
+        to_tell_apart=told.apart(choice),
     )

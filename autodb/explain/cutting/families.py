@@ -24,23 +24,30 @@ MOST_PAIRED = 6
 
 def families(stack: Stack) -> list[Suspect]:
     """Return the unnamed effects: of one variable, of two together, of every other cut."""
-    seen = {**stack.known.other, "cut": stack.known.number}
-    singles = {name: values for name, values in seen.items() if len(np.unique(values)) > 2}
-    found = [_single(stack, name, values) for name, values in singles.items()]
+    singles = [n for n, values in _seen(stack.frame).items() if len(np.unique(values)) > 2]
+    found = [_single(stack, name) for name in singles]
     found.append(_turns(stack))
-    if len(stack.known) >= 60:
+    if len(stack.frame.known) >= 60:
         paired = [n for n in singles if n not in ("chip.thickness", "tool.cutting_time")]
         for first, second in combinations(paired[:MOST_PAIRED], 2):
-            found.append(_pair(stack, first, second, singles))
+            found.append(_pair(stack, first, second))
     return found
 
 
-def _positive_scale(values: Array) -> Array:
-    return np.log(values) if values.min() > 0 and values.max() > 4 * values.min() else values
+def _seen(stack: Stack) -> dict[str, Array]:
+    return {**stack.known.other, "cut": stack.known.number}
 
 
-def _single(stack: Stack, name: str, values: Array) -> Suspect:
-    curve = Curve(_positive_scale(values), SINGLE)
+def _over(stack: Stack, name: str, count: int) -> Curve:
+    """Return the curve over a variable, or over its logarithm where it varies by much."""
+    values, like = _seen(stack)[name], _seen(stack.frame)[name]
+    if like.min() > 0 and like.max() > 4 * like.min():
+        return Curve(np.log(values), count, np.log(like))
+    return Curve(values, count, like)
+
+
+def _single(stack: Stack, name: str) -> Suspect:
+    curve = _over(stack, name, SINGLE)
     factor, offset = relative(stack, curve, curve.width), added(stack, curve, curve.width)
     rungs = (
         Rung(alike(stack, factor)),
@@ -53,7 +60,7 @@ def _single(stack: Stack, name: str, values: Array) -> Suspect:
 
 def _turns(stack: Stack) -> Suspect:
     """Return what differs from cut to cut and comes back after two, three or four: pallets, say."""
-    number = np.arange(len(stack.known))
+    number = stack.row
     rungs = []
     for every in (2, 3, 4):
         member = 1.0 * (number[:, None] % every == np.arange(every - 1)[None, :])
@@ -64,9 +71,8 @@ def _turns(stack: Stack) -> Suspect:
     return Suspect("unknown in turns", UNKNOWN, tuple(rungs), ("cut",), bar=BAR)
 
 
-def _pair(stack: Stack, first: str, second: str, seen: dict[str, Array]) -> Suspect:
-    one = Curve(_positive_scale(seen[first]), COARSE + 1)
-    two = Curve(_positive_scale(seen[second]), COARSE + 1)
+def _pair(stack: Stack, first: str, second: str) -> Suspect:
+    one, two = _over(stack, first, COARSE + 1), _over(stack, second, COARSE + 1)
 
     def shape(rows: slice) -> Array:
         columns = one(rows)[:, :, None] * two(rows)[:, None, :]

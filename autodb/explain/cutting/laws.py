@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from autodb.explain.cutting.table import Stack
+from autodb.explain.cutting.table import Conditions, Stack
 
 Array = NDArray[np.float64]
 Rows = slice
@@ -113,15 +113,25 @@ def values_of(values: Array) -> Callable[[Rows], Array]:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A smooth curve over a variable (n,): cubic B-splines, or a step for each of few levels."""
+    """A smooth curve over a variable (n,): cubic B-splines, or a step for each of few levels.
+
+    ``like``: values that knots and levels are taken from, where they are not its own. Beyond them
+    the curve keeps its last value; between two levels it is straight.
+    """
 
     values: Array
     count: int
+    like: Array | None = None
+
+    @property
+    def frame(self) -> Array:
+        """The values that knots and levels are taken from."""
+        return self.values if self.like is None else self.like
 
     @cached_property
     def levels(self) -> Array | None:
         """The levels of a variable that takes few, None for others."""
-        found = np.unique(self.values)
+        found = np.unique(self.frame)
         return found if len(found) <= self.count else None
 
     @cached_property
@@ -132,7 +142,7 @@ class Curve:
     @cached_property
     def knots(self) -> Array:
         """Knots at quantiles of the distinct values, each end four times."""
-        distinct = np.unique(self.values)
+        distinct = np.unique(self.frame)
         low, high = distinct[0], distinct[-1]
         inner = np.quantile(distinct, np.linspace(0, 1, self.count - 2)[1:-1])
         return np.concatenate([[low] * 4, inner, [high] * 4])
@@ -140,8 +150,10 @@ class Curve:
     def at(self, values: Array) -> Array:
         """Return the columns (m, width) at values (m,)."""
         if self.levels is not None:
-            return np.asarray(values[:, None] == self.levels[None, :], dtype=np.float64)
-        matrix = BSpline.design_matrix(values, self.knots, 3)
+            near = [np.interp(values, self.levels, one) for one in np.eye(len(self.levels))]
+            return np.column_stack(near)
+        inside = np.clip(values, self.knots[0], self.knots[-1])
+        matrix = BSpline.design_matrix(inside, self.knots, 3)
         return np.asarray(matrix.toarray(), dtype=np.float64)
 
     def __call__(self, rows: Rows) -> Array:
@@ -151,5 +163,10 @@ class Curve:
     @cached_property
     def along(self) -> Array:
         """Columns (m, width) at rising values, to look at a fitted curve."""
-        low, high = float(self.values.min()), float(self.values.max())
+        low, high = float(self.frame.min()), float(self.frame.max())
         return self.at(self.levels if self.levels is not None else np.linspace(low, high, 40))
+
+
+def curve_of(stack: Stack, over: Callable[[Conditions], Array], count: int) -> Curve:
+    """Return the curve over what is read off the conditions, its knots those of the table."""
+    return Curve(over(stack.known), count, over(stack.frame.known))

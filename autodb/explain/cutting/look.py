@@ -13,7 +13,7 @@ from autodb.explain.cutting.named import named
 from autodb.explain.cutting.noise import with_noise
 from autodb.explain.cutting.products import products
 from autodb.explain.cutting.rivals import settled
-from autodb.explain.cutting.runs import comes_round, run_of_cuts, step_of_gain
+from autodb.explain.cutting.runs import ROUND, comes_round, run_of_cuts, step_of_gain
 from autodb.explain.cutting.table import Stack, conditions, edge_read_off, forces
 from autodb.explain.search import Found
 from autodb.explain.suspects import Choice, Suspect
@@ -143,11 +143,9 @@ def _longer(search: TableSearch, found: Found) -> Found:
 
 
 def _proposals(stack: Stack, left: Array, number: int) -> list[Suspect]:
-    cuts = np.arange(len(stack.known), dtype=np.float64)
     found = [
         run_of_cuts(stack, left, number),
-        comes_round(stack, left, "cut", cuts, number),
-        comes_round(stack, left, "t", stack.known.t_s, number),
+        *(comes_round(stack, left, over, number) for over in ROUND),
     ]
     steps = [step_of_gain(stack, left, i, number) for i in range(len(stack.names))]
     several = steps if len(steps) > 1 else []

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.answer import Value
+from autodb.explain.cutting.chip import bell
+from autodb.explain.cutting.engaged import normal_force, nose_columns
 from autodb.explain.cutting.laws import (
     Columns,
     Law,
@@ -20,7 +22,6 @@ from autodb.explain.cutting.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cutting.named import bell, normal_force, nose_columns
 from autodb.explain.cutting.profile import NORMAL_95, Beside, value
 from autodb.explain.cutting.table import Stack
 from autodb.explain.suspects import Choice

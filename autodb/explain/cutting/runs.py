@@ -5,6 +5,7 @@ then refined cut by cut between its neighbours.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,17 @@ FEWEST_TURNS, MOST_TURNS, STEP = 2.5, 100.0, 0.25
 """How often in the table something may come round, and how finely that is looked through."""
 
 
+@dataclass(frozen=True)
+class Over:
+    """A variable that something may come round in, by name, and how it is read (n,)."""
+
+    name: str
+    of: Callable[[Stack], Array]
+
+
+ROUND = (Over("cut", lambda stack: stack.row), Over("t", lambda stack: stack.known.t_s))
+
+
 def run_of_cuts(stack: Stack, left: Array, number: int) -> Suspect | None:
     """Return the run in which a factor on all forces explains most of what a fit leaves (C, n)."""
     n = len(stack.known)
@@ -41,34 +53,36 @@ def run_of_cuts(stack: Stack, left: Array, number: int) -> Suspect | None:
 
 
 def hard_spot(stack: Stack, start: int, end: int, number: int, *, tries: int) -> Suspect:
-    """Return the suspect of harder or softer material in the rows from start to before end."""
-    inside = np.zeros(len(stack.known))
-    inside[start:end] = 1.0
-    cuts = stack.known.number
+    """Return the suspect of harder or softer material in the rows from start to before end.
+
+    In cuts that follow the table it goes on where it reached the table's end.
+    """
+    cuts = stack.frame.known.number
     shape = {"first": float(cuts[start]), "last": float(cuts[end - 1])}
-    hump = np.zeros(len(stack.known))
-    hump[start:end] = np.sin(np.pi * (np.arange(end - start) + 0.5) / (end - start))
+    inside, hump, ends = _courses(stack, start, end)
     made = [
         spread(stack, make(stack, values_of(course)))
         for course, make in ((inside, relative), (hump, relative), (inside, of_chip))
         for spread in (alike, each)
     ]
     rungs = tuple(Rung(c, shape, tries=tries, allowed=_on_all(c)) for c in made)
-    interval = (shape["first"], shape["last"])
-    ends = np.zeros((len(stack.known), 3))
-    ends[start:end] = np.column_stack([inside, hump, _edge_cuts(start, end, len(inside))])[
-        start:end
-    ]
-    detail = each(stack, relative(stack, values_of(ends), 3))
-    key = f"hard_spot {number}"
-    return Suspect(key, "hard_spot", rungs, ("cut",), detail=detail, interval=interval)
+    free = np.column_stack([inside, hump, ends])
+    return Suspect(
+        f"hard_spot {number}", "hard_spot", rungs, ("cut",),
+        detail=each(stack, relative(stack, values_of(free), 3)),
+        interval=(shape["first"], shape["last"]),
+        anew=lambda other: hard_spot(other, start, end, number, tries=tries),
+    )  # fmt: skip
 
 
-def _edge_cuts(start: int, end: int, count: int) -> Array:
-    """Return 1 in the first and the last cut of a run, (n,)."""
-    found = np.zeros(count)
-    found[[start, end - 1]] = 1.0
-    return found
+def _courses(stack: Stack, start: int, end: int) -> tuple[Array, Array, Array]:
+    """Return 1 inside a run, a hump over it, and 1 in its first and its last cut, (n,) each."""
+    row, goes_on = stack.row, end == len(stack.frame.known)
+    seen = (row >= start) & (row < end)
+    hump = np.where(seen, np.sin(np.pi * (row - start + 0.5) / (end - start)), 0.0)
+    ends = (row == start) | (row == end - 1)
+    inside = seen | (goes_on & (row >= end))
+    return inside.astype(np.float64), np.asarray(hump), ends.astype(np.float64)
 
 
 def step_of_gain(stack: Stack, left: Array, component: int, number: int) -> Suspect:
@@ -80,12 +94,20 @@ def step_of_gain(stack: Stack, left: Array, component: int, number: int) -> Susp
     n = len(force)
     starts = np.arange(SHORTEST, n - SHORTEST + 1)
     start = int(starts[np.argmax(_fall(product, power, starts, np.array(n)))])
-    t = stack.known.t_s
-    after = np.asarray(np.arange(n) >= start, dtype=np.float64)
+    return gain_step(stack, component, start, number)
+
+
+def gain_step(stack: Stack, component: int, start: int, number: int) -> Suspect:
+    """Return the suspect of another factor on one component from a row of the table on."""
+    t = stack.frame.known.t_s
+    after = np.asarray(stack.row >= start, dtype=np.float64)
     columns = only(stack, relative(stack, values_of(after)), component)
     shape = {"at": float((t[start] - t[0]) / max(float(t[-1] - t[0]), 1e-300))}
-    rungs = (Rung(columns, shape, tries=min(n, BINS)),)
-    return Suspect(f"gain {stack.names[component]} {number}", "gain", rungs, ("t",))
+    rungs = (Rung(columns, shape, tries=min(len(t), BINS)),)
+    key = f"gain {stack.names[component]} {number}"
+    return Suspect(
+        key, "gain", rungs, ("t",), anew=lambda other: gain_step(other, component, start, number)
+    )
 
 
 def _on_all(columns: Columns) -> Allowed:
@@ -127,28 +149,38 @@ def _fall(product: Array, power: Array, start: NDArray[np.intp], end: NDArray[np
     return np.asarray((product[end] - product[start]) ** 2 / rest)
 
 
-def comes_round(
-    stack: Stack, left: Array, variable: str, values: Array, number: int
-) -> Suspect | None:
+def comes_round(stack: Stack, left: Array, over: Over, number: int) -> Suspect | None:
     """Return the factor on all forces that is periodic in a variable and explains most."""
-    n = len(stack.known)
+    n, values = len(stack.known), over.of(stack)
     if n < 24:
         return None
     force, rest = stack.simulation / stack.sd, left / stack.sd
     product, power = np.sum(force * rest, axis=0), np.sum(force**2, axis=0)
     span = float(np.ptp(values))
-    turns = np.arange(FEWEST_TURNS, min(MOST_TURNS, n / 2.5), STEP)
     best, found = 0.0, 0.0
-    for count in turns:
-        angle = 2.0 * np.pi * count * (values - values.min()) / span
-        waves = np.stack([np.cos(angle), np.sin(angle)])
+    turn = 2j * np.pi * (values - values.min()) / span
+    wave, step = np.exp(FEWEST_TURNS * turn), np.exp(STEP * turn)
+    for count in np.arange(FEWEST_TURNS, min(MOST_TURNS, n / 2.5), STEP):
+        waves = np.stack([wave.real, wave.imag])
         inner = (waves * power) @ waves.T
         right = waves @ product
         gain = float(right @ np.linalg.solve(inner + 1e-9 * np.trace(inner) * np.eye(2), right))
         if gain > best:
             best, found = gain, float(count)
-    angle = 2.0 * np.pi * found * (values - values.min()) / span
+        wave *= step
+    return periodic(stack, over, found, number)
+
+
+def periodic(stack: Stack, over: Over, turns: float, number: int) -> Suspect:
+    """Return the suspect of a factor that comes round so many times in the table."""
+    seen = over.of(stack.frame)
+    span = float(np.ptp(seen))
+    angle = 2.0 * np.pi * turns * (over.of(stack) - seen.min()) / span
     law = relative(stack, values_of(np.column_stack([np.cos(angle), np.sin(angle)])), 2)
-    rungs = tuple(Rung(s(stack, law), {"period": span / found}, tries=n) for s in (alike, each))
-    key = f"unknown periodic {variable} {number}"
-    return Suspect(key, UNKNOWN, rungs, (variable,), bar=BAR)
+    shape = {"period": span / turns}
+    rungs = tuple(Rung(s(stack, law), shape, tries=len(seen)) for s in (alike, each))
+    key = f"unknown periodic {over.name} {number}"
+    return Suspect(
+        key, UNKNOWN, rungs, (over.name,), bar=BAR,
+        anew=lambda other: periodic(other, over, turns, number),
+    )  # fmt: skip

@@ -33,7 +33,8 @@ VARIABLES = (
 class Conditions:
     """What is known of every cut, (n,); depth is 1 where it was not recorded.
 
-    ``other``: every recorded variable by its channel's name, those above included.
+    ``other``: every recorded variable that varies by its channel's name, those above included;
+    ``recorded`` the names of all that were recorded.
     """
 
     number: Array
@@ -45,6 +46,7 @@ class Conditions:
     edge_label: dict[float, str]
     cutting_time_s: Array | None
     other: dict[str, Array] = field(default_factory=dict)
+    recorded: frozenset[str] = frozenset()
 
     def __len__(self) -> int:
         return len(self.number)
@@ -61,7 +63,8 @@ class Stack:
 
     ``edge_N_mm`` (C,): the edge force that the simulation has, ``edge_mm`` (C, n) the length that
     it acts on; ``sd`` (C, n); ``mixing`` (C, C) makes the components of one cut, each over its sd,
-    independent.
+    independent. ``like``: the table that these cuts follow, where they are others: scales, knots
+    and signs are taken from it.
     """
 
     names: tuple[str, ...]
@@ -72,6 +75,18 @@ class Stack:
     edge_mm: Array
     sd: Array
     mixing: Array
+    like: "Stack | None" = None
+
+    @property
+    def frame(self) -> "Stack":
+        """The table that scales, knots and signs are taken from."""
+        return self if self.like is None else self.like
+
+    @property
+    def row(self) -> Array:
+        """Number of each cut's row in the table, those that follow it counted on, (n,)."""
+        first = 0 if self.like is None else len(self.like.known)
+        return np.arange(first, first + len(self.known), dtype=np.float64)
 
     @property
     def chip(self) -> Array:
@@ -81,7 +96,7 @@ class Stack:
     @property
     def sign(self) -> Array:
         """Direction in which each component's simulation points, (C,)."""
-        signs = np.sign(np.median(self.simulation, axis=1))
+        signs = np.sign(np.median(self.frame.simulation, axis=1))
         return np.asarray(np.where(signs == 0, 1.0, signs), dtype=np.float64)
 
     def white(self, raw: Array) -> Array:
@@ -131,6 +146,7 @@ def conditions(table: CutTable) -> Conditions:
         edge_label={} if edge is None else dict(zip(edge.tolist(), labels, strict=True)),
         cutting_time_s=time if edge is not None else None,
         other={name: values for name, values in other.items() if np.ptp(values) > 0},
+        recorded=frozenset([*other, *([] if clock is None else ["t"])]),
     )
 
 

@@ -1,0 +1,90 @@
+"""What explaining a table of cuts costs: seconds of the processor and peak memory by its length.
+
+`python -m benchmarks.explained_cuts`: three components, wear of many edges left out; each length in
+a process of its own. Growth is what twice as many cuts cost times as much, from length to length.
+"""
+
+import math
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Columns = Mapping[str, Array]
+
+LENGTHS = (100, 1_000, 10_000, 100_000)
+STRENGTH_N_MM2 = {"force.x": 700.0, "force.y": 2100.0, "force.z": 1100.0}
+EDGE_N_MM = {"force.x": 25.0, "force.y": 40.0, "force.z": 35.0}
+WEAR_N_MM_S = 0.06
+CUTS_AN_EDGE = 40
+SCATTER_N, SCATTER = 6.0, 0.02
+
+
+def made(count: int) -> tuple[Columns, Columns, Columns]:
+    """Return the conditions of so many cuts, their recorded and their simulated forces."""
+    rng = np.random.default_rng(0)
+    begun_s = np.concatenate([[0.0], np.cumsum(rng.uniform(5.0, 25.0, count))[:-1]])
+    edge = np.arange(count) // CUTS_AN_EDGE
+    worn_s = begun_s - begun_s[edge * CUTS_AN_EDGE]
+    table = {
+        "cut": np.arange(count) + 1.0,
+        "t": 2.0 * begun_s,
+        "cutting.feed": rng.choice([0.05, 0.1, 0.15, 0.2, 0.3], count),
+        "cutting.depth": rng.choice([0.4, 0.7, 1.0, 1.5, 2.0, 3.0], count),
+        "cutting.speed": np.exp(rng.uniform(np.log(60.0), np.log(300.0), count)),
+        "tool.edge": edge + 1.0,
+        "tool.cutting_time": worn_s,
+        "z.position": rng.uniform(-200.0, -10.0, count),
+    }
+    depth, area = table["cutting.depth"], table["cutting.depth"] * table["cutting.feed"]
+    simulated = {n: k * area + EDGE_N_MM[n] * depth for n, k in STRENGTH_N_MM2.items()}
+    wear = WEAR_N_MM_S * depth * worn_s
+    felt = {
+        name: force + wear + np.hypot(SCATTER_N, SCATTER * force) * rng.normal(size=count)
+        for name, force in simulated.items()
+    }
+    return table, felt, simulated
+
+
+def explained(count: int) -> None:
+    """Explain a table of so many cuts; print seconds of processor, GiB, and what is named."""
+    from autodb.explain import explain
+    from autodb.records import CutTable
+
+    table, felt, simulated = made(count)
+    recording = CutTable(Path("recording"), {**table, **felt})
+    simulation = CutTable(Path("simulation"), {"cut": table["cut"], **simulated})
+    begun_s = time.process_time()
+    done = explain(recording, simulation)
+    took_s = time.process_time() - begun_s
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    named = sorted({c.term for a in done.explanation.channels.values() for c in a.missing})
+    print(f"{took_s:.3f} {peak:.2f} {','.join(named)}")
+
+
+def main() -> None:
+    """Explain every length in a process of its own, and print how the cost grows."""
+    before: tuple[int, float] | None = None
+    for count in LENGTHS:
+        command = [sys.executable, "-m", __spec__.name, str(count)]
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        took, peak, named = done.stdout.split()
+        doubled = ""
+        if before is not None:
+            power = math.log(float(took) / before[1]) / math.log(count / before[0])
+            doubled = f", {2.0**power:.2f} x by doubling"
+        print(f"{count} cuts: {float(took):.1f} s{doubled}, {peak} GiB, named {named}")
+        before = count, float(took)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        explained(int(sys.argv[1]))
+    else:
+        main()
