@@ -205,6 +205,11 @@ def play(s: AxisSignals) -> Suspect:
     )  # fmt: skip
 
 
+def turning_columns(s: AxisSignals) -> Array:
+    """Return what friction may do otherwise than simulated while the axis turns, (n, p)."""
+    return np.column_stack([around_standstill(s.sense, s.velocity), reversal_columns(s)])
+
+
 def reversal_columns(s: AxisSignals) -> Array:
     """Return s·exp(−way/scale) for the way run since the last reversal at six scales, (n, 6)."""
     scales_mm = (0.004, 0.02, 0.1, 0.3, 1.0, 3.0)

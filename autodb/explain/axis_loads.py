@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit
 
+from autodb.explain.axis_friction import turning_columns
 from autodb.explain.axis_signals import AxisSignals
 from autodb.explain.suspects import Rung, Suspect, ladder, near_one, positive, spline, swings
 from autodb.terms.drive import compliance
@@ -224,7 +225,7 @@ def shift(s: AxisSignals) -> Suspect:
     )
     return Suspect(
         "lag", "lag", (slightly, *rungs), (), detail=lambda: _shifted(s),
-        excludes=frozenset({"compliance"}),
+        excludes=frozenset({"compliance"}), mistaken=lambda: turning_columns(s),
     )  # fmt: skip
 
 

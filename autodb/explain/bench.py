@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.evidence import Products
 from autodb.explain.noise import Noise, Whitener, autoregression
-from autodb.explain.search import DETAIL
+from autodb.explain.search import DETAIL, MISTAKEN
 from autodb.explain.suspects import Choice, Rung, Suspect
 
 Array = NDArray[np.float64]
@@ -143,6 +143,9 @@ class Bench:
             for number, rung in enumerate(suspect.rungs):
                 found[suspect.key, number] = self.columns((suspect.key, number), rung)
             found[suspect.key, DETAIL] = self.detail(suspect)
+            if suspect.mistaken is not None:
+                rung = Rung(suspect.mistaken)
+                found[suspect.key, MISTAKEN] = self.columns((suspect.key, MISTAKEN), rung)
         return found
 
     def forget(self, keys: Iterable[str]) -> None:

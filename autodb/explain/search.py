@@ -28,8 +28,8 @@ FAINT = 0.01
 constant has none) is put down to the shape of the others, which no ladder holds exactly. Chosen."""
 SIMPLE_ENOUGH = 0.8
 """Names come before families when they explain this share of what a set with families does."""
-DETAIL = -1
-"""Rung number under which a suspect's detail columns are kept."""
+DETAIL, MISTAKEN = -1, -2
+"""Rung numbers under which a suspect's detail, and what it may be mistaken for, are kept."""
 
 
 @dataclass(frozen=True)
@@ -225,8 +225,20 @@ class Search:
             free = self.with_detail(found.without(choice.suspect.key))
             gain = free.gain(choice.key)
             limit = max(MARGIN + self.penalty(choice), FAINT * total)
-            worth.append(gain.evidence - limit)
+            worth.append(self._not_mistaken(found, choice, gain.evidence) - limit)
         return worth
+
+    def _not_mistaken(self, found: Found, choice: Choice, evidence: float) -> float:
+        """Return an effect's evidence, beside what it may be mistaken for where that explains more
+        beside it than it does itself.
+        """
+        key = (choice.suspect.key, MISTAKEN)
+        if key not in self.products.places:
+            return evidence
+        if self.products.given([c.key for c in found.choices]).gain(key).evidence < evidence:
+            return evidence
+        others = [c.key for c in found.choices if c is not choice]
+        return min(evidence, self.products.given([*others, key]).gain(choice.key).evidence)
 
     def rivals(self, found: Found, key: str) -> dict[str, float]:
         """Return, by suspect, by how much the set's score falls when it stands in for ``key``."""

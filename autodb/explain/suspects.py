@@ -59,6 +59,8 @@ class Suspect:
     what was left, and dropped with it; ``loose`` gives columns that hold no level of the effect and
     are free in the final fit, so that what its shape gets wrong in passing does not pull its level.
     ``anew`` builds one that a scan found over other signals; None: it does not repeat.
+    ``mistaken`` gives columns that it may be mistaken for: where they explain more beside it than
+    it does, it must be worth it beside them.
     """
 
     key: str
@@ -72,6 +74,7 @@ class Suspect:
     scanned: bool = False
     loose: Callable[[], Array] | None = None
     anew: Callable[[Any], "Suspect"] | None = None
+    mistaken: Callable[[], Array] | None = None
 
     @property
     def named(self) -> bool:
