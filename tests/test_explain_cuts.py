@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from autodb.explain import explain
 from autodb.explain.answer import Cause, ChannelAnswer, Value
-from autodb.explain.cutting.edge_columns import of_edges, over_range
 from autodb.explain.cutting.fit import held_out
 from autodb.explain.cutting.laws import added, each, only, per_depth, relative, values_of
 from autodb.explain.cutting.look import look, stack_of
@@ -309,27 +308,6 @@ def test_scatter_is_found_with_what_it_is_made_of() -> None:
     stack, _ = with_noise(stack_of(recording, {n: simulation[n] for n in names}, BOTH))
     truth = np.hypot(SCATTER_N, SCATTER * stack.simulation)
     assert_allclose(np.sqrt(np.mean((stack.sd / truth) ** 2)), 1.0, atol=0.15)
-
-
-def test_columns_of_edges_are_projected_out_as_if_written_out() -> None:
-    table = _table(9, 400)
-    recording, simulation = _pair(table, _nothing(table), seed=9)
-    stack = stack_of(recording, {"force.y": simulation["force.y"]}, BOTH)
-    force, depth = stack.simulation[0], stack.known.depth_mm
-    sd = np.hypot(SCATTER_N, SCATTER * force)
-    few = of_edges(stack.known, (force, depth), 5)  # both columns of two edges, one of the third
-    risen = over_range(table["tool.cutting_time"])
-    written = [
-        (stack.known.edge == edge) * risen * scale / sd
-        for edge in stack.known.edges[1:]
-        for scale in (force, depth)
-    ]
-    matrix = np.column_stack(written[:5])
-    values = np.random.default_rng(1).normal(size=(400, 3))
-    left = values - matrix @ np.linalg.lstsq(matrix, values, rcond=None)[0]
-    basis = few.basis(sd)
-    assert_allclose(few.cleared(values, basis), left, atol=1e-10)
-    assert_allclose(np.sum(basis**2), 5.0)
 
 
 def test_products_are_those_of_the_white_columns() -> None:

@@ -219,8 +219,8 @@ class Search:
     def _standing(self, found: Found) -> list[float]:
         """Return how far each effect is above its limits, over all shapes of the others."""
         worth = []
-        shaped = [c.suspect.detail is not None or not c.suspect.named for c in found.choices]
-        total = sum(e for e, s in zip(found.evidence, shaped, strict=True) if s)
+        held = zip(found.choices, found.evidence, strict=True)
+        total = found.score - sum(worth for choice, worth in held if choice.suspect.exact)
         for choice in found.choices:
             free = self.with_detail(found.without(choice.suspect.key))
             gain = free.gain(choice.key)

@@ -77,6 +77,11 @@ class Suspect:
     mistaken: Callable[[], Array] | None = None
 
     @property
+    def exact(self) -> bool:
+        """Whether it depends on nothing, like a constant: its law has no shape to get wrong."""
+        return not self.variables and self.detail is None
+
+    @property
     def named(self) -> bool:
         """Whether it has a name in the vocabulary."""
         return self.term != UNKNOWN
