@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 WORKING_HZ = 250.0
 """Rate that the search works at: means of more rows blur reversals, where lag, play and limits of
-the drive show (at 100 Hz a lag of a millisecond has a fifth of the evidence)."""
+the drive show."""
 WORKING_ROWS = 60_000
 """Long recordings are searched in fewer rows: some 600 columns of them take 0.3 GiB a copy."""
 SHORTEST_S = 9.9
