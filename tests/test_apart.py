@@ -85,7 +85,7 @@ def _reading(
     signals = axis_signals(recording, known, "x.current")
     bench = Bench(channels["x.current"] - known, signals.own, 1)
     white, suspects = (Whitener(np.zeros(1)), NOISE_A**2), pair(signals)
-    search = Search(bench.products(suspects, *white), suspects)
+    search = Search(bench.products(bench.blocks(suspects), white), suspects)
     found = search.settled((Choice(suspects[0], 0),))
     inquiry = Inquiry(found, search, *white, {})
     choices = tuned_choices(bench, inquiry)

@@ -9,8 +9,9 @@ from scipy.signal import lfilter
 
 from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
-from autodb.explain.bench import Bench, solved
+from autodb.explain.bench import Bench
 from autodb.explain.noise import Whitener
+from autodb.explain.normal import solved
 from autodb.explain.prior import drawn
 from autodb.explain.suspects import Choice, Rung, Suspect
 from autodb.explain.weighing import unweighed, weighing

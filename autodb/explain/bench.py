@@ -1,12 +1,13 @@
 """One channel's rows: reduced to a working rate, whitened, made into products for the search."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.evidence import Products
 from autodb.explain.noise import Noise, Whitener, autoregression
+from autodb.explain.normal import beside, solved
 from autodb.explain.search import DETAIL, MISTAKEN
 from autodb.explain.suspects import Choice, Rung, Suspect
 
@@ -80,7 +81,7 @@ class Bench:
     def own_columns(self) -> Array:
         """Return the simulation's own columns at every row, (n, k)."""
         empty = np.empty((len(self.difference), 0))
-        return self._seen(np.column_stack([empty, *self.own.values()]))
+        return self._seen(beside(empty, *self.own.values()))
 
     def built(self, rung: Rung) -> Array:
         """Return the columns of a shape at every row, (n, p)."""
@@ -92,7 +93,7 @@ class Bench:
         fitted = solved(whitener(columns), whitener(self._difference))
         at = self._own.shape[1]
         empty = np.empty((len(self.difference), 0))
-        retuned = np.column_stack([empty, *self.own.values()]) @ fitted[:at]
+        retuned = beside(empty, *self.own.values()) @ fitted[:at]
         parts = []
         for choice in choices:
             built = choice.shape.build()
@@ -112,13 +113,12 @@ class Bench:
         rich.sort(key=lambda block: block.shape[1])
         room = len(self._difference) // ROWS_A_COLUMN - self._own.shape[1]
         total = np.cumsum([block.shape[1] for block in rich])
-        return np.column_stack(
-            [self._own, *(block for block, sum_ in zip(rich, total, strict=True) if sum_ <= room)]
-        )
+        kept = (block for block, sum_ in zip(rich, total, strict=True) if sum_ <= room)
+        return beside(self._own, *kept)
 
     def reduce(self, values: Array) -> Array:
-        """Return columns (n,) or (n, p) at the working rate, (m, p)."""
-        return reduced(values.reshape(len(values), -1), self.factor)
+        """Return columns (n,) or (n, p) at the working rate, (m, p), each contiguous in memory."""
+        return np.asfortranarray(reduced(values.reshape(len(values), -1), self.factor))
 
     def columns(self, key: tuple[str, int], rung: Rung) -> Array:
         """Return a shape's columns at the working rate, built once."""
@@ -158,7 +158,7 @@ class Bench:
         parts = [self._own, *(self.columns(c.key, c.shape) for c in choices)]
         if detail:
             parts += [self.detail(c.suspect) for c in choices]
-        return np.column_stack(parts)
+        return beside(*parts)
 
     def left(self, columns: Array, whitener: Whitener | None = None) -> Array:
         """Return what columns (m, p) leave of the difference when fitted to white rows, (m,)."""
@@ -181,28 +181,14 @@ class Bench:
         free = max(1, len(white) - columns.shape[1])
         return whitener, float(white @ white) / free
 
-    def products(
-        self, suspects: Iterable[Suspect], whitener: Whitener, variance: float
-    ) -> Products:
-        """Return the inner products of own columns, all shapes and the difference."""
-        found = Products(whitener(self._own), whitener(self._difference), variance=variance)
-        self.extend(found, suspects, whitener)
-        return found
-
-    def extend(self, products: Products, suspects: Iterable[Suspect], whitener: Whitener) -> None:
-        """Add the columns of further suspects to products."""
-        products.add({key: whitener(block) for key, block in self.blocks(suspects).items()})
-
-
-def solved(design: Array, right: Array, *, weight: Array | None = None) -> Array:
-    """Return least-squares coefficients; directions that the rows do not hold get none.
-
-    ``weight`` (p,): what a squared coefficient costs, None: nothing.
-    """
-    weight = np.zeros(design.shape[1]) if weight is None else weight
-    norm = np.sqrt(np.einsum("ij,ij->j", design, design) + weight)
-    norm[norm == 0] = 1.0
-    scaled = design / norm
-    inner = scaled.T @ scaled + np.diag(weight / norm**2)
-    inverse = np.linalg.pinv(inner, rcond=1e-9, hermitian=True)
-    return np.asarray(inverse @ (scaled.T @ right) / norm)
+    def products(self, blocks: Mapping[tuple[str, int], Array], noise: Noise) -> Products:
+        """Return the inner products of the difference, own columns and blocks (m, p), all white."""
+        whitener, variance = noise
+        white = whitener.side_by_side([self._difference[:, None], self._own, *blocks.values()])
+        return Products(
+            white.T @ white,
+            own=self._own.shape[1],
+            widths={key: block.shape[1] for key, block in blocks.items()},
+            rows=len(white),
+            variance=variance,
+        )

@@ -52,42 +52,28 @@ NOTHING = Gain(0.0, 0.0, np.zeros(0), np.zeros(0))
 
 
 class Products:
-    """Inner products of a white difference (n,), of own columns (n, k), and of blocks by key.
+    """Inner products (K + 1, K + 1) of white rows: of the difference, ``own`` columns, then blocks.
 
-    ``variance`` of a white row.
+    ``widths``: columns of each block by key, in their order; ``variance`` of a white row.
     """
 
-    def __init__(self, own: Array, difference: Array, *, variance: float) -> None:
-        matrix = np.column_stack([difference, own])
-        self.norm = _norm(matrix)
-        self._parts = [matrix / self.norm]
-        self.inner = self._parts[0].T @ self._parts[0]
-        self.variance = variance
-        self.places: dict[tuple[str, int], NDArray[np.intp]] = {}
-        self.own = np.arange(1, 1 + own.shape[1])
+    def __init__(
+        self,
+        inner: Array,
+        *,
+        own: int,
+        widths: dict[tuple[str, int], int],
+        rows: int,
+        variance: float,
+    ) -> None:
+        norm = np.sqrt(np.maximum(np.diag(inner), 0.0))
+        norm[norm == 0] = 1.0
+        self.inner, self.norm, self.variance = inner / np.outer(norm, norm), norm, variance
+        self.rows = rows
+        self.own = np.arange(1, 1 + own)
+        ends = np.cumsum([1 + own, *widths.values()])
+        self.places = {key: np.arange(ends[i], ends[i + 1]) for i, key in enumerate(widths)}
         self._given: dict[frozenset[tuple[str, int]], Given] = {}
-
-    @property
-    def rows(self) -> int:
-        """How many white rows there are."""
-        return len(self._parts[0])
-
-    def add(self, blocks: dict[tuple[str, int], Array]) -> None:
-        """Add columns (n, p) under new keys."""
-        if not blocks:
-            return
-        self._given = {}
-        at = len(self.norm)
-        for key, block in blocks.items():
-            self.places[key] = np.arange(at, at + block.shape[1])
-            at += block.shape[1]
-        matrix = np.column_stack(list(blocks.values()))
-        norm = _norm(matrix)
-        matrix /= norm
-        across = np.vstack([part.T @ matrix for part in self._parts])
-        self.inner = np.block([[self.inner, across], [across.T, matrix.T @ matrix]])
-        self.norm = np.concatenate([self.norm, norm])
-        self._parts.append(matrix)
 
     def given(self, keys: Keys) -> "Given":
         """Return the products after own columns and those of ``keys`` are projected out."""
@@ -98,18 +84,13 @@ class Products:
         return self._given[known]
 
 
-def _norm(matrix: Array) -> Array:
-    norm = np.asarray(np.sqrt(np.einsum("ij,ij->j", matrix, matrix)), dtype=np.float64)
-    norm[norm == 0] = 1.0
-    return norm
-
-
 class Given:
     """Products after some columns are projected out; what is left is worked out where asked."""
 
     def __init__(self, products: Products, columns: NDArray[np.intp]) -> None:
         self.of = products
         self.columns = columns
+        self._gains: dict[tuple[str, int], Gain] = {}
         inner = products.inner
         if len(columns):
             values, vectors = np.linalg.eigh(inner[np.ix_(columns, columns)])
@@ -152,8 +133,15 @@ class Given:
         return np.asarray(full - cost)
 
     def gain(self, key: tuple[str, int], *, allowed: Callable[[Array], bool] | None = None) -> Gain:
-        """Return what the columns of ``key`` explain of what is left."""
-        at = self.of.places[key]
+        """Return what the columns of ``key`` explain of what is left; nothing if not allowed."""
+        if key not in self._gains:
+            self._gains[key] = self._gain(self.of.places[key])
+        gain = self._gains[key]
+        if gain is NOTHING or allowed is None or allowed(gain.coefficients):
+            return gain
+        return NOTHING
+
+    def _gain(self, at: NDArray[np.intp]) -> Gain:
         held = self._held[:, at]
         matrix = self.of.inner[np.ix_(at, at)] - held.T @ held
         right = self.of.inner[at, 0] - held.T @ self._held[:, 0]
@@ -164,8 +152,6 @@ class Given:
         values, along = values[keep], vectors[:, keep].T @ right
         scaled = vectors[:, keep] @ (along / values)
         coefficients = scaled * self.of.norm[0] / self.of.norm[at]
-        if allowed is not None and not allowed(coefficients):
-            return NOTHING
         squares = along**2 * self.of.norm[0] ** 2 / self.of.variance
         full = float(np.sum(squares / values))
         spread = np.sqrt(np.sum(vectors[:, keep] ** 2 / values, axis=1) * self.of.variance)

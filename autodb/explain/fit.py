@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.answer import FitQuality
-from autodb.explain.bench import solved
+from autodb.explain.normal import solved
 
 Array = NDArray[np.float64]
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.bench import Bench
 from autodb.explain.noise import Noise
+from autodb.explain.normal import beside, normal
 from autodb.explain.prior import drawn, evidence_of
 from autodb.explain.suspects import Choice, Rung, Suspect
 
@@ -64,7 +65,7 @@ def fit(bench: Bench, choices: Sequence[Choice], noise: Noise) -> Fitted:
     shaped = [*choices, *deviations(bench, choices, noise)]
     values, _ = _beside(bench, shaped, noise, retuned)
     built = [bench.built(choice.shape) for choice in shaped]
-    design = np.column_stack([bench.own_columns()[:, retuned], *built])
+    design = beside(bench.own_columns()[:, retuned], *built)
     places = _places(len(retuned), built)
     parts = {
         choice.suspect.key: block @ values[at]
@@ -128,11 +129,6 @@ def _least_squares(
 ) -> tuple[Array, Array]:
     """Return coefficients (p,) and covariance (p, p) from white rows; ``weight`` as ``drawn``."""
     whitener, variance = noise
-    white, right = whitener(columns), whitener(difference)
-    norm = np.sqrt(np.einsum("ij,ij->j", white, white) + weight)
-    norm[norm == 0] = 1.0
-    scaled = white / norm
-    inner = scaled.T @ scaled + np.diag(weight / norm**2)
-    inverse = np.linalg.pinv(inner, rcond=1e-9, hermitian=True)
-    coefficients = inverse @ (scaled.T @ right) / norm
-    return np.asarray(coefficients), np.asarray(variance * inverse / np.outer(norm, norm))
+    equations = normal(whitener(columns), whitener(difference))
+    inverse = equations.inverse(weight)
+    return np.asarray(inverse @ equations.right), np.asarray(variance * inverse)

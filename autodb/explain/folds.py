@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.fit import BLOCKS, FOLDS
+from autodb.explain.normal import Normal
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -39,19 +40,10 @@ class Folds:
         total = 0.0
         for train, test in zip(self.train, self.test, strict=True):
             inner = test[np.ix_(at, at)]
-            fitted = _solved(train[np.ix_(at, at)], train[at, 0], weight)
+            fitted = Normal(train[np.ix_(at, at)], train[at, 0]).solved(weight)
             total += float(test[0, 0] - 2 * fitted @ test[at, 0] + fitted @ inner @ fitted)
         return total
 
 
 def _products(rows: Array) -> Array:
     return np.asarray(rows.T @ rows)
-
-
-def _solved(inner: Array, right: Array, weight: Array) -> Array:
-    """Return what ``bench.solved`` does, from products of columns (p, p) and with the rows (p,)."""
-    norm = np.sqrt(np.diag(inner))
-    norm[norm == 0] = 1.0
-    scaled = (inner + np.diag(weight)) / np.outer(norm, norm)
-    inverse = np.linalg.pinv(scaled, rcond=1e-9, hermitian=True)
-    return np.asarray(inverse @ (right / norm) / norm)

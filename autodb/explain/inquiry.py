@@ -7,13 +7,16 @@ for missing. A set is accepted when it stands before both, and predicts stretche
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
+from operator import add
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.bench import Bench, solved
+from autodb.explain.bench import Bench
 from autodb.explain.noise import Noise, Whitener, autoregression
+from autodb.explain.normal import normal
 from autodb.explain.prior import drawn
 from autodb.explain.search import MARGIN, Found, Search
 from autodb.explain.suspects import Choice, Suspect
@@ -71,7 +74,8 @@ def inquire(bench: Bench, field: Field) -> Inquiry:
             found = _renewed(bench, field, found, suspects, (whitener, variance))
         left = bench.left(bench.chosen(found.choices), whitener)
         _take(bench, suspects, field.scanned(left, whitener, number))
-        search = Search(bench.products(suspects.values(), whitener, variance), suspects.values())
+        products = bench.products(bench.blocks(suspects.values()), (whitener, variance))
+        search = Search(products, suspects.values())
         considered = considered or {o.choice.suspect.key: o.worth for o in search.offers(())}
         before, found = found, _predicting(bench, search, (whitener, variance))
         account = Inquiry(found, search, whitener, variance, considered)
@@ -220,19 +224,22 @@ def held_out(bench: Bench, choices: Sequence[Choice], noise: Noise) -> tuple[flo
     whitener = noise[0]
     columns, difference = bench.chosen(choices), bench.reduced_difference
     white, target = whitener(columns), whitener(difference)
-    size = solved(white, target)
+    block = np.arange(len(target)) * BLOCKS // len(target) % FOLDS
+    folds = [normal(white[block == fold], target[block == fold]) for fold in range(FOLDS)]
+    size = reduce(add, folds).solved()
     weight = float(np.var(target - white @ size)) / np.maximum(size**2, 1e-300)
     widths = [bench.columns(c.key, c.shape).shape[1] for c in choices]
     named = np.repeat([c.suspect.named for c in choices], widths).astype(bool)
     weight[: bench.firm] = 0.0
     family = ~np.concatenate([np.ones(len(bench.own), dtype=bool), named])
-    weight[family] = drawn(bench, choices, noise)[family]
+    if family.any():
+        weight[family] = drawn(bench, choices, noise)[family]
     order = len(difference) - len(target)
-    block = np.arange(len(target)) * BLOCKS // len(target) % FOLDS
     squares = plain = 0.0
     for fold in range(FOLDS):
         test = block == fold
-        fitted = solved(white[~test], target[~test], weight=weight)
+        others = reduce(add, (one for number, one in enumerate(folds) if number != fold))
+        fitted = others.solved(weight)
         squares += float(np.sum((target[test] - white[test] @ fitted) ** 2))
         plain += float(np.sum((difference[order:][test] - columns[order:][test] @ fitted) ** 2))
     return squares, plain

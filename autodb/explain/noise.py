@@ -1,9 +1,9 @@
 """Coloured noise: an autoregression fitted to a residual makes it and the columns white."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
@@ -11,8 +11,8 @@ Array = NDArray[np.float64]
 
 ORDER = 25
 """0.1 s at 250 Hz: white noise on slow noise has a long inverse. Chosen."""
-BLOCK = 32
-"""Rows that are filtered at once: many columns as a product of matrices, which is faster."""
+BLOCK = 64
+"""Rows that are filtered at once, as a product of matrices, which is faster; at least ``ORDER``."""
 TABLE = 2048
 """Frequencies, from 0 to half the rate, at which a filter's response is kept."""
 
@@ -24,24 +24,33 @@ class Whitener:
     coefficients: Array
 
     def __call__(self, values: Array) -> Array:
-        """Return the whitened columns of ``values`` (n, k), shape (n − order, k)."""
-        if values.shape[-1] == 0:
-            return values[len(self.coefficients) :]
+        """Return the whitened columns of ``values`` (n,) or (n, k), shape (n − order, k)."""
+        return self._filtered(values) if values.ndim == 1 else self.side_by_side([values])
+
+    def side_by_side(self, blocks: Sequence[Array]) -> Array:
+        """Return the whitened columns of blocks (n, k) as one (n − order, Σk), each column
+        contiguous in memory.
+        """
+        columns = [column for block in blocks for column in block.T]
+        white = np.empty((len(columns), len(blocks[0]) - len(self.coefficients)))
+        banded = self._banded()
+        for row, column in zip(white, columns, strict=True):
+            self._fill(row, np.ascontiguousarray(column), banded)
+        return white.T
+
+    def _fill(self, white: Array, values: Array, banded: Array) -> None:
+        """Write the whitened ``values`` (n,) to ``white`` (n − order,), BLOCK rows at a time."""
         order = len(self.coefficients)
-        if values.ndim == 1 or len(values) < BLOCK + order:
-            return self._filtered(values)
-        white = np.empty((len(values) - order, values.shape[1]))
-        blocks = len(white) // BLOCK
-        rows = sliding_window_view(values, BLOCK + order, axis=0)[: blocks * BLOCK : BLOCK]
-        done = white[: blocks * BLOCK].reshape(blocks, BLOCK, -1)
-        np.matmul(self._banded(), rows.transpose(0, 2, 1), out=done)
-        if blocks * BLOCK < len(white):
-            white[blocks * BLOCK :] = self._filtered(values[blocks * BLOCK :])
-        return white
+        blocks = max(0, len(values) // BLOCK - 1)
+        here = values[: blocks * BLOCK].reshape(blocks, BLOCK)
+        beyond = values[BLOCK : (blocks + 1) * BLOCK].reshape(blocks, BLOCK)[:, :order]
+        done = white[: blocks * BLOCK].reshape(blocks, BLOCK)
+        np.matmul(here, banded[:, :BLOCK].T, out=done)
+        done += beyond @ banded[:, BLOCK:].T
+        white[blocks * BLOCK :] = self._filtered(values[blocks * BLOCK :])
 
     def _filtered(self, values: Array) -> Array:
-        taps = np.concatenate([[1.0], -self.coefficients])
-        return np.asarray(lfilter(taps, [1.0], values, axis=0)[len(self.coefficients) :])
+        return np.convolve(values, np.concatenate([[1.0], -self.coefficients]), mode="valid")
 
     def _banded(self) -> Array:
         """Return the matrix (BLOCK, BLOCK + order) that filters BLOCK rows at once."""

@@ -39,9 +39,4 @@ def evidence_of(bench: Bench, choice: Choice, others: Sequence[Choice], noise: N
 
 
 def _products(bench: Bench, choices: Sequence[Choice], noise: Noise) -> Products:
-    whitener, variance = noise
-    products = Products(
-        whitener(bench.own_reduced), whitener(bench.reduced_difference), variance=variance
-    )
-    products.add({c.key: whitener(bench.columns(c.key, c.shape)) for c in choices})
-    return products
+    return bench.products({c.key: bench.columns(c.key, c.shape) for c in choices}, noise)

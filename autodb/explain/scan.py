@@ -102,7 +102,11 @@ def _strongest_wave(
     best = waves[int(np.argmax(strength))]
     finer = best + np.linspace(-0.25, 0.25, 41)
     phase = 2j * np.pi * (place - place.min()) / span
-    exact = np.array([abs(np.exp(phase * w) @ weight) ** 2 for w in finer])
+    turned, step = np.exp(phase * finer[0]), np.exp(phase * (finer[1] - finer[0]))
+    exact = np.empty(len(finer))
+    for number in range(len(finer)):
+        exact[number] = abs(turned @ weight) ** 2
+        turned *= step
     return float(finer[int(np.argmax(exact))]), int(open_ones.sum()) // 4
 
 

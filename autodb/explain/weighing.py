@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.bench import Bench
 from autodb.explain.noise import Noise, Whitener
+from autodb.explain.normal import normal
 from autodb.explain.suspects import Choice
 
 Array = NDArray[np.float64]
@@ -59,10 +60,6 @@ def _places(bench: Bench, choices: Sequence[Choice], of: Choice | None) -> NDArr
 def _least_squares(columns: Array, difference: Array, noise: Noise) -> tuple[Array, Array]:
     """Return coefficients (p,) and their variances (p,)."""
     whitener, variance = noise
-    white = whitener(columns)
-    norm = np.linalg.norm(white, axis=0)
-    norm[norm == 0] = 1.0
-    scaled = white / norm
-    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-9, hermitian=True)
-    coefficients = inverse @ (scaled.T @ whitener(difference)) / norm
-    return np.asarray(coefficients), np.asarray(variance * np.diag(inverse) / norm**2)
+    equations = normal(whitener(columns), whitener(difference))
+    inverse = equations.inverse()
+    return np.asarray(inverse @ equations.right), np.asarray(variance * np.diag(inverse))
