@@ -5,6 +5,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.cutting.edge_columns import (
+    ROUND_OFF,
+    OfEdges,
+    cleared,
+    of_edges,
+    over_range,
+)
 from autodb.explain.cutting.table import Stack
 
 Array = NDArray[np.float64]
@@ -42,13 +49,13 @@ def with_noise(stack: Stack, known_columns: Array | None = None) -> tuple[Stack,
     freedom = np.empty(count)
     rich = _rich(stack)
     for i in range(count):
-        design = _design(stack, rich, i, known_columns)
+        design, edges = _design(stack, rich, i, known_columns)
         difference = stack.recording[i] - stack.simulation[i]
         sd[i] = np.maximum(np.abs(stack.simulation[i]), 1e-3 * np.abs(stack.simulation[i]).max())
         sd[i] *= _spread(stack, i, sd[i])
         weight = np.ones(n)
         for _ in range(STEPS):
-            left[i], leverage = _residual(design, difference, sd[i] / weight)
+            left[i], leverage = _residual(design, edges, difference, sd[i] / weight)
             freedom[i] = max(1.0, n - float(leverage.sum()))
             squares = left[i] ** 2 / np.maximum(1.0 - leverage, LEAST_LEFT)
             if n >= ENOUGH:
@@ -80,16 +87,18 @@ def _persistence(z: Array) -> float:
     return float((1.0 + rho) / (1.0 - rho))
 
 
-def _residual(design: Array, difference: Array, sd: Array) -> tuple[Array, Array]:
+def _residual(design: Array, edges: OfEdges, difference: Array, sd: Array) -> tuple[Array, Array]:
     """Return what a weighted fit leaves (n,), and the leverage of every row on its own fit (n,)."""
+    own = edges.basis(sd)
     weighted = design / sd[:, None]
     norm = np.linalg.norm(weighted, axis=0)
     norm[norm == 0] = 1.0
-    basis, size, _ = np.linalg.svd(weighted / norm, full_matrices=False)
-    basis = basis[:, size > 1e-8 * size[0]]
-    fitted = basis @ (basis.T @ (difference / sd))
-    leverage = np.sum(basis**2, axis=1)
-    return np.asarray(difference - sd * fitted), np.asarray(leverage)
+    basis, size, _ = np.linalg.svd(cleared(weighted / norm, own), full_matrices=False)
+    basis = basis[:, size > ROUND_OFF]
+    rest = cleared((difference / sd)[:, None], own)[:, 0]
+    rest = rest - basis @ (basis.T @ rest)
+    leverage = np.sum(basis**2, axis=1) + np.asarray(own.multiply(own).sum(axis=1))
+    return np.asarray(sd * rest), np.asarray(leverage)
 
 
 def _sd(squares: Array, force: Array) -> Array:
@@ -106,50 +115,44 @@ def _sd(squares: Array, force: Array) -> Array:
     return np.asarray(np.maximum(found, 1e-6 * usual + 1e-12), dtype=np.float64)
 
 
-def _design(stack: Stack, rich: list[Array], component: int, further: Array | None) -> Array:
-    """Return the columns (n, p) of one component, no more than one for LOCAL cuts."""
+def _design(
+    stack: Stack, rich: list[Array], component: int, further: Array | None
+) -> tuple[Array, OfEdges]:
+    """Return the columns (n, p) of one component, and those of edges; one for LOCAL cuts at most.
+
+    The likeliest columns come first, those of edges last.
+    """
     force, depth = stack.simulation[component], stack.known.depth_mm
     columns = [force, depth]
     if further is not None:
         columns += [c for c in further[component].T if np.any(c)]
-    columns += [force * c if kind else depth * c for kind, c in _kinds(rich)]
+    columns += [(depth if number % 2 else force) * c for number, c in enumerate(rich)]
     found = 2 if further is None else 2 + further.shape[2]
     most = max(min(found, len(force) // 2), len(force) // LOCAL - 1)
-    return np.column_stack(columns[:most])
-
-
-def _kinds(rich: list[Array]) -> list[tuple[bool, Array]]:
-    return [(number % 2 == 0, column) for number, column in enumerate(rich)]
+    turns = (force, depth) if len(rich) % 2 == 0 else (depth, force)
+    return np.column_stack(columns[:most]), of_edges(stack.known, turns, most - len(columns))
 
 
 def _rich(stack: Stack) -> list[Array]:
     """Return shapes over cuts by turns of the force and of the depth, the likeliest first."""
     known = stack.known
-    ordered = _unit(np.arange(len(known), dtype=np.float64))
+    ordered = over_range(np.arange(len(known), dtype=np.float64))
     shapes: list[Array] = [ordered]
     time = known.cutting_time_s
-    shapes.append(ordered if time is None else _unit(time))
+    shapes.append(ordered if time is None else over_range(time))
     for name in ("cutting.feed", "cutting.speed", "cutting.depth"):
         if name in known.other:
-            shapes += [_unit(np.log(known.other[name])), _unit(np.log(known.other[name])) ** 2]
+            along = over_range(np.log(known.other[name]))
+            shapes += [along, along**2]
     if time is not None:
-        shapes += [_unit(time), _unit(time) ** 2]
+        shapes += [over_range(time), over_range(time) ** 2]
     if len(known) > 60:
         shapes += [c for c in _bumps(ordered, 12).T for _ in (0, 1)]
     if "z.position" in known.other:
-        shapes += [_unit(known.other["z.position"])] * 2
+        shapes += [over_range(known.other["z.position"])] * 2
     if len(known) > 60 and "cutting.speed" in known.other:
-        shapes += list(_bumps(_unit(np.log(known.other["cutting.speed"])), 5).T)
-    if time is not None and len(known) > 12 * len(known.edges):
-        for edge in known.edges[1:]:
-            shapes += [_unit(time) * (known.edge == edge)] * 2
+        shapes += list(_bumps(over_range(np.log(known.other["cutting.speed"])), 5).T)
     return shapes
-
-
-def _unit(values: Array) -> Array:
-    """Return values over −1 to 1."""
-    low, high = float(values.min()), float(values.max())
-    return np.asarray(2.0 * (values - low) / max(high - low, 1e-300) - 1.0, dtype=np.float64)
 
 
 def _bumps(values: Array, count: int) -> Array:
