@@ -70,7 +70,24 @@ def of_edges(known: Conditions, scales: tuple[Array, Array], most: int) -> OfEdg
     return OfEdges(edge, columns)
 
 
-def cleared(columns: Array, basis: sparse.csr_array) -> Array:
+def residual(design: Array, edges: OfEdges, difference: Array, sd: Array) -> tuple[Array, Array]:
+    """Return what a weighted fit leaves (n,), and the leverage of every row on its own fit (n,).
+
+    Fitted are the columns of a design (n, p) and those of edges.
+    """
+    own = edges.basis(sd)
+    weighted = design / sd[:, None]
+    norm = np.linalg.norm(weighted, axis=0)
+    norm[norm == 0] = 1.0
+    basis, size, _ = np.linalg.svd(_cleared(weighted / norm, own), full_matrices=False)
+    basis = basis[:, size > ROUND_OFF]
+    rest = _cleared((difference / sd)[:, None], own)[:, 0]
+    rest = rest - basis @ (basis.T @ rest)
+    leverage = np.sum(basis**2, axis=1) + np.asarray(own.multiply(own).sum(axis=1))
+    return np.asarray(sd * rest), np.asarray(leverage)
+
+
+def _cleared(columns: Array, basis: sparse.csr_array) -> Array:
     """Return columns (n, p) without what an orthonormal basis (n, q) holds of them."""
     for _ in range(2):  # once more takes off what rounding left
         columns = columns - np.asarray(basis @ (basis.T @ columns))

@@ -5,13 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cutting.edge_columns import (
-    ROUND_OFF,
-    OfEdges,
-    cleared,
-    of_edges,
-    over_range,
-)
+from autodb.explain.cutting.edge_columns import OfEdges, of_edges, over_range, residual
 from autodb.explain.cutting.table import Stack
 
 Array = NDArray[np.float64]
@@ -55,7 +49,7 @@ def with_noise(stack: Stack, known_columns: Array | None = None) -> tuple[Stack,
         sd[i] *= _spread(stack, i, sd[i])
         weight = np.ones(n)
         for _ in range(STEPS):
-            left[i], leverage = _residual(design, edges, difference, sd[i] / weight)
+            left[i], leverage = residual(design, edges, difference, sd[i] / weight)
             freedom[i] = max(1.0, n - float(leverage.sum()))
             squares = left[i] ** 2 / np.maximum(1.0 - leverage, LEAST_LEFT)
             if n >= ENOUGH:
@@ -85,20 +79,6 @@ def _persistence(z: Array) -> float:
     rho = float(np.sum(z[:, 1:] * z[:, :-1]) / np.sum(z**2))
     rho = min(0.98, max(0.0, rho - 2.0 / np.sqrt(z.size)))
     return float((1.0 + rho) / (1.0 - rho))
-
-
-def _residual(design: Array, edges: OfEdges, difference: Array, sd: Array) -> tuple[Array, Array]:
-    """Return what a weighted fit leaves (n,), and the leverage of every row on its own fit (n,)."""
-    own = edges.basis(sd)
-    weighted = design / sd[:, None]
-    norm = np.linalg.norm(weighted, axis=0)
-    norm[norm == 0] = 1.0
-    basis, size, _ = np.linalg.svd(cleared(weighted / norm, own), full_matrices=False)
-    basis = basis[:, size > ROUND_OFF]
-    rest = cleared((difference / sd)[:, None], own)[:, 0]
-    rest = rest - basis @ (basis.T @ rest)
-    leverage = np.sum(basis**2, axis=1) + np.asarray(own.multiply(own).sum(axis=1))
-    return np.asarray(sd * rest), np.asarray(leverage)
 
 
 def _sd(squares: Array, force: Array) -> Array:
