@@ -113,8 +113,8 @@ def test_names_of_edges_do_not_matter() -> None:
     force, rng = _force(table), np.random.default_rng(6)
     felt: Array = force + _worn(table) + np.hypot(6.0, 0.02 * force) * rng.normal(size=COUNT)
     found = []
-    for names in (np.arange(EDGES), np.array([4, 2, 5, 0, 1, 3])):
-        edge: Array = names[np.arange(COUNT) * EDGES // COUNT] + 1.0
+    for names in ([1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [5.0, 3.0, 6.0, 1.0, 2.0, 4.0]):
+        edge: Array = np.repeat(names, COUNT // EDGES)
         recording = CutTable(Path("cuts"), {**table, "tool.edge": edge, "force.y": felt})
         stack = stack_of(recording, {"force.y": force}, SHEAR)
         seen, freedom = with_noise(stack)

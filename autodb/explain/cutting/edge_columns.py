@@ -79,7 +79,8 @@ def residual(design: Array, edges: OfEdges, difference: Array, sd: Array) -> tup
     weighted = design / sd[:, None]
     norm = np.linalg.norm(weighted, axis=0)
     norm[norm == 0] = 1.0
-    basis, size, _ = np.linalg.svd(_cleared(weighted / norm, own), full_matrices=False)
+    weighted /= norm
+    basis, size, _ = np.linalg.svd(_cleared(weighted, own), full_matrices=False)
     basis = basis[:, size > ROUND_OFF]
     rest = _cleared((difference / sd)[:, None], own)[:, 0]
     rest = rest - basis @ (basis.T @ rest)

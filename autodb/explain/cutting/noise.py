@@ -1,11 +1,13 @@
 """Scatter of the forces of a cut: its standard deviation, and what components share of it."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cutting.edge_columns import OfEdges, of_edges, over_range, residual
+from autodb.explain.cutting.laws import Columns
 from autodb.explain.cutting.table import Stack
 
 Array = NDArray[np.float64]
@@ -28,14 +30,14 @@ LOCAL = 3
 STEPS = 4
 
 
-def with_noise(stack: Stack, known_columns: Array | None = None) -> tuple[Stack, float]:
+def with_noise(stack: Stack, found: Sequence[Columns] | None = None) -> tuple[Stack, float]:
     """Return the stack with scatter estimated, and its degrees of freedom.
 
     What a rich model leaves is taken for scatter: sd² = a² + b²F² by component with one ratio of a
     to b, correlated between components. Scatter that goes on from cut to cut counts as more of it:
-    its sd is raised by √((1 + ρ)/(1 − ρ)), ρ beyond what chance gives. ``known_columns`` (C, n, p):
-    further columns, of what was found; without any the difference may hold far more than scatter,
-    and nothing is said of what goes together.
+    its sd is raised by √((1 + ρ)/(1 − ρ)), ρ beyond what chance gives. ``found``: further columns,
+    of what was found; without any the difference may hold far more than scatter, and nothing is
+    said of what goes together.
     """
     count, n = stack.simulation.shape
     left = np.empty_like(stack.simulation)
@@ -43,7 +45,7 @@ def with_noise(stack: Stack, known_columns: Array | None = None) -> tuple[Stack,
     freedom = np.empty(count)
     rich = _rich(stack)
     for i in range(count):
-        design, edges = _design(stack, rich, i, known_columns)
+        design, edges = _design(stack, rich, i, found)
         difference = stack.recording[i] - stack.simulation[i]
         sd[i] = np.maximum(np.abs(stack.simulation[i]), 1e-3 * np.abs(stack.simulation[i]).max())
         sd[i] *= _spread(stack, i, sd[i])
@@ -56,7 +58,7 @@ def with_noise(stack: Stack, known_columns: Array | None = None) -> tuple[Stack,
                 squares = np.minimum(squares, FAR * sd[i] ** 2) / SEEN
             sd[i] = _sd(squares, stack.simulation[i])
             weight = np.minimum(1.0, np.sqrt(FAR) * sd[i] / np.maximum(np.abs(left[i]), 1e-300))
-    if known_columns is None:
+    if found is None:
         return replace(stack, sd=sd), float(freedom.sum())
     z = left / sd
     correlation = (z @ z.T) / np.sqrt(np.outer(np.sum(z**2, axis=1), np.sum(z**2, axis=1)))
@@ -96,7 +98,7 @@ def _sd(squares: Array, force: Array) -> Array:
 
 
 def _design(
-    stack: Stack, rich: list[Array], component: int, further: Array | None
+    stack: Stack, rich: list[Array], component: int, found: Sequence[Columns] | None
 ) -> tuple[Array, OfEdges]:
     """Return the columns (n, p) of one component, and those of edges; one for LOCAL cuts at most.
 
@@ -104,11 +106,11 @@ def _design(
     """
     force, depth = stack.simulation[component], stack.known.depth_mm
     columns = [force, depth]
-    if further is not None:
-        columns += [c for c in further[component].T if np.any(c)]
+    further = [c.of(component) for c in found or ()]
+    columns += [c for block in further for c in block.T if np.any(c)]
     columns += [(depth if number % 2 else force) * c for number, c in enumerate(rich)]
-    found = 2 if further is None else 2 + further.shape[2]
-    most = max(min(found, len(force) // 2), len(force) // LOCAL - 1)
+    known = 2 + sum(block.shape[1] for block in further)
+    most = max(min(known, len(force) // 2), len(force) // LOCAL - 1)
     turns = (force, depth) if len(rich) % 2 == 0 else (depth, force)
     return np.column_stack(columns[:most]), of_edges(stack.known, turns, most - len(columns))
 
