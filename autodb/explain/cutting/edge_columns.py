@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.linalg import qr
 
 from autodb.explain.cutting.table import Conditions
 
@@ -76,12 +77,13 @@ def residual(design: Array, edges: OfEdges, difference: Array, sd: Array) -> tup
     Fitted are the columns of a design (n, p) and those of edges.
     """
     own = edges.basis(sd)
-    weighted = design / sd[:, None]
+    weighted = np.divide(design, sd[:, None], order="F")
     norm = np.linalg.norm(weighted, axis=0)
     norm[norm == 0] = 1.0
     weighted /= norm
-    basis, size, _ = np.linalg.svd(_cleared(weighted, own), full_matrices=False)
-    basis = basis[:, size > ROUND_OFF]
+    frame, triangle = qr(_cleared(weighted, own), mode="economic", overwrite_a=True)
+    turned, size, _ = np.linalg.svd(triangle)
+    basis = frame @ turned[:, size > ROUND_OFF]
     rest = _cleared((difference / sd)[:, None], own)[:, 0]
     rest = rest - basis @ (basis.T @ rest)
     leverage = np.sum(basis**2, axis=1) + np.asarray(own.multiply(own).sum(axis=1))
@@ -89,9 +91,9 @@ def residual(design: Array, edges: OfEdges, difference: Array, sd: Array) -> tup
 
 
 def _cleared(columns: Array, basis: sparse.csr_array) -> Array:
-    """Return columns (n, p) without what an orthonormal basis (n, q) holds of them."""
+    """Take off columns (n, p), in place, what an orthonormal basis (n, q) holds of them."""
     for _ in range(2):  # once more takes off what rounding left
-        columns = columns - np.asarray(basis @ (basis.T @ columns))
+        columns -= np.asarray(basis @ (basis.T @ columns))
     return columns
 
 
