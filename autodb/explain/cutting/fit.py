@@ -36,12 +36,11 @@ class Fit:
 def fit(stack: Stack, own: dict[str, Columns], choices: tuple[Choice, ...]) -> Fit:
     """Fit own terms and effects; directions that the cuts do not hold are pulled to zero."""
     columns = all_columns(own, choices)
-    raw = [c.raw() for c in columns]
-    white = stack.white(np.concatenate(raw, axis=2))
-    coefficients, covariance = _solve(white, stack.difference, _widths(columns), len(own))
+    inner = inner_products(stack, columns)
+    coefficients, covariance = _solve(inner, _widths(columns), len(own), norm=norms(inner))
     ends = np.cumsum([0, *_widths(columns)])
     places = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
-    parts = tuple(r @ coefficients[at] for r, at in zip(raw, places, strict=True))
+    parts = tuple(c.part(coefficients[at]) for c, at in zip(columns, places, strict=True))
     left = stack.recording - stack.simulation - np.sum(parts, axis=0)
     return Fit(coefficients, covariance, left, parts, places)
 
@@ -56,18 +55,39 @@ def _widths(columns: list[Columns]) -> list[int]:
     return [c.mix.shape[2] for c in columns]
 
 
-def _solve(
-    white: Array, difference: Array, widths: list[int], own: int, norm: Array | None = None
-) -> tuple[Array, Array]:
-    """Return coefficients and covariance of white rows, effects shrunk by their own mean square.
+def inner_products(stack: Stack, columns: list[Columns]) -> Array:
+    """Return the inner products (p + 1, p + 1) of the white difference and of white columns."""
+    (inner,) = _by_fold(stack, columns, np.zeros(len(stack.known), dtype=np.intp), 1)
+    return np.asarray(inner)
 
-    An effect's columns get the precision p/d², d² what they explain together: hardly felt where
-    the rows hold them, and holding where they do not.
+
+def _by_fold(stack: Stack, columns: list[Columns], fold: NDArray[np.intp], folds: int) -> Array:
+    """Return the same (folds, p + 1, p + 1) of the cuts of each fold (n,)."""
+    width, count = 1 + sum(_widths(columns)), len(stack.names)
+    inner = np.zeros((folds, width, width))
+    for rows in stack.chunks:
+        difference = (stack.recording - stack.simulation)[:, rows, None]
+        raw = np.concatenate([difference, *(c.raw(rows) for c in columns)], axis=2)
+        white = stack.white(raw, rows).reshape(count, -1, width)
+        for number in range(folds):
+            seen = white[:, fold[rows] == number].reshape(-1, width)
+            inner[number] += seen.T @ seen
+    return inner
+
+
+def norms(inner: Array) -> Array:
+    """Return the norm of each column (p,), 1 where it is none."""
+    norm = np.sqrt(np.diag(inner)[1:])
+    return np.asarray(np.where(norm == 0, 1.0, norm))
+
+
+def _solve(inner: Array, widths: list[int], own: int, *, norm: Array) -> tuple[Array, Array]:
+    """Return coefficients and covariance by inner products with the difference first.
+
+    Effects are shrunk by their own mean square: an effect's columns get the precision p/d², d² what
+    they explain together: hardly felt where the rows hold them, and holding where they do not.
     """
-    norm = np.linalg.norm(white, axis=0) if norm is None else norm
-    norm = np.where(norm == 0, 1.0, norm)
-    scaled = white / norm
-    inner, right = scaled.T @ scaled, scaled.T @ difference
+    right, inner = inner[1:, 0] / norm, inner[1:, 1:] / np.outer(norm, norm)
     precision = np.full(len(norm), OWN_PRIOR)
     inverse = np.linalg.pinv(inner + np.diag(precision), rcond=WEAKEST, hermitian=True)
     plain = inverse @ right
@@ -84,20 +104,19 @@ def _solve(
 def held_out_rows(stack: Stack, own: dict[str, Columns], choices: tuple[Choice, ...]) -> Array:
     """Return what is left (C, n) [N] of cuts whose block of neighbours was left out of the fit."""
     columns = all_columns(own, choices)
-    raw = np.concatenate([c.raw() for c in columns], axis=2)
-    white, difference = stack.white(raw), stack.difference
-    count, n = stack.simulation.shape
+    n, widths = len(stack.known), _widths(columns)
     fold = (np.arange(n) * min(BLOCKS, n) // n) % FOLDS
-    rows = np.tile(fold, count)
-    norm = np.linalg.norm(white, axis=0)
+    inner = _by_fold(stack, columns, fold, FOLDS)
+    norm = norms(inner.sum(axis=0))
+    found = [
+        _solve(np.delete(inner, number, axis=0).sum(axis=0), widths, len(own), norm=norm)[0]
+        for number in range(FOLDS)
+    ]
     left = stack.recording - stack.simulation
-    for number in range(FOLDS):
-        seen = rows != number
-        coefficients, _ = _solve(
-            white[seen], difference[seen], _widths(columns), len(own), norm=norm
-        )
-        test = fold == number
-        left[:, test] -= raw[:, test] @ coefficients
+    for rows in stack.chunks:
+        raw = np.concatenate([c.raw(rows) for c in columns], axis=2)
+        parts = raw @ np.transpose(found)
+        left[:, rows] -= np.take_along_axis(parts, fold[None, rows, None], axis=2)[:, :, 0]
     return np.asarray(left)
 
 

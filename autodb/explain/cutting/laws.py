@@ -40,14 +40,25 @@ class Columns:
         """Return the columns (C, rows, p) [N per coefficient]."""
         return np.asarray(np.einsum("cnq,cqp->cnp", self.law.build(rows), self.mix))
 
-    def __call__(self) -> Array:
-        """Return the white columns (C·n, p)."""
-        return self.stack.white(self.raw())
+    def __call__(self, rows: Rows = ALL) -> Array:
+        """Return the white columns (C·m, p) of some cuts."""
+        return self.stack.white(self.raw(rows), rows)
 
     @cached_property
     def strength(self) -> Array:
         """Norm of each white column, (p,)."""
-        return np.asarray(np.linalg.norm(self(), axis=0))
+        squares = [np.sum(self(rows) ** 2, axis=0) for rows in self.stack.chunks]
+        return np.asarray(np.sqrt(np.sum(squares, axis=0)))
+
+    def of(self, component: int) -> Array:
+        """Return the columns (n, p) of one component [N per coefficient]."""
+        return np.concatenate([self.raw(rows)[component] for rows in self.stack.chunks])
+
+    def part(self, coefficients: Array) -> Array:
+        """Return what the columns add up to with coefficients (p,), (C, n) [N]."""
+        mixed = (self.mix @ coefficients)[:, :, None]
+        parts = [(self.law.build(rows) @ mixed)[:, :, 0] for rows in self.stack.chunks]
+        return np.concatenate(parts, axis=1)
 
 
 def alike(stack: Stack, law: Law) -> Columns:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.cutting.evidence import TableSearch
 from autodb.explain.cutting.families import families
-from autodb.explain.cutting.fit import fit, held_out
+from autodb.explain.cutting.fit import all_columns, fit, held_out
 from autodb.explain.cutting.laws import Columns, along_edge, each, of_chip, per_depth, values_of
 from autodb.explain.cutting.named import named
 from autodb.explain.cutting.noise import with_noise
@@ -77,8 +77,8 @@ def look(stack: Stack, includes: list[str] | None) -> Looked:
     """Return the effects that the table holds: scatter, search, and scatter again."""
     looked = None
     for number in range(PASSES):
-        further = None if looked is None else _raw(stack, _strong(looked.found))
-        stack, freedom = with_noise(stack, further)
+        strong = None if looked is None else all_columns({}, _strong(looked.found))
+        stack, freedom = with_noise(stack, strong)
         looked = _search(stack, includes, freedom, known=number > 0)
         if not looked.found.choices:
             break
@@ -94,11 +94,6 @@ def _strong(found: Found) -> tuple[Choice, ...]:
     most = max(found.evidence, default=0.0)
     pairs = zip(found.choices, found.evidence, strict=True)
     return tuple(choice for choice, evidence in pairs if evidence >= STRONG * most)
-
-
-def _raw(stack: Stack, choices: tuple[Choice, ...]) -> Array:
-    built = [c.shape.law.raw() for c in choices if isinstance(c.shape.law, Columns)]
-    return np.concatenate([np.zeros((*stack.simulation.shape, 0)), *built], axis=2)
 
 
 def _search(stack: Stack, includes: list[str] | None, freedom: float, *, known: bool) -> Looked:

@@ -1,10 +1,13 @@
 """Scatter of the forces of a cut: its standard deviation, and what components share of it."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.cutting.edge_columns import OfEdges, of_edges, over_range, residual
+from autodb.explain.cutting.laws import Columns
 from autodb.explain.cutting.table import Stack
 
 Array = NDArray[np.float64]
@@ -27,14 +30,14 @@ LOCAL = 3
 STEPS = 4
 
 
-def with_noise(stack: Stack, known_columns: Array | None = None) -> tuple[Stack, float]:
+def with_noise(stack: Stack, found: Sequence[Columns] | None = None) -> tuple[Stack, float]:
     """Return the stack with scatter estimated, and its degrees of freedom.
 
     What a rich model leaves is taken for scatter: sd² = a² + b²F² by component with one ratio of a
     to b, correlated between components. Scatter that goes on from cut to cut counts as more of it:
-    its sd is raised by √((1 + ρ)/(1 − ρ)), ρ beyond what chance gives. ``known_columns`` (C, n, p):
-    further columns, of what was found; without any the difference may hold far more than scatter,
-    and nothing is said of what goes together.
+    its sd is raised by √((1 + ρ)/(1 − ρ)), ρ beyond what chance gives. ``found``: further columns,
+    of what was found; without any the difference may hold far more than scatter, and nothing is
+    said of what goes together.
     """
     count, n = stack.simulation.shape
     left = np.empty_like(stack.simulation)
@@ -42,20 +45,20 @@ def with_noise(stack: Stack, known_columns: Array | None = None) -> tuple[Stack,
     freedom = np.empty(count)
     rich = _rich(stack)
     for i in range(count):
-        design = _design(stack, rich, i, known_columns)
+        design, edges = _design(stack, rich, i, found)
         difference = stack.recording[i] - stack.simulation[i]
         sd[i] = np.maximum(np.abs(stack.simulation[i]), 1e-3 * np.abs(stack.simulation[i]).max())
         sd[i] *= _spread(stack, i, sd[i])
         weight = np.ones(n)
         for _ in range(STEPS):
-            left[i], leverage = _residual(design, difference, sd[i] / weight)
+            left[i], leverage = residual(design, edges, difference, sd[i] / weight)
             freedom[i] = max(1.0, n - float(leverage.sum()))
             squares = left[i] ** 2 / np.maximum(1.0 - leverage, LEAST_LEFT)
             if n >= ENOUGH:
                 squares = np.minimum(squares, FAR * sd[i] ** 2) / SEEN
             sd[i] = _sd(squares, stack.simulation[i])
             weight = np.minimum(1.0, np.sqrt(FAR) * sd[i] / np.maximum(np.abs(left[i]), 1e-300))
-    if known_columns is None:
+    if found is None:
         return replace(stack, sd=sd), float(freedom.sum())
     z = left / sd
     correlation = (z @ z.T) / np.sqrt(np.outer(np.sum(z**2, axis=1), np.sum(z**2, axis=1)))
@@ -80,18 +83,6 @@ def _persistence(z: Array) -> float:
     return float((1.0 + rho) / (1.0 - rho))
 
 
-def _residual(design: Array, difference: Array, sd: Array) -> tuple[Array, Array]:
-    """Return what a weighted fit leaves (n,), and the leverage of every row on its own fit (n,)."""
-    weighted = design / sd[:, None]
-    norm = np.linalg.norm(weighted, axis=0)
-    norm[norm == 0] = 1.0
-    basis, size, _ = np.linalg.svd(weighted / norm, full_matrices=False)
-    basis = basis[:, size > 1e-8 * size[0]]
-    fitted = basis @ (basis.T @ (difference / sd))
-    leverage = np.sum(basis**2, axis=1)
-    return np.asarray(difference - sd * fitted), np.asarray(leverage)
-
-
 def _sd(squares: Array, force: Array) -> Array:
     """Return √(a² + b²F²) (n,), likeliest over the ratio a/b for squares of scatter (n,)."""
     best, found = np.inf, np.ones_like(squares)
@@ -106,50 +97,44 @@ def _sd(squares: Array, force: Array) -> Array:
     return np.asarray(np.maximum(found, 1e-6 * usual + 1e-12), dtype=np.float64)
 
 
-def _design(stack: Stack, rich: list[Array], component: int, further: Array | None) -> Array:
-    """Return the columns (n, p) of one component, no more than one for LOCAL cuts."""
+def _design(
+    stack: Stack, rich: list[Array], component: int, found: Sequence[Columns] | None
+) -> tuple[Array, OfEdges]:
+    """Return the columns (n, p) of one component, and those of edges; one for LOCAL cuts at most.
+
+    The likeliest columns come first, those of edges last.
+    """
     force, depth = stack.simulation[component], stack.known.depth_mm
     columns = [force, depth]
-    if further is not None:
-        columns += [c for c in further[component].T if np.any(c)]
-    columns += [force * c if kind else depth * c for kind, c in _kinds(rich)]
-    found = 2 if further is None else 2 + further.shape[2]
-    most = max(min(found, len(force) // 2), len(force) // LOCAL - 1)
-    return np.column_stack(columns[:most])
-
-
-def _kinds(rich: list[Array]) -> list[tuple[bool, Array]]:
-    return [(number % 2 == 0, column) for number, column in enumerate(rich)]
+    further = [c.of(component) for c in found or ()]
+    columns += [c for block in further for c in block.T if np.any(c)]
+    columns += [(depth if number % 2 else force) * c for number, c in enumerate(rich)]
+    known = 2 + sum(block.shape[1] for block in further)
+    most = max(min(known, len(force) // 2), len(force) // LOCAL - 1)
+    turns = (force, depth) if len(rich) % 2 == 0 else (depth, force)
+    return np.column_stack(columns[:most]), of_edges(stack.known, turns, most - len(columns))
 
 
 def _rich(stack: Stack) -> list[Array]:
     """Return shapes over cuts by turns of the force and of the depth, the likeliest first."""
     known = stack.known
-    ordered = _unit(np.arange(len(known), dtype=np.float64))
+    ordered = over_range(np.arange(len(known), dtype=np.float64))
     shapes: list[Array] = [ordered]
     time = known.cutting_time_s
-    shapes.append(ordered if time is None else _unit(time))
+    shapes.append(ordered if time is None else over_range(time))
     for name in ("cutting.feed", "cutting.speed", "cutting.depth"):
         if name in known.other:
-            shapes += [_unit(np.log(known.other[name])), _unit(np.log(known.other[name])) ** 2]
+            along = over_range(np.log(known.other[name]))
+            shapes += [along, along**2]
     if time is not None:
-        shapes += [_unit(time), _unit(time) ** 2]
+        shapes += [over_range(time), over_range(time) ** 2]
     if len(known) > 60:
         shapes += [c for c in _bumps(ordered, 12).T for _ in (0, 1)]
     if "z.position" in known.other:
-        shapes += [_unit(known.other["z.position"])] * 2
+        shapes += [over_range(known.other["z.position"])] * 2
     if len(known) > 60 and "cutting.speed" in known.other:
-        shapes += list(_bumps(_unit(np.log(known.other["cutting.speed"])), 5).T)
-    if time is not None and len(known) > 12 * len(known.edges):
-        for edge in known.edges[1:]:
-            shapes += [_unit(time) * (known.edge == edge)] * 2
+        shapes += list(_bumps(over_range(np.log(known.other["cutting.speed"])), 5).T)
     return shapes
-
-
-def _unit(values: Array) -> Array:
-    """Return values over −1 to 1."""
-    low, high = float(values.min()), float(values.max())
-    return np.asarray(2.0 * (values - low) / max(high - low, 1e-300) - 1.0, dtype=np.float64)
 
 
 def _bumps(values: Array, count: int) -> Array:

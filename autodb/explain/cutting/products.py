@@ -14,9 +14,6 @@ from autodb.explain.suspects import Suspect
 
 Array = NDArray[np.float64]
 
-CHUNK = 4096
-"""Cuts at a time: bounds the memory whatever the length of the table."""
-
 
 def products(
     stack: Stack,
@@ -67,11 +64,10 @@ def _inner(stack: Stack, columns: Sequence[Columns]) -> Array:
 
 def _by_component(stack: Stack, laws: Sequence[Law], weight: Array) -> Array:
     """Return products (C, C, Q + 1, Q + 1) of the laws' columns over the sd."""
-    count, n = stack.simulation.shape
+    count = len(stack.names)
     width = sum(law.width for law in laws) + 1
     raw = np.zeros((count, count, width, width))
-    for start in range(0, n, CHUNK):
-        rows = slice(start, min(start + CHUNK, n))
+    for rows in stack.chunks:
         difference = (stack.recording - stack.simulation)[:, rows, None]
         built = np.concatenate([difference, *(law.build(rows) for law in laws)], axis=2)
         built /= stack.sd[:, rows, None]

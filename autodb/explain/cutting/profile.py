@@ -62,15 +62,34 @@ class Beside:
 
     def coefficients(self, columns: Columns) -> tuple[Array, Array]:
         """Return coefficients (p,) and their standard deviations (p,)."""
-        clear = self.clear(columns)
-        norm = np.linalg.norm(clear, axis=0)
+        inner, right = self._products(columns)
+        norm = np.sqrt(np.diag(inner))
         norm[norm == 0] = 1.0
-        scaled = clear / norm
-        inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-9, hermitian=True)
-        found = inverse @ (scaled.T @ self.left)
-        residual = self.left - scaled @ found
-        variance = float(residual @ residual) / max(1, len(residual) - self.basis.shape[1])
+        inner, right = inner / np.outer(norm, norm), right / norm
+        inverse = np.linalg.pinv(inner, rcond=1e-9, hermitian=True)
+        found = inverse @ right
+        squares = float(self.left @ self.left - 2.0 * found @ right + found @ inner @ found)
+        variance = squares / max(1, len(self.left) - self.basis.shape[1])
         return found / norm, np.sqrt(np.diag(inverse) * max(variance, 1.0)) / norm
+
+    def _products(self, columns: Columns) -> tuple[Array, Array]:
+        """Return the inner products of what others leave of columns (p, p), and with ``left``."""
+        count, chunks = len(self.stack.names), self.stack.chunks
+        basis = self.basis.reshape(count, -1, self.basis.shape[1])
+        left = self.left.reshape(count, -1)
+        width = columns.mix.shape[2]
+        held, inner, right = (
+            np.zeros((basis.shape[2], width)),
+            np.zeros((width, width)),
+            np.zeros(width),
+        )
+        for rows in chunks:
+            held += basis[:, rows].reshape(-1, len(held)).T @ columns(rows)
+        for rows in chunks:
+            clear = columns(rows) - basis[:, rows].reshape(-1, len(held)) @ held
+            inner += clear.T @ clear
+            right += left[:, rows].ravel() @ clear
+        return inner, right
 
     def profile(
         self, make: Callable[[float], Columns], low: float, high: float, unit: str

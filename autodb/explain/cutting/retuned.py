@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.answer import Cause, Value
-from autodb.explain.cutting.fit import Fit, all_columns
+from autodb.explain.cutting.fit import Fit, all_columns, inner_products, norms
 from autodb.explain.cutting.laws import Columns
 from autodb.explain.cutting.profile import NORMAL_95, value
 from autodb.explain.cutting.table import Stack
@@ -22,12 +22,12 @@ def retuned(
 ) -> list[Cause]:
     """Return the own terms of one component whose coefficient changes, each judged as a whole."""
     columns = all_columns(own, choices)
-    white = stack.white(np.concatenate([c.raw() for c in columns], axis=2))
+    inner = inner_products(stack, columns)
     causes = []
     for number, name in enumerate(own):
         at = fitted.places[number]
         change = _change(own[name], fitted, at, component)
-        if change.low * change.high > 0 and _worth(white, stack.difference, at) > WORTH:
+        if change.low * change.high > 0 and _worth(inner, at, stack.simulation.size) > WORTH:
             causes.append(_cause(stack, name, own[name], change, component))
     return causes
 
@@ -43,17 +43,15 @@ def _place(columns: Columns, component: int) -> int:
     return component if columns.mix.shape[2] > 1 else 0
 
 
-def _worth(white: Array, difference: Array, at: slice) -> float:
+def _worth(inner: Array, at: slice, rows: int) -> float:
     """Return the evidence that the columns ``at`` are needed beside the others."""
-    norm = np.linalg.norm(white, axis=0)
-    norm[norm == 0] = 1.0
-    scaled = white / norm
-    inner, right = scaled.T @ scaled, scaled.T @ difference
+    norm = norms(inner)
+    right, inner = inner[1:, 0] / norm, inner[1:, 1:] / np.outer(norm, norm)
     kept = np.array([i for i in range(len(norm)) if not at.start <= i < at.stop], dtype=np.intp)
     full = right @ np.linalg.pinv(inner, rcond=1e-9, hermitian=True) @ right
     part = inner[np.ix_(kept, kept)]
     less = right[kept] @ np.linalg.pinv(part, rcond=1e-9, hermitian=True) @ right[kept]
-    return float(full - less - (at.stop - at.start) * np.log(len(difference)))
+    return float(full - less - (at.stop - at.start) * np.log(rows))
 
 
 def _cause(stack: Stack, name: str, columns: Columns, change: Value, component: int) -> Cause:

@@ -23,6 +23,8 @@ ROUNDINGS_MM = (0.0, 0.003, 0.006, 0.01, 0.015, 0.02, 0.025, 0.03, 0.035, 0.04)
 """Thickness over which the edge of a simulation begins to plough; 0: at once."""
 POWERS = np.linspace(0.5, 1.0, 51)
 """Powers of feed that the chip's part of a simulation may follow."""
+CHUNK = 4096
+"""Cuts at a time: bounds the memory whatever the length of the table."""
 VARIABLES = (
     "cutting.speed", "cutting.feed", "cutting.depth", "cutting.width", "work.diameter",
     "chip.thickness", "z.position", "tool.cutting_time",
@@ -99,9 +101,15 @@ class Stack:
         signs = np.sign(np.median(self.frame.simulation, axis=1))
         return np.asarray(np.where(signs == 0, 1.0, signs), dtype=np.float64)
 
-    def white(self, raw: Array) -> Array:
-        """Return white rows (C·n, p) of raw columns (C, n, p) [N]."""
-        scaled = raw / self.sd[:, :, None]
+    @property
+    def chunks(self) -> list[slice]:
+        """Rows of the table, so many at a time."""
+        n = len(self.known)
+        return [slice(start, min(start + CHUNK, n)) for start in range(0, n, CHUNK)]
+
+    def white(self, raw: Array, rows: slice = slice(None)) -> Array:
+        """Return white rows (C·m, p) of raw columns (C, m, p) [N] of some cuts."""
+        scaled = raw / self.sd[:, rows, None]
         mixed = np.tensordot(self.mixing, scaled, axes=1)
         return np.asarray(mixed.reshape(raw.shape[0] * raw.shape[1], raw.shape[2]))
 
