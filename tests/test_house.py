@@ -63,8 +63,8 @@ for name in sys.argv[1:]:
         failed = 1
 sys.exit(bool(failed))
 """
-"""Each module is imported in a process of its own that has every other library, but nothing of ours:
-these take long to import."""
+"""Each module is imported in a process of its own that has every other library, which take long to
+import, but nothing of ours."""
 
 
 def test_every_module_imports_alone() -> None:
