@@ -199,6 +199,7 @@ def test_wear_is_named_on_real_turning_and_starts_again_at_an_edge_change(vicomt
     table = wear.read(vicomtech)
     looked = wear.looked_at(wear.hidden(table), wear.fresh_edge(table))
     assert wear.terms(looked)[0] == "tool_wear"
+    assert looked.search.cleared(looked.found).keys == looked.found.keys  # each stands in its set
     with_wear, with_drift = wear.scores(looked)
     assert with_wear > with_drift + 1000.0
     mixed = wear.looked_at(wear.shuffled(wear.hidden(table)), wear.fresh_edge(table))

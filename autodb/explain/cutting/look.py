@@ -111,7 +111,8 @@ def _search(stack: Stack, includes: list[str] | None, freedom: float, *, known: 
         suspects = [replace(s, bar=s.bar + bar) for s in (*fixed, *proposed)]
         made = products(stack, list(own.values()), suspects, freedom=freedom, known=known)
         search = TableSearch(made, tuple(suspects))
-        now = settled(search, search.best() if number == 0 else _longer(search, found))
+        best = search.best() if number == 0 else _longer(search, found)
+        now = search.cleared(settled(search, best))
         same = now.keys == found.keys and number > 0
         found = now
         if same or not now.choices:
