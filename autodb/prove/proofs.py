@@ -15,12 +15,24 @@ from pydantic import TypeAdapter
 
 import autodb
 from autodb.errors import UnusableInput, near
-from autodb.prove import axis_intervals, explain_summary, left_out, summary
+from autodb.prove import axis_intervals, explain_summary, left_out, published_lathe, summary
 from autodb.prove.explain_score import Scored
 from autodb.prove.found import Found
+from autodb.prove.published_lathe import AxisError
 from autodb.prove.runs import Finished, Origin, append, digest, resume
 from autodb.prove.score import Judged
-from autodb.virtual import axes, curves, motion, noise, quantities
+from autodb.virtual import (
+    axes,
+    curves,
+    drives,
+    lathe,
+    machine,
+    motion,
+    noise,
+    process,
+    quantities,
+    reference_lathe,
+)
 
 J = TypeVar("J")
 ROOT = Path(autodb.__file__).parent
@@ -100,6 +112,16 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=explain_summary.summary_of,
         read=explain_summary.Summary.from_json,
         generator=CONCEALED,
+    ),
+    Proof(
+        name="published-lathe",
+        what="virtual lathes are as hard to calibrate, as published, as the published one was",
+        runs=20,
+        run=published_lathe.run,
+        kept=TypeAdapter(Finished[AxisError]),
+        score=published_lathe.summary_of,
+        read=published_lathe.Summary.from_json,
+        generator=(drives, lathe, machine, process, reference_lathe),
     ),
 )
 

@@ -127,9 +127,21 @@ def cut_table(
     The clock starts cold at 0; `pause_s` passes between cuts. Every cut has its own random stream,
     so a table with and without dynamometer, or with more cuts, has the same ranges.
     """
+    return table_of(lathe, [(pair, cut) for cut in cuts], seed, dynamometer, pause_s=pause_s)
+
+
+def table_of(
+    lathe: Lathe,
+    work: Sequence[tuple[Pair, Cut]],
+    seed: int,
+    dynamometer: bool,
+    *,
+    pause_s: float = 60.0,
+) -> dict[str, NDArray[Any]]:
+    """The same of cuts that may each be of another pair."""
     rows = []
     start_s = 0.0
-    for number, cut in enumerate(cuts, start=1):
+    for number, (pair, cut) in enumerate(work, start=1):
         share = spindle_share(lathe.spindle, seed, start_s + 0.5 * cut.duration_s)
         ranges, force = cut_row(lathe, pair, cut, seed=(seed, number), share=share)
         rows.append(
