@@ -1,0 +1,97 @@
+"""From rows to a fitted system: premises learned from several starts, then the consequents."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.anfis.learned import Learned
+from autodb.anfis.model import Anfis, Belief, Hull, leverages, settled
+from autodb.anfis.monotone import Monotone
+from autodb.anfis.premises import Premises, design
+from autodb.anfis.projection import Projection
+from autodb.anfis.rows import RIDGE, Rows, rows
+from autodb.anfis.scaling import Scaling, scaling
+from autodb.anfis.sums import posterior, sums
+
+Array = NDArray[np.float64]
+
+
+class Learner(Protocol):
+    """What finds premises: ``Projection`` or ``Hybrid``."""
+
+    def learn(self, rows: Rows, start: Premises, held: NDArray[np.bool_]) -> Learned:
+        """Return the course of learning from a start; rows ``held`` (n,) are only judged by."""
+        ...
+
+
+def fit(
+    inputs: Array,
+    values: Array,
+    starts: Sequence[Premises],
+    *,
+    learner: Learner | None = None,
+    held: NDArray[np.bool_] | None = None,
+    monotone: Monotone | None = None,
+    ridge: float = RIDGE,
+) -> Anfis:
+    """Fit a Sugeno system to inputs (n, d) and values (n,).
+
+    ``starts``: premises to learn from (``nearby(grid((2, 2)))``); those that end with the lowest
+    error are kept. ``held`` (n,): rows kept from learning; learning stops, and a start wins, by the
+    error on them. Then the consequents are fitted to all rows. ``learner``: variable projection
+    unless another is given. ``ridge``: precision of the prior of the consequents a row.
+
+    Raises Unvarying where an input does not vary, TooFewRows where nothing is left for the
+    residual, NotMonotone.
+    """
+    scale = scaling(inputs, values)
+    given = rows(scale.inputs(inputs), scale.values(values), ridge)
+    apart = np.zeros(len(values), dtype=np.bool_) if held is None else held
+    learns = learner or Projection()
+    courses = [learns.learn(given, start, apart) for start in starts]
+    best = min(courses, key=lambda course: min(course.judged))
+    return _settled(best.premises, scale, given, learned=given_up(best), monotone=monotone)
+
+
+def fit_consequents(
+    inputs: Array,
+    values: Array,
+    premises: Premises,
+    *,
+    monotone: Monotone | None = None,
+    ridge: float = RIDGE,
+) -> Anfis:
+    """Fit the consequents alone; the premises, in scaled inputs, are known. Raises as ``fit``."""
+    scale = scaling(inputs, values)
+    given = rows(scale.inputs(inputs), scale.values(values), ridge)
+    return _settled(premises, scale, given, learned=0, monotone=monotone)
+
+
+def given_up(course: Learned) -> int:
+    """Return the number of parameters that learning the premises cost."""
+    return course.premises.vector.size if course.best > 0 else 0
+
+
+def _settled(
+    premises: Premises,
+    scale: Scaling,
+    given: Rows,
+    *,
+    learned: int,
+    monotone: Monotone | None,
+) -> Anfis:
+    columns = design(premises, given.x)
+    tallied = sums(columns, given.left)
+    root = posterior(tallied, given.ridge).root
+    hull = Hull(
+        scale.middle - scale.half,
+        scale.middle + scale.half,
+        given.x.std(axis=0),
+        float(leverages(columns, root).max()),
+    )
+    return settled(
+        premises, scale, Belief(given.plane, given.ridge), tallied,
+        hull=hull, learned=learned, monotone=monotone,
+    )  # fmt: skip
