@@ -1,21 +1,26 @@
 """From rows to a fitted system: premises learned from several starts, then the consequents."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.anfis.evidence import weighed
 from autodb.anfis.learned import Learned
 from autodb.anfis.model import Anfis, Belief, Hull, leverages, settled
 from autodb.anfis.monotone import Monotone
 from autodb.anfis.premises import Premises, design
 from autodb.anfis.projection import Projection
-from autodb.anfis.rows import RIDGE, Rows, rows
+from autodb.anfis.rows import Rows, rows
 from autodb.anfis.scaling import Scaling, scaling
 from autodb.anfis.sums import posterior, sums
 
 Array = NDArray[np.float64]
+
+
+ROUNDS = 3
 
 
 class Learner(Protocol):
@@ -34,64 +39,63 @@ def fit(
     learner: Learner | None = None,
     held: NDArray[np.bool_] | None = None,
     monotone: Monotone | None = None,
-    ridge: float = RIDGE,
 ) -> Anfis:
     """Fit a Sugeno system to inputs (n, d) and values (n,).
 
     ``starts``: premises to learn from (``nearby(grid((2, 2)))``); those that end with the lowest
     error are kept. ``held`` (n,): rows kept from learning; learning stops, and a start wins, by the
     error on them. Then the consequents are fitted to all rows. ``learner``: variable projection
-    unless another is given. ``ridge``: precision of the prior of the consequents a row.
+    unless another is given.
 
     Raises Unvarying where an input does not vary, TooFewRows where nothing is left for the
     residual, NotMonotone.
     """
     scale = scaling(inputs, values)
-    given = rows(scale.inputs(inputs), scale.values(values), ridge)
+    given = rows(scale.inputs(inputs), scale.values(values))
     apart = np.zeros(len(values), dtype=np.bool_) if held is None else held
-    learns = learner or Projection()
-    courses = [learns.learn(given, start, apart) for start in starts]
+    courses = [_course(learner or Projection(), given, start, apart) for start in starts]
     best = min(courses, key=lambda course: min(course.judged))
-    return _settled(best.premises, scale, given, learned=given_up(best), monotone=monotone)
+    learned = best.premises.vector.size
+    return _settled(best.premises, scale, given, learned=learned, monotone=monotone)
 
 
 def fit_consequents(
-    inputs: Array,
-    values: Array,
-    premises: Premises,
-    *,
-    monotone: Monotone | None = None,
-    ridge: float = RIDGE,
+    inputs: Array, values: Array, premises: Premises, *, monotone: Monotone | None = None
 ) -> Anfis:
     """Fit the consequents alone; the premises, in scaled inputs, are known. Raises as ``fit``."""
     scale = scaling(inputs, values)
-    given = rows(scale.inputs(inputs), scale.values(values), ridge)
+    given = rows(scale.inputs(inputs), scale.values(values))
     return _settled(premises, scale, given, learned=0, monotone=monotone)
 
 
-def given_up(course: Learned) -> int:
-    """Return the number of parameters that learning the premises cost."""
-    return course.premises.vector.size if course.best > 0 else 0
+def _course(learner: Learner, given: Rows, start: Premises, held: NDArray[np.bool_]) -> Learned:
+    """Return the last of ROUNDS courses: priors weigh what the noise before says, less each time.
+
+    A bad first fit counts as noise and keeps the first course smooth.
+    """
+    course = None
+    for _ in range(ROUNDS):
+        weights = weighed(given.pick(~held), start)
+        course = learner.learn(
+            replace(given, ridge=weights.ridge, leash=weights.leash), start, held
+        )
+        start = course.premises
+    assert course is not None
+    return course
 
 
 def _settled(
-    premises: Premises,
-    scale: Scaling,
-    given: Rows,
-    *,
-    learned: int,
-    monotone: Monotone | None,
+    premises: Premises, scale: Scaling, given: Rows, *, learned: int, monotone: Monotone | None
 ) -> Anfis:
     columns = design(premises, given.x)
-    tallied = sums(columns, given.left)
-    root = posterior(tallied, given.ridge).root
+    tallied, ridge = sums(columns, given.left), weighed(given, premises).ridge
     hull = Hull(
         scale.middle - scale.half,
         scale.middle + scale.half,
         given.x.std(axis=0),
-        float(leverages(columns, root).max()),
+        float(leverages(columns, posterior(tallied, ridge).root).max()),
     )
     return settled(
-        premises, scale, Belief(given.plane, given.ridge), tallied,
+        premises, scale, Belief(given.plane, ridge), tallied,
         hull=hull, learned=learned, monotone=monotone,
     )  # fmt: skip

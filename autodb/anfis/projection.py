@@ -32,9 +32,6 @@ Array = NDArray[np.float64]
 
 DAMPING = 1e-2
 LEAST_DAMPING, MOST_DAMPING = 1e-12, 1e10
-LEASH = 1e-8
-"""Weight, for each row, of the squared distance of the premises from their start: chosen on six
-made functions of three inputs, none of those that the results are given for."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +103,7 @@ class Free:
 
     def leash(self, rows: Rows, here: Array) -> Array:
         """Return the weighed distance from the start, (q,)."""
-        return np.asarray(np.sqrt(LEASH * len(rows.x)) * (here - self.vector(self.start)))
+        return np.asarray(np.sqrt(rows.leash) * (here - self.vector(self.start)))
 
     def at(self, free: Array) -> Premises:
         """Return the premises at what is searched (q,)."""
@@ -164,7 +161,7 @@ class _Search:
 
     def _linearised(self, rows: Rows, free: Free) -> tuple[Array, Array]:
         """Return the Jacobian and the residual here, the leash's rows below."""
-        held = np.sqrt(LEASH * len(rows.x)) * np.eye(len(self.here))
+        held = np.sqrt(rows.leash) * np.eye(len(self.here))
         change = np.vstack([free.jacobian(rows, self.here, self.point), held])
         return change, np.concatenate([self.point.residual, free.leash(rows, self.here)])
 
