@@ -152,7 +152,7 @@ def test_learning_lowers_the_error_and_projection_ends_lower() -> None:
     small = anfis.Hybrid(10, step=0.005).learn(given, start, NONE)
     assert np.all(np.diff(small.errors) < 0)
     quick = anfis.Projection().learn(given, start, NONE)
-    assert quick.errors[-1] < 0.5 * min(hybrid.errors)
+    assert quick.errors[-1] < 0.7 * min(hybrid.errors)
     assert_allclose(min(quick.judged), quick.judged[quick.best])
 
 

@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 
 
 ROUNDS = 3
+"""Courses of learning from each start: the noise is known after the first."""
 
 
 class Learner(Protocol):
@@ -43,9 +44,9 @@ def fit(
     """Fit a Sugeno system to inputs (n, d) and values (n,).
 
     ``starts``: premises to learn from (``nearby(grid((2, 2)))``); those that end with the lowest
-    error are kept. ``held`` (n,): rows kept from learning; learning stops, and a start wins, by the
-    error on them. Then the consequents are fitted to all rows. ``learner``: variable projection
-    unless another is given.
+    residual variance, ``monotone`` heeded, are kept. ``held`` (n,): rows kept from learning;
+    learning stops, and a start wins, by the error on them. Then the consequents are fitted to all
+    rows. ``learner``: variable projection unless another is given.
 
     Raises Unvarying where an input does not vary, TooFewRows where nothing is left for the
     residual, NotMonotone.
@@ -54,9 +55,12 @@ def fit(
     given = rows(scale.inputs(inputs), scale.values(values))
     apart = np.zeros(len(values), dtype=np.bool_) if held is None else held
     courses = [_course(learner or Projection(), given, start, apart) for start in starts]
-    best = min(courses, key=lambda course: min(course.judged))
-    learned = best.premises.vector.size
-    return _settled(best.premises, scale, given, learned=learned, monotone=monotone)
+    models = [
+        _settled(c.premises, scale, given, learned=c.premises.vector.size, monotone=monotone)
+        for c in courses
+    ]
+    judged = [one.variance for one in models] if held is None else [min(c.judged) for c in courses]
+    return models[int(np.argmin(judged))]
 
 
 def fit_consequents(

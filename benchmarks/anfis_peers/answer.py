@@ -34,13 +34,13 @@ def torch_anfis(x: Array, y: Array) -> Answer:
 
     torch.manual_seed(0)
     torch.set_num_threads(1)
-    model = ANFISRegressor(n_mfs=2, n_rules=16, training="hybrid", epochs=500)
+    model = ANFISRegressor(n_mfs=2, n_rules=16, training="hybrid", epochs=2000)
     model.fit(x, y)
     return lambda at: np.asarray(model.predict(at), dtype=np.float64)
 
 
 def anfis_py(x: Array, y: Array) -> Answer:
-    """ANFISpy: bells, everything by Adam on all rows at once, as its examples train it."""
+    """ANFISpy: bells, everything by Adam on all rows at once, its rate falling to 0 (cosine)."""
     import torch
     from ANFISpy import ANFIS
 
@@ -56,12 +56,14 @@ def anfis_py(x: Array, y: Array) -> Answer:
     }
     model = ANFIS({"inputs": inputs, "output": {"var_names": "y", "n_classes": 1}}, "bell")
     given, wanted = torch.tensor(x), torch.tensor(y)[:, None]
-    adam = torch.optim.Adam(model.parameters(), lr=0.01)
-    for _ in range(2000):
+    adam = torch.optim.Adam(model.parameters(), lr=0.05)
+    rate = torch.optim.lr_scheduler.CosineAnnealingLR(adam, T_max=3000)
+    for _ in range(3000):
         adam.zero_grad()
         loss = torch.mean((model(given).reshape(-1, 1) - wanted) ** 2)
         loss.backward()
         adam.step()
+        rate.step()
     return lambda at: np.asarray(model(torch.tensor(at)).detach().numpy(), dtype=np.float64)
 
 
