@@ -137,6 +137,7 @@ class _Search:
 
     @classmethod
     def begin(cls, rows: Rows, free: Free) -> "_Search":
+        """Return the search at its start."""
         point = projected(rows, free.premises.at(free.start))
         here = free.vector(free.start)
         return cls(here, point, DAMPING, np.zeros(len(here)), point.cost)
