@@ -1,0 +1,48 @@
+"""Sugeno systems learned from rows (ANFIS, Jang 1993): rules in words, intervals, new rows.
+
+model = fit(inputs, values, nearby(grid((2, 3))))      # n rows of 2 inputs, 6 rules
+predict(model, inputs).interval()
+sentences(model, ("current", "feed", "force"), ("A", "mm/rev", "N"))
+"""
+
+from autodb.anfis.fit import Learner, fit, fit_consequents
+from autodb.anfis.hybrid import Hybrid
+from autodb.anfis.memberships import BELL, GAUSS, Membership
+from autodb.anfis.model import Anfis, Hull, Prediction, TooFewRows, evaluate, predict
+from autodb.anfis.monotone import Monotone, NotMonotone
+from autodb.anfis.premises import Premises, clusters, grid, nearby
+from autodb.anfis.projection import Projection
+from autodb.anfis.refresh import refreshed, tally, undone
+from autodb.anfis.scaling import Unvarying
+from autodb.anfis.sentences import plain_consequents, sentences
+from autodb.anfis.sums import Sums
+
+__all__ = [
+    "BELL",
+    "GAUSS",
+    "Anfis",
+    "Hull",
+    "Hybrid",
+    "Learner",
+    "Membership",
+    "Monotone",
+    "NotMonotone",
+    "Prediction",
+    "Premises",
+    "Projection",
+    "Sums",
+    "TooFewRows",
+    "Unvarying",
+    "clusters",
+    "evaluate",
+    "fit",
+    "fit_consequents",
+    "grid",
+    "nearby",
+    "plain_consequents",
+    "predict",
+    "refreshed",
+    "sentences",
+    "tally",
+    "undone",
+]

@@ -1,0 +1,67 @@
+"""The course of learning: errors step by step, and the premises of the best of them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.anfis.premises import Premises, design
+from autodb.anfis.rows import Rows
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Learned:
+    """The best premises so far; errors (rms, scaled) of fitted and of judged rows at every step.
+
+    Rows held out are judged; where none are, the fitted ones.
+    """
+
+    premises: Premises
+    errors: tuple[float, ...]
+    judged: tuple[float, ...]
+
+    @property
+    def steps(self) -> int:
+        """Steps taken."""
+        return len(self.errors) - 1
+
+    @property
+    def best(self) -> int:
+        """The step whose premises these are."""
+        return int(np.argmin(self.judged))
+
+    @property
+    def stale(self) -> int:
+        """Steps since the judged error was lowest."""
+        return self.steps - self.best
+
+    @classmethod
+    def begin(cls, premises: Premises, consequents: Array, fitted: Rows, judged: Rows) -> "Learned":
+        """Return the course before the first step."""
+        first = cls(premises, (), ())
+        return first.then(premises, consequents, fitted, judged)
+
+    def then(self, premises: Premises, consequents: Array, fitted: Rows, judged: Rows) -> "Learned":
+        """Return the course with one more step: premises and their consequents (p,)."""
+        error = error_of(premises, consequents, fitted)
+        outside = error if judged is fitted else error_of(premises, consequents, judged)
+        better = outside < min(self.judged, default=np.inf)
+        return replace(
+            self,
+            premises=premises if better else self.premises,
+            errors=(*self.errors, error),
+            judged=(*self.judged, outside),
+        )
+
+
+def error_of(premises: Premises, consequents: Array, rows: Rows) -> float:
+    """Return the root mean square of what consequents less the plane (p,) leave, scaled."""
+    left = rows.left - design(premises, rows.x) @ consequents
+    return float(np.sqrt(np.mean(left**2)))
+
+
+def apart(rows: Rows, held: NDArray[np.bool_]) -> tuple[Rows, Rows]:
+    """Return the rows to fit and the rows to judge by: the same ones where none is held out."""
+    return (rows.pick(~held), rows.pick(held)) if held.any() else (rows, rows)

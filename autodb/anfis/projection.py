@@ -1,0 +1,214 @@
+"""Variable projection: the premises searched alone, the consequents exact at every step.
+
+For premises ψ the best consequents are θ(ψ) = Φ(ψ)⁺ y; what is left, r(ψ) = y − Φθ, depends on ψ
+only, and
+
+    ∂r/∂ψ_k = −P (∂Φ/∂ψ_k) θ − (Φ⁺)ᵀ (∂Φ/∂ψ_k)ᵀ r,    P = 1 − ΦΦ⁺
+
+(Golub and Pereyra 1973, SIAM J. Numer. Anal. 10:413, equation 4.6, exact). Φ has the ridge's rows
+√λ·1 below it, so it is never rank deficient. The steps are Levenberg's and Marquardt's, with
+columns scaled as Moré (1978) does.
+
+With s_m the share of all rules that ask for set m, f_r the plane of rule r and l = ∂ ln μ_m/∂ψ_k,
+
+    (∂Φ/∂ψ_k) θ  = l · (Σ_{r asks m} share_r f_r − s_m Σ_r share_r f_r)
+    (∂Φ/∂ψ_k)ᵀ r = [r asks m] · Φᵀ(l r) − Φᵀ(l s_m r)
+
+so that the exact Jacobian costs little more than Kaufman's approximation. A weak leash to the start
+settles what the rows leave open.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import qr, solve_triangular
+
+from autodb.anfis.learned import Learned, apart
+from autodb.anfis.premises import Premises, design, limits
+from autodb.anfis.rows import Rows
+
+Array = NDArray[np.float64]
+
+DAMPING = 1e-2
+LEAST_DAMPING, MOST_DAMPING = 1e-12, 1e10
+
+
+@dataclass(frozen=True)
+class Projected:
+    """Consequents less the plane (p,), residual with the ridge's rows (n + p,), Q and R of Φ."""
+
+    consequents: Array
+    residual: Array
+    design: Array
+    q: Array
+    r: Array
+
+    @property
+    def cost(self) -> float:
+        """Sum of squares, the ridge's included."""
+        return float(self.residual @ self.residual)
+
+
+@dataclass(frozen=True)
+class Projection:
+    """Learn by variable projection.
+
+    At most ``most_steps`` accepted steps; it ends where ``idle`` steps in a row lower the sum of
+    squares by less than ``smallest_gain`` of it, or, where rows are held out, where the error on
+    these has not fallen for ``patience`` steps.
+    """
+
+    most_steps: int = 200
+    smallest_gain: float = 1e-5
+    idle: int = 5
+    patience: int = 20
+
+    def learn(self, rows: Rows, start: Premises, held: NDArray[np.bool_]) -> Learned:
+        """Return the premises that fit the rows, or the held-out ones among them, best."""
+        fitted, judged = apart(rows, held)
+        free = free_of(start, rows.x)
+        search = _Search.begin(fitted, free)
+        told = Learned.begin(free.at(search.here), search.point.consequents, fitted, judged)
+        slow = 0
+        while told.steps < self.most_steps:
+            after = search.after(fitted, free)
+            if after is None:
+                break
+            gain = 1.0 - after.cost / search.cost
+            search, slow = after, slow + 1 if gain < self.smallest_gain else 0
+            told = told.then(free.at(search.here), search.point.consequents, fitted, judged)
+            if slow >= self.idle or (held.any() and told.stale >= self.patience):
+                break
+        return told
+
+
+@dataclass(frozen=True)
+class Free:
+    """Premises as they are searched: logarithms of widths and slopes, centres as they are."""
+
+    premises: Premises
+    centre: NDArray[np.bool_]
+    low: Array
+    high: Array
+
+    def vector(self, natural: Array) -> Array:
+        """Return what is searched (q,) for the parameters of the sets (q,)."""
+        return np.where(self.centre, natural, np.log(np.where(self.centre, 1.0, natural)))
+
+    @property
+    def start(self) -> Array:
+        """Parameters (q,) of the sets before the first step."""
+        return np.clip(self.premises.vector, self.low, self.high)
+
+    def leash(self, rows: Rows, here: Array) -> Array:
+        """Return the weighed distance from the start, (q,)."""
+        return np.asarray(np.sqrt(rows.leash) * (here - self.vector(self.start)))
+
+    def at(self, free: Array) -> Premises:
+        """Return the premises at what is searched (q,)."""
+        return self.premises.at(
+            np.where(self.centre, free, np.exp(np.where(self.centre, 0.0, free)))
+        )
+
+    def jacobian(self, rows: Rows, here: Array, point: Projected) -> Array:
+        """Return d residual / d searched, (n + p, q)."""
+        premises = self.at(here)
+        return jacobian(rows, premises, point) * np.where(self.centre, 1.0, premises.vector)
+
+
+def free_of(start: Premises, x: Array) -> Free:
+    """Return the search space of premises over scaled inputs (n, d)."""
+    count = start.membership.count
+    low, high = limits(start, x)
+    return Free(start, np.arange(len(low)) % count == count - 1, low, high)
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Where the search is: vector (q,), what is computed there, damping, largest columns (q,)."""
+
+    here: Array
+    point: Projected
+    damping: float
+    largest: Array
+
+    cost: float
+
+    @classmethod
+    def begin(cls, rows: Rows, free: Free) -> "_Search":
+        """Return the search at its start."""
+        point = projected(rows, free.premises.at(free.start))
+        here = free.vector(free.start)
+        return cls(here, point, DAMPING, np.zeros(len(here)), point.cost)
+
+    def after(self, rows: Rows, free: Free) -> "_Search | None":
+        """Return the next place with a lower cost; None where no step leads to one."""
+        low, high = free.vector(free.low), free.vector(free.high)
+        change, left = self._linearised(rows, free)
+        uphill = change.T @ left
+        blocked = ((self.here <= low) & (uphill > 0)) | ((self.here >= high) & (uphill < 0))
+        change = np.where(blocked, 0.0, change)
+        largest = np.maximum(self.largest, np.linalg.norm(change, axis=0))
+        damping = self.damping
+        while damping < MOST_DAMPING:
+            there = np.clip(self.here + _step(change, left, largest, damping), low, high)
+            point = projected(rows, free.at(there))
+            cost = point.cost + float(np.sum(free.leash(rows, there) ** 2))
+            if cost < self.cost:
+                return _Search(there, point, max(damping / 5.0, LEAST_DAMPING), largest, cost)
+            damping *= 4.0
+        return None
+
+    def _linearised(self, rows: Rows, free: Free) -> tuple[Array, Array]:
+        """Return the Jacobian and the residual here, the leash's rows below."""
+        held = np.sqrt(rows.leash) * np.eye(len(self.here))
+        change = np.vstack([free.jacobian(rows, self.here, self.point), held])
+        return change, np.concatenate([self.point.residual, free.leash(rows, self.here)])
+
+
+def projected(rows: Rows, premises: Premises) -> Projected:
+    """Return the exact consequents of premises and what they leave."""
+    columns = design(premises, rows.x)
+    p = columns.shape[1]
+    whole = np.vstack([columns, np.sqrt(rows.ridge) * np.eye(p)])
+    q, r = qr(whole, mode="economic", check_finite=False)
+    found = solve_triangular(r, q[: len(columns)].T @ rows.left, check_finite=False)
+    residual = np.concatenate([rows.left, np.zeros(p)]) - whole @ found
+    return Projected(found, residual, columns, q, r)
+
+
+def jacobian(rows: Rows, premises: Premises, point: Projected) -> Array:
+    """Return d residual / d premises.vector, (n + p, q), exactly."""
+    ahead, back = changes(rows, premises, point)
+    moved = np.vstack([ahead, np.zeros((len(back), ahead.shape[1]))])
+    across = solve_triangular(point.r, back, trans="T", check_finite=False)
+    return np.asarray(point.q @ (point.q.T @ moved - across) - moved)
+
+
+def changes(rows: Rows, premises: Premises, point: Projected) -> tuple[Array, Array]:
+    """Return (∂Φ/∂ψ) θ (n, q) and (∂Φ/∂ψ)ᵀ r (p, q) of every parameter of the premises."""
+    n, p = point.design.shape
+    columns, left = point.design, point.residual[:n]
+    by_rule = (columns * point.consequents).reshape(n, len(premises.rules), -1).sum(axis=2)
+    share = columns[:, :: rows.x.shape[1] + 1]
+    ahead, back = [], []
+    for j, sets in enumerate(premises.sets):
+        slopes = premises.membership.slopes(rows.x[:, j], sets)
+        for m in range(len(sets)):
+            asking = premises.rules[:, j] == m
+            part = share[:, asking].sum(axis=1)
+            slope = slopes[:, :, m].T
+            own = by_rule[:, asking].sum(axis=1) - part * by_rule.sum(axis=1)
+            ahead.append(slope * own[:, None])
+            weighed = slope * left[:, None]
+            asked = np.repeat(asking, p // len(asking))[:, None]
+            back.append(asked * (columns.T @ weighed) - columns.T @ (weighed * part[:, None]))
+    return np.hstack(ahead), np.hstack(back)
+
+
+def _step(change: Array, residual: Array, largest: Array, damping: float) -> Array:
+    size = np.where(largest > 0, largest, 1.0)
+    below = np.sqrt(damping) * np.diag(size)
+    right = np.concatenate([-residual, np.zeros(len(size))])
+    return np.asarray(np.linalg.lstsq(np.vstack([change, below]), right, rcond=None)[0])

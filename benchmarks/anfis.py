@@ -1,0 +1,141 @@
+"""`python -m benchmarks.anfis`: Sugeno systems on published examples, other libraries beside them.
+
+    python -m benchmarks.anfis --series FOLDER [--python PEERS/bin/python] [--cars auto-mpg.data]
+
+FOLDER holds jang-example4-data.trn and .chk (Jang 1993, example 4). With ``--python``, an
+environment of ``benchmarks/anfis_peers/requirements.txt``, three other libraries learn the same
+rows, each in a process of its own, one thread, on the same machine in the same run. ``--cars``: the
+table auto-mpg.data of the UCI repository (Quinlan 1993; CC BY 4.0), not kept here.
+"""
+
+import argparse
+import os
+import subprocess
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import anfis
+
+Array = NDArray[np.float64]
+
+ANSWER = Path(__file__).parent / "anfis_peers" / "answer.py"
+PEERS = ("anfis-toolbox", "torchanfis", "anfispy")
+ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+
+@dataclass(frozen=True)
+class Learned:
+    """What a library answers for train rows then check rows, and the seconds that learning took."""
+
+    name: str
+    answer: Array
+    seconds: float
+
+
+def rms(values: Array) -> float:
+    """Return the root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def ours(train: Array, check: Array) -> list[Learned]:
+    """Learn by variable projection from five starts, and as Jang does from one."""
+    start = anfis.grid((2,) * (train.shape[1] - 1))
+    done = []
+    for name, starts, learner in (
+        ("variable projection", anfis.nearby(start), anfis.Projection()),
+        ("hybrid (Jang)", (start,), anfis.Hybrid(200)),
+    ):
+        began = time.perf_counter()
+        model = anfis.fit(train[:, :-1], train[:, -1], starts, learner=learner)
+        seconds = time.perf_counter() - began
+        answer = anfis.evaluate(model, np.vstack([train, check])[:, :-1])
+        done.append(Learned(name, answer, seconds))
+    return done
+
+
+def peer(python: str, name: str, train: Array, check: Array) -> Learned:
+    """Let one library learn in a process of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        np.save(Path(folder) / "train.npy", train)
+        np.save(Path(folder) / "check.npy", check)
+        done = subprocess.run(
+            [python, str(ANSWER), name, folder],
+            env={**os.environ, **ONE_THREAD, "PYTHONPATH": ""},
+            capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        answer = np.load(Path(folder) / "answer.npy")
+    return Learned(name, answer, float(done.stdout.split()[-1]))
+
+
+def series(folder: Path, python: str | None) -> None:
+    """Print errors on Jang's Mackey-Glass series: published 0.0016 train, 0.0015 check."""
+    train, check = (np.loadtxt(folder / f"jang-example4-data.{part}") for part in ("trn", "chk"))
+    done = ours(train, check)
+    if python is not None:
+        done += [peer(python, name, train, check) for name in PEERS]
+    wanted = np.concatenate([train[:, -1], check[:, -1]])
+    print("Mackey-Glass, 16 rules: RMSE train, check (ratio to the first), seconds (ratio)")
+    first = rms(done[0].answer[500:] - wanted[500:])
+    for one in done:
+        off = one.answer - wanted
+        error, ratio = rms(off[500:]), one.seconds / done[0].seconds
+        print(
+            f"  {one.name}: {rms(off[:500]):.6f}, {error:.6f} ({error / first:.2f}), "
+            f"{one.seconds:.1f} s ({ratio:.2f})"
+        )
+
+
+def three_inputs(x: Array) -> Array:
+    """Return Jang's function of three inputs (1993, example 2), (n,)."""
+    return np.asarray((1.0 + x[:, 0] ** 0.5 + 1.0 / x[:, 1] + x[:, 2] ** -1.5) ** 2)
+
+
+def cube(levels: Array) -> Array:
+    """Return the grid (m³, 3) of levels (m,)."""
+    return np.array(np.meshgrid(levels, levels, levels, indexing="ij")).reshape(3, -1).T
+
+
+def three() -> None:
+    """Print mean relative errors on Jang's second example; one training row in five stops."""
+    train, check = cube(np.arange(1.0, 7.0)), cube(np.arange(1.5, 6.0))
+    held = ((train - 1.0) @ [1.0, 2.0, 3.0]) % 5.0 == 0.0
+    model = anfis.fit(train, three_inputs(train), anfis.nearby(anfis.grid((2, 2, 2))), held=held)
+    off = [100.0 * np.mean(np.abs(anfis.evaluate(model, x) / three_inputs(x) - 1.0))
+           for x in (train, check)]  # fmt: skip
+    print(f"three inputs, 8 rules: {off[0]:.4f} % train, {off[1]:.3f} % check")
+    print("  published 0.043 % train, 1.066 % check")
+
+
+def cars(path: Path) -> None:
+    """Print errors of fuel consumption over weight and year, odd rows train, even rows check."""
+    lines = [line.split()[:8] for line in path.read_text("utf-8").splitlines()]
+    table = np.array([[float(v) for v in line] for line in lines if "?" not in line])
+    x, y = table[:, [4, 6]], table[:, 0]
+    model = anfis.fit(x[::2], y[::2], anfis.nearby(anfis.grid((2, 2))))
+    off = anfis.evaluate(model, x) - y
+    low, high = anfis.predict(model, x[1::2]).interval()
+    held = np.mean((low <= y[1::2]) & (y[1::2] <= high))
+    print(f"{len(table)} cars, 4 rules: RMSE {rms(off[::2]):.3f} train, {rms(off[1::2]):.3f} check")
+    print(f"  95 % intervals hold {100.0 * held:.1f} % of the check rows")
+
+
+def main() -> None:
+    """Print all that the arguments give."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--series", type=Path, required=True)
+    parser.add_argument("--python")
+    parser.add_argument("--cars", type=Path)
+    asked = parser.parse_args()
+    series(asked.series, asked.python)
+    three()
+    if asked.cars is not None:
+        cars(asked.cars)
+
+
+if __name__ == "__main__":
+    main()
