@@ -128,6 +128,16 @@ def test_the_next_prediction_contains_what_was_confirmed(machine: Cli) -> None:
     assert machine("doctor").code == 0
 
 
+def test_what_was_found_before_a_new_version_is_said(machine: Cli) -> None:
+    second = written("b.csv", 2)
+    number = mismatch(second, machine, "asymmetry")
+    other = mismatch(second, machine, "lag")
+    elsewhere = mismatch(second, machine, "lag", channel="y.current")
+    done = machine("machine", "confirm", number).out
+    assert f"still open, found before this version: {other}; 'autodb explain" in done
+    assert str(elsewhere) not in done.rpartition("still open")[2]
+
+
 def test_a_confirmed_term_of_another_size_is_mistuned(machine: Cli) -> None:
     number = mismatch(written("b.csv", 2), machine, "asymmetry")
     machine("machine", "confirm", number)

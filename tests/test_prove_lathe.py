@@ -18,7 +18,7 @@ def _summary(stretch: float = 1.0) -> published_lathe.Summary:
         Finished(
             run.seed,
             tuple(
-                published_lathe.AxisError(one.axis, one.cuts, stretch * one.rmse_N)
+                published_lathe.AxisError(one.axis, one.cuts, stretch * one.rmse_N, one.oracle_N)
                 for one in run.judged
             ),
         )
@@ -32,6 +32,7 @@ def test_the_published_way_lands_on_the_published_errors() -> None:
     assert {row.axis: row.cuts for row in found.rows} == {"x": 16, "spindle": 113, "z": 180}
     assert found.passed
     assert not _summary(1.6).passed
+    assert all(row.oracle_N < row.rmse_N for row in found.rows)
     assert published_lathe.Summary.from_json(found.to_json()) == found
 
 

@@ -35,7 +35,8 @@ class Decided:
     """A mismatch as it stands after a decision; ``kept``: the version that holds the term now.
 
     ``error_before``: relative error of the version before on the mismatch' recording, ``error`` of
-    ``kept``; None without a version. ``alternatives``: those that a model could hold.
+    ``kept``; None without a version. ``alternatives``: those that a model could hold; ``stale``:
+    numbers of the channel's open mismatches, found before ``kept`` was there.
     """
 
     number: int
@@ -48,6 +49,7 @@ class Decided:
     kept: KeptModel | None = None
     error_before: float | None = None
     error: float | None = None
+    stale: tuple[int, ...] = ()
 
 
 def mismatches(session: Session, machine: str, *, decided: bool) -> Sequence[models.Mismatch]:
@@ -95,10 +97,12 @@ def confirm(
         row.confirmed_term = wanted
         _decide(row, "confirmed", by)
         done = _decided(session, row, wanted, already=False)
+        open_ones = mismatches(session, done.machine, decided=False)
+        stale = tuple(one.id for one in open_ones if one.channel == row.channel)
     if step is None or version is None:
         return done
     kept = KeptModel(step.refit.model, version, step.refit.parent, step.refit.already_there)
-    return replace(done, kept=kept, error_before=step.before, error=step.after)
+    return replace(done, kept=kept, error_before=step.before, error=step.after, stale=stale)
 
 
 def reject(store: Store, number: int, *, by: str | None = None) -> Decided:

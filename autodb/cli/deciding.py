@@ -91,6 +91,10 @@ def _show_version(done: "Decided", kept: "KeptModel") -> None:
     show_kept(kept, done.machine)
     errors = (100 * error for error in (done.error_before, done.error) if error is not None)
     say(f"relative error on {done.recording}: {' → '.join(f'{e:.2f}' for e in errors)} %")
+    if done.stale:
+        numbers = ", ".join(map(str, done.stale))
+        again = f"'autodb explain FILE --machine {done.machine}' says what of it is left"
+        say(f"still open, found before this version: {numbers}; {again}")
 
 
 def reject(number: Number, by: By = None, db: Database = None) -> None:

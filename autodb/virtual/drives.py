@@ -51,11 +51,17 @@ def feed_range_A(axis: FeedAxis, along_N: Array, across_N: Array, *, speed_mm_s:
     L = R + mu |F_across| + F_along (1 + q e^(-v/v_q)) - W, N; k N/A; feed speed v mm/s. P1
     section 8, with guideway friction that grows with load and a screw that loses more at creep.
     """
-    screw = 1.0 + axis.screw_loss * math.exp(-speed_mm_s / axis.screw_mm_s)
+    screw = screw_load(axis, speed_mm_s)
     rubbing_N = axis.friction_N + axis.load_friction * np.abs(across_N)
     load_N = rubbing_N + screw * along_N - axis.weight_N
     range_A: Array = np.sqrt(axis.magnetising_A**2 + (load_N / axis.force_per_A_N) ** 2)
     return range_A
+
+
+def screw_load(axis: FeedAxis, speed_mm_s: Array | float) -> Array:
+    """Load on the screw per newton at the tool: it loses more at creep."""
+    creep = np.exp(-np.asarray(speed_mm_s, dtype=np.float64) / axis.screw_mm_s)
+    return np.asarray(1.0 + axis.screw_loss * creep)
 
 
 def spindle_share(spindle: Spindle, seed: int, clock_s: float) -> float:
@@ -66,21 +72,31 @@ def spindle_share(spindle: Spindle, seed: int, clock_s: float) -> float:
     """
     phase = np.random.default_rng([seed, 9]).uniform(0.0, 2.0 * math.pi, len(WANDER_S))
     wander = float(np.sum(np.sin(2.0 * math.pi * clock_s / np.array(WANDER_S) + phase)))
-    warm = spindle.warm_share * -math.expm1(-clock_s / spindle.warm_s)
+    warm = float(warm_share(spindle, clock_s))
     return 1.0 - warm + spindle.wander_share * math.sqrt(2.0 / len(WANDER_S)) * wander
+
+
+def warm_share(spindle: Spindle, clock_s: Array | float) -> Array:
+    """Share of the torque that the current misses as the spindle warms: w (1 - e^(-t/T))."""
+    return np.asarray(spindle.warm_share * -np.expm1(-np.asarray(clock_s) / spindle.warm_s))
+
+
+def torque_law(spindle: Spindle, speed_rpm: Array | float) -> tuple[Array, Array]:
+    """a and b of T = a dI^b: constant torque below the base speed, constant power above.
+
+    a = a0 (1 + (n/n_b)^8)^(-1/8); b = b0 - 0.03 tanh((n - n_b)/600 rpm). Forms, numbers: chosen.
+    """
+    rpm = np.asarray(speed_rpm, dtype=np.float64)
+    scale = spindle.torque_per_A_Nm * (1.0 + (rpm / spindle.base_rpm) ** 8) ** -0.125
+    return scale, spindle.exponent - 0.03 * np.tanh((rpm - spindle.base_rpm) / 600.0)
 
 
 def spindle_range_A(
     spindle: Spindle, torque_Nm: Array, speed_rpm: float, *, share: float = 1.0
 ) -> Array:
-    """Current range of the spindle: air current plus (share T/a)^(1/b).
-
-    a = a0 (1 + (n/n_b)^8)^(-1/8): constant torque below the base speed, constant power above;
-    b = b0 - 0.03 tanh((n - n_b)/600 rpm). Air: three terms in n. Forms and numbers: chosen.
-    """
+    """Current range of the spindle: air current, three terms in n (chosen), + (share T/a)^(1/b)."""
     krpm = speed_rpm / 1000.0
     air_A = spindle.air_A + spindle.air_per_krpm_A * krpm + spindle.windage_per_krpm2_A * krpm**2
-    scale = spindle.torque_per_A_Nm * (1.0 + (speed_rpm / spindle.base_rpm) ** 8) ** -0.125
-    exponent = spindle.exponent - 0.03 * math.tanh((speed_rpm - spindle.base_rpm) / 600.0)
+    scale, exponent = torque_law(spindle, speed_rpm)
     range_A: Array = air_A + (np.maximum(torque_Nm, 0.0) * share / scale) ** (1.0 / exponent)
     return range_A
