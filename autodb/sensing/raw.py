@@ -20,8 +20,8 @@ AXES = ("x", "z", "spindle")
 
 
 def has_phase_currents(channels: Collection[str]) -> bool:
-    """Say whether all three phase currents of some axis are among ``channels``."""
-    return any({f"{axis}.current.{phase}" for phase in "uvw"} <= set(channels) for axis in AXES)
+    """Say whether a phase current of some axis is among ``channels``; one is enough."""
+    return any(f"{axis}.current.{phase}" in channels for axis in AXES for phase in "uvw")
 
 
 def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = None) -> CutTable:
@@ -32,11 +32,12 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
     rate = recording.rate_hz
     ranges: dict[str, Array] = {}
     for axis in AXES:
-        phases = _phases(recording, axis)
-        if phases is not None:
+        phases = [recording.get(f"{axis}.current.{phase}") for phase in "uvw"]
+        known = [phase for phase in phases if phase is not None]
+        if known:
             if progress:
                 progress(f"demodulating {axis}")
-            ranges[axis] = signals.three_phase_range(*phases, rate_hz=rate).range_A
+            ranges[axis] = _range_A(known, rate)
     segments = _segments(ranges, rate, recording)
     row = _conditions(recording, segments.cut)
     for axis, values in ranges.items():
@@ -58,10 +59,12 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
     return CutTable(path=recording.path, channels=channels, texts=texts, side=side)
 
 
-def _phases(recording: Recording, axis: str) -> tuple[Array, Array, Array] | None:
-    found = [recording.get(f"{axis}.current.{phase}") for phase in "uvw"]
-    u, v, w = found
-    return None if u is None or v is None or w is None else (u, v, w)
+def _range_A(phases: list[Array], rate_hz: float) -> Array:
+    """Return the range of all three phases, or of the first where one or two were recorded."""
+    if len(phases) < 3:
+        return signals.one_phase_range(phases[0], rate_hz=rate_hz).range_A
+    u, v, w = phases
+    return signals.three_phase_range(u, v, w, rate_hz=rate_hz).range_A
 
 
 def _segments(ranges: dict[str, Array], rate: float, recording: Recording) -> signals.Segments:

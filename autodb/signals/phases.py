@@ -1,0 +1,63 @@
+"""Phase currents to current range and frequency: a demodulator that follows the drive's sinusoid.
+
+Each octave of `octaves` says how strong a sinusoid it holds and how fast it turns (`readings`). The
+fastest octave in whose band that frequency lies is read, and its amplitude divided by the gain at
+that frequency.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.signals.octaves import TURNING, Complex, Samples, analytic_taps
+from autodb.signals.stream import STANDING_HZ, Form, PhaseRange, PhaseStream
+
+Array = NDArray[np.float64]
+
+BLOCK = 1 << 15
+"""Samples that a whole recording is taken in: what stays in a processor's own memory."""
+
+
+def one_phase(smooth_s: float) -> Form:
+    """Return how one phase is read: half its amplitude turns either way."""
+    return Form(analytic_taps(), 0.15, 16.0, 0.125, 7, smooth_s, 1.25 / STANDING_HZ)
+
+
+def three_phases(smooth_s: float) -> Form:
+    """Return how three phases are read: the space vector's length is the amplitude."""
+    return Form(TURNING, 0.09, 4.0, 0.25, 4, smooth_s, 0.0)
+
+
+def space_vector(u_A: Array, v_A: Array, w_A: Array) -> Complex:
+    """Return (2/3)(u + v e^{2πi/3} + w e^{4πi/3}) of three phase currents (Clarke)."""
+    out = np.empty(len(u_A), dtype=np.complex128)
+    out.real = (2.0 * u_A - v_A - w_A) / 3.0
+    out.imag = (v_A - w_A) / np.sqrt(3.0)
+    return out
+
+
+def three_phase_range(
+    u_A: Array, v_A: Array, w_A: Array, *, rate_hz: float, smooth_s: float = 0.5
+) -> PhaseRange:
+    """Return the current range of three phase currents: twice the length of their space vector."""
+    stream = PhaseStream.start(three_phases(smooth_s), rate_hz=rate_hz)
+    return _whole(stream, [space_vector(u_A[b], v_A[b], w_A[b]) for b in _blocks(len(u_A))])
+
+
+def one_phase_range(current_A: Array, *, rate_hz: float, smooth_s: float = 1.0) -> PhaseRange:
+    """Return the current range of one phase: twice the amplitude of its sinusoid."""
+    stream = PhaseStream.start(one_phase(smooth_s), rate_hz=rate_hz)
+    return _whole(stream, [current_A[b] for b in _blocks(len(current_A))])
+
+
+def _blocks(size: int) -> list[slice]:
+    return [slice(begin, begin + BLOCK) for begin in range(0, size, BLOCK)]
+
+
+def _whole(stream: PhaseStream, blocks: Sequence[Samples]) -> PhaseRange:
+    parts = [*(stream.push(block) for block in blocks), stream.finish()]
+    return PhaseRange(
+        np.concatenate([part.range_A for part in parts]),
+        np.concatenate([part.frequency_hz for part in parts]),
+    )
