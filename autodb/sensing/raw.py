@@ -33,15 +33,20 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
     ranges: dict[str, Array] = {}
     for axis in AXES:
         phases = [recording.get(f"{axis}.current.{phase}") for phase in "uvw"]
-        known = [phase for phase in phases if phase is not None]
-        if known:
+        recorded = [phase for phase in phases if phase is not None]
+        if recorded:
             if progress:
                 progress(f"demodulating {axis}")
-            ranges[axis] = _range_A(known, rate)
+            ranges[axis] = _range_A(recorded, rate)
     segments = _segments(ranges, rate, recording)
     row = _conditions(recording, segments.cut)
     for axis, values in ranges.items():
-        for name, part in (("range", segments.cut), ("air", segments.air)):
+        parts = {"air": segments.air, "range": segments.cut}
+        if axis != "spindle" and _folds(values, segments):
+            if progress:
+                progress(f"{axis}: the range folds between air and cut; its force is not sensed")
+            del parts["range"]
+        for name, part in parts.items():
             known = values[part][np.isfinite(values[part])]
             if known.size > 0.5 * (part.stop - part.start):
                 row[f"{axis}.current.{name}"] = float(np.mean(known))
@@ -65,6 +70,11 @@ def _range_A(phases: list[Array], rate_hz: float) -> Array:
         return signals.one_phase_range(phases[0], rate_hz=rate_hz).range_A
     u, v, w = phases
     return signals.three_phase_range(u, v, w, rate_hz=rate_hz).range_A
+
+
+def _folds(range_A: Array, segments: signals.Segments) -> bool:
+    """Say whether the load may have changed its sign between the air approach and the cut."""
+    return bool(signals.touches(range_A[segments.air.start : segments.cut.stop]))
 
 
 def _segments(ranges: dict[str, Array], rate: float, recording: Recording) -> signals.Segments:

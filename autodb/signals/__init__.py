@@ -1,6 +1,7 @@
 """Signals before any model: filters, phase currents to range, quasi-static force, segments."""
 
 from autodb.signals.filters import decimate, derivatives, lowpass
+from autodb.signals.folds import Unfolded, touches, unfolded
 from autodb.signals.phases import (
     one_phase,
     one_phase_range,
@@ -17,6 +18,7 @@ __all__ = [
     "PhaseRange",
     "PhaseStream",
     "Segments",
+    "Unfolded",
     "air_and_cut",
     "decimate",
     "derivatives",
@@ -27,5 +29,7 @@ __all__ = [
     "space_vector",
     "three_phase_range",
     "three_phases",
+    "touches",
+    "unfolded",
     "wavelet_range",
 ]

@@ -46,11 +46,15 @@ def analytic_taps() -> Complex:
     passed, mirrored = np.linspace(0.14, 0.32, 60), np.linspace(-0.48, -0.05, 120)
     design = np.concatenate([_hermitian(passed), 3.0 * _hermitian(mirrored)])
     wanted = np.concatenate([np.ones(passed.size), np.zeros(mirrored.size)])
-    at_zero = _hermitian(np.zeros(1))
-    free = np.linalg.svd(at_zero)[2][1:].T  # all that leaves nothing at zero
-    found = free @ np.linalg.lstsq(design @ free, wanted, rcond=None)[0]
+    found = _fitted(design, wanted, _hermitian(np.zeros(1)))
     right = found[1 : ANALYTIC_REACH + 1] + 1j * found[ANALYTIC_REACH + 1 :]
     return np.concatenate([np.conj(right[::-1]), found[:1], right])
+
+
+def _fitted(design: Array, wanted: Array, at_zero: Array) -> Array:
+    """Return the least-squares taps among those that let nothing through at zero frequency."""
+    free = np.linalg.svd(at_zero)[2][1:].T
+    return np.asarray(free @ np.linalg.lstsq(design @ free, wanted, rcond=None)[0])
 
 
 def _hermitian(frequency: Array) -> Array:
@@ -66,11 +70,12 @@ def quiet_taps() -> Array:
     k = np.arange(1, QUIET_REACH + 1)
     low, high = np.linspace(0.0, HIGHEST, 80), np.linspace(QUIET_ABOVE + 0.03, 0.5, 40)
     frequency = np.concatenate([low, high])
-    cosines = 2.0 * np.cos(2.0 * np.pi * np.multiply.outer(frequency, k))
-    design = np.concatenate([np.ones((frequency.size, 1)), cosines], axis=1)
+    angles = 2.0 * np.pi * np.multiply.outer(frequency, k)
+    design = np.concatenate([np.ones((frequency.size, 1)), 2.0 * np.cos(angles)], axis=1)
     weight = np.where(frequency <= HIGHEST, 30.0, 1.0)
     wanted = np.where(frequency <= HIGHEST, 0.0, 1.0)
-    found = np.linalg.lstsq(design * weight[:, None], wanted * weight, rcond=None)[0]
+    at_zero = np.concatenate([np.ones((1, 1)), np.full((1, QUIET_REACH), 2.0)], axis=1)
+    found = _fitted(design * weight[:, None], wanted * weight, at_zero)
     return np.concatenate([found[:0:-1], found])
 
 
@@ -79,12 +84,14 @@ class Gains:
     """What an octave's band-pass makes of a sinusoid, at each frequency, and of white noise.
 
     ``frequency`` (k,) in cycles a sample of the octave; ``power`` (k,) |response|² of the whole
-    chain down to it; ``noise`` power out for white noise of unit power in.
+    chain down to it; ``noise`` and ``noise_turned``: the means of |c|² and of c[n+1] c*[n] that
+    white noise of unit power leaves.
     """
 
     frequency: Array
     power: Array
     noise: float
+    noise_turned: complex
 
     def at(self, frequency: Array) -> Array:
         """Return the power gain at a frequency a sample of the octave."""
@@ -100,19 +107,20 @@ def gains(taps: Samples, octaves: int) -> list[Gains]:
     noise[0] = 1.0
     found = []
     for octave in range(octaves):
-        found.append(Gains(frequency, band * through, _out(taps, noise)))
+        left = _left(taps, noise, 0), _left(taps, noise, 1)
+        found.append(Gains(frequency, band * through, left[0].real, left[1]))
         noise = _decimated(noise)
         chain = frequency[:, None] / 2.0 ** np.arange(1, octave + 2)
         through = np.prod([np.abs(response(HALF_BAND, f)) ** 2 for f in chain.T], axis=0)
     return found
 
 
-def _out(taps: Samples, noise: Array) -> float:
-    """Return the power of noise with an autocovariance after ``taps``."""
-    pairs = np.correlate(taps, taps, mode="full").real  # Σ h[n+m] h*[n]
-    lags = np.abs(np.arange(len(pairs)) - len(taps) + 1)
+def _left(taps: Samples, noise: Array, ahead: int) -> complex:
+    """Return the mean of c[n + ahead] c*[n] that noise with an autocovariance leaves."""
+    pairs = np.correlate(taps, taps, mode="full")  # Σ h[n + m] h*[n] over m
+    lags = np.abs(ahead - np.arange(len(pairs)) + len(taps) - 1)
     kept = lags < len(noise)
-    return float(pairs[kept] @ noise[lags[kept]])
+    return complex(pairs[kept] @ noise[lags[kept]])
 
 
 def _decimated(noise: Array) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.signals.octaves import TURNING, Complex, Samples, analytic_taps
-from autodb.signals.stream import STANDING_HZ, Form, PhaseRange, PhaseStream
+from autodb.signals.stream import Form, PhaseRange, PhaseStream
 
 Array = NDArray[np.float64]
 
@@ -21,12 +21,12 @@ BLOCK = 1 << 15
 
 def one_phase(smooth_s: float) -> Form:
     """Return how one phase is read: half its amplitude turns either way."""
-    return Form(analytic_taps(), 0.15, 16.0, 0.125, 7, smooth_s, 1.25 / STANDING_HZ)
+    return Form(analytic_taps(), 0.15, 16.0, 0.125, 7, smooth_s)
 
 
 def three_phases(smooth_s: float) -> Form:
     """Return how three phases are read: the space vector's length is the amplitude."""
-    return Form(TURNING, 0.09, 4.0, 0.25, 4, smooth_s, 0.0)
+    return Form(TURNING, 0.09, 4.0, 0.25, 4, smooth_s)
 
 
 def space_vector(u_A: Array, v_A: Array, w_A: Array) -> Complex:

@@ -122,14 +122,15 @@ class Band:
         begin = max(low - self.reach, series.base)
         end = min(high + self.reach, series.stop)
         means = series.means[:, begin - series.base : end - series.base]
-        floor = self.gains.noise * _level(noise, np.arange(begin, end) * self.stride)
-        local = np.clip(np.abs(np.angle(means[1])) / (2.0 * np.pi), 0.7 * self.lowest, HIGHEST)
+        level = _level(noise, np.arange(begin, end) * self.stride)
+        floor, turned = self.gains.noise * level, means[1] - self.gains.noise_turned * level
+        local = np.clip(np.abs(np.angle(turned)) / (2.0 * np.pi), 0.7 * self.lowest, HIGHEST)
         squared = self.squared * (means[0].real - floor) / self.gains.at(local)
 
         def over(row: Samples, width: float) -> Samples:
             return average(row, begin, width, low, high)
 
-        near = [over(row, self.width) for row in (squared, means[1], means[0], floor)]
+        near = [over(row, self.width) for row in (squared, turned, means[0], floor)]
         wide = [over(row, self.wide) for row in (squared, means[2], means[3])]
         moving = np.maximum(wide[2].real - np.abs(wide[1]) ** 2, TINY)
         clear = near[2].real / np.maximum(near[3].real, TINY)

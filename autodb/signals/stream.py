@@ -49,7 +49,6 @@ class Form:
     moves: float
     samples: int
     smooth_s: float
-    slowest_s: float
 
 
 @dataclass
@@ -83,13 +82,11 @@ class PhaseStream:
             octaves.append(octave)
             rate, slowest = rate_hz / 2**number, number == count - 1
             stride = max(1, 2**number // (2 * half_hop))
-            lowest = STANDING_HZ / rate if slowest else form.lowest
+            lowest = float(np.sqrt(STANDING_HZ * SLOWEST_HZ)) / rate if slowest else form.lowest
             seconds = max(form.smooth_s, form.samples / rate)
             width = seconds * rate_hz / (2 * half_hop * stride)
             hop = max(1, 2 * (half_hop >> number))
             wide = width + (len(form.taps) - 1) / hop
-            if slowest:
-                wide = max(wide, form.slowest_s * rate / hop)
             bands.append(
                 Band(rate, hop, stride, gain, width, wide, lowest, form.squared, form.moves)
             )
@@ -108,9 +105,10 @@ class PhaseStream:
     def latency_samples(self) -> int:
         """Return how many samples after a sample its range is given at the latest."""
         slowest, octave = self.bands[-1], 2 ** (len(self.bands) - 1)
+        first = self.series[-1].first + 1  # before it, the first reading is kept
         reach = len(self.octaves[-1].taps) // 2 + HALF_BAND_REACH + 1
         noise = self.hop * (NOISE_HOPS // 2 + 2) + QUIET_REACH
-        hops = max(octave, self.hop) * (slowest.reach + 2)
+        hops = max(octave, self.hop) * (slowest.reach + 1 + first)
         return int(hops + octave * reach + noise + self.hop)
 
     def push(self, samples: Samples) -> PhaseRange:
