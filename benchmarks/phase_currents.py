@@ -1,8 +1,8 @@
 """What an hour of raw phase currents costs: three axes, three phases, 1 kHz, 32.4 million samples.
 
-`python -m benchmarks.phase_currents`: seconds and peak memory of the demodulator on three phases and
-on one, and, on the same array, of PyWavelets' db5 to level 6 and back and of SciPy's `sosfiltfilt`
-(4th-order Butterworth); each in a process of its own, one thread.
+`python -m benchmarks.phase_currents`: seconds and peak memory of the demodulator on three phases
+and on each phase alone, and, on the same array, of PyWavelets' db5 to level 6 and back and of
+SciPy's `sosfiltfilt` (4th-order Butterworth); each in a process of its own, one thread.
 """
 
 import resource
@@ -22,7 +22,7 @@ AXES, PHASES = 3, 3
 
 
 def currents() -> Array:
-    """Return phase currents (3, 3, n), A: each axis sweeps its frequency, with noise and offsets."""
+    """Return phase currents (3, 3, n), A: each axis sweeps its frequency; noise and offsets."""
     rng = np.random.default_rng(0)
     t = np.arange(HOUR) / RATE_HZ
     made = np.empty((AXES, PHASES, HOUR))

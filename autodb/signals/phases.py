@@ -5,18 +5,16 @@ fastest octave in whose band that frequency lies is read, and its amplitude divi
 that frequency.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.signals.octaves import TURNING, Complex, Samples, analytic_taps
+from autodb.signals.octaves import TURNING, Complex, analytic_taps
 from autodb.signals.stream import Form, PhaseRange, PhaseStream
 
 Array = NDArray[np.float64]
 
-BLOCK = 1 << 15
-"""Samples that a whole recording is taken in: what stays in a processor's own memory."""
+PART = 1 << 16
+"""Samples at a time that a whole recording is taken in: they stay in a processor's own memory."""
 
 
 def one_phase(smooth_s: float) -> Form:
@@ -40,24 +38,26 @@ def space_vector(u_A: Array, v_A: Array, w_A: Array) -> Complex:
 def three_phase_range(
     u_A: Array, v_A: Array, w_A: Array, *, rate_hz: float, smooth_s: float = 0.5
 ) -> PhaseRange:
-    """Return the current range of three phase currents: twice the length of their space vector."""
+    """Return the current range of three phase currents: twice the length of their space vector.
+
+    Averaged over the longer of ``smooth_s`` and four samples of the octave: 0.4 to 1.3 periods.
+    """
     stream = PhaseStream.start(three_phases(smooth_s), rate_hz=rate_hz)
-    return _whole(stream, [space_vector(u_A[b], v_A[b], w_A[b]) for b in _blocks(len(u_A))])
+    for part in _parts(len(u_A)):
+        stream.take(space_vector(u_A[part], v_A[part], w_A[part]))
+    return stream.finish()
 
 
 def one_phase_range(current_A: Array, *, rate_hz: float, smooth_s: float = 1.0) -> PhaseRange:
-    """Return the current range of one phase: twice the amplitude of its sinusoid."""
+    """Return the current range of one phase: twice the amplitude of its sinusoid.
+
+    Averaged over the longer of ``smooth_s`` and seven samples of the octave: 1 to 2.3 periods.
+    """
     stream = PhaseStream.start(one_phase(smooth_s), rate_hz=rate_hz)
-    return _whole(stream, [current_A[b] for b in _blocks(len(current_A))])
+    for part in _parts(len(current_A)):
+        stream.take(current_A[part])
+    return stream.finish()
 
 
-def _blocks(size: int) -> list[slice]:
-    return [slice(begin, begin + BLOCK) for begin in range(0, size, BLOCK)]
-
-
-def _whole(stream: PhaseStream, blocks: Sequence[Samples]) -> PhaseRange:
-    parts = [*(stream.push(block) for block in blocks), stream.finish()]
-    return PhaseRange(
-        np.concatenate([part.range_A for part in parts]),
-        np.concatenate([part.frequency_hz for part in parts]),
-    )
+def _parts(size: int) -> list[slice]:
+    return [slice(begin, begin + PART) for begin in range(0, size, PART)]

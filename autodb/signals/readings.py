@@ -58,6 +58,8 @@ def average(values: Samples, base: int, width: float, begin: int, stop: int) -> 
     low, high = begin - reach - base, stop + reach - base
     inside = values[max(0, low) : max(0, high)]
     before, after = max(0, -low), max(0, high - len(values))
+    if not before and not after:
+        return np.asarray(np.convolve(inside, weights / weights.sum(), mode="valid"))
     known = np.pad(np.ones(len(inside)), (before, after))
     summed = np.convolve(np.pad(inside, (before, after)), weights, mode="valid")
     return np.asarray(summed / np.convolve(known, weights, mode="valid"))

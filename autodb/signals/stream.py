@@ -113,12 +113,16 @@ class PhaseStream:
 
     def push(self, samples: Samples) -> PhaseRange:
         """Take further samples, one phase's currents or the space vector; return what is ready."""
+        self.take(samples)
+        return self._give(self._ready())
+
+    def take(self, samples: Samples) -> None:
+        """Take further samples, and read them later."""
         self.taken += len(samples)
         self.noise.add(self.quiet.push(samples)[None, :])
         for octave, series in zip(self.octaves, self.series, strict=True):
             samples, means = octave.push(samples)
             series.add(means)
-        return self._give(self._ready())
 
     def finish(self) -> PhaseRange:
         """Return what is left; beyond its filters' reach an octave keeps its reading one period."""
