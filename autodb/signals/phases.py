@@ -24,7 +24,7 @@ def one_phase(smooth_s: float) -> Form:
 
 def three_phases(smooth_s: float) -> Form:
     """Return how three phases are read: the space vector's length is the amplitude."""
-    return Form(TURNING, 0.09, 4.0, 0.25, 4, smooth_s)
+    return Form(TURNING, 0.09, 4.0, 0.25, 5, smooth_s)
 
 
 def space_vector(u_A: Array, v_A: Array, w_A: Array) -> Complex:
@@ -40,7 +40,7 @@ def three_phase_range(
 ) -> PhaseRange:
     """Return the current range of three phase currents: twice the length of their space vector.
 
-    Averaged over the longer of ``smooth_s`` and four samples of the octave: 0.4 to 1.3 periods.
+    Averaged over the longer of ``smooth_s`` and five samples of the octave: half a period to one.
     """
     stream = PhaseStream.start(three_phases(smooth_s), rate_hz=rate_hz)
     for part in _parts(len(u_A)):
@@ -51,7 +51,7 @@ def three_phase_range(
 def one_phase_range(current_A: Array, *, rate_hz: float, smooth_s: float = 1.0) -> PhaseRange:
     """Return the current range of one phase: twice the amplitude of its sinusoid.
 
-    Averaged over the longer of ``smooth_s`` and seven samples of the octave: 1 to 2.3 periods.
+    Averaged over the longer of ``smooth_s`` and seven samples of the octave: one to two periods.
     """
     stream = PhaseStream.start(one_phase(smooth_s), rate_hz=rate_hz)
     for part in _parts(len(current_A)):

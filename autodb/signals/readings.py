@@ -33,6 +33,11 @@ class Series:
         """Return the index after the last hop."""
         return self.base + int(self.means.shape[1])
 
+    @property
+    def begun(self) -> bool:
+        """Say whether there was a hop."""
+        return self.stop > self.first
+
     def add(self, means: Samples) -> None:
         """Append hops."""
         self.means = np.concatenate([self.means, means], axis=1)
@@ -82,7 +87,11 @@ class Reading:
 
 @dataclass(frozen=True)
 class Band:
-    """One octave as it is read: its rate, its samples a hop, common hops a hop, gains, average."""
+    """One octave as it is read: its rate, its samples a hop, common hops a hop, gains.
+
+    ``width`` and ``wide``: hops over which a reading is averaged, and over which its share of all
+    that moves; ``lowest`` in cycles a sample; ``squared`` and ``moves`` as in `stream.Form`.
+    """
 
     rate_hz: float
     hop: int

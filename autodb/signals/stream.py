@@ -1,6 +1,6 @@
 """Phase currents as they come: a running demodulator. A whole recording goes through it too."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,29 @@ class Form:
     smooth_s: float
 
 
+def _bands(form: Form, count: int, *, rate_hz: float, common: int) -> list[Band]:
+    """Return how each octave is read; the slowest down to between standing and SLOWEST_HZ."""
+    bands = []
+    for number, gain in enumerate(gains(form.taps, count)):
+        rate, hop = rate_hz / 2**number, max(1, common >> number)
+        width = max(form.smooth_s * rate, form.samples) / hop
+        band = Band(
+            rate_hz=rate,
+            hop=hop,
+            stride=max(1, 2**number // common),
+            gains=gain,
+            width=width,
+            wide=width + (len(form.taps) - 1) / hop,
+            lowest=form.lowest,
+            squared=form.squared,
+            moves=form.moves,
+        )
+        bands.append(band)
+    slowest_hz = float(np.sqrt(STANDING_HZ * SLOWEST_HZ))
+    bands[-1] = replace(bands[-1], lowest=slowest_hz / bands[-1].rate_hz)
+    return bands
+
+
 @dataclass
 class PhaseStream:
     """A demodulator that takes samples as they come; after `finish` it has given what
@@ -75,26 +98,16 @@ class PhaseStream:
     def start(cls, form: Form, *, rate_hz: float) -> "PhaseStream":
         """Return a demodulator at the first sample of a recording."""
         half_hop = 2 ** max(2, round(np.log2(HOP_S * rate_hz)) - 1)
-        count = max(1, 1 + int(np.ceil(np.log2(SLOWEST_SHARE * rate_hz / SLOWEST_HZ))))
-        octaves, bands, first = [], [], 0
-        for number, gain in enumerate(gains(form.taps, count)):
-            octave = Octave.start(form.taps, half_hop=half_hop >> number, first=first)
-            octaves.append(octave)
-            rate, slowest = rate_hz / 2**number, number == count - 1
-            stride = max(1, 2**number // (2 * half_hop))
-            lowest = float(np.sqrt(STANDING_HZ * SLOWEST_HZ)) / rate if slowest else form.lowest
-            seconds = max(form.smooth_s, form.samples / rate)
-            width = seconds * rate_hz / (2 * half_hop * stride)
-            hop = max(1, 2 * (half_hop >> number))
-            wide = width + (len(form.taps) - 1) / hop
-            bands.append(
-                Band(rate, hop, stride, gain, width, wide, lowest, form.squared, form.moves)
-            )
-            first = octave.next_half
+        octaves: list[Octave] = []
+        for number in range(
+            max(1, 1 + int(np.ceil(np.log2(SLOWEST_SHARE * rate_hz / SLOWEST_HZ))))
+        ):
+            first = octaves[-1].next_half if octaves else 0
+            octaves.append(Octave.start(form.taps, half_hop=half_hop >> number, first=first))
         quiet = Quiet.start(half_hop)
         return cls(
             hop=2 * half_hop,
-            bands=bands,
+            bands=_bands(form, len(octaves), rate_hz=rate_hz, common=2 * half_hop),
             octaves=octaves,
             quiet=quiet,
             series=[empty(octave.next_hop, 4) for octave in octaves],
@@ -126,11 +139,8 @@ class PhaseStream:
 
     def finish(self) -> PhaseRange:
         """Return what is left; beyond its filters' reach an octave keeps its reading one period."""
-        known = [
-            pair
-            for pair in zip(self.bands, self.series, strict=True)
-            if pair[1].stop > pair[1].first
-        ]
+        pairs = list(zip(self.bands, self.series, strict=True)) if self.noise.begun else []
+        known = [(band, series) for band, series in pairs if series.begun]
         self.bands, self.series = [band for band, _ in known], [series for _, series in known]
         return self._give((self.taken - 1) // self.hop + 2, last=True)
 
