@@ -3,6 +3,8 @@
 `python -m benchmarks.phase_currents`: seconds and peak memory of the demodulator on three phases
 and on each phase alone, and, on the same array, of PyWavelets' db5 to level 6 and back and of
 SciPy's `sosfiltfilt` (4th-order Butterworth); each in a process of its own, one thread.
+`python -m benchmarks.phase_currents errors` prints how far ranges are off at 40 frequencies: the
+table in docs/method.md.
 """
 
 import resource
@@ -67,6 +69,45 @@ def butterworth(made: Array) -> None:
         signal.sosfiltfilt(sos, phase)
 
 
+GAINS = (1.05, 0.97, 1.0)
+EQUAL = (1.0, 1.0, 1.0)
+DISTURBED = (
+    ("offsets", 0.0, EQUAL, 0.0),
+    ("and a fifth harmonic of 2 %", 0.02, EQUAL, 0.0),
+    ("and unequal gains", 0.0, GAINS, 0.0),
+    ("and white noise at 20 dB", 0.0, EQUAL, 0.1),
+    ("and all of these", 0.02, GAINS, 0.1),
+)
+
+
+def errors() -> None:
+    """Print rms errors of one phase and three, worst and median over 0.1 to 200 Hz."""
+    for name, harmonic, gains, noise in DISTURBED:
+        found = np.array([_errors(f, harmonic, gains, noise) for f in np.geomspace(0.1, 200.0, 40)])
+        for count, rms in zip(("one phase", "three phases"), 100.0 * found.T, strict=True):
+            print(f"{name}, {count}: worst {np.max(rms):.2f} %, median {np.median(rms):.2f} %")
+
+
+def _errors(
+    hertz: float, harmonic: float, gains: tuple[float, float, float], noise: float
+) -> tuple[float, float]:
+    """Return the rms error of one phase and of three, away from the ends."""
+    from autodb import signals
+    from autodb.virtual.phases import phases
+
+    true_A = np.full(round(RATE_HZ * max(20.0, 9.0 / hertz)), 3.4)
+    inside = slice(margin := round(RATE_HZ * max(2.0, 2.8 / hertz)), -margin)
+    made = phases(
+        np.random.default_rng(3), true_A, np.full(true_A.size, hertz), RATE_HZ, harmonic,
+        gains=gains, noise_share=noise,
+    )  # fmt: skip
+    u, v, w = made.values()
+    one = signals.one_phase_range(u, rate_hz=RATE_HZ).range_A[inside] / (3.4 * gains[0])
+    three = signals.three_phase_range(u, v, w, rate_hz=RATE_HZ).range_A[inside]
+    three = three / (3.4 * float(np.mean(gains)))
+    return float(np.sqrt(np.mean((one - 1.0) ** 2))), float(np.sqrt(np.mean((three - 1.0) ** 2)))
+
+
 STEPS: tuple[Callable[[Array], None], ...] = (three_phases, one_phase, wavelet, butterworth)
 
 
@@ -85,6 +126,8 @@ def main() -> None:
 if __name__ == "__main__":
     if len(sys.argv) == 1:
         main()
+    elif sys.argv[1] == errors.__name__:
+        errors()
     else:
         chosen = next(step for step in STEPS if step.__name__ == sys.argv[1])
         array = currents()
