@@ -1,4 +1,4 @@
-"""Signals: derivatives, demodulation, quasi-static force, segments."""
+"""Signals: derivatives, quasi-static force, segments. Phase currents: test_phases.py."""
 
 import numpy as np
 import pytest
@@ -24,39 +24,23 @@ def test_lowpass_shifts_nothing_in_time() -> None:
     assert_allclose(out[1000:-1000], slow[1000:-1000], atol=1e-5)
 
 
-def _phases(amplitude: np.ndarray, hz: float, offset: tuple[float, float, float]) -> list:  # type: ignore[type-arg]
-    phase = 2 * np.pi * hz * T
-    return [amplitude * np.cos(phase - k * 2 * np.pi / 3) + offset[k] for k in range(3)]
-
-
-@pytest.mark.parametrize("hz", [0.5, 3.0, 16.0, 60.0, 184.0])
-def test_range_is_twice_the_amplitude_at_any_drive_frequency(hz: float) -> None:
-    u, v, w = _phases(np.full_like(T, 1.7), hz, (0.05, -0.08, 0.02))
-    found = signals.three_phase_range(u, v, w, rate_hz=RATE)
-    inside = slice(2000, -2000)
-    assert_allclose(found.range_A[inside], 3.4, rtol=0.01)
-    assert_allclose(found.frequency_hz[inside], hz, rtol=0.02)
-
-
-def test_range_is_read_through_noise() -> None:
-    """20 dB signal to noise: rms error at most 1 % over windows of 1 s, as the range is used."""
-    rng = np.random.default_rng(7)
-    phases = [p + rng.normal(0, 0.1 * 1.7 / np.sqrt(2), T.size)
-              for p in _phases(np.full_like(T, 1.7), 3.0, (0, 0, 0))]  # fmt: skip
-    found = signals.three_phase_range(*phases, rate_hz=RATE, smooth_s=1.0)
-    error = found.range_A[1000:-1000] / 3.4 - 1.0
-    assert np.sqrt(np.mean(error**2)) < 0.01
-
-
-def test_a_standing_axis_gives_no_range() -> None:
-    u, v, w = _phases(np.full_like(T, 1.7), 0.0, (0, 0, 0))
-    assert np.isnan(signals.three_phase_range(u, v, w, rate_hz=RATE).range_A).all()
-
-
 def test_quasi_static_keeps_the_level_and_drops_the_teeth() -> None:
     force = 300.0 + 80.0 * np.sin(2 * np.pi * 90.0 * T)
     out = signals.quasi_static(force, rate_hz=RATE)
     assert_allclose(out[1000:-1000], 300.0, atol=1.0)
+
+
+def test_quasi_static_holds_only_the_band_below_8_Hz() -> None:
+    """Level 6 at 1000 Hz ends at 7.8 Hz; with level 5, 11 Hz would come through the average."""
+    swinging = signals.quasi_static(100.0 * np.sin(2 * np.pi * 11.0 * T), rate_hz=RATE)
+    assert np.abs(swinging[1000:-1000]).max() < 3.0
+
+
+def test_quasi_static_is_off_by_a_sixteenth_of_the_slope_at_the_ends() -> None:
+    slope_N_s = 200.0
+    out = signals.quasi_static(slope_N_s * T, rate_hz=RATE)
+    assert_allclose(out[500:-500], (slope_N_s * T)[500:-500], atol=0.6)
+    assert np.abs(out - slope_N_s * T).max() < 1.1 * slope_N_s / 16.0
 
 
 def test_air_and_cut_are_told_apart() -> None:

@@ -20,8 +20,8 @@ AXES = ("x", "z", "spindle")
 
 
 def has_phase_currents(channels: Collection[str]) -> bool:
-    """Say whether all three phase currents of some axis are among ``channels``."""
-    return any({f"{axis}.current.{phase}" for phase in "uvw"} <= set(channels) for axis in AXES)
+    """Say whether a phase current of some axis is among ``channels``; one is enough."""
+    return any(f"{axis}.current.{phase}" in channels for axis in AXES for phase in "uvw")
 
 
 def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = None) -> CutTable:
@@ -32,15 +32,21 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
     rate = recording.rate_hz
     ranges: dict[str, Array] = {}
     for axis in AXES:
-        phases = _phases(recording, axis)
-        if phases is not None:
+        phases = [recording.get(f"{axis}.current.{phase}") for phase in "uvw"]
+        recorded = [phase for phase in phases if phase is not None]
+        if recorded:
             if progress:
                 progress(f"demodulating {axis}")
-            ranges[axis] = signals.three_phase_range(*phases, rate_hz=rate).range_A
+            ranges[axis] = _range_A(recorded, rate)
     segments = _segments(ranges, rate, recording)
     row = _conditions(recording, segments.cut)
     for axis, values in ranges.items():
-        for name, part in (("range", segments.cut), ("air", segments.air)):
+        parts = {"air": segments.air, "range": segments.cut}
+        if axis != "spindle" and _folds(values, segments):
+            if progress:
+                progress(f"{axis}: the range folds between air and cut; its force is not sensed")
+            del parts["range"]
+        for name, part in parts.items():
             known = values[part][np.isfinite(values[part])]
             if known.size > 0.5 * (part.stop - part.start):
                 row[f"{axis}.current.{name}"] = float(np.mean(known))
@@ -58,10 +64,17 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
     return CutTable(path=recording.path, channels=channels, texts=texts, side=side)
 
 
-def _phases(recording: Recording, axis: str) -> tuple[Array, Array, Array] | None:
-    found = [recording.get(f"{axis}.current.{phase}") for phase in "uvw"]
-    u, v, w = found
-    return None if u is None or v is None or w is None else (u, v, w)
+def _range_A(phases: list[Array], rate_hz: float) -> Array:
+    """Return the range of all three phases, or of the first where one or two were recorded."""
+    if len(phases) < 3:
+        return signals.one_phase_range(phases[0], rate_hz=rate_hz).range_A
+    u, v, w = phases
+    return signals.three_phase_range(u, v, w, rate_hz=rate_hz).range_A
+
+
+def _folds(range_A: Array, segments: signals.Segments) -> bool:
+    """Say whether the load may have changed its sign between the air approach and the cut."""
+    return bool(signals.touches(range_A[segments.air.start : segments.cut.stop]))
 
 
 def _segments(ranges: dict[str, Array], rate: float, recording: Recording) -> signals.Segments:

@@ -46,19 +46,27 @@ def clock(cut: Cut, rate_hz: float) -> Clock:
 
 
 def phases(
-    rng: np.random.Generator, range_A: Array, hertz: Array, rate_hz: float, harmonic: float = 0.0
+    rng: np.random.Generator,
+    range_A: Array,
+    hertz: Array,
+    rate_hz: float,
+    harmonic: float = 0.0,
+    *,
+    gains: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    noise_share: float = NOISE_SHARE,
 ) -> dict[str, Array]:
     """Currents of three Hall sensors, A: range/2 sin(theta - k 2 pi/3), d theta/dt = 2 pi f.
 
     At standstill theta is frozen and the currents are constant. A negative frequency reverses the
-    phase order. Noise is white, 30 dB below the signal; each sensor has an offset.
+    phase order. Noise is white, 30 dB below the signal unless its rms share of it is given; each
+    sensor has an offset and a gain.
     """
     theta = rng.uniform(0.0, 2.0 * np.pi) + 2.0 * np.pi * np.cumsum(hertz) / rate_hz
-    noise_A = NOISE_SHARE * float(np.mean(range_A)) / 2.0 / np.sqrt(2.0)
+    noise_A = noise_share * float(np.mean(range_A)) / 2.0 / np.sqrt(2.0)
     currents = {}
     for k, name in enumerate("uvw"):
         angle = theta - 2.0 * np.pi / 3.0 * k
-        wave = 0.5 * range_A * (np.sin(angle) + harmonic * np.sin(5.0 * angle))
+        wave = 0.5 * gains[k] * range_A * (np.sin(angle) + harmonic * np.sin(5.0 * angle))
         noise = noise_A * rng.standard_normal(range_A.size)
         currents[name] = wave + noise + HALL_OFFSET_A * rng.standard_normal()
     return currents

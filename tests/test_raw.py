@@ -1,0 +1,96 @@
+"""One cut recorded as raw phase currents: one phase or three, in volts of a Hall sensor."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+from autodb import records
+from autodb.records import CutTable, Recording
+from autodb.sensing import raw
+from autodb.store import models, open_store
+from autodb.virtual.jobs import cut_at
+from autodb.virtual.phases import phases, raw_cut
+from autodb.virtual.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_csv
+from tests.conftest import Cli
+
+Array = NDArray[np.float64]
+
+RATE = 1000.0
+VOLT_PER_A = 0.1
+SIDE = """
+[channels]
+"spindle.current.u" = {column = "U_SPINDLE", scale = 10, unit = "A"}
+"z.current.u" = {column = "U_Z", scale = 0.01, unit = "A"}
+[cut]
+operation = "turn"
+"""
+
+
+@pytest.fixture(scope="module")
+def cut() -> dict[str, Array]:
+    """A cut that feeds at 6.7 mm/s: the z drive turns at 2.1 Hz, the spindle's at 74 Hz."""
+    made = cut_at((2.0, 0.20, 2000.0, 62.0), duration_s=4.0)
+    return raw_cut(SAMPLE_LATHE, SAMPLE_PAIR, made, 8, True)
+
+
+@pytest.fixture
+def volts(cut: dict[str, Array], tmp_path: Path) -> Path:
+    """One Hall sensor an axis, 0.1 V/A, one logged in V and one in mV."""
+    path = tmp_path / "hall.csv"
+    sensed = {
+        "t": cut["t"],
+        "U_SPINDLE": VOLT_PER_A * cut["spindle.current.v"],
+        "U_Z": 1000.0 * VOLT_PER_A * cut["z.current.w"],
+    }
+    write_csv(path, sensed)
+    path.with_suffix(".toml").write_text(SIDE, encoding="utf-8")
+    return path
+
+
+def _row(table: CutTable) -> dict[str, float]:
+    return {name: float(values[0]) for name, values in table.channels.items()}
+
+
+def test_one_hall_sensor_an_axis_reads_what_three_phases_do(
+    cut: dict[str, Array], volts: Path
+) -> None:
+    three = _row(raw.cut_of(Recording(path=Path("three.csv"), channels=cut)))
+    read = records.read(volts)
+    assert isinstance(read, Recording)
+    one = _row(raw.cut_of(read))
+    for name in ("spindle.current.range", "spindle.current.air", "z.current.range"):
+        assert_allclose(one[name], three[name], rtol=0.005)
+    assert_allclose(one["z.current.air"], three["z.current.air"], rtol=0.03)
+
+
+def test_a_recording_of_one_phase_is_imported_with_its_cut(volts: Path, cli: Cli) -> None:
+    assert cli("init").code == 0
+    assert cli("machine", "add", "lathe-1").code == 0
+    done = cli("import", volts, "--machine", "lathe-1")
+    assert done.code == 0, done.err
+    store = open_store("sqlite:///autodb.sqlite3")
+    with store.reading() as session:
+        (kept,) = session.query(models.Cut).all()
+        assert set(kept.measured) >= {"spindle.current.range", "z.current.range"}
+        assert not any(name.startswith("x.current") for name in kept.measured)
+    store.close()
+
+
+def test_a_range_that_folds_on_its_way_into_the_cut_is_left_out() -> None:
+    """Air 3 A of load that weight drives, cut 5 A against it: what the range says is not known."""
+    t = np.arange(24_000) / RATE
+    load_A = np.interp(t, [10.0, 16.0], [-3.0, 5.0])
+    rng = np.random.default_rng(13)
+    made = phases(rng, np.abs(load_A), np.full(t.size, 12.0), RATE)
+    channels = {"t": t, **{f"x.current.{name}": values for name, values in made.items()}}
+    spindle = phases(rng, np.where(t > 10.0, 20.0, 10.0), np.full(t.size, 50.0), RATE)
+    channels |= {f"spindle.current.{name}": values for name, values in spindle.items()}
+    said: list[str] = []
+    row = _row(raw.cut_of(Recording(path=Path("a.csv"), channels=channels), progress=said.append))
+    assert_allclose(row["x.current.air"], 3.0, rtol=0.005)
+    assert "x.current.range" not in row
+    assert any("folds between air and cut" in line for line in said)
+    assert_allclose(row["spindle.current.range"], 20.0, rtol=0.01)
