@@ -44,10 +44,10 @@ def slot(
 def hole(block: Block, taken: Sequence[Lane], *, radius_mm: float) -> Lane | None:
     """Return the first free place of a hole, or None."""
     room = _Room(block, radius_mm + block.wall_mm, 2 * radius_mm + block.wall_mm)
-    for x_mm in _steps(block.size_x_mm):
-        for y_mm in _steps(block.size_y_mm):
+    for x_mm in room.grid(block.size_x_mm):
+        for y_mm in room.grid(block.size_y_mm):
             lane = Lane((x_mm, y_mm), (x_mm, y_mm))
-            if room.holds(lane.end) and room.free(lane, taken):
+            if room.free(lane, taken):
                 return lane
     return None
 
@@ -75,6 +75,13 @@ class _Room:
     def free(self, lane: Lane, taken: Sequence[Lane]) -> bool:
         """Say whether a lane is far enough from all others."""
         return all(distance_mm(lane, other) >= self.apart_mm for other in taken)
+
+    def grid(self, size_mm: float) -> list[float]:
+        """Return places across a side, as near to each other as they may be."""
+        inside_mm = size_mm - 2 * self.side_mm
+        return [
+            i * self.apart_mm - inside_mm / 2 for i in range(int(inside_mm // self.apart_mm) + 1)
+        ]
 
     @property
     def half(self) -> Point:

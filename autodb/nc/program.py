@@ -118,10 +118,10 @@ def _text(job: _Job) -> Iterator[str]:
     for path in {path.cut.name: path for path in reversed(job.paths)}.values():
         yield from (f"/{line}" for line in _cut(job, path, path.lifted(), "in air"))
     yield from _retract(job)
-    yield "M0"
+    yield from _stop(job, "end of the dry run: check what it showed")
     for number, path in enumerate(job.paths, 1):
         if path.new_stock:
-            yield from _new_stock(job)
+            yield from _stop(job, f"clamp a new {job.stock}")
         yield from _cut(job, path, path.moves, f"{number} of {len(job.paths)}")
         yield "M1"
     yield from words.closing
@@ -170,7 +170,7 @@ def _cut(job: _Job, path: Path, moves: Sequence[Move], which: str) -> Iterator[s
     yield from _retract(job)
 
 
-def _new_stock(job: _Job) -> Iterator[str]:
+def _stop(job: _Job, why: str) -> Iterator[str]:
     yield "M5"
-    yield job.words.said(f"clamp a new {job.stock}")
+    yield job.words.said(why)
     yield "M0"

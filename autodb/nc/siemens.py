@@ -2,8 +2,8 @@
 
 G710 takes lengths and feeds in mm. G95, G96 and G97 are one group: G97 ends a constant cutting
 speed and keeps the feed per revolution; LIMS limits the speed in G96 and G97. SUPA leaves out all
-frames for one block and D0 the tool's offset. X is retracted as a radius (DIAMOF); DIAMON then makes
-it a diameter. No program made with these words has run on a control.
+frames for one block and D0 the tool's offset. X is retracted as a radius (DIAMOF); DIAMON then
+makes it a diameter. No program made with these words has run on a control.
 """
 
 from autodb.nc.words import Words
