@@ -22,7 +22,7 @@ class Modes:
     feed_per: str = ""
     limit_rpm: float | None = None
     absolute: bool = False
-    diameter: bool = False
+    diameter: bool | None = None
     offset: bool = False
     tool: bool = False
     rpm: float = 0.0
@@ -51,7 +51,7 @@ class Control:
     per_rev: frozenset[str]
     per_min: frozenset[str]
     always_absolute: bool
-    diameter: bool
+    diameter: bool | None
     zero: Place
     cycles: frozenset[str] = frozenset()
 
@@ -71,9 +71,10 @@ def fanuc_lathe(zero: Place, *, diameter: bool) -> Control:
     return Control(rev, minute, True, diameter, zero, frozenset({"G90", "G92", "G94", "G95"}))
 
 
-def other(zero: Place) -> Control:
-    """Return a Fanuc mill or a Sinumerik."""
-    return Control(frozenset({"G95"}), frozenset({"G94"}), False, False, zero)
+def other(zero: Place, *, lathe: bool) -> Control:
+    """Return a Fanuc mill or a Sinumerik; on its lathe a program must say how X counts."""
+    diameter = None if lathe else False
+    return Control(frozenset({"G95"}), frozenset({"G94"}), False, diameter, zero)
 
 
 def motions(text: str, control: Control, *, skip: bool) -> list[Motion]:
@@ -147,6 +148,7 @@ def _mode(run: _Run, word: str) -> bool:
 def _value(run: _Run, letter: str, value: float, to: Place, word: str) -> None:
     if letter in {"X", "Y", "Z"}:
         assert "." in word, "a coordinate without a decimal point"
+        assert letter != "X" or run.modes.diameter is not None, "radius or diameter?"
         to[letter.lower()] = value / 2 if letter == "X" and run.modes.diameter else value
     elif letter == "F":
         run.modes = replace(run.modes, feed=value)

@@ -72,7 +72,7 @@ class Case:
 
     def motions(self, *, skip: bool = True) -> list[nc.Motion]:
         zero = {k.removesuffix("_mm"): v for k, v in self.setup["zero"].items() if v is not None}
-        control = nc.other(zero)
+        control = nc.other(zero, lathe=self.protocol.bar is not None)
         if self.dialect == "fanuc" and self.protocol.bar:
             control = nc.fanuc_lathe(zero, diameter=bool(self.machine.diameter))
         return nc.motions(self.text, control, skip=skip)
@@ -369,6 +369,13 @@ def test_what_does_not_fit_is_refused_in_one_line(
 def test_a_tailstock_out_of_the_way_is_no_reason_to_refuse() -> None:
     far = {"z_mm": 280, "diameter_mm": 60}
     _check(_changed(_case("turning-aluminium", "siemens"), "setup", "tailstock", to=far))
+
+
+def test_the_dry_run_has_to_fit_too() -> None:
+    """No hole needs more than 164 mm of z; lifted off the block, the first begins at 178 mm."""
+    low = _changed(_case("drilling-c45", "fanuc"), "setup", "retract", "z_mm", to=170)
+    with pytest.raises(UnusableInput, match=r"z would go to 178\.000 .*setup\.retract\.z_mm = 170"):
+        _ = low.text
 
 
 @pytest.mark.parametrize(

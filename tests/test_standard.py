@@ -110,7 +110,7 @@ def test_references_hold_the_true_force_and_are_students_interval(tmp_path: Path
             values = forces[f"force.{component}"]
             expected = stats.t.interval(0.95, 5, values.mean(), stats.sem(values))
             reference = cut.reference[component]
-            assert_allclose([reference.lower, reference.upper], expected, atol=2e-3)
+            assert_allclose([reference.lower, reference.upper], expected, atol=6e-3)
             assert abs(reference.value - true) < 20
             assert reference.source.startswith("dyno.csv")
             assert (reference.date, cut.repeats) == (DAY, 6)
@@ -136,6 +136,7 @@ def test_a_protocol_gets_its_references_from_cuts_that_are_its_own(tmp_path: Pat
     assert cuts["published"].repeats == 12
     assert not cuts["light"].reference
     assert "'light' not measured" in done.without
+    assert done.without[-1] == "7 rows are none of the protocol's cuts"
     assert done.protocol.bar == before.bar
 
 

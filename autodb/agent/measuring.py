@@ -38,12 +38,15 @@ class _Group:
     cut: StandardCut
     forces_N: dict[str, list[float]] = field(default_factory=dict)
 
-    def add(self, table: CutTable, row: int) -> None:
-        """Add the forces of a row that were measured."""
+    def take(self, table: CutTable, free: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Add the measured forces of the free rows that are this cut, and return which they are."""
+        rows = _is(table, self.cut) & free
         for name in FORCES:
             force = table.get(name)
-            if force is not None and np.isfinite(force[row]):
-                self.forces_N.setdefault(name.removeprefix("force."), []).append(float(force[row]))
+            if force is not None:
+                known = force[rows & np.isfinite(force)].tolist()
+                self.forces_N.setdefault(name.removeprefix("force."), []).extend(known)
+        return rows
 
 
 @dataclass(frozen=True)
@@ -76,21 +79,30 @@ def with_references(protocol: Protocol, tables: Sequence[CutTable], *, date: str
     its cuts, or none is one.
     """
     groups = [_Group(cut) for cut in protocol.cut]
+    others = 0
     for table in tables:
         hits = np.array([_is(table, cut) for cut in protocol.cut])
-        for row in range(len(table)):
-            found = np.flatnonzero(hits[:, row])
-            if len(found) > 1:
-                names = " and ".join(f"'{protocol.cut[i].name}'" for i in found[:2])
-                raise UnusableInput(
-                    f"{table.path}: row {row + 1} is {names}; feed_direction_deg in the side file "
-                    "of a recording, or other names for them, would tell them apart"
-                )
-            for i in found:
-                groups[i].add(table, row)
-    if not any(group.forces_N for group in groups):
+        _refuse_two_in_one(table, protocol, hits)
+        others += int((~hits.any(axis=0)).sum())
+        for group in groups:
+            group.take(table, np.ones(len(table), dtype=np.bool_))
+    if not any(any(group.forces_N.values()) for group in groups):
         raise UnusableInput(f"{tables[0].path}: no row is a standard cut of '{protocol.name}'")
-    return _measured(protocol, groups, tables, date)
+    done = _measured(protocol, groups, tables, date)
+    left = (f"{others} rows are none of the protocol's cuts",) if others else ()
+    return Measured(done.protocol, (*done.without, *left))
+
+
+def _refuse_two_in_one(table: CutTable, protocol: Protocol, hits: NDArray[np.bool_]) -> None:
+    """Raise UnusableInput for the first row, shape (cuts, rows), that is more than one cut."""
+    twice = np.flatnonzero(hits.sum(axis=0) > 1)
+    if twice.size:
+        found = np.flatnonzero(hits[:, twice[0]])
+        names = " and ".join(f"'{protocol.cut[i].name}'" for i in found[:2])
+        raise UnusableInput(
+            f"{table.path}: row {twice[0] + 1} is {names}; recordings whose side files say their "
+            "feed_direction_deg would work"
+        )
 
 
 def new_protocol(name: str, tables: Sequence[CutTable], *, date: str) -> Measured:
@@ -100,12 +112,14 @@ def new_protocol(name: str, tables: Sequence[CutTable], *, date: str) -> Measure
     """
     groups: list[_Group] = []
     for table in tables:
-        for row in range(len(table)):
-            group = next((g for g in groups if _is(table, g.cut)[row]), None)
-            if group is None:
-                group = _Group(_cut_of(table, row))
-                groups.append(group)
-            group.add(table, row)
+        free = np.ones(len(table), dtype=np.bool_)
+        for group in groups:
+            free &= ~group.take(table, free)
+        while free.any():
+            first = int(np.argmax(free))
+            groups.append(_Group(_cut_of(table, first)))
+            free &= ~groups[-1].take(table, free)
+            free[first] = False
     again = [group for group in groups if max(map(len, group.forces_N.values()), default=0) > 1]
     if not again:
         raise UnusableInput(
@@ -207,7 +221,7 @@ def _reference(forces_N: Array, files: str, date: str) -> Reference:
 
 
 def _short(force_N: float) -> float:
-    return round(force_N, 3)
+    return round(force_N, 2)
 
 
 def _only(tables: Sequence[CutTable], channel: str) -> str:

@@ -95,7 +95,8 @@ def new(
     ] = None,
     columns: Columns = None,
     out: Annotated[
-        Path | None, typer.Option("--out", help="File to write [default: NAME.toml].")
+        Path | None,
+        typer.Option("--out", metavar="FILE", help="File to write [default: NAME.toml]."),
     ] = None,
 ) -> None:
     """Write a protocol with reference forces: means of repeats that a dynamometer measured."""
@@ -139,12 +140,18 @@ def program(
     machine_file: Annotated[
         Path,
         typer.Option(
-            "--machine-file", readable=False, help="Machine file (TOML) with limits and [setup]."
+            "--machine-file",
+            readable=False,
+            metavar="FILE",
+            help="Machine file (TOML) with limits and [setup].",
         ),
     ],
-    dialect: Annotated[str, typer.Option("--dialect", help="fanuc or siemens.")],
+    dialect: Annotated[
+        str, typer.Option("--dialect", help="Words of which control: fanuc or siemens.")
+    ],
     out: Annotated[
-        Path | None, typer.Option("--out", help="File to write [default: it is printed].")
+        Path | None,
+        typer.Option("--out", metavar="FILE", help="File to write [default: it is printed]."),
     ] = None,
 ) -> None:
     """Make the NC program of a protocol's cuts, or refuse what the machine's limits do not allow.

@@ -1,7 +1,7 @@
 """Does a program fit a machine? Refused in one line: the cut, the axis, the limit.
 
 Every position of every cut, in the material and lifted into the air, is held against the travel of
-its axis, the jaws, the tailstock, the retract position, and the limits of speed and feed.
+its axis, the jaws, the tailstock and the retract position, every speed against the spindle.
 """
 
 from collections.abc import Iterator, Sequence

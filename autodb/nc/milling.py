@@ -36,6 +36,7 @@ class _Top:
     taken: list[Lane] = field(default_factory=list)
 
     def place(self, cut: StandardCut) -> Lane | None:
+        """Return a free place for a cut, which it then takes, or None."""
         found = _PLACES[cut.operation](self, cut)
         if found is not None:
             self.taken.append(found)

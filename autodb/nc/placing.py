@@ -85,6 +85,7 @@ class _Room:
 
     @property
     def half(self) -> Point:
+        """Half of the block's sides."""
         return (self.block.size_x_mm / 2, self.block.size_y_mm / 2)
 
 

@@ -31,10 +31,6 @@ class _Job:
     air_mm: float
 
     @property
-    def depth_mm(self) -> float:
-        return self.cut.depth_mm or 0.0
-
-    @property
     def outside_mm(self) -> float:
         """Radius at which the bar as clamped is passed."""
         return self.bar.diameter_mm / 2 + self.clearance_mm
