@@ -3,8 +3,6 @@
 import itertools
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,148 +11,21 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.machinefile import MachineFile
-from autodb.nc import DIALECTS, program
+from autodb.nc import DIALECTS
 from autodb.nc.placing import Lane, distance_mm
-from autodb.standard import Protocol, read_protocol, run_order
+from autodb.standard import read_protocol, run_order
 from tests import nc
+from tests.nc_cases import CLEAR_MM, LATHE, SHIPPED, Case, bar_case, block_case, case_of, changed
 
 Places = dict[str, NDArray[np.float64]]
-CLEAR_MM = 2.0
 DRAWS = 50
-LATHE: dict[str, Any] = {
-    "diameter": True,
-    "spindle": {"max_speed_rpm": 4000},
-    "axes": {
-        "x": {"limits": {"travel_low_mm": -10, "travel_high_mm": 160}},
-        "z": {"limits": {"travel_low_mm": -5, "travel_high_mm": 520}},
-    },
-    "setup": {
-        "tool": 3,
-        "spindle": "M4",
-        "clearance_mm": CLEAR_MM,
-        "max_speed_rpm": 3000,
-        "zero": {"x_mm": 1.5, "z_mm": 120},
-        "retract": {"x_mm": 150, "z_mm": 300},
-        "jaws": {"z_mm": 60, "diameter_mm": 200},
-    },
-}
-MILL: dict[str, Any] = {
-    "spindle": {"max_speed_rpm": 8000},
-    "axes": {
-        "x": {"limits": {"travel_low_mm": 0, "travel_high_mm": 600}},
-        "y": {"limits": {"travel_low_mm": 0, "travel_high_mm": 400}},
-        "z": {"limits": {"travel_low_mm": 0, "travel_high_mm": 450}},
-    },
-    "setup": {
-        "tool": 7,
-        "spindle": "M3",
-        "clearance_mm": CLEAR_MM,
-        "zero": {"x_mm": 300, "y_mm": 200, "z_mm": 150},
-        "retract": {"z_mm": 300},
-        "jaws": {"z_mm": 130},
-    },
-}
-SHIPPED = {"turning-aluminium": LATHE, "milling-c45": MILL, "drilling-c45": MILL}
 CASES = list(itertools.product(SHIPPED, DIALECTS))
-
-
-@dataclass(frozen=True)
-class Case:
-    """A protocol, the machine it is made for, and a dialect."""
-
-    protocol: Protocol
-    machine: MachineFile
-    dialect: str
-
-    @property
-    def text(self) -> str:
-        return program(self.protocol, self.machine, dialect=self.dialect, source="m.toml")
-
-    def motions(self, *, skip: bool = True) -> list[nc.Motion]:
-        zero = {k.removesuffix("_mm"): v for k, v in self.setup["zero"].items() if v is not None}
-        control = nc.other(zero, lathe=self.protocol.bar is not None)
-        if self.dialect == "fanuc" and self.protocol.bar:
-            control = nc.fanuc_lathe(zero, diameter=bool(self.machine.diameter))
-        return nc.motions(self.text, control, skip=skip)
-
-    @property
-    def setup(self) -> dict[str, Any]:
-        assert self.machine.setup is not None
-        return self.machine.setup.model_dump()
-
-
-def _case(name: str, dialect: str) -> Case:
-    return Case(read_protocol(name), MachineFile.model_validate(SHIPPED[name]), dialect)
-
-
-def _changed(case: Case, *path: str, to: Any) -> Case:
-    """Return a case whose machine states something else."""
-    content = case.machine.model_dump(exclude_none=True)
-    part = content
-    for key in path[:-1]:
-        part = part.setdefault(key, {})
-    part[path[-1]] = to
-    return Case(case.protocol, MachineFile.model_validate(content), case.dialect)
-
-
-def _bar_case(draw: np.random.Generator, dialect: str) -> Case:
-    diameter = round(draw.uniform(40, 120), 2)
-    length = round(draw.uniform(20, 50), 2)
-    cuts = [
-        {
-            "name": f"cut {i}",
-            "operation": str(draw.choice(["turn", "turn", "face"])),
-            "speed_rpm": round(draw.uniform(300, 2900)),
-            "feed_mm_rev": round(draw.uniform(0.05, 0.4), 3),
-            "depth_mm": round(draw.uniform(0.3, 3), 2),
-            "repeats": int(draw.integers(1, 5)),
-        }
-        for i in range(draw.integers(1, 6))
-    ]
-    bar = {
-        "diameter_mm": diameter,
-        "least_diameter_mm": round(0.7 * diameter, 2),
-        "hub_diameter_mm": round(0.3 * diameter, 2),
-        "length_mm": length,
-        "least_length_mm": round(0.8 * length, 2),
-    }
-    air_s = round(draw.uniform(2, 4), 2)
-    protocol = {"name": "p", "material": "m", "tool": "t", "air_s": air_s, "bar": bar, "cut": cuts}
-    case = Case(Protocol.model_validate(protocol), MachineFile.model_validate(LATHE), dialect)
-    return _changed(case, "diameter", to=bool(draw.integers(2)))
-
-
-def _block_case(draw: np.random.Generator, dialect: str) -> Case:
-    cuts: list[dict[str, Any]] = []
-    for i in range(draw.integers(1, 6)):
-        cut: dict[str, Any] = {
-            "name": f"cut {i}",
-            "speed_rpm": round(draw.uniform(600, 7900)),
-            "feed_mm_tooth": round(draw.uniform(0.01, 0.05), 3),
-            "length_mm": round(draw.uniform(5, 15), 2),
-            "repeats": int(draw.integers(1, 5)),
-            "operation": "drill",
-        }
-        if draw.integers(2):
-            cut |= {
-                "operation": "slot",
-                "depth_mm": round(draw.uniform(0.5, 4), 2),
-                "feed_direction_deg": round(draw.uniform(-180, 180), 1),
-                "length_mm": round(draw.uniform(15, 40), 2),
-            }
-        cuts.append(cut)
-    size = draw.uniform(70, 150, 2).round(1).tolist()
-    block = {"size_x_mm": size[0], "size_y_mm": size[1], "height_mm": 40, "wall_mm": 2}
-    geometry = {"diameter_mm": round(draw.uniform(4, 16), 1), "teeth": int(draw.integers(1, 5))}
-    common = {"name": "p", "material": "m", "tool": "t", "air_s": 2.5}
-    protocol = {**common, "geometry": geometry, "block": block, "cut": cuts}
-    return Case(Protocol.model_validate(protocol), MachineFile.model_validate(MILL), dialect)
 
 
 def _drawn(dialect: str) -> list[Case]:
     """Return random protocols for a dialect, on a lathe and on a mill, that fit."""
     draw = np.random.default_rng(11)
-    makers: Sequence[Callable[[np.random.Generator, str], Case]] = (_bar_case, _block_case)
+    makers: Sequence[Callable[[np.random.Generator, str], Case]] = (bar_case, block_case)
     return [make(draw, dialect) for make in makers for _ in range(DRAWS)]
 
 
@@ -230,7 +101,7 @@ def _keeps_to_the_machine(case: Case, motion: nc.Motion) -> None:
 
 @pytest.mark.parametrize(("name", "dialect"), CASES)
 def test_a_shipped_program_keeps_to_the_machine(name: str, dialect: str) -> None:
-    _check(_case(name, dialect))
+    _check(case_of(name, dialect))
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
@@ -249,7 +120,7 @@ def test_drawn_programs_keep_to_the_machine(dialect: str) -> None:
 
 @pytest.mark.parametrize(("name", "dialect"), CASES)
 def test_one_hundredth_less_travel_is_refused(name: str, dialect: str) -> None:
-    case = _case(name, dialect)
+    case = case_of(name, dialect)
     reached = [motion.after for motion in case.motions(skip=False)]
     for axis in ("x", "z") if case.protocol.bar else ("x", "y", "z"):
         values = [at[axis] for at in reached if axis in at]
@@ -257,7 +128,7 @@ def test_one_hundredth_less_travel_is_refused(name: str, dialect: str) -> None:
             ("travel_low_mm", min(values) + 0.01),
             ("travel_high_mm", max(values) - 0.01),
         ):
-            tight = _changed(case, "axes", axis, "limits", key, to=limit)
+            tight = changed(case, "axes", axis, "limits", key, to=limit)
             with pytest.raises(UnusableInput, match=rf"axis {axis} would go to .* beyond {key}"):
                 _ = tight.text
 
@@ -265,7 +136,7 @@ def test_one_hundredth_less_travel_is_refused(name: str, dialect: str) -> None:
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_the_tool_feeds_in_air_before_every_cut(dialect: str) -> None:
     """A bar is followed as it is cut away; at least ``air_s`` pass at cutting feed before it."""
-    case = _case("turning-aluminium", dialect)
+    case = case_of("turning-aluminium", dialect)
     bar = case.protocol.bar
     assert bar
     zero = case.setup["zero"]
@@ -290,7 +161,7 @@ def test_the_tool_feeds_in_air_before_every_cut(dialect: str) -> None:
 
 @pytest.mark.parametrize("name", ["milling-c45", "drilling-c45"])
 def test_a_mill_feeds_in_air_before_every_cut(name: str) -> None:
-    case, entered = _case(name, "fanuc"), 0
+    case, entered = case_of(name, "fanuc"), 0
     for motion in case.motions():
         if motion.modes.rapid or motion.modes.feed is None:
             continue
@@ -305,7 +176,7 @@ def test_a_mill_feeds_in_air_before_every_cut(name: str) -> None:
 
 def test_a_program_cuts_what_the_protocol_says() -> None:
     """Feeds, speeds and directions of a slot program are those of its cuts, in the order."""
-    case = _case("milling-c45", "siemens")
+    case = case_of("milling-c45", "siemens")
     cutting = [
         m
         for m in case.motions()
@@ -323,7 +194,7 @@ def test_a_program_cuts_what_the_protocol_says() -> None:
 
 
 def test_no_two_slots_of_a_block_meet() -> None:
-    case = _case("milling-c45", "fanuc")
+    case = case_of("milling-c45", "fanuc")
     lanes: dict[int, list[Lane]] = {}
     for m in case.motions():
         if not m.modes.rapid and m.before["z"] == m.after["z"] and m.before != m.after:
@@ -363,17 +234,17 @@ def test_what_does_not_fit_is_refused_in_one_line(
     path: tuple[str, ...], value: object, line: str
 ) -> None:
     with pytest.raises(UnusableInput, match=line):
-        _ = _changed(_case("turning-aluminium", "fanuc"), *path, to=value).text
+        _ = changed(case_of("turning-aluminium", "fanuc"), *path, to=value).text
 
 
 def test_a_tailstock_out_of_the_way_is_no_reason_to_refuse() -> None:
     far = {"z_mm": 280, "diameter_mm": 60}
-    _check(_changed(_case("turning-aluminium", "siemens"), "setup", "tailstock", to=far))
+    _check(changed(case_of("turning-aluminium", "siemens"), "setup", "tailstock", to=far))
 
 
 def test_the_dry_run_has_to_fit_too() -> None:
     """No hole needs more than 164 mm of z; lifted off the block, the first begins at 178 mm."""
-    low = _changed(_case("drilling-c45", "fanuc"), "setup", "retract", "z_mm", to=170)
+    low = changed(case_of("drilling-c45", "fanuc"), "setup", "retract", "z_mm", to=170)
     with pytest.raises(UnusableInput, match=r"z would go to 178\.000 .*setup\.retract\.z_mm = 170"):
         _ = low.text
 
@@ -395,11 +266,11 @@ def test_what_a_machine_file_does_not_say_is_asked_for(key: str, line: str) -> N
 
 def test_an_unknown_dialect_names_those_there_are() -> None:
     with pytest.raises(UnusableInput, match=r"dialect 'fanuk' \(did you mean fanuc"):
-        _ = _case("turning-aluminium", "fanuk").text
+        _ = case_of("turning-aluminium", "fanuk").text
 
 
 def test_the_same_input_gives_the_same_program_and_another_seed_another_order() -> None:
-    case = _case("turning-aluminium", "fanuc")
+    case = case_of("turning-aluminium", "fanuc")
     assert case.text == case.text
     again = case.protocol.model_copy(update={"seed": 2})
     assert Case(again, case.machine, "fanuc").text != case.text
@@ -408,14 +279,14 @@ def test_the_same_input_gives_the_same_program_and_another_seed_another_order() 
 def test_dialects_differ_in_their_words_and_not_in_their_motions() -> None:
     for name in SHIPPED:
         places = [
-            list(dict.fromkeys(str(m.after) for m in _case(name, d).motions(skip=False)))
+            list(dict.fromkeys(str(m.after) for m in case_of(name, d).motions(skip=False)))
             for d in DIALECTS
         ]
         assert sorted(places[0]) == sorted(places[1])
 
 
 def test_the_header_says_what_it_is() -> None:
-    text = _case("turning-aluminium", "fanuc").text
+    text = case_of("turning-aluminium", "fanuc").text
     head = text.split("G21")[0]
     for part in ("NOT PROVEN ON YOUR MACHINE", "TURNING-ALUMINIUM", "PDJNR2525M15", "BAR DIA 80"):
         assert part in head

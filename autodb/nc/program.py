@@ -121,7 +121,7 @@ def _text(job: _Job) -> Iterator[str]:
     yield from _stop(job, "end of the dry run: check what it showed")
     for number, path in enumerate(job.paths, 1):
         if path.new_stock:
-            yield from _stop(job, f"clamp a new {job.stock}")
+            yield from _stop(job, f"clamp a new {job.stock}, and set program zero again")
         yield from _cut(job, path, path.moves, f"{number} of {len(job.paths)}")
         yield "M1"
     yield from words.closing
