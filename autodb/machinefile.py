@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from autodb.channels import LINEAR_AXES, ROTARY_AXES
 from autodb.errors import near
 from autodb.tomlfile import Finite, Positive, Reference, Section, read_toml
+from autodb.workholding import Setup
 
 SPINDLE = "spindle"
 AXES = (*LINEAR_AXES, *ROTARY_AXES, SPINDLE)
@@ -94,13 +95,17 @@ class SpindleFile(Section):
 
 
 class MachineFile(Section):
-    """A machine. ``rotary_order``: the rotary axes from the one on the bed to the outermost."""
+    """A machine. ``rotary_order``: the rotary axes from the one on the bed to the outermost.
+
+    ``setup``: what is clamped today; NC programs are made from it, the database does not keep it.
+    """
 
     dialect: Dialect | None = None
     units: Literal["mm", "inch"] | None = None
     diameter: bool | None = None
     rotary_order: tuple[str, ...] | None = None
     spindle: SpindleFile = SpindleFile()
+    setup: Setup | None = None
     axes: dict[str, AxisFile] = Field(json_schema_extra={"minProperties": 1})
 
     @model_validator(mode="after")
@@ -141,6 +146,11 @@ LATHE = MachineFile(
 def read_machine_file(path: Path) -> MachineFile:
     """Read a machine file; raises UnusableInput with file and key."""
     return read_toml(path, MachineFile)
+
+
+def lasting(file: MachineFile) -> MachineFile:
+    """Return what stays true of a machine when the next job is clamped: all but its setup."""
+    return file.model_copy(update={"setup": None})
 
 
 def flat(file: MachineFile) -> dict[str, str]:

@@ -15,7 +15,7 @@ from autodb.explain.answer import Explanation
 from autodb.jobs import Job
 from autodb.machinefile import MachineFile
 from autodb.sidefile import SideFile
-from autodb.standard import Protocol
+from autodb.standard.protocol import Protocol
 from autodb.toolfile import ToolFile
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"

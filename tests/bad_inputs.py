@@ -25,6 +25,21 @@ V = np.round(100.0 * np.pi * np.cos(2 * np.pi * 0.5 * T), 6)
 I = np.round(0.01 * V + 0.8 * np.sign(V) + np.random.default_rng(8).normal(0, 0.05, 400), 6)  # noqa: E741 - the symbol of current
 MOVES = {"t": T, "x.position": X, "x.velocity": V, "x.current": I}
 NOBODY = 65534
+PROGRAM = "autodb standard program turning-aluminium --machine-file lathe.toml --dialect fanuc"
+MACHINE = (
+    "diameter = true",
+    "spindle = { max_speed_rpm = 3000 }",
+    "axes.x.limits = { travel_low_mm = -10, travel_high_mm = 160 }",
+    "axes.z.limits = { travel_low_mm = -5, travel_high_mm = 520 }",
+)
+CLAMPED = (
+    "[setup]",
+    "tool = 3",
+    'spindle = "M4"',
+    "clearance_mm = 2",
+    "retract = { x_mm = 150, z_mm = 300 }",
+    "jaws = { z_mm = 60, diameter_mm = 200 }",
+)
 
 
 @dataclass(frozen=True)
@@ -193,12 +208,33 @@ OTHERS = (
     Case("no database yet", "autodb machine list", lambda folder: folder),
     Case("not a database", "autodb machine list", _text("autodb.sqlite3", "text " * 300)),
 )  # fmt: skip
+STANDARD = (
+    Case("protocol that is not there", "autodb standard show turning-steel", lambda folder: folder),
+    Case(
+        "dynamometer's file without forces", "autodb standard new mine cuts.csv",
+        lambda folder: write(folder / "cuts.csv", {"cut": [1, 2], "z.current": [1.0, 1.1]}),
+    ),
+    Case("machine file without a clamping", PROGRAM, _text("lathe.toml", *MACHINE)),
+    Case(
+        "travel too short for a cut", PROGRAM,
+        _text(
+            "lathe.toml", *MACHINE[:-1],
+            "axes.z.limits = { travel_low_mm = 90, travel_high_mm = 520 }",
+            *CLAMPED, "zero = { x_mm = 0, z_mm = 120 }",
+        ),
+    ),
+    Case(
+        "jaws in the way of a cut", PROGRAM,
+        _text("lathe.toml", *MACHINE, *CLAMPED, "zero = { x_mm = 0, z_mm = 100 }"),
+    ),
+)  # fmt: skip
 PARTS = (
     ("Files", FILES),
     ("Time", TIME),
     ("Content", CONTENT),
     ("Side files", SIDE_FILES),
     ("Jobs and databases", OTHERS),
+    ("Standard cuts", STANDARD),
 )
 HEAD = """\
 # Bad inputs

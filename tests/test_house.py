@@ -18,7 +18,7 @@ from tests.conftest import ROOT, Cli
 HEAVY = {"numpy", "pandas", "scipy", "pyarrow", "plotly", "sqlalchemy", "pydantic", "pint", "torch"}
 COMMANDS = {
     "init", "machine", "import", "calibrate", "identify", "refresh", "predict", "explain", "trace",
-    "doctor", "backup", "restore", "export", "demo", "prove",
+    "doctor", "backup", "restore", "export", "demo", "prove", "standard",
 }  # fmt: skip
 MODULES = sorted(
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
@@ -120,6 +120,8 @@ def test_the_wheel_holds_the_kits_and_nothing_else(tmp_path: Path) -> None:
     names = zipfile.ZipFile(built).namelist()
     for part in (
         "autodb/_assets/calibration/turning-aluminium.toml",
+        "autodb/_assets/calibration/milling-c45.toml",
+        "autodb/_assets/calibration/drilling-c45.toml",
         "autodb/_assets/schema/migrations/versions/0001_first_tables.py",
         "autodb/_assets/schema/migrations/versions/0002_a_database_that_lasts.py",
         "autodb/_assets/schema/migrations/versions/0003_what_a_cause_was_confirmed_as.py",

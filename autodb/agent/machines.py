@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 from sqlalchemy.orm.attributes import flag_modified
 
 from autodb.errors import UnusableInput, near
-from autodb.machinefile import AxisFile, Gear, Limits, MachineFile, SpindleFile, flat
+from autodb.machinefile import AxisFile, Gear, Limits, MachineFile, SpindleFile, flat, lasting
 from autodb.records import Recording
 from autodb.store import Store, models
 from autodb.tomlfile import Reference
@@ -81,7 +81,7 @@ def update_machine(store: Store, name: str, file: MachineFile) -> list[str]:
 
 
 def _changes(before: MachineFile, after: MachineFile) -> list[str]:
-    old, new = flat(before), flat(after)
+    old, new = flat(before), flat(lasting(after))
     return [
         f"{key}: {old.get(key, NOT_STATED)} → {new.get(key, NOT_STATED)}"
         for key in dict.fromkeys([*old, *new])

@@ -7,7 +7,16 @@ from types import FrameType
 
 import typer
 
-from autodb.cli import answers, database, deciding, identifying, keeping, learning, proving
+from autodb.cli import (
+    answers,
+    database,
+    deciding,
+    identifying,
+    keeping,
+    learning,
+    proving,
+    standard,
+)
 from autodb.errors import UnusableInput
 
 INTERRUPTED = 130
@@ -25,6 +34,7 @@ database.machine.command("confirm")(deciding.confirm)
 database.machine.command("reject")(deciding.reject)
 app.command("import")(learning.import_)
 app.command("calibrate")(learning.calibrate)
+app.add_typer(standard.standard, name="standard")
 app.command("identify")(identifying.identify)
 app.command("refresh")(learning.refresh)
 app.command("predict")(answers.predict)

@@ -30,15 +30,13 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
     Raises UnusableInput when no axis shows an air approach followed by a cut.
     """
     rate = recording.rate_hz
-    ranges: dict[str, Array] = {}
-    for axis in AXES:
-        phases = [recording.get(f"{axis}.current.{phase}") for phase in "uvw"]
-        recorded = [phase for phase in phases if phase is not None]
-        if recorded:
-            if progress:
-                progress(f"demodulating {axis}")
-            ranges[axis] = _range_A(recorded, rate)
-    segments = _segments(ranges, rate, recording)
+    ranges = _ranges(recording, progress)
+    forces = {
+        name: signals.quasi_static(recording[name], rate_hz=rate)
+        for name in FORCES
+        if name in recording
+    }
+    segments = _segments(ranges, forces, rate, recording)
     row = _conditions(recording, segments.cut)
     for axis, values in ranges.items():
         parts = {"air": segments.air, "range": segments.cut}
@@ -50,10 +48,8 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
             known = values[part][np.isfinite(values[part])]
             if known.size > 0.5 * (part.stop - part.start):
                 row[f"{axis}.current.{name}"] = float(np.mean(known))
-    for force in FORCES:
-        if force in recording:
-            quasi = signals.quasi_static(recording[force], rate_hz=rate)
-            row[force] = float(np.mean(quasi[segments.cut]) - np.mean(quasi[segments.air]))
+    for name, quasi in forces.items():
+        row[name] = float(np.mean(quasi[segments.cut]) - np.mean(quasi[segments.air]))
     side = recording.side
     texts: dict[str, list[str]] = {
         "operation": [side.cut.operation or ""],
@@ -62,6 +58,19 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
     }
     channels = {name: np.array([value]) for name, value in row.items()}
     return CutTable(path=recording.path, channels=channels, texts=texts, side=side)
+
+
+def _ranges(recording: Recording, progress: Callable[[str], None] | None) -> dict[str, Array]:
+    """Return the range (n,) of every axis of which a phase current was recorded."""
+    ranges = {}
+    for axis in AXES:
+        phases = [recording.get(f"{axis}.current.{phase}") for phase in "uvw"]
+        recorded = [phase for phase in phases if phase is not None]
+        if recorded:
+            if progress:
+                progress(f"demodulating {axis}")
+            ranges[axis] = _range_A(recorded, recording.rate_hz)
+    return ranges
 
 
 def _range_A(phases: list[Array], rate_hz: float) -> Array:
@@ -77,17 +86,26 @@ def _folds(range_A: Array, segments: signals.Segments) -> bool:
     return bool(signals.touches(range_A[segments.air.start : segments.cut.stop]))
 
 
-def _segments(ranges: dict[str, Array], rate: float, recording: Recording) -> signals.Segments:
-    """Return the split of the first axis that shows one; the spindle sees every cut: it leads."""
-    for axis in ("spindle", "z", "x"):
-        if axis in ranges:
-            found = signals.air_and_cut(ranges[axis], rate_hz=rate)
-            if found is not None:
-                return found
+def _segments(
+    ranges: dict[str, Array], forces: dict[str, Array], rate: float, recording: Recording
+) -> signals.Segments:
+    """Return the split of the first load that shows one; the spindle sees every cut: it leads.
+
+    Forces of a dynamometer come last, the largest first.
+    """
+    currents = [ranges[axis] for axis in ("spindle", "z", "x") if axis in ranges]
+    for load in (*currents, *sorted(forces.values(), key=np.ptp, reverse=True)):
+        found = signals.air_and_cut(load, rate_hz=rate)
+        if found is not None:
+            return found
     raise UnusableInput(
-        f"{recording.path}: no air approach followed by a cut in the currents; "
+        f"{recording.path}: no air approach followed by a cut in the {_felt(ranges, forces)}; "
         "a recording that starts 1 s before the tool enters would work"
     )
+
+
+def _felt(ranges: dict[str, Array], forces: dict[str, Array]) -> str:
+    return "currents and forces" if ranges and forces else "forces" if forces else "currents"
 
 
 def _conditions(recording: Recording, cut: slice) -> dict[str, float]:
@@ -95,7 +113,7 @@ def _conditions(recording: Recording, cut: slice) -> dict[str, float]:
     known = {
         "cut": 1.0,
         "t": float(recording.t_s[cut.start]),
-        "cutting.feed": side.feed_mm_rev,
+        "cutting.feed": side.feed_mm_rev or side.feed_mm_tooth,
         "cutting.depth": side.depth_mm,
         "spindle.speed": side.speed_rpm,
         "work.diameter": side.work_diameter_mm,

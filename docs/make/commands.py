@@ -34,9 +34,10 @@ def _section(path: str, command: Any) -> str:
     name = path.removeprefix("autodb ")
     usage = " ".join(f"`{part}`" for part in (path, *(_usage(p) for p in command.params)))
     lines = [f"## {name}", "", usage, "", str(command.help), ""]
-    lines += ["| takes | default | meaning |", "|---|---|---|"]
-    lines += [_row(p) for p in command.params]
-    return "\n".join([*lines, ""])
+    if command.params:
+        lines += ["| takes | default | meaning |", "|---|---|---|"]
+        lines += [*(_row(p) for p in command.params), ""]
+    return "\n".join(lines)
 
 
 def _row(parameter: Any) -> str:
@@ -88,4 +89,4 @@ def _value(parameter: Any) -> str:
         "--resample": "HZ",
     }
     option = str(parameter.opts[0])
-    return known.get(option, option.removeprefix("--").upper())
+    return parameter.metavar or known.get(option, option.removeprefix("--").upper())

@@ -1,0 +1,47 @@
+"""Writes a protocol as a TOML file that reads back as the same protocol."""
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from autodb.errors import UnusableInput
+from autodb.standard.protocol import Protocol
+
+
+def as_toml(protocol: Protocol) -> str:
+    """Return a protocol as TOML; what it does not state is left out."""
+    stated = protocol.model_dump(exclude_none=True, exclude_defaults=True)
+    return "\n".join(_section("", stated)).strip() + "\n"
+
+
+def _section(path: str, values: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a table's own keys, then the tables in it under their full names."""
+    for key, value in values.items():
+        if not isinstance(value, (dict, tuple)):
+            yield f"{key} = {json.dumps(value, ensure_ascii=False)}"
+    for key, value in values.items():
+        name = f"{path}.{key}" if path else key
+        if isinstance(value, tuple):
+            for part in value:
+                yield from ("", f"[[{name}]]")
+                yield from _section(name, part)
+        elif isinstance(value, dict):
+            own = any(not isinstance(part, (dict, tuple)) for part in value.values())
+            yield from ("", f"[{name}]") if own else ()
+            yield from _section(name, value)
+
+
+def keep(text: str, path: Path) -> bool:
+    """Write a file whole or not at all; False where it is there already with the same text.
+
+    Raises UnusableInput where it is there with another.
+    """
+    if path.exists():
+        if path.read_bytes() == text.encode():
+            return False
+        raise UnusableInput(f"{path}: is there already and differs; another --out would work")
+    part = path.with_name(f"{path.name}.part")
+    part.write_bytes(text.encode())
+    part.replace(path)
+    return True
