@@ -20,16 +20,14 @@ PARAMETERS = (
 
 @dataclass(frozen=True)
 class CalibrationPlot:
-    """Scatter of one axis: current (n,), target (n,) in ``unit``, the line, and the verdict."""
+    """Scatter of one axis: estimate and target (n,) in ``unit``, the equation, and the verdict."""
 
     axis: str
     component: str
-    current: Array
+    estimate: Array
     target: Array
-    current_label: str
+    equation: str
     unit: str
-    c0: float
-    c1: float
     rmse: float
     offered: bool
     verdict: str
@@ -104,7 +102,7 @@ def render_page(page: Page, mismatch_html: str | None) -> str:
         learning_plots=[_learning(n, curve) for n, curve in enumerate(page.learning)],
         check_plots=[_check(n, check) for n, check in enumerate(page.checks)],
         NOT_SENSED=NOT_SENSED,
-        line_words=line_words,
+        equation_words=equation_words,
         learnt_words=learnt_words,
         check_words=check_words,
     )
@@ -113,14 +111,10 @@ def render_page(page: Page, mismatch_html: str | None) -> str:
 # Words
 
 
-def line_words(plot: CalibrationPlot) -> str:
-    """Return the calibration line as an equation, with its scatter."""
-    slope = figures.number(plot.c1)
-    like = max(abs(plot.c0), plot.rmse)
-    offset = figures.number(abs(plot.c0), like=like) + figures.suffix(plot.unit)
-    sign = "−" if plot.c0 < 0 else "+"
+def equation_words(plot: CalibrationPlot) -> str:
+    """Return the equation, with its scatter."""
     scatter = figures.quantity(plot.rmse, plot.unit)
-    return f"{slope}\xa0{plot.unit}/A × current {sign} {offset}, scatter {scatter} rms"
+    return f"{plot.equation}; scatter {scatter} rms. I: current range above air cutting."
 
 
 def learnt_words(curve: LearningCurve, column: int) -> str:
@@ -148,19 +142,17 @@ def _calibration(n: int, plot: CalibrationPlot) -> Markup:
     tone = "corrected" if plot.offered else "recording"
     made = figures.figure(
         [f"{_felt_as(plot)} from a reference [{plot.unit}]"],
-        x_title=plot.current_label,
+        x_title=f"{_felt_as(plot)} from the current [{plot.unit}]",
     )
-    felt = np.isfinite(plot.current) & np.isfinite(plot.target)
+    felt = np.isfinite(plot.estimate) & np.isfinite(plot.target)
     made.add_trace(
-        figures.points(plot.current[felt], plot.target[felt], tone=tone, name="standard cut")
+        figures.points(plot.estimate[felt], plot.target[felt], tone=tone, name="standard cut")
     )
     if np.any(felt):
-        ends = np.array([np.min(plot.current[felt]), np.max(plot.current[felt])])
+        ends = np.array([np.min(plot.estimate[felt]), np.max(plot.estimate[felt])])
         dash = {"dash": "solid" if plot.offered else "dot", "width": 2}
-        made.add_trace(
-            figures.line(ends, plot.c0 + plot.c1 * ends, tone="simulation", name="line", line=dash)
-        )
-    label = f"{plot.axis}: force against current, {plot.verdict}"
+        made.add_trace(figures.line(ends, ends, tone="simulation", name="the same", line=dash))
+    label = f"{plot.axis}: reference against what the current tells, {plot.verdict}"
     return figures.as_html(made, f"calibration-{n}", height_px=320, label=label)
 
 

@@ -15,6 +15,7 @@ from autodb.errors import UnusableInput
 from autodb.fitting import Undetermined
 from autodb.records import CutTable
 from autodb.sensing import ranges
+from autodb.sensing.forms import KINDS
 from autodb.sensing.ranges import Calibration, Scores
 from autodb.store import Store, models
 
@@ -114,8 +115,8 @@ def _keep(
     last = latest_calibration(session, machine_id, calibration.axis)
     coefficients = calibration.coefficients.tolist()
     if last is not None and sorted(r.id for r in last.recordings) == recordings:
-        same = np.allclose(last.coefficients, coefficients, rtol=1e-12, atol=0.0)
-        if same and last.channel == calibration.channel:
+        alike = (last.kind, last.channel) == (calibration.form.kind, calibration.channel)
+        if alike and np.allclose(last.coefficients, coefficients, rtol=1e-9, atol=0.0):
             return False
     sources = session.scalars(select(models.Recording).where(models.Recording.id.in_(recordings)))
     session.add(
@@ -124,6 +125,7 @@ def _keep(
             axis=calibration.axis,
             version=1 if last is None else last.version + 1,
             component=calibration.component,
+            kind=calibration.form.kind,
             channel=calibration.channel,
             current_unit=calibration.current_unit,
             unit=calibration.unit,
@@ -155,6 +157,7 @@ def latest_calibration(session: Session, machine_id: int, axis: str) -> models.C
 def as_calibration(row: models.Calibration) -> Calibration:
     """Return a stored calibration as the record that sensing takes."""
     return Calibration(
+        form=KINDS[row.kind],
         axis=row.axis,
         component=row.component,
         channel=row.channel,

@@ -8,7 +8,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import forward
-from autodb.agent.calibrating import latest_calibration
+from autodb.agent.calibrating import as_calibration, latest_calibration
 from autodb.agent.importing import cuts_as_table
 from autodb.agent.machines import find_machine
 from autodb.agent.refreshing import (
@@ -70,17 +70,15 @@ def _calibrations(session: Session, owner: models.Machine) -> list[CalibrationPl
             continue
         cuts = [cut for recording in row.recordings for cut in recording.cuts]
         table = cuts_as_table(cuts, path=Path(row.recordings[0].path))
-        points = ranges.calibration_points(table, row.axis)
+        points, found = ranges.calibration_points(table, row.axis), as_calibration(row)
         plots.append(
             CalibrationPlot(
                 axis=AXIS_NAMES.get(row.axis, row.axis),
                 component=row.component,
-                current=points.current,
+                estimate=found.form.value(found.coefficients, points.felt),
                 target=points.target,
-                current_label=f"Current range above air cutting [{row.current_unit}]",
+                equation=found.form.equation(found.coefficients, row.unit, row.current_unit),
                 unit=row.unit,
-                c0=row.coefficients[0],
-                c1=row.coefficients[1],
                 rmse=row.scores["rmse"],
                 offered=row.offered,
                 verdict=row.verdict.split(": ", maxsplit=1)[1],

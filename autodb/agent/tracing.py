@@ -5,12 +5,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.refreshing import chain, pair_name
 from autodb.cutting.law import COMPONENTS, PARAMETER_UNITS, PARAMETERS
 from autodb.errors import UnusableInput, near
+from autodb.sensing.forms import KINDS
 from autodb.store import Store, models
 
 
@@ -46,9 +48,10 @@ def _recording(_session: Session, row: models.Recording) -> Node:
 
 
 def _calibration(session: Session, row: models.Calibration) -> Node:
-    c0, c1 = row.coefficients
-    line = f"{c0:.4g} {row.unit} + {c1:.4g} {row.unit}/{row.current_unit} · ({row.channel})"
-    text = f"calibration {row.id}: axis {row.axis} version {row.version}: {line}; {row.verdict}"
+    form, coefficients = KINDS[row.kind], np.array(row.coefficients)
+    equation = form.equation(coefficients, row.unit, row.current_unit)
+    said = f"{equation}, I = {row.channel}; {row.verdict}"
+    text = f"calibration {row.id}: axis {row.axis} version {row.version}: {said}"
     return Node(text, [_recording(session, r) for r in row.recordings])
 
 

@@ -115,7 +115,7 @@ def calibrate(
     if machine is None:
         say("not stored: give --machine NAME to keep it")
     elif not any(new):
-        say("already there: the same cuts gave the same lines")
+        say("already there: the same cuts gave the same equations")
 
 
 def _calibrate_file(
@@ -157,13 +157,13 @@ def _calibrate_machine(
 
 
 def _show_calibrations(done: "list[Calibration]") -> None:
-    rows = table("Calibration", "axis", "force", "line", ">RMSE", ">R² (95 %)", "")
+    rows = table("Calibration", "axis", "force", "equation", ">RMSE", ">R² (95 %)", "")
     for c in done:
-        (c0, c1), s = c.coefficients, c.scores
+        s = c.scores
         rows.add_row(
             c.axis,
             f"force.{c.component}",
-            f"{c0:.4g} {c.unit} {c1:+.4g} {c.unit}/{c.current_unit} · I",
+            c.form.equation(c.coefficients, c.unit, c.current_unit),
             f"{s.rmse:.1f} {c.unit}",
             f"{s.r_squared:.3f} ({s.r_squared_low:.3f} to {s.r_squared_high:.3f})",
             "offered" if c.offered else "refused",

@@ -1,9 +1,10 @@
 """Calibrate an axis current against known forces, and sense force with it (P1 sections 8-9).
 
-A straight line per axis: F = c0 + c1 I for the feed axes; torque T = c0 + c1 I for the spindle,
-F_y = T/r_e. I is the rise of the current range over air cutting where both ranges are known.
+Force for the feed axes, torque T for the spindle, F_y = T/r_e, each in one of the forms of
+``sensing.forms``. I is the rise of the current range over air cutting where both ranges are known.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,10 +14,13 @@ from autodb import fitting
 from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
+from autodb.sensing.choosing import FOLDS, chosen, nested
+from autodb.sensing.forms import FEED_FORMS, LINE, SPINDLE_FORMS, Felt, Form
 
 Array = NDArray[np.float64]
 
 COMPONENT_OF_AXIS = {"x": "x", "z": "z", "spindle": "y"}
+FEED_AXES = ("x", "z")
 OFFER_R_SQUARED = 0.3
 """A calibration is offered when the lower 95 % bound of R² on groups left out is above this."""
 TRANSIENT_WINDOW = 4
@@ -41,8 +45,9 @@ class Scores:
 
 @dataclass(frozen=True)
 class Calibration:
-    """A fitted line: target = c0 + c1 · current, with covariance common to all that it senses."""
+    """A fitted form: ``coefficients`` (p,) with the covariance common to all that it senses."""
 
+    form: Form
     axis: str
     component: str
     channel: str
@@ -76,8 +81,8 @@ class Calibration:
 class Sensed:
     """Force of every row: value and per-cut sd (NaN where not sensed), and why not.
 
-    ``common`` (n, 2) is the derivative of the force by the calibration's (c0, c1): the error that
-    all rows share is common · N(0, covariance).
+    ``common`` (n, p) is the derivative of the force by the calibration's coefficients: the error
+    that all rows share is common · N(0, covariance).
     """
 
     force_N: Array
@@ -102,12 +107,12 @@ def current_signal(table: CutTable, axis: str) -> tuple[str, Array] | None:
 
 @dataclass(frozen=True)
 class Points:
-    """What a line is fitted to: rows (m,) in which the axis moves and the target is known."""
+    """What a form is fitted to: rows (m,) in which the axis moves and the target is known."""
 
     channel: str
     unit: str
     cut: Array
-    current: Array
+    felt: Felt
     target: Array
     groups: NDArray[np.generic]
     grouped_by: str
@@ -137,7 +142,7 @@ def calibration_points(table: CutTable, axis: str, *, force_N: Array | None = No
         channel=signal[0],
         unit=unit,
         cut=table.cut[used],
-        current=signal[1][used],
+        felt=_felt(table, signal[1]).at(used),
         target=target[used],
         groups=groups,
         grouped_by=grouped_by,
@@ -147,35 +152,47 @@ def calibration_points(table: CutTable, axis: str, *, force_N: Array | None = No
 def calibrate(
     table: CutTable, axis: str, *, force_N: Array | None = None, reference_share: float = 0.0
 ) -> Calibration:
-    """Fit one axis' line on the cuts in which it moves, scored on groups left out.
+    """Fit one axis' form on the cuts in which it moves, scored on groups left out.
 
     ``force_N`` as in ``calibration_points``. ``reference_share``: relative standard deviation that
-    all references share; it scales the whole line and so enters its covariance.
+    all references share; it scales the whole force and so enters the covariance.
 
     Raises UnusableInput when the current, the force or enough independent groups are missing.
     """
     points = calibration_points(table, axis, force_N=force_N)
-    sudden = transients(points.current, points.target, points.groups)
+    sudden = transients(points.felt.current, points.target, points.groups)
     keep = ~sudden
-    current, target = points.current[keep], points.target[keep]
-    fit = fitting.line(current, target)
-    shared = reference_share**2 * np.outer(fit.coefficients, fit.coefficients)
+    felt, target, groups = points.felt.at(keep), points.target[keep], points.groups[keep]
+    forms = SPINDLE_FORMS if points.unit == "N·m" else FEED_FORMS if axis in FEED_AXES else (LINE,)
+    form = chosen(forms, felt, target, groups, folds=FOLDS)
+    law = form.fit(felt, target)
+    scaling = form.scaling(law.coefficients)
     return Calibration(
+        form=form,
         axis=axis,
         component=COMPONENT_OF_AXIS[axis],
         channel=points.channel,
         current_unit=table.unit(points.channel.split(" − ", maxsplit=1)[0]),
         unit=points.unit,
-        coefficients=fit.coefficients,
-        covariance=fit.covariance + shared,
-        scores=_scores(current, target, points.groups[keep], points.grouped_by),
+        coefficients=law.coefficients,
+        covariance=law.covariance + reference_share**2 * np.outer(scaling, scaling),
+        scores=_scores(forms, felt, target, groups, points.grouped_by),
         scores_with_transients=_scores(
-            points.current, points.target, points.groups, points.grouped_by
+            forms, points.felt, points.target, points.groups, points.grouped_by
         ),
         transients=tuple(points.cut[sudden].tolist()),
-        current_low=float(current.min()),
-        current_high=float(current.max()),
+        current_low=float(felt.current.min()),
+        current_high=float(felt.current.max()),
     )
+
+
+def _felt(table: CutTable, current: Array) -> Felt:
+    """Return what an axis felt in every row."""
+    speed_rpm, feed_mm_rev = (
+        np.full(len(table), np.nan) if known is None else known
+        for known in (table.get("spindle.speed"), table.get("cutting.feed"))
+    )
+    return Felt(current, feed_mm_rev * speed_rpm / 60.0, speed_rpm)
 
 
 def _target(table: CutTable, axis: str, force_N: Array) -> tuple[Array, str]:
@@ -239,8 +256,10 @@ def _off_neighbours(values: Array, groups: NDArray[np.generic]) -> Array:
     return off
 
 
-def _scores(x: Array, y: Array, groups: NDArray[np.generic], grouped_by: str) -> Scores:
-    errors = fitting.leave_group_out(x, y, groups)
+def _scores(
+    forms: Sequence[Form], felt: Felt, y: Array, groups: NDArray[np.generic], grouped_by: str
+) -> Scores:
+    errors = nested(forms, felt, y, groups)
     low, high = fitting.bootstrap_r_squared(errors, y, groups)
     return Scores(
         n=len(y),
@@ -259,21 +278,22 @@ def sense(table: CutTable, calibration: Calibration) -> Sensed:
     n = len(table)
     if signal is None:
         why: list[str | None] = [f"no {calibration.axis} current recorded"] * n
-        return Sensed(np.full(n, np.nan), np.full(n, np.nan), np.zeros((n, 2)), why)
-    c0, c1 = calibration.coefficients
-    target = c0 + c1 * signal[1]
+        common = np.zeros((n, len(calibration.coefficients)))
+        return Sensed(np.full(n, np.nan), np.full(n, np.nan), common, why)
+    felt_there, form = _felt(table, signal[1]), calibration.form
+    target = form.value(calibration.coefficients, felt_there)
     to_N = _newtons_per_target(table, calibration)
     moves, known = moving(table, calibration.axis), np.isfinite(target * to_N)
     felt = moves & known
     still = f"{calibration.axis} stands still: a passive force shows in no current"
-    unknown = f"no {calibration.axis} current, or no diameter and depth, for this cut"
+    unknown = f"no {calibration.axis} current, or no speed, diameter or depth, for this cut"
     reason = [
         None if ok else still if not moved else unknown
         for ok, moved in zip(felt, moves, strict=True)
     ]
     force = np.where(felt, target * to_N, np.nan)
     sd = np.where(felt, calibration.scores.rmse * np.abs(to_N), np.nan)
-    common = np.column_stack([np.ones(n), signal[1]]) * to_N[:, None]
+    common = form.slopes(calibration.coefficients, felt_there) * to_N[:, None]
     return Sensed(force, sd, common, reason)
 
 

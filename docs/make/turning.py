@@ -22,7 +22,7 @@ def draw(data: Path, columns: Path) -> None:
     table = records.read(data, columns=columns)
     assert isinstance(table, CutTable)
     points = ranges.calibration_points(table, "z")
-    sudden = ranges.transients(points.current, points.target, points.groups)
+    sudden = ranges.transients(points.felt.current, points.target, points.groups)
     _lines(points, sudden)
     _by_tool(points, sudden)
     _wear(table)
@@ -34,15 +34,15 @@ def _lines(points: ranges.Points, sudden: NDArray[np.bool_]) -> None:
     few = np.flatnonzero(kept)[::3]
     with drawn("turning-lines", height_in=3.6) as (axes,):
         cloud: Any = {"color": RECORDING, "ms": 3, "label": "rows, 1 in 3"}
-        axes.plot(points.current[few], points.target[few], ".", **cloud)
-        ends = np.array([points.current[kept].min(), points.current[kept].max()])
+        axes.plot(points.felt.current[few], points.target[few], ".", **cloud)
+        ends = np.array([points.felt.current[kept].min(), points.felt.current[kept].max()])
         for tool in np.unique(points.groups):
             used = kept & (points.groups != tool)
-            c0, c1 = fitting.line(points.current[used], points.target[used]).coefficients
+            c0, c1 = fitting.line(points.felt.current[used], points.target[used]).coefficients
             axes.plot(ends, c0 + c1 * ends, color=CORRECTED, lw=0.7)
         axes.plot([], [], color=CORRECTED, lw=0.7, label="fitted without one tool")
         crosses: Any = {"color": WARN, "ms": 6, "mew": 1.6, "label": "transient"}
-        axes.plot(points.current[sudden], points.target[sudden], "x", **crosses)
+        axes.plot(points.felt.current[sudden], points.target[sudden], "x", **crosses)
         axes.set(title="Feed force, N", xlabel="current of the z drive, raw counts", ylim=(0, None))
         legend(axes)
 
@@ -51,7 +51,7 @@ def _by_tool(points: ranges.Points, sudden: NDArray[np.bool_]) -> None:
     """Error of the force sensed on each tool by the line that never saw it."""
     kept = ~sudden
     groups = points.groups[kept]
-    errors = fitting.leave_group_out(points.current[kept], points.target[kept], groups)
+    errors = fitting.leave_group_out(points.felt.current[kept], points.target[kept], groups)
     tools = np.unique(groups)
     with drawn("turning-residuals", height_in=3.6) as (axes,):
         axes.axhline(0, color=MUTED, lw=0.8)

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 from autodb.store.models._base import COMPONENTS, Base, link, now, one_of
 from autodb.store.models.recording import Cut, Recording
 
-CALIBRATION_KINDS = ("line", "anfis")
+CALIBRATION_KINDS = ("line", "line-of-speed", "power", "power-of-speed", "anfis")
 ESTIMATOR_KINDS = ("range", "drive", "lstm", "table", "inspection", "fusion")
 SPINDLE_STATES = ("cold", "warm")
 FEED_DIRECTIONS = ("+", "-")

@@ -109,7 +109,9 @@ CHECKS = {
     },
     "recording": {"ck_recording_stored_copy": "(stored_path IS NULL) = (stored_sha256 IS NULL)"},
     "calibration": {
-        "ck_calibration_kind": _one_of("kind", "line", "anfis"),
+        "ck_calibration_kind": _one_of(
+            "kind", "line", "line-of-speed", "power", "power-of-speed", "anfis"
+        ),
         "ck_calibration_spindle_state": _one_of("spindle_state", "cold", "warm"),
         "ck_calibration_feed_direction": _one_of("feed_direction", "+", "-"),
     },

@@ -1,0 +1,81 @@
+"""Which form an axis' current takes: the plainest that no richer one beats on groups left out."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.fitting import Undetermined
+from autodb.sensing.forms import Felt, Form
+
+Array = NDArray[np.float64]
+Groups = NDArray[np.generic]
+
+FOLDS = 20
+"""Folds that groups are dealt to, at most: up to so many groups each is left out alone."""
+INNER_FOLDS = 5
+"""The same inside a fold, where the form is chosen without what is left out."""
+CLEARER = 2.0
+"""Standard errors by which a richer form must lower the squared errors of groups left out."""
+
+
+def chosen(forms: Sequence[Form], felt: Felt, target: Array, groups: Groups, *, folds: int) -> Form:
+    """Return the form for cuts (n,): each richer one must beat the best so far.
+
+    Raises Undetermined where the cuts hold none.
+    """
+    found: tuple[Form, Array] | None = None
+    unheld = Undetermined([])
+    for form in forms:
+        if not form.fits(felt):
+            continue
+        try:
+            errors = left_out(form, felt, target, groups, folds=folds)
+        except Undetermined as error:
+            unheld = error
+            continue
+        if found is None or _clearly_less(errors, found[1], groups):
+            found = form, errors
+    if found is None:
+        raise unheld
+    return found[0]
+
+
+def left_out(form: Form, felt: Felt, target: Array, groups: Groups, *, folds: int) -> Array:
+    """Return target − estimate (n,), each group estimated without its fold.
+
+    Raises Undetermined where a fold's other cuts do not hold the form.
+    """
+    errors = np.empty_like(target)
+    for held in _folds(groups, folds):
+        coefficients = form.fit(felt.at(~held), target[~held]).coefficients
+        errors[held] = target[held] - form.value(coefficients, felt.at(held))
+    return errors
+
+
+def nested(forms: Sequence[Form], felt: Felt, target: Array, groups: Groups) -> Array:
+    """Return target − estimate (n,), also the form chosen without the group's fold.
+
+    Source: Stone 1974, Cross-validatory choice and assessment of statistical predictions.
+    """
+    errors = np.empty_like(target)
+    for held in _folds(groups, FOLDS):
+        rest, known = felt.at(~held), target[~held]
+        form = chosen(forms, rest, known, groups[~held], folds=INNER_FOLDS)
+        errors[held] = target[held] - form.value(form.fit(rest, known).coefficients, felt.at(held))
+    return errors
+
+
+def _folds(groups: Groups, folds: int) -> list[NDArray[np.bool_]]:
+    """Return which rows each fold leaves out; groups are dealt in turn."""
+    names, of = np.unique(groups, return_inverse=True)
+    dealt = of.ravel() % min(folds, len(names))
+    return [dealt == fold for fold in range(int(dealt.max()) + 1)]
+
+
+def _clearly_less(errors: Array, others: Array, groups: Groups) -> bool:
+    """Say whether squared errors are less, group by group, by more than chance makes them."""
+    of = np.unique(groups, return_inverse=True)[1].ravel()
+    gain = np.bincount(of, weights=others**2 - errors**2)
+    spread = float(np.std(gain, ddof=1)) if len(gain) > 1 else np.inf
+    return bool(np.mean(gain) > CLEARER * spread / np.sqrt(len(gain)))
