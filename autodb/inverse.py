@@ -1,8 +1,8 @@
 """Semi-inverse: sensed forces and the cuts' geometry become a pair's parameters, with covariance.
 
 Two kinds of error stay apart: each cut's own scatter, and the calibration's, which all cuts sensed
-with it share. The shared part enters as nuisance parameters (the errors of the line's c0 and c1,
-with the calibration's covariance), so more cuts never make it smaller (physics reference, 7).
+with it share. The shared part enters as nuisance parameters (the errors of the calibration's p
+coefficients, with their covariance), so more cuts never make it smaller (physics reference, 7).
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,10 @@ ROUNDS = 5
 
 @dataclass(frozen=True)
 class SensedCuts:
-    """Cuts of one pair as one calibration felt one component: arrays (n,), ``common`` (n, 2)."""
+    """Cuts of one pair as one calibration felt one component: arrays (n,), ``common`` (n, p).
+
+    ``steady``: how many columns of ``common``, the first ones, do not contain the current.
+    """
 
     feed_mm: Array
     depth_mm: Array
@@ -28,6 +31,7 @@ class SensedCuts:
     sd_N: Array
     common: Array
     calibration_covariance: Array
+    steady: int
 
 
 @dataclass(frozen=True)
@@ -52,9 +56,9 @@ def learn(cuts: SensedCuts, *, prior: Gaussian = law.PRIOR) -> Parameters:
     (means over regions of depth and feed) and process scatter; posterior and split are iterated.
     """
     own_design = law.design(cuts.feed_mm, cuts.depth_mm)
-    design = np.column_stack([own_design, _expected_common(own_design, cuts.common)])
+    design = np.column_stack([own_design, _expected_common(own_design, cuts)])
     start = Gaussian(
-        np.concatenate([prior.mean, np.zeros(2)]),
+        np.concatenate([prior.mean, np.zeros(len(cuts.calibration_covariance))]),
         _block(prior.covariance, cuts.calibration_covariance),
     )
     share = misfit_N = 0.0
@@ -69,14 +73,20 @@ def learn(cuts: SensedCuts, *, prior: Gaussian = law.PRIOR) -> Parameters:
     return Parameters(belief, share, misfit_N, len(cuts.force_N))
 
 
-def _expected_common(design: Array, common: Array) -> Array:
-    """Return ``common`` with the slope's column as the law expects it, (n, 2).
+def _expected_common(design: Array, cuts: SensedCuts) -> Array:
+    """Return ``common`` with the columns of the current as the law expects them, (n, p).
 
-    That column is the measured current; its noise is the sensed force's own noise, and a force
-    regressed on itself would put every scatter down to the calibration.
+    Their noise is the sensed force's own noise, and a force regressed on itself would put every
+    scatter down to the calibration. The first of them is put as the law expects it; the others are
+    it times what is known without noise: a speed, or the logarithm of a current.
     """
-    expected = design @ np.linalg.lstsq(design, common[:, 1], rcond=None)[0]
-    return np.column_stack([common[:, 0], expected])
+    expected = cuts.common.copy()
+    first = expected[:, cuts.steady].copy()
+    there = first != 0
+    law_of_it = design @ np.linalg.lstsq(design, first, rcond=None)[0]
+    share = np.where(there, law_of_it / np.where(there, first, 1.0), 1.0)
+    expected[:, cuts.steady :] *= share[:, None]
+    return expected
 
 
 def _block(a: Array, b: Array) -> Array:

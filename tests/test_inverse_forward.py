@@ -29,6 +29,7 @@ def _cuts(rng: np.random.Generator, n: int, *, gain: float = 0.0, sd_N: float = 
         sd_N=np.full(n, sd_N),
         common=np.column_stack([np.ones(n), current]),
         calibration_covariance=np.diag([1e-6, (200.0 * 0.05) ** 2]),
+        steady=1,
     )
 
 

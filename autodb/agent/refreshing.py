@@ -20,6 +20,7 @@ from autodb.fitting import Gaussian
 from autodb.inverse import Parameters, SensedCuts, learn
 from autodb.jobs import OPERATIONS
 from autodb.sensing import ranges
+from autodb.sensing.forms import KINDS
 from autodb.store import Store, models
 
 UNSAID_OPERATION = "turn"
@@ -204,6 +205,7 @@ def as_sensed_cuts(forces: list[models.SensedForce], row: models.Calibration) ->
         sd_N=np.array([f.sd_N for f in forces], dtype=np.float64),
         common=np.array([f.common for f in forces], dtype=np.float64),
         calibration_covariance=np.array(row.covariance),
+        steady=KINDS[row.kind].steady,
     )
 
 

@@ -37,13 +37,18 @@ class Cuts:
 
 def cuts_of(made: Campaign, axis: str) -> tuple[Cuts, Cuts]:
     """Return the cuts to calibrate an axis with, and those to test it on."""
-    if axis in MOVING:
-        known, tested = (
-            np.isin(table["operation"], MOVING[axis]) for table in (made.calibration, made.test)
-        )
-    else:
-        known, tested = made.spindle_calibration, made.spindle_test
+    known, tested = rows_of(made, axis)
     return _cuts(made.calibration, axis, known), _cuts(made.test, axis, tested)
+
+
+def rows_of(made: Campaign, axis: str) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which rows of the two tables those are."""
+    if axis not in MOVING:
+        return made.spindle_calibration, made.spindle_test
+    known, tested = (
+        np.isin(table["operation"], MOVING[axis]) for table in (made.calibration, made.test)
+    )
+    return known, tested
 
 
 def _cuts(table: Table, axis: str, rows: NDArray[np.bool_]) -> Cuts:

@@ -15,10 +15,17 @@ from pydantic import TypeAdapter
 
 import autodb
 from autodb.errors import UnusableInput, near
-from autodb.prove import axis_intervals, explain_summary, left_out, published_lathe, summary
+from autodb.prove import (
+    axis_intervals,
+    explain_summary,
+    lathe_run,
+    lathe_summary,
+    left_out,
+    summary,
+)
 from autodb.prove.explain_score import Scored
 from autodb.prove.found import Found
-from autodb.prove.published_lathe import AxisError
+from autodb.prove.lathe_run import AxisErrors
 from autodb.prove.runs import Finished, Origin, append, digest, resume
 from autodb.prove.score import Judged
 from autodb.virtual import (
@@ -114,13 +121,13 @@ PROOFS: tuple[Proof[Any], ...] = (
         generator=CONCEALED,
     ),
     Proof(
-        name="published-lathe",
-        what="virtual lathes are as hard to calibrate, as published, as the published one was",
+        name="calibration",
+        what="forces of calibrated lathes, on which the published way shows the published errors",
         runs=20,
-        run=published_lathe.run,
-        kept=TypeAdapter(Finished[AxisError]),
-        score=published_lathe.summary_of,
-        read=published_lathe.Summary.from_json,
+        run=lathe_run.run,
+        kept=TypeAdapter(Finished[AxisErrors]),
+        score=lathe_summary.summary_of,
+        read=lathe_summary.Summary.from_json,
         generator=(drives, lathe, machine, process, reference_lathe),
     ),
 )

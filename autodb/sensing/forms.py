@@ -19,10 +19,14 @@ Array = NDArray[np.float64]
 
 MIDDLE_RPM = 1500.0
 """Speed at which the exponent b is said."""
-FIRST_BASE_RPM = (1000.0, 1500.0, 2250.0, 3500.0)
-"""Base speeds from which the fit starts; the best end is taken."""
+STARTS = np.linspace(0.1, 0.9, 9)
+"""Quantiles of the spindle speeds that are tried as the base speed to start from."""
 NARROWEST = 1.15
 """Ratio of highest to lowest speed from which on a dependence on it is looked for."""
+FEWEST = 6
+"""Cuts with a torque that a power law is fitted to at least."""
+LARGEST = 50.0
+"""Logarithm of a torque that no spindle has: trial steps of a fit end there."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +53,12 @@ class Law:
 
 
 class Form(Protocol):
-    """One form; ``kind`` is what it is stored as."""
+    """One form; ``kind`` is what it is stored as, ``steady`` how many coefficients, the first ones,
+    have slopes without the current.
+    """
 
     kind: str
+    steady: int
 
     def fits(self, felt: Felt) -> bool:
         """Say whether the cuts have what the form depends on, and vary in it."""
@@ -76,6 +83,7 @@ class _Linear:
     """A form that is linear in its coefficients."""
 
     kind = "line"
+    steady = 1
 
     def columns(self, felt: Felt) -> Array:
         """Return the columns (n, p)."""
@@ -137,6 +145,7 @@ class _Power:
     """ln T = ln a0 + b ln ΔI − g·max(0, ln n/n_b): coefficients ln a0, b, and ln n_b; g is 1."""
 
     kind = "power"
+    steady = 0
 
     def fits(self, felt: Felt) -> bool:
         """Say whether speeds are known and differ."""
@@ -144,33 +153,37 @@ class _Power:
 
     def fit(self, felt: Felt, target: Array) -> Law:
         """Fit by least squares on the torque; raises Undetermined where the cuts hold no n_b."""
-        found = [self._from(felt, target, base) for base in FIRST_BASE_RPM]
-        best, jacobian, squares = min(found, key=lambda one: one[2])
-        fitting.check_rank(fitting.triangle(jacobian, target))
-        free = max(1, len(target) - len(best))
-        return Law(best, np.linalg.inv(jacobian.T @ jacobian) * squares / free)
 
-    def _from(self, felt: Felt, target: Array, base_rpm: float) -> tuple[Array, Array, float]:
         def error(values: Array) -> Array:
             return self.value(values, felt) - target
 
         def slopes(values: Array) -> Array:
             return self.slopes(values, felt)
 
-        found = least_squares(error, self._start(felt, target, base_rpm), jac=slopes, x_scale="jac")
-        return found.x, np.asarray(found.jac), 2.0 * float(found.cost)
+        found = least_squares(error, self._start(felt, target), jac=slopes, x_scale="jac")
+        at_end = slopes(found.x)
+        fitting.check_rank(fitting.triangle(at_end, target))
+        variance = 2.0 * float(found.cost) / max(1, len(target) - len(found.x))
+        return Law(found.x, np.asarray(np.linalg.inv(at_end.T @ at_end) * variance))
 
-    def _start(self, felt: Felt, target: Array, base_rpm: float) -> Array:
+    def _start(self, felt: Felt, target: Array) -> Array:
+        """Return the best line of ln T over ln ΔI over base speeds among those of the cuts."""
         held = (felt.current > 0) & (target > 0)
-        above = np.maximum(np.log(felt.speed_rpm[held] / base_rpm), 0.0)
-        b, ln_a = np.polyfit(np.log(felt.current[held]), np.log(target[held]) + above, 1)
-        return np.array([ln_a, b, np.log(base_rpm)])
+        if held.sum() < FEWEST:
+            raise fitting.Undetermined([0])
+        rise, torque, rpm = np.log(felt.current[held]), np.log(target[held]), felt.speed_rpm[held]
+        found = []
+        for base_rpm in np.quantile(rpm, STARTS):
+            level = torque + np.maximum(np.log(rpm / base_rpm), 0.0)
+            (b, ln_a), squares, *_ = np.polyfit(rise, level, 1, full=True)
+            found.append((float(squares.sum()), ln_a, b, np.log(base_rpm)))
+        return np.array(min(found)[1:])
 
     def value(self, coefficients: Array, felt: Felt) -> Array:
         """Return the torque (n,); a current that does not rise tells none (P1 section 9)."""
         still = felt.current <= 0
         logarithm = self._parts(coefficients, felt) @ self._weights(coefficients)
-        return np.where(still, 0.0, np.exp(np.where(still, 0.0, logarithm)))
+        return np.where(still, 0.0, np.exp(np.minimum(np.where(still, 0.0, logarithm), LARGEST)))
 
     def _weights(self, coefficients: Array) -> Array:
         return np.array([coefficients[0], coefficients[1], -1.0])
@@ -214,8 +227,8 @@ class _PowerOfSpeed(_Power):
 
     kind = "power-of-speed"
 
-    def _start(self, felt: Felt, target: Array, base_rpm: float) -> Array:
-        return np.append(super()._start(felt, target, base_rpm), [0.0, 1.0])
+    def _start(self, felt: Felt, target: Array) -> Array:
+        return np.append(super()._start(felt, target), [0.0, 1.0])
 
     def _weights(self, coefficients: Array) -> Array:
         ln_a, b, _, change, falls = coefficients

@@ -167,6 +167,7 @@ def calibrate(
     form = chosen(forms, felt, target, groups, folds=FOLDS)
     law = form.fit(felt, target)
     scaling = form.scaling(law.coefficients)
+    scores = _scores(forms, felt, target, groups, points.grouped_by)
     return Calibration(
         form=form,
         axis=axis,
@@ -176,10 +177,12 @@ def calibrate(
         unit=points.unit,
         coefficients=law.coefficients,
         covariance=law.covariance + reference_share**2 * np.outer(scaling, scaling),
-        scores=_scores(forms, felt, target, groups, points.grouped_by),
+        scores=scores,
         scores_with_transients=_scores(
             forms, points.felt, points.target, points.groups, points.grouped_by
-        ),
+        )
+        if sudden.any()
+        else scores,
         transients=tuple(points.cut[sudden].tolist()),
         current_low=float(felt.current.min()),
         current_high=float(felt.current.max()),

@@ -1,39 +1,56 @@
-"""The reference lathes, and the published way to calibrate them."""
+"""The reference lathes, the published way to calibrate them, and autodb's."""
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.prove import published_lathe
+from autodb.prove import lathe_summary
+from autodb.prove.lathe_run import AxisErrors, run
 from autodb.prove.published_lathe import SpindleLaw
 from autodb.prove.runs import Finished, Origin
 from autodb.virtual import reference_lathe
 
-ORIGIN = Origin("published-lathe", "0", "g", "p")
+ORIGIN = Origin("calibration", "0", "g", "p")
+MACHINES = range(1, 7)
 
 
-def _summary(stretch: float = 1.0) -> published_lathe.Summary:
-    runs = [Finished(seed, tuple(published_lathe.run(seed))) for seed in range(1, 21)]
-    stretched = [
+@pytest.fixture(scope="module")
+def runs() -> list[Finished[AxisErrors]]:
+    """Six machines of the proof."""
+    return [Finished(seed, tuple(run(seed))) for seed in MACHINES]
+
+
+def _changed(runs: list[Finished[AxisErrors]], **factors: float) -> lathe_summary.Summary:
+    changed = [
         Finished(
-            run.seed,
+            one.seed,
             tuple(
-                published_lathe.AxisError(one.axis, one.cuts, stretch * one.rmse_N, one.oracle_N)
-                for one in run.judged
+                AxisErrors(**{**vars(e), **{n: f * getattr(e, n) for n, f in factors.items()}})
+                for e in one.judged
             ),
         )
-        for run in runs
+        for one in runs
     ]
-    return published_lathe.summary_of(stretched, ORIGIN)
+    return lathe_summary.summary_of(changed, ORIGIN)
 
 
-def test_the_published_way_lands_on_the_published_errors() -> None:
-    found = _summary()
+def test_forces_of_calibrated_lathes(runs: list[Finished[AxisErrors]]) -> None:
+    found = _changed(runs)
     assert {row.axis: row.cuts for row in found.rows} == {"x": 16, "spindle": 113, "z": 180}
-    assert found.passed
-    assert not _summary(1.6).passed
-    assert all(row.oracle_N < row.rmse_N for row in found.rows)
-    assert published_lathe.Summary.from_json(found.to_json()) == found
+    for row in found.rows:
+        assert row.rmse_N < 1.2 * row.oracle_N
+        assert row.covered
+    by_axis = {row.axis: row for row in found.rows}
+    assert by_axis["z"].rmse_N < 0.85 * by_axis["z"].published_method_N
+    assert found.straight
+    assert lathe_summary.Summary.from_json(found.to_json()) == found
+
+
+def test_worse_lathes_and_worse_forces_fail(runs: list[Finished[AxisErrors]]) -> None:
+    assert not any(row.as_hard for row in _changed(runs, published_N=1.8).rows)
+    assert not any(row.better for row in _changed(runs, ours_N=1.4).rows)
+    assert not any(row.covered for row in _changed(runs, held=0.8).rows)
+    assert not _changed(runs, product=0.9, reference=0.9).straight
 
 
 def test_the_power_law_of_a_spindle_is_found_again() -> None:

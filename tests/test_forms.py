@@ -1,0 +1,109 @@
+"""Forms of current to force: known truth comes back, and the plainest that does it is chosen."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+from autodb.fitting import Undetermined
+from autodb.sensing.choosing import chosen, left_out, nested
+from autodb.sensing.forms import (
+    FEED_FORMS,
+    KINDS,
+    LINE,
+    LINE_OF_SPEED,
+    POWER,
+    POWER_OF_SPEED,
+    SPINDLE_FORMS,
+    Felt,
+    Form,
+)
+from autodb.store.models.sensing import CALIBRATION_KINDS
+
+Array = NDArray[np.float64]
+N = 120
+TRUTH = {
+    "line": [30.0, 210.0],
+    "line-of-speed": [5.0, 180.0, 22.0],
+    "power": [0.4, 0.92, np.log(1570.0)],
+    "power-of-speed": [0.4, 0.9, np.log(1400.0), 0.08, 0.9],
+}
+
+
+def _felt(seed: int = 1) -> Felt:
+    rng = np.random.default_rng(seed)
+    rpm = rng.uniform(800.0, 2400.0, N)
+    return Felt(rng.uniform(1.0, 20.0, N), rng.uniform(0.1, 0.4, N) * rpm / 60.0, rpm)
+
+
+@pytest.mark.parametrize("form", KINDS.values(), ids=lambda form: form.kind)
+def test_known_coefficients_come_back(form: Form) -> None:
+    felt, truth = _felt(), np.array(TRUTH[form.kind])
+    target = form.value(truth, felt)
+    exact = form.fit(felt, target).coefficients
+    assert_allclose(exact, truth, rtol=1e-4, atol=1e-6)
+    noise = 0.02 * float(np.std(target)) * np.random.default_rng(2).standard_normal(N)
+    law = form.fit(felt, target + noise)
+    sd = np.sqrt(np.diag(law.covariance))
+    assert np.all(np.abs(law.coefficients - truth) < 4.5 * sd)
+
+
+@pytest.mark.parametrize("form", KINDS.values(), ids=lambda form: form.kind)
+def test_slopes_are_derivatives(form: Form) -> None:
+    felt, truth = _felt(), np.array(TRUTH[form.kind])
+    steps = 1e-6 * np.eye(len(truth))
+    numeric = np.array(
+        [(form.value(truth + h, felt) - form.value(truth - h, felt)) / 2e-6 for h in steps]
+    ).T
+    assert_allclose(form.slopes(truth, felt), numeric, rtol=1e-4, atol=1e-5)
+    scaled = truth + 1e-6 * form.scaling(truth)
+    assert_allclose(form.value(scaled, felt), (1.0 + 1e-6) * form.value(truth, felt), rtol=1e-10)
+
+
+def test_every_form_can_be_kept() -> None:
+    assert KINDS.keys() < set(CALIBRATION_KINDS)
+
+
+def test_a_current_that_does_not_rise_tells_no_torque() -> None:
+    felt = Felt(np.array([-1.0, 0.0, 5.0, np.nan]), np.ones(4), np.full(4, 1000.0))
+    torque = POWER.value(np.array(TRUTH["power"]), felt)
+    assert torque[:2].tolist() == [0.0, 0.0]
+    assert_allclose(torque[2], np.exp(0.4) * 5.0**0.92)
+    assert np.isnan(torque[3])
+
+
+def test_what_is_not_known_or_does_not_vary_takes_the_line() -> None:
+    felt = _felt()
+    nothing, same = np.full(N, np.nan), np.full(N, 1000.0)
+    for rpm in (nothing, same):
+        assert not POWER.fits(Felt(felt.current, felt.feed_mm_s, rpm))
+        assert not LINE_OF_SPEED.fits(Felt(felt.current, rpm, felt.speed_rpm))
+        assert LINE.fits(Felt(felt.current, rpm, rpm))
+
+
+def test_five_torques_hold_no_power_law() -> None:
+    felt = _felt()
+    torque = np.where(np.arange(N) < 5, 1.5 * felt.current**0.9, -1.0)
+    with pytest.raises(Undetermined):
+        POWER.fit(felt, torque)
+
+
+@pytest.mark.parametrize(
+    ("truth", "forms"),
+    [(LINE, FEED_FORMS), (LINE_OF_SPEED, FEED_FORMS), (POWER_OF_SPEED, SPINDLE_FORMS)],
+    ids=["line", "line of speed", "power of speed"],
+)
+def test_the_true_form_is_chosen_and_errors_left_out_are_those_of_the_noise(
+    truth: Form, forms: tuple[Form, ...]
+) -> None:
+    felt = _felt(3)
+    target = truth.value(np.array(TRUTH[truth.kind]), felt)
+    noise = 0.02 * float(np.std(target))
+    groups = np.repeat(np.arange(20), 6)
+    target = target + noise * np.random.default_rng(4).standard_normal(N)
+    assert chosen(forms, felt, target, groups, folds=10) is truth
+    errors = nested(forms, felt, target, groups)
+    assert 0.8 * noise < float(np.sqrt(np.mean(errors**2))) < 1.3 * noise
+    if truth is not LINE:
+        worse = left_out(LINE, felt, target, groups, folds=20)
+        assert np.mean(worse**2) > 2.0 * np.mean(errors**2)
