@@ -39,8 +39,8 @@ class Felt:
     feed_mm_s: Array
     speed_rpm: Array
 
-    def at(self, rows: NDArray[np.bool_]) -> "Felt":
-        """Return some of the cuts."""
+    def at(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> "Felt":
+        """Return some of the cuts, or all in another order."""
         return Felt(self.current[rows], self.feed_mm_s[rows], self.speed_rpm[rows])
 
 

@@ -14,7 +14,7 @@ from autodb import fitting
 from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
-from autodb.sensing.choosing import FOLDS, chosen, nested
+from autodb.sensing.choosing import FOLDS, chosen, nested, slow_share
 from autodb.sensing.forms import FEED_FORMS, LINE, SPINDLE_FORMS, Felt, Form
 
 Array = NDArray[np.float64]
@@ -23,6 +23,8 @@ COMPONENT_OF_AXIS = {"x": "x", "z": "z", "spindle": "y"}
 FEED_AXES = ("x", "z")
 OFFER_R_SQUARED = 0.3
 """A calibration is offered when the lower 95 % bound of R² on groups left out is above this."""
+DAYS = 2.0
+"""A slow gain differs from its mean on the day of the calibration and on the day of the cuts."""
 TRANSIENT_WINDOW = 4
 """Rows on each side that a row is compared with when transients are looked for."""
 TRANSIENT_SPREADS = 10.0
@@ -155,7 +157,8 @@ def calibrate(
     """Fit one axis' form on the cuts in which it moves, scored on groups left out.
 
     ``force_N`` as in ``calibration_points``. ``reference_share``: relative standard deviation that
-    all references share; it scales the whole force and so enters the covariance.
+    all references share; it scales the whole force and so enters the covariance, as does a gain
+    that wanders slowly: the cuts of another day share it.
 
     Raises UnusableInput when the current, the force or enough independent groups are missing.
     """
@@ -166,7 +169,10 @@ def calibrate(
     forms = SPINDLE_FORMS if points.unit == "N·m" else FEED_FORMS if axis in FEED_AXES else (LINE,)
     form = chosen(forms, felt, target, groups, folds=FOLDS)
     law = form.fit(felt, target)
+    order = np.argsort(points.cut[keep])
+    slow = slow_share(form, law.coefficients, felt.at(order), target[order])
     scaling = form.scaling(law.coefficients)
+    common = (reference_share**2 + DAYS * slow**2) * np.outer(scaling, scaling)
     scores = _scores(forms, felt, target, groups, points.grouped_by)
     return Calibration(
         form=form,
@@ -176,7 +182,7 @@ def calibrate(
         current_unit=table.unit(points.channel.split(" − ", maxsplit=1)[0]),
         unit=points.unit,
         coefficients=law.coefficients,
-        covariance=law.covariance + reference_share**2 * np.outer(scaling, scaling),
+        covariance=law.covariance + common,
         scores=scores,
         scores_with_transients=_scores(
             forms, points.felt, points.target, points.groups, points.grouped_by
