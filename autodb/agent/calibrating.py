@@ -15,6 +15,7 @@ from autodb.errors import UnusableInput
 from autodb.fitting import Undetermined
 from autodb.records import CutTable
 from autodb.sensing import ranges
+from autodb.sensing.error_kinds import ErrorKinds
 from autodb.sensing.forms import KINDS
 from autodb.sensing.ranges import Calibration, Scores
 from autodb.store import Store, models
@@ -131,6 +132,9 @@ def _keep(
             unit=calibration.unit,
             coefficients=coefficients,
             covariance=calibration.covariance.tolist(),
+            cut_sd=calibration.errors.cut_sd,
+            gain_share=calibration.errors.gain_share,
+            reference_share=calibration.errors.reference_share,
             scores=asdict(calibration.scores),
             scores_with_transients=asdict(calibration.scores_with_transients),
             transients=list(calibration.transients),
@@ -165,9 +169,17 @@ def as_calibration(row: models.Calibration) -> Calibration:
         unit=row.unit,
         coefficients=np.array(row.coefficients),
         covariance=np.array(row.covariance),
+        errors=_error_kinds(row),
         scores=Scores(**row.scores),
         scores_with_transients=Scores(**row.scores_with_transients),
         transients=tuple(row.transients),
         current_low=row.current_low,
         current_high=row.current_high,
     )
+
+
+def _error_kinds(row: models.Calibration) -> ErrorKinds:
+    """Return the kinds of error; 0.1.0 kept one, and what is shared in the covariance."""
+    if row.cut_sd is None:
+        return ErrorKinds(cut_sd=row.scores["rmse"], gain_share=0.0, reference_share=0.0)
+    return ErrorKinds(row.cut_sd, row.gain_share or 0.0, row.reference_share or 0.0)

@@ -20,7 +20,6 @@ from autodb.fitting import Gaussian
 from autodb.inverse import Parameters, SensedCuts, learn
 from autodb.jobs import OPERATIONS
 from autodb.sensing import ranges
-from autodb.sensing.forms import KINDS
 from autodb.store import Store, models
 
 UNSAID_OPERATION = "turn"
@@ -198,14 +197,15 @@ def forces_of_pair(
 
 def as_sensed_cuts(forces: list[models.SensedForce], row: models.Calibration) -> SensedCuts:
     """Return stored forces of one calibration as arrays for the semi-inverse."""
+    calibration = as_calibration(row)
     return SensedCuts(
         feed_mm=np.array([f.cut.conditions["cutting.feed"] for f in forces]),
         depth_mm=np.array([f.cut.conditions["cutting.depth"] for f in forces]),
         force_N=np.array([f.value_N for f in forces], dtype=np.float64),
         sd_N=np.array([f.sd_N for f in forces], dtype=np.float64),
         common=np.array([f.common for f in forces], dtype=np.float64),
-        calibration_covariance=np.array(row.covariance),
-        steady=KINDS[row.kind].steady,
+        calibration_covariance=calibration.shared_covariance,
+        steady=calibration.form.steady,
     )
 
 

@@ -22,7 +22,7 @@ def sensed(made: Campaign, axis: str) -> tuple[Array, Array]:
     known, tested = rows_of(made, axis)
     found = ranges.calibrate(_table(made.calibration, known), axis)
     felt = ranges.sense(_table(made.test, tested), found)
-    shared = np.einsum("ij,jk,ik->i", felt.common, found.covariance, felt.common)
+    shared = np.einsum("ij,jk,ik->i", felt.common, found.shared_covariance, felt.common)
     return felt.force_N, np.sqrt(felt.sd_N**2 + shared)
 
 

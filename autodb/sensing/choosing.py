@@ -19,8 +19,6 @@ CLEARER = 1.0
 """Standard errors by which a richer form must lower the squared errors of groups left out: the rule
 of one standard error (Breiman, Friedman, Olshen, Stone 1984, Classification and regression trees).
 """
-CLEAR = 2.0
-"""Standard errors above which errors of neighbouring cuts go together by more than chance."""
 
 
 def chosen(forms: Sequence[Form], felt: Felt, target: Array, groups: Groups, *, folds: int) -> Form:
@@ -75,23 +73,6 @@ def _folds(groups: Groups, folds: int) -> list[NDArray[np.bool_]]:
     names, of = np.unique(groups, return_inverse=True)
     dealt = of.ravel() % min(folds, len(names))
     return [dealt == fold for fold in range(int(dealt.max()) + 1)]
-
-
-def slow_share(form: Form, coefficients: Array, felt: Felt, target: Array) -> float:
-    """Return the relative standard deviation of a gain that wanders slowly from cut to cut.
-
-    Rows (n,) in the order of their cuts. Errors of neighbours go together as far as the gain is the
-    same for both: Σ e_i e_{i+1} / Σ f_i f_{i+1} is its variance, f the estimates. One below
-    ``CLEAR`` standard errors of chance counts as none.
-    """
-    estimate = form.value(coefficients, felt)
-    error = target - estimate
-    scale = float(estimate[1:] @ estimate[:-1])
-    if scale <= 0:
-        return 0.0
-    variance = float(error[1:] @ error[:-1]) / scale
-    chance = float(error @ error) / np.sqrt(len(error)) / scale
-    return float(np.sqrt(variance)) if variance > CLEAR * chance else 0.0
 
 
 def _clearly_less(errors: Array, others: Array, groups: Groups) -> bool:

@@ -14,7 +14,8 @@ from autodb import fitting
 from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
-from autodb.sensing.choosing import FOLDS, chosen, nested, slow_share
+from autodb.sensing.choosing import FOLDS, chosen, nested
+from autodb.sensing.error_kinds import DAY_SHARE, ErrorKinds, apart
 from autodb.sensing.forms import FEED_FORMS, LINE, SPINDLE_FORMS, Felt, Form
 
 Array = NDArray[np.float64]
@@ -23,8 +24,6 @@ COMPONENT_OF_AXIS = {"x": "x", "z": "z", "spindle": "y"}
 FEED_AXES = ("x", "z")
 OFFER_R_SQUARED = 0.3
 """A calibration is offered when the lower 95 % bound of R² on groups left out is above this."""
-DAYS = 2.0
-"""A slow gain differs from its mean on the day of the calibration and on the day of the cuts."""
 TRANSIENT_WINDOW = 4
 """Rows on each side that a row is compared with when transients are looked for."""
 TRANSIENT_SPREADS = 10.0
@@ -47,7 +46,7 @@ class Scores:
 
 @dataclass(frozen=True)
 class Calibration:
-    """A fitted form: ``coefficients`` (p,) with the covariance common to all that it senses."""
+    """A fitted form: ``coefficients`` (p,), their covariance (p, p), and the kinds of error."""
 
     form: Form
     axis: str
@@ -57,11 +56,17 @@ class Calibration:
     unit: str
     coefficients: Array
     covariance: Array
+    errors: ErrorKinds
     scores: Scores
     scores_with_transients: Scores
     transients: tuple[float, ...]
     current_low: float
     current_high: float
+
+    @property
+    def shared_covariance(self) -> Array:
+        """Covariance (p, p) of the coefficients that is common to all that is sensed with them."""
+        return self.covariance + self.errors.shared(self.form.scaling(self.coefficients))
 
     @property
     def offered(self) -> bool:
@@ -84,7 +89,7 @@ class Sensed:
     """Force of every row: value and per-cut sd (NaN where not sensed), and why not.
 
     ``common`` (n, p) is the derivative of the force by the calibration's coefficients: the error
-    that all rows share is common · N(0, covariance).
+    that all rows share is common · N(0, shared covariance).
     """
 
     force_N: Array
@@ -157,8 +162,7 @@ def calibrate(
     """Fit one axis' form on the cuts in which it moves, scored on groups left out.
 
     ``force_N`` as in ``calibration_points``. ``reference_share``: relative standard deviation that
-    all references share; it scales the whole force and so enters the covariance, as does a gain
-    that wanders slowly: the cuts of another day share it.
+    all references share.
 
     Raises UnusableInput when the current, the force or enough independent groups are missing.
     """
@@ -169,11 +173,16 @@ def calibrate(
     forms = SPINDLE_FORMS if points.unit == "N·m" else FEED_FORMS if axis in FEED_AXES else (LINE,)
     form = chosen(forms, felt, target, groups, folds=FOLDS)
     law = form.fit(felt, target)
-    order = np.argsort(points.cut[keep])
-    slow = slow_share(form, law.coefficients, felt.at(order), target[order])
-    scaling = form.scaling(law.coefficients)
-    common = (reference_share**2 + DAYS * slow**2) * np.outer(scaling, scaling)
     scores = _scores(forms, felt, target, groups, points.grouped_by)
+    order = np.argsort(points.cut[keep])
+    estimate = form.value(law.coefficients, felt)
+    errors = apart(
+        estimate[order],
+        (target - estimate)[order],
+        rmse=scores.rmse,
+        day_share=DAY_SHARE[axis],
+        reference_share=reference_share,
+    )
     return Calibration(
         form=form,
         axis=axis,
@@ -182,7 +191,8 @@ def calibrate(
         current_unit=table.unit(points.channel.split(" − ", maxsplit=1)[0]),
         unit=points.unit,
         coefficients=law.coefficients,
-        covariance=law.covariance + common,
+        covariance=law.covariance,
+        errors=errors,
         scores=scores,
         scores_with_transients=_scores(
             forms, points.felt, points.target, points.groups, points.grouped_by
@@ -301,7 +311,7 @@ def sense(table: CutTable, calibration: Calibration) -> Sensed:
         for ok, moved in zip(felt, moves, strict=True)
     ]
     force = np.where(felt, target * to_N, np.nan)
-    sd = np.where(felt, calibration.scores.rmse * np.abs(to_N), np.nan)
+    sd = np.where(felt, calibration.errors.cut_sd * np.abs(to_N), np.nan)
     common = form.slopes(calibration.coefficients, felt_there) * to_N[:, None]
     return Sensed(force, sd, common, reason)
 

@@ -23,7 +23,8 @@ class Calibration(Base):
     """One version of an axis' model from current to force or torque, with its scores.
 
     It holds for a gear range, coolant, spindle state and feed direction; NULL: for any.
-    ``repeats``: the cuts repeated to check it.
+    ``repeats``: the cuts repeated to check it. ``cut_sd``: one cut's own error, in ``unit``; the
+    shares are relative and common to all cuts; NULL: all of it is in scores and covariance.
     """
 
     __tablename__ = "calibration"
@@ -62,6 +63,9 @@ class Calibration(Base):
     spindle_state: Mapped[str | None]
     feed_direction: Mapped[str | None]
     protocol: Mapped[str | None]
+    cut_sd: Mapped[float | None]
+    gain_share: Mapped[float | None]
+    reference_share: Mapped[float | None]
     recordings: Mapped[list[Recording]] = relationship(secondary=calibration_recording)
     repeats: Mapped[list[Cut]] = relationship(secondary=calibration_repeat)
 
