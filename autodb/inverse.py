@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from autodb.cutting import law
 from autodb.fitting import Gaussian, update
+from autodb.sensing.forms import Form
 
 Array = NDArray[np.float64]
 
@@ -22,7 +23,7 @@ ROUNDS = 5
 class SensedCuts:
     """Cuts of one pair as one calibration felt one component: arrays (n,), ``common`` (n, p).
 
-    ``steady``: how many columns of ``common``, the first ones, do not contain the current.
+    ``form`` is the calibration's.
     """
 
     feed_mm: Array
@@ -31,7 +32,7 @@ class SensedCuts:
     sd_N: Array
     common: Array
     calibration_covariance: Array
-    steady: int
+    form: Form
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ def learn(cuts: SensedCuts, *, prior: Gaussian = law.PRIOR) -> Parameters:
     (means over regions of depth and feed) and process scatter; posterior and split are iterated.
     """
     own_design = law.design(cuts.feed_mm, cuts.depth_mm)
-    design = np.column_stack([own_design, _expected_common(own_design, cuts)])
+    design = np.column_stack([own_design, cuts.form.expected(cuts.common, own_design)])
     start = Gaussian(
         np.concatenate([prior.mean, np.zeros(len(cuts.calibration_covariance))]),
         _block(prior.covariance, cuts.calibration_covariance),
@@ -71,22 +72,6 @@ def learn(cuts: SensedCuts, *, prior: Gaussian = law.PRIOR) -> Parameters:
     own = len(prior.mean)
     belief = Gaussian(posterior.mean[:own], posterior.covariance[:own, :own])
     return Parameters(belief, share, misfit_N, len(cuts.force_N))
-
-
-def _expected_common(design: Array, cuts: SensedCuts) -> Array:
-    """Return ``common`` with the columns of the current as the law expects them, (n, p).
-
-    Their noise is the sensed force's own noise, and a force regressed on itself would put every
-    scatter down to the calibration. The first of them is put as the law expects it; the others are
-    it times what is known without noise: a speed, or the logarithm of a current.
-    """
-    expected = cuts.common.copy()
-    first = expected[:, cuts.steady].copy()
-    there = first != 0
-    law_of_it = design @ np.linalg.lstsq(design, first, rcond=None)[0]
-    share = np.where(there, law_of_it / np.where(there, first, 1.0), 1.0)
-    expected[:, cuts.steady :] *= share[:, None]
-    return expected
 
 
 def _block(a: Array, b: Array) -> Array:

@@ -16,7 +16,7 @@ from autodb.fitting import Undetermined
 from autodb.records import CutTable
 from autodb.sensing import ranges
 from autodb.sensing.error_kinds import ErrorKinds
-from autodb.sensing.forms import KINDS
+from autodb.sensing.forms import kept
 from autodb.sensing.ranges import Calibration, Scores
 from autodb.store import Store, models
 
@@ -127,6 +127,7 @@ def _keep(
             version=1 if last is None else last.version + 1,
             component=calibration.component,
             kind=calibration.form.kind,
+            parameters=calibration.form.parameters(),
             channel=calibration.channel,
             current_unit=calibration.current_unit,
             unit=calibration.unit,
@@ -161,7 +162,7 @@ def latest_calibration(session: Session, machine_id: int, axis: str) -> models.C
 def as_calibration(row: models.Calibration) -> Calibration:
     """Return a stored calibration as the record that sensing takes."""
     return Calibration(
-        form=KINDS[row.kind],
+        form=kept(row.kind, row.parameters),
         axis=row.axis,
         component=row.component,
         channel=row.channel,

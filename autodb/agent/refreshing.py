@@ -205,7 +205,7 @@ def as_sensed_cuts(forces: list[models.SensedForce], row: models.Calibration) ->
         sd_N=np.array([f.sd_N for f in forces], dtype=np.float64),
         common=np.array([f.common for f in forces], dtype=np.float64),
         calibration_covariance=calibration.shared_covariance,
-        steady=calibration.form.steady,
+        form=calibration.form,
     )
 
 

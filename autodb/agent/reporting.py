@@ -124,7 +124,7 @@ def _part(cuts: SensedCuts, rows: slice) -> SensedCuts:
         sd_N=cuts.sd_N[rows],
         common=cuts.common[rows],
         calibration_covariance=cuts.calibration_covariance,
-        steady=cuts.steady,
+        form=cuts.form,
     )
 
 

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.refreshing import chain, pair_name
 from autodb.cutting.law import COMPONENTS, PARAMETER_UNITS, PARAMETERS
 from autodb.errors import UnusableInput, near
-from autodb.sensing.forms import KINDS
+from autodb.sensing.forms import kept
 from autodb.store import Store, models
 
 
@@ -48,7 +48,7 @@ def _recording(_session: Session, row: models.Recording) -> Node:
 
 
 def _calibration(session: Session, row: models.Calibration) -> Node:
-    form, coefficients = KINDS[row.kind], np.array(row.coefficients)
+    form, coefficients = kept(row.kind, row.parameters), np.array(row.coefficients)
     equation = form.equation(coefficients, row.unit, row.current_unit)
     said = f"{equation}, I = {row.channel}; {row.verdict}"
     text = f"calibration {row.id}: axis {row.axis} version {row.version}: {said}"

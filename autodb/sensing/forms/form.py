@@ -1,0 +1,107 @@
+"""What every form of current to force or torque can do, and what an axis felt."""
+
+from dataclasses import dataclass, fields
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+NARROWEST = 1.15
+"""Ratio of highest to lowest speed from which on a dependence on it is looked for."""
+
+
+@dataclass(frozen=True)
+class Felt:
+    """What an axis felt in cuts (n,): current, A; feed speed, mm/s, spindle speed, rpm, feed, mm a
+    revolution, depth of cut, mm (NaN: not known).
+    """
+
+    current: Array
+    feed_mm_s: Array
+    speed_rpm: Array
+    feed_mm: Array
+    depth_mm: Array
+
+    @property
+    def area_mm2(self) -> Array:
+        """Area of the chip: feed times depth."""
+        return self.feed_mm * self.depth_mm
+
+    def at(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> "Felt":
+        """Return some of the cuts, or all in another order."""
+        return Felt(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+
+@dataclass(frozen=True)
+class Law:
+    """Coefficients (p,) of a form, their covariance (p, p), and the form with all it learned."""
+
+    coefficients: Array
+    covariance: Array
+    form: "Form"
+
+
+class Form(Protocol):
+    """One form of current to force or torque."""
+
+    @property
+    def kind(self) -> str:
+        """What it is stored as."""
+
+    @property
+    def label(self) -> str:
+        """What it is called among the forms compared."""
+
+    def fits(self, felt: Felt) -> bool:
+        """Say whether the cuts have what the form depends on, and vary in it."""
+
+    def fit(self, felt: Felt, target: Array) -> Law:
+        """Fit it to a target (n,); raises Undetermined where the cuts do not hold it."""
+
+    def value(self, coefficients: Array, felt: Felt) -> Array:
+        """Return the target (n,)."""
+
+    def slopes(self, coefficients: Array, felt: Felt) -> Array:
+        """Return the target's derivatives by the coefficients, (n, p)."""
+
+    def scaling(self, coefficients: Array) -> Array:
+        """Return how the coefficients (p,) change, per share, when the whole target is scaled."""
+
+    def expected(self, slopes: Array, law: Array) -> Array:
+        """Return slopes (n, p) freed of the current's noise: as columns of a law (n, k) make them.
+
+        Their noise is the sensed force's own noise, and a force regressed on itself would put every
+        scatter down to the calibration.
+        """
+
+    def beyond(self, felt: Felt) -> Array:
+        """Return the standard deviation (n,) to add where the cuts never were."""
+
+    def parameters(self) -> dict[str, Any] | None:
+        """Return what was learned beside the coefficients, as JSON takes it; a law has none."""
+
+    def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
+        """Return it as people write it; I is the current."""
+
+
+def varies(speed: Array) -> bool:
+    """Say whether speeds (n,) are known, above zero, and differ."""
+    known = bool(np.isfinite(speed).all()) and bool(np.all(speed > 0))
+    return known and float(speed.max()) > NARROWEST * float(speed.min())
+
+
+def freed_of_noise(slopes: Array, law: Array, *, first: int) -> Array:
+    """Return slopes (n, p) of which column ``first`` and those after it contain the current.
+
+    That column is put as the law (n, k) expects it; the others are it times what is known without
+    noise: a speed, or the logarithm of a current.
+    """
+    freed = slopes.copy()
+    current = freed[:, first].copy()
+    there = current != 0
+    expected = law @ np.linalg.lstsq(law, current, rcond=None)[0]
+    share = np.where(there, expected / np.where(there, current, 1.0), 1.0)
+    freed[:, first:] *= share[:, None]
+    return freed
