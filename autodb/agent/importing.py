@@ -17,7 +17,8 @@ from autodb.errors import UnusableInput
 from autodb.records import EDGE, CutTable, Source, edge_codes
 from autodb.records.plausible import refuse_implausible
 from autodb.records.summary import BaseSummary, summarise
-from autodb.sensing import raw
+from autodb.sensing import faults, raw
+from autodb.sensing.ranges import COMPONENT_OF_AXIS
 from autodb.sidefile import SideFile
 from autodb.store import Store, models
 
@@ -147,7 +148,9 @@ def _cuts(source: Source, progress: Callable[[str], None] | None) -> CutTable | 
     if not holding:
         return None
     table = holding[0].read()
-    return table if isinstance(table, CutTable) else raw.cut_of(table, progress=progress)
+    cuts = table if isinstance(table, CutTable) else raw.cut_of(table, progress=progress)
+    faults.refuse(source.path, faults.checks_of_units(cuts, tuple(COMPONENT_OF_AXIS)))
+    return cuts
 
 
 def _pair_names(table: CutTable, row: int) -> tuple[str, str]:

@@ -13,6 +13,7 @@ from autodb import signals
 from autodb.channels import FORCES
 from autodb.errors import UnusableInput
 from autodb.records import CutTable, Recording
+from autodb.sensing import faults
 
 Array = NDArray[np.float64]
 
@@ -27,7 +28,8 @@ def has_phase_currents(channels: Collection[str]) -> bool:
 def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = None) -> CutTable:
     """Return the one cut of a recording as a table of one row.
 
-    Raises UnusableInput when no axis shows an air approach followed by a cut.
+    Raises UnusableInput when no axis shows an air approach followed by a cut, or X was logged as a
+    diameter.
     """
     rate = recording.rate_hz
     ranges = _ranges(recording, progress)
@@ -37,6 +39,7 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
         if name in recording
     }
     segments = _segments(ranges, forces, rate, recording)
+    faults.refuse(recording.path, faults.x_travels(recording, segments.cut))
     row = _conditions(recording, segments.cut)
     for axis, values in ranges.items():
         parts = {"air": segments.air, "range": segments.cut}
