@@ -40,8 +40,9 @@ AIR_SHARE = (0.02, 50.0)
 OVERLOAD = 5.0
 """No drive carries more than this times its rated current."""
 OVERSPEED = 1.2
-REFERENCE_RATIO = (0.4, 2.5)
-"""Measured over reference force of a standard cut: lathes differ by some per cent."""
+REFERENCE_RATIO = (0.6, 1.6)
+"""Measured over reference force of a standard cut: lathes differ by some per cent, lots of a
+material by more; the factor between lbf and daN, 2.25, is told apart."""
 CLOSE = 100.0
 """Another unit is a candidate where its likelihood is within this factor of the best one's."""
 ROUNDING = 1e-12
