@@ -17,6 +17,10 @@ from pathlib import Path
 import numpy as np
 
 from autodb.cli import run
+from autodb.virtual.jobs import cut_at, standard_cuts
+from autodb.virtual.lathe import cut_table
+from autodb.virtual.phases import raw_cut
+from autodb.virtual.sample import SAMPLE_LATHE, SAMPLE_PAIR
 from tests.files import write, write_groups
 
 T = np.round(np.arange(400) * 0.01, 6)
@@ -96,6 +100,46 @@ def _gap() -> list[float]:
 def _cuts(**columns: object) -> Callable[[Path], object]:
     rows = {"cut": [1, 2, 3], "cutting.feed": [0.1, 0.2, 0.3], "force.z": [100.0, 180.0, 260.0]}
     return lambda folder: write(folder / "cuts.csv", {**rows, **columns})
+
+
+def _lathe(**factors: float) -> Callable[[Path], object]:
+    """The sample lathe's standard cuts with a dynamometer, some columns times a factor."""
+
+    def make(folder: Path) -> None:
+        columns = cut_table(SAMPLE_LATHE, SAMPLE_PAIR, standard_cuts(), 21, dynamometer=True)
+        for name, factor in factors.items():
+            columns[name.replace("_", ".")] = columns[name.replace("_", ".")] * factor
+        write(folder / "cuts.csv", columns)
+
+    return make
+
+
+def _exchanged(folder: Path) -> None:
+    """The forces of the lightest and the heaviest turned cut stand in each other's row."""
+    columns = cut_table(SAMPLE_LATHE, SAMPLE_PAIR, standard_cuts(), 21, dynamometer=True)
+    turned = np.flatnonzero(columns["operation"] == "turn")
+    order = turned[np.argsort(columns["force.y"][turned])]
+    for name in ("force.x", "force.y", "force.z"):
+        columns[name][order[[0, -1]]] = columns[name][order[[-1, 0]]]
+    write(folder / "cuts.csv", columns)
+
+
+def _faced_in_diameters(folder: Path) -> None:
+    cut = cut_at((0.75, 0.2, 1200.0, 60.0), operation="face", duration_s=2.0)
+    columns = raw_cut(SAMPLE_LATHE, SAMPLE_PAIR, cut, 25, True)
+    columns["x.position"] = 2.0 * columns["x.position"]
+    write(folder / "cut.parquet", columns)
+    side = '[cut]\noperation = "face"\ndepth_mm = 0.75\nfeed_mm_rev = 0.2\n'
+    (folder / "cut.toml").write_text(side)
+    _database(folder)
+
+
+def _database(folder: Path) -> None:
+    """A database with one lathe."""
+    url = f"sqlite:///{folder / 'autodb.sqlite3'}"
+    for command in ("init", "machine add lathe-1"):
+        with contextlib.redirect_stdout(io.StringIO()):
+            run([*command.split(), "--db", url])
 
 
 def _job(*keys: str) -> Callable[[Path], object]:
@@ -228,10 +272,25 @@ STANDARD = (
         _text("lathe.toml", *MACHINE, *CLAMPED, "zero = { x_mm = 0, z_mm = 100 }"),
     ),
 )  # fmt: skip
+CALIBRATIONS = (
+    Case("feed in inches", "autodb calibrate cuts.csv", _lathe(cutting_feed=1 / 25.4)),
+    Case("force.z in kN", "autodb calibrate cuts.csv", _lathe(force_z=1e-3)),
+    Case("diameter as a radius", "autodb calibrate cuts.csv", _lathe(work_diameter=0.5)),
+    Case(
+        "two units at once", "autodb calibrate cuts.csv",
+        _lathe(force_y=1e-3, cutting_depth=0.01),
+    ),
+    Case("two cuts exchanged", "autodb calibrate cuts.csv", _exchanged),
+    Case(
+        "X logged as a diameter", "autodb import cut.parquet --machine lathe-1",
+        _faced_in_diameters,
+    ),
+)  # fmt: skip
 PARTS = (
     ("Files", FILES),
     ("Time", TIME),
     ("Content", CONTENT),
+    ("Calibrations", CALIBRATIONS),
     ("Side files", SIDE_FILES),
     ("Jobs and databases", OTHERS),
     ("Standard cuts", STANDARD),

@@ -158,9 +158,9 @@ NAMED = (
     Mistake(FORCES, "kN"),
     *(Mistake((force,), "kN") for force in FORCES),
     *(Mistake(names, "mA") for names in (*CURRENTS, sum(CURRENTS, ()))),
-    *(Mistake((name,), u) for name in ("cutting.feed", "cutting.depth") for u in ("in", "um")),
+    *(Mistake((name,), u) for name in ("cutting.feed", "cutting.depth") for u in ("inch", "um")),
     *(Mistake(("spindle.speed",), unit) for unit in ("rev/s", "rad/s")),
-    Mistake(("work.diameter",), "in"),
+    Mistake(("work.diameter",), "inch"),
     Radius(("work.diameter",), "radius"),
 )
 
@@ -270,7 +270,7 @@ def test_with_references_a_factor_of_four_is_named(unit: str) -> None:
 @pytest.mark.parametrize(
     "mistake",
     [
-        Mistake(("cutting.feed",), "in"),
+        Mistake(("cutting.feed",), "inch"),
         Mistake(("spindle.speed",), "rad/s"),
         Mistake(CURRENTS[1], "mA"),
     ],
@@ -467,7 +467,10 @@ def test_calibrate_names_the_fault_and_stores_nothing(
     for arguments in ((path,), (path, "--machine", "lathe-1")):
         line = refused("calibrate", *arguments)
         assert "cuts.csv: cutting.depth / cutting.feed is 190, above 100, as if" in line
-        assert 'as if cutting.feed in in; unit = "in" for it in the side file would work' in line
+        assert (
+            'as if cutting.feed in inch; unit = "inch" for cutting.feed in the side file would work'
+            in line
+        )
     assert "no imported cuts" in refused("calibrate", "--machine", "lathe-1")
     side = '[channels]\n"cutting.feed" = {column = "cutting.feed", unit = "in"}\n'
     path.with_suffix(".toml").write_text(side)

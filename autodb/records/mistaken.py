@@ -31,7 +31,7 @@ class Mistake:
     @property
     def remedy(self) -> str:
         """What would work in the side file."""
-        return f'unit = "{self.unit}" for it in the side file'
+        return f'unit = "{self.unit}" for {_listed(self.channels)} in the side file'
 
     def __str__(self) -> str:
         return f"{_listed(self.channels)} in {self.unit}"
@@ -48,7 +48,7 @@ class Radius(Mistake):
     @property
     def remedy(self) -> str:
         """What would work in the side file."""
-        return "scale = 2 for it in the side file"
+        return f"scale = 2 for {_listed(self.channels)} in the side file"
 
     def __str__(self) -> str:
         return f"{_listed(self.channels)} as a radius"
@@ -79,16 +79,16 @@ FEED_AND_DEPTH = ("cutting.feed", "cutting.depth")
 SPEEDS = (
     *(Mistake(("spindle.speed",), unit) for unit in ("rev/s", "rad/s", "deg/s")),
     *(Mistake(("cutting.speed",), unit) for unit in ("m/s", "ft/min", "mm/min")),
-    *(Mistake(("work.diameter",), unit) for unit in ("in", "m")),
+    *(Mistake(("work.diameter",), unit) for unit in ("inch", "m")),
     Radius(("work.diameter",), "radius"),
 )
 """What makes π · diameter · spindle speed differ from the cutting speed."""
 CONDITIONS = (
     *SPEEDS,
-    *(Mistake((name,), unit) for name in FEED_AND_DEPTH for unit in ("in", "um", "m")),
+    *(Mistake((name,), unit) for name in FEED_AND_DEPTH for unit in ("inch", "um", "m")),
     PerMinute(("cutting.feed",), "mm/min"),
-    Mistake(FEED_AND_DEPTH, "in"),
-    Mistake((*FEED_AND_DEPTH, "work.diameter"), "in"),
+    Mistake(FEED_AND_DEPTH, "inch"),
+    Mistake((*FEED_AND_DEPTH, "work.diameter"), "inch"),
 )
 LOADS = tuple(
     Mistake(channels, unit)
