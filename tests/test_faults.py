@@ -77,7 +77,7 @@ def wrong(table: CutTable, mistake: Mistake) -> CutTable:
 
 
 def test_sound_machines_pass_every_check() -> None:
-    """60 lathes, half of them with 118 cuts at drawn conditions; 7 checks each."""
+    """60 lathes, half of them with 118 cuts at drawn conditions; 6 checks each."""
     tables = [lathe_cuts(seed) for seed in range(30)]
     tables += [as_table(campaign(seed).calibration) for seed in range(30)]
     for table in tables:
@@ -218,6 +218,37 @@ def test_a_rated_current_and_a_speed_limit_are_heeded() -> None:
     (check,) = faults.checks_of_units(wrong(table, mA), AXES, known)
     assert "x.current over its rated current is" in check.sentence
     assert f"as if {mA};" in check.sentence
+
+
+def test_a_spindle_at_its_limit_is_no_wrong_unit() -> None:
+    """Stated is the programmed surface speed; small diameters are cut at half of it and less."""
+    table = lathe_cuts(SEEDS[0])
+    stated = np.linspace(1.0, 3.0, len(table)) * table["cutting.speed"]
+    (check,) = faults.checks_of_units(with_channels(table, cutting__speed=stated), AXES)
+    assert check.passed
+
+
+def test_a_cut_that_states_zero_is_no_fault() -> None:
+    table = lathe_cuts(SEEDS[0])
+    changed = {}
+    for name in ("cutting.feed", "cutting.speed", "force.y", "spindle.speed"):
+        changed[name] = table[name].copy()
+        changed[name][4] = 0.0
+    zero = replace(table, channels={**table.channels, **changed})
+    assert all(check.passed for check in checks(zero))
+
+
+def test_noise_of_one_raw_cut_is_given_no_unit() -> None:
+    """A phase that is not plugged in, in a recording of one cut: too little to judge."""
+    for seed in SEEDS:
+        cut = cut_at((2.0, 0.2, 1500.0, 60.0), duration_s=2.0)
+        channels = raw_cut(Lathe.draw(seed), STEEL, cut, seed, True)
+        rng = np.random.default_rng([seed, 82])
+        for phase in "uvw":
+            channels[f"z.current.{phase}"] = 0.01 * rng.standard_normal(len(channels["t"]))
+        side = side_of("turn", 2.0, 0.2)
+        one = raw.cut_of(Recording(path=Path("a.csv"), channels=channels, side=side))
+        assert all(check.passed for check in faults.checks_of_units(one, AXES))
 
 
 def protocol_of(table: CutTable) -> Protocol:

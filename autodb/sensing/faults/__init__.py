@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from autodb.records import CutTable
 from autodb.sensing.faults.check import Check, refuse
 from autodb.sensing.faults.exchanged import exchanged
-from autodb.sensing.faults.silent import silent_axes
+from autodb.sensing.faults.relations import Known
+from autodb.sensing.faults.silent import responses, silent_axes
 from autodb.sensing.faults.travel import x_over_diameter, x_travels
-from autodb.sensing.faults.units import Known, units
+from autodb.sensing.faults.units import units
 
 __all__ = [
     "Check",
@@ -39,10 +40,11 @@ def checks_of_units(
 ) -> list[Check]:
     """Return whether a table's channels are in their units, X as a radius among them.
 
-    Axes whose current gives nothing are left out: noise per newton says nothing of a unit.
+    Newtons per ampere are asked of axes whose current responds only: noise has no unit.
     """
     forces = {
         name.removeprefix("force."): table[name] for name in table.channels if "force." in name
     }
-    heard = [axis for axis in axes if axis not in silent(table, forces, axes)]
-    return [units(table, heard, known), *x_over_diameter(table)]
+    found = responses(table, forces, axes)
+    heard = [axis for axis, (t, limit) in found.items() if t > limit]
+    return [units(table, axes, heard, known), *x_over_diameter(table)]

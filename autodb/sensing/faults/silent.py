@@ -26,32 +26,44 @@ def silent_axes(
 ) -> dict[str, Check]:
     """Return, of each axis that can be judged, whether its current responds to the load.
 
-    ``forces``: known forces (n,), N, by component; where an axis' own is not known, depth · feed is
-    the load. The statistic is |t| of the slope b of rise = b · load over the cuts in which the axis
-    moves: the rise over air is zero without load. Without air ranges the line has an intercept, and
-    the axis must be faint as well. Only judged where another axis responds to these cuts: a passive
-    axis, and a table in which nothing was cut, give no check.
+    The statistic is that of ``responses``; without air ranges the axis must be faint as well. Only
+    judged where another axis responds to these cuts: a passive axis, and a table in which nothing
+    was cut, give no check.
     """
-    from scipy import stats
-
-    response = {}
-    for axis in axes:
-        found = _rise_and_load(table, forces, axis)
-        if found is not None:
-            response[axis] = _slope_t(*found)
-    limits = {axis: float(stats.t.isf(CHANCE / 2.0, dof)) for axis, (_, dof) in response.items()}
-    heard = {axis for axis, (t, _) in response.items() if t > limits[axis]}
+    found = responses(table, forces, axes)
+    heard = {axis for axis, (t, limit) in found.items() if t > limit}
     return {
         axis: Check(
             name=f"{axis}.current responds",
             statistic=t,
             operator=">",
-            threshold=limits[axis],
+            threshold=limit,
             sentence=_sentence(table, axis, sorted(heard - {axis})),
         )
-        for axis, (t, _) in response.items()
+        for axis, (t, limit) in found.items()
         if heard - {axis} and (axis in heard or _at_noise(table, axis, heard))
     }
+
+
+def responses(
+    table: CutTable, forces: Mapping[str, Array], axes: Sequence[str]
+) -> dict[str, tuple[float, float]]:
+    """Return |t| of each axis' current over the load, and what chance gives it.
+
+    ``forces``: known forces (n,), N, by component; where an axis' own is not known, depth · feed is
+    the load. t is that of the slope b of rise = b · load over the cuts in which the axis moves: the
+    rise over air is zero without load. Without air ranges the line has an intercept. Both are free
+    of the units. Axes with fewer than LEAST_CUTS such cuts are left out.
+    """
+    from scipy import stats
+
+    found = {}
+    for axis in axes:
+        known = _rise_and_load(table, forces, axis)
+        if known is not None:
+            t, dof = _slope_t(*known)
+            found[axis] = t, float(stats.t.isf(CHANCE / 2.0, dof))
+    return found
 
 
 def _rise_and_load(
