@@ -321,6 +321,37 @@ def test_without_a_dynamometer_the_protocol_names_the_unit(mistake: Mistake) -> 
         assert f"as if {mistake}; {mistake.remedy}" in str(refused.value)
 
 
+def test_a_reference_of_cuts_that_were_not_made_stops_no_other_axis() -> None:
+    """Force.x has references in facing only, and the table holds turning only."""
+    table = lathe_cuts(SEEDS[0])
+    whole = protocol_of(table)
+    cuts = [
+        cut.model_copy(update={"reference": {c: r for c, r in cut.reference.items() if c != "x"}})
+        if cut.operation == "turn"
+        else cut
+        for cut in whole.cut
+    ]
+    rows = np.flatnonzero([o == "turn" for o in table.texts["operation"]])
+    bare = CutTable(
+        path=table.path,
+        channels={n: v[rows] for n, v in without_forces(table).channels.items()},
+        texts={"operation": ["turn"] * len(rows)},
+    )
+    protocol = whole.model_copy(update={"cut": tuple(cuts)})
+    done, left_out = calibrate_table(bare, axes=AXES, protocol=protocol)
+    assert {c.axis for c in done} == {"z", "spindle"}
+    assert "no reference for force.x yet" in left_out[0]
+
+
+def test_an_unplugged_sensor_is_told_with_a_protocol() -> None:
+    for seed in SEEDS:
+        table = lathe_cuts(seed)
+        bare = unplugged(without_forces(table), "spindle", seed, 0.05)
+        done, left_out = calibrate_table(bare, axes=AXES, protocol=protocol_of(table))
+        assert {c.axis for c in done} == {"x", "z"}
+        assert "spindle.current: the same in air, in light and in heavy cuts" in left_out[0]
+
+
 # c) exchanged cuts
 
 

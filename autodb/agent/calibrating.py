@@ -65,11 +65,12 @@ def _known_forces(
     """Return the forces (n,) that the axes are calibrated against, N, by component."""
     if protocol is None:
         return {c: table[f"force.{c}"] for c in FORCE_COMPONENTS if f"force.{c}" in table}
-    found = {}
-    for component in FORCE_COMPONENTS:
-        if any(component in cut.reference for cut in protocol.cut):
-            found[component] = standard.references(table, protocol, component).force_N
-    return found
+    made = [cut for cut in protocol.cut if standard.rows_of(table, cut).any()]
+    return {
+        component: standard.references(table, protocol, component).force_N
+        for component in FORCE_COMPONENTS
+        if any(component in cut.reference for cut in made)
+    }
 
 
 def _calibrate(table: CutTable, axis: str, protocol: standard.Protocol | None) -> Calibration:
