@@ -228,6 +228,18 @@ def test_a_spindle_at_its_limit_is_no_wrong_unit() -> None:
     assert check.passed
 
 
+def test_unusual_cuts_are_no_wrong_unit() -> None:
+    """Finishing with a depth below the feed, and a plastic with a fortieth of a metal's force."""
+    table = lathe_cuts(SEEDS[0])
+    bare = {n: v for n, v in table.channels.items() if "range" not in n}
+    light = {force: 0.05 * table[force] for force in FORCES}
+    shallow = {"cutting.depth": 0.3 * table["cutting.feed"]}
+    finishing = replace(table, channels={**bare, **light, **shallow})
+    assert faults.checks_of_units(finishing, AXES)[0].passed
+    plastic = {**bare, **{force: table[force] / 40.0 for force in FORCES}}
+    assert faults.checks_of_units(replace(table, channels=plastic), AXES)[0].passed
+
+
 def test_a_cut_that_states_zero_is_no_fault() -> None:
     table = lathe_cuts(SEEDS[0])
     changed = {}
@@ -528,7 +540,7 @@ def test_calibrate_names_the_fault_and_stores_nothing(
     assert cli("machine", "add", "lathe-1").code == 0
     for arguments in ((path,), (path, "--machine", "lathe-1")):
         line = refused("calibrate", *arguments)
-        assert "cuts.csv: cutting.depth / cutting.feed is 190, above 100, as if" in line
+        assert "cuts.csv: force.y / (cutting.feed · cutting.depth) is " in line
         assert (
             'as if cutting.feed in inch; unit = "inch" for cutting.feed in the side file would work'
             in line
@@ -537,6 +549,17 @@ def test_calibrate_names_the_fault_and_stores_nothing(
     side = '[channels]\n"cutting.feed" = {column = "cutting.feed", unit = "in"}\n'
     path.with_suffix(".toml").write_text(side)
     assert cli("calibrate", path, "--machine", "lathe-1").code == 0
+
+
+def test_calibrate_says_which_sensor_is_unplugged(cli: Cli, tmp_path: Path) -> None:
+    columns = cut_table(Lathe.draw(1), STEEL, standard_cuts(), 5, dynamometer=True)
+    noise = np.abs(0.004 * np.random.default_rng(83).standard_normal((2, 32)))
+    columns["x.current.range"], columns["x.current.air"] = noise
+    write_csv(tmp_path / "cuts.csv", columns)
+    done = cli("calibrate", tmp_path / "cuts.csv")
+    assert done.code == 0
+    assert "cuts.csv: x.current: the same in air, in light and in heavy" in done.out
+    assert "is it plugged in?" in " ".join(done.out.split())
 
 
 def test_exchanged_cuts_of_several_files_are_named_with_their_file(

@@ -19,16 +19,16 @@ from autodb.units import RAW
 
 Array = NDArray[np.float64]
 
-SPECIFIC_N_MM2 = (120.0, 12000.0)
-"""Force.y over feed · depth: 485.78 N at 0.2 mm and 2 mm are 1214 N/mm² (P1 table 2), and a tenth
-to ten times of that."""
+SPECIFIC_N_MM2, USUAL_N_MM2 = (20.0, 12000.0), (120.0, 12000.0)
+"""Force.y over feed · depth: 485.78 N at 0.2 mm and 2 mm are 1214 N/mm² (P1 table 2); usual is a
+tenth to ten times of that, plastics have less."""
 SPEED_RATIO = (0.7, 1.4)
 """π D n over the cutting speed in turning; D may be the machined, the mean or the outer one."""
 ALIKE = 1.2
 SPEED_M_MIN = (3.0, 6000.0)
-DEPTH_A_FEED = (0.5, 100.0)
-"""Depth over feed in turning; P1's are 2.5 to 25."""
-COMPONENT_SHARE = {"force.x": (0.005, 4.0), "force.z": (0.02, 4.0)}
+DEPTH_A_FEED, USUAL_DEPTH = (0.05, 2000.0), (0.5, 100.0)
+"""Depth over feed in turning; P1's are 2.5 to 25, finishing with a wiper has less than one."""
+COMPONENT_SHARE = {"force.x": (0.005, 3.0), "force.z": (0.02, 3.0)}
 """Radial and axial force over the tangential one; a radial force can be nearly nothing."""
 N_A, N_M_A = (10.0, 5e4), (0.02, 300.0)
 """Force per ampere of a feed drive, torque per ampere of a spindle: P1's lathe has 200 N/A and
@@ -55,7 +55,9 @@ class Known:
 class Relation:
     """What channels state together: a median over cuts, and where it lies on any machine.
 
-    ``by_unit``: broken, it is a fault only where another unit mends it.
+    ``usual`` bounds are narrower: outside them nothing is wrong, but of two units that mend a table
+    the one that makes it usual is meant. ``by_unit``: broken, it is a fault only where another unit
+    mends it.
     """
 
     name: str
@@ -63,6 +65,7 @@ class Relation:
     value: float
     low: float
     high: float
+    usual: tuple[float, float] | None = None
     by_unit: bool = False
 
     @property
@@ -70,8 +73,16 @@ class Relation:
         """Whether the value lies within the bounds, or no cut states it."""
         return bool(np.isnan(self.value) or self.low <= self.value <= self.high)
 
+    @property
+    def is_usual(self) -> bool:
+        """Whether it holds within the usual bounds."""
+        if self.usual is None or np.isnan(self.value):
+            return self.holds
+        return bool(self.usual[0] <= self.value <= self.usual[1])
+
     def __str__(self) -> str:
-        number = f"{self.value:.3g} {self.unit}".strip()
+        digits = ".0f" if self.value >= 1000.0 else ".3g"
+        number = f"{self.value:{digits}} {self.unit}".strip()
         bound = f"below {self.low:g}" if self.value < self.low else f"above {self.high:g}"
         return f"{self.name} is {number}, {bound}"
 
@@ -163,7 +174,9 @@ def _conditions(table: CutTable) -> list[Relation]:
     both = columns(table, "cutting.depth", "cutting.feed")
     if both is not None:
         ratio = _median((both[0] / both[1])[_turned(table)])
-        found.append(Relation("cutting.depth / cutting.feed", "", ratio, *DEPTH_A_FEED))
+        found.append(
+            Relation("cutting.depth / cutting.feed", "", ratio, *DEPTH_A_FEED, USUAL_DEPTH)
+        )
     return found
 
 
@@ -174,7 +187,7 @@ def _forces(table: CutTable) -> list[Relation]:
     if chip is not None:
         specific = _median((chip[0] / (chip[1] * chip[2]))[turned])
         name = "force.y / (cutting.feed · cutting.depth)"
-        found.append(Relation(name, "N/mm²", specific, *SPECIFIC_N_MM2))
+        found.append(Relation(name, "N/mm²", specific, *SPECIFIC_N_MM2, USUAL_N_MM2))
     for other, bounds in COMPONENT_SHARE.items():
         pair = columns(table, other, "force.y")
         if pair is not None:

@@ -30,16 +30,17 @@ def units(
     are not seen.
     """
 
-    def broken_in(made: CutTable) -> list[Relation]:
-        found = relations(made, axes, heard, known or Known())
-        return [relation for relation in found if not relation.holds]
+    def stated(mistake: Mistake) -> list[Relation]:
+        return relations(mended(table, mistake), axes, heard, known or Known())
 
-    broken = broken_in(table)
-    tried = mistakes(table, axes) if broken else []
-    mends = [mistake for mistake in tried if not broken_in(mended(table, mistake))]
+    found = relations(table, axes, heard, known or Known())
+    broken = [relation for relation in found if not relation.holds]
+    tried = {m: stated(m) for m in mistakes(table, axes)} if broken else {}
+    mends = [m for m, made in tried.items() if all(relation.holds for relation in made)]
+    usual = [m for m in mends if all(relation.is_usual for relation in tried[m])]
     if not mends:
         broken = [relation for relation in broken if not relation.by_unit]
-    sentence = _sentence(broken, likeliest(table, mends)) if broken else ""
+    sentence = _sentence(broken, likeliest(table, usual or mends)) if broken else ""
     return Check("units", len(broken), "<=", 0, sentence)
 
 
