@@ -143,6 +143,17 @@ def test_without_an_operation_a_standing_axis_is_a_candidate_too() -> None:
     assert "or x stands still in these cuts, which 'operation' would say" in check.sentence
 
 
+def test_without_air_only_a_faint_current_is_silent() -> None:
+    """A level like another axis' may be friction alone: the axis is refused by its R² instead."""
+    for seed in SEEDS:
+        for level_A, named in ((0.0, ["x"]), (1.0, [])):
+            table = unplugged(lathe_cuts(seed), "x", seed, level_A)
+            bare = {n: v for n, v in table.channels.items() if not n.endswith(".air")}
+            found = faults.silent(replace(table, channels=bare), forces_of(table), AXES)
+            assert list(found) == named
+            assert all("the same in light and in heavy" in c.sentence for c in found.values())
+
+
 def test_where_nothing_was_cut_no_axis_is_unplugged() -> None:
     table = lathe_cuts(SEEDS[0])
     for axis in AXES:
