@@ -116,15 +116,12 @@ def at_limit(load: Load, parts: signals.Segments, *, axis: str, rate_hz: float) 
     if air.size == 0:
         return None
     noise_A = 1.4826 * float(np.median(np.abs(air - np.median(air))))
-    averaged = load.averaged_s(parts.cut) * rate_hz
-    found = signals.held_at_top(load.quick_A[parts.cut], noise_A=noise_A, averaged=averaged)
+    found = signals.held_at_top(load.quick_A[parts.cut], noise_A=noise_A)
     if found is None:
         return None
-    begin, end = (
-        (parts.cut.start + at) / rate_hz for at in (found.longest.start, found.longest.stop)
-    )
+    begin, end = parts.cut.start / rate_hz, parts.cut.stop / rate_hz
     return (
-        f"{axis}.current is at its limit: its range stays at {found.level:.4g} A, its maximum, "
-        f"from {begin:.2f} to {end:.2f} s; the force is at least what it says, and less depth or "
-        "feed would work"
+        f"{axis}.current is at its limit in the cut from {begin:.2f} to {end:.2f} s: for "
+        f"{100.0 * found.share:.0f} % of it the range stays at {found.level:.4g} A, its maximum; "
+        "the force is at least what it says, and less depth or feed would work"
     )

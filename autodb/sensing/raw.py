@@ -173,7 +173,8 @@ def _axis_row(
     values, kept = load.range_A, np.ones(load.range_A.size, dtype=np.bool_)
     if axis != "spindle":
         steady = [(part.start, load.quick_A[part]) for part in segments.values()]
-        pulses = signals.regular_pulses(steady, rate_hz=rate_hz)
+        averaged_s = load.averaged_s(parts.cut)
+        pulses = signals.regular_pulses(steady, rate_hz=rate_hz, averaged_s=averaged_s)
         if pulses is not None:
             values, kept = load.quick_A, _outside(pulses, load, parts.cut, rate_hz)
             notes.append(

@@ -13,12 +13,16 @@ RISES = 0.04
 """Least rise over the level around, as a share of it: below it a mean does not feel it. Chosen."""
 SPREADS = 5.0
 """and in robust standard deviations of the range around its level. Chosen."""
-SHORT_S = 1.5
-"""A pulse ends within; the average spreads it by half a second on each side."""
+LEVEL, BELOW = 0.25, 2.1
+"""Level: the quantile that pulses over half of a short part still leave; the standard deviation is
+so many times the distance from it to the median of what lies below (normal distribution)."""
+SHORT_S = 1.0
+"""A pulse ends within, and the average's own length. Chosen."""
 FEWEST = 3
 """Three pulses make two intervals that can be equal. Chosen."""
-REGULAR_S = 0.3
-"""How far a pulse may be from its place in the regular row: half an average. Chosen."""
+REGULAR, THERE = 0.1, 0.75
+"""How far a pulse may be from its place in the regular row, as a share of the interval, and the
+share of such places in air and cut at which there is one. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -29,39 +33,53 @@ class Pulses:
     every_s: float
 
 
-def regular_pulses(parts: list[tuple[int, Array]], *, rate_hz: float) -> Pulses | None:
+def regular_pulses(
+    parts: list[tuple[int, Array]], *, rate_hz: float, averaged_s: float
+) -> Pulses | None:
     """Return pulses of a range that come at regular intervals over its steady parts, or None.
 
-    ``parts``: the first sample and the range (n,) of each part that has a level of its own, air and
-    cut. A pulse may be missing where it falls between parts.
+    ``parts``: the first sample and the range (n,), averaged over ``averaged_s``, of each part that
+    has a level of its own, air and cut. A pulse may be missing where it falls between parts; one at
+    the edge of a part, of which only some is seen, does not tell the interval.
     """
-    found = [slice(run.start + first, run.stop + first)
-             for first, part in parts for run in _rises(part, rate_hz)]  # fmt: skip
-    if len(found) < FEWEST:
+    found: list[slice] = []
+    highest_s: list[float] = []
+    for first, part in parts:
+        for run in _rises(part, rate_hz=rate_hz, short_s=SHORT_S + averaged_s):
+            found.append(slice(first + run.start, first + run.stop))
+            if run.start > 0 and run.stop < part.size:
+                highest_s.append((first + run.start + int(np.nanargmax(part[run]))) / rate_hz)
+    if len(highest_s) < FEWEST:
         return None
-    begins_s = np.array([run.start for run in found]) / rate_hz
-    every_s = _interval_s(begins_s)
-    return None if every_s is None else Pulses(tuple(found), every_s)
+    row = _row(np.array(highest_s))
+    if row is None:
+        return None
+    every_s, first_s = row
+    ends_s = [(first / rate_hz, (first + part.size) / rate_hz) for first, part in parts]
+    number = np.arange(-1000, 1000)
+    places = sum(int(np.sum((a <= first_s + every_s * number) & (first_s + every_s * number < b)))
+                 for a, b in ends_s)  # fmt: skip
+    if len(found) < THERE * places:
+        return None
+    return Pulses(tuple(found), every_s)
 
 
-def _rises(part: Array, rate_hz: float) -> list[slice]:
-    """Return the short rises of one part over its level: its median, with its slow change."""
-    known = np.isfinite(part)
-    if known.sum() < rate_hz:
+def _rises(part: Array, *, rate_hz: float, short_s: float) -> list[slice]:
+    """Return the short rises of one part over its level."""
+    known = part[np.isfinite(part)]
+    if known.size < rate_hz:
         return []
-    level = float(np.median(part[known]))
-    low = part[known][part[known] <= level]
-    spread = 1.4826 * float(np.median(level - low))  # of the half that no pulse lifts
+    level = float(np.quantile(known, LEVEL))
+    spread = BELOW * float(level - np.median(known[known <= level]))
     least = max(RISES * level, SPREADS * spread)
     over = runs(np.nan_to_num(part - level) > 0.4 * least)
     high = [run for run in over if np.nanmax(part[run]) - level > least]
-    return [run for run in high if run.stop - run.start < SHORT_S * rate_hz]
+    return [run for run in high if run.stop - run.start < short_s * rate_hz]
 
 
-def _interval_s(begins_s: Array) -> float | None:
-    """Return the interval of which every distance is a whole multiple, or None."""
-    least = float(np.min(np.diff(begins_s)))
-    number = np.round((begins_s - begins_s[0]) / least)
-    every_s, first_s = np.polyfit(number, begins_s, 1)
-    off = begins_s - first_s - every_s * number
-    return float(every_s) if np.max(np.abs(off)) <= REGULAR_S else None
+def _row(at_s: Array) -> tuple[float, float] | None:
+    """Return the interval of which every distance is a whole multiple, and a first place."""
+    number = np.round((at_s - at_s[0]) / np.min(np.diff(at_s)))
+    every_s, first_s = (float(v) for v in np.polyfit(number, at_s, 1))
+    off = at_s - first_s - every_s * number
+    return (every_s, first_s) if np.max(np.abs(off)) <= REGULAR * every_s else None

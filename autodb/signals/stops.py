@@ -37,24 +37,18 @@ def interrupted(load: Array, found: Levels, *, rate_hz: float) -> slice | None:
 
 
 def slowing_from(speed: Array, *, rate_hz: float) -> int | None:
-    """Return the sample from which a speed (n,), in any unit, falls up to the recording's end.
+    """Return the sample from which a speed (n,), in any unit, falls and does not come back.
 
-    NaN is standstill. None where it does not, or by less than a tenth.
+    NaN is standstill. None where it does not fall, or by less than a tenth.
     """
     block = max(1, round(BLOCK_S * rate_hz))
     count = speed.size // block
-    blocks = np.nan_to_num(np.abs(speed[: count * block])).reshape(count, block)
-    mean = np.median(blocks, axis=1)
-    fastest = float(np.max(mean, initial=0.0))
-    if count < 2 or fastest == 0.0:
+    mean = np.median(np.nan_to_num(np.abs(speed[: count * block])).reshape(count, block), axis=1)
+    if count < 2 or not mean.any():
         return None
-    before = np.maximum(mean[:-1], 1e-9 * fastest)
-    falls = (before - mean[1:]) / before / BLOCK_S > SLOWS_PER_S
-    slow = falls | (mean[1:] < 0.05 * fastest)
-    last = runs(np.append(False, slow))
-    if not last or last[-1].stop != count:
-        return None
-    begins = last[-1].start - 1
-    if mean[-1] > SLOWED * mean[begins]:
-        return None
-    return int(begins * block)
+    least = 1e-9 * float(np.max(mean))
+    falls = (mean[:-1] - mean[1:]) / np.maximum(mean[:-1], least) / BLOCK_S > SLOWS_PER_S
+    for run in runs(falls):
+        if np.max(mean[run.stop :]) <= SLOWED * mean[run.start]:
+            return int(run.start * block)
+    return None
