@@ -89,7 +89,8 @@ def _joined(tables: Sequence[CutTable]) -> CutTable:
     if EDGE in texts:
         channels[EDGE] = edge_codes(texts[EDGE])
     units_of = {name: unit for table in tables for name, unit in table.units.items()}
-    return replace(tables[0], channels=channels, texts=texts, units=units_of)
+    path = Path(f"{tables[0].path} and {len(tables) - 1} more")
+    return replace(tables[0], path=path, channels=channels, texts=texts, units=units_of)
 
 
 def _unknown(table: CutTable) -> Array:

@@ -20,6 +20,8 @@ end then weighs a tenth, and a swing once a revolution leaves 1/60 of its amplit
 CHATTERS_N, CHATTERS_A, LEAST_A = 0.05, 0.02, 0.01
 """Shares that a narrow band's rms is least: of the resultant force, of the range's rise in cut, and
 of the range itself. Chosen: the virtual lathe's ringing, 5 % over 18 Hz, stays below."""
+FAST_S = 0.2
+"""A range averaged over more is too smooth to tell a limit from a lull. Chosen."""
 HARMONICS, ELECTRICAL_SPREAD = 12, 0.003
 """Multiples of a drive's frequency that its own ripples reach, and how well that is known."""
 
@@ -110,10 +112,13 @@ def _chatter(line: signals.Line, name: str, unit: str, spindle: signals.Turning)
 
 
 def at_limit(load: Load, parts: signals.Segments, *, axis: str, rate_hz: float) -> str | None:
-    """Say where an axis' range is held at its maximum: the force is at least what it says."""
+    """Say where an axis' range is held at its maximum: the force is at least what it says.
+
+    Looks at drives that turn fast enough to be read in ``FAST_S``: a spindle, seldom a feed.
+    """
     air = load.quick_A[parts.air]
     air = air[np.isfinite(air)]
-    if air.size == 0:
+    if air.size == 0 or load.averaged_s(parts.cut) > FAST_S:
         return None
     noise_A = 1.4826 * float(np.median(np.abs(air - np.median(air))))
     found = signals.held_at_top(load.quick_A[parts.cut], noise_A=noise_A)

@@ -132,7 +132,7 @@ def _segments(found: _Signals, recording: Recording) -> signals.Segments:
         rate = found.rate_hz
         _set_aside(recording, asides.stops(quick, levels, named=name, rate_hz=rate))
         parts = signals.segments_of(levels.cutting, rate_hz=rate)
-        speed_rpm = _speed_rpm(recording, parts.cut)
+        speed_rpm = _speed_rpm(recording, slice(parts.entry.start, parts.exit.stop))
         short = asides.too_short(parts, rate_hz=rate, speed_rpm=speed_rpm)
         if short is None:
             return parts
@@ -178,14 +178,14 @@ def _axis_row(
         if pulses is not None:
             values, kept = load.quick_A, _outside(pulses, load, parts.cut, rate_hz)
             notes.append(
-                f"{axis}: {len(pulses.where)} short rises of the range every "
+                f"{axis}: {len(pulses.seen)} short rises of the range every "
                 f"{pulses.every_s:.2f} s, as of way lubrication, are left out"
             )
     row = {}
     for name, part in segments.items():
         used = np.where(kept, values, np.nan)[part]
         known = used[np.isfinite(used)]
-        if known.size <= 0.5 * kept[part].sum():
+        if known.size <= max(0.5 * kept[part].sum(), asides.FEWEST_S * rate_hz):
             continue
         row[f"{axis}.current.{name}"] = float(np.mean(known))
         quick = np.where(kept, load.quick_A, np.nan)[part]
@@ -219,7 +219,7 @@ def _outside(pulses: signals.Pulses, load: Load, cut: slice, rate_hz: float) -> 
     """Return which samples no pulse reaches, through the average either."""
     kept = np.ones(load.quick_A.size, dtype=np.bool_)
     beside = round(0.5 * load.averaged_s(cut) * rate_hz)
-    for run in pulses.where:
+    for run in (*pulses.seen, *pulses.expected):
         kept[max(0, run.start - beside) : run.stop + beside] = False
     return kept
 

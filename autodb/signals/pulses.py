@@ -27,9 +27,10 @@ share of such places in air and cut at which there is one. Chosen."""
 
 @dataclass(frozen=True)
 class Pulses:
-    """Where pulses are, in samples, and every how many seconds they come."""
+    """Where pulses are seen and where they are expected, in samples, and every how many seconds."""
 
-    where: tuple[slice, ...]
+    seen: tuple[slice, ...]
+    expected: tuple[slice, ...]
     every_s: float
 
 
@@ -39,29 +40,40 @@ def regular_pulses(
     """Return pulses of a range that come at regular intervals over its steady parts, or None.
 
     ``parts``: the first sample and the range (n,), averaged over ``averaged_s``, of each part that
-    has a level of its own, air and cut. A pulse may be missing where it falls between parts; one at
-    the edge of a part, of which only some is seen, does not tell the interval.
+    has a level of its own, air and cut. A pulse at the edge of a part, of which only some is seen,
+    does not tell the interval. Where the row has a place is a pulse, seen or not.
     """
     found: list[slice] = []
-    highest_s: list[float] = []
+    whole: list[tuple[int, int, int]] = []  # first sample, highest, end
     for first, part in parts:
         for run in _rises(part, rate_hz=rate_hz, short_s=SHORT_S + averaged_s):
-            found.append(slice(first + run.start, first + run.stop))
+            begin, end = first + run.start, first + run.stop
+            found.append(slice(begin, end))
             if run.start > 0 and run.stop < part.size:
-                highest_s.append((first + run.start + int(np.nanargmax(part[run]))) / rate_hz)
-    if len(highest_s) < FEWEST:
+                whole.append((begin, begin + int(np.nanargmax(part[run])), end))
+    if len(whole) < FEWEST:
         return None
-    row = _row(np.array(highest_s))
+    seen = np.array(whole, dtype=np.float64)
+    row = _row(seen[:, 1])
     if row is None:
         return None
-    every_s, first_s = row
-    ends_s = [(first / rate_hz, (first + part.size) / rate_hz) for first, part in parts]
-    number = np.arange(-1000, 1000)
-    places = sum(int(np.sum((a <= first_s + every_s * number) & (first_s + every_s * number < b)))
-                 for a, b in ends_s)  # fmt: skip
-    if len(found) < THERE * places:
+    places = _places(*row, [(first, first + part.size) for first, part in parts])
+    if len(found) < THERE * len(places):
         return None
-    return Pulses(tuple(found), every_s)
+    before, after = (np.median(np.abs(seen[:, k] - seen[:, 1])) for k in (0, 2))
+    expected = [slice(max(0, round(at - before)), round(at + after)) for at in places]
+    return Pulses(tuple(found), tuple(expected), row[0] / rate_hz)
+
+
+def _places(every: float, first: float, parts: list[tuple[int, int]]) -> list[float]:
+    """Return where the row has a place within one of the parts, in samples."""
+    return [
+        first + every * number
+        for begin, end in parts
+        for number in range(
+            int(np.ceil((begin - first) / every)), int(np.ceil((end - first) / every))
+        )
+    ]
 
 
 def _rises(part: Array, *, rate_hz: float, short_s: float) -> list[slice]:
@@ -77,9 +89,9 @@ def _rises(part: Array, *, rate_hz: float, short_s: float) -> list[slice]:
     return [run for run in high if run.stop - run.start < short_s * rate_hz]
 
 
-def _row(at_s: Array) -> tuple[float, float] | None:
+def _row(at: Array) -> tuple[float, float] | None:
     """Return the interval of which every distance is a whole multiple, and a first place."""
-    number = np.round((at_s - at_s[0]) / np.min(np.diff(at_s)))
-    every_s, first_s = (float(v) for v in np.polyfit(number, at_s, 1))
-    off = at_s - first_s - every_s * number
-    return (every_s, first_s) if np.max(np.abs(off)) <= REGULAR * every_s else None
+    number = np.round((at - at[0]) / np.min(np.diff(at)))
+    every, first = (float(v) for v in np.polyfit(number, at, 1))
+    off = at - first - every * number
+    return (every, first) if np.max(np.abs(off)) <= REGULAR * every else None

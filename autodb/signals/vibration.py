@@ -22,6 +22,9 @@ LINE_BINS, BESIDE_BINS = 2, 20
 OUT_OF_BESIDE = 10.0
 """A line holds this times the power that its neighbours would put in its place: ringing, which is
 random and some per cent of its frequency wide, does not. Chosen."""
+BESIDE_TURNING = 0.05
+"""and this share at least of what the strongest multiple holds: products of a swing once a
+revolution with a drive's own ripple hold less than a thousandth. Chosen."""
 GROWS = 10.0
 """and this times the power that it holds in air. Chosen."""
 
@@ -50,7 +53,7 @@ def chatter(
     """Return the strongest narrow band of a signal in cut (n,) that is chatter, or None.
 
     ``air`` (m,): the same signal in air. ``least_rms``: below it a line is of no consequence.
-    Multiples of ``turning`` are not looked at, nor is anything closer to them than 3 bins.
+    Multiples of ``turning`` are not looked at, nor is anything that their lines reach.
     """
     from scipy.signal import detrend, welch
 
@@ -59,7 +62,7 @@ def chatter(
     step = float(frequency[1])
     free = frequency >= LOWEST_HZ
     for one in turning:
-        free &= ~_near_multiples(frequency, one, rate_hz=rate_hz, within=3.0 * step)
+        free &= ~_near_multiples(frequency, one, rate_hz=rate_hz, within=(LINE_BINS + 2) * step)
     here = np.flatnonzero(free)
     if here.size < 2 * BESIDE_BINS:
         return None
@@ -70,7 +73,8 @@ def chatter(
     if rms < least_rms or near.size < LINE_BINS:
         return None
     beside = (2 * LINE_BINS + 1) * step * float(np.median(density[near]))
-    if lines[peak] < OUT_OF_BESIDE * beside:
+    others = float(np.max(lines[(frequency >= LOWEST_HZ) & ~free], initial=0.0))
+    if lines[peak] < max(OUT_OF_BESIDE * beside, BESIDE_TURNING * others):
         return None
     if lines[peak] < GROWS * _power_at(air, float(frequency[peak]), rate_hz=rate_hz):
         return None
