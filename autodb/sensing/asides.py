@@ -1,6 +1,6 @@
 """Why the cut of a recording is set aside: each function returns what was seen and what would work.
 
-None where there is nothing against the cut.
+None where there is nothing against the cut. ``t_s`` (n,) is the recording's clock.
 """
 
 from collections.abc import Mapping
@@ -26,7 +26,9 @@ HARMONICS, ELECTRICAL_SPREAD = 12, 0.003
 """Multiples of a drive's frequency that its own ripples reach, and how well that is known."""
 
 
-def too_short(parts: signals.Segments, *, rate_hz: float, speed_rpm: float | None) -> str | None:
+def too_short(
+    parts: signals.Segments, *, t_s: Array, rate_hz: float, speed_rpm: float | None
+) -> str | None:
     """Say where too little of a cut, or of its air approach, is left between the transitions."""
     margin_s = signals.MARGIN_S
     air_s = (parts.air.stop - parts.air.start) / rate_hz
@@ -43,20 +45,31 @@ def too_short(parts: signals.Segments, *, rate_hz: float, speed_rpm: float | Non
     if speed_rpm is not None:
         needs_s = max(needs_s, FEWEST_REVOLUTIONS * 60.0 / speed_rpm)
     seen = "" if revolutions is None else f" and {revolutions:.2g} revolutions"
-    at_s = parts.cut.start / rate_hz
     return (
-        f"its cut at {at_s:.2f} s is too short: {cut_s:.2g} s{seen} between transitions of "
-        f"{margin_s:g} s; a cut of {needs_s + 2.0 * margin_s:.2g} s or longer would work"
+        f"its cut at {t_s[parts.entry.start]:.2f} s is too short: {cut_s:.2g} s{seen} between "
+        f"transitions of {margin_s:g} s; a cut of {needs_s + 2.0 * margin_s:.2g} s or longer would work"
     )
 
 
-def stops(load: Array, levels: signals.Levels, *, named: str, rate_hz: float) -> str | None:
+def starts_in_cut(levels: signals.Levels) -> str | None:
+    """Say where a spindle's range begins high and falls: its cut is not what comes second."""
+    if levels.cut > levels.air:
+        return None
+    return (
+        "spindle.current.range is high first and falls, as when the recording starts in the cut; "
+        "a recording that starts 1 s before the tool enters would work"
+    )
+
+
+def stops(
+    load: Array, levels: signals.Levels, *, named: str, t_s: Array, rate_hz: float
+) -> str | None:
     """Say where a load (n,) falls back to air in the middle of the cut and comes again."""
     gap = signals.interrupted(load, levels, rate_hz=rate_hz)
     if gap is None:
         return None
     return (
-        f"the cut is interrupted from {gap.start / rate_hz:.2f} to {gap.stop / rate_hz:.2f} s: "
+        f"the cut is interrupted from {t_s[gap.start]:.2f} to {t_s[gap.stop]:.2f} s: "
         f"{named} falls back to air and comes again, as when feed or spindle stop; one cut in one "
         "go would work"
     )
@@ -111,7 +124,7 @@ def _chatter(line: signals.Line, name: str, unit: str, spindle: signals.Turning)
     )
 
 
-def at_limit(load: Load, parts: signals.Segments, *, axis: str, rate_hz: float) -> str | None:
+def at_limit(load: Load, parts: signals.Segments, *, axis: str, t_s: Array) -> str | None:
     """Say where an axis' range is held at its maximum: the force is at least what it says.
 
     Looks at drives that turn fast enough to be read in ``FAST_S``: a spindle, seldom a feed.
@@ -124,7 +137,7 @@ def at_limit(load: Load, parts: signals.Segments, *, axis: str, rate_hz: float) 
     found = signals.held_at_top(load.quick_A[parts.cut], noise_A=noise_A)
     if found is None:
         return None
-    begin, end = parts.cut.start / rate_hz, parts.cut.stop / rate_hz
+    begin, end = t_s[parts.cut.start], t_s[parts.cut.stop - 1]
     return (
         f"{axis}.current is at its limit in the cut from {begin:.2f} to {end:.2f} s: for "
         f"{100.0 * found.share:.0f} % of it the range stays at {found.level:.4g} A, its maximum; "

@@ -25,6 +25,7 @@ Flags = NDArray[np.bool_]
 
 AVERAGE_S = 0.5
 """What range and force are averaged over: half of it before an event already shows it."""
+SPINDLE = "spindle.current.range"
 SPEED_SPREAD = 0.003
 """How well a spindle's speed is known of which only the side file tells; chosen, some slip."""
 
@@ -59,7 +60,7 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
     found, notes = _recorded(recording, progress)
     parts = _segments(found, recording)
     for axis, load in found.loads.items():
-        _set_aside(recording, asides.at_limit(load, parts, axis=axis, rate_hz=found.rate_hz))
+        _set_aside(recording, asides.at_limit(load, parts, axis=axis, t_s=recording.t_s))
     spindle = _spindle(recording, parts)
     if spindle is None:
         notes.append("chatter was not looked for: the spindle's speed is not known")
@@ -97,7 +98,7 @@ def _recorded(
     end, notes = len(recording), []
     if begins is not None:
         end = max(0, begins - round(0.5 * AVERAGE_S * rate))
-        notes.append(_slowing(begins / rate, loads, begins))
+        notes.append(_slowing(float(recording.t_s[begins]), loads, begins))
         loads = {axis: load.until(end) for axis, load in loads.items()}
     forces = {name: recording[name][:end] for name in FORCES if name in recording}
     quasi = {name: signals.quasi_static(f, rate_hz=rate) for name, f in forces.items()}
@@ -130,10 +131,13 @@ def _segments(found: _Signals, recording: Recording) -> signals.Segments:
         if levels is None:
             continue
         rate = found.rate_hz
-        _set_aside(recording, asides.stops(quick, levels, named=name, rate_hz=rate))
+        if name == SPINDLE:
+            _set_aside(recording, asides.starts_in_cut(levels))
+        stop = asides.stops(quick, levels, named=name, t_s=recording.t_s, rate_hz=rate)
+        _set_aside(recording, stop)
         parts = signals.segments_of(levels.cutting, rate_hz=rate)
         speed_rpm = _speed_rpm(recording, slice(parts.entry.start, parts.exit.stop))
-        short = asides.too_short(parts, rate_hz=rate, speed_rpm=speed_rpm)
+        short = asides.too_short(parts, t_s=recording.t_s, rate_hz=rate, speed_rpm=speed_rpm)
         if short is None:
             return parts
         seen = seen or short
@@ -147,7 +151,9 @@ def _segments(found: _Signals, recording: Recording) -> signals.Segments:
 def _leading(found: _Signals) -> list[tuple[str, Array, Array]]:
     """Return name, averaged and quickly averaged values (n,) of each load, in order."""
     axes = [axis for axis in ("spindle", "z", "x") if axis in found.loads]
-    currents = [(f"the range of {a}", found.loads[a].range_A, found.loads[a].quick_A) for a in axes]
+    currents = [
+        (f"{a}.current.range", found.loads[a].range_A, found.loads[a].quick_A) for a in axes
+    ]
     by_size = sorted(found.quasi_static, key=lambda n: np.ptp(found.quasi_static[n]), reverse=True)
     return currents + [
         (name, found.quasi_static[name], _quick(found.forces[name], found.rate_hz))
