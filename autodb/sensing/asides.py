@@ -45,9 +45,10 @@ def too_short(
     if speed_rpm is not None:
         needs_s = max(needs_s, FEWEST_REVOLUTIONS * 60.0 / speed_rpm)
     seen = "" if revolutions is None else f" and {revolutions:.2g} revolutions"
+    at_s, works_s = t_s[parts.entry.start] + margin_s, needs_s + 2.0 * margin_s
     return (
-        f"its cut at {t_s[parts.entry.start]:.2f} s is too short: {cut_s:.2g} s{seen} between "
-        f"transitions of {margin_s:g} s; a cut of {needs_s + 2.0 * margin_s:.2g} s or longer would work"
+        f"its cut at {at_s:.2f} s is too short: {cut_s:.2g} s{seen} between transitions of "
+        f"{margin_s:g} s; a cut of {works_s:.2g} s or longer would work"
     )
 
 
