@@ -11,9 +11,9 @@ GONE, THERE = 0.25, 0.5
 """Shares of the way from air to cut below which a cut is gone, and above which it is there."""
 GONE_S, THERE_S = 0.15, 0.3
 """For how long, at least: shorter than 0.15 s nothing but an average over 0.1 s says so. Chosen."""
-SLOWS_PER_S = 0.2
-"""A spindle brakes where it loses a fifth of its speed in a second; constant cutting speed in
-facing changes it by less (0.1/s at 5 mm/s on 50 mm). Chosen."""
+SLOWS_PER_S = 0.3
+"""A spindle brakes where it loses this share of its speed in a second; constant cutting speed in
+facing outwards changes it by less (0.25/s at 5 mm/s of diameter on 20 mm). Chosen."""
 SLOWED = 0.9
 """and where it has come below this share of what it was. Chosen."""
 BLOCK_S = 0.1

@@ -76,9 +76,12 @@ def chatter(
     others = float(np.max(lines[(frequency >= LOWEST_HZ) & ~free], initial=0.0))
     if lines[peak] < max(OUT_OF_BESIDE * beside, BESIDE_TURNING * others):
         return None
-    if lines[peak] < GROWS * _power_at(air, float(frequency[peak]), rate_hz=rate_hz):
+    highest = peak - LINE_BINS + int(np.argmax(density[peak - LINE_BINS : peak + LINE_BINS + 1]))
+    line = Line(float(frequency[highest]), rms)
+    within_hz = (LINE_BINS + 1) * step
+    if lines[peak] < GROWS * _power_near(air, line.frequency_hz, within_hz, rate_hz=rate_hz):
         return None
-    return Line(float(frequency[peak]), rms)
+    return line
 
 
 def _near_multiples(
@@ -91,9 +94,10 @@ def _near_multiples(
     return np.asarray((apart <= within + one.spread * multiple[None, :]).any(axis=1))
 
 
-def _power_at(signal: Array, frequency_hz: float, *, rate_hz: float) -> float:
-    """Return the power of a signal's sinusoid at a frequency."""
-    window = np.hanning(signal.size)
-    wave = np.exp(-2j * np.pi * frequency_hz * np.arange(signal.size) / rate_hz)
-    found = np.sum(window * (signal - signal.mean()) * wave) / np.sum(window)
-    return float(2.0 * np.abs(found) ** 2)
+def _power_near(signal: Array, frequency_hz: float, within_hz: float, *, rate_hz: float) -> float:
+    """Return the power of a signal within some hertz of a frequency."""
+    from scipy.signal import periodogram
+
+    frequency, density = periodogram(signal, rate_hz, window="hann")
+    near = np.abs(frequency - frequency_hz) <= within_hz
+    return float(np.sum(density[near]) * frequency[1])
