@@ -21,7 +21,10 @@ from autodb.virtual.jobs import cut_at, standard_cuts
 from autodb.virtual.lathe import cut_table
 from autodb.virtual.phases import raw_cut
 from autodb.virtual.sample import SAMPLE_LATHE, SAMPLE_PAIR
+from autodb.virtual.disturbed import Disturbance
+from autodb.virtual.sample import write_parquet
 from tests.files import write, write_groups
+from tests.raw_cuts import made
 
 T = np.round(np.arange(400) * 0.01, 6)
 X = np.round(100.0 * np.sin(2 * np.pi * 0.5 * T), 6)
@@ -147,7 +150,19 @@ def _job(*keys: str) -> Callable[[Path], object]:
     return _text("job.toml", *head, "diameter_mm = 50", "depth_mm = 1.0", *keys)
 
 
+def _raw(
+    what: Disturbance, *, duration_s: float = 5.0, from_s: float = 0.0
+) -> Callable[[Path], object]:
+    def make(folder: Path) -> None:
+        channels = made(2, what, duration_s).channels
+        later = channels["t"] >= from_s
+        write_parquet(folder / "cut.parquet", {n: v[later] for n, v in channels.items()})
+
+    return make
+
+
 LOOK = "autodb import moves.csv"
+RAW_CUT = "autodb calibrate cut.parquet"
 FILES = (
     Case("empty file", LOOK, _text("moves.csv")),
     Case("header only", LOOK, _text("moves.csv", "t,x.position")),
@@ -286,11 +301,22 @@ CALIBRATIONS = (
         _faced_in_diameters,
     ),
 )  # fmt: skip
+RAW = (
+    Case("a cut that stops in the middle", RAW_CUT, _raw(Disturbance(stop_s=(4.0, 4.6)))),
+    Case("chatter", RAW_CUT, _raw(Disturbance(chatter_share=0.2, chatter_hz=137.0))),
+    Case(
+        "a spindle at its current limit", RAW_CUT,
+        _raw(Disturbance(limit_share=1.0, wander_share=0.06)),
+    ),
+    Case("a cut that is too short", RAW_CUT, _raw(Disturbance(), duration_s=0.6)),
+    Case("a recording that starts in the cut", RAW_CUT, _raw(Disturbance(), from_s=3.0)),
+)  # fmt: skip
 PARTS = (
     ("Files", FILES),
     ("Time", TIME),
     ("Content", CONTENT),
     ("Calibrations", CALIBRATIONS),
+    ("Raw recordings of a cut", RAW),
     ("Side files", SIDE_FILES),
     ("Jobs and databases", OTHERS),
     ("Standard cuts", STANDARD),
