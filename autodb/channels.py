@@ -7,7 +7,7 @@ ROTARY_AXES = ("a", "b", "c")
 FORCES = ("force.x", "force.y", "force.z")
 
 _AXIS = f"[{''.join(LINEAR_AXES)}]"
-_CURRENT = r"\.current(\.(u|v|w|range|air))?"
+_CURRENT = r"\.current(\.(u|v|w|(range|air)(\.sd)?))?"
 _UNITS: tuple[tuple[str, str], ...] = (
     (r"t", "s"),
     (rf"{_AXIS}\.position", "mm"),

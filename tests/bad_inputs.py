@@ -17,7 +17,14 @@ from pathlib import Path
 import numpy as np
 
 from autodb.cli import run
+from autodb.virtual.jobs import cut_at, standard_cuts
+from autodb.virtual.lathe import cut_table
+from autodb.virtual.phases import raw_cut
+from autodb.virtual.sample import SAMPLE_LATHE, SAMPLE_PAIR
+from autodb.virtual.disturbed import Disturbance
+from autodb.virtual.sample import write_parquet
 from tests.files import write, write_groups
+from tests.raw_cuts import made
 
 T = np.round(np.arange(400) * 0.01, 6)
 X = np.round(100.0 * np.sin(2 * np.pi * 0.5 * T), 6)
@@ -98,12 +105,64 @@ def _cuts(**columns: object) -> Callable[[Path], object]:
     return lambda folder: write(folder / "cuts.csv", {**rows, **columns})
 
 
+def _lathe(**factors: float) -> Callable[[Path], object]:
+    """The sample lathe's standard cuts with a dynamometer, some columns times a factor."""
+
+    def make(folder: Path) -> None:
+        columns = cut_table(SAMPLE_LATHE, SAMPLE_PAIR, standard_cuts(), 21, dynamometer=True)
+        for name, factor in factors.items():
+            columns[name.replace("_", ".")] = columns[name.replace("_", ".")] * factor
+        write(folder / "cuts.csv", columns)
+
+    return make
+
+
+def _exchanged(folder: Path) -> None:
+    """The forces of the lightest and the heaviest turned cut stand in each other's row."""
+    columns = cut_table(SAMPLE_LATHE, SAMPLE_PAIR, standard_cuts(), 21, dynamometer=True)
+    turned = np.flatnonzero(columns["operation"] == "turn")
+    order = turned[np.argsort(columns["force.y"][turned])]
+    for name in ("force.x", "force.y", "force.z"):
+        columns[name][order[[0, -1]]] = columns[name][order[[-1, 0]]]
+    write(folder / "cuts.csv", columns)
+
+
+def _faced_in_diameters(folder: Path) -> None:
+    cut = cut_at((0.75, 0.2, 1200.0, 60.0), operation="face", duration_s=2.0)
+    columns = raw_cut(SAMPLE_LATHE, SAMPLE_PAIR, cut, 25, True)
+    columns["x.position"] = 2.0 * columns["x.position"]
+    write(folder / "cut.parquet", columns)
+    side = '[cut]\noperation = "face"\ndepth_mm = 0.75\nfeed_mm_rev = 0.2\n'
+    (folder / "cut.toml").write_text(side)
+    _database(folder)
+
+
+def _database(folder: Path) -> None:
+    """A database with one lathe."""
+    url = f"sqlite:///{folder / 'autodb.sqlite3'}"
+    for command in ("init", "machine add lathe-1"):
+        with contextlib.redirect_stdout(io.StringIO()):
+            run([*command.split(), "--db", url])
+
+
 def _job(*keys: str) -> Callable[[Path], object]:
     head = ['name = "shaft"', 'material = "steel bar"', 'tool = "insert"', "[[cut]]"]
     return _text("job.toml", *head, "diameter_mm = 50", "depth_mm = 1.0", *keys)
 
 
+def _raw(
+    what: Disturbance, *, duration_s: float = 5.0, from_s: float = 0.0
+) -> Callable[[Path], object]:
+    def make(folder: Path) -> None:
+        channels = made(2, what, duration_s).channels
+        later = channels["t"] >= from_s
+        write_parquet(folder / "cut.parquet", {n: v[later] for n, v in channels.items()})
+
+    return make
+
+
 LOOK = "autodb import moves.csv"
+RAW_CUT = "autodb calibrate cut.parquet"
 FILES = (
     Case("empty file", LOOK, _text("moves.csv")),
     Case("header only", LOOK, _text("moves.csv", "t,x.position")),
@@ -228,10 +287,36 @@ STANDARD = (
         _text("lathe.toml", *MACHINE, *CLAMPED, "zero = { x_mm = 0, z_mm = 100 }"),
     ),
 )  # fmt: skip
+CALIBRATIONS = (
+    Case("feed in inches", "autodb calibrate cuts.csv", _lathe(cutting_feed=1 / 25.4)),
+    Case("force.z in kN", "autodb calibrate cuts.csv", _lathe(force_z=1e-3)),
+    Case("diameter as a radius", "autodb calibrate cuts.csv", _lathe(work_diameter=0.5)),
+    Case(
+        "two units at once", "autodb calibrate cuts.csv",
+        _lathe(force_y=1e-3, cutting_depth=0.01),
+    ),
+    Case("two cuts exchanged", "autodb calibrate cuts.csv", _exchanged),
+    Case(
+        "X logged as a diameter", "autodb import cut.parquet --machine lathe-1",
+        _faced_in_diameters,
+    ),
+)  # fmt: skip
+RAW = (
+    Case("a cut that stops in the middle", RAW_CUT, _raw(Disturbance(stop_s=(4.0, 4.6)))),
+    Case("chatter", RAW_CUT, _raw(Disturbance(chatter_share=0.2, chatter_hz=137.0))),
+    Case(
+        "a spindle at its current limit", RAW_CUT,
+        _raw(Disturbance(limit_share=1.0, wander_share=0.06)),
+    ),
+    Case("a cut that is too short", RAW_CUT, _raw(Disturbance(), duration_s=0.6)),
+    Case("a recording that starts in the cut", RAW_CUT, _raw(Disturbance(), from_s=3.0)),
+)  # fmt: skip
 PARTS = (
     ("Files", FILES),
     ("Time", TIME),
     ("Content", CONTENT),
+    ("Calibrations", CALIBRATIONS),
+    ("Raw recordings of a cut", RAW),
     ("Side files", SIDE_FILES),
     ("Jobs and databases", OTHERS),
     ("Standard cuts", STANDARD),

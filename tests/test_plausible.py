@@ -146,7 +146,14 @@ def test_counts_are_not_judged(tmp_path: Path) -> None:
 def test_speed_and_diameter_must_fit(tmp_path: Path) -> None:
     cuts = {"cut": [1, 2], "work.diameter": [0.05, 0.06], "spindle.speed": [1200.0, 1000.0],
             "cutting.speed": [188.0, 188.0]}  # fmt: skip
-    assert "another unit" in _doubts(write(tmp_path / "a.csv", cuts))[0]
+    (line,) = _doubts(write(tmp_path / "a.csv", cuts))
+    assert "as if cutting.speed in mm/min or work.diameter in m; its unit" in line
+    cuts["work.diameter"] = [2.0, 2.36]
+    assert (
+        'as if work.diameter in inch; unit = "inch"' in _doubts(write(tmp_path / "a.csv", cuts))[0]
+    )
+    cuts["work.diameter"] = [7.0, 9.0]
+    assert "one of them in another unit" in _doubts(write(tmp_path / "a.csv", cuts))[0]
     cuts["work.diameter"] = [50.0, 60.0]
     assert _doubts(write(tmp_path / "a.csv", cuts)) == []
 

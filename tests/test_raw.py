@@ -57,10 +57,10 @@ def _row(table: CutTable) -> dict[str, float]:
 def test_one_hall_sensor_an_axis_reads_what_three_phases_do(
     cut: dict[str, Array], volts: Path
 ) -> None:
-    three = _row(raw.cut_of(Recording(path=Path("three.csv"), channels=cut)))
+    three = _row(raw.cut_of(Recording(path=Path("three.csv"), channels=cut)).table)
     read = records.read(volts)
     assert isinstance(read, Recording)
-    one = _row(raw.cut_of(read))
+    one = _row(raw.cut_of(read).table)
     for name in ("spindle.current.range", "spindle.current.air", "z.current.range"):
         assert_allclose(one[name], three[name], rtol=0.005)
     assert_allclose(one["z.current.air"], three["z.current.air"], rtol=0.03)
@@ -88,9 +88,9 @@ def test_a_range_that_folds_on_its_way_into_the_cut_is_left_out() -> None:
     channels = {"t": t, **{f"x.current.{name}": values for name, values in made.items()}}
     spindle = phases(rng, np.where(t > 10.0, 20.0, 10.0), np.full(t.size, 50.0), RATE)
     channels |= {f"spindle.current.{name}": values for name, values in spindle.items()}
-    said: list[str] = []
-    row = _row(raw.cut_of(Recording(path=Path("a.csv"), channels=channels), progress=said.append))
+    done = raw.cut_of(Recording(path=Path("a.csv"), channels=channels))
+    row = _row(done.table)
     assert_allclose(row["x.current.air"], 3.0, rtol=0.005)
     assert "x.current.range" not in row
-    assert any("folds between air and cut" in line for line in said)
+    assert any("folds between air and cut" in line for line in done.notes)
     assert_allclose(row["spindle.current.range"], 20.0, rtol=0.01)

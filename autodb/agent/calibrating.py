@@ -1,36 +1,51 @@
 """Calibrate a machine's axes on its imported cuts; versions are kept."""
 
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import standard
 from autodb.agent.importing import cuts_as_table
-from autodb.agent.machines import find_machine
+from autodb.agent.machines import as_file, find_machine
 from autodb.errors import UnusableInput
 from autodb.fitting import Undetermined
 from autodb.records import CutTable
-from autodb.sensing import ranges
+from autodb.sensing import faults, ranges
 from autodb.sensing.error_kinds import ErrorKinds
 from autodb.sensing.forms import kept
 from autodb.sensing.ranges import Calibration, Scores
 from autodb.store import Store, models
 
+FORCE_COMPONENTS = tuple(sorted(ranges.COMPONENT_OF_AXIS.values()))
+
 
 def calibrate_table(
-    table: CutTable, *, axes: tuple[str, ...], protocol: standard.Protocol | None = None
+    table: CutTable,
+    *,
+    axes: tuple[str, ...],
+    protocol: standard.Protocol | None = None,
+    known: faults.Known | None = None,
+    names: Sequence[str] | None = None,
 ) -> tuple[list[Calibration], list[str]]:
     """Calibrate every axis that a table can calibrate; the others come back as sentences why not.
 
-    Raises UnusableInput when no axis can be calibrated.
+    ``names`` (n,) of the cuts in messages; default their numbers. Raises UnusableInput when the
+    data show a fault that concerns all axes, or no axis can be calibrated.
     """
+    faults.refuse(table.path, faults.checks_of_units(table, axes, known or faults.Known(protocol)))
+    forces = _known_forces(table, protocol)
+    silent = faults.silent(table, forces, axes)
+    heard = [axis for axis in axes if axis not in silent]
+    names = names or [f"cut {number:g}" for number in table.cut]
+    faults.refuse(table.path, faults.exchanged(table, forces, heard, names))
     done: list[Calibration] = []
-    left_out: list[str] = []
-    for axis in axes:
+    left_out = [f"{table.path}: {check.sentence}" for check in silent.values()]
+    for axis in heard:
         try:
             done.append(_calibrate(table, axis, protocol))
         except UnusableInput as error:
@@ -44,6 +59,20 @@ def calibrate_table(
         reasons = [sentence.removeprefix(f"{table.path}: ") for sentence in left_out]
         raise UnusableInput(f"{table.path}: no axis can be calibrated: {'; '.join(reasons)}")
     return done, left_out
+
+
+def _known_forces(
+    table: CutTable, protocol: standard.Protocol | None
+) -> dict[str, NDArray[np.float64]]:
+    """Return the forces (n,) that the axes are calibrated against, N, by component."""
+    if protocol is None:
+        return {c: table[f"force.{c}"] for c in FORCE_COMPONENTS if f"force.{c}" in table}
+    made = [cut for cut in protocol.cut if standard.rows_of(table, cut).any()]
+    return {
+        component: standard.references(table, protocol, component).force_N
+        for component in FORCE_COMPONENTS
+        if any(component in cut.reference for cut in made)
+    }
 
 
 def _calibrate(table: CutTable, axis: str, protocol: standard.Protocol | None) -> Calibration:
@@ -78,10 +107,13 @@ def calibrate_machine(
         table = cuts_as_table(cuts, path=_named(cuts))
         used = sorted({cut.recording_id for cut in cuts})
         axes = tuple(a.name for a in owner.axes if a.name in ranges.COMPONENT_OF_AXIS)
+        known = faults.Known(protocol, as_file(owner))
+        names = _names(cuts)
+        _refuse_wrong_units(cuts, axes, known)
         machine_id = owner.id
     if progress:
         progress("fitting and scoring on groups left out")
-    done, left_out = calibrate_table(table, axes=axes, protocol=protocol)
+    done, left_out = calibrate_table(table, axes=axes, protocol=protocol, known=known, names=names)
     with store.writing() as session:
         new = [_keep(session, machine_id, used, calibration) for calibration in done]
     return done, left_out, new
@@ -102,6 +134,27 @@ def _calibration_cuts(
         cut
         for cut in session.scalars(query)
         if not needs_force or any(name.startswith("force.") for name in cut.measured)
+    ]
+
+
+def _refuse_wrong_units(cuts: list[models.Cut], axes: tuple[str, ...], known: faults.Known) -> None:
+    """Check each recording by itself: one in a wrong unit would drown among the others.
+
+    A shop's cuts beside the standard ones are no fault, so the protocol is left to all of them.
+    """
+    alone = replace(known, protocol=None)
+    for recording_id in dict.fromkeys(cut.recording_id for cut in cuts):
+        own = [cut for cut in cuts if cut.recording_id == recording_id]
+        table = cuts_as_table(own, path=_named(own))
+        faults.refuse(table.path, faults.checks_of_units(table, axes, alone))
+
+
+def _names(cuts: list[models.Cut]) -> list[str]:
+    """Return how messages name each cut: with its file where there are several."""
+    several = len({cut.recording_id for cut in cuts}) > 1
+    return [
+        f"cut {cut.number:g}" + (f" of {Path(cut.recording.path).name}" if several else "")
+        for cut in cuts
     ]
 
 

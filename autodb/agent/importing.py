@@ -1,7 +1,7 @@
 """A file enters the database once, known by its checksum."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,8 @@ from autodb.errors import UnusableInput
 from autodb.records import EDGE, CutTable, Source, edge_codes
 from autodb.records.plausible import refuse_implausible
 from autodb.records.summary import BaseSummary, summarise
-from autodb.sensing import raw
+from autodb.sensing import faults, raw
+from autodb.sensing.ranges import COMPONENT_OF_AXIS
 from autodb.sidefile import SideFile
 from autodb.store import Store, models
 
@@ -26,7 +27,10 @@ _CONDITION_PREFIXES = ("cutting.", "work.", "spindle.speed", "tool.", "chip.", "
 
 @dataclass(frozen=True)
 class Imported:
-    """What an import did; ``other_side``: it was there already, with another side file."""
+    """What an import did; ``other_side``: it was there already, with another side file.
+
+    ``notes``: what was left out of the averages of a raw recording's cut.
+    """
 
     recording_id: int
     kind: str
@@ -34,6 +38,7 @@ class Imported:
     cuts: int
     already_there: bool
     other_side: bool = False
+    notes: tuple[str, ...] = ()
 
 
 def import_file(
@@ -48,7 +53,8 @@ def import_file(
 
     The file is read in blocks, its checksum taken and its channels checked; a table of cuts is
     kept cut by cut, and raw phase currents give the cut they hold. Currents take the axis' sign
-    from the machine. Raises UnusableInput; then nothing is written.
+    from the machine. Raises UnusableInput, SetAside of a raw cut that nothing can be learned from;
+    then nothing is written.
     """
     source = records.open_source(path, columns=columns)
     sha256 = checksum(path)
@@ -61,11 +67,14 @@ def import_file(
         raise UnusableInput(f"{path}: its side file says machine '{named}', not '{machine}'")
     summary = summarise(source, progress=progress)
     refuse_implausible(source, summary)
-    cuts = _cuts(source, progress)
+    cuts, notes = _cuts(source, progress)
     with store.writing() as session:
         owner = find_machine(session, machine)
         known = _known(session, owner.id, sha256, source.side)  # another agent may have been faster
-        return known or _keep(session, owner, _row(source, summary, sha256), cuts)
+        if known is not None:
+            return known
+        kept = _keep(session, owner, _row(source, summary, sha256), cuts)
+        return replace(kept, notes=notes)
 
 
 def _row(source: Source, summary: Sequence[BaseSummary], sha256: str) -> models.Recording:
@@ -134,8 +143,13 @@ def _known(session: Session, machine_id: int, sha256: str, side: SideFile) -> Im
     return Imported(found.id, found.kind, found.rows, len(found.cuts), True, other)
 
 
-def _cuts(source: Source, progress: Callable[[str], None] | None) -> CutTable | None:
-    """Return the cuts of a file: its table of cuts, or the cut that its phase currents hold."""
+def _cuts(
+    source: Source, progress: Callable[[str], None] | None
+) -> tuple[CutTable | None, tuple[str, ...]]:
+    """Return the cuts of a file: its table of cuts, or the cut that its phase currents hold.
+
+    With what was left out of that cut's averages. Raises SetAside.
+    """
     holding = [
         base
         for base in source.usable()
@@ -145,9 +159,12 @@ def _cuts(source: Source, progress: Callable[[str], None] | None) -> CutTable | 
         names = ", ".join(f"'{base.name}'" for base in holding)
         raise UnusableInput(f"{source.path}: cuts in several time bases: {names}; one would work")
     if not holding:
-        return None
+        return None, ()
     table = holding[0].read()
-    return table if isinstance(table, CutTable) else raw.cut_of(table, progress=progress)
+    raw_cut = None if isinstance(table, CutTable) else raw.cut_of(table, progress=progress)
+    cuts = table if raw_cut is None else raw_cut.table
+    faults.refuse(source.path, faults.checks_of_units(cuts, tuple(COMPONENT_OF_AXIS)))
+    return cuts, () if raw_cut is None else raw_cut.notes
 
 
 def _pair_names(table: CutTable, row: int) -> tuple[str, str]:

@@ -64,7 +64,7 @@ def read_measured(path: Path, *, columns: Path | None = None) -> CutTable:
     """
     found = records.read(path, columns=columns)
     refuse_doubtful(path, summary_of(found), found.side)
-    table = found if isinstance(found, CutTable) else cut_of(found)
+    table = found if isinstance(found, CutTable) else cut_of(found).table
     if not any(name in table for name in FORCES):
         raise UnusableInput(
             f"{path}: no channel force.x, force.y or force.z{table.near('force.z')}"

@@ -21,15 +21,20 @@ if TYPE_CHECKING:
     from autodb.records.summary import BaseSummary
     from autodb.sensing.ranges import Calibration
     from autodb.standard import Protocol
+    from autodb.store import Store
 
 Files = Annotated[list[Path], typer.Argument(readable=False, help="Recordings or cut tables.")]
 ProtocolName = Annotated[
     str | None,
     typer.Option("--protocol", help="Standard cuts whose reference forces to use: name or file."),
 ]
-OptionalFile = Annotated[
-    Path | None,
-    typer.Argument(readable=False, help="A cut table; default: all imported cuts of the machine."),
+OptionalFiles = Annotated[
+    list[Path] | None,
+    typer.Argument(
+        readable=False,
+        help="Cut tables, and raw recordings of one cut each; default: all imported cuts of the "
+        "machine.",
+    ),
 ]
 
 
@@ -41,7 +46,7 @@ def import_(
     files: Files, machine: OptionalMachine = None, columns: Columns = None, db: Database = None
 ) -> None:
     """Import recordings and cut tables; each file enters once. Without --machine only look."""
-    from autodb.agent.importing import import_file
+    from autodb.agent.gathering import each_used
 
     if machine is None:
         for file in files:
@@ -49,14 +54,22 @@ def import_(
         say("not stored: give --machine NAME to keep it")
         return
     with opened(db) as store:
-        for file in files:
-            with working(f"importing {file.name}") as progress:
-                done = import_file(store, file, machine=machine, columns=columns, progress=progress)
-            what = "already there" if done.already_there else "imported"
-            if done.other_side:
-                what += " (with another side file, which still holds)"
-            say(f"recording {done.recording_id}: {file.name}: {what}, {done.rows} rows, "
-                f"{done.cuts} cuts")  # fmt: skip
+        each_used(files, lambda file: _import(store, file, machine, columns), tell=say)
+
+
+def _import(store: "Store", file: Path, machine: str, columns: Path | None) -> int:
+    """Import one file, say what became of it, and return the recording's number."""
+    from autodb.agent.importing import import_file
+
+    with working(f"importing {file.name}") as progress:
+        done = import_file(store, file, machine=machine, columns=columns, progress=progress)
+    what = "already there" if done.already_there else "imported"
+    if done.other_side:
+        what += " (with another side file, which still holds)"
+    say(f"recording {done.recording_id}: {file.name}: {what}, {done.rows} rows, {done.cuts} cuts")
+    for note in done.notes:
+        say(f"{file.name}: {note}")
+    return done.recording_id
 
 
 def _look(file: Path, columns: Path | None) -> None:
@@ -90,7 +103,7 @@ def _show_summary(title: str, base: "BaseSummary") -> None:
 
 
 def calibrate(
-    recording: OptionalFile = None,
+    recordings: OptionalFiles = None,
     machine: OptionalMachine = None,
     columns: Columns = None,
     protocol: ProtocolName = None,
@@ -101,14 +114,13 @@ def calibrate(
     from autodb.standard import read_protocol
 
     chosen = read_protocol(protocol) if protocol else None
-    if recording is None and machine is None:
+    if not recordings and machine is None:
         raise UnusableInput("give a cut table, or --machine NAME to use its imported cuts")
     if machine is None:
-        assert recording is not None
-        done, left_out = _calibrate_file(recording, columns, chosen)
+        done, left_out = _calibrate_files(recordings or [], columns, chosen)
         new = [False] * len(done)
     else:
-        done, left_out, new = _calibrate_machine(machine, recording, columns, chosen, db)
+        done, left_out, new = _calibrate_machine(machine, recordings or [], columns, chosen, db)
     _show_calibrations(done)
     for sentence in left_out:
         say(f"left out: {sentence}")
@@ -118,39 +130,38 @@ def calibrate(
         say("already there: the same cuts gave the same equations")
 
 
-def _calibrate_file(
-    path: Path, columns: Path | None, protocol: "Protocol | None"
+def _calibrate_files(
+    files: list[Path], columns: Path | None, protocol: "Protocol | None"
 ) -> "tuple[list[Calibration], list[str]]":
-    from autodb import records
     from autodb.agent.calibrating import calibrate_table
-    from autodb.errors import UnusableInput
-    from autodb.records import CutTable
-    from autodb.records.plausible import refuse_doubtful
-    from autodb.records.summary import summary_of
+    from autodb.agent.gathering import cuts_of_files
     from autodb.sensing.ranges import COMPONENT_OF_AXIS
 
-    with working(f"calibrating on {path.name}"):
-        cuts = records.read(path, columns=columns)
-        if not isinstance(cuts, CutTable):
-            raise UnusableInput(f"{path}: no column 'cut'; calibrate needs a table of cuts")
-        refuse_doubtful(path, summary_of(cuts), cuts.side)
+    with working(f"calibrating on {', '.join(file.name for file in files)}"):
+        cuts = cuts_of_files(files, columns=columns, tell=say)
         return calibrate_table(cuts, axes=tuple(COMPONENT_OF_AXIS), protocol=protocol)
 
 
 def _calibrate_machine(
     machine: str,
-    path: Path | None,
+    files: list[Path],
     columns: Path | None,
     protocol: "Protocol | None",
     db: str | None,
 ) -> "tuple[list[Calibration], list[str], list[bool]]":
     from autodb.agent.calibrating import calibrate_machine
+    from autodb.agent.gathering import each_used
     from autodb.agent.importing import import_file
 
     with opened(db) as store, working(f"calibrating {machine}") as progress:
-        only = None
-        if path is not None:
-            only = [import_file(store, path, machine=machine, columns=columns).recording_id]
+
+        def number_of(file: Path) -> int:
+            done = import_file(store, file, machine=machine, columns=columns)
+            for note in done.notes:
+                say(f"{file.name}: {note}")
+            return done.recording_id
+
+        only = each_used(files, number_of, tell=say) if files else None
         return calibrate_machine(
             store, machine, recordings=only, protocol=protocol, progress=progress
         )

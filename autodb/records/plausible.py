@@ -12,6 +12,7 @@ import numpy as np
 
 from autodb.channels import LINEAR_AXES
 from autodb.errors import UnusableInput
+from autodb.records.mistaken import SPEEDS, Mistake
 from autodb.records.source import Source
 from autodb.records.summary import LEVELS, BaseSummary, ChannelSummary
 from autodb.sidefile import SideFile
@@ -43,6 +44,8 @@ WIDEST_FACTOR = 3.0
 that are mixed up (mm/min, m, rev/s) are factors of 60 and 1000."""
 ODD_SHARE = 0.1
 """Share of cuts whose speeds may be odd, before the table is."""
+SAME_SPEED = 0.2
+"""Logarithm of a ratio of speeds that may be one: diameters differ by the depth of cut."""
 CLIPPED_SAMPLES = 20
 ROUGH = 1e-4
 """A channel is clipped where 20 samples lie in plateaus at its limit that it has run into, more
@@ -133,11 +136,20 @@ def _cuts_apart(base: BaseSummary) -> Iterator[str]:
     ratios = np.concatenate([np.zeros(0), *base.speed_ratios])
     odd = (ratios > WIDEST_FACTOR) | (ratios < 1 / WIDEST_FACTOR)
     if odd.sum() > ODD_SHARE * len(ratios):
+        ratio = float(np.median(ratios[odd]))
+        mends = [mistake for mistake in SPEEDS if _mends(mistake, ratio)]
+        what = f"as if {' or '.join(map(str, mends))}" if mends else "one of them in another unit"
+        remedy = mends[0].remedy if len(mends) == 1 else "its unit in the side file"
         yield (
-            f"π · work.diameter · spindle.speed is {float(np.median(ratios[odd])):.3g} times "
-            f"cutting.speed in {int(odd.sum())} of {len(ratios)} cuts: one of the three is in "
-            "another unit; its unit in the side file would work"
+            f"π · work.diameter · spindle.speed is {ratio:.3g} times cutting.speed in "
+            f"{int(odd.sum())} of {len(ratios)} cuts, {what}; {remedy} would work"
         )
+
+
+def _mends(mistake: Mistake, ratio: float) -> bool:
+    """Say whether a mistake alone explains a ratio of π D n to the cutting speed."""
+    power = -1.0 if mistake.channels == ("cutting.speed",) else 1.0
+    return bool(abs(np.log(ratio * mistake.factor**power)) < SAME_SPEED)
 
 
 def _clipped(channel: ChannelSummary, side: SideFile) -> Iterator[str]:

@@ -1,111 +1,199 @@
 """One cut recorded over time with raw phase currents becomes one row of a cut table.
 
 Phase currents go through the demodulator, the range is split into air approach and cut, and each
-part gives its mean range; a dynamometer's forces give their quasi-static mean over the cut.
+part gives its mean range with its standard error; a dynamometer's forces give their quasi-static
+mean over the cut. What disturbs a part of it is left out and said, what spoils it sets it aside.
 """
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb import signals
 from autodb.channels import FORCES
-from autodb.errors import UnusableInput
+from autodb.errors import SetAside
 from autodb.records import CutTable, Recording
+from autodb.sensing import asides, faults
+from autodb.sensing.averages import means_of
+from autodb.sensing.loads import AXES, QUICK_S, Load, has_phase_currents, load_of
+
+__all__ = ["RawCut", "cut_of", "has_phase_currents"]
 
 Array = NDArray[np.float64]
 
-AXES = ("x", "z", "spindle")
+AVERAGE_S = 0.5
+"""What range and force are averaged over: half of it before an event already shows it."""
+SPINDLE = "spindle.current.range"
+SPEED_SPREAD = 0.003
+"""How well a spindle's speed is known of which only the side file tells; chosen, some slip."""
 
 
-def has_phase_currents(channels: Collection[str]) -> bool:
-    """Say whether a phase current of some axis is among ``channels``; one is enough."""
-    return any(f"{axis}.current.{phase}" in channels for axis in AXES for phase in "uvw")
+@dataclass(frozen=True)
+class RawCut:
+    """A cut as a table of one row, and what was left out of its averages, a sentence each."""
+
+    table: CutTable
+    notes: tuple[str, ...]
 
 
-def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = None) -> CutTable:
-    """Return the one cut of a recording as a table of one row.
+@dataclass(frozen=True)
+class _Signals:
+    """What was recorded, up to where the spindle slows down: loads by axis, forces by channel.
 
-    Raises UnusableInput when no axis shows an air approach followed by a cut.
+    ``forces`` as recorded, ``quasi_static`` averaged as the ranges are; both in N, each (n,).
     """
-    rate = recording.rate_hz
-    ranges = _ranges(recording, progress)
-    forces = {
-        name: signals.quasi_static(recording[name], rate_hz=rate)
-        for name in FORCES
-        if name in recording
-    }
-    segments = _segments(ranges, forces, rate, recording)
-    row = _conditions(recording, segments.cut)
-    for axis, values in ranges.items():
-        parts = {"air": segments.air, "range": segments.cut}
-        if axis != "spindle" and _folds(values, segments):
-            if progress:
-                progress(f"{axis}: the range folds between air and cut; its force is not sensed")
-            del parts["range"]
-        for name, part in parts.items():
-            known = values[part][np.isfinite(values[part])]
-            if known.size > 0.5 * (part.stop - part.start):
-                row[f"{axis}.current.{name}"] = float(np.mean(known))
-    for name, quasi in forces.items():
-        row[name] = float(np.mean(quasi[segments.cut]) - np.mean(quasi[segments.air]))
-    side = recording.side
-    texts: dict[str, list[str]] = {
-        "operation": [side.cut.operation or ""],
-        "work.material": [side.recording.work or ""],
-        "tool": [side.tool.name or ""],
-    }
-    channels = {name: np.array([value]) for name, value in row.items()}
-    return CutTable(path=recording.path, channels=channels, texts=texts, side=side)
+
+    rate_hz: float
+    loads: dict[str, Load]
+    forces: dict[str, Array]
+    quasi_static: dict[str, Array]
 
 
-def _ranges(recording: Recording, progress: Callable[[str], None] | None) -> dict[str, Array]:
-    """Return the range (n,) of every axis of which a phase current was recorded."""
-    ranges = {}
+def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = None) -> RawCut:
+    """Return the one cut of a recording, and what was left out of its averages.
+
+    Raises SetAside when no axis shows an air approach followed by a cut, when too little of one is
+    left, when the cut stops in the middle, chatters, or runs into a drive's current limit; and
+    UnusableInput when X was logged as a diameter.
+    """
+    found, notes = _recorded(recording, progress)
+    parts = _segments(found, recording)
+    faults.refuse(recording.path, faults.x_travels(recording, parts.cut))
+    for axis, load in found.loads.items():
+        _set_aside(recording, asides.at_limit(load, parts, axis=axis, t_s=recording.t_s))
+    spindle = _spindle(recording, parts)
+    if spindle is None:
+        notes.append("chatter was not looked for: the spindle's speed is not known")
+    else:
+        seen = asides.chatters(
+            found.loads, found.forces, parts, rate_hz=found.rate_hz, spindle=spindle
+        )
+        _set_aside(recording, seen)
+    row = _conditions(recording, parts.cut)
+    for axis, load in found.loads.items():
+        row |= means_of(axis, load, parts, found.rate_hz, notes)
+    for name, force in found.quasi_static.items():
+        row[name] = float(np.mean(force[parts.cut]) - np.mean(force[parts.air]))
+    return RawCut(_table(recording, row), tuple(notes))
+
+
+def _set_aside(recording: Recording, seen: str | None) -> None:
+    if seen is not None:
+        raise SetAside(f"{recording.path}: {seen}")
+
+
+def _recorded(
+    recording: Recording, progress: Callable[[str], None] | None
+) -> tuple[_Signals, list[str]]:
+    """Return the signals before the spindle slows down for good, and a note where it does."""
+    loads = {}
     for axis in AXES:
-        phases = [recording.get(f"{axis}.current.{phase}") for phase in "uvw"]
-        recorded = [phase for phase in phases if phase is not None]
-        if recorded:
-            if progress:
-                progress(f"demodulating {axis}")
-            ranges[axis] = _range_A(recorded, recording.rate_hz)
-    return ranges
+        if progress:
+            progress(f"demodulating {axis}")
+        load = load_of(recording, axis)
+        if load is not None:
+            loads[axis] = load
+    rate = recording.rate_hz
+    begins = _slows(recording, loads)
+    end, notes = len(recording), []
+    if begins is not None:
+        end = max(0, begins - round(0.5 * AVERAGE_S * rate))
+        notes.append(_slowing(float(recording.t_s[begins]), loads, begins))
+        loads = {axis: load.until(end) for axis, load in loads.items()}
+    forces = {name: recording[name][:end] for name in FORCES if name in recording}
+    quasi = {name: signals.quasi_static(f, rate_hz=rate) for name, f in forces.items()}
+    return _Signals(rate, loads, forces, quasi), notes
 
 
-def _range_A(phases: list[Array], rate_hz: float) -> Array:
-    """Return the range of all three phases, or of the first where one or two were recorded."""
-    if len(phases) < 3:
-        return signals.one_phase_range(phases[0], rate_hz=rate_hz).range_A
-    u, v, w = phases
-    return signals.three_phase_range(u, v, w, rate_hz=rate_hz).range_A
+def _slows(recording: Recording, loads: dict[str, Load]) -> int | None:
+    """Return from where the spindle slows down, by its speed or its drive's frequency."""
+    speed = recording.get("spindle.speed")
+    if speed is None and "spindle" in loads:
+        speed = loads["spindle"].frequency_hz
+    return None if speed is None else signals.slowing_from(speed, rate_hz=recording.rate_hz)
 
 
-def _folds(range_A: Array, segments: signals.Segments) -> bool:
-    """Say whether the load may have changed its sign between the air approach and the cut."""
-    return bool(signals.touches(range_A[segments.air.start : segments.cut.stop]))
+def _slowing(from_s: float, loads: dict[str, Load], begins: int) -> str:
+    after = loads["spindle"].range_A[begins:] if "spindle" in loads else np.zeros(0)
+    known = after[np.isfinite(after)]
+    high = f", its range up to {np.max(known):.4g} A," if known.size else ""
+    return f"from {from_s:.2f} s on the spindle slows down{high} and all is left out"
 
 
-def _segments(
-    ranges: dict[str, Array], forces: dict[str, Array], rate: float, recording: Recording
-) -> signals.Segments:
-    """Return the split of the first load that shows one; the spindle sees every cut: it leads.
+def _segments(found: _Signals, recording: Recording) -> signals.Segments:
+    """Return the parts by the first load that shows them; the spindle sees every cut: it leads.
 
-    Forces of a dynamometer come last, the largest first.
+    Forces of a dynamometer come last, the largest first. Raises SetAside.
     """
-    currents = [ranges[axis] for axis in ("spindle", "z", "x") if axis in ranges]
-    for load in (*currents, *sorted(forces.values(), key=np.ptp, reverse=True)):
-        found = signals.air_and_cut(load, rate_hz=rate)
-        if found is not None:
-            return found
-    raise UnusableInput(
-        f"{recording.path}: no air approach followed by a cut in the {_felt(ranges, forces)}; "
+    seen = None
+    for name, load, quick in _leading(found):
+        levels = signals.two_levels(load)
+        if levels is None:
+            continue
+        rate = found.rate_hz
+        if name == SPINDLE:
+            _set_aside(recording, asides.starts_in_cut(levels))
+        stop = asides.stops(quick, levels, named=name, t_s=recording.t_s, rate_hz=rate)
+        _set_aside(recording, stop)
+        parts = signals.segments_of(levels.cutting, rate_hz=rate)
+        speed_rpm = _speed_rpm(recording, slice(parts.entry.start, parts.exit.stop))
+        short = asides.too_short(parts, t_s=recording.t_s, rate_hz=rate, speed_rpm=speed_rpm)
+        if short is None:
+            return parts
+        seen = seen or short
+    _set_aside(recording, seen)
+    raise SetAside(
+        f"{recording.path}: no air approach followed by a cut in the {_felt(found)}; "
         "a recording that starts 1 s before the tool enters would work"
     )
 
 
-def _felt(ranges: dict[str, Array], forces: dict[str, Array]) -> str:
-    return "currents and forces" if ranges and forces else "forces" if forces else "currents"
+def _leading(found: _Signals) -> list[tuple[str, Array, Array]]:
+    """Return name, averaged and quickly averaged values (n,) of each load, in order."""
+    axes = [axis for axis in ("spindle", "z", "x") if axis in found.loads]
+    currents = [
+        (f"{a}.current.range", found.loads[a].range_A, found.loads[a].quick_A) for a in axes
+    ]
+    by_size = sorted(found.quasi_static, key=lambda n: np.ptp(found.quasi_static[n]), reverse=True)
+    return currents + [
+        (name, found.quasi_static[name], _quick(found.forces[name], found.rate_hz))
+        for name in by_size
+    ]
+
+
+def _quick(force_N: Array, rate_hz: float) -> Array:
+    return signals.moving_average(force_N, rate_hz=rate_hz, window_s=QUICK_S)
+
+
+def _felt(found: _Signals) -> str:
+    if found.loads and found.forces:
+        return "currents and forces"
+    return "forces" if found.forces else "currents"
+
+
+def _speed_rpm(recording: Recording, part: slice) -> float | None:
+    """Return the spindle's mean speed in a part, else the one that the side file states, rpm."""
+    speed = recording.get("spindle.speed")
+    if speed is None or speed[part].size == 0:
+        return recording.side.cut.speed_rpm
+    return float(np.mean(speed[part]))
+
+
+def _spindle(recording: Recording, parts: signals.Segments) -> signals.Turning | None:
+    """Return the frequency whose multiples are no chatter, up to the rate; None: not known."""
+    speed_rpm = _speed_rpm(recording, parts.cut)
+    if not speed_rpm:
+        return None
+    speed, spread = recording.get("spindle.speed"), SPEED_SPREAD
+    if speed is not None:
+        smooth = signals.moving_average(
+            speed[parts.cut], rate_hz=recording.rate_hz, window_s=AVERAGE_S
+        )
+        spread = float(np.std(smooth)) / speed_rpm
+    turning_hz = abs(speed_rpm) / 60.0
+    return signals.Turning(turning_hz, int(recording.rate_hz / turning_hz), spread)
 
 
 def _conditions(recording: Recording, cut: slice) -> dict[str, float]:
@@ -119,3 +207,14 @@ def _conditions(recording: Recording, cut: slice) -> dict[str, float]:
         "work.diameter": side.work_diameter_mm,
     }
     return {name: value for name, value in known.items() if value is not None}
+
+
+def _table(recording: Recording, row: dict[str, float]) -> CutTable:
+    side = recording.side
+    texts: dict[str, list[str]] = {
+        "operation": [side.cut.operation or ""],
+        "work.material": [side.recording.work or ""],
+        "tool": [side.tool.name or ""],
+    }
+    channels = {name: np.array([value]) for name, value in row.items()}
+    return CutTable(path=recording.path, channels=channels, texts=texts, side=side)

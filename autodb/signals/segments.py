@@ -1,4 +1,4 @@
-"""A recorded cut begins in air: where it approached, and where it cut."""
+"""A recorded cut begins in air: where it approached, entered, cut and left."""
 
 from dataclasses import dataclass
 
@@ -6,23 +6,43 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+MARGIN_S = 0.5
+"""What a transition takes on either side of where the load crosses between the two levels: the
+average over 0.5 s, and an entry of as long."""
 
 
 @dataclass(frozen=True)
 class Segments:
-    """Where the tool approached in air and where it cut, as slices of the samples."""
+    """The parts of a recorded cut, as slices of the samples; a part may be empty.
+
+    ``entry`` and ``exit`` are the transitions, ``margin_s`` on either side of the crossing.
+    """
 
     air: slice
+    entry: slice
     cut: slice
+    exit: slice
 
 
-def air_and_cut(load: Array, *, rate_hz: float, margin_s: float = 0.5) -> Segments | None:
-    """Split one recorded cut into its air approach and the cut by fuzzy c-means on the load signal.
+@dataclass(frozen=True)
+class Levels:
+    """In which samples (n,) a load is nearer to its level in cut than in air, and both levels."""
 
-    ``load`` (n,): a range that rises or falls in the cut (NaN where the axis stands). The cut is
-    the longest run in the cluster that the recording does not start in; the air part is the run
-    before it. Both lose ``margin_s`` at each end. None when the clusters are not apart by 6 times
-    their spread, or a part is shorter than 0.3 s.
+    cutting: Flags
+    air: float
+    cut: float
+
+    def share(self, load: Array) -> Array:
+        """Return a load (n,) as a share of the way from air to cut: 0 in air, 1 in cut."""
+        return (load - self.air) / (self.cut - self.air)
+
+
+def two_levels(load: Array) -> Levels | None:
+    """Return the two levels of a load (n,), by fuzzy c-means; NaN (standing) is bridged.
+
+    A recording starts in air. None when the clusters are not apart by 6 times their spread.
     """
     import skfuzzy
 
@@ -37,16 +57,45 @@ def air_and_cut(load: Array, *, rate_hz: float, margin_s: float = 0.5) -> Segmen
     spread = np.median(np.abs(filled - centres[label, 0]))
     if abs(centres[0, 0] - centres[1, 0]) < 6.0 * spread:
         return None
-    cutting = label != label[np.flatnonzero(known)[0]]
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], cutting.astype(int), [0]))))
-    if not edges.size:
+    air = label[np.flatnonzero(known)[0]]
+    cutting = np.asarray(label != air)
+    if not cutting.any():
         return None
-    starts, ends = edges[::2], edges[1::2]
-    longest = int(np.argmax(ends - starts))
-    margin = round(margin_s * rate_hz)
-    air = slice(margin, int(starts[longest]) - margin)
-    cut = slice(int(starts[longest]) + margin, int(ends[longest]) - margin)
+    return Levels(cutting, float(centres[air, 0]), float(centres[1 - air, 0]))
+
+
+def runs(flags: Flags) -> list[slice]:
+    """Return where flags (n,) are set, as slices in order."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(int), [0]))))
+    pairs = zip(edges[::2], edges[1::2], strict=True)
+    return [slice(int(begin), int(end)) for begin, end in pairs]
+
+
+def segments_of(cutting: Flags, *, rate_hz: float, margin_s: float = MARGIN_S) -> Segments:
+    """Return the parts around the longest run of cutting samples (n,), of which there is one."""
+    longest = max(runs(cutting), key=lambda run: run.stop - run.start)
+    margin, end = round(margin_s * rate_hz), len(cutting)
+    marks = (longest.start - margin, longest.start + margin, longest.stop - margin)
+    before, begins, ends = (min(max(0, mark), end) for mark in marks)
+    ends = max(begins, ends)
+    return Segments(
+        air=slice(min(margin, before), before),
+        entry=slice(before, begins),
+        cut=slice(begins, ends),
+        exit=slice(ends, min(end, longest.stop + margin)),
+    )
+
+
+def air_and_cut(load: Array, *, rate_hz: float, margin_s: float = MARGIN_S) -> Segments | None:
+    """Split one recorded cut by its load (n,): a range or a force that rises or falls in the cut.
+
+    None when air and cut are not told apart (`two_levels`), or a part is shorter than 0.3 s.
+    """
+    found = two_levels(load)
+    if found is None:
+        return None
+    parts = segments_of(found.cutting, rate_hz=rate_hz, margin_s=margin_s)
     short = 0.3 * rate_hz
-    if air.stop - air.start < short or cut.stop - cut.start < short:
+    if any(part.stop - part.start < short for part in (parts.air, parts.cut)):
         return None
-    return Segments(air, cut)
+    return parts

@@ -42,7 +42,7 @@ def _formula(problem: Problem, channel: int, thin: Thinned) -> str | None:
         parallel=False,
         time_limit=WHOLE_S / len(problem.names),
     )
-    front = [*result.pareto, result]
+    front = [*(result.pareto or ()), result]
     given: list[tuple[str, Array]] = []
     for one in front:
         text = str(one.sympy())
