@@ -17,12 +17,11 @@ from pathlib import Path
 import numpy as np
 
 from autodb.cli import run
+from autodb.virtual.disturbed import Disturbance
 from autodb.virtual.jobs import cut_at, standard_cuts
 from autodb.virtual.lathe import cut_table
 from autodb.virtual.phases import raw_cut
-from autodb.virtual.sample import SAMPLE_LATHE, SAMPLE_PAIR
-from autodb.virtual.disturbed import Disturbance
-from autodb.virtual.sample import write_parquet
+from autodb.virtual.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_parquet
 from tests.files import write, write_groups
 from tests.raw_cuts import made
 

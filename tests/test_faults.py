@@ -271,7 +271,7 @@ def test_noise_of_one_raw_cut_is_given_no_unit() -> None:
             channels[f"z.current.{phase}"] = 0.01 * rng.standard_normal(len(channels["t"]))
         side = side_of("turn", 2.0, 0.2)
         one = raw.cut_of(Recording(path=Path("a.csv"), channels=channels, side=side))
-        assert all(check.passed for check in faults.checks_of_units(one, AXES))
+        assert all(check.passed for check in faults.checks_of_units(one.table, AXES))
 
 
 def protocol_of(table: CutTable) -> Protocol:
@@ -478,7 +478,7 @@ def as_diameter(recording: Recording) -> Recording:
 def test_x_as_a_diameter_is_named_in_facing() -> None:
     for seed in SEEDS:
         sound = faced(seed)
-        assert raw.cut_of(sound)["cutting.feed"] > 0
+        assert raw.cut_of(sound).table["cutting.feed"] > 0
         with pytest.raises(UnusableInput, match=r"a\.csv: x moves by 2 times the feed, as if X"):
             raw.cut_of(as_diameter(sound))
 

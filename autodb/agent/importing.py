@@ -14,7 +14,7 @@ from autodb.agent.machines import find_machine
 from autodb.channels import axis_of
 from autodb.checksums import checksum
 from autodb.errors import UnusableInput
-from autodb.records import EDGE, CutTable, Source, edge_codes
+from autodb.records import EDGE, CutTable, Recording, Source, edge_codes
 from autodb.records.plausible import refuse_implausible
 from autodb.records.summary import BaseSummary, summarise
 from autodb.sensing import faults, raw
@@ -161,10 +161,16 @@ def _cuts(
     if not holding:
         return None, ()
     table = holding[0].read()
-    raw_cut = None if isinstance(table, CutTable) else raw.cut_of(table, progress=progress)
-    cuts = table if raw_cut is None else raw_cut.table
+    cuts, notes = (table, ()) if isinstance(table, CutTable) else _raw_cut(table, progress)
     faults.refuse(source.path, faults.checks_of_units(cuts, tuple(COMPONENT_OF_AXIS)))
-    return cuts, () if raw_cut is None else raw_cut.notes
+    return cuts, notes
+
+
+def _raw_cut(
+    recording: Recording, progress: Callable[[str], None] | None
+) -> tuple[CutTable, tuple[str, ...]]:
+    cut = raw.cut_of(recording, progress=progress)
+    return cut.table, cut.notes
 
 
 def _pair_names(table: CutTable, row: int) -> tuple[str, str]:
