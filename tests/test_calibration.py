@@ -161,7 +161,7 @@ def test_reference_forces_stand_in_for_a_dynamometer(tmp_path: Path) -> None:
         bare, "z", force_N=references.force_N, reference_share=references.share
     )
     assert_allclose(found.coefficients[1], 200.0, rtol=0.02)
-    assert np.sqrt(found.covariance[1, 1]) > 0.04 * 199.0
+    assert np.sqrt(found.shared_covariance[1, 1]) > 0.04 * 199.0
 
 
 def test_a_protocol_that_does_not_fit_says_so() -> None:

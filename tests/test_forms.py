@@ -1,5 +1,7 @@
 """Forms of current to force: known truth comes back, and the plainest that does it is chosen."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -9,9 +11,10 @@ from autodb.fitting import Undetermined
 from autodb.sensing.choosing import chosen, left_out, nested
 from autodb.sensing.forms import (
     FEED_FORMS,
-    KINDS,
+    LAWS,
     LINE,
     LINE_OF_SPEED,
+    OF_CURRENT_SPEED,
     POWER,
     POWER_OF_SPEED,
     SPINDLE_FORMS,
@@ -33,10 +36,11 @@ TRUTH = {
 def _felt(seed: int = 1) -> Felt:
     rng = np.random.default_rng(seed)
     rpm = rng.uniform(800.0, 2400.0, N)
-    return Felt(rng.uniform(1.0, 20.0, N), rng.uniform(0.1, 0.4, N) * rpm / 60.0, rpm)
+    current, feed_mm = rng.uniform(1.0, 20.0, N), rng.uniform(0.1, 0.4, N)
+    return Felt(current, feed_mm * rpm / 60.0, rpm, feed_mm, rng.uniform(0.5, 2.5, N))
 
 
-@pytest.mark.parametrize("form", KINDS.values(), ids=lambda form: form.kind)
+@pytest.mark.parametrize("form", LAWS, ids=lambda form: form.kind)
 def test_known_coefficients_come_back(form: Form) -> None:
     felt, truth = _felt(), np.array(TRUTH[form.kind])
     target = form.value(truth, felt)
@@ -48,7 +52,7 @@ def test_known_coefficients_come_back(form: Form) -> None:
     assert np.all(np.abs(law.coefficients - truth) < 4.5 * sd)
 
 
-@pytest.mark.parametrize("form", KINDS.values(), ids=lambda form: form.kind)
+@pytest.mark.parametrize("form", LAWS, ids=lambda form: form.kind)
 def test_slopes_are_derivatives(form: Form) -> None:
     felt, truth = _felt(), np.array(TRUTH[form.kind])
     steps = 1e-6 * np.eye(len(truth))
@@ -61,11 +65,12 @@ def test_slopes_are_derivatives(form: Form) -> None:
 
 
 def test_every_form_can_be_kept() -> None:
-    assert KINDS.keys() < set(CALIBRATION_KINDS)
+    assert {form.kind for form in (*LAWS, OF_CURRENT_SPEED)} == set(CALIBRATION_KINDS)
 
 
 def test_a_current_that_does_not_rise_tells_no_torque() -> None:
-    felt = Felt(np.array([-1.0, 0.0, 5.0, np.nan]), np.ones(4), np.full(4, 1000.0))
+    still = np.ones(4)
+    felt = Felt(np.array([-1.0, 0.0, 5.0, np.nan]), still, 1000.0 * still, still, still)
     torque = POWER.value(np.array(TRUTH["power"]), felt)
     assert torque[:2].tolist() == [0.0, 0.0]
     assert_allclose(torque[2], np.exp(0.4) * 5.0**0.92)
@@ -76,9 +81,9 @@ def test_what_is_not_known_or_does_not_vary_takes_the_line() -> None:
     felt = _felt()
     nothing, same = np.full(N, np.nan), np.full(N, 1000.0)
     for rpm in (nothing, same):
-        assert not POWER.fits(Felt(felt.current, felt.feed_mm_s, rpm))
-        assert not LINE_OF_SPEED.fits(Felt(felt.current, rpm, felt.speed_rpm))
-        assert LINE.fits(Felt(felt.current, rpm, rpm))
+        assert not POWER.fits(replace(felt, speed_rpm=rpm))
+        assert not LINE_OF_SPEED.fits(replace(felt, feed_mm_s=rpm))
+        assert LINE.fits(replace(felt, feed_mm_s=rpm, speed_rpm=rpm))
 
 
 def test_five_torques_hold_no_power_law() -> None:

@@ -12,6 +12,7 @@ from autodb.cutting import law, turning
 from autodb.fitting import Gaussian
 from autodb.inverse import Parameters, SensedCuts, learn
 from autodb.jobs import JobCut
+from autodb.sensing.forms import LINE
 
 TRUE = np.array([1500.0, 90.0, -30.0])
 
@@ -29,7 +30,7 @@ def _cuts(rng: np.random.Generator, n: int, *, gain: float = 0.0, sd_N: float = 
         sd_N=np.full(n, sd_N),
         common=np.column_stack([np.ones(n), current]),
         calibration_covariance=np.diag([1e-6, (200.0 * 0.05) ** 2]),
-        steady=1,
+        form=LINE,
     )
 
 

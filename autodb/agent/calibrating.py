@@ -18,6 +18,7 @@ from autodb.records import CutTable
 from autodb.sensing import faults, ranges
 from autodb.sensing.error_kinds import ErrorKinds
 from autodb.sensing.forms import kept
+from autodb.sensing.outliers import Outlier
 from autodb.sensing.ranges import Calibration, Scores
 from autodb.store import Store, models
 
@@ -192,6 +193,8 @@ def _keep(
             scores=asdict(calibration.scores),
             scores_with_transients=asdict(calibration.scores_with_transients),
             transients=list(calibration.transients),
+            outliers=[asdict(one) for one in calibration.outliers],
+            trials={k: None if np.isnan(v) else v for k, v in calibration.trials.items()},
             current_low=calibration.current_low,
             current_high=calibration.current_high,
             offered=calibration.offered,
@@ -227,6 +230,8 @@ def as_calibration(row: models.Calibration) -> Calibration:
         scores=Scores(**row.scores),
         scores_with_transients=Scores(**row.scores_with_transients),
         transients=tuple(row.transients),
+        outliers=tuple(Outlier(**one) for one in row.outliers or ()),
+        trials={k: np.nan if v is None else v for k, v in (row.trials or {}).items()},
         current_low=row.current_low,
         current_high=row.current_high,
     )

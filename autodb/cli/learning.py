@@ -184,8 +184,11 @@ def _show_calibrations(done: "list[Calibration]") -> None:
         s = c.scores
         say(f"axis {c.axis}: I = {c.channel}; {s.n} cuts, scored on {s.groups} x {s.grouped_by} "
             "left out")  # fmt: skip
+        say(f"axis {c.axis}: RMSE {c.trials_words()}")
         if not c.offered:
             say(f"axis {c.axis}: {c.verdict}")
+        for one in c.outliers:
+            say(f"axis {c.axis}: {one.sentence}; it counts all the same")
         if c.transients:
             cuts = ", ".join(f"{cut:g}" for cut in c.transients)
             say(

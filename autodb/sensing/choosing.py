@@ -1,6 +1,7 @@
 """Which form an axis' current takes: the plainest that no richer one beats on groups left out."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from autodb.sensing.forms import Felt, Form
 Array = NDArray[np.float64]
 Groups = NDArray[np.generic]
 
-FOLDS = 20
+FOLDS = 10
 """Folds that groups are dealt to, at most: up to so many groups each is left out alone."""
 INNER_FOLDS = 5
 """The same inside a fold, where the form is chosen without what is left out."""
@@ -21,26 +22,54 @@ of one standard error (Breiman, Friedman, Olshen, Stone 1984, Classification and
 """
 
 
+@dataclass(frozen=True)
+class Trial:
+    """A form that was tried: errors (n,), target − estimate, of cuts left out; None: not held."""
+
+    form: Form
+    errors: Array | None
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square of the errors; NaN where the cuts hold no such form."""
+        return np.nan if self.errors is None else float(np.sqrt(np.mean(self.errors**2)))
+
+
 def chosen(forms: Sequence[Form], felt: Felt, target: Array, groups: Groups, *, folds: int) -> Form:
     """Return the form for cuts (n,): each richer one must beat the best so far.
 
     Raises Undetermined where the cuts hold none.
     """
-    found: tuple[Form, Array] | None = None
-    unheld = Undetermined([])
+    return best(tried(forms, felt, target, groups, folds=folds), groups).form
+
+
+def tried(
+    forms: Sequence[Form], felt: Felt, target: Array, groups: Groups, *, folds: int
+) -> list[Trial]:
+    """Return the errors on cuts left out of each form that the cuts (n,) have what is needed for."""
+    trials = []
     for form in forms:
-        if not form.fits(felt):
+        if form.fits(felt):
+            try:
+                errors = left_out(form, felt, target, groups, folds=folds)
+            except Undetermined:
+                errors = None
+            trials.append(Trial(form, errors))
+    return trials
+
+
+def best(trials: Sequence[Trial], groups: Groups) -> Trial:
+    """Return the plainest that no richer one clearly beats; raises Undetermined where none held."""
+    found: Trial | None = None
+    lowest: Array | None = None
+    for trial in trials:
+        if trial.errors is None:
             continue
-        try:
-            errors = left_out(form, felt, target, groups, folds=folds)
-        except Undetermined as error:
-            unheld = error
-            continue
-        if found is None or _clearly_less(errors, found[1], groups):
-            found = form, errors
+        if lowest is None or _clearly_less(trial.errors, lowest, groups):
+            found, lowest = trial, trial.errors
     if found is None:
-        raise unheld
-    return found[0]
+        raise Undetermined([])
+    return found
 
 
 def left_out(form: Form, felt: Felt, target: Array, groups: Groups, *, folds: int) -> Array:
@@ -50,8 +79,8 @@ def left_out(form: Form, felt: Felt, target: Array, groups: Groups, *, folds: in
     """
     errors = np.empty_like(target)
     for held in _folds(groups, folds):
-        coefficients = form.fit(felt.at(~held), target[~held]).coefficients
-        errors[held] = target[held] - form.value(coefficients, felt.at(held))
+        law = form.fit(felt.at(~held), target[~held])
+        errors[held] = target[held] - law.form.value(law.coefficients, felt.at(held))
     return errors
 
 
@@ -63,8 +92,8 @@ def nested(forms: Sequence[Form], felt: Felt, target: Array, groups: Groups) -> 
     errors = np.empty_like(target)
     for held in _folds(groups, FOLDS):
         rest, known = felt.at(~held), target[~held]
-        form = chosen(forms, rest, known, groups[~held], folds=INNER_FOLDS)
-        errors[held] = target[held] - form.value(form.fit(rest, known).coefficients, felt.at(held))
+        law = chosen(forms, rest, known, groups[~held], folds=INNER_FOLDS).fit(rest, known)
+        errors[held] = target[held] - law.form.value(law.coefficients, felt.at(held))
     return errors
 
 

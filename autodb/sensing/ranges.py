@@ -5,7 +5,7 @@ Force for the feed axes, torque T for the spindle, F_y = T/r_e, each in one of t
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,18 @@ from autodb import fitting
 from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
-from autodb.sensing.choosing import FOLDS, chosen, nested
+from autodb.sensing.choosing import FOLDS, best, nested, tried
 from autodb.sensing.error_kinds import DAY_SHARE, ErrorKinds, apart
-from autodb.sensing.forms import FEED_FORMS, LINE, SPINDLE_FORMS, Felt, Form
+from autodb.sensing.forms import (
+    FEED_FORMS,
+    FEED_SETS,
+    LINE,
+    SPINDLE_FORMS,
+    SPINDLE_SETS,
+    Felt,
+    Form,
+)
+from autodb.sensing.outliers import Outlier, outliers
 
 Array = NDArray[np.float64]
 
@@ -29,6 +38,7 @@ TRANSIENT_WINDOW = 4
 TRANSIENT_SPREADS = 10.0
 """A row this many robust standard deviations off its neighbours is a transient."""
 MIN_GROUPS = 3
+MIN_MATERIALS = 3
 
 
 @dataclass(frozen=True)
@@ -46,7 +56,10 @@ class Scores:
 
 @dataclass(frozen=True)
 class Calibration:
-    """A fitted form: ``coefficients`` (p,), their covariance (p, p), and the kinds of error."""
+    """A fitted form: ``coefficients`` (p,), their covariance (p, p), and the kinds of error.
+
+    ``trials``: root mean square error on groups left out of each form tried (NaN: not held).
+    """
 
     form: Form
     axis: str
@@ -60,6 +73,8 @@ class Calibration:
     scores: Scores
     scores_with_transients: Scores
     transients: tuple[float, ...]
+    outliers: tuple[Outlier, ...]
+    trials: dict[str, float]
     current_low: float
     current_high: float
 
@@ -67,6 +82,13 @@ class Calibration:
     def shared_covariance(self) -> Array:
         """Covariance (p, p) of the coefficients that is common to all that is sensed with them."""
         return self.covariance + self.errors.shared(self.form.scaling(self.coefficients))
+
+    def trials_words(self) -> str:
+        """Return the errors of the forms tried, the one taken first."""
+        taken = self.form.label
+        rest = [f"{error:.3g} {name}" for name, error in self.trials.items() if name != taken]
+        first = f"{self.trials[taken]:.3g} {self.unit} {taken}" if taken in self.trials else taken
+        return f"{first} (taken)" + "".join(f", {one}" for one in rest)
 
     @property
     def offered(self) -> bool:
@@ -124,6 +146,16 @@ class Points:
     groups: NDArray[np.generic]
     grouped_by: str
 
+    def at(self, rows: NDArray[np.bool_]) -> "Points":
+        """Return some of the rows."""
+        return replace(
+            self,
+            cut=self.cut[rows],
+            felt=self.felt.at(rows),
+            target=self.target[rows],
+            groups=self.groups[rows],
+        )
+
 
 def calibration_points(table: CutTable, axis: str, *, force_N: Array | None = None) -> Points:
     """Return the current and the reference force or torque of the cuts in which an axis moves.
@@ -168,23 +200,15 @@ def calibrate(
     """
     points = calibration_points(table, axis, force_N=force_N)
     sudden = transients(points.felt.current, points.target, points.groups)
-    keep = ~sudden
-    felt, target, groups = points.felt.at(keep), points.target[keep], points.groups[keep]
-    forms = SPINDLE_FORMS if points.unit == "N·m" else FEED_FORMS if axis in FEED_AXES else (LINE,)
-    form = chosen(forms, felt, target, groups, folds=FOLDS)
-    law = form.fit(felt, target)
-    scores = _scores(forms, felt, target, groups, points.grouped_by)
-    order = np.argsort(points.cut[keep])
-    estimate = form.value(law.coefficients, felt)
-    errors = apart(
-        estimate[order],
-        (target - estimate)[order],
-        rmse=scores.rmse,
-        day_share=DAY_SHARE[axis],
-        reference_share=reference_share,
-    )
+    sound = points.at(~sudden)
+    forms = _forms(table, axis, points.unit)
+    trials = tried(forms, sound.felt, sound.target, sound.groups, folds=FOLDS)
+    law = best(trials, sound.groups).form.fit(sound.felt, sound.target)
+    scores = _scores(forms, sound)
+    estimate = law.form.value(law.coefficients, sound.felt)
+    off, order = sound.target - estimate, np.argsort(sound.cut)
     return Calibration(
-        form=form,
+        form=law.form,
         axis=axis,
         component=COMPONENT_OF_AXIS[axis],
         channel=points.channel,
@@ -192,26 +216,44 @@ def calibrate(
         unit=points.unit,
         coefficients=law.coefficients,
         covariance=law.covariance,
-        errors=errors,
+        errors=apart(
+            estimate[order],
+            off[order],
+            rmse=scores.rmse,
+            day_share=DAY_SHARE[axis],
+            reference_share=reference_share,
+        ),
         scores=scores,
-        scores_with_transients=_scores(
-            forms, points.felt, points.target, points.groups, points.grouped_by
-        )
-        if sudden.any()
-        else scores,
+        scores_with_transients=_scores(forms, points) if sudden.any() else scores,
         transients=tuple(points.cut[sudden].tolist()),
-        current_low=float(felt.current.min()),
-        current_high=float(felt.current.max()),
+        outliers=outliers(law, law.form.slopes(law.coefficients, sound.felt), off, sound.cut),
+        trials={trial.form.label: trial.rmse for trial in trials},
+        current_low=float(sound.felt.current.min()),
+        current_high=float(sound.felt.current.max()),
     )
+
+
+def _forms(table: CutTable, axis: str, unit: str) -> tuple[Form, ...]:
+    """Return the forms to try: only rules that the cuts' own conditions cannot carry alone.
+
+    A system that sees feed and depth can learn the force of one material by heart and needs no
+    current then; it is tried where several materials were cut.
+    """
+    several = len(set(table.texts.get("work.material", []))) >= MIN_MATERIALS
+    if axis in FEED_AXES:
+        return (*FEED_FORMS, *(FEED_SETS if several else ()))
+    if unit != "N·m":
+        return (LINE,)
+    return (*SPINDLE_FORMS, *(SPINDLE_SETS if several else ()))
 
 
 def _felt(table: CutTable, current: Array) -> Felt:
     """Return what an axis felt in every row."""
-    speed_rpm, feed_mm_rev = (
+    speed_rpm, feed_mm, depth_mm = (
         np.full(len(table), np.nan) if known is None else known
-        for known in (table.get("spindle.speed"), table.get("cutting.feed"))
+        for known in map(table.get, ("spindle.speed", "cutting.feed", "cutting.depth"))
     )
-    return Felt(current, feed_mm_rev * speed_rpm / 60.0, speed_rpm)
+    return Felt(current, feed_mm * speed_rpm / 60.0, speed_rpm, feed_mm, depth_mm)
 
 
 def _target(table: CutTable, axis: str, force_N: Array) -> tuple[Array, str]:
@@ -275,10 +317,9 @@ def _off_neighbours(values: Array, groups: NDArray[np.generic]) -> Array:
     return off
 
 
-def _scores(
-    forms: Sequence[Form], felt: Felt, y: Array, groups: NDArray[np.generic], grouped_by: str
-) -> Scores:
-    errors = nested(forms, felt, y, groups)
+def _scores(forms: Sequence[Form], points: Points) -> Scores:
+    y, groups = points.target, points.groups
+    errors = nested(forms, points.felt, y, groups)
     low, high = fitting.bootstrap_r_squared(errors, y, groups)
     return Scores(
         n=len(y),
@@ -287,7 +328,7 @@ def _scores(
         r_squared_low=low,
         r_squared_high=high,
         groups=len(np.unique(groups)),
-        grouped_by=grouped_by,
+        grouped_by=points.grouped_by,
     )
 
 
@@ -311,7 +352,8 @@ def sense(table: CutTable, calibration: Calibration) -> Sensed:
         for ok, moved in zip(felt, moves, strict=True)
     ]
     force = np.where(felt, target * to_N, np.nan)
-    sd = np.where(felt, calibration.errors.cut_sd * np.abs(to_N), np.nan)
+    spread = np.hypot(calibration.errors.cut_sd, form.beyond(felt_there))
+    sd = np.where(felt, spread * np.abs(to_N), np.nan)
     common = form.slopes(calibration.coefficients, felt_there) * to_N[:, None]
     return Sensed(force, sd, common, reason)
 

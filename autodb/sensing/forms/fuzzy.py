@@ -85,13 +85,13 @@ class Fuzzy:
 
     def slopes(self, coefficients: Array, felt: Felt) -> Array:  # noqa: ARG002 - it is linear
         """Return the target's derivatives by the consequents, (n, p)."""
-        return self._learned().scaling.output_size * self._design(felt)
+        return np.asarray(self._learned().scaling.output_size * self._design(felt))
 
     def scaling(self, coefficients: Array) -> Array:
         """Return the change of the consequents: the rules' constants also hold the mean."""
         scale = self._learned().scaling
         constant = np.arange(len(coefficients)) % (len(self.inputs) + 1) == 0
-        return coefficients + constant * scale.output_middle / scale.output_size
+        return np.asarray(coefficients + constant * scale.output_middle / scale.output_size)
 
     def expected(self, slopes: Array, law: Array) -> Array:
         """Return slopes (n, p) freed of the current's noise: as columns of a law (n, k) make them.
@@ -109,7 +109,7 @@ class Fuzzy:
         columns = _columns(self.inputs, felt)
         over = np.maximum(learned.low - columns, columns - learned.high)
         distance = np.sqrt(np.sum((np.maximum(over, 0.0) / learned.spread) ** 2, axis=1))
-        return learned.scaling.output_size * distance
+        return np.asarray(learned.scaling.output_size * distance)
 
     def parameters(self) -> dict[str, Any] | None:
         """Return what ``of_parameters`` makes it from."""

@@ -63,6 +63,8 @@ class Calibration(Base):
     spindle_state: Mapped[str | None]
     feed_direction: Mapped[str | None]
     protocol: Mapped[str | None]
+    outliers: Mapped[list[Any] | None]
+    trials: Mapped[dict[str, Any] | None]
     cut_sd: Mapped[float | None]
     gain_share: Mapped[float | None]
     reference_share: Mapped[float | None]

@@ -1,0 +1,67 @@
+"""Cuts that a calibration does not fit, and cuts that carry it alone: shown, never dropped."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from autodb.sensing.forms import Law
+
+Array = NDArray[np.float64]
+
+BY_CHANCE = 0.05
+"""Probability of naming any cut of a sound calibration by its residual (Bonferroni's bound)."""
+HIGH_LEVERAGE = 3.0
+"""Times the mean leverage from which on a cut alone holds a part of the law (Belsley, Kuh, Welsch
+1980, Regression diagnostics, section 2.1, takes 2 for large samples; fewer are named by 3).
+"""
+
+
+@dataclass(frozen=True)
+class Outlier:
+    """A cut by its number: studentised residual and leverage, and which of them is too high."""
+
+    cut: float
+    studentised: float
+    leverage: float
+    off: bool
+    alone: bool
+
+    @property
+    def sentence(self) -> str:
+        """What is wrong with it."""
+        said = []
+        if self.off:
+            said.append(f"{abs(self.studentised):.1f} standard deviations off the others' law")
+        if self.alone:
+            said.append(f"holds a part of the law alone (leverage {self.leverage:.2f})")
+        return f"cut {self.cut:g} " + " and ".join(said)
+
+
+def outliers(law: Law, slopes: Array, error: Array, cut: Array) -> tuple[Outlier, ...]:
+    """Return the cuts (n,) named, by target − estimate (n,) and the law's derivatives (n, p).
+
+    Leverage h = sᵀ C s / σ², C the coefficients' covariance, σ² the residual variance; the residual
+    is studentised without its own cut: t = e √((n−p−1)/(SSE(1−h)−e²)) (Belsley, Kuh, Welsch 1980,
+    equation 2.26).
+    """
+    n, p = slopes.shape
+    freedom = n - p - 1
+    squares = float(error @ error)
+    if freedom < 1 or squares == 0.0:
+        return ()
+    variance = squares / (n - p)
+    leverage = np.minimum(np.einsum("ij,jk,ik->i", slopes, law.covariance, slopes) / variance, 1.0)
+    rest = np.maximum(squares * (1.0 - leverage) - error**2, np.finfo(float).tiny)
+    studentised = error * np.sqrt(freedom / rest)
+    limit = float(stats.t.ppf(1.0 - 0.5 * BY_CHANCE / n, freedom))
+    off = np.abs(studentised) > limit
+    alone = leverage > HIGH_LEVERAGE * p / n
+    named = np.flatnonzero(off | alone)
+    return tuple(
+        Outlier(
+            float(cut[i]), float(studentised[i]), float(leverage[i]), bool(off[i]), bool(alone[i])
+        )
+        for i in named
+    )
