@@ -46,7 +46,7 @@ def chosen(forms: Sequence[Form], felt: Felt, target: Array, groups: Groups, *, 
 def tried(
     forms: Sequence[Form], felt: Felt, target: Array, groups: Groups, *, folds: int
 ) -> list[Trial]:
-    """Return the errors on cuts left out of each form that the cuts (n,) have what is needed for."""
+    """Return the errors on cuts left out of each form that the cuts (n,) can hold."""
     trials = []
     for form in forms:
         if form.fits(felt):
