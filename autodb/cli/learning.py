@@ -168,6 +168,8 @@ def _calibrate_machine(
 
 
 def _show_calibrations(done: "list[Calibration]") -> None:
+    from autodb.sensing.outliers import sentences
+
     rows = table("Calibration", "axis", "force", "equation", ">RMSE", ">R² (95 %)", "")
     for c in done:
         s = c.scores
@@ -187,8 +189,8 @@ def _show_calibrations(done: "list[Calibration]") -> None:
         say(f"axis {c.axis}: RMSE {c.trials_words()}")
         if not c.offered:
             say(f"axis {c.axis}: {c.verdict}")
-        for one in c.outliers:
-            say(f"axis {c.axis}: {one.sentence}; it counts all the same")
+        for sentence in sentences(c.outliers):
+            say(f"axis {c.axis}: {sentence}")
         if c.transients:
             cuts = ", ".join(f"{cut:g}" for cut in c.transients)
             say(

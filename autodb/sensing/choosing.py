@@ -12,7 +12,7 @@ from autodb.sensing.forms import Felt, Form
 Array = NDArray[np.float64]
 Groups = NDArray[np.generic]
 
-FOLDS = 10
+FOLDS = 15
 """Folds that groups are dealt to, at most: up to so many groups each is left out alone."""
 INNER_FOLDS = 5
 """The same inside a fold, where the form is chosen without what is left out."""

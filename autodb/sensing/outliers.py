@@ -1,5 +1,6 @@
 """Cuts that a calibration does not fit, and cuts that carry it alone: shown, never dropped."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,10 @@ HIGH_LEVERAGE = 3.0
 """
 
 
+NAMED = 8
+"""Cuts that a sentence names by number."""
+
+
 @dataclass(frozen=True)
 class Outlier:
     """A cut by its number: studentised residual and leverage, and which of them is too high."""
@@ -28,15 +33,33 @@ class Outlier:
     off: bool
     alone: bool
 
-    @property
-    def sentence(self) -> str:
-        """What is wrong with it."""
-        said = []
-        if self.off:
-            said.append(f"{abs(self.studentised):.1f} standard deviations off the others' law")
-        if self.alone:
-            said.append(f"holds a part of the law alone (leverage {self.leverage:.2f})")
-        return f"cut {self.cut:g} " + " and ".join(said)
+
+def sentences(named: Sequence[Outlier]) -> list[str]:
+    """Return one sentence on the cuts off the law, and one on those that hold a part of it alone.
+
+    Those furthest off come first, and NAMED of them by number.
+    """
+    off = sorted((one for one in named if one.off), key=lambda one: -abs(one.studentised))
+    alone = sorted((one for one in named if one.alone), key=lambda one: -one.leverage)
+    said = []
+    if off:
+        most = abs(off[0].studentised)
+        said.append(
+            f"{_cuts(off)} more than chance off the others' law, up to {most:.1f} standard "
+            "deviations; all cuts count"
+        )
+    if alone:
+        said.append(
+            f"{_cuts(alone)} with a leverage up to {alone[0].leverage:.2f}: more cuts like "
+            "these would hold the law better"
+        )
+    return said
+
+
+def _cuts(named: Sequence[Outlier]) -> str:
+    numbers = ", ".join(f"{one.cut:g}" for one in named[:NAMED])
+    rest = ", …" if len(named) > NAMED else ""
+    return f"{len(named)} {'cut' if len(named) == 1 else 'cuts'} ({numbers}{rest})"
 
 
 def outliers(law: Law, slopes: Array, error: Array, cut: Array) -> tuple[Outlier, ...]:

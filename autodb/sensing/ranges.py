@@ -4,7 +4,6 @@ Force for the feed axes, torque T for the spindle, F_y = T/r_e, each in one of t
 ``sensing.forms``. I is the rise of the current range over air cutting where both ranges are known.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +13,7 @@ from autodb import fitting
 from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
-from autodb.sensing.choosing import FOLDS, best, nested, tried
+from autodb.sensing.choosing import FOLDS, best, left_out, nested, tried
 from autodb.sensing.error_kinds import DAY_SHARE, ErrorKinds, apart
 from autodb.sensing.forms import (
     FEED_FORMS,
@@ -203,8 +202,9 @@ def calibrate(
     sound = points.at(~sudden)
     forms = _forms(table, axis, points.unit)
     trials = tried(forms, sound.felt, sound.target, sound.groups, folds=FOLDS)
-    law = best(trials, sound.groups).form.fit(sound.felt, sound.target)
-    scores = _scores(forms, sound)
+    form = best(trials, sound.groups).form
+    law = form.fit(sound.felt, sound.target)
+    scores = _scores(nested(forms, sound.felt, sound.target, sound.groups), sound)
     estimate = law.form.value(law.coefficients, sound.felt)
     off, order = sound.target - estimate, np.argsort(sound.cut)
     return Calibration(
@@ -224,13 +224,18 @@ def calibrate(
             reference_share=reference_share,
         ),
         scores=scores,
-        scores_with_transients=_scores(forms, points) if sudden.any() else scores,
+        scores_with_transients=_scores(_of_all(form, points), points) if sudden.any() else scores,
         transients=tuple(points.cut[sudden].tolist()),
         outliers=outliers(law, law.form.slopes(law.coefficients, sound.felt), off, sound.cut),
         trials={trial.form.label: trial.rmse for trial in trials},
         current_low=float(sound.felt.current.min()),
         current_high=float(sound.felt.current.max()),
     )
+
+
+def _of_all(form: Form, points: Points) -> Array:
+    """Return the errors (m,) on groups left out of one form, transients among them."""
+    return left_out(form, points.felt, points.target, points.groups, folds=FOLDS)
 
 
 def _forms(table: CutTable, axis: str, unit: str) -> tuple[Form, ...]:
@@ -295,15 +300,21 @@ def transients(current: Array, target: Array, groups: NDArray[np.generic]) -> ND
 
     In each group, in the order of the rows, the residual from a robust line is compared with the
     median over the 2·TRANSIENT_WINDOW + 1 rows around it (Hampel's identifier). A start, a stop or
-    a rapid inside a row makes the current jump though the cut goes on.
+    a rapid inside a row makes the current jump though the cut goes on. Groups of fewer rows than
+    half of that tell nothing.
     """
+    _, of, rows = np.unique(groups, return_inverse=True, return_counts=True)
+    judged = rows[of.ravel()] > TRANSIENT_WINDOW
+    if not judged.any():
+        return np.zeros(len(current), dtype=np.bool_)
     c0, c1 = fitting.robust_line(current, target)
     expected = c0 + c1 * current
     jump_current = _off_neighbours(expected, groups)
     jump_target = _off_neighbours(target, groups)
     jump = _off_neighbours(target - expected, groups)
-    limit = TRANSIENT_SPREADS * fitting.spread(jump)
-    return np.asarray((np.abs(jump) > limit) & (np.abs(jump_current) > np.abs(jump_target)))
+    limit = TRANSIENT_SPREADS * fitting.spread(jump[judged])
+    jumps = (np.abs(jump) > limit) & (np.abs(jump_current) > np.abs(jump_target))
+    return np.asarray(judged & jumps)
 
 
 def _off_neighbours(values: Array, groups: NDArray[np.generic]) -> Array:
@@ -317,9 +328,8 @@ def _off_neighbours(values: Array, groups: NDArray[np.generic]) -> Array:
     return off
 
 
-def _scores(forms: Sequence[Form], points: Points) -> Scores:
+def _scores(errors: Array, points: Points) -> Scores:
     y, groups = points.target, points.groups
-    errors = nested(forms, points.felt, y, groups)
     low, high = fitting.bootstrap_r_squared(errors, y, groups)
     return Scores(
         n=len(y),

@@ -166,6 +166,7 @@ def _columns(inputs: tuple[Input, ...], felt: Felt) -> Array:
     return np.column_stack([getattr(felt, one.attribute) for one in inputs])
 
 
+OF_CURRENT = Fuzzy((CURRENT,))
 OF_CURRENT_FEED = Fuzzy((CURRENT, FEED_SPEED))
 OF_CURRENT_SPEED = Fuzzy((CURRENT, SPEED))
 FEED_SETS = tuple(Fuzzy((CURRENT, *more)) for more in ((FEED,), (DEPTH,), (FEED, DEPTH)))

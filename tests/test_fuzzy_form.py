@@ -1,0 +1,107 @@
+"""A Sugeno system as a form of calibration: it recovers, comes back from its JSON, and widens."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+from autodb.fitting import Undetermined
+from autodb.sensing.choosing import best, tried
+from autodb.sensing.forms import FEED_FORMS, OF_CURRENT, OF_CURRENT_FEED, Felt, Form, Law, kept
+
+Array = NDArray[np.float64]
+N = 160
+NOISE_N = 8.0
+
+
+def _felt(seed: int, n: int = N) -> Felt:
+    rng = np.random.default_rng([seed, 0])
+    rpm, feed_mm = rng.uniform(800.0, 2400.0, n), rng.uniform(0.1, 0.4, n)
+    return Felt(
+        rng.uniform(0.5, 6.0, n), feed_mm * rpm / 60.0, rpm, feed_mm, rng.uniform(0.5, 2.5, n)
+    )
+
+
+def _force_N(felt: Felt) -> Array:
+    """A screw that grips: the slope doubles around 3 A, which no line follows."""
+    bent = 100.0 * np.log1p(np.exp(2.0 * (felt.current - 3.0)))
+    return np.asarray(100.0 * felt.current + bent)
+
+
+def _fitted(seed: int, form: Form = OF_CURRENT) -> tuple[Felt, Law]:
+    felt = _felt(seed)
+    noise_N = NOISE_N * np.random.default_rng([seed, 1]).standard_normal(N)
+    return felt, form.fit(felt, _force_N(felt) + noise_N)
+
+
+def test_a_bend_is_followed_within_the_noise_on_other_cuts() -> None:
+    _, law = _fitted(1)
+    other = _felt(2, 400)
+    error = law.form.value(law.coefficients, other) - _force_N(other)
+    assert float(np.sqrt(np.mean(error**2))) < 0.5 * NOISE_N
+
+
+def test_its_covariance_says_how_far_off_it_is() -> None:
+    """n = 60 fits; the rms of (estimate − truth)/sd over them, each at 50 cuts."""
+    other = _felt(3, 50)
+    z = []
+    for seed in range(60):
+        _, law = _fitted(100 + seed)
+        slopes = law.form.slopes(law.coefficients, other)
+        sd = np.sqrt(np.einsum("ij,jk,ik->i", slopes, law.covariance, slopes))
+        z.append((law.form.value(law.coefficients, other) - _force_N(other)) / sd)
+    assert 0.7 < float(np.sqrt(np.mean(np.square(z)))) < 1.5
+
+
+@pytest.mark.parametrize("form", [OF_CURRENT, OF_CURRENT_FEED], ids=lambda form: form.label)
+def test_it_comes_back_from_what_is_kept(form: Form) -> None:
+    felt, law = _fitted(4, form)
+    back = kept("anfis", json.loads(json.dumps(law.form.parameters())))
+    assert_allclose(
+        back.value(law.coefficients, felt), law.form.value(law.coefficients, felt), rtol=1e-12
+    )
+    assert back.label == form.label
+
+
+def test_slopes_and_scaling_are_those_of_the_value() -> None:
+    felt, law = _fitted(5, OF_CURRENT_FEED)
+    value = law.form.value(law.coefficients, felt)
+    step = 1e-3 * np.random.default_rng(6).standard_normal(len(law.coefficients))
+    moved = law.form.value(law.coefficients + step, felt)
+    assert_allclose(
+        moved - value, law.form.slopes(law.coefficients, felt) @ step, rtol=1e-8, atol=1e-8
+    )
+    scaled = law.coefficients + 0.04 * law.form.scaling(law.coefficients)
+    assert_allclose(law.form.value(scaled, felt), 1.04 * value, rtol=1e-10)
+
+
+def test_outside_the_box_it_widens_and_inside_it_does_not() -> None:
+    felt, law = _fitted(7)
+    assert not law.form.beyond(felt).any()
+    far = replace(felt, current=felt.current + 8.0)
+    assert np.all(law.form.beyond(far) > np.std(_force_N(felt)))
+
+
+def test_few_cuts_or_unknown_feed_are_no_ground_for_rules() -> None:
+    assert not OF_CURRENT.fits(_felt(8, 29))
+    assert OF_CURRENT.fits(_felt(8, 30))
+    assert not OF_CURRENT_FEED.fits(_felt(8, 71))
+    assert OF_CURRENT_FEED.fits(_felt(8, 72))
+    assert not OF_CURRENT_FEED.fits(replace(_felt(8), feed_mm_s=np.full(N, np.nan)))
+
+
+def test_nothing_is_sensed_before_it_has_learned() -> None:
+    with pytest.raises(Undetermined):
+        OF_CURRENT.value(np.zeros(4), _felt(9))
+
+
+def test_rules_win_where_the_current_bends_and_lose_where_it_does_not() -> None:
+    felt, groups = _felt(10), np.repeat(np.arange(20), 8)
+    noise_N = NOISE_N * np.random.default_rng(11).standard_normal(N)
+    for force_N, wanted in ((_force_N(felt), OF_CURRENT), (100.0 * felt.current, FEED_FORMS[0])):
+        trials = tried(FEED_FORMS, felt, force_N + noise_N, groups, folds=10)
+        assert {trial.form.label for trial in trials} == {form.label for form in FEED_FORMS}
+        assert best(trials, groups).form is wanted
