@@ -16,10 +16,6 @@ FOLDS = 15
 """Folds that groups are dealt to, at most: up to so many groups each is left out alone."""
 INNER_FOLDS = 5
 """The same inside a fold, where the form is chosen without what is left out."""
-CLEARER = 1.0
-"""Standard errors by which a richer form must lower the squared errors of groups left out: the rule
-of one standard error (Breiman, Friedman, Olshen, Stone 1984, Classification and regression trees).
-"""
 
 
 @dataclass(frozen=True)
@@ -65,7 +61,7 @@ def best(trials: Sequence[Trial], groups: Groups) -> Trial:
     for trial in trials:
         if trial.errors is None:
             continue
-        if lowest is None or _clearly_less(trial.errors, lowest, groups):
+        if lowest is None or _less(trial.errors, lowest, groups) > trial.form.margin:
             found, lowest = trial, trial.errors
     if found is None:
         raise Undetermined([])
@@ -104,9 +100,9 @@ def _folds(groups: Groups, folds: int) -> list[NDArray[np.bool_]]:
     return [dealt == fold for fold in range(int(dealt.max()) + 1)]
 
 
-def _clearly_less(errors: Array, others: Array, groups: Groups) -> bool:
-    """Say whether squared errors are less, group by group, by more than chance makes them."""
+def _less(errors: Array, others: Array, groups: Groups) -> float:
+    """Return by how many standard errors over groups the squared errors are less on average."""
     of = np.unique(groups, return_inverse=True)[1].ravel()
     gain = np.bincount(of, weights=others**2 - errors**2)
     spread = float(np.std(gain, ddof=1)) if len(gain) > 1 else np.inf
-    return bool(np.mean(gain) > CLEARER * spread / np.sqrt(len(gain)))
+    return float(np.mean(gain) * np.sqrt(len(gain)) / max(spread, np.finfo(float).tiny))

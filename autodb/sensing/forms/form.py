@@ -54,6 +54,13 @@ class Form(Protocol):
     def label(self) -> str:
         """What it is called among the forms compared."""
 
+    @property
+    def margin(self) -> float:
+        """Standard errors by which its squared errors on groups left out must be lower than those
+        of a plainer form: one (Breiman, Friedman, Olshen, Stone 1984, Classification and regression
+        trees), and of rules, which nobody can check by hand, two.
+        """
+
     def fits(self, felt: Felt) -> bool:
         """Say whether the cuts have what the form depends on, and vary in it."""
 

@@ -49,6 +49,7 @@ class Fuzzy:
     learned: "Learned | None" = None
 
     kind = "anfis"
+    margin = 2.0
 
     @property
     def label(self) -> str:

@@ -19,6 +19,7 @@ class Line:
     """A form that is linear in its coefficients."""
 
     kind = "line"
+    margin = 1.0
     label = "line"
 
     def columns(self, felt: Felt) -> Array:

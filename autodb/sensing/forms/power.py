@@ -30,6 +30,7 @@ class Power:
     """ln T = ln a0 + b ln ΔI − g·max(0, ln n/n_b): coefficients ln a0, b, and ln n_b; g is 1."""
 
     kind = "power"
+    margin = 1.0
     label = "power of the current"
 
     def fits(self, felt: Felt) -> bool:
