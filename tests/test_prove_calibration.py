@@ -11,12 +11,12 @@ from autodb.prove.runs import Finished, Origin
 from autodb.virtual import reference_lathe
 
 ORIGIN = Origin("calibration", "0", "g", "p")
-MACHINES = range(1, 7)
+MACHINES = range(1, 4)
 
 
 @pytest.fixture(scope="module")
 def runs() -> list[Finished[AxisErrors]]:
-    """Six machines of the proof."""
+    """Three machines of the proof."""
     return [Finished(seed, tuple(run(seed))) for seed in MACHINES]
 
 
@@ -36,18 +36,23 @@ def _changed(runs: list[Finished[AxisErrors]], **factors: float) -> lathe_summar
 
 def test_forces_of_calibrated_lathes(runs: list[Finished[AxisErrors]]) -> None:
     found = _changed(runs)
-    assert {row.axis: row.cuts for row in found.rows} == {"x": 16, "spindle": 113, "z": 180}
+    assert {(row.plan, row.axis): row.cuts for row in found.rows} == {
+        ("regression", "x"): 16, ("regression", "spindle"): 113, ("regression", "z"): 180,
+        ("ANFIS", "spindle"): 100, ("ANFIS", "z"): 63,
+    }  # fmt: skip
+    assert [row.rules_N is None for row in found.rows] == [True, False, False, False, False]
     for row in found.rows:
         assert row.rmse_N < 1.2 * row.oracle_N
         assert row.covered
-    by_axis = {row.axis: row for row in found.rows}
-    assert by_axis["z"].rmse_N < 0.85 * by_axis["z"].published_method_N
+        if row.axis == "z":
+            assert row.rmse_N < 0.9 * row.published_method_N
     assert found.straight
     assert lathe_summary.Summary.from_json(found.to_json()) == found
 
 
 def test_worse_lathes_and_worse_forces_fail(runs: list[Finished[AxisErrors]]) -> None:
-    assert not any(row.as_hard for row in _changed(runs, published_N=1.8).rows)
+    softer = _changed(runs, published_N=1.8).rows
+    assert not any(row.as_hard for row in softer if row.published_N is not None)
     assert not any(row.better for row in _changed(runs, ours_N=1.4).rows)
     assert not any(row.covered for row in _changed(runs, held=0.8).rows)
     assert not _changed(runs, product=0.9, reference=0.9).straight
@@ -60,6 +65,15 @@ def test_the_power_law_of_a_spindle_is_found_again() -> None:
     law = SpindleLaw.fitted(rpm, rise_A, torque_Nm)
     assert_allclose(law(rpm, rise_A), torque_Nm, rtol=2e-3)
     assert_allclose(law(rpm, -rise_A), 0.0)
+
+
+@pytest.mark.parametrize("seed", [1, 20])
+def test_the_plan_of_the_rules_has_the_published_cuts(seed: int) -> None:
+    made = reference_lathe.campaign(seed, reference_lathe.RULES)
+    for table, turned in ((made.calibration, 240), (made.test, 63)):
+        assert np.isin(table["operation"], ("turn", "taper")).sum() == turned
+    assert made.spindle_calibration.sum() == 103
+    assert made.spindle_test.sum() == 100
 
 
 @pytest.mark.parametrize("seed", [1, 20])

@@ -20,9 +20,6 @@ from autodb.virtual.process import ALUMINIUM, BRASS, STEEL, Cut, Pair
 
 Table = dict[str, NDArray[Any]]
 
-TURNED, FACED = (105, 180), (13, 16)  # P1 table 1: cuts to calibrate and to test Z and X with
-SPINDLE = (102, 113)  # the spindle's, of both kinds
-TAPERED = 30  # of the turned test cuts, "a limited number"; chosen
 STEEPEST_DEG = 20.0  # profile angles; the printed range is garbled, chosen
 FACED_DEPTH_MM = (0.5, 1.0)  # shallow: weight holds the X load only up to 258 N (P1 table 1)
 FACED_FEED_MM = (0.1, 0.25)  # so too
@@ -30,6 +27,26 @@ CUTS_AN_EDGE = 12  # chosen
 DURATION_S, PAUSE_S = 8.0, 45.0  # chosen
 DIAMETER_MM = (40.0, 75.0)  # chosen
 TESTED = (STEEL, BRASS, ALUMINIUM)  # P1 section 10, three materials
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How many cuts to calibrate and to test with: turned and faced, and of both together those
+    that count for the spindle; ``tapered`` of the turned test cuts are tapers.
+    """
+
+    name: str
+    turned: tuple[int, int]
+    faced: tuple[int, int]
+    spindle: tuple[int, int]
+    tapered: int
+    stream: int
+
+
+# P1 table 1: Z's, X's, the spindle's cuts; "a limited number" of tapers, chosen
+REGRESSION = Plan("regression", (105, 180), (13, 16), (102, 113), tapered=30, stream=61)
+# P1 table 1, the cuts of its ANFIS; none of X is printed, the faced ones are chosen
+RULES = Plan("ANFIS", (240, 63), (13, 40), (103, 100), tapered=10, stream=62)
 
 
 @dataclass(frozen=True)
@@ -45,25 +62,27 @@ class Campaign:
     spindle_test: NDArray[np.bool_]
 
 
-def campaign(seed: int) -> Campaign:
+def campaign(seed: int, plan: Plan = REGRESSION) -> Campaign:
     """Draw a machine, its cuts, and what it measured; the test is on another day."""
-    lathe, rng = Lathe.draw(seed), np.random.default_rng([seed, 61])
+    lathe, rng = Lathe.draw(seed), np.random.default_rng([seed, plan.stream])
     tables, counted = [], []
     for day, pairs in enumerate(((STEEL,), TESTED)):
-        work = _work(rng, pairs, day)
+        work = _work(rng, pairs, day, plan)
         tables.append(table_of(lathe, work, 2 * seed + day, True, pause_s=PAUSE_S))
-        chosen = rng.permutation(len(work))[: SPINDLE[day]]
+        chosen = rng.permutation(len(work))[: plan.spindle[day]]
         counted.append(np.isin(np.arange(len(work)), chosen))
     return Campaign(tables[0], tables[1], counted[0], counted[1])
 
 
-def _work(rng: np.random.Generator, pairs: Sequence[Pair], day: int) -> list[tuple[Pair, Cut]]:
+def _work(
+    rng: np.random.Generator, pairs: Sequence[Pair], day: int, plan: Plan
+) -> list[tuple[Pair, Cut]]:
     """Cuts in random order, each with the pair it is of."""
-    tapered = TAPERED * day
+    tapered = plan.tapered * day
     operations = [
-        *["turn"] * (TURNED[day] - tapered),
+        *["turn"] * (plan.turned[day] - tapered),
         *["taper"] * tapered,
-        *["face"] * FACED[day],
+        *["face"] * plan.faced[day],
     ]
     drawn = []
     for number, place in enumerate(rng.permutation(len(operations))):
