@@ -2,7 +2,8 @@
 
 `python -m benchmarks.vicomtech_force Dataset_Machine_tool_wear.csv [COLUMN]`; COLUMN, the current,
 is CV3.Z_RMS (the best single one) unless given. Every tool is sensed by a calibration on the
-others. Printed: errors of a straight line, of rules over the current, and of `calibrate`, who chooses; how
+others. Printed: errors of a straight line, of rules over the current, and of `calibrate`, which
+chooses; how
 they differ from the line's, with a bootstrap interval over tools; how many rows the 95 % intervals
 hold, tool by tool.
 """
