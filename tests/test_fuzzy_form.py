@@ -8,6 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
+from autodb import anfis
 from autodb.fitting import Undetermined
 from autodb.sensing.choosing import best, tried
 from autodb.sensing.forms import FEED_FORMS, OF_CURRENT, OF_CURRENT_FEED, Felt, Form, Law, kept
@@ -76,6 +77,20 @@ def test_slopes_and_scaling_are_those_of_the_value() -> None:
     )
     scaled = law.coefficients + 0.04 * law.form.scaling(law.coefficients)
     assert_allclose(law.form.value(scaled, felt), 1.04 * value, rtol=1e-10)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_more_load_is_never_less_force(sign: float) -> None:
+    """Cuts that seem to fall beyond 4 A, in both directions; without the rule the output does."""
+    felt, rng = _felt(12), np.random.default_rng(13)
+    seeming = 100.0 * felt.current - 150.0 * np.maximum(felt.current - 4.0, 0.0)
+    target = sign * (seeming + NOISE_N * rng.standard_normal(N))
+    law = OF_CURRENT.fit(felt, target)
+    ordered = felt.at(np.argsort(felt.current))
+    assert np.all(sign * np.diff(law.form.value(law.coefficients, ordered)) >= -1e-6)
+    free = anfis.fit(felt.current[:, None], target, [anfis.grid((2,))])
+    falls = sign * np.diff(anfis.evaluate(free, ordered.current[:, None]))
+    assert np.min(falls) < -0.1
 
 
 def test_outside_the_box_it_widens_and_inside_it_does_not() -> None:

@@ -1,7 +1,8 @@
 """A Sugeno system (ANFIS) of the current and one or more of a cut's conditions (P1, section 12).
 
 Two fuzzy sets an input, every combination a rule, the consequents with their posterior covariance;
-the premises count as known. Beyond the box of the cuts that it learned from it says how far.
+the premises count as known. More load never shows as less current: the output keeps to one
+direction. Beyond the box of the cuts that it learned from it says how far.
 """
 
 from dataclasses import dataclass
@@ -68,11 +69,17 @@ class Fuzzy:
         )
 
     def fit(self, felt: Felt, target: Array) -> Law:
-        """Fit by variable projection; raises Undetermined where the cuts do not hold it."""
+        """Fit by variable projection, monotone in the current in the direction of the cuts.
+
+        Raises Undetermined where the cuts do not hold it.
+        """
         columns = _columns(self.inputs, felt)
+        falling = float(np.cov(columns[:, 0], target)[0, 1]) < 0.0
+        rule = anfis.Monotone(0, falling=falling)
+        start = anfis.grid((SETS,) * len(self.inputs))
         try:
-            model = anfis.fit(columns, target, [anfis.grid((SETS,) * len(self.inputs))])
-        except (anfis.TooFewRows, anfis.Unvarying) as error:
+            model = anfis.fit(columns, target, [start], monotone=rule)
+        except (anfis.TooFewRows, anfis.Unvarying, anfis.NotMonotone) as error:
             raise fitting.Undetermined([]) from error
         spread = model.hull.sd * model.scaling.half
         learned = Learned(model.premises, model.scaling, model.hull.low, model.hull.high, spread)
