@@ -1,0 +1,117 @@
+"""Renders a card as one page that loads nothing."""
+
+import numpy as np
+
+from autodb import __version__, figures
+from autodb.card import plots
+from autodb.card.axis import AxisCard, OneCut
+from autodb.card.conditions import FEWEST
+from autodb.card.machine import Card, not_sensed, when_again
+from autodb.forward import NORMAL_95
+from autodb.sensing.choosing import FOLDS
+from autodb.sensing.ranges import COMPONENT_OF_AXIS, OFFER_R_SQUARED
+
+AXIS_NAMES = {axis: f"{axis.upper()} axis" for axis in COMPONENT_OF_AXIS} | {"spindle": "Spindle"}
+
+
+def render_card(card: Card) -> str:
+    """Return the card as one HTML file that loads nothing."""
+    return figures.page(
+        "card.html.j2",
+        title=f"{card.title}: calibration card",
+        card=card,
+        version=__version__,
+        offered_above=OFFER_R_SQUARED,
+        not_sensed=not_sensed(card),
+        when_again=when_again(card.cards),
+        shown=[_shown(card, number) for number in range(len(card.cards))],
+    )
+
+
+def _shown(card: Card, number: int) -> dict[str, object]:
+    """Return what the template shows of one axis."""
+    axis = card.cards[number]
+    c, s = axis.calibration, axis.calibration.scores
+    residuals, still = plots.residuals(axis)
+    return {
+        "axis": axis,
+        "id": f"axis-{c.axis}",
+        "name": AXIS_NAMES[c.axis],
+        "felt_as": plots.felt_as(axis),
+        "calibration": c,
+        "version": f"version {card.versions[number]}" if card.versions else "not stored",
+        "equation": c.form.equation(c.coefficients, c.unit, c.current_unit),
+        "r_squared": f"{s.r_squared:.3f}",
+        "r_squared_interval": f"{s.r_squared_low:.3f} to {s.r_squared_high:.3f}",
+        "rmse": figures.quantity(s.rmse, c.unit),
+        "folds": min(FOLDS, s.groups),
+        "one_cut": _one_cut(axis.middle, c.unit),
+        "percent": _percent(axis.middle),
+        "range": figures.span(c.current_low, c.current_high, c.current_unit),
+        "trueness": _trueness(axis),
+        "parts": _parts(axis.middle, c.unit),
+        "scatter_plot": plots.reference_over_estimate(axis),
+        "residual_plots": residuals,
+        "still": still,
+        "trials": _trials(axis),
+        "set_aside": _set_aside(axis),
+        "outliers": [one.sentence for one in c.outliers],
+        "more_repeats": axis.repeated - len(axis.repeats),
+        "fewest": FEWEST,
+    }
+
+
+def _one_cut(cut: OneCut, unit: str) -> str:
+    return figures.plus_minus(cut.value, cut.half, unit)
+
+
+def _percent(cut: OneCut) -> str:
+    return "" if cut.value == 0.0 else f"± {100.0 * cut.half / abs(cut.value):.2g} %"
+
+
+def _trueness(axis: AxisCard) -> list[tuple[str, str, str]]:
+    """Return name, value ± standard error, and the ideal."""
+    t, unit = axis.trueness, axis.calibration.unit
+    if t is None:
+        return []
+    return [
+        ("Slope", figures.plus_minus(t.slope, t.slope_se, "1"), "1"),
+        ("Intercept", figures.plus_minus(t.intercept, t.intercept_se, unit), "0"),
+    ]
+
+
+def _parts(cut: OneCut, unit: str) -> list[tuple[str, str, float]]:
+    """Return each part of one cut's error: name, 95 % half width, percent of the variance."""
+    whole = cut.own**2 + cut.shared**2
+    rows = (
+        ("One cut's own", cut.own),
+        ("Shared: coefficients", cut.coefficients),
+        ("Shared: gain from day to day", cut.gain),
+        ("Shared: reference forces", cut.references),
+    )
+    return [
+        (name, figures.quantity(NORMAL_95 * sd, unit), 100.0 * sd**2 / whole) for name, sd in rows
+    ]
+
+
+def _trials(axis: AxisCard) -> list[tuple[str, str, bool]]:
+    """Return each form tried: name, error on groups left out, whether it was taken."""
+    c = axis.calibration
+    return [
+        (name, figures.quantity(error, c.unit) if np.isfinite(error) else "not held by these cuts",
+         name == c.form.label)
+        for name, error in c.trials.items()
+    ]  # fmt: skip
+
+
+def _set_aside(axis: AxisCard) -> str:
+    c = axis.calibration
+    if not c.transients:
+        return ""
+    cuts = ", ".join(f"{cut:g}" for cut in c.transients)
+    scores = c.scores_with_transients
+    return (
+        f"{len(c.transients)} transient rows set aside (cut {cuts}): the current jumps, the force "
+        f"does not. With them: RMSE {figures.quantity(scores.rmse, c.unit)}, "
+        f"R² {scores.r_squared:.3f}."
+    )
