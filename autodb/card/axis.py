@@ -117,7 +117,7 @@ def axis_card(
     return AxisCard(
         calibration=calibration,
         cut=table.cut[row],
-        order=row + 1.0,
+        order=row.astype(np.float64) + 1.0,
         felt=points.felt,
         target=points.target,
         estimate=estimate,

@@ -15,6 +15,8 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stab
 """Names under which a browser that prints without a screen is looked for."""
 PRINT_S = 180
 """Seconds after which a browser that prints one page is taken to hang."""
+WINDOW_PX = "860,1200"
+"""Window that the page is laid out in first: plots are then drawn about as wide as on A4."""
 
 
 def check_target(path: Path) -> None:
@@ -61,9 +63,9 @@ def _print(html: str, part: Path, path: Path) -> None:
         page, printed = Path(home) / "card.html", Path(home) / "card.pdf"
         page.write_text(html, encoding="utf-8")
         command = [
-            _browser(path), "--headless", "--disable-gpu", "--no-first-run", "--hide-scrollbars",
-            f"--user-data-dir={home}/profile", "--no-pdf-header-footer",
-            f"--print-to-pdf={printed}", *_as_root(), page.as_uri(),
+            _browser(path), "--headless", "--disable-gpu", "--no-first-run",
+            f"--window-size={WINDOW_PX}", f"--user-data-dir={home}/profile",
+            "--no-pdf-header-footer", f"--print-to-pdf={printed}", *_as_root(), page.as_uri(),
         ]  # fmt: skip
         said = _said(command)
         if not printed.is_file():

@@ -1,13 +1,13 @@
 """The card of a machine: its axes, what none of them senses, and when to calibrate again."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from autodb.card.axis import AxisCard
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.forward import NORMAL_95
 from autodb.sensing.error_kinds import DAY_SHARE
-from autodb.sensing.ranges import COMPONENT_OF_AXIS
+from autodb.sensing.ranges import COMPONENT_OF_AXIS, Calibration
 
 
 @dataclass(frozen=True)
@@ -52,32 +52,38 @@ def not_sensed(card: Card) -> list[tuple[str, str]]:
 def when_again(cards: Sequence[AxisCard]) -> list[str]:
     """Return what is known of when a calibration ends; no period is."""
     return [
-        "After a change of drive, motor, current sensor, screw, bearings or way oil, or of the "
-        "drive's parameters: the equations describe the axes as they were.",
-        "When the first standard cut, made once more, has moved by more than the interval that "
-        "repeats give it.",
+        "After a change of drive or its parameters, motor, current sensor, screw, bearings or way "
+        "oil: the equations describe the axes as they were.",
+        "When a standard cut, made once more, has moved by more than the interval that repeats "
+        "give it.",
         "When currents leave the range that an axis was calibrated over: further out the equation "
-        "is carried on and was not tested.",
-        *(_wander(card) for card in cards if card.calibration.offered),
+        "was not tested.",
+        *_wander([card.calibration for card in cards if card.calibration.offered]),
         "For how many weeks a calibration holds is not known: these cuts say nothing of it.",
     ]
 
 
-def _wander(card: AxisCard) -> str:
-    axis, share = card.calibration.axis, card.calibration.errors.gain_share
-    if share == 0.0:
-        return (
-            f"Axis {axis}: over these cuts its gain wandered no more than by chance. How far it is "
-            "another on another day they do not say, and the intervals hold nothing for it."
+def _wander(calibrations: Sequence[Calibration]) -> Iterator[str]:
+    """Yield by how much gains are known to differ from day to day."""
+    still = [one.axis for one in calibrations if one.errors.gain_share == 0.0]
+    if still:
+        yield (
+            f"{'Axis' if len(still) == 1 else 'Axes'} {' and '.join(still)}: over these cuts the "
+            "gain wandered no more than by chance. "
+            "How far it differs on another day they do not say; the intervals hold nothing for it."
         )
+    for one in calibrations:
+        if one.axis not in still:
+            yield _known(one.axis, one.errors.gain_share)
+
+
+def _known(axis: str, share: float) -> str:
+    said = f"Axis {axis}: the gain is known to ± {100.0 * NORMAL_95 * share:.2g} % (95 %) from day"
     published = DAY_SHARE[axis]
-    said = (
-        f"Axis {axis}: its gain is known to ± {100.0 * NORMAL_95 * share:.2g} % (95 %) from day to "
-        "day, and every interval holds that."
-    )
-    if not published:
-        return f"{said} It is what was seen from cut to cut here."
-    return (
-        f"{said} It takes {100.0 * published:.2g} % (one standard deviation) of a published lathe, "
-        "and what was seen from cut to cut here where that is more."
-    )
+    source = "what was seen from cut to cut here"
+    if published:
+        source = (
+            f"{100.0 * published:.2g} % (one standard deviation) of a published lathe, or what was "
+            "seen here where that is more, in the cuts calibrated on and in those sensed"
+        )
+    return f"{said} to day, and every interval holds that. It comes from {source}."

@@ -10,7 +10,7 @@ from autodb.card.axis import AxisCard
 
 Array = NDArray[np.float64]
 
-PLOT_PX, SMALL_PX = 360, 210
+PLOT_PX, SMALL_PX = 310, 210
 
 
 def felt_as(axis: AxisCard) -> str:

@@ -84,13 +84,14 @@ def _parts(cut: OneCut, unit: str) -> list[tuple[str, str, float]]:
     """Return each part of one cut's error: name, 95 % half width, percent of the variance."""
     whole = cut.own**2 + cut.shared**2
     rows = (
-        ("One cut's own", cut.own),
-        ("Shared: coefficients", cut.coefficients),
-        ("Shared: gain from day to day", cut.gain),
-        ("Shared: reference forces", cut.references),
+        ("Its own", cut.own, "none"),
+        ("Coefficients", cut.coefficients, "none"),
+        ("Gain, day to day", cut.gain, "none seen"),
+        ("Reference forces", cut.references, "none stated"),
     )
     return [
-        (name, figures.quantity(NORMAL_95 * sd, unit), 100.0 * sd**2 / whole) for name, sd in rows
+        (name, figures.quantity(NORMAL_95 * sd, unit) if sd else none, 100.0 * sd**2 / whole)
+        for name, sd, none in rows
     ]
 
 
