@@ -21,6 +21,7 @@ from autodb.card import axis_card
 from autodb.card.axis import at_middle, rules, trueness
 from autodb.card.conditions import conditions, movement, scatter
 from autodb.card.files import BROWSERS
+from autodb.card.render import numbers
 from autodb.cli import run
 from autodb.forward import NORMAL_95
 from autodb.records import CutTable
@@ -94,12 +95,12 @@ def _is_told(row: models.Calibration, said: str) -> None:
     low, high = row.current_low, row.current_high
     assert figures.span(low, high, row.current_unit).replace("\xa0", " ") in said
     assert f"axis {row.axis}, version {row.version}" in said
-    for name, error in row.trials.items():
+    for name, error in (row.trials or {}).items():
         told = figures.quantity(error, row.unit).replace("\xa0", " ")
         assert f"{name} {told}" in said
     for number in row.transients:
         assert re.search(rf"set aside \(cut [^)]*\b{number:g}\b", said)
-    for one in row.outliers:
+    for one in row.outliers or ():
         assert f"cut {one['cut']:g} " in said
 
 
@@ -199,6 +200,11 @@ def test_a_set_of_repeats_gives_its_split_and_what_moved(cli: Cli, cuts: Path) -
     assert "z.current.range − z.current.air" in card.moved[0]
 
 
+def test_many_cuts_are_named_by_number() -> None:
+    assert numbers([1.0, 2.0, 7.0, 8.0, 9.0]) == "1, 2, 7 to 9"
+    assert numbers(np.arange(2.0, 60.0, 2.0).tolist()).endswith("40 and 9 more")
+
+
 def test_one_reference_for_all_repeats_splits_nothing() -> None:
     estimate = np.array([98.0, 101.0, 103.0])
     ((_, (line,)),) = scatter(["a"] * 3, np.full(3, 100.0), estimate, "N")
@@ -273,7 +279,7 @@ def test_a_card_that_cannot_be_written_is_refused_before_anything_is_stored(
     refused: Callable[..., str], cuts: Path, monkeypatch: pytest.MonkeyPatch, target: str, says: str
 ) -> None:
     monkeypatch.setattr(shutil, "which", lambda _: None)
-    for command in (("init",), ("machine", "add", "lathe-1")):
+    for command in (["init"], ["machine", "add", "lathe-1"]):
         assert run(command) == 0
     assert says in refused("calibrate", cuts, "--machine", "lathe-1", "--card", target)
     store = open_store("sqlite:///autodb.sqlite3")

@@ -78,7 +78,7 @@ def _wander(calibrations: Sequence[Calibration]) -> Iterator[str]:
 
 
 def _known(axis: str, share: float) -> str:
-    said = f"Axis {axis}: the gain is known to ± {100.0 * NORMAL_95 * share:.2g} % (95 %) from day"
+    said = f"Axis {axis}: the gain is known to ± {100.0 * NORMAL_95 * share:.2g} % (95 %) from day"
     published = DAY_SHARE[axis]
     source = "what was seen from cut to cut here"
     if published:

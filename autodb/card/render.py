@@ -1,5 +1,7 @@
 """Renders a card as one page that loads nothing."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from autodb import __version__, figures
@@ -9,9 +11,15 @@ from autodb.card.conditions import FEWEST
 from autodb.card.machine import Card, not_sensed, when_again
 from autodb.forward import NORMAL_95
 from autodb.sensing.choosing import FOLDS
+from autodb.sensing.outliers import Outlier
 from autodb.sensing.ranges import COMPONENT_OF_AXIS, OFFER_R_SQUARED
 
 AXIS_NAMES = {axis: f"{axis.upper()} axis" for axis in COMPONENT_OF_AXIS} | {"spindle": "Spindle"}
+
+SENTENCES = 6
+"""Cuts of note that get a sentence each; of more the numbers are listed."""
+STRETCHES = 20
+"""Numbers, or ranges of them, that are listed before the rest is counted."""
 
 
 def render_card(card: Card) -> str:
@@ -41,8 +49,8 @@ def _shown(card: Card, number: int) -> dict[str, object]:
         "calibration": c,
         "version": f"version {card.versions[number]}" if card.versions else "not stored",
         "equation": c.form.equation(c.coefficients, c.unit, c.current_unit),
-        "r_squared": f"{s.r_squared:.3f}",
-        "r_squared_interval": f"{s.r_squared_low:.3f} to {s.r_squared_high:.3f}",
+        "r_squared": _plain(s.r_squared),
+        "r_squared_interval": f"{_plain(s.r_squared_low)} to {_plain(s.r_squared_high)}",
         "rmse": figures.quantity(s.rmse, c.unit),
         "folds": min(FOLDS, s.groups),
         "one_cut": _one_cut(axis.middle, c.unit),
@@ -55,10 +63,14 @@ def _shown(card: Card, number: int) -> dict[str, object]:
         "still": still,
         "trials": _trials(axis),
         "set_aside": _set_aside(axis),
-        "outliers": [one.sentence for one in c.outliers],
+        "outliers": _outliers(c.outliers),
         "more_repeats": axis.repeated - len(axis.repeats),
         "fewest": FEWEST,
     }
+
+
+def _plain(score: float) -> str:
+    return f"{score:.3f}".replace("-", "−")
 
 
 def _one_cut(cut: OneCut, unit: str) -> str:
@@ -66,7 +78,10 @@ def _one_cut(cut: OneCut, unit: str) -> str:
 
 
 def _percent(cut: OneCut) -> str:
-    return "" if cut.value == 0.0 else f"± {100.0 * cut.half / abs(cut.value):.2g} %"
+    if cut.value == 0.0:
+        return ""
+    percent = 100.0 * cut.half / abs(cut.value)
+    return f"± {percent:.{0 if percent >= 10.0 else 1}f}\u00a0%"
 
 
 def _trueness(axis: AxisCard) -> list[tuple[str, str, str]]:
@@ -109,10 +124,40 @@ def _set_aside(axis: AxisCard) -> str:
     c = axis.calibration
     if not c.transients:
         return ""
-    cuts = ", ".join(f"{cut:g}" for cut in c.transients)
     scores = c.scores_with_transients
     return (
-        f"{len(c.transients)} transient rows set aside (cut {cuts}): the current jumps, the force "
+        f"{len(c.transients)} transient rows set aside (cut {numbers(c.transients)}): the current jumps, the force "
         f"does not. With them: RMSE {figures.quantity(scores.rmse, c.unit)}, "
         f"R² {scores.r_squared:.3f}."
     )
+
+
+def _outliers(found: Sequence[Outlier]) -> list[str]:
+    """Return a sentence for each cut, or of many their numbers by what is wrong with them."""
+    if len(found) <= SENTENCES:
+        return [one.sentence for one in found]
+    kinds = (
+        ("off the others' law", [one.cut for one in found if one.off]),
+        ("each hold a part of the law alone", [one.cut for one in found if one.alone]),
+    )
+    return [f"{len(cuts)} cuts {what}: {numbers(cuts)}" for what, cuts in kinds if cuts]
+
+
+def numbers(cuts: Sequence[float]) -> str:
+    """Return cuts by number, neighbours as a range, the first STRETCHES of them.
+
+    >>> numbers([3.0, 4.0, 5.0, 9.0])
+    '3 to 5, 9'
+    """
+    stretches: list[list[float]] = []
+    for cut in cuts:
+        if stretches and cut == stretches[-1][-1] + 1.0:
+            stretches[-1].append(cut)
+        else:
+            stretches.append([cut])
+    said = [
+        f"{one[0]:g} to {one[-1]:g}" if len(one) > 2 else ", ".join(f"{cut:g}" for cut in one)
+        for one in stretches
+    ]
+    rest = sum(map(len, stretches[STRETCHES:]))
+    return ", ".join(said[:STRETCHES]) + (f" and {rest} more" if rest else "")
