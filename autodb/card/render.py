@@ -126,8 +126,8 @@ def _set_aside(axis: AxisCard) -> str:
         return ""
     scores = c.scores_with_transients
     return (
-        f"{len(c.transients)} transient rows set aside (cut {numbers(c.transients)}): the current jumps, the force "
-        f"does not. With them: RMSE {figures.quantity(scores.rmse, c.unit)}, "
+        f"{len(c.transients)} transient rows set aside (cut {numbers(c.transients)}): the current "
+        f"jumps, the force does not. With them: RMSE {figures.quantity(scores.rmse, c.unit)}, "
         f"R² {scores.r_squared:.3f}."
     )
 
@@ -135,12 +135,16 @@ def _set_aside(axis: AxisCard) -> str:
 def _outliers(found: Sequence[Outlier]) -> list[str]:
     """Return a sentence for each cut, or of many their numbers by what is wrong with them."""
     if len(found) <= SENTENCES:
-        return [one.sentence for one in found]
+        return [f"{one.sentence}; it counts all the same" for one in found]
     kinds = (
         ("off the others' law", [one.cut for one in found if one.off]),
         ("each hold a part of the law alone", [one.cut for one in found if one.alone]),
     )
-    return [f"{len(cuts)} cuts {what}: {numbers(cuts)}" for what, cuts in kinds if cuts]
+    return [
+        f"{len(cuts)} cuts {what}: {numbers(cuts)}; they count all the same"
+        for what, cuts in kinds
+        if cuts
+    ]
 
 
 def numbers(cuts: Sequence[float]) -> str:
