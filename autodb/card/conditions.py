@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from autodb import standard
 from autodb.records import CutTable
 from autodb.sensing.moved import moved
-from autodb.sensing.repeats import LEVEL, repeats, sample, variance_interval
+from autodb.sensing.repeats import repeats, sample, variance_interval
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ def _words(table: CutTable, row: int, wanted: dict[str, str]) -> str:
         return ""
     texts = [table.texts[name][row] for name in TEXTS if name in table.texts]
     numbers = [wanted[name].format(value) for name, value in known.items()]
-    return ", ".join(part for part in ([*texts, *numbers]) if part)
+    return ", ".join(part for part in (*texts, *numbers) if part)
 
 
 def scatter(
@@ -78,7 +78,7 @@ def repeated(said: Sequence[str]) -> int:
 
 def _lines(reference: Array, estimate: Array, unit: str) -> tuple[str, ...]:
     if np.ptp(reference) > 0.0:
-        return (*repeats(reference, estimate).lines(unit), f"tests at the level {LEVEL}")
+        return tuple(repeats(reference, estimate).lines(unit))
     own = sample(estimate)
     spread = variance_interval(own)
     sd, low, high = (float(np.sqrt(v)) for v in (spread.value, spread.low, spread.high))

@@ -13,6 +13,7 @@ from autodb.forward import NORMAL_95
 from autodb.sensing.choosing import FOLDS
 from autodb.sensing.outliers import Outlier
 from autodb.sensing.ranges import COMPONENT_OF_AXIS, OFFER_R_SQUARED
+from autodb.sensing.repeats import LEVEL
 
 AXIS_NAMES = {axis: f"{axis.upper()} axis" for axis in COMPONENT_OF_AXIS} | {"spindle": "Spindle"}
 
@@ -66,6 +67,7 @@ def _shown(card: Card, number: int) -> dict[str, object]:
         "outliers": _outliers(c.outliers),
         "more_repeats": axis.repeated - len(axis.repeats),
         "fewest": FEWEST,
+        "level": LEVEL,
     }
 
 
