@@ -70,12 +70,12 @@ def learn(store: Store, source: Path, *, progress: Callable[[str], None]) -> lis
             moves = read(source / name)
             assert isinstance(moves, Recording)
             identify_on_machine(store, MACHINE, source / name, moves)
-    calibrations, _, _ = calibrate_machine(store, MACHINE, progress=progress)
+    calibrated = calibrate_machine(store, MACHINE, progress=progress)
     refreshed = refresh(store, MACHINE, progress=progress)
     lines = [
         f"felt:      axis {c.axis} → force.{c.component}, RMSE {c.scores.rmse:.3g} {c.unit}, "
         f"R² {c.scores.r_squared:.2f} on cuts left out ({'offered' if c.offered else 'refused'})"
-        for c in calibrations
+        for c in calibrated.calibrations
     ]
     lines.append(f"sensed:    {refreshed.sensed} forces, {refreshed.not_sensed} not sensed")
     return lines

@@ -294,6 +294,7 @@ CALIBRATIONS = (
         "two units at once", "autodb calibrate cuts.csv",
         _lathe(force_y=1e-3, cutting_depth=0.01),
     ),
+    Case("a card of another kind", "autodb calibrate cuts.csv --card card.txt", _cuts()),
     Case("two cuts exchanged", "autodb calibrate cuts.csv", _exchanged),
     Case(
         "X logged as a diameter", "autodb import cut.parquet --machine lathe-1",

@@ -1,7 +1,7 @@
 """Calibrate a machine's axes on its imported cuts; versions are kept."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,23 @@ from autodb.store import Store, models
 FORCE_COMPONENTS = tuple(sorted(ranges.COMPONENT_OF_AXIS.values()))
 
 
+@dataclass(frozen=True)
+class Calibrated:
+    """What calibrating ``axes`` on a table gave; ``left_out``: sentences why not the others.
+
+    ``sources``: name and SHA-256 of each recording. Of a machine also the ``versions`` stored, and
+    whether each is ``new``.
+    """
+
+    table: CutTable
+    axes: tuple[str, ...]
+    calibrations: list[Calibration]
+    left_out: list[str]
+    sources: list[tuple[str, str]]
+    versions: tuple[int, ...] = ()
+    new: tuple[bool, ...] = ()
+
+
 def calibrate_table(
     table: CutTable,
     *,
@@ -39,7 +56,7 @@ def calibrate_table(
     data show a fault that concerns all axes, or no axis can be calibrated.
     """
     faults.refuse(table.path, faults.checks_of_units(table, axes, known or faults.Known(protocol)))
-    forces = _known_forces(table, protocol)
+    forces = known_forces(table, protocol)
     silent = faults.silent(table, forces, axes)
     heard = [axis for axis in axes if axis not in silent]
     names = names or [f"cut {number:g}" for number in table.cut]
@@ -62,10 +79,10 @@ def calibrate_table(
     return done, left_out
 
 
-def _known_forces(
+def known_forces(
     table: CutTable, protocol: standard.Protocol | None
 ) -> dict[str, NDArray[np.float64]]:
-    """Return the forces (n,) that the axes are calibrated against, N, by component."""
+    """Return the forces (n,) that the axes are calibrated against, N, by component (NaN: none)."""
     if protocol is None:
         return {c: table[f"force.{c}"] for c in FORCE_COMPONENTS if f"force.{c}" in table}
     made = [cut for cut in protocol.cut if standard.rows_of(table, cut).any()]
@@ -91,11 +108,10 @@ def calibrate_machine(
     recordings: list[int] | None = None,
     protocol: standard.Protocol | None = None,
     progress: Callable[[str], None] | None = None,
-) -> tuple[list[Calibration], list[str], list[bool]]:
-    """Calibrate a machine on its imported cuts and keep each line as a new version.
+) -> Calibrated:
+    """Calibrate a machine on its imported cuts and keep each equation as a new version.
 
-    Returns the calibrations, the axes left out, and for each calibration whether it is new (an
-    equal one on the same recordings is already there). Raises UnusableInput.
+    One is not new where an equal one on the same recordings is already there. Raises UnusableInput.
     """
     with store.reading() as session:
         owner = find_machine(session, machine)
@@ -108,6 +124,12 @@ def calibrate_machine(
         table = cuts_as_table(cuts, path=_named(cuts))
         used = sorted({cut.recording_id for cut in cuts})
         axes = tuple(a.name for a in owner.axes if a.name in ranges.COMPONENT_OF_AXIS)
+        sources = list(
+            {
+                cut.recording_id: (Path(cut.recording.path).name, cut.recording.sha256)
+                for cut in cuts
+            }.values()
+        )
         known = faults.Known(protocol, as_file(owner))
         names = _names(cuts)
         _refuse_wrong_units(cuts, axes, known)
@@ -116,8 +138,9 @@ def calibrate_machine(
         progress("fitting and scoring on groups left out")
     done, left_out = calibrate_table(table, axes=axes, protocol=protocol, known=known, names=names)
     with store.writing() as session:
-        new = [_keep(session, machine_id, used, calibration) for calibration in done]
-    return done, left_out, new
+        kept = [_keep(session, machine_id, used, calibration) for calibration in done]
+    versions, new = zip(*kept, strict=True)
+    return Calibrated(table, axes, done, left_out, sources, versions, new)
 
 
 def _calibration_cuts(
@@ -166,19 +189,21 @@ def _named(cuts: list[models.Cut]) -> Path:
 
 def _keep(
     session: Session, machine_id: int, recordings: list[int], calibration: Calibration
-) -> bool:
+) -> tuple[int, bool]:
+    """Store a calibration unless it is there already; return its version and whether it is new."""
     last = latest_calibration(session, machine_id, calibration.axis)
     coefficients = calibration.coefficients.tolist()
     if last is not None and sorted(r.id for r in last.recordings) == recordings:
         alike = (last.kind, last.channel) == (calibration.form.kind, calibration.channel)
         if alike and np.allclose(last.coefficients, coefficients, rtol=1e-9, atol=0.0):
-            return False
+            return last.version, False
+    version = 1 if last is None else last.version + 1
     sources = session.scalars(select(models.Recording).where(models.Recording.id.in_(recordings)))
     session.add(
         models.Calibration(
             machine_id=machine_id,
             axis=calibration.axis,
-            version=1 if last is None else last.version + 1,
+            version=version,
             component=calibration.component,
             kind=calibration.form.kind,
             parameters=calibration.form.parameters(),
@@ -202,7 +227,7 @@ def _keep(
             recordings=list(sources),
         )
     )
-    return True
+    return version, True
 
 
 def latest_calibration(session: Session, machine_id: int, axis: str) -> models.Calibration | None:

@@ -1,11 +1,14 @@
 """The rules of a fitted system in words and in the units of its inputs and output."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.anfis.model import Anfis
+from autodb.anfis.premises import Premises
+from autodb.anfis.scaling import Scaling
 
 Array = NDArray[np.float64]
 
@@ -18,7 +21,16 @@ WORDS = {
 """Words for the sets of an input by their centres; of more sets the centre alone is said."""
 
 
-def sentences(model: Anfis, names: Sequence[str], units: Sequence[str]) -> tuple[str, ...]:
+@dataclass(frozen=True)
+class Rules:
+    """What is said of a system that was kept: ``consequents`` (R, d + 1) scaled, as a model's."""
+
+    premises: Premises
+    scaling: Scaling
+    consequents: Array
+
+
+def sentences(model: Anfis | Rules, names: Sequence[str], units: Sequence[str]) -> tuple[str, ...]:
     """Return a sentence for each rule; ``names`` and ``units`` (d + 1,): inputs, then the output.
 
     A unit may be empty. *About* is where in the training range the membership is highest.
@@ -40,7 +52,7 @@ def sentences(model: Anfis, names: Sequence[str], units: Sequence[str]) -> tuple
     return tuple(told)
 
 
-def plain_consequents(model: Anfis) -> Array:
+def plain_consequents(model: Anfis | Rules) -> Array:
     """Return the consequents (R, d + 1) in their own units: constant, then slopes."""
     scale = model.scaling
     slopes = scale.output_size * model.consequents[:, 1:] / scale.half
@@ -48,7 +60,7 @@ def plain_consequents(model: Anfis) -> Array:
     return np.column_stack([constant, slopes])
 
 
-def _set(model: Anfis, along: int, which: int, unit: str) -> str:
+def _set(model: Anfis | Rules, along: int, which: int, unit: str) -> str:
     """Return a set's word and centre."""
     centres = model.premises.sets[along][:, -1]
     highest = float(np.clip(centres[which], -1.0, 1.0))

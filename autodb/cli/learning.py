@@ -18,6 +18,7 @@ from autodb.cli._common import (
 )
 
 if TYPE_CHECKING:
+    from autodb.agent.calibrating import Calibrated
     from autodb.records.summary import BaseSummary
     from autodb.sensing.ranges import Calibration
     from autodb.standard import Protocol
@@ -37,6 +38,15 @@ OptionalFiles = Annotated[
     ),
 ]
 
+
+CardFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--card",
+        metavar="FILE",
+        help="Write the calibration card: FILE.html, or FILE.pdf where a browser can print it.",
+    ),
+]
 
 SHOWN = 12
 """Columns that are listed before the rest is only counted."""
@@ -107,6 +117,7 @@ def calibrate(
     machine: OptionalMachine = None,
     columns: Columns = None,
     protocol: ProtocolName = None,
+    card: CardFile = None,
     db: Database = None,
 ) -> None:
     """Fit current to force per axis, scored on groups left out; offered or refused by rule."""
@@ -116,30 +127,37 @@ def calibrate(
     chosen = read_protocol(protocol) if protocol else None
     if not recordings and machine is None:
         raise UnusableInput("give a cut table, or --machine NAME to use its imported cuts")
+    if card is not None:
+        _check_card(card)
     if machine is None:
-        done, left_out = _calibrate_files(recordings or [], columns, chosen)
-        new = [False] * len(done)
+        done = _calibrate_files(recordings or [], columns, chosen)
     else:
-        done, left_out, new = _calibrate_machine(machine, recordings or [], columns, chosen, db)
-    _show_calibrations(done)
-    for sentence in left_out:
+        done = _calibrate_machine(machine, recordings or [], columns, chosen, db)
+    _show_calibrations(done.calibrations)
+    for sentence in done.left_out:
         say(f"left out: {sentence}")
     if machine is None:
         say("not stored: give --machine NAME to keep it")
-    elif not any(new):
+    elif not any(done.new):
         say("already there: the same cuts gave the same equations")
+    if card is not None:
+        _write_card(done, machine, chosen, card)
 
 
 def _calibrate_files(
     files: list[Path], columns: Path | None, protocol: "Protocol | None"
-) -> "tuple[list[Calibration], list[str]]":
-    from autodb.agent.calibrating import calibrate_table
+) -> "Calibrated":
+    from autodb.agent.calibrating import Calibrated, calibrate_table
     from autodb.agent.gathering import cuts_of_files
+    from autodb.checksums import checksum
     from autodb.sensing.ranges import COMPONENT_OF_AXIS
 
+    axes = tuple(COMPONENT_OF_AXIS)
     with working(f"calibrating on {', '.join(file.name for file in files)}"):
         cuts = cuts_of_files(files, columns=columns, tell=say)
-        return calibrate_table(cuts, axes=tuple(COMPONENT_OF_AXIS), protocol=protocol)
+        done, left_out = calibrate_table(cuts, axes=axes, protocol=protocol)
+    sources = [(file.name, checksum(file)) for file in files]
+    return Calibrated(cuts, axes, done, left_out, sources)
 
 
 def _calibrate_machine(
@@ -148,7 +166,7 @@ def _calibrate_machine(
     columns: Path | None,
     protocol: "Protocol | None",
     db: str | None,
-) -> "tuple[list[Calibration], list[str], list[bool]]":
+) -> "Calibrated":
     from autodb.agent.calibrating import calibrate_machine
     from autodb.agent.gathering import each_used
     from autodb.agent.importing import import_file
@@ -165,6 +183,26 @@ def _calibrate_machine(
         return calibrate_machine(
             store, machine, recordings=only, protocol=protocol, progress=progress
         )
+
+
+def _check_card(path: Path) -> None:
+    """Refuse a name that no card can be written to, before anything is stored."""
+    from autodb.card.files import check_target
+
+    check_target(path)
+
+
+def _write_card(
+    done: "Calibrated", machine: str | None, protocol: "Protocol | None", path: Path
+) -> None:
+    from autodb.agent.carding import card_of
+    from autodb.card.files import write_card
+
+    title = machine or ", ".join(name for name, _ in done.sources)
+    with working(f"writing {path.name}") as progress:
+        progress("estimating cuts without their groups")
+        write_card(card_of(done, title=title, protocol=protocol), path)
+    say(f"card: {path}")
 
 
 def _show_calibrations(done: "list[Calibration]") -> None:

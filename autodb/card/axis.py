@@ -1,0 +1,206 @@
+"""What a calibration of one axis is worth, in figures: all from its cuts, none from the fit alone.
+
+Estimates and errors are those of cuts left out, of the form taken: each group of cuts is estimated
+by coefficients fitted without it, in the folds by which the form was chosen.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import fitting, standard
+from autodb.anfis.sentences import Rules, sentences
+from autodb.card import conditions
+from autodb.forward import NORMAL_95
+from autodb.records import CutTable
+from autodb.sensing import ranges
+from autodb.sensing.choosing import FOLDS, left_out
+from autodb.sensing.forms import Felt, Fuzzy
+from autodb.sensing.ranges import Calibration, Points
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trueness:
+    """The line reference = intercept + slope · estimate, with standard errors; ideal are 0 and 1.
+
+    The errors are delete-a-group jackknife ones (Efron and Tibshirani 1993, An introduction to the
+    bootstrap, chapter 11): rows of one group share theirs. The intercept is in the target's unit.
+    """
+
+    slope: float
+    slope_se: float
+    intercept: float
+    intercept_se: float
+
+
+@dataclass(frozen=True)
+class OneCut:
+    """What is sensed of one cut at a current, and the standard deviations of its errors.
+
+    ``own`` is that cut's alone; coefficients, gain and references are shared by all cuts.
+    """
+
+    current: float
+    value: float
+    own: float
+    coefficients: float
+    gain: float
+    references: float
+
+    @property
+    def shared(self) -> float:
+        """Standard deviation of what all cuts share."""
+        return float(np.linalg.norm([self.coefficients, self.gain, self.references]))
+
+    @property
+    def half(self) -> float:
+        """Half width of the 95 % interval."""
+        return NORMAL_95 * float(np.hypot(self.own, self.shared))
+
+
+@dataclass(frozen=True)
+class AxisCard:
+    """One axis: rows (m,) in the order of the table, ``sudden`` (m,) those set aside.
+
+    ``cut`` are their numbers, ``order`` their places in the table, ``estimate`` that of cuts left
+    out (of transients that of the fit). ``repeats``: conditions and sentences; ``repeated``: how
+    many conditions there are that could be shown.
+    """
+
+    calibration: Calibration
+    cut: Array
+    order: Array
+    felt: Felt
+    target: Array
+    estimate: Array
+    sudden: NDArray[np.bool_]
+    trueness: Trueness | None
+    middle: OneCut
+    rules: tuple[str, ...]
+    repeats: tuple[tuple[str, tuple[str, ...]], ...]
+    repeated: int
+    moved: tuple[str, ...]
+
+    @property
+    def left_out_rmse(self) -> float:
+        """Root mean square error of cuts left out, in the target's unit."""
+        sound = ~self.sudden
+        return float(np.sqrt(np.mean((self.target[sound] - self.estimate[sound]) ** 2)))
+
+
+def axis_card(
+    calibration: Calibration,
+    table: CutTable,
+    *,
+    force_N: Array | None = None,
+    protocol: standard.Protocol | None = None,
+) -> AxisCard:
+    """Return the card of an axis from the table that it was calibrated on.
+
+    ``force_N`` (n,) as ``ranges.calibrate`` took it.
+    """
+    points, row = _by_row(table, calibration.axis, force_N)
+    sudden = ranges.transients(points.felt.current, points.target, points.groups)
+    sound, rest = points.at(~sudden), points.at(sudden)
+    errors = left_out(
+        calibration.form, sound.felt, sound.target, sound.groups, folds=min(FOLDS, len(sound.cut))
+    )
+    estimate = np.empty_like(points.target)
+    estimate[~sudden] = sound.target - errors
+    estimate[sudden] = calibration.form.value(calibration.coefficients, rest.felt)
+    alike = conditions.conditions(table, protocol, with_diameter=calibration.unit == "N·m")
+    said = [alike[i] for i in row[~sudden]]
+    return AxisCard(
+        calibration=calibration,
+        cut=table.cut[row],
+        order=row.astype(np.float64) + 1.0,
+        felt=points.felt,
+        target=points.target,
+        estimate=estimate,
+        sudden=sudden,
+        trueness=trueness(sound.target, estimate[~sudden], sound.groups),
+        middle=at_middle(calibration, sound.felt),
+        rules=rules(calibration),
+        repeats=conditions.scatter(said, sound.target, estimate[~sudden], calibration.unit),
+        repeated=conditions.repeated(said),
+        moved=conditions.movement(said, dict(_signals(calibration, sound, protocol))),
+    )
+
+
+def _by_row(table: CutTable, axis: str, force_N: Array | None) -> tuple[Points, NDArray[np.intp]]:
+    """Return the points, and the row of the table of each: numbers of several files repeat."""
+    numbered = replace(table, channels={**table.channels, "cut": np.arange(float(len(table)))})
+    points = ranges.calibration_points(numbered, axis, force_N=force_N)
+    return points, points.cut.astype(np.intp)
+
+
+def _signals(
+    calibration: Calibration, sound: Points, protocol: standard.Protocol | None
+) -> Iterator[tuple[str, tuple[Array, str]]]:
+    """Yield what may have moved: the current, and a force that was measured in each cut."""
+    yield calibration.channel, (sound.felt.current, calibration.current_unit)
+    if protocol is None:
+        yield f"the reference of {calibration.axis}", (sound.target, calibration.unit)
+
+
+def trueness(target: Array, estimate: Array, groups: NDArray[np.generic]) -> Trueness | None:
+    """Return the line of reference (n,) on estimate (n,); None where estimates hold no line."""
+    names = np.unique(groups)
+    try:
+        whole = fitting.line(estimate, target).coefficients
+        without = np.array(
+            [
+                fitting.line(estimate[groups != name], target[groups != name]).coefficients
+                for name in names
+            ]
+        )
+    except fitting.Undetermined:
+        return None
+    g = len(names)
+    errors = np.sqrt((g - 1) / g * np.sum((without - without.mean(axis=0)) ** 2, axis=0))
+    return Trueness(float(whole[1]), float(errors[1]), float(whole[0]), float(errors[0]))
+
+
+def at_middle(calibration: Calibration, felt: Felt) -> OneCut:
+    """Return what one cut at the middle of the current's range tells, all else at its median."""
+    form, coefficients = calibration.form, calibration.coefficients
+    current = 0.5 * (calibration.current_low + calibration.current_high)
+    middle = _medians(felt, current)
+    slopes = form.slopes(coefficients, middle)[0]
+    by_share = abs(float(slopes @ form.scaling(coefficients)))
+    kinds = calibration.errors
+    return OneCut(
+        current=current,
+        value=float(form.value(coefficients, middle)[0]),
+        own=float(np.hypot(kinds.cut_sd, form.beyond(middle)[0])),
+        coefficients=float(np.sqrt(slopes @ calibration.covariance @ slopes)),
+        gain=by_share * kinds.gain_share,
+        references=by_share * kinds.reference_share,
+    )
+
+
+def _medians(felt: Felt, current: float) -> Felt:
+    speed, feed, depth = (
+        np.array([np.median(one)]) for one in (felt.speed_rpm, felt.feed_mm, felt.depth_mm)
+    )
+    return Felt(np.array([current]), feed * speed / 60.0, speed, feed, depth)
+
+
+def rules(calibration: Calibration) -> tuple[str, ...]:
+    """Return the rules of a fuzzy system in words; a law has none."""
+    form = calibration.form
+    if not isinstance(form, Fuzzy) or form.learned is None:
+        return ()
+    names = [one.name for one in form.inputs]
+    units = [one.unit for one in form.inputs]
+    fitted = Rules(
+        form.learned.premises,
+        form.learned.scaling,
+        calibration.coefficients.reshape(-1, len(names) + 1),
+    )
+    what = "torque" if calibration.unit == "N·m" else "force"
+    return sentences(fitted, (*names, what), (*units, calibration.unit))
