@@ -21,12 +21,12 @@ from autodb.card import axis_card
 from autodb.card.axis import at_middle, rules, trueness
 from autodb.card.conditions import conditions, movement, scatter
 from autodb.card.files import BROWSERS
-from autodb.card.render import numbers
 from autodb.cli import run
 from autodb.forward import NORMAL_95
 from autodb.records import CutTable
 from autodb.sensing import ranges
 from autodb.sensing.forms import OF_CURRENT_SPEED, Felt, Law
+from autodb.sensing.outliers import numbers
 from autodb.store import models, open_store
 from tests.conftest import Cli
 from tests.test_faults import protocol_of
@@ -100,8 +100,8 @@ def _is_told(row: models.Calibration, said: str) -> None:
         assert f"{name} {told}" in said
     for number in row.transients:
         assert re.search(rf"set aside \(cut [^)]*\b{number:g}\b", said)
-    for one in row.outliers or ():
-        assert f"cut {one['cut']:g} " in said
+    for sentence in sentences([Outlier(**one) for one in row.outliers or ()]):
+        assert sentence in said
 
 
 def test_estimates_are_of_cuts_left_out(cuts: Path) -> None:
@@ -202,7 +202,7 @@ def test_a_set_of_repeats_gives_its_split_and_what_moved(cli: Cli, cuts: Path) -
 
 def test_many_cuts_are_named_by_number() -> None:
     assert numbers([1.0, 2.0, 7.0, 8.0, 9.0]) == "1, 2, 7 to 9"
-    assert numbers(np.arange(2.0, 60.0, 2.0).tolist()).endswith("40 and 9 more")
+    assert numbers(np.arange(2.0, 60.0, 2.0).tolist()).endswith("16 and 21 more")
 
 
 def test_one_reference_for_all_repeats_splits_nothing() -> None:

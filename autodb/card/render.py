@@ -1,7 +1,5 @@
 """Renders a card as one page that loads nothing."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from autodb import __version__, figures
@@ -11,16 +9,11 @@ from autodb.card.conditions import FEWEST
 from autodb.card.machine import Card, not_sensed, when_again
 from autodb.forward import NORMAL_95
 from autodb.sensing.choosing import FOLDS
-from autodb.sensing.outliers import Outlier
+from autodb.sensing.outliers import numbers, sentences
 from autodb.sensing.ranges import COMPONENT_OF_AXIS, OFFER_R_SQUARED
 from autodb.sensing.repeats import LEVEL
 
 AXIS_NAMES = {axis: f"{axis.upper()} axis" for axis in COMPONENT_OF_AXIS} | {"spindle": "Spindle"}
-
-SENTENCES = 6
-"""Cuts of note that get a sentence each; of more the numbers are listed."""
-STRETCHES = 20
-"""Numbers, or ranges of them, that are listed before the rest is counted."""
 
 
 def render_card(card: Card) -> str:
@@ -64,7 +57,7 @@ def _shown(card: Card, number: int) -> dict[str, object]:
         "still": still,
         "trials": _trials(axis),
         "set_aside": _set_aside(axis),
-        "outliers": _outliers(c.outliers),
+        "outliers": sentences(c.outliers),
         "more_repeats": axis.repeated - len(axis.repeats),
         "fewest": FEWEST,
         "level": LEVEL,
@@ -132,38 +125,3 @@ def _set_aside(axis: AxisCard) -> str:
         f"jumps, the force does not. With them: RMSE {figures.quantity(scores.rmse, c.unit)}, "
         f"R² {scores.r_squared:.3f}."
     )
-
-
-def _outliers(found: Sequence[Outlier]) -> list[str]:
-    """Return a sentence for each cut, or of many their numbers by what is wrong with them."""
-    if len(found) <= SENTENCES:
-        return [f"{one.sentence}; it counts all the same" for one in found]
-    kinds = (
-        ("off the others' law", [one.cut for one in found if one.off]),
-        ("each hold a part of the law alone", [one.cut for one in found if one.alone]),
-    )
-    return [
-        f"{len(cuts)} cuts {what}: {numbers(cuts)}; they count all the same"
-        for what, cuts in kinds
-        if cuts
-    ]
-
-
-def numbers(cuts: Sequence[float]) -> str:
-    """Return cuts by number, neighbours as a range, the first STRETCHES of them.
-
-    >>> numbers([3.0, 4.0, 5.0, 9.0])
-    '3 to 5, 9'
-    """
-    stretches: list[list[float]] = []
-    for cut in cuts:
-        if stretches and cut == stretches[-1][-1] + 1.0:
-            stretches[-1].append(cut)
-        else:
-            stretches.append([cut])
-    said = [
-        f"{one[0]:g} to {one[-1]:g}" if len(one) > 2 else ", ".join(f"{cut:g}" for cut in one)
-        for one in stretches
-    ]
-    rest = sum(map(len, stretches[STRETCHES:]))
-    return ", ".join(said[:STRETCHES]) + (f" and {rest} more" if rest else "")

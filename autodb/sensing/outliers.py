@@ -19,8 +19,8 @@ HIGH_LEVERAGE = 3.0
 """
 
 
-NAMED = 8
-"""Cuts that a sentence names by number."""
+STRETCHES = 8
+"""Numbers, or ranges of them, that a sentence lists before the rest is counted."""
 
 
 @dataclass(frozen=True)
@@ -35,31 +35,47 @@ class Outlier:
 
 
 def sentences(named: Sequence[Outlier]) -> list[str]:
-    """Return one sentence on the cuts off the law, and one on those that hold a part of it alone.
-
-    Those furthest off come first, and NAMED of them by number.
-    """
-    off = sorted((one for one in named if one.off), key=lambda one: -abs(one.studentised))
-    alone = sorted((one for one in named if one.alone), key=lambda one: -one.leverage)
+    """Return one sentence on cuts off the law, and one on cuts that hold a part of it alone."""
+    off = [one for one in named if one.off]
+    alone = [one for one in named if one.alone]
     said = []
     if off:
-        most = abs(off[0].studentised)
+        most = max(abs(one.studentised) for one in off)
         said.append(
             f"{_cuts(off)} more than chance off the others' law, up to {most:.1f} standard "
             "deviations; all cuts count"
         )
     if alone:
         said.append(
-            f"{_cuts(alone)} with a leverage up to {alone[0].leverage:.2f}: more cuts like "
-            "these would hold the law better"
+            f"{_cuts(alone)} with a leverage up to {max(one.leverage for one in alone):.2f}: more "
+            "cuts like these would hold the law better"
         )
     return said
 
 
 def _cuts(named: Sequence[Outlier]) -> str:
-    numbers = ", ".join(f"{one.cut:g}" for one in named[:NAMED])
-    rest = ", …" if len(named) > NAMED else ""
-    return f"{len(named)} {'cut' if len(named) == 1 else 'cuts'} ({numbers}{rest})"
+    cuts = sorted(one.cut for one in named)
+    return f"{len(named)} {'cut' if len(named) == 1 else 'cuts'} ({numbers(cuts)})"
+
+
+def numbers(cuts: Sequence[float]) -> str:
+    """Return cuts by number, neighbours as a range, the first STRETCHES of them.
+
+    >>> numbers([3.0, 4.0, 5.0, 9.0])
+    '3 to 5, 9'
+    """
+    stretches: list[list[float]] = []
+    for cut in cuts:
+        if stretches and cut == stretches[-1][-1] + 1.0:
+            stretches[-1].append(cut)
+        else:
+            stretches.append([cut])
+    said = [
+        f"{one[0]:g} to {one[-1]:g}" if len(one) > 2 else ", ".join(f"{cut:g}" for cut in one)
+        for one in stretches
+    ]
+    rest = sum(map(len, stretches[STRETCHES:]))
+    return ", ".join(said[:STRETCHES]) + (f" and {rest} more" if rest else "")
 
 
 def outliers(law: Law, slopes: Array, error: Array, cut: Array) -> tuple[Outlier, ...]:
