@@ -26,7 +26,7 @@ from autodb.forward import NORMAL_95
 from autodb.records import CutTable
 from autodb.sensing import ranges
 from autodb.sensing.forms import OF_CURRENT_SPEED, Felt, Law
-from autodb.sensing.outliers import numbers
+from autodb.sensing.outliers import Outlier, numbers, sentences
 from autodb.store import models, open_store
 from tests.conftest import Cli
 from tests.test_faults import protocol_of
