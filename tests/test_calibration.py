@@ -1,6 +1,7 @@
 """Calibration recovers a known line, says what it cannot feel, and uses reference forces."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -190,3 +191,47 @@ def test_too_few_different_cuts_end_in_one_line(
     rows = zip(*columns.values(), strict=True)
     path.write_text("\n".join([",".join(columns), *(",".join(map(str, row)) for row in rows)]))
     assert "too few different currents" in refused("calibrate", path)
+
+
+def _of_three_materials(current_tells: float) -> CutTable:
+    """90 cuts of three materials; the z current holds ``current_tells`` of the force, and noise."""
+    rng = np.random.default_rng(31)
+    n = 90
+    material = np.repeat(["steel", "brass", "aluminium"], n // 3)
+    k_N_mm2 = np.repeat([1100.0, 600.0, 400.0], n // 3)
+    feed_mm, depth_mm = rng.uniform(0.1, 0.4, n), rng.uniform(1.0, 2.5, n)
+    force_N = k_N_mm2 * feed_mm * depth_mm + 60.0 * depth_mm
+    channels = {
+        "cut": np.arange(1.0, n + 1.0),
+        "t": 60.0 * np.arange(float(n)),
+        "cutting.feed": feed_mm,
+        "cutting.depth": depth_mm,
+        "spindle.speed": rng.uniform(800.0, 2400.0, n),
+        "z.current": current_tells * force_N / 200.0 + 0.2 * rng.standard_normal(n),
+        "force.z": force_N,
+    }
+    texts = {"operation": ["turn"] * n, "work.material": material.tolist()}
+    return CutTable(path=Path("three.csv"), channels=channels, texts=texts)
+
+
+def test_what_is_learned_of_a_material_must_hold_for_another() -> None:
+    """Rules that see feed and depth are tried on three materials, each left out in turn."""
+    found = ranges.calibrate(_of_three_materials(1.0), "z")
+    assert found.scores.grouped_by == "work material"
+    assert found.scores.groups == 3
+    assert {"ANFIS {current, feed}", "ANFIS {current, depth of cut}"} < set(found.trials)
+    assert found.form.label == "line"
+    assert found.trials["ANFIS {current, feed}"] > 0.9 * found.trials["line"]
+
+
+def test_a_current_that_tells_nothing_is_refused_though_feed_and_depth_tell_much() -> None:
+    found = ranges.calibrate(_of_three_materials(0.0), "z")
+    assert not found.offered
+
+
+def test_one_material_alone_gets_no_rules_that_see_feed_or_depth() -> None:
+    three = _of_three_materials(1.0)
+    texts = {**three.texts, "work.material": ["steel"] * len(three)}
+    found = ranges.calibrate(replace(three, texts=texts), "z")
+    assert found.scores.grouped_by == "cutting condition"
+    assert not any("depth" in name or ", feed}" in name for name in found.trials)

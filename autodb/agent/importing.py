@@ -247,7 +247,10 @@ def cuts_as_table(cuts: list[models.Cut], *, path: Path) -> CutTable:
     rows = [{**cut.conditions, **cut.measured, "cut": cut.number} for cut in cuts]
     names = sorted(set().union(*rows) - {EDGE}) if rows else ["cut"]
     channels = {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
-    texts = {"operation": [cut.operation or "" for cut in cuts]}
+    texts = {
+        "operation": [cut.operation or "" for cut in cuts],
+        "work.material": [cut.pair.material.name if cut.pair else "" for cut in cuts],
+    }
     labels = [row.get(EDGE) for row in rows]
     if None not in labels:
         texts[EDGE] = [v if isinstance(v, str) else f"{v:g}" for v in labels]

@@ -233,6 +233,15 @@ def calibrate(
     )
 
 
+def _materials(table: CutTable) -> NDArray[np.str_]:
+    """Return the material of every row (n,), empty where it is not said."""
+    return np.array(table.texts.get("work.material", [""] * len(table)))
+
+
+def _several(materials: NDArray[np.str_]) -> bool:
+    return len(set(materials)) >= MIN_MATERIALS and "" not in materials
+
+
 def _of_all(form: Form, points: Points) -> Array:
     """Return the errors (m,) on groups left out of one form, transients among them."""
     return left_out(form, points.felt, points.target, points.groups, folds=FOLDS)
@@ -244,7 +253,7 @@ def _forms(table: CutTable, axis: str, unit: str) -> tuple[Form, ...]:
     A system that sees feed and depth can learn the force of one material by heart and needs no
     current then; it is tried where several materials were cut.
     """
-    several = len(set(table.texts.get("work.material", []))) >= MIN_MATERIALS
+    several = _several(_materials(table))
     if axis in FEED_AXES:
         return (*FEED_FORMS, *(FEED_SETS if several else ()))
     if unit != "N·m":
@@ -280,10 +289,14 @@ def moving(table: CutTable, axis: str) -> NDArray[np.bool_]:
 
 
 def grouping(table: CutTable, used: NDArray[np.bool_]) -> tuple[NDArray[np.generic], str]:
-    """Return independent groups of the used rows: tool edges, else equal cutting conditions.
+    """Return independent groups of the used rows: materials, tool edges, or equal conditions.
 
-    Rows of one edge, or repeats of one cut, share their error and are left out together.
+    The first of which there are enough. What is learned of one material must hold for another; rows
+    of one edge, or repeats of one cut, share their error.
     """
+    materials = _materials(table)[used]
+    if _several(materials):
+        return materials, "work material"
     edges = table["tool.edge"][used] if "tool.edge" in table else np.array([np.nan])
     if np.isfinite(edges).all() and len(np.unique(edges)) >= MIN_GROUPS:
         return edges, "tool edge"
