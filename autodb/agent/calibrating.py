@@ -10,6 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import standard
+from autodb.agent import holding
 from autodb.agent.importing import cuts_as_table
 from autodb.agent.machines import as_file, find_machine
 from autodb.errors import UnusableInput
@@ -131,6 +132,7 @@ def calibrate_machine(
             }.values()
         )
         known = faults.Known(protocol, as_file(owner))
+        holding.refuse_mixed(list({cut.recording_id: cut.recording for cut in cuts}.values()))
         names = _names(cuts)
         _refuse_wrong_units(cuts, axes, known)
         machine_id = owner.id
@@ -198,7 +200,9 @@ def _keep(
         if alike and np.allclose(last.coefficients, coefficients, rtol=1e-9, atol=0.0):
             return last.version, False
     version = 1 if last is None else last.version + 1
-    sources = session.scalars(select(models.Recording).where(models.Recording.id.in_(recordings)))
+    sources = list(
+        session.scalars(select(models.Recording).where(models.Recording.id.in_(recordings)))
+    )
     session.add(
         models.Calibration(
             machine_id=machine_id,
@@ -206,6 +210,7 @@ def _keep(
             version=version,
             component=calibration.component,
             kind=calibration.form.kind,
+            **holding.holds_for(calibration.axis, sources),
             parameters=calibration.form.parameters(),
             channel=calibration.channel,
             current_unit=calibration.current_unit,
@@ -224,7 +229,7 @@ def _keep(
             current_high=calibration.current_high,
             offered=calibration.offered,
             verdict=calibration.verdict,
-            recordings=list(sources),
+            recordings=sources,
         )
     )
     return version, True

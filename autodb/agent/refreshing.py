@@ -12,6 +12,7 @@ import numpy as np
 from sqlalchemy import ColumnElement, Select, exists, func, select
 from sqlalchemy.orm import Session
 
+from autodb.agent import holding
 from autodb.agent.calibrating import as_calibration, latest_calibration
 from autodb.agent.importing import cuts_as_table
 from autodb.agent.machines import find_machine
@@ -98,7 +99,7 @@ def _sense(session: Session, machine_id: int, row: models.Calibration, done: Ref
     table = cuts_as_table(cuts, path=Path(cuts[0].recording.path))
     sensed = ranges.sense(table, as_calibration(row))
     for i, cut in enumerate(cuts):
-        reason = sensed.not_sensed[i]
+        reason = sensed.not_sensed[i] or holding.why_not(row, cut.recording)
         felt = reason is None
         session.add(
             models.SensedForce(
