@@ -170,3 +170,22 @@ def test_what_the_lower_schema_cannot_hold_does_not_stay_behind(
     assert [row[:1] for row in after["cutting_parameters"]] == turned
     assert after["prediction"] == before["prediction"]
     assert {row[0] for row in after["cutting_parameters_force"]} == {row[0] for row in turned}
+
+
+def test_a_line_whose_shared_error_the_lower_schema_cannot_say_goes(
+    version: str, cli: Cli, tmp_path: Path
+) -> None:
+    """Read by the released version its interval would be too narrow; its own line stays."""
+    del version
+    path = tmp_path / "autodb.sqlite3"
+    before = _content(path)["calibration"]
+    cli("init")
+    assert cli("calibrate", "--machine", "lathe-1").code == 0
+    connection = sqlite3.connect(path)
+    lines = connection.execute(
+        "SELECT count(*) FROM calibration WHERE kind = 'line' AND cut_sd IS NOT NULL"
+    ).fetchone()
+    connection.close()
+    assert lines[0] > 0
+    migrate(f"sqlite:///{path}", "0001")
+    assert _content(path)["calibration"] == before

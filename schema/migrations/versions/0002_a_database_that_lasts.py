@@ -363,10 +363,9 @@ def downgrade() -> None:
 
 def _forget_what_0001_cannot_say() -> None:
     """Delete rows that would be read as something else, and all that was derived from them."""
-    conditions = " OR ".join(f"{column} IS NOT NULL" for column in HOLDS_FOR)
-    calibrations = f"kind <> 'line' OR {conditions}"
-    forces = f"""estimator_id IS NOT NULL
-        OR calibration_id IN (SELECT id FROM calibration WHERE {calibrations})"""
+    conditions = " OR ".join(f"{column} IS NOT NULL" for column in (*HOLDS_FOR, "cut_sd"))
+    calibrations = f"SELECT id FROM calibration WHERE kind <> 'line' OR {conditions}"
+    forces = f"estimator_id IS NOT NULL OR calibration_id IN ({calibrations})"
     parameters = f"""operation <> '{OPERATION}' OR law <> '{LAW}' OR state IS NOT NULL
         OR undone_at IS NOT NULL OR prior_id IS NOT NULL
         OR id IN (SELECT cutting_parameters_id FROM cutting_parameters_force
@@ -379,11 +378,8 @@ def _forget_what_0001_cannot_say() -> None:
     _delete_parameters(gone)
     op.execute(f"DELETE FROM sensed_force WHERE {forces}")
     for link in ("calibration_recording", "calibration_repeat", "estimator_source"):
-        op.execute(
-            f"DELETE FROM {link} WHERE calibration_id IN "
-            f"(SELECT id FROM calibration WHERE {calibrations})"
-        )
-    op.execute(f"DELETE FROM calibration WHERE {calibrations}")
+        op.execute(f"DELETE FROM {link} WHERE calibration_id IN ({calibrations})")
+    op.execute(f"DELETE FROM calibration WHERE id IN ({calibrations})")
 
 
 def _delete_parameters(gone: list[int]) -> None:
