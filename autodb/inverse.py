@@ -1,7 +1,7 @@
 """Semi-inverse: sensed forces and the cuts' geometry become a pair's parameters, with covariance.
 
-Two kinds of error stay apart: each cut's own scatter, and the calibration's, which all cuts sensed
-with it share. The shared part enters as nuisance parameters (the errors of the calibration's p
+Two kinds of error stay apart: each cut's own scatter, and a calibration's, which all cuts sensed
+with it share. The shared part enters as nuisance parameters (the errors of the calibrations' p
 coefficients, with their covariance), so more cuts never make it smaller (physics reference, 7).
 """
 
@@ -20,10 +20,24 @@ ROUNDS = 5
 
 
 @dataclass(frozen=True)
-class SensedCuts:
-    """Cuts of one pair as one calibration felt one component: arrays (n,), ``common`` (n, p).
+class Shared:
+    """What all cuts sensed with one calibration share: the errors of its p coefficients.
 
-    ``form`` is the calibration's.
+    ``references`` (p,): standard deviation that the error of the reference forces gives each, which
+    all calibrations on those references share.
+    """
+
+    form: Form
+    covariance: Array
+    references: Array
+
+
+@dataclass(frozen=True)
+class SensedCuts:
+    """Cuts of one pair as calibrations felt one component: arrays (n,).
+
+    ``source`` (n,): which of the calibrations felt each cut. ``common`` (n, p): derivatives of the
+    force by the coefficients of all calibrations in their order, zero for those of others.
     """
 
     feed_mm: Array
@@ -31,8 +45,42 @@ class SensedCuts:
     force_N: Array
     sd_N: Array
     common: Array
-    calibration_covariance: Array
-    form: Form
+    source: NDArray[np.int_]
+    shared: tuple[Shared, ...]
+
+    def part(self, rows: slice) -> "SensedCuts":
+        """Return some of the cuts."""
+        return SensedCuts(
+            feed_mm=self.feed_mm[rows],
+            depth_mm=self.depth_mm[rows],
+            force_N=self.force_N[rows],
+            sd_N=self.sd_N[rows],
+            common=self.common[rows],
+            source=self.source[rows],
+            shared=self.shared,
+        )
+
+    def shared_covariance(self) -> Array:
+        """Return the covariance (p, p) of all coefficients; references tie them together."""
+        references = np.concatenate([one.references for one in self.shared])
+        whole = np.outer(references, references)
+        for one, columns in zip(self.shared, self._columns(), strict=True):
+            whole[columns, columns] = one.covariance
+        return whole
+
+    def expected(self, law_design: Array) -> Array:
+        """Return ``common`` freed of the currents' noise, as a law's columns (n, k) make it."""
+        freed = np.zeros_like(self.common)
+        for number, (one, columns) in enumerate(zip(self.shared, self._columns(), strict=True)):
+            rows = np.flatnonzero(self.source == number)
+            if rows.size:
+                own = np.ix_(rows, np.arange(columns.start, columns.stop))
+                freed[own] = one.form.expected(self.common[own], law_design[rows])
+        return freed
+
+    def _columns(self) -> list[slice]:
+        ends = np.cumsum([len(one.covariance) for one in self.shared]).tolist()
+        return [slice(start, end) for start, end in zip([0, *ends[:-1]], ends, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -57,10 +105,10 @@ def learn(cuts: SensedCuts, *, prior: Gaussian = law.PRIOR) -> Parameters:
     (means over regions of depth and feed) and process scatter; posterior and split are iterated.
     """
     own_design = law.design(cuts.feed_mm, cuts.depth_mm)
-    design = np.column_stack([own_design, cuts.form.expected(cuts.common, own_design)])
+    design = np.column_stack([own_design, cuts.expected(own_design)])
+    shared = cuts.shared_covariance()
     start = Gaussian(
-        np.concatenate([prior.mean, np.zeros(len(cuts.calibration_covariance))]),
-        _block(prior.covariance, cuts.calibration_covariance),
+        np.concatenate([prior.mean, np.zeros(len(shared))]), _block(prior.covariance, shared)
     )
     share = misfit_N = 0.0
     for _ in range(ROUNDS):

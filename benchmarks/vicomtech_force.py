@@ -100,7 +100,7 @@ def _errors(form: Form, others: CutTable, left: CutTable) -> Array:
 
 def _felt(table: CutTable) -> Felt:
     unknown = np.full(len(table), np.nan)
-    return Felt(table["z.current"], unknown, unknown, unknown, unknown)
+    return Felt(table["z.current"], *[unknown] * 5)
 
 
 def rms(errors: list[Array]) -> float:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from sqlalchemy import func, select
 
 from autodb import figures, records
-from autodb.agent.calibrating import known_forces, latest_calibration
+from autodb.agent.calibrating import known_forces
+from autodb.agent.calibrations import current_calibrations
 from autodb.assets import kit
 from autodb.card import axis_card
 from autodb.card.axis import at_middle, rules, trueness
@@ -78,8 +79,7 @@ def test_the_figures_of_a_machines_card_are_those_of_the_record(cli: Cli, cuts: 
     store = open_store("sqlite:///autodb.sqlite3")
     with store.reading() as session:
         for axis in ("x", "z", "spindle"):
-            row = latest_calibration(session, 1, axis)
-            assert row is not None
+            (row,) = current_calibrations(session, 1, axis)
             _is_told(row, said)
     store.close()
     assert "force.x, where the operation is 'turn' axis x stands still" in said
@@ -127,7 +127,7 @@ def test_the_parts_of_one_cuts_error_add_up_to_what_is_sensed_with(cuts: Path) -
             np.array([np.median(v)]) for v in (felt.speed_rpm, felt.feed_mm, felt.depth_mm)
         )
         slopes = found.form.slopes(
-            found.coefficients, Felt(one, feed * rpm / 60.0, rpm, feed, depth)
+            found.coefficients, Felt(one, feed * rpm / 60.0, rpm, feed, depth, np.full(1, np.nan))
         )[0]
         shared = slopes @ found.shared_covariance @ slopes
         assert_allclose(cut.shared**2, shared, rtol=1e-9)
@@ -252,7 +252,7 @@ def test_rules_are_said_in_sentences() -> None:
     rng = np.random.default_rng(64)
     current, rpm = rng.uniform(2.0, 20.0, 120), rng.uniform(500.0, 2500.0, 120)
     nothing = np.full(120, np.nan)
-    felt = Felt(current, nothing, rpm, nothing, nothing)
+    felt = Felt(current, nothing, rpm, nothing, nothing, nothing)
     torque = 2.0 * current * (1.0 - rpm / 5000.0) + 0.2 * rng.standard_normal(120)
     law = OF_CURRENT_SPEED.fit(felt, torque)
     made = rules(_calibration_with(law))

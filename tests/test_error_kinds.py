@@ -67,7 +67,7 @@ def _named(seed: int, *, off_N: float, lone_A: float | None) -> tuple[Outlier, .
     if lone_A is not None:
         current[7] = lone_A
     nothing = np.full(40, np.nan)
-    felt = Felt(current, nothing, nothing, nothing, nothing)
+    felt = Felt(current, nothing, nothing, nothing, nothing, nothing)
     target = 30.0 + 200.0 * current + 10.0 * rng.standard_normal(40)
     target[7] += off_N
     law = LINE.fit(felt, target)

@@ -18,6 +18,8 @@ from autodb.sensing.forms import (
     POWER,
     POWER_OF_SPEED,
     SPINDLE_FORMS,
+    WARMED_LINE,
+    WARMED_POWER,
     Felt,
     Form,
 )
@@ -30,6 +32,9 @@ TRUTH = {
     "line-of-speed": [5.0, 180.0, 22.0],
     "power": [0.4, 0.92, np.log(1570.0)],
     "power-of-speed": [0.4, 0.9, np.log(1400.0), 0.08, 0.9],
+    "line-warmed": [15.0, 210.0, 0.002],
+    "power-warmed": [0.4, 0.92, np.log(1570.0), 0.002],
+    "power-of-speed-warmed": [0.4, 0.9, np.log(1400.0), 0.08, 0.9, 0.002],
 }
 
 
@@ -37,7 +42,8 @@ def _felt(seed: int = 1) -> Felt:
     rng = np.random.default_rng(seed)
     rpm = rng.uniform(800.0, 2400.0, N)
     current, feed_mm = rng.uniform(1.0, 20.0, N), rng.uniform(0.1, 0.4, N)
-    return Felt(current, feed_mm * rpm / 60.0, rpm, feed_mm, rng.uniform(0.5, 2.5, N))
+    depth_mm, temperature_C = rng.uniform(0.5, 2.5, N), rng.uniform(22.0, 48.0, N)
+    return Felt(current, feed_mm * rpm / 60.0, rpm, feed_mm, depth_mm, temperature_C)
 
 
 @pytest.mark.parametrize("form", LAWS, ids=lambda form: form.kind)
@@ -70,7 +76,7 @@ def test_every_form_can_be_kept() -> None:
 
 def test_a_current_that_does_not_rise_tells_no_torque() -> None:
     still = np.ones(4)
-    felt = Felt(np.array([-1.0, 0.0, 5.0, np.nan]), still, 1000.0 * still, still, still)
+    felt = Felt(np.array([-1.0, 0.0, 5.0, np.nan]), still, 1000.0 * still, still, still, still)
     torque = POWER.value(np.array(TRUTH["power"]), felt)
     assert torque[:2].tolist() == [0.0, 0.0]
     assert_allclose(torque[2], np.exp(0.4) * 5.0**0.92)
@@ -80,6 +86,8 @@ def test_a_current_that_does_not_rise_tells_no_torque() -> None:
 def test_what_is_not_known_or_does_not_vary_takes_the_line() -> None:
     felt = _felt()
     nothing, same = np.full(N, np.nan), np.full(N, 1000.0)
+    for theta in (nothing, np.full(N, 30.0)):
+        assert not WARMED_LINE.fits(replace(felt, temperature_C=theta))
     for rpm in (nothing, same):
         assert not POWER.fits(replace(felt, speed_rpm=rpm))
         assert not LINE_OF_SPEED.fits(replace(felt, feed_mm_s=rpm))
@@ -95,8 +103,13 @@ def test_five_torques_hold_no_power_law() -> None:
 
 @pytest.mark.parametrize(
     ("truth", "forms"),
-    [(LINE, FEED_FORMS), (LINE_OF_SPEED, FEED_FORMS), (POWER_OF_SPEED, SPINDLE_FORMS)],
-    ids=["line", "line of speed", "power of speed"],
+    [
+        (LINE, FEED_FORMS),
+        (LINE_OF_SPEED, FEED_FORMS),
+        (POWER_OF_SPEED, SPINDLE_FORMS),
+        (WARMED_POWER, SPINDLE_FORMS),
+    ],
+    ids=["line", "line of speed", "power of speed", "warmed power"],
 )
 def test_the_true_form_is_chosen_and_errors_left_out_are_those_of_the_noise(
     truth: Form, forms: tuple[Form, ...]

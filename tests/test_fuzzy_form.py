@@ -21,9 +21,8 @@ NOISE_N = 8.0
 def _felt(seed: int, n: int = N) -> Felt:
     rng = np.random.default_rng([seed, 0])
     rpm, feed_mm = rng.uniform(800.0, 2400.0, n), rng.uniform(0.1, 0.4, n)
-    return Felt(
-        rng.uniform(0.5, 6.0, n), feed_mm * rpm / 60.0, rpm, feed_mm, rng.uniform(0.5, 2.5, n)
-    )
+    current, depth_mm = rng.uniform(0.5, 6.0, n), rng.uniform(0.5, 2.5, n)
+    return Felt(current, feed_mm * rpm / 60.0, rpm, feed_mm, depth_mm, np.full(n, np.nan))
 
 
 def _force_N(felt: Felt) -> Array:

@@ -10,7 +10,7 @@ from scipy.stats import binom
 from autodb import forward
 from autodb.cutting import law, turning
 from autodb.fitting import Gaussian
-from autodb.inverse import Parameters, SensedCuts, learn
+from autodb.inverse import Parameters, SensedCuts, Shared, learn
 from autodb.jobs import JobCut
 from autodb.sensing.forms import LINE
 
@@ -29,8 +29,8 @@ def _cuts(rng: np.random.Generator, n: int, *, gain: float = 0.0, sd_N: float = 
         force_N=sensed,
         sd_N=np.full(n, sd_N),
         common=np.column_stack([np.ones(n), current]),
-        calibration_covariance=np.diag([1e-6, (200.0 * 0.05) ** 2]),
-        form=LINE,
+        source=np.zeros(n, dtype=np.int_),
+        shared=(Shared(LINE, np.diag([1e-6, (200.0 * 0.05) ** 2]), np.zeros(2)),),
     )
 
 

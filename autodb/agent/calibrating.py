@@ -1,7 +1,7 @@
 """Calibrate a machine's axes on its imported cuts; versions are kept."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,17 +10,15 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import standard
-from autodb.agent import holding
+from autodb.agent.calibrations import keep
 from autodb.agent.importing import cuts_as_table
 from autodb.agent.machines import as_file, find_machine
 from autodb.errors import UnusableInput
 from autodb.fitting import Undetermined
 from autodb.records import CutTable
 from autodb.sensing import faults, ranges
-from autodb.sensing.error_kinds import ErrorKinds
-from autodb.sensing.forms import kept
-from autodb.sensing.outliers import Outlier
-from autodb.sensing.ranges import Calibration, Scores
+from autodb.sensing.holds import ANY, Holds, holds_of, partition, unstated
+from autodb.sensing.ranges import Calibration
 from autodb.store import Store, models
 
 FORCE_COMPONENTS = tuple(sorted(ranges.COMPONENT_OF_AXIS.values()))
@@ -53,31 +51,74 @@ def calibrate_table(
 ) -> tuple[list[Calibration], list[str]]:
     """Calibrate every axis that a table can calibrate; the others come back as sentences why not.
 
-    ``names`` (n,) of the cuts in messages; default their numbers. Raises UnusableInput when the
-    data show a fault that concerns all axes, or no axis can be calibrated.
+    An axis has as many calibrations as its cuts state gear ranges, coolants, spindle states and
+    feed directions. ``names`` (n,) of the cuts in messages; default their numbers. Raises
+    UnusableInput when the data show a fault that concerns all axes, or no axis can be calibrated.
     """
     faults.refuse(table.path, faults.checks_of_units(table, axes, known or faults.Known(protocol)))
-    forces = known_forces(table, protocol)
-    silent = faults.silent(table, forces, axes)
-    heard = [axis for axis in axes if axis not in silent]
     names = names or [f"cut {number:g}" for number in table.cut]
-    faults.refuse(table.path, faults.exchanged(table, forces, heard, names))
+    parts = {axis: partition(holds_of(table, axis)) for axis in axes}
+    forces = known_forces(table, protocol)
+    for rows in _together(table, parts):
+        alike = {component: _only(force, rows) for component, force in forces.items()}
+        heard = [axis for axis in axes if axis not in faults.silent(table, alike, axes)]
+        faults.refuse(table.path, faults.exchanged(table, alike, heard, names))
     done: list[Calibration] = []
-    left_out = [f"{table.path}: {check.sentence}" for check in silent.values()]
-    for axis in heard:
-        try:
-            done.append(_calibrate(table, axis, protocol))
-        except UnusableInput as error:
-            left_out.append(str(error))
-        except Undetermined:
-            left_out.append(
-                f"{table.path}: axis {axis}: too few different currents for a line with some cuts "
-                "left out; more cuts, at several feeds and depths, would work"
-            )
+    left_out: list[str] = []
+    for axis, groups in parts.items():
+        out = unstated(holds_of(table, axis), groups)
+        left_out += [f"{table.path}: axis {axis}: {out}"] if out else []
+        for holds, rows in groups.items():
+            found = _calibrated(table, axis, holds, rows, protocol)
+            if isinstance(found, Calibration):
+                done.append(found)
+            else:
+                left_out.append(found)
     if not done:
         reasons = [sentence.removeprefix(f"{table.path}: ") for sentence in left_out]
         raise UnusableInput(f"{table.path}: no axis can be calibrated: {'; '.join(reasons)}")
     return done, left_out
+
+
+def _together(
+    table: CutTable, parts: dict[str, dict[Holds, NDArray[np.bool_]]]
+) -> Iterator[NDArray[np.bool_]]:
+    """Yield the rows (n,) that all axes take together: what two axes say is compared in those."""
+    labels = np.full((len(table), len(parts)), -1)
+    for column, groups in enumerate(parts.values()):
+        for label, rows in enumerate(groups.values()):
+            labels[rows, column] = label
+    for one in np.unique(labels, axis=0):
+        yield np.all(labels == one, axis=1)
+
+
+def _only(force_N: NDArray[np.float64], rows: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return forces (n,) of some rows, NaN in the others."""
+    return np.where(rows, force_N, np.nan)
+
+
+def _calibrated(
+    table: CutTable,
+    axis: str,
+    holds: Holds,
+    rows: NDArray[np.bool_],
+    protocol: standard.Protocol | None,
+) -> Calibration | str:
+    """Calibrate an axis on some rows, or return why it cannot be, in a sentence."""
+    where = f" ({holds.words()})" if holds != ANY else ""
+    forces = {c: _only(force, rows) for c, force in known_forces(table, protocol).items()}
+    silent = faults.silent(table, forces, [axis])
+    if silent:
+        return f"{table.path}: {silent[axis].sentence}{where}"
+    try:
+        return replace(_calibrate(table, axis, rows, protocol), holds=holds)
+    except UnusableInput as error:
+        return f"{error}{where}"
+    except Undetermined:
+        return (
+            f"{table.path}: axis {axis}{where}: too few different currents for a line with some "
+            "cuts left out; more cuts, at several feeds and depths, would work"
+        )
 
 
 def known_forces(
@@ -94,12 +135,16 @@ def known_forces(
     }
 
 
-def _calibrate(table: CutTable, axis: str, protocol: standard.Protocol | None) -> Calibration:
-    if protocol is None:
-        return ranges.calibrate(table, axis)
+def _calibrate(
+    table: CutTable, axis: str, rows: NDArray[np.bool_], protocol: standard.Protocol | None
+) -> Calibration:
     component = ranges.COMPONENT_OF_AXIS[axis]
+    if protocol is None:
+        return ranges.calibrate(table, axis, force_N=_only(table[f"force.{component}"], rows))
     reference = standard.references(table, protocol, component)
-    return ranges.calibrate(table, axis, force_N=reference.force_N, reference_share=reference.share)
+    return ranges.calibrate(
+        table, axis, force_N=_only(reference.force_N, rows), reference_share=reference.share
+    )
 
 
 def calibrate_machine(
@@ -123,7 +168,7 @@ def calibrate_machine(
                 "import cuts made with a dynamometer, or give --protocol"
             )
         table = cuts_as_table(cuts, path=_named(cuts))
-        used = sorted({cut.recording_id for cut in cuts})
+        recordings_of_cuts = np.array([cut.recording_id for cut in cuts])
         axes = tuple(a.name for a in owner.axes if a.name in ranges.COMPONENT_OF_AXIS)
         sources = list(
             {
@@ -132,17 +177,33 @@ def calibrate_machine(
             }.values()
         )
         known = faults.Known(protocol, as_file(owner))
-        holding.refuse_mixed(list({cut.recording_id: cut.recording for cut in cuts}.values()))
         names = _names(cuts)
         _refuse_wrong_units(cuts, axes, known)
         machine_id = owner.id
     if progress:
         progress("fitting and scoring on groups left out")
     done, left_out = calibrate_table(table, axes=axes, protocol=protocol, known=known, names=names)
+    of = [_recordings(table, one, recordings_of_cuts) for one in done]
     with store.writing() as session:
-        kept = [_keep(session, machine_id, used, calibration) for calibration in done]
+        kept = [keep(session, machine_id, of[i], one) for i, one in enumerate(done)]
     versions, new = zip(*kept, strict=True)
     return Calibrated(table, axes, done, left_out, sources, versions, new)
+
+
+def _recordings(table: CutTable, one: Calibration, of_cuts: NDArray[np.int_]) -> list[int]:
+    """Return the recordings of the cuts that a calibration was made on."""
+    return sorted({int(number) for number in of_cuts[_rows(table, one)]})
+
+
+def _rows(table: CutTable, one: Calibration) -> NDArray[np.bool_]:
+    return partition(holds_of(table, one.axis))[one.holds]
+
+
+def its_own(
+    table: CutTable, one: Calibration, forces: Mapping[str, NDArray[np.float64]]
+) -> NDArray[np.float64]:
+    """Return the known forces (n,) that a calibration was made on, N; NaN in other cuts."""
+    return _only(forces[one.component], _rows(table, one))
 
 
 def _calibration_cuts(
@@ -187,90 +248,3 @@ def _names(cuts: list[models.Cut]) -> list[str]:
 def _named(cuts: list[models.Cut]) -> Path:
     """Return the path to name in messages: the recording's, or the first of several."""
     return Path(cuts[0].recording.path)
-
-
-def _keep(
-    session: Session, machine_id: int, recordings: list[int], calibration: Calibration
-) -> tuple[int, bool]:
-    """Store a calibration unless it is there already; return its version and whether it is new."""
-    last = latest_calibration(session, machine_id, calibration.axis)
-    coefficients = calibration.coefficients.tolist()
-    if last is not None and sorted(r.id for r in last.recordings) == recordings:
-        alike = (last.kind, last.channel) == (calibration.form.kind, calibration.channel)
-        told_apart = last.cut_sd is not None
-        close = alike and np.allclose(last.coefficients, coefficients, rtol=1e-9, atol=0.0)
-        if told_apart and close:
-            return last.version, False
-    version = 1 if last is None else last.version + 1
-    sources = list(
-        session.scalars(select(models.Recording).where(models.Recording.id.in_(recordings)))
-    )
-    session.add(
-        models.Calibration(
-            machine_id=machine_id,
-            axis=calibration.axis,
-            version=version,
-            component=calibration.component,
-            kind=calibration.form.kind,
-            **holding.holds_for(calibration.axis, sources),
-            parameters=calibration.form.parameters(),
-            channel=calibration.channel,
-            current_unit=calibration.current_unit,
-            unit=calibration.unit,
-            coefficients=coefficients,
-            covariance=calibration.covariance.tolist(),
-            cut_sd=calibration.errors.cut_sd,
-            gain_share=calibration.errors.gain_share,
-            reference_share=calibration.errors.reference_share,
-            scores=asdict(calibration.scores),
-            scores_with_transients=asdict(calibration.scores_with_transients),
-            transients=list(calibration.transients),
-            outliers=[asdict(one) for one in calibration.outliers],
-            trials={k: None if np.isnan(v) else v for k, v in calibration.trials.items()},
-            current_low=calibration.current_low,
-            current_high=calibration.current_high,
-            offered=calibration.offered,
-            verdict=calibration.verdict,
-            recordings=sources,
-        )
-    )
-    return version, True
-
-
-def latest_calibration(session: Session, machine_id: int, axis: str) -> models.Calibration | None:
-    """Return the newest version of an axis' calibration, offered or not."""
-    return session.scalar(
-        select(models.Calibration)
-        .where(models.Calibration.machine_id == machine_id, models.Calibration.axis == axis)
-        .order_by(models.Calibration.version.desc())
-        .limit(1)
-    )
-
-
-def as_calibration(row: models.Calibration) -> Calibration:
-    """Return a stored calibration as the record that sensing takes."""
-    return Calibration(
-        form=kept(row.kind, row.parameters),
-        axis=row.axis,
-        component=row.component,
-        channel=row.channel,
-        current_unit=row.current_unit,
-        unit=row.unit,
-        coefficients=np.array(row.coefficients),
-        covariance=np.array(row.covariance),
-        errors=_error_kinds(row),
-        scores=Scores(**row.scores),
-        scores_with_transients=Scores(**row.scores_with_transients),
-        transients=tuple(row.transients),
-        outliers=tuple(Outlier(**one) for one in row.outliers or ()),
-        trials={k: np.nan if v is None else v for k, v in (row.trials or {}).items()},
-        current_low=row.current_low,
-        current_high=row.current_high,
-    )
-
-
-def _error_kinds(row: models.Calibration) -> ErrorKinds:
-    """Return the kinds of error; 0.1.0 kept one, and what is shared in the covariance."""
-    if row.cut_sd is None:
-        return ErrorKinds(cut_sd=row.scores["rmse"], gain_share=0.0, reference_share=0.0)
-    return ErrorKinds(row.cut_sd, row.gain_share or 0.0, row.reference_share or 0.0)

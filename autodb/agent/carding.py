@@ -3,7 +3,7 @@
 from datetime import UTC, datetime
 
 from autodb import standard
-from autodb.agent.calibrating import Calibrated, known_forces
+from autodb.agent.calibrating import Calibrated, its_own, known_forces
 from autodb.card import Card, axis_card
 
 SHOWN_OF_CHECKSUM = 12
@@ -23,7 +23,7 @@ def card_of(done: Calibrated, *, title: str, protocol: standard.Protocol | None)
         sources=tuple(sources),
         axes=done.axes,
         cards=tuple(
-            axis_card(one, done.table, force_N=forces[one.component], protocol=protocol)
+            axis_card(one, done.table, force_N=its_own(done.table, one, forces), protocol=protocol)
             for one in done.calibrations
         ),
         versions=done.versions,

@@ -9,7 +9,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import forward, records
-from autodb.agent.calibrating import as_calibration, latest_calibration
+from autodb.agent.calibrations import as_calibration, current_calibrations
 from autodb.agent.identifying import newest_model, stored_terms
 from autodb.agent.importing import cuts_as_table, import_file
 from autodb.agent.machines import find_machine, signed
@@ -20,7 +20,7 @@ from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.explain.answer import Cause, ChannelAnswer
 from autodb.records import CutTable, Recording
-from autodb.sensing import ranges
+from autodb.sensing import chosen
 from autodb.sensing.drives import predict_effort
 from autodb.store import Store, models
 
@@ -119,14 +119,15 @@ def simulate_cuts(
     sensed: dict[str, Array] = {}
     predicted: dict[str, Array] = {}
     for axis in owner.axes:
-        row = latest_calibration(session, owner.id, axis.name)
-        if row is None or not row.offered:
+        current = current_calibrations(session, owner.id, axis.name)
+        if not any(row.offered for row in current):
             continue
-        force = ranges.sense(table, as_calibration(row)).force_N
-        mean = _predict(table, kept, by_pair, row.component)
+        component = current[0].component
+        force = chosen.force_N(table, [as_calibration(row) for row in current])
+        mean = _predict(table, kept, by_pair, component)
         if np.isfinite(force).all() and np.isfinite(mean).all():
-            sensed[f"force.{row.component}"] = force
-            predicted[f"force.{row.component}"] = mean
+            sensed[f"force.{component}"] = force
+            predicted[f"force.{component}"] = mean
     if not sensed:
         raise UnusableInput(f"{table.path}: no force component is sensed in every cut")
     others = {n: c for n, c in table.channels.items() if not n.startswith("force.")}

@@ -14,6 +14,7 @@ from autodb.records import EDGE, CutTable, edge_codes
 from autodb.records.plausible import refuse_doubtful
 from autodb.records.summary import summary_of
 from autodb.sensing import raw
+from autodb.sensing.holds import with_stated
 
 Array = NDArray[np.float64]
 Done = TypeVar("Done")
@@ -52,7 +53,7 @@ def _cuts_of(path: Path, columns: Path | None, tell: Tell) -> CutTable:
     found = records.read(path, columns=columns)
     refuse_doubtful(path, summary_of(found), found.side)
     if isinstance(found, CutTable):
-        return found
+        return with_stated(found)
     if not raw.has_phase_currents(found.channels):
         raise UnusableInput(
             f"{path}: no column 'cut' and no phase currents; calibrate needs a table of cuts, or "
@@ -61,7 +62,7 @@ def _cuts_of(path: Path, columns: Path | None, tell: Tell) -> CutTable:
     cut = raw.cut_of(found)
     for note in cut.notes:
         tell(f"{path}: {note}")
-    return cut.table
+    return with_stated(cut.table)
 
 
 def _joined(tables: Sequence[CutTable]) -> CutTable:

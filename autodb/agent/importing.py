@@ -18,6 +18,7 @@ from autodb.records import EDGE, CutTable, Recording, Source, edge_codes
 from autodb.records.plausible import refuse_implausible
 from autodb.records.summary import BaseSummary, summarise
 from autodb.sensing import faults, raw
+from autodb.sensing.holds import STATED
 from autodb.sensing.ranges import COMPONENT_OF_AXIS
 from autodb.sidefile import SideFile
 from autodb.store import Store, models
@@ -250,6 +251,7 @@ def cuts_as_table(cuts: list[models.Cut], *, path: Path) -> CutTable:
     texts = {
         "operation": [cut.operation or "" for cut in cuts],
         "work.material": [cut.pair.material.name if cut.pair else "" for cut in cuts],
+        **{name: [_stated(cut.recording, name) for cut in cuts] for name in STATED},
     }
     labels = [row.get(EDGE) for row in rows]
     if None not in labels:
@@ -257,6 +259,12 @@ def cuts_as_table(cuts: list[models.Cut], *, path: Path) -> CutTable:
         channels[EDGE] = edge_codes(texts[EDGE])
     units = {name: unit for cut in cuts for name, unit in cut.recording.units.items()}
     return CutTable(path=path, channels=channels, texts=texts, units=units)
+
+
+def _stated(row: models.Recording, key: str) -> str:
+    """Return what a recording's side file states in [recording]; empty: nothing."""
+    value = row.side.get("recording", {}).get(key)
+    return "" if value is None else str(value)
 
 
 def files_of(row: models.Recording) -> dict[Path, str]:

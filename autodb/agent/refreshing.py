@@ -12,20 +12,22 @@ import numpy as np
 from sqlalchemy import ColumnElement, Select, exists, func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent import holding
-from autodb.agent.calibrating import as_calibration, latest_calibration
+from autodb.agent.calibrations import as_calibration, current_calibrations
 from autodb.agent.importing import cuts_as_table
 from autodb.agent.machines import find_machine
 from autodb.cutting import law
 from autodb.fitting import Gaussian
-from autodb.inverse import Parameters, SensedCuts, learn
+from autodb.inverse import Parameters, SensedCuts, Shared, learn
 from autodb.jobs import OPERATIONS
-from autodb.sensing import ranges
+from autodb.sensing.chosen import choose, sense_each
+from autodb.sensing.ranges import Calibration
 from autodb.store import Store, models
 
 UNSAID_OPERATION = "turn"
 """What a cut counts as that does not say its operation."""
 
+Calibrations = list[models.Calibration]
+"""Those of one axis that hold now, newest first."""
 RANGE_ESTIMATOR = "range"
 NO_ESTIMATOR = "none"
 
@@ -50,20 +52,36 @@ def refresh(
     done = Refreshed()
     with store.writing() as session:
         owner = find_machine(session, machine)
-        calibrations = _offered(session, owner, done)
-        for row in calibrations:
-            if progress:
-                progress(f"sensing force.{row.component} from {row.axis}")
-            _sense(session, owner.id, row, done)
-        _note_unsensed(session, owner.id, {row.component for row in calibrations}, done)
+        felt: dict[str, Calibrations] = {}
+        for axis in owner.axes:
+            current = current_calibrations(session, owner.id, axis.name)
+            _say_refused(current, done)
+            if any(row.offered for row in current):
+                component = current[0].component
+                if progress:
+                    progress(f"sensing force.{component} from {axis.name}")
+                _sense(session, owner.id, current, done)
+                felt[component] = current
+        if not felt:
+            done.set_aside.append(
+                "no calibration is offered: nothing can be sensed ('calibrate' first)"
+            )
+        _note_unsensed(session, owner.id, felt, done)
         session.flush()
         for pair in session.scalars(_pairs(owner.id)):
             for operation in operations_of(session, owner.id, pair.id):
-                for row in calibrations:
+                for component, current in felt.items():
                     if progress:
-                        progress(f"updating {pair_name(pair)}, {operation}, force.{row.component}")
-                    _update_pair(session, pair, row, done, operation=operation)
+                        progress(f"updating {pair_name(pair)}, {operation}, force.{component}")
+                    _update_pair(session, pair, current, done, operation=operation)
     return done
+
+
+def _say_refused(current: Calibrations, done: Refreshed) -> None:
+    for row in current:
+        if not row.offered:
+            called = as_calibration(row).called
+            done.set_aside.append(f"axis {called}: its calibration is {row.verdict}")
 
 
 def pair_name(pair: models.Pair) -> str:
@@ -71,46 +89,35 @@ def pair_name(pair: models.Pair) -> str:
     return f"{pair.material.name} / {pair.tool.name}"
 
 
-def _offered(session: Session, owner: models.Machine, done: Refreshed) -> list[models.Calibration]:
-    found: list[models.Calibration] = []
-    for axis in owner.axes:
-        row = latest_calibration(session, owner.id, axis.name)
-        if row is not None and row.offered:
-            found.append(row)
-        elif row is not None:
-            done.set_aside.append(f"axis {axis.name}: its calibration is {row.verdict}")
-    if not found:
-        done.set_aside.append(
-            "no calibration is offered: nothing can be sensed ('calibrate' first)"
-        )
-    return found
+def _sense(session: Session, machine_id: int, current: Calibrations, done: Refreshed) -> None:
+    """Add the force that an axis feels to every cut that lacks it, or why it does not.
 
-
-def _sense(session: Session, machine_id: int, row: models.Calibration, done: Refreshed) -> None:
-    """Add the force that one calibration feels to every cut that lacks it."""
-    has_it = exists().where(
+    A cut that none feels is noted with the newest calibration: another one is a reason to look
+    again.
+    """
+    newest = current[0].id
+    looked_at = exists().where(
         models.SensedForce.cut_id == models.Cut.id,
-        models.SensedForce.calibration_id == row.id,
+        models.SensedForce.calibration_id.in_([row.id for row in current]),
+        models.SensedForce.value_N.is_not(None) | (models.SensedForce.calibration_id == newest),
     )
-    query = _cuts(machine_id).where(~has_it)
-    cuts = list(session.scalars(query))
+    cuts = list(session.scalars(_cuts(machine_id).where(~looked_at)))
     if not cuts:
         return
     table = cuts_as_table(cuts, path=Path(cuts[0].recording.path))
-    sensed = ranges.sense(table, as_calibration(row))
-    for i, cut in enumerate(cuts):
-        reason = sensed.not_sensed[i] or holding.why_not(row, cut.recording)
-        felt = reason is None
+    sensed = sense_each(table, [as_calibration(row) for row in current])
+    for cut, one in zip(cuts, sensed, strict=True):
+        felt = one.reason is None
         session.add(
             models.SensedForce(
                 cut_id=cut.id,
-                component=row.component,
+                component=current[0].component,
                 estimator=RANGE_ESTIMATOR,
-                calibration_id=row.id,
-                value_N=float(sensed.force_N[i]) if felt else None,
-                sd_N=float(sensed.sd_N[i]) if felt else None,
-                common=sensed.common[i].tolist() if felt else None,
-                reason=reason,
+                calibration_id=newest if one.by is None else current[one.by].id,
+                value_N=one.force_N,
+                sd_N=one.sd_N,
+                common=one.common,
+                reason=one.reason,
             )
         )
         done.sensed += felt
@@ -173,9 +180,13 @@ def operations_of(session: Session, machine_id: int, pair_id: int) -> list[str]:
 
 
 def forces_of_pair(
-    session: Session, machine_id: int, pair_id: int, operation: str, calibration_id: int
+    session: Session, machine_id: int, pair_id: int, operation: str, current: Calibrations
 ) -> list[models.SensedForce]:
-    """Return the forces that a calibration felt on a pair in one operation, oldest first."""
+    """Return the forces that an axis felt on a pair in one operation, oldest first.
+
+    ``current``: its calibrations. A force counts where the one that felt it is still the one that
+    holds for the cut: of a cut that did not state what, a later calibration may say otherwise.
+    """
     query = (
         select(models.SensedForce)
         .join(models.Cut)
@@ -183,57 +194,85 @@ def forces_of_pair(
         .where(
             models.Recording.machine_id == machine_id,
             models.Cut.pair_id == pair_id,
-            models.SensedForce.calibration_id == calibration_id,
+            models.SensedForce.calibration_id.in_([row.id for row in current]),
             models.SensedForce.value_N.is_not(None),
         )
         .order_by(models.Cut.id)
     )
-    return [
+    felt = [
         force
         for force in session.scalars(query)
         if operation_of(force.cut) == operation
         and {"cutting.feed", "cutting.depth"} <= set(force.cut.conditions)
     ]
+    if len(current) == 1 or not felt:
+        return felt
+    cuts = [force.cut for force in felt]
+    table = cuts_as_table(cuts, path=Path(cuts[0].recording.path))
+    chosen = choose(table, [as_calibration(row) for row in current])
+    ids = [row.id for row in current]
+    return [
+        force
+        for force, by in zip(felt, chosen, strict=True)
+        if isinstance(by, int) and force.calibration_id == ids[by]
+    ]
 
 
-def as_sensed_cuts(forces: list[models.SensedForce], row: models.Calibration) -> SensedCuts:
-    """Return stored forces of one calibration as arrays for the semi-inverse."""
-    calibration = as_calibration(row)
+def as_sensed_cuts(forces: list[models.SensedForce]) -> SensedCuts:
+    """Return stored forces of one component, felt by calibrations, for the semi-inverse."""
+    rows = {f.calibration.id: f.calibration for f in forces if f.calibration is not None}
+    number = {id_: i for i, id_ in enumerate(rows)}
+    source = np.array([number[f.calibration_id] for f in forces if f.calibration_id is not None])
+    shared = [_shared(as_calibration(row)) for row in rows.values()]
+    ends = np.cumsum([0, *(len(one.references) for one in shared)])
+    common = np.zeros((len(forces), int(ends[-1])))
+    for i, force in enumerate(forces):
+        common[i, ends[source[i]] : ends[source[i] + 1]] = force.common
     return SensedCuts(
         feed_mm=np.array([f.cut.conditions["cutting.feed"] for f in forces]),
         depth_mm=np.array([f.cut.conditions["cutting.depth"] for f in forces]),
         force_N=np.array([f.value_N for f in forces], dtype=np.float64),
         sd_N=np.array([f.sd_N for f in forces], dtype=np.float64),
-        common=np.array([f.common for f in forces], dtype=np.float64),
-        calibration_covariance=calibration.shared_covariance,
-        form=calibration.form,
+        common=common,
+        source=source,
+        shared=tuple(shared),
     )
+
+
+def _shared(calibration: Calibration) -> Shared:
+    scaling = calibration.form.scaling(calibration.coefficients)
+    references = calibration.errors.reference_share * scaling
+    return Shared(calibration.form, calibration.shared_covariance, references)
 
 
 def _update_pair(
     session: Session,
     pair: models.Pair,
-    row: models.Calibration,
+    current: Calibrations,
     done: Refreshed,
     *,
     operation: str,
 ) -> None:
-    """Add a version when the pair has forces in this operation that its last one has not seen."""
-    machine_id = row.machine_id
-    forces = forces_of_pair(session, machine_id, pair.id, operation, row.id)
-    last = latest_parameters(session, machine_id, pair.id, operation, row.component)
-    seen = _seen(last) if last is not None and _calibration_of(last) == row.id else None
-    fresh = [force for force in forces if seen is None or force.id not in seen]
+    """Add a version when the pair has forces in this operation that its last one has not seen.
+
+    It builds on the last one where that one's forces all count still.
+    """
+    machine_id, component = current[0].machine_id, current[0].component
+    forces = forces_of_pair(session, machine_id, pair.id, operation, current)
+    last = latest_parameters(session, machine_id, pair.id, operation, component)
+    seen = _seen(last) if last is not None else set()
+    builds_on = bool(seen) and seen <= {force.id for force in forces}
+    fresh = [force for force in forces if not builds_on or force.id not in seen]
     if not fresh:
         return
-    learnt = learn(as_sensed_cuts(forces, row))
-    version = _newest_version(session, machine_id, pair.id, operation, row.component) + 1
+    learnt = learn(as_sensed_cuts(forces))
+    version = _newest_version(session, machine_id, pair.id, operation, component) + 1
     session.add(
         models.CuttingParameters(
             machine_id=machine_id,
             pair_id=pair.id,
             operation=operation,
-            component=row.component,
+            component=component,
             version=version,
             law=law.NAME,
             mean=learnt.belief.mean.tolist(),
@@ -241,12 +280,12 @@ def _update_pair(
             process_share=learnt.process_share,
             misfit_N=learnt.misfit_N,
             n_cuts=learnt.n_cuts,
-            previous=last if seen is not None else None,
+            previous=last if builds_on else None,
             forces=fresh,
         )
     )
     name = f"{pair_name(pair)}, {operation}"
-    done.versions.append((name, row.component, version, learnt.n_cuts))
+    done.versions.append((name, component, version, learnt.n_cuts))
 
 
 def latest_parameters(
@@ -293,10 +332,6 @@ def chain(parameters: models.CuttingParameters) -> list[models.CuttingParameters
 
 def _seen(parameters: models.CuttingParameters) -> set[int]:
     return {force.id for version in chain(parameters) for force in version.forces}
-
-
-def _calibration_of(parameters: models.CuttingParameters) -> int | None:
-    return parameters.forces[0].calibration_id
 
 
 def as_parameters(row: models.CuttingParameters) -> Parameters:

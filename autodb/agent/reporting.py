@@ -8,7 +8,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import forward
-from autodb.agent.calibrating import as_calibration, latest_calibration
+from autodb.agent.calibrations import as_calibration, current_calibrations
 from autodb.agent.importing import cuts_as_table
 from autodb.agent.machines import find_machine
 from autodb.agent.refreshing import (
@@ -21,6 +21,7 @@ from autodb.agent.tracing import Node, trace
 from autodb.inverse import SensedCuts, learn
 from autodb.page import CalibrationPlot, JobRow, LearningCurve, Page, PredictedSensed
 from autodb.sensing import ranges
+from autodb.sensing.holds import ANY, holds_of
 from autodb.store import Store, models
 from autodb.terms import TERMS
 
@@ -65,26 +66,30 @@ def _lines(node: Node, depth: int = 0) -> list[str]:
 def _calibrations(session: Session, owner: models.Machine) -> list[CalibrationPlot]:
     plots = []
     for axis in owner.axes:
-        row = latest_calibration(session, owner.id, axis.name)
-        if row is None:
-            continue
-        cuts = [cut for recording in row.recordings for cut in recording.cuts]
-        table = cuts_as_table(cuts, path=Path(row.recordings[0].path))
-        points, found = ranges.calibration_points(table, row.axis), as_calibration(row)
-        plots.append(
-            CalibrationPlot(
-                axis=AXIS_NAMES.get(row.axis, row.axis),
-                component=row.component,
-                estimate=found.form.value(found.coefficients, points.felt),
-                target=points.target,
-                equation=found.form.equation(found.coefficients, row.unit, row.current_unit),
-                unit=row.unit,
-                rmse=row.scores["rmse"],
-                offered=row.offered,
-                verdict=row.verdict.split(": ", maxsplit=1)[1],
-            )
-        )
+        current = current_calibrations(session, owner.id, axis.name)
+        plots += [_calibration_plot(row) for row in current]
     return plots
+
+
+def _calibration_plot(row: models.Calibration) -> CalibrationPlot:
+    cuts = [cut for recording in row.recordings for cut in recording.cuts]
+    table = cuts_as_table(cuts, path=Path(row.recordings[0].path))
+    found = as_calibration(row)
+    its = np.array([not found.holds.against(cut) for cut in holds_of(table, row.axis)])
+    force_N = np.where(its, table[f"force.{row.component}"], np.nan)
+    points = ranges.calibration_points(table, row.axis, force_N=force_N)
+    name = AXIS_NAMES.get(row.axis, row.axis)
+    return CalibrationPlot(
+        axis=f"{name} ({found.holds.words()})" if found.holds != ANY else name,
+        component=row.component,
+        estimate=found.form.value(found.coefficients, points.felt),
+        target=points.target,
+        equation=found.form.equation(found.coefficients, row.unit, row.current_unit),
+        unit=row.unit,
+        rmse=row.scores["rmse"],
+        offered=row.offered,
+        verdict=row.verdict.split(": ", maxsplit=1)[1],
+    )
 
 
 def _drive_terms(session: Session, machine_id: int) -> list[tuple[str, str, str]]:
@@ -110,28 +115,18 @@ def _drive_terms(session: Session, machine_id: int) -> list[tuple[str, str, str]
 
 def _forces(session: Session, machine_id: int, row: models.CuttingParameters) -> SensedCuts:
     """Return the sensed cuts behind a version of a pair's parameters, oldest first."""
-    calibration = chain(row)[-1].forces[0].calibration
-    assert calibration is not None  # parameters are learnt from calibrated forces
-    forces = forces_of_pair(session, machine_id, row.pair_id, row.operation, calibration.id)
-    return as_sensed_cuts(forces, calibration)
-
-
-def _part(cuts: SensedCuts, rows: slice) -> SensedCuts:
-    return SensedCuts(
-        feed_mm=cuts.feed_mm[rows],
-        depth_mm=cuts.depth_mm[rows],
-        force_N=cuts.force_N[rows],
-        sd_N=cuts.sd_N[rows],
-        common=cuts.common[rows],
-        calibration_covariance=cuts.calibration_covariance,
-        form=cuts.form,
-    )
+    felt_by = {
+        f.calibration.id: f.calibration for v in chain(row) for f in v.forces if f.calibration
+    }
+    current = list(felt_by.values())
+    forces = forces_of_pair(session, machine_id, row.pair_id, row.operation, current)
+    return as_sensed_cuts(forces)
 
 
 def _curve(component: str, cuts: SensedCuts) -> LearningCurve:
     """Learn from the first 1, 2, … cuts: the belief after each."""
     count = np.arange(1, len(cuts.force_N) + 1)
-    beliefs = [learn(_part(cuts, slice(0, int(n)))).belief for n in count]
+    beliefs = [learn(cuts.part(slice(0, int(n)))).belief for n in count]
     return LearningCurve(
         component=component,
         n=count.astype(np.float64),
@@ -143,8 +138,8 @@ def _curve(component: str, cuts: SensedCuts) -> LearningCurve:
 def _check(component: str, cuts: SensedCuts) -> PredictedSensed:
     """Learn from the oldest cuts and predict what the drives feel in the newest ones."""
     first = max(2, int(LEARNT_SHARE * len(cuts.force_N)))
-    learnt = learn(_part(cuts, slice(0, first)))
-    rest = _part(cuts, slice(first, None))
+    learnt = learn(cuts.part(slice(0, first)))
+    rest = cuts.part(slice(first, None))
     mean, sd = forward.force_N(rest.feed_mm, rest.depth_mm, learnt)
     half = forward.NORMAL_95 * np.sqrt(sd**2 + rest.sd_N**2)
     return PredictedSensed(

@@ -9,6 +9,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.agent.calibrations import as_calibration
 from autodb.agent.refreshing import chain, pair_name
 from autodb.cutting.law import COMPONENTS, PARAMETER_UNITS, PARAMETERS
 from autodb.errors import UnusableInput, near
@@ -51,7 +52,7 @@ def _calibration(session: Session, row: models.Calibration) -> Node:
     form, coefficients = kept(row.kind, row.parameters), np.array(row.coefficients)
     equation = form.equation(coefficients, row.unit, row.current_unit)
     said = f"{equation}, I = {row.channel}; {row.verdict}"
-    text = f"calibration {row.id}: axis {row.axis} version {row.version}: {said}"
+    text = f"calibration {row.id}: axis {as_calibration(row).called} version {row.version}: {said}"
     return Node(text, [_recording(session, r) for r in row.recordings])
 
 
@@ -84,9 +85,8 @@ def _parameters(session: Session, row: models.CuttingParameters) -> Node:
         cuts = ", ".join(f"{force.cut.number:g}" for force in some)
         source.sources.append(Node(f"cuts {cuts}"))
         node.sources.append(source)
-    calibration = forces[0].calibration
-    if calibration is not None:
-        node.sources.append(_calibration(session, calibration))
+    felt_by = {force.calibration.id: force.calibration for force in forces if force.calibration}
+    node.sources += [_calibration(session, calibration) for calibration in felt_by.values()]
     return node
 
 

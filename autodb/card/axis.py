@@ -184,10 +184,9 @@ def at_middle(calibration: Calibration, felt: Felt) -> OneCut:
 
 
 def _medians(felt: Felt, current: float) -> Felt:
-    speed, feed, depth = (
-        np.array([np.median(one)]) for one in (felt.speed_rpm, felt.feed_mm, felt.depth_mm)
-    )
-    return Felt(np.array([current]), feed * speed / 60.0, speed, feed, depth)
+    known = (felt.speed_rpm, felt.feed_mm, felt.depth_mm, felt.temperature_C)
+    speed, feed, depth, temperature = (np.array([np.median(one)]) for one in known)
+    return Felt(np.array([current]), feed * speed / 60.0, speed, feed, depth, temperature)
 
 
 def rules(calibration: Calibration) -> tuple[str, ...]:

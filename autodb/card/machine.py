@@ -7,6 +7,7 @@ from autodb.card.axis import AxisCard
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.forward import NORMAL_95
 from autodb.sensing.error_kinds import DAY_SHARE
+from autodb.sensing.holds import ANY
 from autodb.sensing.ranges import COMPONENT_OF_AXIS, Calibration
 
 
@@ -38,8 +39,16 @@ def not_sensed(card: Card) -> list[tuple[str, str]]:
     for one in (each.calibration for each in card.cards):
         force = f"force.{one.component}"
         if not one.offered:
-            found.append((f"{force}, in any cut", f"axis {one.axis} is {one.verdict}"))
+            where = f" with {one.holds.words()}" if one.holds != ANY else ""
+            found.append((f"{force}, in any cut{where}", f"axis {one.called} is {one.verdict}"))
             continue
+        if one.holds != ANY:
+            found.append(
+                (
+                    f"{force}, in other cuts than those with {one.holds.words()}",
+                    "this calibration was not made on them",
+                )
+            )
         found += [
             (f"{force}, where the operation is '{operation}'",
              f"axis {axis} stands still: a passive force shows in no current")
@@ -65,7 +74,7 @@ def when_again(cards: Sequence[AxisCard]) -> list[str]:
 
 def _wander(calibrations: Sequence[Calibration]) -> Iterator[str]:
     """Yield by how much gains are known to differ from day to day."""
-    still = [one.axis for one in calibrations if one.errors.gain_share == 0.0]
+    still = [one.called for one in calibrations if one.errors.gain_share == 0.0]
     if still:
         yield (
             f"{'Axis' if len(still) == 1 else 'Axes'} {' and '.join(still)}: over these cuts the "
@@ -73,13 +82,14 @@ def _wander(calibrations: Sequence[Calibration]) -> Iterator[str]:
             "How far it differs on another day they do not say; the intervals hold nothing for it."
         )
     for one in calibrations:
-        if one.axis not in still:
-            yield _known(one.axis, one.errors.gain_share)
+        if one.called not in still:
+            yield _known(one)
 
 
-def _known(axis: str, share: float) -> str:
-    said = f"Axis {axis}: the gain is known to ± {100.0 * NORMAL_95 * share:.2g} % (95 %) from day"
-    published = DAY_SHARE[axis]
+def _known(one: Calibration) -> str:
+    percent = 100.0 * NORMAL_95 * one.errors.gain_share
+    said = f"Axis {one.called}: the gain is known to ± {percent:.2g} % (95 %) from day"
+    published = DAY_SHARE[one.axis]
     source = "what was seen from cut to cut here"
     if published:
         source = (

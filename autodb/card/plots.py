@@ -19,8 +19,11 @@ def felt_as(axis: AxisCard) -> str:
     return "Torque" if c.unit == "N·m" else f"Force {c.component.upper()}"
 
 
-def reference_over_estimate(axis: AxisCard) -> Markup:
-    """Draw the reference over the estimate of cuts left out, and the line where both agree."""
+def reference_over_estimate(axis: AxisCard, *, id_: str) -> Markup:
+    """Draw the reference over the estimate of cuts left out, and the line where both agree.
+
+    ``id_``: the axis' name within the page.
+    """
     c = axis.calibration
     made = figures.figure(
         [f"{felt_as(axis)}, reference [{c.unit}]"],
@@ -32,10 +35,10 @@ def reference_over_estimate(axis: AxisCard) -> Markup:
     made.add_trace(figures.line(ends, ends, tone="muted", name="agreement", line=same))
     _add(made, axis, axis.estimate, axis.target)
     label = f"{c.axis}: reference over the estimate of cuts left out, {c.verdict}"
-    return figures.as_html(made, f"{c.axis}-agreement", height_px=PLOT_PX, label=label)
+    return figures.as_html(made, f"{id_}-agreement", height_px=PLOT_PX, label=label)
 
 
-def residuals(axis: AxisCard) -> tuple[list[Markup], list[str]]:
+def residuals(axis: AxisCard, *, id_: str) -> tuple[list[Markup], list[str]]:
     """Draw reference less estimate against every input; return also the inputs that tell nothing.
 
     Those are not known in all cuts, or the same in all.
@@ -47,23 +50,24 @@ def residuals(axis: AxisCard) -> tuple[list[Markup], list[str]]:
         ("Spindle speed [rpm]", felt.speed_rpm),
         ("Feed [mm/rev]", felt.feed_mm),
         ("Depth of cut [mm]", felt.depth_mm),
+        ("Spindle temperature [°C]", felt.temperature_C),
         ("Cut, in the order of the table", axis.order),
     )
     drawn, still = [], []
     for number, (name, values) in enumerate(inputs):
         if np.isfinite(values).all() and np.ptp(values) > 0.0:
-            drawn.append(_against(axis, name, values, number))
+            drawn.append(_against(axis, name, values, id_=f"{id_}-left-{number}"))
         else:
             still.append(name.split(" [", maxsplit=1)[0].lower())
     return drawn, still
 
 
-def _against(axis: AxisCard, name: str, values: Array, number: int) -> Markup:
+def _against(axis: AxisCard, name: str, values: Array, *, id_: str) -> Markup:
     c = axis.calibration
     made = figures.figure([f"Left [{c.unit}]"], x_title=name)
     _add(made, axis, values, axis.target - axis.estimate)
     label = f"{c.axis}: reference less estimate against {name}"
-    return figures.as_html(made, f"{c.axis}-left-{number}", height_px=SMALL_PX, label=label)
+    return figures.as_html(made, id_, height_px=SMALL_PX, label=label)
 
 
 def _add(made: go.Figure, axis: AxisCard, x: Array, y: Array) -> None:

@@ -9,6 +9,7 @@ from autodb.card.conditions import FEWEST
 from autodb.card.machine import Card, not_sensed, when_again
 from autodb.forward import NORMAL_95
 from autodb.sensing.choosing import FOLDS
+from autodb.sensing.holds import ANY
 from autodb.sensing.outliers import numbers, sentences
 from autodb.sensing.ranges import COMPONENT_OF_AXIS, OFFER_R_SQUARED
 from autodb.sensing.repeats import LEVEL
@@ -34,11 +35,13 @@ def _shown(card: Card, number: int) -> dict[str, object]:
     """Return what the template shows of one axis."""
     axis = card.cards[number]
     c, s = axis.calibration, axis.calibration.scores
-    residuals, still = plots.residuals(axis)
+    id_ = f"axis-{c.axis}" if c.holds == ANY else f"axis-{c.axis}-{number + 1}"
+    residuals, still = plots.residuals(axis, id_=id_)
     return {
         "axis": axis,
-        "id": f"axis-{c.axis}",
+        "id": id_,
         "name": AXIS_NAMES[c.axis],
+        "holds": c.holds.words(),
         "felt_as": plots.felt_as(axis),
         "calibration": c,
         "version": f"version {card.versions[number]}" if card.versions else "not stored",
@@ -52,7 +55,7 @@ def _shown(card: Card, number: int) -> dict[str, object]:
         "range": figures.span(c.current_low, c.current_high, c.current_unit),
         "trueness": _trueness(axis),
         "parts": _parts(axis.middle, c.unit),
-        "scatter_plot": plots.reference_over_estimate(axis),
+        "scatter_plot": plots.reference_over_estimate(axis, id_=id_),
         "residual_plots": residuals,
         "still": still,
         "trials": _trials(axis),

@@ -1,11 +1,14 @@
 """`init` and `machine`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from autodb.cli._common import Database, opened, say, show, table
+
+if TYPE_CHECKING:
+    from autodb.store import models
 
 machine = typer.Typer(
     help="Machines: their axes, and the causes found on them that a person decides on.",
@@ -85,7 +88,7 @@ def show_(
     name: Annotated[str, typer.Argument(help="Name of the machine.")], db: Database = None
 ) -> None:
     """Show a machine's axes, which forces they feel, and all that its file stated."""
-    from autodb.agent.calibrating import latest_calibration
+    from autodb.agent.calibrations import current_calibrations
     from autodb.agent.machines import as_file, find_machine
     from autodb.machinefile import flat
 
@@ -93,11 +96,18 @@ def show_(
     with opened(db) as store, store.reading() as session:
         owner = find_machine(session, name)
         for axis in owner.axes:
-            row = latest_calibration(session, owner.id, axis.name)
-            feels = f"force.{row.component}: {row.verdict}" if row else "not calibrated"
+            current = current_calibrations(session, owner.id, axis.name)
+            feels = "; ".join(map(_feels, current)) or "not calibrated"
             rows.add_row(axis.name, axis.carries, f"{axis.current_sign:+d}", feels)
         stated = flat(as_file(owner))
     show(rows)
     for key, value in stated.items():
         if not key.endswith((".carries", ".current_sign")):
             say(f"{key} = {value}")
+
+
+def _feels(row: "models.Calibration") -> str:
+    from autodb.agent.calibrations import holds_for
+
+    holds = holds_for(row).words()
+    return f"force.{row.component}{f' ({holds})' if holds else ''}: {row.verdict}"

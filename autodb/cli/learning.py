@@ -212,7 +212,7 @@ def _show_calibrations(done: "list[Calibration]") -> None:
     for c in done:
         s = c.scores
         rows.add_row(
-            c.axis,
+            c.called,
             f"force.{c.component}",
             c.form.equation(c.coefficients, c.unit, c.current_unit),
             f"{s.rmse:.1f} {c.unit}",
@@ -222,17 +222,17 @@ def _show_calibrations(done: "list[Calibration]") -> None:
     show(rows)
     for c in done:
         s = c.scores
-        say(f"axis {c.axis}: I = {c.channel}; {s.n} cuts, scored on {s.groups} x {s.grouped_by} "
+        say(f"axis {c.called}: I = {c.channel}; {s.n} cuts, scored on {s.groups} x {s.grouped_by} "
             "left out")  # fmt: skip
-        say(f"axis {c.axis}: RMSE {c.trials_words()}")
+        say(f"axis {c.called}: RMSE {c.trials_words()}")
         if not c.offered:
-            say(f"axis {c.axis}: {c.verdict}")
+            say(f"axis {c.called}: {c.verdict}")
         for sentence in sentences(c.outliers):
-            say(f"axis {c.axis}: {sentence}")
+            say(f"axis {c.called}: {sentence}")
         if c.transients:
             cuts = ", ".join(f"{cut:g}" for cut in c.transients)
             say(
-                f"axis {c.axis}: {len(c.transients)} transient rows set aside (cut {cuts}): the "
+                f"axis {c.called}: {len(c.transients)} transient rows set aside (cut {cuts}): the "
                 f"current jumps, the force does not. With them: RMSE "
                 f"{c.scores_with_transients.rmse:.1f} {c.unit}, "
                 f"R² {c.scores_with_transients.r_squared:.3f}"

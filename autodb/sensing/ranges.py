@@ -18,12 +18,13 @@ from autodb.sensing.error_kinds import DAY_SHARE, ErrorKinds, apart
 from autodb.sensing.forms import (
     FEED_FORMS,
     FEED_SETS,
-    LINE,
     SPINDLE_FORMS,
     SPINDLE_SETS,
+    TANGENTIAL_FORMS,
     Felt,
     Form,
 )
+from autodb.sensing.holds import ANY, Holds
 from autodb.sensing.outliers import Outlier, outliers
 
 Array = NDArray[np.float64]
@@ -58,6 +59,7 @@ class Calibration:
     """A fitted form: ``coefficients`` (p,), their covariance (p, p), and the kinds of error.
 
     ``trials``: root mean square error on groups left out of each form tried (NaN: not held).
+    ``holds``: of which cuts it tells the force.
     """
 
     form: Form
@@ -76,6 +78,12 @@ class Calibration:
     trials: dict[str, float]
     current_low: float
     current_high: float
+    holds: Holds = ANY
+
+    @property
+    def called(self) -> str:
+        """The axis, with what the calibration holds for where it does not hold for any cut."""
+        return f"{self.axis} ({self.holds.words()})" if self.holds != ANY else self.axis
 
     @property
     def shared_covariance(self) -> Array:
@@ -257,17 +265,17 @@ def _forms(table: CutTable, axis: str, unit: str) -> tuple[Form, ...]:
     if axis in FEED_AXES:
         return (*FEED_FORMS, *(FEED_SETS if several else ()))
     if unit != "N·m":
-        return (LINE,)
+        return TANGENTIAL_FORMS
     return (*SPINDLE_FORMS, *(SPINDLE_SETS if several else ()))
 
 
 def _felt(table: CutTable, current: Array) -> Felt:
     """Return what an axis felt in every row."""
-    speed_rpm, feed_mm, depth_mm = (
-        np.full(len(table), np.nan) if known is None else known
-        for known in map(table.get, ("spindle.speed", "cutting.feed", "cutting.depth"))
+    names = ("spindle.speed", "cutting.feed", "cutting.depth", "spindle.temperature")
+    speed_rpm, feed_mm, depth_mm, temperature_C = (
+        np.full(len(table), np.nan) if known is None else known for known in map(table.get, names)
     )
-    return Felt(current, feed_mm * speed_rpm / 60.0, speed_rpm, feed_mm, depth_mm)
+    return Felt(current, feed_mm * speed_rpm / 60.0, speed_rpm, feed_mm, depth_mm, temperature_C)
 
 
 def _target(table: CutTable, axis: str, force_N: Array) -> tuple[Array, str]:
@@ -369,7 +377,10 @@ def sense(table: CutTable, calibration: Calibration) -> Sensed:
     moves, known = moving(table, calibration.axis), np.isfinite(target * to_N)
     felt = moves & known
     still = f"{calibration.axis} stands still: a passive force shows in no current"
-    unknown = f"no {calibration.axis} current, or no speed, diameter or depth, for this cut"
+    unknown = (
+        f"no {calibration.axis} current, or no speed, diameter, depth or spindle temperature that "
+        "its calibration takes, for this cut"
+    )
     reason = [
         None if ok else still if not moved else unknown
         for ok, moved in zip(felt, moves, strict=True)

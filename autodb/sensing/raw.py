@@ -71,7 +71,7 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
             found.loads, found.forces, parts, rate_hz=found.rate_hz, spindle=spindle
         )
         _set_aside(recording, seen)
-    row = _conditions(recording, parts.cut)
+    row = _conditions(recording, parts.cut) | _during(recording, parts.cut)
     for axis, load in found.loads.items():
         row |= means_of(axis, load, parts, found.rate_hz, notes)
     for name, force in found.quasi_static.items():
@@ -207,6 +207,26 @@ def _conditions(recording: Recording, cut: slice) -> dict[str, float]:
         "work.diameter": side.work_diameter_mm,
     }
     return {name: value for name, value in known.items() if value is not None}
+
+
+def _during(recording: Recording, cut: slice) -> dict[str, float]:
+    """Return means over the cut of what tells which calibration holds: velocity, temperature.
+
+    The velocity of an axis that records its position only is what it travelled over the time.
+    """
+    found = {}
+    took_s = float(recording.t_s[cut.stop - 1] - recording.t_s[cut.start])
+    for axis in AXES:
+        velocity, position = (recording.get(f"{axis}.{of}") for of in ("velocity", "position"))
+        if velocity is not None:
+            found[f"{axis}.velocity"] = float(np.mean(velocity[cut]))
+        elif position is not None and took_s > 0:
+            travelled_mm = float(position[cut.stop - 1] - position[cut.start])
+            found[f"{axis}.velocity"] = travelled_mm / took_s
+    temperature = recording.get("spindle.temperature")
+    if temperature is not None:
+        found["spindle.temperature"] = float(np.mean(temperature[cut]))
+    return found
 
 
 def _table(recording: Recording, row: dict[str, float]) -> CutTable:

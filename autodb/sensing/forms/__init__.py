@@ -13,19 +13,30 @@ from autodb.sensing.forms.fuzzy import (
 )
 from autodb.sensing.forms.line import Line, LineOfSpeed
 from autodb.sensing.forms.power import Power, PowerOfSpeed
+from autodb.sensing.forms.warmed import Warmed
 
 __all__ = [
     "FEED_FORMS", "FEED_SETS", "LAWS", "LINE", "LINE_OF_SPEED", "OF_CURRENT", "OF_CURRENT_FEED",
-    "OF_CURRENT_SPEED", "POWER", "POWER_OF_SPEED", "SPINDLE_FORMS", "SPINDLE_SETS", "Felt", "Form",
-    "Fuzzy", "Law", "kept",
+    "OF_CURRENT_SPEED", "POWER", "POWER_OF_SPEED", "SPINDLE_FORMS", "SPINDLE_SETS",
+    "TANGENTIAL_FORMS", "WARMED_LINE", "WARMED_POWER", "WARMED_POWER_OF_SPEED", "Felt", "Form",
+    "Fuzzy", "Law", "Warmed", "kept",
 ]  # fmt: skip
 
 LINE, LINE_OF_SPEED = Line(), LineOfSpeed()
 POWER, POWER_OF_SPEED = Power(), PowerOfSpeed()
+WARMED_LINE = Warmed(LINE, current_from=1)
+WARMED_POWER = Warmed(POWER, current_from=0)
+WARMED_POWER_OF_SPEED = Warmed(POWER_OF_SPEED, current_from=0)
 FEED_FORMS: tuple[Form, ...] = (LINE, LINE_OF_SPEED, OF_CURRENT, OF_CURRENT_FEED)
-SPINDLE_FORMS: tuple[Form, ...] = (LINE, POWER, POWER_OF_SPEED, OF_CURRENT_SPEED)
-"""Forms of the torque; of a tangential force without its arm only the line."""
-LAWS: tuple[Form, ...] = (LINE, LINE_OF_SPEED, POWER, POWER_OF_SPEED)
+SPINDLE_FORMS: tuple[Form, ...] = (
+    LINE, WARMED_LINE, POWER, WARMED_POWER, POWER_OF_SPEED, WARMED_POWER_OF_SPEED, OF_CURRENT_SPEED,
+)  # fmt: skip
+"""Forms of the torque."""
+TANGENTIAL_FORMS: tuple[Form, ...] = (LINE, WARMED_LINE)
+"""Forms of a tangential force whose arm is not known."""
+LAWS: tuple[Form, ...] = (
+    LINE, LINE_OF_SPEED, POWER, POWER_OF_SPEED, WARMED_LINE, WARMED_POWER, WARMED_POWER_OF_SPEED,
+)  # fmt: skip
 
 
 def kept(kind: str, parameters: dict[str, Any] | None) -> Form:

@@ -15,7 +15,7 @@ NARROWEST = 1.15
 @dataclass(frozen=True)
 class Felt:
     """What an axis felt in cuts (n,): current, A; feed speed, mm/s, spindle speed, rpm, feed, mm a
-    revolution, depth of cut, mm (NaN: not known).
+    revolution, depth of cut, mm, the spindle's temperature, °C (NaN: not known).
     """
 
     current: Array
@@ -23,6 +23,7 @@ class Felt:
     speed_rpm: Array
     feed_mm: Array
     depth_mm: Array
+    temperature_C: Array
 
     @property
     def area_mm2(self) -> Array:

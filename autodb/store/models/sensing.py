@@ -8,7 +8,10 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 from autodb.store.models._base import COMPONENTS, Base, link, now, one_of
 from autodb.store.models.recording import Cut, Recording
 
-CALIBRATION_KINDS = ("line", "line-of-speed", "power", "power-of-speed", "anfis")
+CALIBRATION_KINDS = (
+    "line", "line-of-speed", "power", "power-of-speed", "line-warmed", "power-warmed",
+    "power-of-speed-warmed", "anfis",
+)  # fmt: skip
 ESTIMATOR_KINDS = ("range", "drive", "lstm", "table", "inspection", "fusion")
 SPINDLE_STATES = ("cold", "warm")
 FEED_DIRECTIONS = ("+", "-")

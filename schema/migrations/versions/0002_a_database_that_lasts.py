@@ -21,6 +21,8 @@ OLD_KEY = "uq_cutting_parameters_machine_id"
 HOLDS_FOR = ("gear_range", "coolant", "spindle_state", "feed_direction")
 DIALECTS = ("fanuc", "siemens", "heidenhain", "haas", "mazak", "okuma", "linuxcnc", "other")
 COUNTERWEIGHTS = ("none", "weight", "gas", "hydraulic", "spring")
+FORMS = ("line", "line-of-speed", "power", "power-of-speed", "line-warmed", "power-warmed",
+         "power-of-speed-warmed", "anfis")  # fmt: skip
 ESTIMATORS = ("range", "drive", "lstm", "table", "inspection", "fusion")
 
 Kind = Callable[[], sa.types.TypeEngine[Any]]
@@ -109,9 +111,7 @@ CHECKS = {
     },
     "recording": {"ck_recording_stored_copy": "(stored_path IS NULL) = (stored_sha256 IS NULL)"},
     "calibration": {
-        "ck_calibration_kind": _one_of(
-            "kind", "line", "line-of-speed", "power", "power-of-speed", "anfis"
-        ),
+        "ck_calibration_kind": _one_of("kind", *FORMS),
         "ck_calibration_spindle_state": _one_of("spindle_state", "cold", "warm"),
         "ck_calibration_feed_direction": _one_of("feed_direction", "+", "-"),
     },

@@ -1,0 +1,93 @@
+"""A form whose gain follows the spindle's temperature, where that is recorded.
+
+A warm spindle's current reads low (P1 table 2: 465.2 N sensed for 485.8 N). The temperature tells
+how warm it is: target = what the form says, times exp(k (θ − 20 °C)).
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from autodb import fitting
+from autodb.sensing.forms.form import Felt, Form, Law, freed_of_noise
+
+Array = NDArray[np.float64]
+
+REFERENCE_C = 20.0
+"""Temperature at which the plain form holds (ISO 1)."""
+LEAST_SPAN_C = 3.0
+"""Span of the temperature from which on a gain that follows it is looked for. Chosen."""
+
+
+class Warmed:
+    """Coefficients of ``form`` at 20 °C, then k, 1/K.
+
+    From column ``current_from`` on the form's slopes contain the current.
+    """
+
+    margin = 1.0
+
+    def __init__(self, form: Form, *, current_from: int) -> None:
+        self.form = form
+        self.current_from = current_from
+        self.kind = f"{form.kind}-warmed"
+        self.label = f"{form.label}, gain by temperature"
+
+    def fits(self, felt: Felt) -> bool:
+        """Say whether the temperature is known and differs."""
+        known = bool(np.isfinite(felt.temperature_C).all())
+        return known and float(np.ptp(felt.temperature_C)) > LEAST_SPAN_C and self.form.fits(felt)
+
+    def fit(self, felt: Felt, target: Array) -> Law:
+        """Fit by least squares; raises Undetermined where the cuts do not hold it."""
+        start = np.append(self.form.fit(felt, target).coefficients, 0.0)
+
+        def error(values: Array) -> Array:
+            return self.value(values, felt) - target
+
+        def slopes(values: Array) -> Array:
+            return self.slopes(values, felt)
+
+        found = least_squares(error, start, jac=slopes, x_scale="jac")
+        at_end = slopes(found.x)
+        fitting.check_rank(fitting.triangle(at_end, target))
+        variance = 2.0 * float(found.cost) / max(1, len(target) - len(found.x))
+        return Law(found.x, np.asarray(np.linalg.inv(at_end.T @ at_end) * variance), self)
+
+    def value(self, coefficients: Array, felt: Felt) -> Array:
+        """Return the target (n,); NaN where the temperature is not known."""
+        return self.form.value(coefficients[:-1], felt) * _gain(coefficients, felt)
+
+    def slopes(self, coefficients: Array, felt: Felt) -> Array:
+        """Return the target's derivatives by the coefficients, (n, p)."""
+        gain = _gain(coefficients, felt)[:, None]
+        by_k = self.value(coefficients, felt) * (felt.temperature_C - REFERENCE_C)
+        return np.column_stack([self.form.slopes(coefficients[:-1], felt) * gain, by_k])
+
+    def scaling(self, coefficients: Array) -> Array:
+        """Return how the form's coefficients scale; k does not."""
+        return np.append(self.form.scaling(coefficients[:-1]), 0.0)
+
+    def expected(self, slopes: Array, law: Array) -> Array:
+        """Return slopes (n, p) freed of the current's noise, as a law's columns (n, k) make it."""
+        return freed_of_noise(slopes, law, first=self.current_from)
+
+    def beyond(self, felt: Felt) -> Array:
+        """Return what the form adds where the cuts never were."""
+        return self.form.beyond(felt)
+
+    def parameters(self) -> dict[str, Any] | None:
+        """Return None: the coefficients say all."""
+        return None
+
+    def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
+        """Return it as people write it; θ is the spindle's temperature."""
+        plain = self.form.equation(coefficients[:-1], unit, current_unit)
+        percent = 100.0 * coefficients[-1]
+        return f"({plain}) · exp({percent:+.2g} %/K · (θ − {REFERENCE_C:.0f} °C))"
+
+
+def _gain(coefficients: Array, felt: Felt) -> Array:
+    return np.asarray(np.exp(coefficients[-1] * (felt.temperature_C - REFERENCE_C)))
