@@ -194,6 +194,10 @@ def test_cuts_are_parted_by_what_they_state() -> None:
     assert unstated(cuts, parts) == (
         "1 cuts do not state their gear range, and others state several"
     )
+    forth, back = Holds(feed_direction="+"), Holds(feed_direction="-")
+    assert list(partition([forth, ANY])) == [ANY], "not every cut shows its direction"
+    assert list(partition([forth, forth])) == [forth]
+    assert list(partition([forth, back, ANY])) == [forth, back]
     alone = [high, ANY]
     assert unstated(alone, partition(alone)) is None
 

@@ -94,3 +94,16 @@ def test_a_range_that_folds_on_its_way_into_the_cut_is_left_out() -> None:
     assert "x.current.range" not in row
     assert any("folds between air and cut" in line for line in done.notes)
     assert_allclose(row["spindle.current.range"], 20.0, rtol=0.01)
+
+
+def test_velocity_and_temperature_of_a_cut_are_kept_with_it(cut: dict[str, Array]) -> None:
+    """They say which calibration holds: direction of feed, warmth of the spindle."""
+    t = cut["t"]
+    theta = {"spindle.temperature": 30.0 + 0.0 * t}
+    bare = {name: v for name, v in cut.items() if not name.endswith((".position", ".velocity"))}
+    row = _row(raw.cut_of(Recording(path=Path("a.csv"), channels=bare | theta)).table)
+    assert_allclose(row["spindle.temperature"], 30.0)
+    assert "z.velocity" not in row
+    for moves in ({"z.velocity": -4.0 + 0.0 * t}, {"z.position": 100.0 - 4.0 * t}):
+        row = _row(raw.cut_of(Recording(path=Path("a.csv"), channels=bare | moves)).table)
+        assert_allclose(row["z.velocity"], -4.0)

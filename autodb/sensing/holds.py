@@ -100,20 +100,25 @@ def partition(cuts: Sequence[Holds]) -> dict[Holds, NDArray[np.bool_]]:
     """Return the cuts (n,) that can be calibrated on together, by what they hold for.
 
     A cut that does not state what all others state alike goes with them; where they state several,
-    it goes with none.
+    it goes with none. They hold for one feed direction where every one of them shows it: a gear or
+    a coolant is stated on purpose, a velocity just happens to be recorded.
     """
     several = _several(cuts)
-    alike = {
-        name: next((v for c in cuts if (v := getattr(c, name)) is not None), None)
-        for name in SPOKEN
-        if name not in several
-    }
+    alike = {name: _alike(cuts, name) for name in SPOKEN if name not in several}
     found: dict[Holds, NDArray[np.bool_]] = {}
     for i, cut in enumerate(cuts):
         if all(getattr(cut, name) is not None for name in several):
             own = found.setdefault(replace(cut, **alike), np.zeros(len(cuts), dtype=np.bool_))
             own[i] = True
     return found
+
+
+def _alike(cuts: Sequence[Holds], name: str) -> str | None:
+    """Return the one value that cuts state."""
+    values = [getattr(cut, name) for cut in cuts]
+    if name == "feed_direction" and None in values:
+        return None
+    return next((value for value in values if value is not None), None)
 
 
 def unstated(cuts: Sequence[Holds], groups: dict[Holds, NDArray[np.bool_]]) -> str | None:
