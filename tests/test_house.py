@@ -125,6 +125,7 @@ def test_the_wheel_holds_the_kits_and_nothing_else(tmp_path: Path) -> None:
         "autodb/_assets/schema/migrations/versions/0001_first_tables.py",
         "autodb/_assets/schema/migrations/versions/0002_a_database_that_lasts.py",
         "autodb/_assets/schema/migrations/versions/0003_what_a_cause_was_confirmed_as.py",
+        "autodb/_assets/schema/migrations/versions/0004_how_far_off_a_drive_model_is.py",
         "autodb/_assets/schema/job.schema.json",
         "autodb/_assets/sample_jobs/stepped_shaft/job.toml",
         "autodb/_assets/sample_jobs/stepped_shaft/machine.toml",

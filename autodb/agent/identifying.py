@@ -174,6 +174,7 @@ def add_version(
         covariance=model.covariance.tolist(),
         relative_error=model.relative_error,
         protocol=str(model.protocol),
+        errors=asdict(model.errors) if model.errors else None,
         parent=parent,
         recordings=[session.get_one(models.Recording, recording_id)],
     )

@@ -15,6 +15,7 @@ from autodb.cli import (
     keeping,
     learning,
     proving,
+    reconstructing,
     standard,
 )
 from autodb.errors import UnusableInput
@@ -36,6 +37,7 @@ app.command("import")(learning.import_)
 app.command("calibrate")(learning.calibrate)
 app.add_typer(standard.standard, name="standard")
 app.command("identify")(identifying.identify)
+app.command("reconstruct")(reconstructing.reconstruct)
 app.command("refresh")(learning.refresh)
 app.command("predict")(answers.predict)
 app.command("explain")(answers.explain)

@@ -65,10 +65,10 @@ def identify(
     from autodb.agent.identifying import identify_on_machine
     from autodb.sensing import drives
 
-    names = _names(terms)
+    names = names_of(terms)
     with working(f"identifying from {recording.name}") as progress:
-        moves = _moves(recording, axis, columns, group, resample)
-        other = _moves(also, axis, columns, group, resample) if also else None
+        moves = moves_of(recording, axis, columns, group, resample)
+        other = moves_of(also, axis, columns, group, resample) if also else None
         if machine is None:
             kept, model = None, drives.identify(moves, axis=axis, terms=names)
         else:
@@ -90,7 +90,7 @@ def identify(
     show_kept(kept, machine or "")
 
 
-def _names(terms: str | None) -> tuple[str, ...] | None:
+def names_of(terms: str | None) -> tuple[str, ...] | None:
     """Return the names of ``--terms``, each once; None where the option is not given."""
     from autodb.errors import UnusableInput
 
@@ -105,7 +105,7 @@ def _names(terms: str | None) -> tuple[str, ...] | None:
     return names
 
 
-def _moves(
+def moves_of(
     path: Path, axis: str | None, columns: Path | None, group: str | None, resample: float | None
 ) -> "records.Recording":
     """Read moves over time, refused where physics says that a channel is not what it claims."""
@@ -117,7 +117,7 @@ def _moves(
 
     moves = read_one(path, columns=columns, group=group, resample_hz=resample)
     if isinstance(moves, CutTable):
-        raise UnusableInput(f"{path}: a table of cuts; identify needs moves over time")
+        raise UnusableInput(f"{path}: a table of cuts; a recording over time would work")
     refuse_doubtful(path, summary_of(moves, axis=effort_axis(moves, axis)), moves.side)
     return moves
 

@@ -29,19 +29,29 @@ def leave_group_out(x: Array, y: Array, groups: NDArray[np.generic]) -> Array:
 
 
 def held_out(
-    design: Array, values: Array, blocks: NDArray[np.intp], *, gap: int, folds: int = 5
+    design: Array,
+    values: Array,
+    blocks: NDArray[np.intp],
+    *,
+    gap: int,
+    folds: int = 5,
+    pull: Array | None = None,
 ) -> Array:
     """Return y − ŷ (n,), ŷ from coefficients fitted without the row's own fold.
 
     Contiguous ``blocks`` (n,) 0 … G − 1 are dealt to the folds in turn; ``gap`` rows on each side
     of what is left out are not fitted on either, because noise is correlated that far. Directions
-    that the rest does not hold get nothing.
+    that the rest does not hold get nothing. ``pull`` (p,) holds coefficients towards 0, as a row
+    each: what few rows show only must not be carried to others.
     """
     errors = np.empty_like(values)
+    towards = np.diag(np.zeros(design.shape[1]) if pull is None else pull)
+    nothing = np.zeros(len(towards))
     for fold in range(min(folds, int(blocks.max()) + 1)):
         test = blocks % folds == fold
         near = np.convolve(test, np.ones(2 * gap + 1), mode="same") > 0 if gap else test
-        reduced = triangle(design[~near], values[~near])
+        fitted = np.vstack([design[~near], towards])
+        reduced = triangle(fitted, np.concatenate([values[~near], nothing]))
         errors[test] = values[test] - design[test] @ solve(reduced)[0]
     return errors
 

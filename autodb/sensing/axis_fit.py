@@ -23,9 +23,10 @@ from autodb.sensing.axis_model import (
     term_called,
     unit_in,
 )
+from autodb.sensing.drive_errors import DriveErrors, drive_errors
 from autodb.sensing.linearised import Linearised, linearised
 from autodb.sensing.motion import motion_blocks
-from autodb.sensing.prepared import Prepared
+from autodb.sensing.prepared import SPINDLE, Prepared
 from autodb.sensing.steady import Deviation, friction_deviation
 from autodb.terms import Parameter
 from autodb.terms.channel import Part
@@ -274,16 +275,18 @@ def _described(
     in_sum = [_named(names[i], values[i], None, rows) for i in vague]
     told = (*terms, *in_sum, *_given(solved.problem.parts, rows))
     error = published.effort - published.reduced(predicted(told, published.inputs))
-    rms = float(np.sqrt(np.mean(error**2)))
+    rms, effort_rms = _rms(error), _rms(published.effort)
     there = linearised(published, solved.problem.parts)
+    left = _held_out(published, there)
     return Identified(
         axis=rows.axis,
         channel=rows.channel,
         unit=rows.unit,
         terms=told,
         covariance=solved.covariance[np.ix_(numbered, numbered)],
-        relative_error=rms / float(np.sqrt(np.mean(published.effort**2))),
-        held_out_error=_held_out_error(published, there),
+        relative_error=rms / effort_rms,
+        held_out_error=_rms(left) / effort_rms,
+        errors=_errors(published, left, terms),
         residual_rms=rms,
         protocol=published.protocol,
         not_excited=_not_excited([*dropped, *(names[i] for i in vague)]),
@@ -294,11 +297,38 @@ def _described(
     )
 
 
-def _held_out_error(rows: Prepared, problem: Linearised) -> float:
+def _held_out(rows: Prepared, problem: Linearised) -> Array:
+    """Return what terms leave (m,) of blocks of motion that they were not fitted to.
+
+    A coefficient is believed to add no more than the effort's rms: that of a term which only the
+    few rows of a reversal tell from another would be anything, and wrong elsewhere.
+    """
     blocks = motion_blocks(rows.sampled("t"), rows.sampled("direction"))
     gap = round(GAP_S * rows.rate_hz / rows.protocol.decimate)
-    errors = fitting.held_out(problem.columns, problem.target, blocks, gap=gap)
-    return float(np.sqrt(np.mean(errors**2) / np.mean(rows.effort**2)))
+    adds = [p not in part.term.shape for part, p in problem.names]
+    weights, _ = fitting.solve(fitting.triangle(problem.columns, problem.target))
+    noise = float(np.std(problem.target - problem.columns @ weights))
+    size = np.sqrt(np.mean(problem.columns**2, axis=0))
+    pull = np.where(adds, noise * size / _rms(rows.effort), 0.0)
+    return fitting.held_out(problem.columns, problem.target, blocks, gap=gap, pull=pull)
+
+
+def _errors(rows: Prepared, left: Array, terms: Sequence[IdentifiedTerm]) -> DriveErrors | None:
+    """Return how far off the model is by what the axis does; a spindle has no travel and no turns.
+
+    Breakaway is Coulomb friction, with what Stribeck friction adds at rest.
+    """
+    if rows.axis == SPINDLE:
+        return None
+    grips = {("coulomb", "level"), ("stribeck", "level")}
+    breakaway = sum(abs(t.value) for t in terms if (t.term, t.parameter) in grips)
+    inputs = {name: rows.sampled(name) for name in rows.inputs}
+    rate_hz = rows.rate_hz / rows.protocol.decimate
+    return drive_errors(inputs, left, rate_hz=rate_hz, breakaway=breakaway)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _named(name: Name, value: float, sd: float | None, rows: Prepared) -> IdentifiedTerm:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.sensing.drive_errors import DriveErrors
 from autodb.sensing.prepared import SPINDLE
 from autodb.sensing.protocol import Protocol
 from autodb.sensing.steady import SteadyMotion
@@ -67,7 +68,8 @@ class Identified:
     ``held_out_error``: the same on blocks of motion that the terms were not fitted to (ordinary
     least squares around the shape). ``not_excited``:
     what got no number, with the move that would give it one; ``doubts``: values beyond what physics
-    allows; ``moved``: what is no longer as an earlier version believed it.
+    allows; ``errors``: how far off it is by what the axis does (none of a spindle);
+    ``moved``: what is no longer as an earlier version believed it.
     """
 
     axis: str
@@ -83,6 +85,7 @@ class Identified:
     doubts: tuple[str, ...]
     plain: PlainFit
     steady: SteadyMotion | None
+    errors: DriveErrors | None
     moved: tuple["Moved", ...] = ()
 
     @property

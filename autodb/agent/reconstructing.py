@@ -1,0 +1,162 @@
+"""Reconstruct the loads of a recording from its drives, with models identified from moves."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+
+from autodb.agent.identifying import newest_model, stored_terms
+from autodb.agent.machines import find_machine, signed
+from autodb.channels import axis_of, effort_channels
+from autodb.errors import UnusableInput
+from autodb.forward import NORMAL_95
+from autodb.records import Recording
+from autodb.sensing.axis_model import Identified
+from autodb.sensing.drive_errors import DriveErrors
+from autodb.sensing.reconstruct import DriveModel, Load, observe, reconstruct
+from autodb.store import Store, models
+
+LEAST_SHARE = 0.05
+"""A torque constant of a data sheet is no surer than ± 5 %, 95 % (physics reference, section 3)."""
+MM_IN_M = 1000.0
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Newtons an ampere of one axis; ``share``: its relative sd, which all samples share."""
+
+    newtons_per_ampere: float
+    share: float
+    source: str
+
+
+@dataclass(frozen=True)
+class Felt:
+    """Load of one axis, with the model that it comes from and what made newtons of amperes.
+
+    ``scale`` is None where the effort was in newtons, or nothing is known that makes it so: then
+    the load stays in amperes.
+    """
+
+    load: Load
+    model: str
+    scale: Scale | None
+
+
+def reconstruct_on_machine(
+    store: Store,
+    machine: str,
+    recording: Recording,
+    *,
+    axis: str | None,
+    bandwidth_hz: float,
+    observer: bool,
+    scale: Scale | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[Felt]:
+    """Return the load of each axis that the recording has an effort and the machine a model of.
+
+    ``scale`` replaces what the machine's file says. Raises UnusableInput when there is none.
+    """
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        own = signed(recording, owner)
+        channels = _efforts(recording, axis)
+        felt, without = [], []
+        for channel in channels:
+            row = newest_model(session, owner.id, channel)
+            if row is None or row.errors is None:
+                without.append(channel)
+                continue
+            progress(f"load of {row.axis}")
+            stated = next((a for a in owner.axes if a.name == row.axis), None)
+            said = f"version {row.version} of machine '{machine}'"
+            known = scale or (scale_of(stated) if stated else None)
+            load = _load(own, _model(row), bandwidth_hz=bandwidth_hz, observer=observer)
+            felt.append(_felt(load, said, known))
+    if not felt:
+        raise UnusableInput(
+            f"{recording.path}: machine '{machine}' has no model of {', '.join(without)}; "
+            f"'autodb identify MOVES --machine {machine}' makes one"
+        )
+    return felt
+
+
+def reconstruct_with(
+    model: Identified,
+    recording: Recording,
+    *,
+    moves: str,
+    bandwidth_hz: float,
+    observer: bool,
+    scale: Scale | None = None,
+) -> Felt:
+    """Return the load of the axis that a model was identified of, from the file ``moves``."""
+    if model.errors is None:
+        raise UnusableInput(f"{moves}: {model.axis} has no load to reconstruct; an axis would work")
+    found = DriveModel(
+        model.axis, model.channel, model.unit, model.terms, model.covariance, model.errors
+    )
+    load = _load(recording, found, bandwidth_hz=bandwidth_hz, observer=observer)
+    return _felt(load, f"identified from {moves}", scale)
+
+
+def _efforts(recording: Recording, axis: str | None) -> Sequence[str]:
+    found = [
+        name
+        for name in effort_channels(list(recording.channels))
+        if axis is None or axis_of(name) == axis
+    ]
+    if not found:
+        wanted = f"{axis or 'x'}.current"
+        raise UnusableInput(
+            f"{recording.path}: no drive effort; a channel '{wanted}' or "
+            f"'{axis or 'x'}.drive_force' would work{recording.near(wanted)}"
+        )
+    return found
+
+
+def _load(recording: Recording, model: DriveModel, *, bandwidth_hz: float, observer: bool) -> Load:
+    if bandwidth_hz > 0.25 * recording.rate_hz:
+        raise UnusableInput(
+            f"--bandwidth: {bandwidth_hz:g} Hz is too much for {recording.path} at "
+            f"{recording.rate_hz:g} Hz; up to {0.25 * recording.rate_hz:g} would work"
+        )
+    how = observe if observer else reconstruct
+    return how(recording, model, bandwidth_hz=bandwidth_hz)
+
+
+def _felt(load: Load, model: str, scale: Scale | None) -> Felt:
+    if scale is None or load.unit != "A":
+        return Felt(load, model, None)
+    return Felt(load.scaled(scale.newtons_per_ampere, "N"), model, scale)
+
+
+def _model(row: models.ChannelModel) -> DriveModel:
+    return DriveModel(
+        axis=row.axis,
+        channel=row.channel,
+        unit=row.unit,
+        terms=stored_terms(row),
+        covariance=np.array(row.covariance),
+        errors=DriveErrors.of(row.errors or {}),
+    )
+
+
+def scale_of(axis: models.Axis) -> Scale | None:
+    """Return newtons an ampere by torque constant, gear and screw; None where one is not stated.
+
+    The screw's efficiency is not in it: it is part of what the bounds must hold.
+    """
+    constant, pitch_mm = axis.torque_constant_N_m_A, axis.screw_pitch_mm
+    if constant is None or pitch_mm is None:
+        return None
+    low, high = axis.torque_constant_lower or constant, axis.torque_constant_upper or constant
+    share = max(0.5 * (high - low) / constant, LEAST_SHARE) / NORMAL_95
+    per_ampere = constant * 2.0 * pi * (axis.gear_ratio or 1.0) * MM_IN_M / pitch_mm
+    source = (
+        f"torque constant {constant:g} N·m/A ({axis.torque_constant_source or 'no source'}), "
+        f"screw {pitch_mm:g} mm"
+    )
+    return Scale(per_ampere, share, source)

@@ -1,0 +1,190 @@
+"""`reconstruct`: the load on each axis from its drive."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import (
+    Columns,
+    Database,
+    Group,
+    Resample,
+    opened,
+    say,
+    show,
+    table,
+    working,
+)
+from autodb.cli.identifying import Axis, moves_of, names_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from autodb import records
+    from autodb.agent.reconstructing import Felt, Scale
+
+
+class Estimator(StrEnum):
+    """What reconstructs a force."""
+
+    DRIVE = "drive"
+
+
+Recording = Annotated[
+    Path, typer.Argument(readable=False, help="A recording over time with position and effort.")
+]
+By = Annotated[Estimator, typer.Option("--estimator", help="What the load is felt with.")]
+Owner = Annotated[
+    str | None, typer.Option("--machine", help="Machine whose newest models of its axes are used.")
+]
+Moves = Annotated[
+    Path | None,
+    typer.Option(
+        "--moves", readable=False, help="Recording of moves in air to identify the axis from."
+    ),
+]
+Terms = Annotated[
+    str | None,
+    typer.Option("--terms", metavar="TERM,TERM…", help="Terms to fit to --moves."),
+]
+Bandwidth = Annotated[
+    float, typer.Option("--bandwidth", metavar="HZ", min=0.1, help="Frequency up to which.")
+]
+Observer = Annotated[
+    bool,
+    typer.Option("--observer", help="As a disturbance observer: nothing that comes later is used."),
+]
+PerAmpere = Annotated[
+    float | None,
+    typer.Option(
+        "--newtons-per-ampere", metavar="N", min=1e-6, help="What an ampere is; ± 5 % is assumed."
+    ),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="FILE", help="CSV to write [default: ./RECORDING-load.csv]."),
+]
+Page = Annotated[
+    Path | None, typer.Option("--page", metavar="FILE", help="Write a page with the loads, too.")
+]
+
+
+def reconstruct(
+    recording: Recording,
+    estimator: By = Estimator.DRIVE,  # noqa: ARG001 - there is one so far
+    machine: Owner = None,
+    moves: Moves = None,
+    terms: Terms = None,
+    axis: Axis = None,
+    bandwidth: Bandwidth = 10.0,
+    observer: Observer = False,
+    newtons_per_ampere: PerAmpere = None,
+    columns: Columns = None,
+    group: Group = None,
+    resample: Resample = None,
+    out: Out = None,
+    page: Page = None,
+    db: Database = None,
+) -> None:
+    """Reconstruct the load on each axis: its drive's effort less friction, inertia and weight."""
+    from autodb.errors import UnusableInput
+    from autodb.loads import check_target, write_page, write_table
+
+    if (machine is None) == (moves is None):
+        raise UnusableInput("give either --machine NAME or --moves FILE: what moving an axis takes")
+    if terms is not None and moves is None:
+        raise UnusableInput("--terms goes with --moves: a machine's model has its own")
+    out = out or Path(f"{recording.stem}-load.csv")
+    check_target(out, suffix=".csv", option="--out")
+    if page is not None:
+        check_target(page, suffix=".html", option="--page")
+    how = _How(axis, bandwidth, observer, _scale(newtons_per_ampere))
+    with working(f"reconstructing {recording.name}") as progress:
+        cut = moves_of(recording, axis, columns, group, resample)
+        if moves is not None:
+            progress(f"identifying from {moves.name}")
+            air = moves_of(moves, axis, columns, group, resample)
+            felt = [_by_moves(cut, air, names_of(terms), how)]
+        else:
+            felt = _by_machine(cut, machine or "", db, how, progress)
+        progress(f"writing {out.name}")
+        write_table(cut.t_s, felt, out)
+        if page is not None:
+            write_page(recording.name, cut.t_s, felt, page)
+    _show(felt)
+    say(f"load: {out}")
+    if page is not None:
+        say(f"page: {page}")
+
+
+@dataclass(frozen=True)
+class _How:
+    """What was asked for."""
+
+    axis: str | None
+    bandwidth_hz: float
+    observer: bool
+    scale: "Scale | None"
+
+
+def _by_machine(
+    cut: "records.Recording",
+    machine: str,
+    db: str | None,
+    how: _How,
+    progress: "Callable[[str], None]",
+) -> "list[Felt]":
+    from autodb.agent.reconstructing import reconstruct_on_machine
+
+    with opened(db) as store:
+        return reconstruct_on_machine(
+            store, machine, cut, axis=how.axis, bandwidth_hz=how.bandwidth_hz,
+            observer=how.observer, scale=how.scale, progress=progress,
+        )  # fmt: skip
+
+
+def _by_moves(
+    cut: "records.Recording",
+    air: "records.Recording",
+    terms: tuple[str, ...] | None,
+    how: _How,
+) -> "Felt":
+    from autodb.agent.reconstructing import reconstruct_with
+    from autodb.sensing import drives
+
+    model = drives.identify(air, axis=how.axis, terms=terms)
+    return reconstruct_with(
+        model, cut, moves=air.path.name, bandwidth_hz=how.bandwidth_hz, observer=how.observer,
+        scale=how.scale,
+    )  # fmt: skip
+
+
+def _scale(newtons_per_ampere: float | None) -> "Scale | None":
+    from autodb.agent.reconstructing import LEAST_SHARE, Scale
+    from autodb.forward import NORMAL_95
+
+    if newtons_per_ampere is None:
+        return None
+    return Scale(newtons_per_ampere, LEAST_SHARE / NORMAL_95, "--newtons-per-ampere")
+
+
+def _show(felt: "list[Felt]") -> None:
+    import numpy as np
+
+    from autodb.loads import MARKS, rms, scale_words
+
+    rows = table(
+        "Load", "axis", "unit", ">rms", ">largest", ">median sd",
+        *(f">{mark.replace('_', ' ')}" for mark in MARKS),
+    )  # fmt: skip
+    for load in (one.load for one in felt):
+        sizes = (rms(load.value), float(np.max(np.abs(load.value))), float(np.median(load.sd)))
+        shares = [f"{100.0 * float(np.mean(getattr(load, mark))):.1f} %" for mark in MARKS]
+        rows.add_row(load.axis, load.unit, *(f"{size:.4g}" for size in sizes), *shares)
+    show(rows)
+    for one in felt:
+        say(f"{one.load.axis}: {one.model}; up to {one.load.bandwidth_hz:g} Hz")
+        say(f"{one.load.axis}: {scale_words(one)}")

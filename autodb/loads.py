@@ -1,0 +1,129 @@
+"""Writes reconstructed loads: a table at every row, and a page that shows them."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+from pyarrow import csv
+
+from autodb import __version__, figures
+from autodb.agent.reconstructing import Felt
+from autodb.channels import LINEAR_AXES
+from autodb.errors import UnusableInput
+from autodb.forward import NORMAL_95
+from autodb.sensing.reconstruct import Load
+from autodb.store.copies import hidden, needs_folder, sync
+
+Array = NDArray[np.float64]
+
+MARKS = ("standing", "turned", "outside", "braking", "at_limit")
+PLOT_PX = 420
+
+
+def check_target(path: Path, *, suffix: str, option: str) -> None:
+    """Raise UnusableInput where a file could not be written to ``path``."""
+    if path.suffix != suffix:
+        raise UnusableInput(f"{option}: {path} does not end in {suffix}; FILE{suffix} would work")
+    if path.is_dir():
+        raise UnusableInput(f"{path}: is a folder; {option} needs the name of a file")
+    needs_folder(path)
+
+
+def write_table(t_s: Array, felt: Sequence[Felt], path: Path) -> None:
+    """Write t, and of each axis load, sd, state and force on the tool, as CSV; whole or not at all.
+
+    ``t_s`` (n,). An earlier file of that name is replaced.
+    """
+    columns: dict[str, object] = {"t": t_s}
+    for load in (one.load for one in felt):
+        columns[f"{load.axis}.load"] = load.value
+        columns[f"{load.axis}.load.sd"] = load.sd
+        columns[f"{load.axis}.state"] = _states(load)
+        if load.unit == "N" and load.axis in LINEAR_AXES:
+            columns[f"force.{load.axis}"] = -load.value
+    with hidden(path) as part:
+        csv.write_csv(pa.table(columns), part)
+        sync(part)
+        part.replace(path)
+        sync(path.parent)
+
+
+def _states(load: Load) -> list[str]:
+    """Return the marks of each row, blank between them; 'at limit' is written 'at_limit'."""
+    words = [np.where(getattr(load, mark), f"{mark} ", "") for mark in MARKS]
+    whole = words[0]
+    for word in words[1:]:
+        whole = np.char.add(whole, word)
+    return [str(text).strip() for text in whole]
+
+
+def write_page(name: str, t_s: Array, felt: Sequence[Felt], path: Path) -> None:
+    """Write the page of a recording's loads; an earlier file of that name is replaced."""
+    with hidden(path) as part:
+        part.write_text(render(name, t_s, felt), encoding="utf-8")
+        sync(part)
+        part.replace(path)
+        sync(path.parent)
+
+
+def render(name: str, t_s: Array, felt: Sequence[Felt]) -> str:
+    """Return the page: one HTML file that loads nothing."""
+    return figures.page(
+        "loads.html.j2",
+        title=f"{name}: load from the drives",
+        name=name,
+        version=__version__,
+        axes=[_shown(t_s, one) for one in felt],
+    )
+
+
+def _shown(t_s: Array, felt: Felt) -> dict[str, object]:
+    load = felt.load
+    sizes = (("Largest", np.max(np.abs(load.value))), ("Root mean square", rms(load.value)))
+    return {
+        "name": f"{load.axis.upper()} axis",
+        "plot": _plot(t_s, load),
+        "model": felt.model,
+        "scale": scale_words(felt),
+        "bandwidth": figures.quantity(load.bandwidth_hz, "Hz"),
+        "figures": [(what, figures.quantity(float(size), load.unit)) for what, size in sizes],
+        "sure": figures.quantity(NORMAL_95 * float(np.median(load.sd)), load.unit),
+        "shares": [
+            (mark.replace("_", " "), f"{100.0 * float(np.mean(getattr(load, mark))):.3g} %")
+            for mark in MARKS
+        ],
+    }
+
+
+def rms(values: Array) -> float:
+    """Return the root mean square of values (n,)."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def scale_words(felt: Felt) -> str:
+    """Say what made newtons of amperes, and how sure that is."""
+    if felt.scale is not None:
+        percent = 100.0 * NORMAL_95 * felt.scale.share
+        return (
+            f"1 A is {felt.scale.newtons_per_ampere:.4g} N ± {percent:.2g} % (95 %), by "
+            f"{felt.scale.source}; that error is common to all rows and not in their sd"
+        )
+    if felt.load.unit == "A":
+        return (
+            "in amperes: newtons need --newtons-per-ampere, or torque constant and screw pitch in "
+            "the machine's file"
+        )
+    return f"the drive's effort is in {felt.load.unit}"
+
+
+def _plot(t_s: Array, load: Load) -> object:
+    made = figures.figure([f"Load of {load.axis} [{load.unit}]"], x_title="Time [s]")
+    half = NORMAL_95 * load.sd
+    edge = {"width": 1.0}
+    for values, name in ((load.value - half, "95 %, low"), (load.value + half, "95 %, high")):
+        made.add_trace(figures.line(t_s, values, tone="simulation", name=name, line=edge))
+    made.add_trace(figures.line(t_s, load.value, tone="corrected", name="load"))
+    label = f"load of {load.axis} over time with its 95 % interval"
+    return figures.as_html(made, f"load-{load.axis}", height_px=PLOT_PX, label=label)

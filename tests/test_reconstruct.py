@@ -1,0 +1,258 @@
+"""Load from a drive: known loads come back, and their interval holds them and says where not."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from numpy.typing import NDArray
+
+from autodb import signals
+from autodb.records import Recording
+from autodb.sensing.axis_model import Identified
+from autodb.sensing.drives import identify
+from autodb.sensing.reconstruct import DriveModel, at_limit, observe, reconstruct
+from tests.conftest import Cli
+
+Array = NDArray[np.float64]
+RATE = 500.0
+MASS_A, COULOMB_A, VISCOUS_A = 6e-4, 0.7, 1.1e-3
+"""A s²/mm, A, A s/mm: a ball-screw axis in amperes."""
+NOISE_A = 0.03
+
+
+def _motion(seed: int, moves: int) -> tuple[Array, Array, Array]:
+    """Return position, velocity and acceleration of moves there and back at several feeds."""
+    rng = np.random.default_rng([seed, 0])
+    velocity = [np.zeros(100)]
+    for move in range(moves):
+        top = rng.uniform(10.0, 180.0) * (1.0 if move % 2 == 0 else -1.0)
+        ramp, run = np.linspace(0.0, top, 60), np.full(int(60.0 / abs(top) * RATE), top)
+        velocity += [ramp, run, ramp[::-1], np.zeros(40)]
+    v = np.concatenate(velocity)
+    return np.cumsum(v) / RATE, v, np.gradient(v) * RATE
+
+
+def _recording(
+    seed: int, load_A: Array | None = None, *, moves: int = 16, friction: float = 1.0
+) -> Recording:
+    x, v, a = _motion(seed, moves)
+    effort = MASS_A * a + friction * (COULOMB_A * np.sign(v) + VISCOUS_A * v)
+    effort += NOISE_A * np.random.default_rng([seed, 1]).standard_normal(len(v))
+    if load_A is not None:
+        effort += load_A
+    channels = {"t": np.arange(len(v)) / RATE, "z.position": x, "z.current": effort}
+    return Recording(path=Path(f"moves-{seed}.csv"), channels=channels)
+
+
+def _model(found: Identified) -> DriveModel:
+    assert found.errors is not None
+    return DriveModel(
+        found.axis, found.channel, found.unit, found.terms, found.covariance, found.errors
+    )
+
+
+@pytest.fixture(scope="module")
+def model() -> DriveModel:
+    """Return the axis as it is identified from moves in air."""
+    return _model(identify(_recording(1)))
+
+
+def _steps(n: int) -> Array:
+    """Loads of 2 A for half a second, every second and a half."""
+    return np.where(np.arange(n) % int(1.5 * RATE) < int(0.5 * RATE), 2.0, 0.0)
+
+
+def test_a_known_load_comes_back_within_its_interval(model: DriveModel) -> None:
+    """Friction differs by 10 % from the day of the moves, as its sd says; by 60 % it shows."""
+    for seed, friction, least, most in (
+        (10, 1.1, 0.9, 1.0),
+        (11, 0.9, 0.9, 1.0),
+        (12, 1.6, 0, 0.3),
+    ):
+        n = len(_recording(seed))
+        cut = _recording(seed, _steps(n), friction=friction)
+        load = reconstruct(cut, model, bandwidth_hz=10.0)
+        truth = signals.lowpass(_steps(n), rate_hz=RATE, cutoff_hz=10.0)
+        moves = ~(load.standing | load.turned)
+        left = (load.value - truth)[moves]
+        assert least <= np.mean(np.abs(left) < 1.96 * load.sd[moves]) <= most
+        assert float(np.std(left - np.mean(left))) < 0.75
+
+
+def test_an_observer_knows_nothing_of_what_comes_later(model: DriveModel) -> None:
+    cut = _recording(20, _steps(len(_recording(20))))
+    later = len(cut) // 2
+    changed = {
+        name: np.concatenate([v[:later], v[later:] + (0.0 if name == "t" else 1.0)])
+        for name, v in cut.channels.items()
+    }
+    whole = observe(cut, model, bandwidth_hz=10.0).value
+    other = observe(replace(cut, channels=changed), model, bandwidth_hz=10.0).value
+    assert_array_equal(whole[:later], other[:later])
+    assert np.any(whole[later:] != other[later:])
+    truth = _steps(len(cut))
+    delayed = np.interp(cut.t_s - 2.0 / (np.sqrt(2.0) * 2.0 * np.pi * 10.0), cut.t_s, truth)
+    rows = slice(int(RATE), None)
+    assert float(np.sqrt(np.mean((whole - delayed)[rows] ** 2))) < 0.35
+
+
+def test_it_is_unsure_where_the_axis_stands_turns_or_never_was(model: DriveModel) -> None:
+    cut = _recording(30)
+    load = reconstruct(cut, model, bandwidth_hz=10.0)
+    steady = ~(load.standing | load.turned)
+    assert np.median(load.sd[load.standing]) > COULOMB_A / np.sqrt(3.0) * 0.9
+    assert np.median(load.sd[steady]) < 0.15
+    far = replace(cut, channels={**cut.channels, "z.position": cut.channels["z.position"] + 500.0})
+    beyond = reconstruct(far, model, bandwidth_hz=10.0)
+    assert beyond.outside.all()
+    assert np.all(beyond.sd >= load.sd - 1e-12)
+    assert np.median(beyond.sd[steady]) > 1.5 * np.median(load.sd[steady])
+
+
+def test_what_the_drive_takes_back_and_where_it_is_cut_off_is_marked(model: DriveModel) -> None:
+    pulled = _recording(31, np.full(len(_recording(31)), -3.0))
+    velocity = np.gradient(pulled["z.position"], pulled.t_s)
+    load = reconstruct(pulled, model, bandwidth_hz=10.0)
+    fast = np.abs(velocity) > 5.0
+    assert np.mean(load.braking[fast & (velocity > 0)]) > 0.95
+    assert np.mean(load.braking[fast & (velocity < 0)]) < 0.05
+    effort = pulled["z.current"]
+    assert not at_limit(effort).any(), "noise has one largest value"
+    clipped = np.clip(effort, -3.5, 3.5)
+    assert_array_equal(at_limit(clipped), np.abs(clipped) >= 0.98 * 3.5)
+
+
+def _emps(path: Path, *, by_law: bool) -> tuple[Recording, Array]:
+    """Return an EMPS file in N and mm, with the effort of the controller's law, and its pulses.
+
+    The law and its gains are the data's own (EMPS_Description.pdf): kp kv (qg − qm) − kv v.
+    """
+    from scipy.io import loadmat
+
+    table = loadmat(path)
+    t, q, goal = (table[name].ravel().astype(np.float64) for name in ("t", "qm", "qg"))
+    kp, kv, newtons_per_volt = 160.18, 243.45, 35.15065188
+    law = kp * kv * (goal - q) - kv * np.gradient(q, t)
+    volts = law if by_law else table["vir"].ravel().astype(np.float64)
+    pulses = table["pulses_N"].ravel() if "pulses_N" in table else np.zeros_like(t)
+    channels = {
+        "t": t - t[0],
+        "x.position": 1000.0 * q,
+        "x.drive_force": newtons_per_volt * volts,
+    }
+    return Recording(path=path, channels=channels), 1.014 * newtons_per_volt * pulses
+
+
+def test_the_load_pulses_of_a_real_axis_are_rebuilt(emps: Path, pulses: Path) -> None:
+    """Fitted to one file, pulses of 178 N in the other; the pulses' own channel is not used."""
+    air, _ = _emps(emps, by_law=False)
+    cut, truth = _emps(pulses, by_law=True)
+    truth = signals.lowpass(truth, rate_hz=cut.rate_hz, cutoff_hz=10.0)
+    terms = ("inertia", "viscous", "coulomb", "gravity", "asymmetry")
+    found = identify(air, terms=terms)
+    assert found.held_out_error < 0.035, "weight and asymmetry differ in a few rows only"
+    inner = slice(500, -500)
+    left = {}
+    for name, model in (("ours", _model(found)), ("symmetric", _model(identify(air)))):
+        load = reconstruct(cut, model, bandwidth_hz=10.0)
+        slope, _ = np.polyfit(truth[inner], -load.value[inner], 1)
+        assert abs(slope - 1.0) < 0.02
+        error = (-load.value - truth)[inner]
+        left[name] = float(np.sqrt(np.mean(error**2)))
+        assert 0.8 < np.mean(np.abs(error) < 1.96 * load.sd[inner]) < 1.0
+    assert left["ours"] < left["symmetric"] < 5.0
+    observed = observe(cut, _model(found), bandwidth_hz=10.0)
+    assert float(np.std(-observed.value[inner] - truth[inner])) < 30.0, "delayed by its filter"
+
+
+def _write(path: Path, recording: Recording) -> None:
+    names = list(recording.channels)
+    rows = np.column_stack([recording.channels[name] for name in names])
+    np.savetxt(path, rows, delimiter=",", header=",".join(names), comments="", fmt="%.9g")
+
+
+MACHINE = """
+[axes.z]
+carries = "tool"
+screw_pitch_mm = 10
+[axes.z.torque_constant_N_m_A]
+value = 0.8
+lower = 0.72
+upper = 0.88
+source = "data sheet"
+status = "not verified"
+date = "2026-01-15"
+"""
+
+
+def test_a_machines_model_gives_newtons_on_the_tool(cli: Cli) -> None:
+    """1 A is 0.8 · 2π · 1000/10 = 502.7 N; its ± 10 % are said, and not in the rows' sd."""
+    from autodb import records
+
+    cut = _recording(40, _steps(len(_recording(40))))
+    _write(Path("air.csv"), _recording(1))
+    _write(Path("cut.csv"), cut)
+    Path("m.toml").write_text(MACHINE, encoding="utf-8")
+    assert cli("init").code == 0
+    assert cli("machine", "add", "m", "--file", "m.toml").code == 0
+    refused = cli("reconstruct", "cut.csv", "--machine", "m")
+    assert refused.code == 2
+    assert "no model of z.current; 'autodb identify MOVES --machine m' makes one" in refused.err
+    assert cli("identify", "air.csv", "--machine", "m").code == 0
+    done = cli("reconstruct", "cut.csv", "--machine", "m", "--page", "page.html")
+    assert done.code == 0, done.err
+    said = " ".join(done.out.split())
+    assert "1 A is 502.7 N ± 10 % (95 %), by torque constant 0.8 N·m/A (data sheet)" in said
+    assert "version 1 of machine 'm'; up to 10 Hz" in said
+    table = records.read(Path("cut-load.csv"))
+    load, force = np.loadtxt(
+        "cut-load.csv", delimiter=",", skiprows=1, usecols=(1, 4), unpack=True, converters=_bare
+    )
+    assert_allclose(force, -load)
+    assert_allclose(table["force.z"], force)
+    truth = 502.65 * signals.lowpass(_steps(len(cut)), rate_hz=RATE, cutoff_hz=10.0)
+    assert float(np.corrcoef(load, truth)[0, 1]) > 0.98
+    assert "load of z over time" in Path("page.html").read_text("utf-8")
+    other = cli("reconstruct", "cut.csv", "--machine", "m", "--newtons-per-ampere", "100")
+    assert "1 A is 100 N ± 5 %" in " ".join(other.out.split())
+
+
+def _bare(text: str) -> float:
+    return float(text.strip('"'))
+
+
+def test_moves_stand_in_for_a_machine(cli: Cli) -> None:
+    _write(Path("air.csv"), _recording(1))
+    _write(Path("cut.csv"), _recording(41, moves=6))
+    done = cli("reconstruct", "cut.csv", "--moves", "air.csv", "--observer", "--out", "o.csv")
+    assert done.code == 0, done.err
+    assert "in amperes: newtons need --newtons-per-ampere" in " ".join(done.out.split())
+    assert Path("o.csv").read_text("utf-8").startswith('"t","z.load","z.load.sd","z.state"\n')
+
+
+REFUSALS = [
+    (("cut.csv",), "give either --machine NAME or --moves FILE"),
+    (("cut.csv", "--machine", "m", "--terms", "coulomb"), "--terms goes with --moves"),
+    (("cut.csv", "--moves", "air.csv", "--out", "a.txt"), "does not end in .csv"),
+    (("cut.csv", "--moves", "air.csv", "--out", "none/a.csv"), "no such folder"),
+    (("cut.csv", "--moves", "air.csv", "--page", "a.pdf"), "does not end in .html"),
+    (("cut.csv", "--moves", "air.csv", "--bandwidth", "200"), "up to 125 would work"),
+    (("still.csv", "--moves", "air.csv"), "no channel 'z.position'"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "line"), REFUSALS, ids=[line for _, line in REFUSALS])
+def test_what_cannot_be_reconstructed_ends_in_one_line(
+    cli: Cli, arguments: tuple[str, ...], line: str
+) -> None:
+    _write(Path("air.csv"), _recording(1))
+    cut = _recording(41, moves=6)
+    _write(Path("cut.csv"), cut)
+    bare = {name: v for name, v in cut.channels.items() if name != "z.position"}
+    _write(Path("still.csv"), replace(cut, channels=bare))
+    done = cli("reconstruct", *arguments)
+    assert done.code == 2
+    assert line in " ".join(done.err.split())
+    assert not list(Path().glob("*-load.csv"))
