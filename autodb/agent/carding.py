@@ -1,5 +1,6 @@
 """Gather what a calibration card shows from a calibration just made."""
 
+from collections.abc import Mapping
 from datetime import UTC, datetime
 
 from autodb import standard
@@ -9,8 +10,17 @@ from autodb.card import Card, axis_card
 SHOWN_OF_CHECKSUM = 12
 
 
-def card_of(done: Calibrated, *, title: str, protocol: standard.Protocol | None) -> Card:
-    """Return the card of calibrations made today; ``protocol`` as they were made with."""
+def card_of(
+    done: Calibrated,
+    *,
+    title: str,
+    protocol: standard.Protocol | None,
+    moved: Mapping[str, tuple[str, ...]],
+) -> Card:
+    """Return the card of calibrations made today; ``protocol`` as they were made with.
+
+    ``moved``: sentences on what moved over the cuts, by axis.
+    """
     forces = known_forces(done.table, protocol)
     sources = [f"{name}, sha256 {sha256[:SHOWN_OF_CHECKSUM]}" for name, sha256 in done.sources]
     if protocol is not None:
@@ -23,7 +33,13 @@ def card_of(done: Calibrated, *, title: str, protocol: standard.Protocol | None)
         sources=tuple(sources),
         axes=done.axes,
         cards=tuple(
-            axis_card(one, done.table, force_N=forces[one.component], protocol=protocol)
+            axis_card(
+                one,
+                done.table,
+                force_N=forces[one.component],
+                protocol=protocol,
+                what_moved=moved[one.axis],
+            )
             for one in done.calibrations
         ),
         versions=done.versions,

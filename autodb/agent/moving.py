@@ -1,0 +1,89 @@
+"""What moved over a run of calibration cuts whose first one was made again at its end."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import standard
+from autodb.agent.calibrating import Calibrated, known_forces
+from autodb.card import axis, conditions
+from autodb.explain.answer import Cause
+from autodb.explain.cutting.currents import Run
+from autodb.explain.moved import Ends, explain_moved
+from autodb.explain.moved_words import sentences
+from autodb.records import CutTable
+from autodb.sensing import ranges
+from autodb.sensing.ranges import FEED_AXES, Calibration, Points
+from autodb.sensing.turned_round import current_of
+
+Array = NDArray[np.float64]
+
+
+def moved_over(done: Calibrated, protocol: standard.Protocol | None) -> dict[str, tuple[str, ...]]:
+    """Return what is said of what moved, by axis; ``protocol`` as they were calibrated with."""
+    forces = known_forces(done.table, protocol)
+    return {
+        one.axis: tuple(
+            sentences(what_moved(one, done.table, force_N=forces[one.component], protocol=protocol))
+        )
+        for one in done.calibrations
+    }
+
+
+def what_moved(
+    calibration: Calibration,
+    table: CutTable,
+    *,
+    force_N: Array | None,
+    protocol: standard.Protocol | None,
+) -> tuple[Cause, ...]:
+    """Return what moved over the cuts that an axis was calibrated on, without its transients.
+
+    ``force_N`` (n,) and ``protocol`` as it was calibrated with. Nothing where the last of these
+    cuts does not repeat the first, or moved no more than repeats scatter.
+    """
+    points, rows = axis.by_row(table, calibration.axis, force_N)
+    sound = ~ranges.transients(points.felt.current, points.target, points.groups)
+    points, rows = points.at(sound), rows[sound]
+    alike = conditions.codes(axis.conditions_of(calibration, table, protocol, rows))
+    if alike is None:
+        return ()
+    air = axis.air_of(calibration, table, rows)
+    measured = protocol is None
+    ends = Ends(
+        conditions=alike,
+        rise=conditions.ends(points.felt.current, alike),
+        air=None if air is None else conditions.ends(air, alike),
+        force=conditions.ends(points.target, alike) if measured else None,
+        force_unit=calibration.unit,
+    )
+    return explain_moved(_run(calibration, table, points, rows, air, measured=measured), ends)
+
+
+def _run(
+    calibration: Calibration,
+    table: CutTable,
+    points: Points,
+    rows: NDArray[np.intp],
+    air: Array | None,
+    *,
+    measured: bool,
+) -> Run:
+    felt = points.felt
+    expected = current_of(calibration.form, calibration.coefficients, felt, points.target)
+    return Run(
+        table=_rows_of(table, rows),
+        rise=felt.current,
+        expected=expected,
+        air=air,
+        speed=felt.feed_mm_s if calibration.axis in FEED_AXES else felt.speed_rpm,
+        measured=measured,
+        unit=calibration.current_unit,
+    )
+
+
+def _rows_of(table: CutTable, rows: NDArray[np.intp]) -> CutTable:
+    return CutTable(
+        path=table.path,
+        channels={name: values[rows] for name, values in table.channels.items()},
+        texts={name: [values[row] for row in rows] for name, values in table.texts.items()},
+    )
