@@ -36,14 +36,14 @@ def what_moved(
     force_N: Array | None,
     protocol: standard.Protocol | None,
 ) -> tuple[Cause, ...]:
-    """Return what moved over the cuts that an axis was calibrated on, without its transients.
+    """Return what moved over the cuts that an axis was calibrated on.
 
     ``force_N`` (n,) and ``protocol`` as it was calibrated with. Nothing where the last of these
     cuts does not repeat the first, or moved no more than repeats scatter.
     """
     points, rows = axis.by_row(table, calibration.axis, force_N)
-    sound = ~ranges.transients(points.felt.current, points.target, points.groups)
-    points, rows = points.at(sound), rows[sound]
+    run = axis.of_run(ranges.transients(points.felt.current, points.target, points.groups))
+    points, rows = points.at(run), rows[run]
     alike = conditions.codes(axis.conditions_of(calibration, table, protocol, rows))
     if alike is None:
         return ()

@@ -115,7 +115,7 @@ def axis_card(
     estimate[~sudden] = sound.target - errors
     estimate[sudden] = calibration.form.value(calibration.coefficients, rest.felt)
     said = conditions_of(calibration, table, protocol, row[~sudden])
-    air = air_of(calibration, table, row[~sudden])
+    run = of_run(sudden)
     return AxisCard(
         calibration=calibration,
         cut=table.cut[row],
@@ -129,7 +129,10 @@ def axis_card(
         rules=rules(calibration),
         repeats=conditions.scatter(said, sound.target, estimate[~sudden], calibration.unit),
         repeated=conditions.repeated(said),
-        moved=conditions.movement(said, _signals(calibration, sound, protocol, air)),
+        moved=conditions.movement(
+            conditions_of(calibration, table, protocol, row[run]),
+            _signals(calibration, points.at(run), protocol, air_of(calibration, table, row[run])),
+        ),
         what_moved=what_moved,
     )
 
@@ -139,6 +142,16 @@ def by_row(table: CutTable, axis: str, force_N: Array | None) -> tuple[Points, N
     numbered = replace(table, channels={**table.channels, "cut": np.arange(float(len(table)))})
     points = ranges.calibration_points(numbered, axis, force_N=force_N)
     return points, points.cut.astype(np.intp)
+
+
+def of_run(sudden: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which cuts (m,) tell what moved: all but transients between the first and the last.
+
+    Where the last cut's current leaves its neighbours' it may have moved.
+    """
+    ends = np.zeros_like(sudden)
+    ends[[0, -1]] = True
+    return np.asarray(~sudden | ends)
 
 
 def conditions_of(

@@ -16,6 +16,9 @@ NAMES = {
     FORCE: "the force itself",
 }
 """What the terms are called where they move between the first cut and the last."""
+MEASURED = (
+    "Measure the force where the cut is repeated: a dynamometer tells the force from the gain."
+)
 LAST = "from the first cut to the last"
 
 
@@ -43,24 +46,26 @@ def in_words(sentence: str) -> str:
     return sentence
 
 
-def effect(term: str, change: Value, *, air_too: bool, air: bool) -> str:
+def effect(term: str, change: Value, *, air_too: bool, air: bool, or_force: bool) -> str:
     """Return what an effect did; ``air``: whether the current in air is known."""
     by = f"moved by {amount(change, term)} {LAST}"
     if term == GAIN:
-        return f"What moved is {NAMES[term]}: it {by}, the rise of every cut by one share. " + (
-            "The current in air went with it: the sensor's or the motor's constant."
-            if air_too
-            else "The current in air did not go with it: no constant of sensor or motor."
-            if air
-            else "The current in air is not recorded."
-        )
-    said = {
+        other = f", or {NAMES[FORCE]}, which was not measured in these cuts" if or_force else ""
+        said = f"What moved is {NAMES[term]}{other}: it {by}, the rise of every cut by one share."
+        return f"{said} {_air(went_with_it=air_too) if air else 'That in air is not recorded.'}"
+    rest = {
         OFFSET: "the rise of every cut by one amount, whatever the force.",
         FRICTION: "and the rise over it did not.",
         WEAR: "with the cutting time of the edges; the force was not measured in these cuts.",
     }
     subject = "the current in air" if term == FRICTION else "the rise"
-    return f"What moved is {NAMES[term]}: {subject} {by}, {said[term]}"
+    return f"What moved is {NAMES[term]}: {subject} {by}, {rest[term]}"
+
+
+def _air(*, went_with_it: bool) -> str:
+    if went_with_it:
+        return "The current in air went with it: the sensor's or the motor's constant."
+    return "The current in air did not go with it: no constant of sensor or motor moved."
 
 
 def amount(change: Value, term: str) -> str:

@@ -35,7 +35,7 @@ class Move:
     def course(self, count: int) -> Array:
         """Return how far it has come at each cut, 0 to 1, (n,)."""
         if self.from_the_end:
-            return 1.0 * (np.arange(count) >= count - self.from_the_end)
+            return np.asarray(np.arange(count) >= count - self.from_the_end, dtype=np.float64)
         return np.linspace(0.0, 1.0, count)
 
 
