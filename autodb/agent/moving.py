@@ -5,7 +5,8 @@ from numpy.typing import NDArray
 
 from autodb import standard
 from autodb.agent.calibrating import Calibrated, known_forces
-from autodb.card import axis, conditions
+from autodb.card import axis
+from autodb.card.conditions import codes, ends
 from autodb.explain.answer import Cause
 from autodb.explain.cutting.currents import Run
 from autodb.explain.moved import Ends, explain_moved
@@ -42,28 +43,29 @@ def what_moved(
     cuts does not repeat the first, or moved no more than repeats scatter.
     """
     points, rows = axis.by_row(table, calibration.axis, force_N)
-    run = axis.of_run(ranges.transients(points.felt.current, points.target, points.groups))
-    points, rows = points.at(run), rows[run]
-    alike = conditions.codes(axis.conditions_of(calibration, table, protocol, rows))
+    kept = axis.of_run(ranges.transients(points.felt.current, points.target, points.groups))
+    points, rows = points.at(kept), rows[kept]
+    alike = codes(axis.conditions_of(calibration, table, protocol, rows))
     if alike is None:
         return ()
     air = axis.air_of(calibration, table, rows)
     measured = protocol is None
-    ends = Ends(
+    moved = Ends(
         conditions=alike,
-        rise=conditions.ends(points.felt.current, alike),
-        air=None if air is None else conditions.ends(air, alike),
-        force=conditions.ends(points.target, alike) if measured else None,
+        rise=ends(points.felt.current, alike),
+        air=None if air is None else ends(air, alike),
+        force=ends(points.target, alike) if measured else None,
         force_unit=calibration.unit,
     )
-    return explain_moved(_run(calibration, table, points, rows, air, measured=measured), ends)
+    run = _run(calibration, _rows_of(table, rows), points, alike, air, measured=measured)
+    return explain_moved(run, moved)
 
 
 def _run(
     calibration: Calibration,
     table: CutTable,
     points: Points,
-    rows: NDArray[np.intp],
+    conditions: NDArray[np.intp],
     air: Array | None,
     *,
     measured: bool,
@@ -71,7 +73,8 @@ def _run(
     felt = points.felt
     expected = current_of(calibration.form, calibration.coefficients, felt, points.target)
     return Run(
-        table=_rows_of(table, rows),
+        table=table,
+        conditions=conditions,
         rise=felt.current,
         expected=expected,
         air=air,

@@ -39,6 +39,12 @@ RISE, AIR = 0, 1
 GAIN, OFFSET, FRICTION, WEAR = "gain", "sensor_drift", "coulomb", "tool_wear"
 SPEED = "friction.speed"
 """Under which name the conditions of a run have the speed that friction in air goes with."""
+CONDITION = "cut.condition"
+"""The same of the number of each cut's condition."""
+LEVELS = "levels"
+REPEATED = 3
+"""Cuts of one condition from which on it has a level of its own: no calibration is right in each.
+Chosen."""
 SPEEDS = 2
 """Highest power of the speed by which friction in air is followed. Chosen."""
 
@@ -47,13 +53,15 @@ SPEEDS = 2
 class Run:
     """Cuts (n,) of one axis in the order in which they were made.
 
-    ``table``: their conditions; ``rise`` and ``expected``: recorded, and by the calibration at the
-    reference force; ``air``: the current before each cut, None where that was not recorded;
-    ``speed``: what friction in air goes with (NaN: not known). ``measured``: whether the force of
-    each cut was measured, so that ``expected`` has moved with it. All currents in ``unit``.
+    ``table``: how they were made; ``conditions``: cuts of one number were made alike; ``rise`` and
+    ``expected``: recorded, and by the calibration at the reference force; ``air``: the current
+    before each cut, None where that was not recorded; ``speed``: what friction in air goes with
+    (NaN: not known). ``measured``: whether the force of each cut was measured, so that ``expected``
+    has moved with it. All currents in ``unit``.
     """
 
     table: CutTable
+    conditions: NDArray[np.intp]
     rise: Array
     expected: Array
     air: Array | None
@@ -92,6 +100,7 @@ def _known(run: Run) -> Conditions:
     known = conditions(replace(table, channels=stated))
     order = np.arange(len(table), dtype=np.float64)
     followed = {SPEED: run.speed} if np.isfinite(run.speed).all() else {}
+    followed[CONDITION] = run.conditions.astype(np.float64)
     known = replace(known, number=order + 1.0, other={**known.other, **followed})
     clock = np.isfinite(known.t_s).all() and np.all(np.diff(known.t_s) > 0)
     return known if clock else replace(known, t_s=order)
@@ -106,7 +115,7 @@ def of_run(*, measured: bool) -> Library:
             found.append(friction(stack))
         return found if measured else [*found, *wear(stack)]
 
-    return Library(own_of_run, suspects, lambda *_: [])
+    return Library(own_of_run, suspects, lambda *_: [], levels=(LEVELS,))
 
 
 def own_of_run(stack: Stack) -> dict[str, Columns]:
@@ -116,10 +125,26 @@ def own_of_run(stack: Stack) -> dict[str, Columns]:
         "rise": only(stack, relative(stack, one), RISE),
         "constant": only(stack, added(stack, one), RISE),
     }
+    levels = _levels(stack)
+    if levels.shape[1]:
+        law = added(stack, values_of(levels), levels.shape[1])
+        found[LEVELS] = only(stack, law, RISE)
     if len(stack.names) > 1:
         powers = _powers(stack)
         found["air"] = only(stack, added(stack, values_of(powers), powers.shape[1]), AIR)
     return found
+
+
+def _levels(stack: Stack) -> Array:
+    """Return a column for each condition that was repeated often enough, (n, p).
+
+    A factor and a constant are free beside them: where all conditions have a level, two have none.
+    """
+    seen = stack.frame.known.other[CONDITION]
+    names, counts = np.unique(seen, return_counts=True)
+    often = names[counts >= REPEATED]
+    often = often[2:] if len(often) == len(names) else often
+    return np.asarray(stack.known.other[CONDITION][:, None] == often, dtype=np.float64)
 
 
 def _powers(stack: Stack) -> Array:

@@ -42,12 +42,14 @@ PASSES = 2
 class Library:
     """What the channels of a table may hold: columns of their own, and effects.
 
-    ``proposals`` are effects that must be looked for in what a fit leaves (C, n), by round.
+    ``proposals`` are effects that must be looked for in what a fit leaves (C, n), by round;
+    ``levels``: names of own columns that no force or depth holds, so that they count in scatter.
     """
 
     own: Callable[[Stack], dict[str, Columns]]
     suspects: Callable[[Stack], list[Suspect]]
     proposals: Callable[[Stack, Array, int], list[Suspect]]
+    levels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,8 @@ def look_for(stack: Stack, library: Library) -> Looked:
     looked = None
     for number in range(PASSES):
         strong = None if looked is None else all_columns({}, _strong(looked.found))
-        stack, freedom = with_noise(stack, strong)
+        own = [columns for name, columns in library.own(stack).items() if name in library.levels]
+        stack, freedom = with_noise(stack, strong, own=own)
         looked = _search(stack, library, freedom, known=number > 0)
         if not looked.found.choices:
             break
