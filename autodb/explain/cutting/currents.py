@@ -45,6 +45,8 @@ LEVELS = "levels"
 REPEATED = 3
 """Cuts of one condition from which on it has a level of its own: no calibration is right in each.
 Chosen."""
+MOST_STEPS = 60
+"""Cuts at which a step is looked for at most, evenly over the run, the last one included."""
 SPEEDS = 2
 """Highest power of the speed by which friction in air is followed. Chosen."""
 
@@ -228,7 +230,8 @@ def _courses(stack: Stack) -> list[Course]:
     """
     count = len(stack.frame.known)
     drifts: list[Course] = [(shape, width, {}, 1) for shape, width in over_time(stack)]
-    steps = range(SHORTEST, count)
+    starts = np.linspace(SHORTEST, count - 1, min(MOST_STEPS, count - SHORTEST))
+    steps = np.unique(np.round(starts).astype(np.intp)).tolist()
     return [*drifts, *(_step(stack, start, len(steps)) for start in steps)]
 
 
