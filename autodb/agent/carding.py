@@ -1,6 +1,6 @@
 """Gather what a calibration card shows from a calibration just made."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from datetime import UTC, datetime
 
 from autodb import standard
@@ -15,11 +15,11 @@ def card_of(
     *,
     title: str,
     protocol: standard.Protocol | None,
-    moved: Mapping[str, tuple[str, ...]],
+    moved: Sequence[tuple[str, ...]],
 ) -> Card:
     """Return the card of calibrations made today; ``protocol`` as they were made with.
 
-    ``moved``: sentences on what moved over the cuts, by axis.
+    ``moved``: sentences on what moved over the cuts, for each of them.
     """
     forces = known_forces(done.table, protocol)
     sources = [f"{name}, sha256 {sha256[:SHOWN_OF_CHECKSUM]}" for name, sha256 in done.sources]
@@ -38,9 +38,9 @@ def card_of(
                 done.table,
                 force_N=forces[one.component],
                 protocol=protocol,
-                what_moved=moved[one.axis],
+                what_moved=sentences,
             )
-            for one in done.calibrations
+            for one, sentences in zip(done.calibrations, moved, strict=True)
         ),
         versions=done.versions,
         left_out=tuple(sentence.removeprefix(f"{done.table.path}: ") for sentence in done.left_out),

@@ -19,15 +19,15 @@ from autodb.sensing.turned_round import current_of
 Array = NDArray[np.float64]
 
 
-def moved_over(done: Calibrated, protocol: standard.Protocol | None) -> dict[str, tuple[str, ...]]:
-    """Return what is said of what moved, by axis; ``protocol`` as they were calibrated with."""
+def moved_over(done: Calibrated, protocol: standard.Protocol | None) -> list[tuple[str, ...]]:
+    """Return what is said of what moved, for each calibration; ``protocol`` as they were made."""
     forces = known_forces(done.table, protocol)
-    return {
-        one.axis: tuple(
+    return [
+        tuple(
             sentences(what_moved(one, done.table, force_N=forces[one.component], protocol=protocol))
         )
         for one in done.calibrations
-    }
+    ]
 
 
 def what_moved(

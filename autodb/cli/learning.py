@@ -136,9 +136,9 @@ def calibrate(
         done = _calibrate_machine(machine, recordings or [], columns, chosen, db)
     moved = moved_over(done, chosen)
     _show_calibrations(done.calibrations)
-    for axis, sentences in moved.items():
+    for one, sentences in zip(done.calibrations, moved, strict=True):
         for sentence in sentences:
-            say(f"axis {axis}: {sentence}")
+            say(f"axis {one.axis}: {sentence}")
     for sentence in done.left_out:
         say(f"left out: {sentence}")
     if machine is None:
@@ -201,7 +201,7 @@ def _write_card(
     done: "Calibrated",
     machine: str | None,
     protocol: "Protocol | None",
-    moved: dict[str, tuple[str, ...]],
+    moved: list[tuple[str, ...]],
     path: Path,
 ) -> None:
     from autodb.agent.carding import card_of
