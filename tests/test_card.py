@@ -194,10 +194,11 @@ def test_a_set_of_repeats_gives_its_split_and_what_moved(cli: Cli, cuts: Path) -
         assert sentence in said
     assert re.search(r"variances (agree|differ) \(F [\d.]+, p ", said)
     assert re.search(r"means (agree|differ) \(t -?[\d.]+, p ", said)
-    assert len(card.moved) == 2
+    assert len(card.moved) == 3
     for sentence in card.moved:
         assert sentence in said
     assert "z.current.range − z.current.air" in card.moved[0]
+    assert card.moved[1].startswith("z.current.air")
 
 
 def test_many_cuts_are_named_by_number() -> None:

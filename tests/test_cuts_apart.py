@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from autodb.explain import explain
 from autodb.explain.answer import Cause
-from autodb.explain.cutting.apart import Parted, Teller, Trials
+from autodb.explain.cutting.apart import Parted, Trials, after_forces
 from autodb.explain.cutting.carried import account, elsewhere
 from autodb.explain.cutting.fit import fit
 from autodb.explain.cutting.laws import Columns
@@ -144,7 +144,7 @@ def _as_named(case: Case) -> tuple[Looked, Choice]:
 
 def _best(case: Case) -> Parted:
     looked, choice = _as_named(case)
-    best = Teller(looked).best(choice, case.rival)
+    best = after_forces(looked).best(choice, case.rival)
     assert best is not None
     return best
 
@@ -188,7 +188,7 @@ def test_the_answer_says_what_to_cut_and_what_it_would_show() -> None:
     assert cause.to_tell_apart.startswith("Change the edge and make 10 cuts like cut ")
     assert "there tool_wear and sensor_drift would differ by up to " in cause.to_tell_apart
     best = _best(CASES["wear"])
-    assert f"up to {best.gap.peak:.2g} N, scatter is {best.scatter_N:.2g} N" in cause.to_tell_apart
+    assert f"up to {best.gap.peak:.2g} N, scatter is {best.scatter:.2g} N" in cause.to_tell_apart
     assert f"together {np.sqrt(best.gap.odds):.2g} standard deviations." in cause.to_tell_apart
 
 
@@ -201,7 +201,7 @@ def test_without_alternatives_nothing_is_asked_for() -> None:
 
 def test_what_no_cut_separates_is_not_asked_for() -> None:
     looked, choice = _as_named(CASES["wear"])
-    teller = Teller(looked)
+    teller = after_forces(looked)
     sets = looked.found.choices, looked.found.choices
     assert all(trials.best(*sets) is None for trials in teller.rounds)
     assert teller.told_apart(choice, "tool_wear", []) is None
@@ -304,7 +304,7 @@ def test_runs_and_steps_go_on_where_they_reached_the_end() -> None:
 
 def test_trials_are_judged_each_by_itself() -> None:
     looked, choice = _as_named(CASES["wear"])
-    teller = Teller(looked)
+    teller = after_forces(looked)
     other = teller.instead(choice, "sensor_drift")
     assert other is not None
     best = teller.best(choice, "sensor_drift")

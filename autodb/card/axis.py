@@ -4,7 +4,6 @@ Estimates and errors are those of cuts left out, of the form taken: each group o
 by coefficients fitted without it, in the folds by which the form was chosen.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -68,7 +67,8 @@ class AxisCard:
 
     ``cut`` are their numbers, ``order`` their places in the table, ``estimate`` that of cuts left
     out (of transients that of the fit). ``repeats``: conditions and sentences; ``repeated``: how
-    many conditions there are that could be shown.
+    many conditions there are that could be shown. ``moved``: from the first cut to the last;
+    ``what_moved``: what it was that did.
     """
 
     calibration: Calibration
@@ -84,6 +84,7 @@ class AxisCard:
     repeats: tuple[tuple[str, tuple[str, ...]], ...]
     repeated: int
     moved: tuple[str, ...]
+    what_moved: tuple[str, ...]
 
     @property
     def left_out_rmse(self) -> float:
@@ -98,12 +99,13 @@ def axis_card(
     *,
     force_N: Array | None = None,
     protocol: standard.Protocol | None = None,
+    what_moved: tuple[str, ...] = (),
 ) -> AxisCard:
     """Return the card of an axis from the table that it was calibrated on.
 
-    ``force_N`` (n,) as ``ranges.calibrate`` took it.
+    ``force_N`` (n,) as ``ranges.calibrate`` took it; ``what_moved``: sentences on what it was.
     """
-    points, row = _by_row(table, calibration.axis, force_N)
+    points, row = by_row(table, calibration.axis, force_N)
     sudden = ranges.transients(points.felt.current, points.target, points.groups)
     sound, rest = points.at(~sudden), points.at(sudden)
     errors = left_out(
@@ -112,8 +114,8 @@ def axis_card(
     estimate = np.empty_like(points.target)
     estimate[~sudden] = sound.target - errors
     estimate[sudden] = calibration.form.value(calibration.coefficients, rest.felt)
-    alike = conditions.conditions(table, protocol, with_diameter=calibration.unit == "N·m")
-    said = [alike[i] for i in row[~sudden]]
+    said = conditions_of(calibration, table, protocol, row[~sudden])
+    run = of_run(sudden)
     return AxisCard(
         calibration=calibration,
         cut=table.cut[row],
@@ -127,24 +129,67 @@ def axis_card(
         rules=rules(calibration),
         repeats=conditions.scatter(said, sound.target, estimate[~sudden], calibration.unit),
         repeated=conditions.repeated(said),
-        moved=conditions.movement(said, dict(_signals(calibration, sound, protocol))),
+        moved=conditions.movement(
+            conditions_of(calibration, table, protocol, row[run]),
+            _signals(calibration, points.at(run), protocol, air_of(calibration, table, row[run])),
+        ),
+        what_moved=what_moved,
     )
 
 
-def _by_row(table: CutTable, axis: str, force_N: Array | None) -> tuple[Points, NDArray[np.intp]]:
+def by_row(table: CutTable, axis: str, force_N: Array | None) -> tuple[Points, NDArray[np.intp]]:
     """Return the points, and the row of the table of each: numbers of several files repeat."""
     numbered = replace(table, channels={**table.channels, "cut": np.arange(float(len(table)))})
     points = ranges.calibration_points(numbered, axis, force_N=force_N)
     return points, points.cut.astype(np.intp)
 
 
+def of_run(sudden: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which cuts (m,) tell what moved: all but transients between the first and the last.
+
+    Where the last cut's current leaves its neighbours' it may have moved.
+    """
+    ends = np.zeros_like(sudden)
+    ends[[0, -1]] = True
+    return np.asarray(~sudden | ends)
+
+
+def conditions_of(
+    calibration: Calibration,
+    table: CutTable,
+    protocol: standard.Protocol | None,
+    rows: NDArray[np.intp],
+) -> list[str]:
+    """Return the conditions (m,) of an axis' cuts in some rows; a torque's hold the diameter."""
+    alike = conditions.conditions(table, protocol, with_diameter=calibration.unit == "N·m")
+    return [alike[row] for row in rows]
+
+
+def air_of(calibration: Calibration, table: CutTable, rows: NDArray[np.intp]) -> Array | None:
+    """Return the current in air (m,) of some rows; None where the calibration goes without it."""
+    name = air_channel(calibration)
+    return None if name is None else table[name][rows]
+
+
+def air_channel(calibration: Calibration) -> str | None:
+    """Return the channel of the current in air that a calibration takes off, if it does."""
+    _, taken, air = calibration.channel.partition(" − ")
+    return air if taken else None
+
+
 def _signals(
-    calibration: Calibration, sound: Points, protocol: standard.Protocol | None
-) -> Iterator[tuple[str, tuple[Array, str]]]:
-    """Yield what may have moved: the current, and a force that was measured in each cut."""
-    yield calibration.channel, (sound.felt.current, calibration.current_unit)
+    calibration: Calibration,
+    sound: Points,
+    protocol: standard.Protocol | None,
+    air: Array | None,
+) -> dict[str, tuple[Array, str]]:
+    """Return what may have moved: current, that in air, and a force measured in each cut."""
+    found = {calibration.channel: (sound.felt.current, calibration.current_unit)}
+    if air is not None:
+        found[air_channel(calibration) or ""] = (air, calibration.current_unit)
     if protocol is None:
-        yield f"the reference of {calibration.axis}", (sound.target, calibration.unit)
+        found[f"the reference of {calibration.axis}"] = (sound.target, calibration.unit)
+    return found
 
 
 def trueness(target: Array, estimate: Array, groups: NDArray[np.generic]) -> Trueness | None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from autodb import standard
 from autodb.records import CutTable
-from autodb.sensing.moved import moved
+from autodb.sensing.moved import Moved, moved
 from autodb.sensing.repeats import repeats, sample, variance_interval
 
 Array = NDArray[np.float64]
@@ -88,23 +88,43 @@ def _lines(reference: Array, estimate: Array, unit: str) -> tuple[str, ...]:
     )
 
 
+def codes(said: Sequence[str]) -> NDArray[np.intp] | None:
+    """Return a number for each condition (n,); None where the last cut does not repeat the first.
+
+    ``said`` (n,): conditions in the order of the cuts.
+    """
+    if len(said) < FEWEST or not said[0] or said[0] != said[-1]:
+        return None
+    return np.unique(np.array(said), return_inverse=True)[1].ravel()
+
+
+def ends(values: Array, alike: NDArray[np.intp]) -> Moved | None:
+    """Return by how much the last of values (n,) differs from the first, by conditions (n,).
+
+    None where no other condition was repeated: what is chance is not known then.
+    """
+    try:
+        return moved(values, alike, first=[0], last=[len(values) - 1])
+    except ValueError:
+        return None
+
+
 def movement(said: Sequence[str], signals: dict[str, tuple[Array, str]]) -> tuple[str, ...]:
     """Return by how much values changed from the first to the last cut, where these are alike.
 
     ``said`` (n,): conditions in the order of the cuts; ``signals``: values (n,) and unit by name.
     """
-    if len(said) < FEWEST or not said[0] or said[0] != said[-1]:
+    alike = codes(said)
+    if alike is None:
         return ()
-    codes = np.unique(np.array(said), return_inverse=True)[1].ravel()
-    return tuple(_moved(name, *signal, codes) for name, signal in signals.items())
+    return tuple(_moved(name, *signal, alike) for name, signal in signals.items())
 
 
-def _moved(name: str, values: Array, unit: str, codes: NDArray[np.intp]) -> str:
-    last = len(values) - 1
-    try:
-        return moved(values, codes, first=[0], last=[last]).sentence(name, unit)
-    except ValueError:
-        return (
-            f"{name} {values[0]:.4g} {unit} moved by {values[last] - values[0]:+.3g} {unit} from "
-            "the first cut to the last; no other cut was repeated, so what is chance is not known"
-        )
+def _moved(name: str, values: Array, unit: str, alike: NDArray[np.intp]) -> str:
+    found = ends(values, alike)
+    if found is not None:
+        return found.sentence(name, unit)
+    return (
+        f"{name} {values[0]:.4g} {unit} moved by {values[-1] - values[0]:+.3g} {unit} from "
+        "the first cut to the last; no other cut was repeated, so what is chance is not known"
+    )

@@ -121,6 +121,7 @@ def calibrate(
     db: Database = None,
 ) -> None:
     """Fit current to force per axis, scored on groups left out; offered or refused by rule."""
+    from autodb.agent.moving import moved_over
     from autodb.errors import UnusableInput
     from autodb.standard import read_protocol
 
@@ -133,7 +134,11 @@ def calibrate(
         done = _calibrate_files(recordings or [], columns, chosen)
     else:
         done = _calibrate_machine(machine, recordings or [], columns, chosen, db)
+    moved = moved_over(done, chosen)
     _show_calibrations(done.calibrations)
+    for one, sentences in zip(done.calibrations, moved, strict=True):
+        for sentence in sentences:
+            say(f"axis {one.called}: {sentence}")
     for sentence in done.left_out:
         say(f"left out: {sentence}")
     if machine is None:
@@ -141,7 +146,7 @@ def calibrate(
     elif not any(done.new):
         say("already there: the same cuts gave the same equations")
     if card is not None:
-        _write_card(done, machine, chosen, card)
+        _write_card(done, machine, chosen, moved, card)
 
 
 def _calibrate_files(
@@ -193,7 +198,11 @@ def _check_card(path: Path) -> None:
 
 
 def _write_card(
-    done: "Calibrated", machine: str | None, protocol: "Protocol | None", path: Path
+    done: "Calibrated",
+    machine: str | None,
+    protocol: "Protocol | None",
+    moved: list[tuple[str, ...]],
+    path: Path,
 ) -> None:
     from autodb.agent.carding import card_of
     from autodb.card.files import write_card
@@ -201,7 +210,7 @@ def _write_card(
     title = machine or ", ".join(name for name, _ in done.sources)
     with working(f"writing {path.name}") as progress:
         progress("estimating cuts without their groups")
-        write_card(card_of(done, title=title, protocol=protocol), path)
+        write_card(card_of(done, title=title, protocol=protocol, moved=moved), path)
     say(f"card: {path}")
 
 

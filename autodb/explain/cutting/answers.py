@@ -14,7 +14,7 @@ from autodb.explain.answer import (
     Value,
     Where,
 )
-from autodb.explain.cutting.apart import Teller
+from autodb.explain.cutting.apart import after_forces
 from autodb.explain.cutting.fit import Fit, fit, held_out_rows
 from autodb.explain.cutting.laws import Columns
 from autodb.explain.cutting.look import Looked
@@ -64,7 +64,7 @@ class _Told:
             c.suspect.key: _limited(self.stack, c, standing(looked.search, looked.found, c))
             for c in self.choices
         }
-        self.teller = Teller(looked)
+        self.teller = after_forces(looked)
         self._apart: dict[str, str | None] = {}
 
     def part(self, number: int) -> Array:

@@ -32,12 +32,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Parted:
-    """A trial that separates two accounts, by how much, in which component, and its scatter [N]."""
+    """A trial that separates two accounts, by how much, in which component, and its scatter."""
 
     trial: Trial
     gap: Separation
     component: str
-    scatter_N: float
+    scatter: float
 
 
 @dataclass(frozen=True)
@@ -86,13 +86,16 @@ class Trials:
         return Parted(trial, gap, self.cuts.stack.names[i], float(sd[i].mean()))
 
 
+@dataclass(frozen=True)
 class Teller:
-    """What would tell the effects found in a table from their rivals."""
+    """What would tell the effects found in a table from their rivals.
 
-    def __init__(self, looked: Looked) -> None:
-        self.looked = looked
-        known = looked.stack.known
-        self.rounds = (Trials(looked, plain(known)), Trials(looked, paired(known)))
+    ``rounds`` of trials are looked through in their order; ``unit`` of the channels.
+    """
+
+    looked: Looked
+    rounds: Sequence[Trials]
+    unit: str = "N"
 
     def told_apart(self, choice: Choice, name: str, rivals: Sequence[str]) -> str | None:
         """Return the cuts that tell a found effect, called ``name``, from its nearest rivals.
@@ -100,23 +103,28 @@ class Teller:
         None where it has none, or where no trial of the library separates it from any.
         """
         found = [(rival, self.best(choice, rival)) for rival in rivals[:NEAREST]]
-        lines = [self._line(best, (name, rival)) for rival, best in found if best is not None]
+        lines = [self.line(best, (name, rival)) for rival, best in found if best is not None]
         return " ".join(lines) if lines else None
 
-    def _line(self, best: Parted, names: tuple[str, str]) -> str:
+    def line(self, best: Parted, names: tuple[str, str]) -> str:
+        """Return a trial and how far what is called by two names would differ there, in words."""
         where = f" in {best.component}" if len(self.looked.stack.names) > 1 else ""
         noise = (
-            f"scatter is {best.scatter_N:.2g} N a cut; together {np.sqrt(best.gap.odds):.2g} "
-            "standard deviations"
+            f"scatter is {best.scatter:.2g} {self.unit} a cut; together "
+            f"{np.sqrt(best.gap.odds):.2g} standard deviations"
         )
-        return sentence(best.gap, names, f"N{where}", noise)
+        return sentence(best.gap, names, f"{self.unit}{where}", noise)
 
     def best(self, choice: Choice, rival: str) -> Parted | None:
         """Return the trial that tells a found effect from a rival, None where none does."""
         other = self.instead(choice, rival)
         if other is None:
             return None
-        tried = (trials.best(self.looked.found.choices, other.choices) for trials in self.rounds)
+        return self.between(self.looked.found.choices, other.choices)
+
+    def between(self, first: tuple[Choice, ...], second: tuple[Choice, ...]) -> Parted | None:
+        """Return the trial of the first round that has one which tells two sets apart, or None."""
+        tried = (trials.best(first, second) for trials in self.rounds)
         return next((parted for parted in tried if parted is not None), None)
 
     def instead(self, choice: Choice, rival: str) -> Found | None:
@@ -134,3 +142,9 @@ class Teller:
             best = max(more, key=lambda offer: offer.worth)
             found = search.settled((*found.choices, best.choice))
         return found
+
+
+def after_forces(looked: Looked) -> Teller:
+    """Return what tells effects in forces apart by cuts that follow the table."""
+    known = looked.stack.known
+    return Teller(looked, (Trials(looked, plain(known)), Trials(looked, paired(known))))

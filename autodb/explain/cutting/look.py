@@ -1,5 +1,6 @@
 """Look for the effects that the forces of a table of cuts hold."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,6 +39,20 @@ PASSES = 2
 
 
 @dataclass(frozen=True)
+class Library:
+    """What the channels of a table may hold: columns of their own, and effects.
+
+    ``proposals`` are effects that must be looked for in what a fit leaves (C, n), by round;
+    ``levels``: names of own columns that no force or depth holds, so that they count in scatter.
+    """
+
+    own: Callable[[Stack], dict[str, Columns]]
+    suspects: Callable[[Stack], list[Suspect]]
+    proposals: Callable[[Stack, Array, int], list[Suspect]]
+    levels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Looked:
     """The best set of effects, with the search that found it and the table as it was seen."""
 
@@ -73,13 +88,29 @@ def own_columns(stack: Stack, includes: list[str] | None) -> dict[str, Columns]:
     return own
 
 
+def of_forces(includes: list[str] | None) -> Library:
+    """Return what forces may hold beside a simulation that has the terms ``includes``."""
+
+    def suspects(stack: Stack) -> list[Suspect]:
+        own = frozenset(own_columns(stack, includes))
+        return [*named(stack, own), *families(stack)]
+
+    return Library(lambda stack: own_columns(stack, includes), suspects, _proposals)
+
+
 def look(stack: Stack, includes: list[str] | None) -> Looked:
+    """Return the effects that a table's forces hold."""
+    return look_for(stack, of_forces(includes))
+
+
+def look_for(stack: Stack, library: Library) -> Looked:
     """Return the effects that the table holds: scatter, search, and scatter again."""
     looked = None
     for number in range(PASSES):
         strong = None if looked is None else all_columns({}, _strong(looked.found))
-        stack, freedom = with_noise(stack, strong)
-        looked = _search(stack, includes, freedom, known=number > 0)
+        own = [columns for name, columns in library.own(stack).items() if name in library.levels]
+        stack, freedom = with_noise(stack, strong, own=own)
+        looked = _search(stack, library, freedom, known=number > 0)
         if not looked.found.choices:
             break
     assert looked is not None
@@ -96,14 +127,13 @@ def _strong(found: Found) -> tuple[Choice, ...]:
     return tuple(choice for choice, evidence in pairs if evidence >= STRONG * most)
 
 
-def _search(stack: Stack, includes: list[str] | None, freedom: float, *, known: bool) -> Looked:
-    own = own_columns(stack, includes)
-    fixed = [*named(stack, frozenset(own)), *families(stack)]
+def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> Looked:
+    own, fixed = library.own(stack), library.suspects(stack)
     proposed: list[Suspect] = []
     found, search = Found(), None
     for number in range(ROUNDS):
         left = fit(stack, own, found.choices).left
-        more = _proposals(stack, left, number)
+        more = library.proposals(stack, left, number)
         if number > 0 and not _helps(stack, own, found, more, freedom, known=known):
             break
         proposed += more

@@ -30,14 +30,16 @@ LOCAL = 3
 STEPS = 4
 
 
-def with_noise(stack: Stack, found: Sequence[Columns] | None = None) -> tuple[Stack, float]:
+def with_noise(
+    stack: Stack, found: Sequence[Columns] | None = None, *, own: Sequence[Columns] = ()
+) -> tuple[Stack, float]:
     """Return the stack with scatter estimated, and its degrees of freedom.
 
     What a rich model leaves is taken for scatter: sd² = a² + b²F² by component with one ratio of a
     to b, correlated between components. Scatter that goes on from cut to cut counts as more of it:
     its sd is raised by √((1 + ρ)/(1 − ρ)), ρ beyond what chance gives. ``found``: further columns,
     of what was found; without any the difference may hold far more than scatter, and nothing is
-    said of what goes together.
+    said of what goes together. ``own``: columns that are free anyhow, beside force and depth.
     """
     count, n = stack.simulation.shape
     left = np.empty_like(stack.simulation)
@@ -45,7 +47,7 @@ def with_noise(stack: Stack, found: Sequence[Columns] | None = None) -> tuple[St
     freedom = np.empty(count)
     rich = _rich(stack)
     for i in range(count):
-        design, edges = _design(stack, rich, i, found)
+        design, edges = _design(stack, rich, i, [*own, *(found or ())])
         difference = stack.recording[i] - stack.simulation[i]
         sd[i] = np.maximum(np.abs(stack.simulation[i]), 1e-3 * np.abs(stack.simulation[i]).max())
         sd[i] *= _spread(stack, i, sd[i])
@@ -98,7 +100,7 @@ def _sd(squares: Array, force: Array) -> Array:
 
 
 def _design(
-    stack: Stack, rich: list[Array], component: int, found: Sequence[Columns] | None
+    stack: Stack, rich: list[Array], component: int, found: Sequence[Columns]
 ) -> tuple[Array, OfEdges]:
     """Return the columns (n, p) of one component, and those of edges; one for LOCAL cuts at most.
 
@@ -106,7 +108,7 @@ def _design(
     """
     force, depth = stack.simulation[component], stack.known.depth_mm
     columns = [force, depth]
-    further = [c.of(component) for c in found or ()]
+    further = [c.of(component) for c in found]
     columns += [c for block in further for c in block.T if np.any(c)]
     columns += [(depth if number % 2 else force) * c for number, c in enumerate(rich)]
     known = 2 + sum(block.shape[1] for block in further)

@@ -27,7 +27,8 @@ def _curve(stack: Stack, count: int) -> Curve:
     return Curve(clock(stack.known, seen), count, clock(seen, seen))
 
 
-def _over_time(stack: Stack) -> list[tuple[Callable[[Rows], Array], int]]:
+def over_time(stack: Stack) -> list[tuple[Callable[[Rows], Array], int]]:
+    """Return the courses over a table's time that a sensor may drift by, with their widths."""
     t = clock(stack.known, stack.frame.known)
     shapes: list[tuple[Callable[[Rows], Array], int]] = [(values_of(t), 1)]
     shapes += [(values_of(-np.expm1(-t / tau)), 1) for tau in SETTLING]
@@ -41,7 +42,7 @@ def drift_suspects(stack: Stack) -> list[Suspect]:
     """Return a force of one component that is there whatever the cut, and changes with the time."""
     found = []
     for i, name in enumerate(stack.names):
-        laws = [added(stack, shape, width) for shape, width in _over_time(stack)]
+        laws = [added(stack, shape, width) for shape, width in over_time(stack)]
         rungs = tuple(Rung(only(stack, law, i)) for law in laws)
         free = _curve(stack, 2 * CURVE)
         detail = only(stack, added(stack, free, free.width), i)
@@ -56,7 +57,7 @@ def gain_suspects(stack: Stack) -> list[Suspect]:
         return []
     found = []
     for i, name in enumerate(stack.names):
-        rungs = tuple(Rung(only(stack, relative(stack, s, w), i)) for s, w in _over_time(stack))
+        rungs = tuple(Rung(only(stack, relative(stack, s, w), i)) for s, w in over_time(stack))
         free = _curve(stack, 2 * CURVE)
         detail = only(stack, relative(stack, free, free.width), i)
         found.append(Suspect(f"gain {name}", "gain", rungs, ("t",), detail=detail))

@@ -1,0 +1,240 @@
+"""What moved over a run of standard cuts: the gain of current over force, an offset, friction.
+
+Asked where the cut that opened a run and closed it moved by more than repeats scatter. All cuts of
+the run are looked at, not those two alone: a gain moves each cut's rise by one share, an offset all
+by one amount, friction the current in air and no rise. Where they hold no more than the two cuts
+say, what it may be is named with the cut that would tell it.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain import moved_words as words
+from autodb.explain.answer import Cause, Value
+from autodb.explain.cutting.again import made_again
+from autodb.explain.cutting.answers import FELT
+from autodb.explain.cutting.currents import (
+    AIR,
+    FRICTION,
+    GAIN,
+    OFFSET,
+    RISE,
+    Run,
+    at_the_end,
+    of_run,
+    own_of_run,
+    stack_of_run,
+)
+from autodb.explain.cutting.fit import Fit, fit, held_out_rows
+from autodb.explain.cutting.laws import Columns
+from autodb.explain.cutting.look import Looked, look_for
+from autodb.explain.cutting.profile import NORMAL_95, value
+from autodb.explain.cutting.rivals import standing
+from autodb.explain.fit import rms
+from autodb.explain.moved_words import FORCE
+from autodb.explain.suspects import UNKNOWN, Choice
+from autodb.sensing.moved import Moved, moved
+
+Array = NDArray[np.float64]
+
+SURE = 0.7
+"""A name with rivals that is less likely than this is not given: gain and offset differ only as far
+as light and heavy cuts do. Chosen on virtual runs (seeds 101 to 130)."""
+LEVEL = 0.95
+"""Confidence that something moved, by the interval of ``sensing.moved``."""
+
+
+@dataclass(frozen=True)
+class Ends:
+    """By how much the cut that opened a run differs when it closes it; None: not known.
+
+    ``rise`` and ``air`` in the current's unit; ``force`` where it was measured in each cut, in
+    ``force_unit``. ``conditions`` (n,): cuts of one number were made alike.
+    """
+
+    conditions: NDArray[np.generic]
+    rise: Moved | None
+    air: Moved | None
+    force: Moved | None
+    force_unit: str
+
+    @property
+    def beyond(self) -> list[int]:
+        """The components that moved by more than repeats scatter."""
+        ends = ((RISE, self.rise), (AIR, self.air))
+        return [component for component, end in ends if end is not None and end.beyond]
+
+
+def explain_moved(run: Run, ends: Ends) -> tuple[Cause, ...]:
+    """Return what moved over a run: what all its cuts show, and what only its ends do.
+
+    Nothing where no effect stands in all cuts and the ends moved no more than repeats scatter.
+    """
+    if not run.enough:
+        return tuple(_open(run, ends, component, None) for component in ends.beyond)
+    looked = look_for(stack_of_run(run), of_run(measured=run.measured))
+    told = _Told(run, looked)
+    left = [component for component in ends.beyond if not told.felt(component)]
+    return (*told.causes(), *(_unnamed(run, ends, component, looked) for component in left))
+
+
+class _Told:
+    """What was found in a run, and how sure each name is."""
+
+    def __init__(self, run: Run, looked: Looked) -> None:
+        self.run, self.looked, self.stack = run, looked, looked.stack
+        self.choices = looked.found.choices
+
+    @cached_property
+    def fit(self) -> Fit:
+        """The columns that are free anyhow and the effects, fitted together."""
+        return fit(self.stack, self.looked.own, self.choices)
+
+    def felt(self, component: int) -> bool:
+        """Whether what was found is felt in a component."""
+        parts = [part[component] for part in self.fit.parts[len(self.looked.own) :]]
+        return any(np.sum((part / self.stack.sd[component]) ** 2) > FELT for part in parts)
+
+    def causes(self) -> tuple[Cause, ...]:
+        """Return a cause for each effect that was found."""
+        return tuple(self._cause(number) for number in range(len(self.choices)))
+
+    def _cause(self, number: int) -> Cause:
+        choice = self.choices[number]
+        term, acts = choice.suspect.term, _acts_on(choice)
+        sure = standing(self.looked.search, self.looked.found, choice)
+        near = (*sure.near, *self._alike(term, acts))
+        named = not sure.near or sure.confidence >= SURE
+        change = self._change(number, acts[0])
+        said = words.effect(
+            term,
+            change,
+            air_too=len(acts) > 1,
+            air=len(self.stack.names) > 1,
+            or_force=FORCE in near,
+        )
+        unsure = words.undecided(words.amount(change, term), (term, *near))
+        return Cause(
+            term=term if named else UNKNOWN,
+            kind="missing",
+            confidence=sure.confidence if named else 1.0 - sure.confidence,
+            statement=f"{said if named else unsure} {self._left_out(acts[0])}",
+            parameters={"change": change},
+            alternatives=near if named else (term, *near),
+            variables=choice.suspect.variables,
+            to_tell_apart=self._told_apart(choice, sure.near),
+        )
+
+    def _alike(self, term: str, acts: list[int]) -> tuple[str, ...]:
+        """Return what no run of this kind tells an effect from."""
+        if term == GAIN and acts == [RISE] and not self.run.measured:
+            return (FORCE,)
+        if term == OFFSET and len(self.stack.names) == 1:
+            return (FRICTION,)
+        return ()
+
+    def _change(self, number: int, component: int) -> Value:
+        """Return by how much an effect moved a component from the first cut to the last."""
+        choice, at = self.choices[number], self.fit.places[len(self.looked.own) + number]
+        law = choice.shape.law
+        assert isinstance(law, Columns)  # every suspect of a cut table is made of laws
+        course = law.of(component)
+        if choice.suspect.term == GAIN:
+            course = course / self.stack.simulation[component][:, None]
+        step = course[-1] - course[0]
+        half = NORMAL_95 * float(np.sqrt(max(step @ self.fit.covariance[at, at] @ step, 0.0)))
+        unit = "1" if choice.suspect.term == GAIN else self.run.unit
+        return value(float(step @ self.fit.coefficients[at]), half, unit)
+
+    def _left_out(self, component: int) -> str:
+        """Return how far cuts left out of the fit are told with what was found, and without."""
+        with_it, without = (
+            rms(held_out_rows(self.stack, self.looked.own, choices)[component])
+            for choices in (self.choices, ())
+        )
+        return words.left_out(with_it, without, self.run.unit)
+
+    def _told_apart(self, choice: Choice, rivals: tuple[str, ...]) -> str | None:
+        teller = made_again(self.looked, own_of_run, unit=self.run.unit)
+        cuts = teller.told_apart(choice, choice.suspect.term, rivals)
+        force = FORCE in self._alike(choice.suspect.term, _acts_on(choice))
+        lines = [line for line in (cuts, words.MEASURED if force else None) if line is not None]
+        return " ".join(lines) if lines else None
+
+
+def _acts_on(choice: Choice) -> list[int]:
+    """Return the components that an effect acts on."""
+    law = choice.shape.law
+    assert isinstance(law, Columns)
+    return [component for component, mix in enumerate(law.mix) if np.any(mix)]
+
+
+def _unnamed(run: Run, ends: Ends, component: int, looked: Looked) -> Cause:
+    """Return what is known of a component that moved, where the search found nothing."""
+    if component == RISE and run.measured and ends.force is not None:
+        beside = _beside_force(run, ends)
+        if ends.force.beyond and not beside.beyond:
+            return _force(run, ends.force, ends.force_unit, beside)
+    return _open(run, ends, component, looked)
+
+
+def _beside_force(run: Run, ends: Ends) -> Moved:
+    """Return by how much the rise moved beside what the measured force gives."""
+    last = len(run.rise) - 1
+    return moved(run.rise - run.expected, ends.conditions, first=[0], last=[last])
+
+
+def _force(run: Run, force: Moved, force_unit: str, beside: Moved) -> Cause:
+    """Return that the force moved, and what is sensed did as it says."""
+    return Cause(
+        term=FORCE,
+        kind="mistuned",
+        confidence=LEVEL,
+        statement=words.force(force, force_unit, beside, run.unit),
+        parameters={"change": _value(force, force_unit)},
+    )
+
+
+def _open(run: Run, ends: Ends, component: int, looked: Looked | None) -> Cause:
+    """Return what may have moved, by the ends of the run alone, and the cut that would tell."""
+    end = ends.rise if component == RISE else ends.air
+    assert end is not None  # it moved
+    change = _value(end, run.unit)
+    names = _candidates(run, component, ends)
+    return Cause(
+        term=UNKNOWN,
+        kind="missing",
+        confidence=LEVEL,
+        statement=words.undecided(words.ends(change, air=component == AIR), names),
+        parameters={"change": change},
+        alternatives=names,
+        to_tell_apart=_by_the_end(looked, component, run.unit) if looked else None,
+    )
+
+
+def _candidates(run: Run, component: int, ends: Ends) -> tuple[str, ...]:
+    """Return what may have moved a component: the force too, unless measured force tells less."""
+    if component == AIR:
+        return (FRICTION, GAIN)
+    without_air = () if run.air is not None else (FRICTION,)
+    sensing = run.measured and _beside_force(run, ends).beyond
+    return (GAIN, OFFSET, *without_air, *(() if sensing else (FORCE,)))
+
+
+def _by_the_end(looked: Looked, component: int, unit: str) -> str | None:
+    """Return the cut whose repeat would tell what moved the last cut alone: gain, offset, friction.
+
+    None where none of the run's cuts would.
+    """
+    pair = ((FRICTION, AIR), (GAIN, None)) if component == AIR else ((GAIN, RISE), (OFFSET, RISE))
+    first, second = (at_the_end(looked.stack, term, where) for term, where in pair)
+    teller = made_again(looked, own_of_run, unit=unit)
+    best = teller.between((first,), (second,))
+    return None if best is None else teller.line(best, (pair[0][0], pair[1][0]))
+
+
+def _value(end: Moved, unit: str) -> Value:
+    return Value(value=end.change, low=end.low, high=end.high, unit=unit)
