@@ -6,13 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting import law, turning
+from autodb.fitting import NORMAL_95
 from autodb.inverse import Parameters
 from autodb.jobs import JobCut
 
 Array = NDArray[np.float64]
-
-NORMAL_95 = 1.959964
-"""97.5 % quantile of the standard normal distribution."""
 
 
 @dataclass(frozen=True)

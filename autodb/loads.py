@@ -12,7 +12,7 @@ from autodb import __version__, figures
 from autodb.agent.reconstructing import Felt
 from autodb.channels import LINEAR_AXES
 from autodb.errors import UnusableInput
-from autodb.forward import NORMAL_95
+from autodb.fitting import NORMAL_95
 from autodb.sensing.reconstruct import Load
 from autodb.store.copies import hidden, needs_folder, sync
 

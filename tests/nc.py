@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 Place = dict[str, float]
 WORD = re.compile(r"([A-Z]+?)=?(-?\d+(?:\.\d*)?)$")
+INCREMENTS = {"U": "X", "V": "Y", "W": "Z"}
 IGNORED = {"G40", "G49", "G80", "M9", "M6", "M1"}
 PLANES, UNITS = {"G17", "G18"}, {"G21", "G710"}
 
@@ -63,6 +64,7 @@ class _Run:
     at: Place = field(default_factory=dict)
     motions: list[Motion] = field(default_factory=list)
     stops: int = 0
+    stepped: bool = False
 
 
 def fanuc_lathe(zero: Place, *, diameter: bool) -> Control:
@@ -100,6 +102,10 @@ def _words(line: str) -> list[str]:
 
 
 def _block(run: _Run, number: int, words: list[str], optional: bool) -> None:
+    if "G4" in words:
+        assert len(words) == 2, f"line {number}: a rest and something else"
+        assert re.match(r"P\d+$|F\d+\.\d+$", words[1]), words[1]
+        return
     to: Place = {}
     machine = False
     for word in words:
@@ -132,8 +138,8 @@ def _mode(run: _Run, word: str) -> bool:
         changes = {"turning": word}
     elif word == "M5":
         changes = {"turning": ""}
-    elif word == "G90":
-        changes = {"absolute": True}
+    elif word in {"G90", "G91"}:
+        changes = {"absolute": word == "G90"}
     elif word == "G54":
         changes = {"offset": True}
     elif word == "M0":
@@ -146,10 +152,15 @@ def _mode(run: _Run, word: str) -> bool:
 
 
 def _value(run: _Run, letter: str, value: float, to: Place, word: str) -> None:
-    if letter in {"X", "Y", "Z"}:
+    if letter in {"X", "Y", "Z"} | INCREMENTS.keys():
         assert "." in word, "a coordinate without a decimal point"
-        assert letter != "X" or run.modes.diameter is not None, "radius or diameter?"
-        to[letter.lower()] = value / 2 if letter == "X" and run.modes.diameter else value
+        name = INCREMENTS.get(letter, letter)
+        assert letter not in INCREMENTS or run.control.cycles, "a letter of lathes in system A"
+        assert name != "X" or run.modes.diameter is not None, "radius or diameter?"
+        mm = value / 2 if name == "X" and run.modes.diameter else value
+        step = letter in INCREMENTS or not run.modes.absolute
+        to[name.lower()] = run.at[name.lower()] + mm if step else mm
+        run.stepped = step
     elif letter == "F":
         run.modes = replace(run.modes, feed=value)
     elif letter == "LIMS":
@@ -165,9 +176,9 @@ def _value(run: _Run, letter: str, value: float, to: Place, word: str) -> None:
 def _move(run: _Run, number: int, to: Place, machine: bool, optional: bool) -> None:
     modes = run.modes
     assert modes.rapid is not None
-    assert modes.absolute
-    assert machine or (modes.offset and modes.tool), f"line {number}: no offset"
-    zero = {} if machine else run.control.zero
+    assert not (machine and run.stepped), f"line {number}: an increment in machine coordinates"
+    assert machine or run.stepped or (modes.offset and modes.tool), f"line {number}: no offset"
+    zero = {} if machine or run.stepped else run.control.zero
     after = {**run.at, **{axis: mm + zero.get(axis, 0.0) for axis, mm in to.items()}}
     run.motions.append(Motion(number, dict(run.at), after, modes, machine, optional, run.stops))
     run.at = after

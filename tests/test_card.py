@@ -23,7 +23,7 @@ from autodb.card.axis import at_middle, rules, trueness
 from autodb.card.conditions import conditions, movement, scatter
 from autodb.card.files import BROWSERS
 from autodb.cli import run
-from autodb.forward import NORMAL_95
+from autodb.fitting import NORMAL_95
 from autodb.records import CutTable
 from autodb.sensing import ranges
 from autodb.sensing.forms import OF_CURRENT_SPEED, Felt, Law

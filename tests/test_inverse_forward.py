@@ -9,7 +9,7 @@ from scipy.stats import binom
 
 from autodb import forward
 from autodb.cutting import law, turning
-from autodb.fitting import Gaussian
+from autodb.fitting import NORMAL_95, Gaussian
 from autodb.inverse import Parameters, SensedCuts, Shared, learn
 from autodb.jobs import JobCut
 from autodb.sensing.forms import LINE
@@ -71,7 +71,7 @@ def test_coverage_of_forces_not_cut_yet() -> None:
         feed, depth = rng.uniform(0.1, 0.4, 1), rng.uniform(1.0, 2.5, 1)
         force = float((law.design(feed, depth) @ TRUE)[0]) * (1 + rng.normal(0, 0.03))
         mean, sd = forward.force_N(feed, depth, learnt)
-        inside += bool(abs(force - mean[0]) < forward.NORMAL_95 * sd[0])
+        inside += bool(abs(force - mean[0]) < NORMAL_95 * sd[0])
     assert binom.ppf(0.0005, n, 0.95) <= inside <= binom.ppf(0.9995, n, 0.95)
 
 

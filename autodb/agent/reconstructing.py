@@ -10,7 +10,7 @@ from autodb.agent.identifying import newest_model, stored_terms
 from autodb.agent.machines import find_machine, signed
 from autodb.channels import axis_of, effort_channels
 from autodb.errors import UnusableInput
-from autodb.forward import NORMAL_95
+from autodb.fitting import NORMAL_95
 from autodb.records import Recording
 from autodb.sensing.axis_model import Identified
 from autodb.sensing.drive_errors import DriveErrors
@@ -73,7 +73,7 @@ def reconstruct_on_machine(
             stated = next((a for a in owner.axes if a.name == row.axis), None)
             said = f"version {row.version} of machine '{machine}'"
             known = scale or (scale_of(stated) if stated else None)
-            load = _load(own, _model(row), bandwidth_hz=bandwidth_hz, observer=observer)
+            load = _load(own, drive_model(row), bandwidth_hz=bandwidth_hz, observer=observer)
             felt.append(_felt(load, said, known))
     if not felt:
         raise UnusableInput(
@@ -133,7 +133,8 @@ def _felt(load: Load, model: str, scale: Scale | None) -> Felt:
     return Felt(load.scaled(scale.newtons_per_ampere, "N"), model, scale)
 
 
-def _model(row: models.ChannelModel) -> DriveModel:
+def drive_model(row: models.ChannelModel) -> DriveModel:
+    """Return a stored version, whose errors were counted, as the record that sensing takes."""
     return DriveModel(
         axis=row.axis,
         channel=row.channel,

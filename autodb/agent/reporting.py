@@ -18,6 +18,7 @@ from autodb.agent.refreshing import (
     pair_name,
 )
 from autodb.agent.tracing import Node, trace
+from autodb.fitting import NORMAL_95
 from autodb.inverse import SensedCuts, learn
 from autodb.page import CalibrationPlot, JobRow, LearningCurve, Page, PredictedSensed
 from autodb.sensing import ranges
@@ -141,7 +142,7 @@ def _check(component: str, cuts: SensedCuts) -> PredictedSensed:
     learnt = learn(cuts.part(slice(0, first)))
     rest = cuts.part(slice(first, None))
     mean, sd = forward.force_N(rest.feed_mm, rest.depth_mm, learnt)
-    half = forward.NORMAL_95 * np.sqrt(sd**2 + rest.sd_N**2)
+    half = NORMAL_95 * np.sqrt(sd**2 + rest.sd_N**2)
     return PredictedSensed(
         component=component,
         label=[

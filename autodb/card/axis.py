@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from autodb import fitting, standard
 from autodb.anfis.sentences import Rules, sentences
 from autodb.card import conditions
-from autodb.forward import NORMAL_95
+from autodb.fitting import NORMAL_95
 from autodb.records import CutTable
 from autodb.sensing import ranges
 from autodb.sensing.choosing import FOLDS, left_out

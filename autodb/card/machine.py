@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from autodb.card.axis import AxisCard
 from autodb.cutting.turning import PASSIVE_AXIS
-from autodb.forward import NORMAL_95
+from autodb.fitting import NORMAL_95
 from autodb.sensing.error_kinds import DAY_SHARE
 from autodb.sensing.holds import ANY
 from autodb.sensing.ranges import COMPONENT_OF_AXIS, Calibration

@@ -7,7 +7,7 @@ from autodb.card import plots
 from autodb.card.axis import AxisCard, OneCut
 from autodb.card.conditions import FEWEST
 from autodb.card.machine import Card, not_sensed, when_again
-from autodb.forward import NORMAL_95
+from autodb.fitting import NORMAL_95
 from autodb.sensing.choosing import FOLDS
 from autodb.sensing.holds import ANY
 from autodb.sensing.outliers import numbers, sentences

@@ -17,6 +17,7 @@ from autodb.cli import (
     proving,
     reconstructing,
     standard,
+    sweeping,
 )
 from autodb.errors import UnusableInput
 
@@ -36,6 +37,7 @@ database.machine.command("reject")(deciding.reject)
 app.command("import")(learning.import_)
 app.command("calibrate")(learning.calibrate)
 app.add_typer(standard.standard, name="standard")
+app.command("sweep")(sweeping.sweep)
 app.command("identify")(identifying.identify)
 app.command("reconstruct")(reconstructing.reconstruct)
 app.command("refresh")(learning.refresh)

@@ -164,7 +164,7 @@ def _by_moves(
 
 def _scale(newtons_per_ampere: float | None) -> "Scale | None":
     from autodb.agent.reconstructing import LEAST_SHARE, Scale
-    from autodb.forward import NORMAL_95
+    from autodb.fitting import NORMAL_95
 
     if newtons_per_ampere is None:
         return None

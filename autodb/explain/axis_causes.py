@@ -16,13 +16,13 @@ from autodb.explain.reading import Reading
 from autodb.explain.suspects import UNKNOWN, Choice
 from autodb.explain.tuning import Beside, Tuned, tuned
 from autodb.explain.weighing import weighing
+from autodb.fitting import NORMAL_95
 from autodb.sensing.axis_model import term_called
 from autodb.terms import Term
 
 Array = NDArray[np.float64]
 Read = Mapping[str, Value]
 
-NORMAL_95 = 1.959964
 NEAR = 20.0
 """A set whose 2·ln-likelihood is not this much lower is an alternative: odds of e¹⁰. Chosen."""
 TEMPER = 4.0

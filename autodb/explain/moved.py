@@ -31,11 +31,12 @@ from autodb.explain.cutting.currents import (
 from autodb.explain.cutting.fit import Fit, fit, held_out_rows
 from autodb.explain.cutting.laws import Columns
 from autodb.explain.cutting.look import Looked, look_for
-from autodb.explain.cutting.profile import NORMAL_95, value
+from autodb.explain.cutting.profile import value
 from autodb.explain.cutting.rivals import standing
 from autodb.explain.fit import rms
 from autodb.explain.moved_words import FORCE
 from autodb.explain.suspects import UNKNOWN, Choice
+from autodb.fitting import NORMAL_95
 from autodb.sensing.moved import Moved, moved
 
 Array = NDArray[np.float64]

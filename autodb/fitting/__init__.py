@@ -2,7 +2,7 @@
 
 from autodb.fitting.covariance import autoregression, long_run_variance
 from autodb.fitting.deviation import Deviating, least_squares_with_deviation
-from autodb.fitting.gaussian import Gaussian, update
+from autodb.fitting.gaussian import NORMAL_95, Gaussian, update
 from autodb.fitting.linear import (
     BLOCK_ROWS,
     Bounds,
@@ -36,6 +36,7 @@ from autodb.fitting.scores import (
 
 __all__ = [
     "BLOCK_ROWS",
+    "NORMAL_95",
     "Bounds",
     "Design",
     "Deviating",

@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+NORMAL_95 = 1.959964
+"""Half width of a normal 95 % interval in standard deviations."""
+
 
 @dataclass(frozen=True)
 class Gaussian:

@@ -3,7 +3,8 @@
 Lathes in G-code system A, the one that most are delivered with: there G99 is feed per revolution,
 G98 per minute, ``G50 S`` the highest speed, X and Z are absolute, and G90 is a turning cycle. In
 systems B and C these are G95, G94, ``G92 S`` and G90: such a lathe must not run this program.
-Mills have one set of codes. No program made with these words has run on a control.
+Mills have one set of codes; G53 counts with G90 only, so that increments (G91) come after it. No
+program made with these words has run on a control.
 """
 
 from autodb.nc.words import Words
@@ -26,6 +27,10 @@ LATHE = Words(
     begin=("G54", "T{tool:02d}{tool:02d}"),
     spindle="G97 S{rpm} {turn}",
     closing=_CLOSING,
+    sweep_modes=("G21 G18 G40 G80 G98", "M5", "M9"),
+    increments=(),
+    step={"x": "U", "y": "V", "z": "W"},
+    dwell="G4 P{milliseconds}",
 )
 
 MILL = Words(
@@ -40,4 +45,8 @@ MILL = Words(
     begin=("T{tool} M6", "G54", "G0 G43 H{tool} Z{retract_z}"),
     spindle="S{rpm} {turn}",
     closing=_CLOSING,
+    sweep_modes=("G21 G90 G17 G40 G49 G80 G94", "M5", "M9"),
+    increments=("G91",),
+    step={"x": "X", "y": "Y", "z": "Z"},
+    dwell="G4 P{milliseconds}",
 )

@@ -23,6 +23,10 @@ LATHE = Words(
     begin=("G54", "T{tool} D1"),
     spindle="G97 S{rpm} {turn}",
     closing=_CLOSING,
+    sweep_modes=("G710 G18 G40 G90 G94", "M5", "M9", "DIAMOF"),
+    increments=("G91",),
+    step={"x": "X", "y": "Y", "z": "Z"},
+    dwell="G4 F{seconds}",
 )
 
 MILL = Words(
@@ -40,4 +44,8 @@ MILL = Words(
     begin=("T{tool}", "M6", "G54 D1"),
     spindle="S{rpm} {turn}",
     closing=_CLOSING,
+    sweep_modes=("G710 G17 G40 G90 G94", "M5", "M9"),
+    increments=("G91",),
+    step={"x": "X", "y": "Y", "z": "Z"},
+    dwell="G4 F{seconds}",
 )

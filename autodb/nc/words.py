@@ -5,7 +5,7 @@ their own fields. Numbers have a decimal point: without one some controls count 
 """
 
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from autodb.nc.steps import Move
@@ -20,6 +20,9 @@ class Words:
     ``modes`` come before the first motion, ``home`` retracts an axis in machine coordinates and
     ``begin`` calls tool and offset after it. ``x_in_diameters`` and ``x_in_radii`` say how X counts
     from then on; ``home_in_radii``: X counts as a radius in ``home`` whatever they say.
+    ``sweep_modes``: modes of a program at a feed per minute; ``increments``: what then makes moves
+    increments, after the last place in machine coordinates, which is absolute; ``step``: the letter
+    of an axis' increment; ``dwell``: a rest of ``{seconds}`` or ``{milliseconds}``.
     """
 
     opening: Lines
@@ -33,6 +36,10 @@ class Words:
     begin: Lines
     spindle: str
     closing: Lines
+    sweep_modes: Lines
+    increments: Lines
+    step: Mapping[str, str]
+    dwell: str
 
     def said(self, text: str) -> str:
         """Return a comment: capital letters of ASCII, without brackets of its own."""

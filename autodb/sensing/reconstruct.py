@@ -171,18 +171,24 @@ def _load(
 
 def parameter_sd(model: DriveModel, inputs: Mapping[str, Array]) -> Array:
     """Return what the parameters' covariance leaves open of the terms' sum, (n,)."""
-    terms = list(model.terms)
-    slopes = []
-    for i, term in enumerate(terms[: len(model.covariance)]):
-        step = 1e-4 * float(np.sqrt(model.covariance[i, i])) or 1e-12
+    columns = slopes(model.terms, model.covariance, inputs)
+    variance = np.einsum("ni,ij,nj->n", columns, model.covariance, columns)
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+def slopes(
+    terms: Sequence[IdentifiedTerm], covariance: Array, inputs: Mapping[str, Array]
+) -> Array:
+    """Return the derivatives (n, k) of the terms' sum by the first k, whose covariance is given."""
+    found = []
+    for i, term in enumerate(terms[: len(covariance)]):
+        step = 1e-4 * float(np.sqrt(covariance[i, i])) or 1e-12
         sides = [
             predicted([*terms[:i], replace(term, value=term.value + h), *terms[i + 1 :]], inputs)
             for h in (step, -step)
         ]
-        slopes.append((sides[0] - sides[1]) / (2.0 * step))
-    columns = np.array(slopes)
-    variance = np.einsum("in,ij,jn->n", columns, model.covariance, columns)
-    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+        found.append((sides[0] - sides[1]) / (2.0 * step))
+    return np.array(found).T
 
 
 def at_limit(effort: Array) -> Flags:

@@ -19,7 +19,7 @@ from autodb.explain.cutting.fit import Fit, fit, held_out_rows
 from autodb.explain.cutting.laws import Columns
 from autodb.explain.cutting.look import Looked
 from autodb.explain.cutting.parameters import Effect, parameters
-from autodb.explain.cutting.profile import NORMAL_95, value
+from autodb.explain.cutting.profile import value
 from autodb.explain.cutting.retuned import retuned
 from autodb.explain.cutting.rivals import Standing, standing
 from autodb.explain.cutting.table import Stack
@@ -27,6 +27,7 @@ from autodb.explain.cutting.words import shape_words
 from autodb.explain.fit import rms
 from autodb.explain.locate import regimes
 from autodb.explain.suspects import UNKNOWN, Choice
+from autodb.fitting import NORMAL_95
 from autodb.records import CutTable
 from autodb.terms import TERMS, Term
 

@@ -22,9 +22,10 @@ from autodb.explain.cutting.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cutting.profile import NORMAL_95, Beside, value
+from autodb.explain.cutting.profile import Beside, value
 from autodb.explain.cutting.table import Stack
 from autodb.explain.suspects import Choice
+from autodb.fitting import NORMAL_95
 from autodb.terms.chip import size_effect, speed_softening
 
 Array = NDArray[np.float64]

@@ -11,10 +11,10 @@ from autodb.explain.cutting.fit import all_columns
 from autodb.explain.cutting.laws import Columns
 from autodb.explain.cutting.table import Stack
 from autodb.explain.suspects import Choice
+from autodb.fitting import NORMAL_95
 
 Array = NDArray[np.float64]
 
-NORMAL_95 = 1.959964
 GRID = 25
 
 

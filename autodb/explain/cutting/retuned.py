@@ -6,9 +6,10 @@ from numpy.typing import NDArray
 from autodb.explain.answer import Cause, Value
 from autodb.explain.cutting.fit import Fit, all_columns, inner_products, norms
 from autodb.explain.cutting.laws import Columns
-from autodb.explain.cutting.profile import NORMAL_95, value
+from autodb.explain.cutting.profile import value
 from autodb.explain.cutting.table import Stack
 from autodb.explain.suspects import Choice
+from autodb.fitting import NORMAL_95
 from autodb.sensing.axis_model import term_called
 
 Array = NDArray[np.float64]

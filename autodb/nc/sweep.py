@@ -1,0 +1,218 @@
+"""The NC program of an axis' moves in air: one axis moves, the others are parked, the spindle off.
+
+After a rapid in machine coordinates every move is an increment, so that no work offset and no tool
+offset counts. X counts in diameters where the control takes it so.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil, floor
+
+from autodb.errors import UnusableInput, near
+from autodb.machinefile import AxisFile, MachineFile
+from autodb.nc.program import DIALECTS
+from autodb.nc.steps import DECIMALS
+from autodb.nc.words import Words
+
+MARGIN_MM = 1.0
+"""How far a sweep stays from the ends of a travel. Chosen: soft limits trip at the last micron."""
+ROUNDING = 1e-6
+"""Thousandths of a millimetre that binary fractions are off."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """There and back between two places, mm of the axis' travel, with a rest at each."""
+
+    start_mm: float
+    end_mm: float
+    feed_mm_min: float
+    rest_s: float
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Where an axis may sweep, mm of its travel, and its highest feed."""
+
+    axis: str
+    low_mm: float
+    high_mm: float
+    fastest_mm_min: float
+
+
+def stretch(
+    machine: MachineFile,
+    axis: str,
+    *,
+    source: str,
+    safe_mm: float | None = None,
+    between_mm: tuple[float, float] | None = None,
+) -> Stretch:
+    """Return where an axis may sweep: its travel, or a part of it; never below its safe height.
+
+    ``safe_mm`` is the lowest height of an axis that bears weight, as a place of its travel. Raises
+    UnusableInput naming the key that is missing, or the limit that is not kept.
+    """
+    own = machine.axes.get(axis)
+    if own is None:
+        raise UnusableInput(f"{source}: no axis '{axis}'{near(axis, list(machine.axes))}")
+    limits = own.limits
+    low, high = limits.travel_low_mm, limits.travel_high_mm
+    if low is None or high is None:
+        raise UnusableInput(f"{source}: axes.{axis}.limits: travel_low_mm and travel_high_mm would "
+                            "be needed")  # fmt: skip
+    if limits.speed_mm_min is None:
+        raise UnusableInput(f"{source}: axes.{axis}.limits.speed_mm_min would be needed")
+    low, high = low + MARGIN_MM, high - MARGIN_MM
+    if own.vertical is not None:
+        if safe_mm is None:
+            raise UnusableInput(
+                f"{source}: axis {axis} bears weight: --safe MM, its lowest safe place, would be "
+                "needed"
+            )
+        low, high = _above(own, axis, (low, high), safe_mm)
+    if between_mm is not None:
+        _refuse_beyond(axis, between_mm, low, high, source)
+        low, high = between_mm
+    return Stretch(axis, _inward(low, 1), _inward(high, -1), limits.speed_mm_min)
+
+
+def _inward(mm: float, side: int) -> float:
+    """Return a place with the digits of a program, rounded up (1) or down (−1)."""
+    units = mm * 10**DECIMALS
+    whole: int = ceil(units - ROUNDING) if side > 0 else floor(units + ROUNDING)
+    return float(whole / 10**DECIMALS)
+
+
+def _above(
+    own: AxisFile, axis: str, travel_mm: tuple[float, float], safe_mm: float
+) -> tuple[float, float]:
+    """Return the part of the travel at a safe height."""
+    low, high = travel_mm
+    if not low <= safe_mm <= high:
+        raise UnusableInput(
+            f"--safe: {safe_mm:g} mm is not between {low:g} and {high:g} mm, the travel of {axis}"
+        )
+    return (safe_mm, high) if own.vertical == "up" else (low, safe_mm)
+
+
+def _refuse_beyond(
+    axis: str, between_mm: tuple[float, float], low: float, high: float, source: str
+) -> None:
+    if not low <= between_mm[0] < between_mm[1] <= high:
+        raise UnusableInput(
+            f"--between: {between_mm[0]:g} to {between_mm[1]:g} mm is no stretch of axis {axis} "
+            f"between {low:g} and {high:g} mm ({source})"
+        )
+
+
+def program(
+    ways: Sequence[Way],
+    on: Stretch,
+    machine: MachineFile,
+    *,
+    dialect: str,
+    parked_mm: Mapping[str, float],
+    source: str,
+    name: str,
+) -> str:
+    """Return the program; ``parked_mm``: where each other linear axis is brought first.
+
+    Raises UnusableInput naming the dialects there are, the axis without a place to park, or the
+    place outside its travel.
+    """
+    if dialect not in DIALECTS:
+        raise UnusableInput(f"no NC program for dialect '{dialect}'{near(dialect, DIALECTS)}")
+    lathe, mill = DIALECTS[dialect]
+    turns = machine.axes.get("spindle")
+    is_lathe = turns is not None and turns.carries == "work"
+    if is_lathe and machine.diameter is None:
+        raise UnusableInput(f"{source}: diameter would be needed: does the control take X as one?")
+    words = lathe if is_lathe else mill
+    _refuse_unparked(machine, on.axis, parked_mm, source)
+    for way in ways:
+        _refuse_outside(way, on)
+    factor = 2.0 if is_lathe and machine.diameter else 1.0
+    text = _text(ways, on, words, parked_mm, name=name, factor=factor)
+    return "".join(f"{line}\n" for line in text)
+
+
+def _refuse_unparked(
+    machine: MachineFile, axis: str, parked_mm: Mapping[str, float], source: str
+) -> None:
+    for other in (name for name in "xyz" if name in machine.axes and name != axis):
+        if other not in parked_mm:
+            raise UnusableInput(
+                f"{source}: --park {other}=MM would be needed: where nothing is in the way"
+            )
+        limits = machine.axes[other].limits
+        low, high = limits.travel_low_mm, limits.travel_high_mm
+        if low is None or high is None or not low <= parked_mm[other] <= high:
+            raise UnusableInput(
+                f"--park: {other} = {parked_mm[other]:g} mm is not known to lie in its travel "
+                f"({source}: axes.{other}.limits)"
+            )
+    for other in parked_mm:
+        if other not in machine.axes or other == axis:
+            raise UnusableInput(f"--park: {other} is no other axis of {source}")
+
+
+def _refuse_outside(way: Way, on: Stretch) -> None:
+    for place in (way.start_mm, way.end_mm):
+        if not on.low_mm - 1e-9 <= place <= on.high_mm + 1e-9:
+            raise UnusableInput(
+                f"a pass to {place:g} mm is outside {on.low_mm:g} to {on.high_mm:g} mm"
+            )
+    if way.feed_mm_min > on.fastest_mm_min:
+        raise UnusableInput(
+            f"a pass at {way.feed_mm_min:g} mm/min is above axis {on.axis}'s "
+            f"{on.fastest_mm_min:g} mm/min"
+        )
+
+
+def _text(
+    ways: Sequence[Way],
+    on: Stretch,
+    words: Words,
+    parked_mm: Mapping[str, float],
+    *,
+    name: str,
+    factor: float,
+) -> Iterator[str]:
+    """Yield the lines: header, modes, the others parked, the axis at its start, the passes."""
+    plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in name.upper())[:24]
+    yield from (line.format(name=plain) for line in words.opening)
+    yield words.said("not proven on your machine: check it, dry run it, keep a hand on feed hold")
+    yield words.said(f"moves in air of axis {on.axis}: {len(ways)} passes there and back")
+    yield words.said(f"travel {on.low_mm:.3f} to {on.high_mm:.3f}, spindle off, no tool needed")
+    yield words.said("record position and current of the axis from the first pass to the last")
+    yield from words.sweep_modes
+    for axis, mm in parked_mm.items():
+        yield _home(words, axis, mm, factor)
+    at = round(ways[0].start_mm, DECIMALS)
+    yield _home(words, on.axis, at, factor)
+    yield words.said("stop: are the others where nothing is in the way?")
+    yield "M0"
+    yield from words.increments
+    scale = _x_factor(words, on.axis, factor)
+    for way in ways:
+        feed = f"F{way.feed_mm_min:.3f}"
+        rest = words.dwell.format(seconds=f"{way.rest_s:.1f}", milliseconds=int(1e3 * way.rest_s))
+        yield words.said(f"{way.feed_mm_min:g} mm/min")
+        for to in (way.start_mm, way.end_mm, way.start_mm):
+            step = round(round(to, DECIMALS) - at, DECIMALS)
+            if step:
+                at = round(to, DECIMALS)
+                yield f"G1 {words.step[on.axis]}{scale * step:.3f} {feed}"
+                yield rest
+    yield from words.closing
+
+
+def _home(words: Words, axis: str, mm: float, factor: float) -> str:
+    value = f"{_x_factor(words, axis, factor) * mm:.3f}"
+    return words.home.format(axis=axis.upper(), value=value)
+
+
+def _x_factor(words: Words, axis: str, factor: float) -> float:
+    """Return what a millimetre of an axis counts; DIAMOF makes X a radius where it is said."""
+    return factor if axis == "x" and not words.home_in_radii else 1.0
