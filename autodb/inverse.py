@@ -1,8 +1,9 @@
 """Semi-inverse: sensed forces and the cuts' geometry become a pair's parameters, with covariance.
 
 Two kinds of error stay apart: each cut's own scatter, and the calibration's, which all cuts sensed
-with it share. The shared part enters as nuisance parameters (the errors of the calibration's p
-coefficients, with their covariance), so more cuts never make it smaller (physics reference, 7).
+with it share. The shared part enters as nuisance parameters (the errors of the calibration's
+coefficients and an offset, with their covariance), so more cuts never make it smaller (physics
+reference, 7).
 """
 
 from dataclasses import dataclass
@@ -21,9 +22,10 @@ ROUNDS = 5
 
 @dataclass(frozen=True)
 class SensedCuts:
-    """Cuts of one pair as one calibration felt one component: arrays (n,), ``common`` (n, p).
+    """Cuts of one pair as one calibration felt one component: arrays (n,), ``common`` (n, k).
 
-    ``form`` is the calibration's.
+    ``form`` is the calibration's; the first ``coefficients`` columns of ``common`` are its, one
+    after them the offset's.
     """
 
     feed_mm: Array
@@ -33,6 +35,7 @@ class SensedCuts:
     common: Array
     calibration_covariance: Array
     form: Form
+    coefficients: int
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,8 @@ def learn(cuts: SensedCuts, *, prior: Gaussian = law.PRIOR) -> Parameters:
     (means over regions of depth and feed) and process scatter; posterior and split are iterated.
     """
     own_design = law.design(cuts.feed_mm, cuts.depth_mm)
-    design = np.column_stack([own_design, cuts.form.expected(cuts.common, own_design)])
+    slopes, offset = np.split(cuts.common, [cuts.coefficients], axis=1)
+    design = np.column_stack([own_design, cuts.form.expected(slopes, own_design), offset])
     start = Gaussian(
         np.concatenate([prior.mean, np.zeros(len(cuts.calibration_covariance))]),
         _block(prior.covariance, cuts.calibration_covariance),

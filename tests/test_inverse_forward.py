@@ -31,6 +31,7 @@ def _cuts(rng: np.random.Generator, n: int, *, gain: float = 0.0, sd_N: float = 
         common=np.column_stack([np.ones(n), current]),
         calibration_covariance=np.diag([1e-6, (200.0 * 0.05) ** 2]),
         form=LINE,
+        coefficients=2,
     )
 
 

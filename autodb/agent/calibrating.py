@@ -222,6 +222,7 @@ def _keep(
             cut_sd=calibration.errors.cut_sd,
             gain_share=calibration.errors.gain_share,
             reference_share=calibration.errors.reference_share,
+            group_covariance=_listed(calibration.errors.group),
             scores=asdict(calibration.scores),
             scores_with_transients=asdict(calibration.scores_with_transients),
             transients=list(calibration.transients),
@@ -273,4 +274,9 @@ def _error_kinds(row: models.Calibration) -> ErrorKinds:
     """Return the kinds of error; 0.1.0 kept one, and what is shared in the covariance."""
     if row.cut_sd is None:
         return ErrorKinds(cut_sd=row.scores["rmse"], gain_share=0.0, reference_share=0.0)
-    return ErrorKinds(row.cut_sd, row.gain_share or 0.0, row.reference_share or 0.0)
+    group = None if row.group_covariance is None else np.array(row.group_covariance)
+    return ErrorKinds(row.cut_sd, row.gain_share or 0.0, row.reference_share or 0.0, group)
+
+
+def _listed(matrix: NDArray[np.float64] | None) -> list[list[float]] | None:
+    return None if matrix is None else [[float(one) for one in row] for row in matrix]

@@ -207,6 +207,7 @@ def as_sensed_cuts(forces: list[models.SensedForce], row: models.Calibration) ->
         common=np.array([f.common for f in forces], dtype=np.float64),
         calibration_covariance=calibration.shared_covariance,
         form=calibration.form,
+        coefficients=len(calibration.coefficients),
     )
 
 

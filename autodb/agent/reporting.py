@@ -125,6 +125,7 @@ def _part(cuts: SensedCuts, rows: slice) -> SensedCuts:
         common=cuts.common[rows],
         calibration_covariance=cuts.calibration_covariance,
         form=cuts.form,
+        coefficients=cuts.coefficients,
     )
 
 

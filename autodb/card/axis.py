@@ -17,6 +17,7 @@ from autodb.forward import NORMAL_95
 from autodb.records import CutTable
 from autodb.sensing import ranges
 from autodb.sensing.choosing import FOLDS, left_out
+from autodb.sensing.error_kinds import ErrorKinds
 from autodb.sensing.forms import Felt, Fuzzy
 from autodb.sensing.ranges import Calibration, Points
 
@@ -41,7 +42,8 @@ class Trueness:
 class OneCut:
     """What is sensed of one cut at a current, and the standard deviations of its errors.
 
-    ``own`` is that cut's alone; coefficients, gain and references are shared by all cuts.
+    ``own`` is that cut's alone; coefficients, gain, references and what a new group has of its
+    own are shared by all cuts.
     """
 
     current: float
@@ -50,11 +52,12 @@ class OneCut:
     coefficients: float
     gain: float
     references: float
+    group: float
 
     @property
     def shared(self) -> float:
         """Standard deviation of what all cuts share."""
-        return float(np.linalg.norm([self.coefficients, self.gain, self.references]))
+        return float(np.linalg.norm([self.coefficients, self.gain, self.references, self.group]))
 
     @property
     def half(self) -> float:
@@ -171,7 +174,8 @@ def at_middle(calibration: Calibration, felt: Felt) -> OneCut:
     current = 0.5 * (calibration.current_low + calibration.current_high)
     middle = _medians(felt, current)
     slopes = form.slopes(coefficients, middle)[0]
-    by_share = abs(float(slopes @ form.scaling(coefficients)))
+    whole = float(slopes @ form.scaling(coefficients))
+    by_share = abs(whole)
     kinds = calibration.errors
     return OneCut(
         current=current,
@@ -180,7 +184,16 @@ def at_middle(calibration: Calibration, felt: Felt) -> OneCut:
         coefficients=float(np.sqrt(slopes @ calibration.covariance @ slopes)),
         gain=by_share * kinds.gain_share,
         references=by_share * kinds.reference_share,
+        group=_of_group(kinds, whole),
     )
+
+
+def _of_group(kinds: ErrorKinds, whole: float) -> float:
+    """Return the standard deviation of what a new group has of its own where ``whole`` is felt."""
+    if kinds.group is None:
+        return 0.0
+    moves = np.array([1.0, whole])
+    return float(np.sqrt(moves @ kinds.group @ moves))
 
 
 def _medians(felt: Felt, current: float) -> Felt:

@@ -3,6 +3,7 @@
 from autodb.fitting.covariance import autoregression, long_run_variance
 from autodb.fitting.deviation import Deviating, least_squares_with_deviation
 from autodb.fitting.gaussian import Gaussian, update
+from autodb.fitting.groups import Components, components, small_sample
 from autodb.fitting.linear import (
     BLOCK_ROWS,
     Bounds,
@@ -37,6 +38,7 @@ from autodb.fitting.scores import (
 __all__ = [
     "BLOCK_ROWS",
     "Bounds",
+    "Components",
     "Design",
     "Deviating",
     "Fit",
@@ -49,6 +51,7 @@ __all__ = [
     "best_start",
     "bootstrap_r_squared",
     "check_rank",
+    "components",
     "held_out",
     "least_squares",
     "least_squares_with_deviation",
@@ -60,6 +63,7 @@ __all__ = [
     "robust_line",
     "separable",
     "slopes",
+    "small_sample",
     "solve",
     "spanning",
     "spread",

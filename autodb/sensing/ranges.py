@@ -14,7 +14,7 @@ from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
 from autodb.sensing.choosing import FOLDS, best, left_out, nested, tried
-from autodb.sensing.error_kinds import DAY_SHARE, ErrorKinds, apart
+from autodb.sensing.error_kinds import DAY_SHARE, ErrorKinds, Fitted, apart
 from autodb.sensing.forms import (
     FEED_FORMS,
     FEED_SETS,
@@ -37,6 +37,9 @@ TRANSIENT_WINDOW = 4
 TRANSIENT_SPREADS = 10.0
 """A row this many robust standard deviations off its neighbours is a transient."""
 MIN_GROUPS = 3
+CONDITION = "cutting condition"
+"""Groups that cuts of other conditions do not share: a sensed cut's own error holds what they show.
+"""
 MIN_MATERIALS = 3
 
 
@@ -79,8 +82,14 @@ class Calibration:
 
     @property
     def shared_covariance(self) -> Array:
-        """Covariance (p, p) of the coefficients that is common to all that is sensed with them."""
-        return self.covariance + self.errors.shared(self.form.scaling(self.coefficients))
+        """Covariance of coefficients and offset that is common to all that is sensed with them.
+
+        (p + 1, p + 1), or (p, p) where no offset was looked for.
+        """
+        shared = self.errors.shared(self.form.scaling(self.coefficients))
+        p = len(self.coefficients)
+        shared[:p, :p] += self.covariance
+        return shared
 
     def trials_words(self) -> str:
         """Return the errors of the forms tried, the one taken first."""
@@ -109,8 +118,8 @@ class Calibration:
 class Sensed:
     """Force of every row: value and per-cut sd (NaN where not sensed), and why not.
 
-    ``common`` (n, p) is the derivative of the force by the calibration's coefficients: the error
-    that all rows share is common · N(0, shared covariance).
+    ``common`` is the derivative of the force by the calibration's coefficients and offset, a column
+    for each of the shared covariance: the error that all rows share is common · N(0, shared).
     """
 
     force_N: Array
@@ -206,7 +215,20 @@ def calibrate(
     law = form.fit(sound.felt, sound.target)
     scores = _scores(nested(forms, sound.felt, sound.target, sound.groups), sound)
     estimate = law.form.value(law.coefficients, sound.felt)
-    off, order = sound.target - estimate, np.argsort(sound.cut)
+    slopes, off = law.form.slopes(law.coefficients, sound.felt), sound.target - estimate
+    order = np.argsort(sound.cut)
+    errors, covariance = apart(
+        Fitted(
+            estimate[order],
+            off[order],
+            slopes[order],
+            law.covariance,
+            None if sound.grouped_by == CONDITION else sound.groups[order],
+        ),
+        rmse=scores.rmse,
+        day_share=DAY_SHARE[axis],
+        reference_share=reference_share,
+    )
     return Calibration(
         form=law.form,
         axis=axis,
@@ -215,18 +237,12 @@ def calibrate(
         current_unit=table.unit(points.channel.split(" − ", maxsplit=1)[0]),
         unit=points.unit,
         coefficients=law.coefficients,
-        covariance=law.covariance,
-        errors=apart(
-            estimate[order],
-            off[order],
-            rmse=scores.rmse,
-            day_share=DAY_SHARE[axis],
-            reference_share=reference_share,
-        ),
+        covariance=covariance,
+        errors=errors,
         scores=scores,
         scores_with_transients=_scores(_of_all(form, points), points) if sudden.any() else scores,
         transients=tuple(points.cut[sudden].tolist()),
-        outliers=outliers(law, law.form.slopes(law.coefficients, sound.felt), off, sound.cut),
+        outliers=outliers(law, slopes, off, sound.cut),
         trials={trial.form.label: trial.rmse for trial in trials},
         current_low=float(sound.felt.current.min()),
         current_high=float(sound.felt.current.max()),
@@ -304,7 +320,7 @@ def grouping(table: CutTable, used: NDArray[np.bool_]) -> tuple[NDArray[np.gener
     names = [n for n in conditions if n in table and np.isfinite(table[n][used]).all()]
     if names:
         rows = np.round(np.column_stack([table[n][used] for n in names]), 3)
-        return np.unique(rows, axis=0, return_inverse=True)[1].ravel(), "cutting condition"
+        return np.unique(rows, axis=0, return_inverse=True)[1].ravel(), CONDITION
     return np.arange(int(used.sum())) * 10 // max(1, int(used.sum())), "tenth of the rows"
 
 
@@ -361,7 +377,7 @@ def sense(table: CutTable, calibration: Calibration) -> Sensed:
     n = len(table)
     if signal is None:
         why: list[str | None] = [f"no {calibration.axis} current recorded"] * n
-        common = np.zeros((n, len(calibration.coefficients)))
+        common = np.zeros((n, len(calibration.shared_covariance)))
         return Sensed(np.full(n, np.nan), np.full(n, np.nan), common, why)
     felt_there, form = _felt(table, signal[1]), calibration.form
     target = form.value(calibration.coefficients, felt_there)
@@ -377,8 +393,10 @@ def sense(table: CutTable, calibration: Calibration) -> Sensed:
     force = np.where(felt, target * to_N, np.nan)
     spread = np.hypot(calibration.errors.cut_sd, form.beyond(felt_there))
     sd = np.where(felt, spread * np.abs(to_N), np.nan)
-    common = form.slopes(calibration.coefficients, felt_there) * to_N[:, None]
-    return Sensed(force, sd, common, reason)
+    slopes = form.slopes(calibration.coefficients, felt_there)
+    if calibration.errors.group is not None:
+        slopes = np.column_stack([slopes, np.ones(n)])
+    return Sensed(force, sd, slopes * to_N[:, None], reason)
 
 
 def _newtons_per_target(table: CutTable, calibration: Calibration) -> Array:
