@@ -13,6 +13,7 @@ from autodb import standard
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
 from autodb.sensing import ranges
+from autodb.sensing.transients import transients
 
 RNG = np.random.default_rng(4)
 N = 60
@@ -106,10 +107,10 @@ def test_a_sudden_row_is_a_transient_and_a_sudden_force_is_not() -> None:
     groups = np.repeat([1, 2], 25)
     jump = current.copy()
     jump[10] += 5.0
-    assert np.flatnonzero(ranges.transients(jump, target, groups)).tolist() == [10]
+    assert np.flatnonzero(transients(jump, target, groups)).tolist() == [10]
     worn = target.copy()
     worn[10] += 500.0
-    assert not ranges.transients(current, worn, groups).any()
+    assert not transients(current, worn, groups).any()
 
 
 def test_every_shipped_protocol_reads_and_its_references_are_ordered() -> None:

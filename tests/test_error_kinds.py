@@ -34,7 +34,7 @@ def _kinds(seed: int, share: float, own_N: float, day_share: float) -> ErrorKind
     rmse = float(np.sqrt(np.mean(error_N**2)))
     columns = np.column_stack([np.ones(CUTS), estimate_N])
     none = np.zeros((2, 2))
-    cuts = Fitted(estimate_N, error_N, columns, none, None)
+    cuts = Fitted(estimate_N, error_N, columns, none, None, np.zeros(CUTS), np.zeros(CUTS))
     return apart(cuts, rmse=rmse, day_share=day_share, reference_share=0.0)[0]
 
 
@@ -109,8 +109,10 @@ def test_intervals_hold_the_cuts_of_a_new_group(groups: int, between: Array) -> 
     for _ in range(200):
         cuts, new = _grouped(rng, root, groups), _grouped(rng, root, 1)
         law = fitting.least_squares(_columns(cuts[0]), cuts[1])
-        error = law.residual
-        fitted = Fitted(cuts[1] - error, error, _columns(cuts[0]), law.covariance, cuts[2])
+        error, none = law.residual, np.zeros_like(law.residual)
+        fitted = Fitted(
+            cuts[1] - error, error, _columns(cuts[0]), law.covariance, cuts[2], none, none
+        )
         rmse = float(np.sqrt(error @ error / (len(error) - 2)))
         kinds, covariance = apart(fitted, rmse=rmse, day_share=0.0, reference_share=0.0)
         shared = kinds.shared(law.coefficients)
@@ -125,7 +127,9 @@ def test_intervals_hold_the_cuts_of_a_new_group(groups: int, between: Array) -> 
         assert alone < low
 
 
-def _grouped(rng: np.random.Generator, root: NDArray[np.floating], groups: int) -> tuple[Array, Array, Array]:
+def _grouped(
+    rng: np.random.Generator, root: NDArray[np.floating], groups: int
+) -> tuple[Array, Array, Array]:
     """Twelve cuts of each group: current, force, and the group, which has its offset and gain."""
     of = np.repeat(np.arange(groups), 12)
     current = rng.uniform(1.0, 4.0, len(of))

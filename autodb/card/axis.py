@@ -19,7 +19,8 @@ from autodb.sensing import ranges
 from autodb.sensing.choosing import FOLDS, left_out
 from autodb.sensing.error_kinds import ErrorKinds
 from autodb.sensing.forms import Felt, Fuzzy
-from autodb.sensing.ranges import Calibration, Points
+from autodb.sensing.ranges import Calibration, Points, of_current
+from autodb.sensing.transients import transients
 
 Array = NDArray[np.float64]
 
@@ -107,7 +108,7 @@ def axis_card(
     ``force_N`` (n,) as ``ranges.calibrate`` took it.
     """
     points, row = _by_row(table, calibration.axis, force_N)
-    sudden = ranges.transients(points.felt.current, points.target, points.groups)
+    sudden = transients(points.felt.current, points.target, points.groups)
     sound, rest = points.at(~sudden), points.at(sudden)
     errors = left_out(
         calibration.form, sound.felt, sound.target, sound.groups, folds=min(FOLDS, len(sound.cut))
@@ -180,7 +181,11 @@ def at_middle(calibration: Calibration, felt: Felt) -> OneCut:
     return OneCut(
         current=current,
         value=float(form.value(coefficients, middle)[0]),
-        own=float(np.hypot(kinds.cut_sd, form.beyond(middle)[0])),
+        own=float(
+            np.linalg.norm(
+                [kinds.cut_sd, form.beyond(middle)[0], of_current(calibration, middle)[0]]
+            )
+        ),
         coefficients=float(np.sqrt(slopes @ calibration.covariance @ slopes)),
         gain=by_share * kinds.gain_share,
         references=by_share * kinds.reference_share,

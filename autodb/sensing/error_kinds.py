@@ -33,12 +33,15 @@ class ErrorKinds:
     as groups do not hold it. ``reference_share``: that of all reference forces together.
     ``group`` (2, 2): covariance of the offset, in the target's unit, and of the share of gain by
     which a new group differs; None: a calibration of 0.1.0, which did not look for it.
+    ``current_sd``: rms standard error of the cuts' currents, whose part is not in ``cut_sd``; 0:
+    none was stated, and it is.
     """
 
     cut_sd: float
     gain_share: float
     reference_share: float
     group: Array | None = None
+    current_sd: float = 0.0
 
     def shared(self, scaling: Array) -> Array:
         """Return the covariance of coefficients that scale by ``scaling`` (p,) a share.
@@ -58,7 +61,8 @@ class ErrorKinds:
 class Fitted:
     """Cuts (n,) in their order that a law was fitted to: its estimates, target − estimate, the
     estimates' derivatives by the coefficients (n, p), the covariance (p, p) of these as from cuts
-    that share nothing, and groups of cuts; None: groups that other cuts never share.
+    that share nothing, and groups of cuts; None: groups that other cuts never share. ``current_sd``
+    (n,): the currents' own error, 0: not known; ``by_current``: the estimates' derivative by it.
     """
 
     estimate: Array
@@ -66,6 +70,13 @@ class Fitted:
     slopes: Array
     covariance: Array
     groups: NDArray[np.generic] | None
+    current_sd: Array
+    by_current: Array
+
+    @property
+    def from_current(self) -> Array:
+        """Variance (n,) that the currents' errors give the estimates."""
+        return np.asarray((self.current_sd * self.by_current) ** 2)
 
 
 def apart(
@@ -82,7 +93,8 @@ def apart(
     found = _components(cuts, both)
     covariance = cuts.covariance + _of_groups(cuts, both, found)
     by_groups = _mean_variance(both, found.between)
-    own = max(found.own, rmse**2 - by_groups - _mean_variance(cuts.slopes, covariance))
+    rest = by_groups + _mean_variance(cuts.slopes, covariance) + float(np.mean(cuts.from_current))
+    own = max(found.own, rmse**2 - rest)
 
     # what wanders from cut to cut is no cut's own
     offset, gain = slow(cuts.estimate, cuts.error - np.sum(both * found.effects[found.of], axis=1))
@@ -95,6 +107,7 @@ def apart(
         gain_share=float(np.sqrt(gain + max(0.0, day_share**2 - seen))),
         reference_share=reference_share,
         group=found.widened + np.diag([offset, 0.0]),
+        current_sd=float(np.sqrt(np.mean(cuts.current_sd**2))),
     )
     return kinds, covariance
 
@@ -105,8 +118,7 @@ def _mean_variance(columns: Array, covariance: Array) -> float:
 
 def _components(cuts: Fitted, both: Array) -> fitting.Components:
     groups = np.arange(len(cuts.error)) if cuts.groups is None else cuts.groups
-    known = np.zeros_like(cuts.error)
-    return fitting.components(cuts.slopes, both, cuts.error, groups, known=known)
+    return fitting.components(cuts.slopes, both, cuts.error, groups, known=cuts.from_current)
 
 
 def _of_groups(cuts: Fitted, both: Array, found: fitting.Components) -> Array:

@@ -24,7 +24,9 @@ from autodb.sensing.forms import (
     Felt,
     Form,
 )
+from autodb.sensing.forms.noisy import by_current
 from autodb.sensing.outliers import Outlier, outliers
+from autodb.sensing.transients import transients
 
 Array = NDArray[np.float64]
 
@@ -32,10 +34,6 @@ COMPONENT_OF_AXIS = {"x": "x", "z": "z", "spindle": "y"}
 FEED_AXES = ("x", "z")
 OFFER_R_SQUARED = 0.3
 """A calibration is offered when the lower 95 % bound of R² on groups left out is above this."""
-TRANSIENT_WINDOW = 4
-"""Rows on each side that a row is compared with when transients are looked for."""
-TRANSIENT_SPREADS = 10.0
-"""A row this many robust standard deviations off its neighbours is a transient."""
 MIN_GROUPS = 3
 CONDITION = "cutting condition"
 """Groups that cuts of other conditions do not share: a sensed cut's own error holds what they show.
@@ -189,7 +187,7 @@ def calibration_points(table: CutTable, axis: str, *, force_N: Array | None = No
         channel=signal[0],
         unit=unit,
         cut=table.cut[used],
-        felt=_felt(table, signal[1]).at(used),
+        felt=_felt(table, axis, signal[1]).at(used),
         target=target[used],
         groups=groups,
         grouped_by=grouped_by,
@@ -224,6 +222,8 @@ def calibrate(
             slopes[order],
             law.covariance,
             None if sound.grouped_by == CONDITION else sound.groups[order],
+            sound.felt.at(order).current_sd,
+            by_current(law.form, law.coefficients, sound.felt.at(order))[0],
         ),
         rmse=scores.rmse,
         day_share=DAY_SHARE[axis],
@@ -277,13 +277,25 @@ def _forms(table: CutTable, axis: str, unit: str) -> tuple[Form, ...]:
     return (*SPINDLE_FORMS, *(SPINDLE_SETS if several else ()))
 
 
-def _felt(table: CutTable, current: Array) -> Felt:
+def _felt(table: CutTable, axis: str, current: Array) -> Felt:
     """Return what an axis felt in every row."""
     speed_rpm, feed_mm, depth_mm = (
         np.full(len(table), np.nan) if known is None else known
         for known in map(table.get, ("spindle.speed", "cutting.feed", "cutting.depth"))
     )
-    return Felt(current, feed_mm * speed_rpm / 60.0, speed_rpm, feed_mm, depth_mm)
+    feed_mm_s = feed_mm * speed_rpm / 60.0
+    return Felt(current, feed_mm_s, speed_rpm, feed_mm, depth_mm, current_sd(table, axis))
+
+
+def current_sd(table: CutTable, axis: str) -> Array | None:
+    """Return the standard error (n,) of what ``current_signal`` returns; None where none is known.
+
+    Of a rise it is that of both means together; NaN where a cut lacks one.
+    """
+    cut, air = (table.get(f"{axis}.current.{part}.sd") for part in ("range", "air"))
+    if f"{axis}.current.range" in table and f"{axis}.current.air" in table:
+        return None if cut is None or air is None else np.hypot(cut, air)
+    return cut if f"{axis}.current.range" in table else None
 
 
 def _target(table: CutTable, axis: str, force_N: Array) -> tuple[Array, str]:
@@ -324,39 +336,6 @@ def grouping(table: CutTable, used: NDArray[np.bool_]) -> tuple[NDArray[np.gener
     return np.arange(int(used.sum())) * 10 // max(1, int(used.sum())), "tenth of the rows"
 
 
-def transients(current: Array, target: Array, groups: NDArray[np.generic]) -> NDArray[np.bool_]:
-    """Return rows in which the current leaves its neighbours while the force does not.
-
-    In each group, in the order of the rows, the residual from a robust line is compared with the
-    median over the 2·TRANSIENT_WINDOW + 1 rows around it (Hampel's identifier). A start, a stop or
-    a rapid inside a row makes the current jump though the cut goes on. Groups of fewer rows than
-    half of that tell nothing.
-    """
-    _, of, rows = np.unique(groups, return_inverse=True, return_counts=True)
-    judged = rows[of.ravel()] > TRANSIENT_WINDOW
-    if not judged.any():
-        return np.zeros(len(current), dtype=np.bool_)
-    c0, c1 = fitting.robust_line(current, target)
-    expected = c0 + c1 * current
-    jump_current = _off_neighbours(expected, groups)
-    jump_target = _off_neighbours(target, groups)
-    jump = _off_neighbours(target - expected, groups)
-    limit = TRANSIENT_SPREADS * fitting.spread(jump[judged])
-    jumps = (np.abs(jump) > limit) & (np.abs(jump_current) > np.abs(jump_target))
-    return np.asarray(judged & jumps)
-
-
-def _off_neighbours(values: Array, groups: NDArray[np.generic]) -> Array:
-    off = np.zeros_like(values)
-    width = 2 * TRANSIENT_WINDOW + 1
-    for group in np.unique(groups):
-        rows = np.flatnonzero(groups == group)
-        for k, row in enumerate(rows):
-            first = max(0, min(k - TRANSIENT_WINDOW, len(rows) - width))
-            off[row] = values[row] - np.median(values[rows[first : first + width]])
-    return off
-
-
 def _scores(errors: Array, points: Points) -> Scores:
     y, groups = points.target, points.groups
     low, high = fitting.bootstrap_r_squared(errors, y, groups)
@@ -379,7 +358,7 @@ def sense(table: CutTable, calibration: Calibration) -> Sensed:
         why: list[str | None] = [f"no {calibration.axis} current recorded"] * n
         common = np.zeros((n, len(calibration.shared_covariance)))
         return Sensed(np.full(n, np.nan), np.full(n, np.nan), common, why)
-    felt_there, form = _felt(table, signal[1]), calibration.form
+    felt_there, form = _felt(table, calibration.axis, signal[1]), calibration.form
     target = form.value(calibration.coefficients, felt_there)
     to_N = _newtons_per_target(table, calibration)
     moves, known = moving(table, calibration.axis), np.isfinite(target * to_N)
@@ -391,12 +370,30 @@ def sense(table: CutTable, calibration: Calibration) -> Sensed:
         for ok, moved in zip(felt, moves, strict=True)
     ]
     force = np.where(felt, target * to_N, np.nan)
-    spread = np.hypot(calibration.errors.cut_sd, form.beyond(felt_there))
+    spread = np.sqrt(
+        calibration.errors.cut_sd**2
+        + form.beyond(felt_there) ** 2
+        + of_current(calibration, felt_there) ** 2
+    )
     sd = np.where(felt, spread * np.abs(to_N), np.nan)
     slopes = form.slopes(calibration.coefficients, felt_there)
     if calibration.errors.group is not None:
         slopes = np.column_stack([slopes, np.ones(n)])
     return Sensed(force, sd, slopes * to_N[:, None], reason)
+
+
+def of_current(calibration: Calibration, felt: Felt) -> Array:
+    """Return the standard deviation (n,) that the currents' own error gives the target.
+
+    A cut that does not state its error has that of the calibration's cuts; where these stated none
+    it is in the error of a cut.
+    """
+    usual = calibration.errors.current_sd
+    if not usual:
+        return np.zeros_like(felt.current)
+    stated = np.full_like(felt.current, np.nan) if felt.stated_sd is None else felt.stated_sd
+    rising, _ = by_current(calibration.form, calibration.coefficients, felt)
+    return np.asarray(np.abs(rising) * np.where(np.isfinite(stated), stated, usual))
 
 
 def _newtons_per_target(table: CutTable, calibration: Calibration) -> Array:

@@ -26,7 +26,7 @@ class Calibration(Base):
     ``repeats``: the cuts repeated to check it. ``cut_sd``: one cut's own error, in ``unit``; the
     shares are relative and common to all cuts, as is by how much a new tool, material or day
     differs, ``group_covariance`` (2, 2) of an offset and a share of gain; NULL: all of it is in
-    scores and covariance.
+    scores and covariance. ``current_sd``: rms error of the currents, which ``cut_sd`` lacks.
     """
 
     __tablename__ = "calibration"
@@ -70,6 +70,7 @@ class Calibration(Base):
     cut_sd: Mapped[float | None]
     gain_share: Mapped[float | None]
     reference_share: Mapped[float | None]
+    current_sd: Mapped[float | None]
     group_covariance: Mapped[list[Any] | None]
     recordings: Mapped[list[Recording]] = relationship(secondary=calibration_recording)
     repeats: Mapped[list[Cut]] = relationship(secondary=calibration_repeat)
