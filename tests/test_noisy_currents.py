@@ -96,7 +96,7 @@ def test_intervals_of_cuts_hold_whatever_their_currents_errors() -> None:
     """n = 200 calibrations, two cuts of each: one read well, one badly. 99.9 % binomial limits."""
     rng, held = np.random.default_rng(11), np.zeros(2)
     for _ in range(200):
-        known = _table(rng, np.repeat([0.05, 0.3, 0.6], 8))
+        known = _table(rng, np.tile([0.02, 0.05, 0.1], 9))
         found = ranges.calibrate(known, "z")
         new = _table(rng, np.array([0.02, 2.0]))
         felt = ranges.sense(new, found)

@@ -36,8 +36,7 @@ OFFER_R_SQUARED = 0.3
 """A calibration is offered when the lower 95 % bound of R² on groups left out is above this."""
 MIN_GROUPS = 3
 CONDITION = "cutting condition"
-"""Groups that cuts of other conditions do not share: a sensed cut's own error holds what they show.
-"""
+"""Groups that other cuts never share: what they show is a cut's own error."""
 MIN_MATERIALS = 3
 
 
@@ -290,7 +289,7 @@ def _felt(table: CutTable, axis: str, current: Array) -> Felt:
 def current_sd(table: CutTable, axis: str) -> Array | None:
     """Return the standard error (n,) of what ``current_signal`` returns; None where none is known.
 
-    Of a rise it is that of both means together; NaN where a cut lacks one.
+    Of a rise it is that of both means; NaN where a cut lacks one.
     """
     cut, air = (table.get(f"{axis}.current.{part}.sd") for part in ("range", "air"))
     if f"{axis}.current.range" in table and f"{axis}.current.air" in table:
@@ -370,11 +369,8 @@ def sense(table: CutTable, calibration: Calibration) -> Sensed:
         for ok, moved in zip(felt, moves, strict=True)
     ]
     force = np.where(felt, target * to_N, np.nan)
-    spread = np.sqrt(
-        calibration.errors.cut_sd**2
-        + form.beyond(felt_there) ** 2
-        + of_current(calibration, felt_there) ** 2
-    )
+    spread = np.hypot(calibration.errors.cut_sd, form.beyond(felt_there))
+    spread = np.hypot(spread, of_current(calibration, felt_there))
     sd = np.where(felt, spread * np.abs(to_N), np.nan)
     slopes = form.slopes(calibration.coefficients, felt_there)
     if calibration.errors.group is not None:
