@@ -1,8 +1,9 @@
 """Semi-inverse: sensed forces and the cuts' geometry become a pair's parameters, with covariance.
 
 Two kinds of error stay apart: each cut's own scatter, and a calibration's, which all cuts sensed
-with it share. The shared part enters as nuisance parameters (the errors of the calibrations' p
-coefficients, with their covariance), so more cuts never make it smaller (physics reference, 7).
+with it share. The shared part enters as nuisance parameters (the errors of the calibrations'
+coefficients and offsets, with their covariance), so more cuts never make it smaller (physics
+reference, 7).
 """
 
 from dataclasses import dataclass
@@ -23,11 +24,13 @@ ROUNDS = 5
 class Shared:
     """What all cuts sensed with one calibration share: the errors of its p coefficients.
 
-    ``references`` (p,): standard deviation that the error of the reference forces gives each, which
-    all calibrations on those references share.
+    ``covariance`` (k, k) is of the coefficients and, where one was looked for, of an offset after
+    them. ``references`` (k,): standard deviation that the error of the reference forces gives each,
+    which all calibrations on those references share.
     """
 
     form: Form
+    coefficients: int
     covariance: Array
     references: Array
 
@@ -36,8 +39,8 @@ class Shared:
 class SensedCuts:
     """Cuts of one pair as calibrations felt one component: arrays (n,).
 
-    ``source`` (n,): which of the calibrations felt each cut. ``common`` (n, p): derivatives of the
-    force by the coefficients of all calibrations in their order, zero for those of others.
+    ``source`` (n,): which of the calibrations felt each cut. ``common`` (n, k): derivatives of the
+    force by what all calibrations share, in their order, zero for what is another's.
     """
 
     feed_mm: Array
@@ -61,7 +64,7 @@ class SensedCuts:
         )
 
     def shared_covariance(self) -> Array:
-        """Return the covariance (p, p) of all coefficients; references tie them together."""
+        """Return the covariance (k, k) of all that is shared; references tie it together."""
         references = np.concatenate([one.references for one in self.shared])
         whole = np.outer(references, references)
         for one, columns in zip(self.shared, self._columns(), strict=True):
@@ -75,7 +78,9 @@ class SensedCuts:
             rows = np.flatnonzero(self.source == number)
             if rows.size:
                 own = np.ix_(rows, np.arange(columns.start, columns.stop))
-                freed[own] = one.form.expected(self.common[own], law_design[rows])
+                freed[own] = self.common[own]
+                slopes = own[0], own[1][:, : one.coefficients]
+                freed[slopes] = one.form.expected(self.common[slopes], law_design[rows])
         return freed
 
     def _columns(self) -> list[slice]:

@@ -231,7 +231,7 @@ def test_calibrations_on_the_same_references_are_no_two_opinions() -> None:
     share = {}
     for references in (0.0, 0.048):
         covariance = np.diag([1e-6, (200.0 * 0.05) ** 2])
-        one = Shared(LINE, covariance, np.array([0.0, 200.0 * references]))
+        one = Shared(LINE, 2, covariance, np.array([0.0, 200.0 * references]))
         cuts = SensedCuts(feed, depth, force, np.full(n, 5.0), common, source, (one, one))
         learnt = learn(cuts)
         share[references] = float(np.sqrt(learnt.belief.covariance[0, 0]) / learnt.belief.mean[0])

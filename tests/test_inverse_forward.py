@@ -30,7 +30,7 @@ def _cuts(rng: np.random.Generator, n: int, *, gain: float = 0.0, sd_N: float = 
         sd_N=np.full(n, sd_N),
         common=np.column_stack([np.ones(n), current]),
         source=np.zeros(n, dtype=np.int_),
-        shared=(Shared(LINE, np.diag([1e-6, (200.0 * 0.05) ** 2]), np.zeros(2)),),
+        shared=(Shared(LINE, 2, np.diag([1e-6, (200.0 * 0.05) ** 2]), np.zeros(2)),),
     )
 
 

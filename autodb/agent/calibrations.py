@@ -3,6 +3,7 @@
 from dataclasses import asdict
 
 import numpy as np
+from numpy.typing import NDArray
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
@@ -47,6 +48,8 @@ def keep(
             cut_sd=calibration.errors.cut_sd,
             gain_share=calibration.errors.gain_share,
             reference_share=calibration.errors.reference_share,
+            current_sd=calibration.errors.current_sd,
+            group_covariance=_listed(calibration.errors.group),
             scores=asdict(calibration.scores),
             scores_with_transients=asdict(calibration.scores_with_transients),
             transients=list(calibration.transients),
@@ -122,4 +125,10 @@ def _error_kinds(row: models.Calibration) -> ErrorKinds:
     """Return the kinds of error; 0.1.0 kept one, and what is shared in the covariance."""
     if row.cut_sd is None:
         return ErrorKinds(cut_sd=row.scores["rmse"], gain_share=0.0, reference_share=0.0)
-    return ErrorKinds(row.cut_sd, row.gain_share or 0.0, row.reference_share or 0.0)
+    group = None if row.group_covariance is None else np.array(row.group_covariance)
+    shares = (row.gain_share or 0.0, row.reference_share or 0.0)
+    return ErrorKinds(row.cut_sd, *shares, group, row.current_sd or 0.0)
+
+
+def _listed(matrix: NDArray[np.float64] | None) -> list[list[float]] | None:
+    return None if matrix is None else [[float(one) for one in row] for row in matrix]

@@ -12,8 +12,8 @@ from autodb.explain.cutting.currents import Run
 from autodb.explain.moved import Ends, explain_moved
 from autodb.explain.moved_words import sentences
 from autodb.records import CutTable
-from autodb.sensing import ranges
 from autodb.sensing.ranges import FEED_AXES, Calibration, Points
+from autodb.sensing.transients import transients
 from autodb.sensing.turned_round import current_of
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ def what_moved(
     cuts does not repeat the first, or moved no more than repeats scatter.
     """
     points, rows = axis.by_row(table, calibration.axis, force_N)
-    kept = axis.of_run(ranges.transients(points.felt.current, points.target, points.groups))
+    kept = axis.of_run(transients(points.felt.current, points.target, points.groups))
     points, rows = points.at(kept), rows[kept]
     alike = codes(axis.conditions_of(calibration, table, protocol, rows))
     if alike is None:

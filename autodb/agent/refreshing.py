@@ -240,9 +240,11 @@ def as_sensed_cuts(forces: list[models.SensedForce]) -> SensedCuts:
 
 
 def _shared(calibration: Calibration) -> Shared:
+    covariance, p = calibration.shared_covariance, len(calibration.coefficients)
+    references = np.zeros(len(covariance))
     scaling = calibration.form.scaling(calibration.coefficients)
-    references = calibration.errors.reference_share * scaling
-    return Shared(calibration.form, calibration.shared_covariance, references)
+    references[:p] = calibration.errors.reference_share * scaling
+    return Shared(calibration.form, p, covariance, references)
 
 
 def _update_pair(

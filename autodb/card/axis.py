@@ -16,8 +16,10 @@ from autodb.fitting import NORMAL_95
 from autodb.records import CutTable
 from autodb.sensing import ranges
 from autodb.sensing.choosing import FOLDS, left_out
+from autodb.sensing.error_kinds import ErrorKinds
 from autodb.sensing.forms import Felt, Fuzzy
-from autodb.sensing.ranges import Calibration, Points
+from autodb.sensing.ranges import Calibration, Points, of_current
+from autodb.sensing.transients import transients
 
 Array = NDArray[np.float64]
 
@@ -40,7 +42,8 @@ class Trueness:
 class OneCut:
     """What is sensed of one cut at a current, and the standard deviations of its errors.
 
-    ``own`` is that cut's alone; coefficients, gain and references are shared by all cuts.
+    ``own`` is that cut's alone; coefficients, gain, references and what a new group has of its
+    own are shared by all cuts.
     """
 
     current: float
@@ -49,11 +52,12 @@ class OneCut:
     coefficients: float
     gain: float
     references: float
+    group: float
 
     @property
     def shared(self) -> float:
         """Standard deviation of what all cuts share."""
-        return float(np.linalg.norm([self.coefficients, self.gain, self.references]))
+        return float(np.linalg.norm([self.coefficients, self.gain, self.references, self.group]))
 
     @property
     def half(self) -> float:
@@ -106,7 +110,7 @@ def axis_card(
     ``force_N`` (n,) as ``ranges.calibrate`` took it; ``what_moved``: sentences on what it was.
     """
     points, row = by_row(table, calibration.axis, force_N)
-    sudden = ranges.transients(points.felt.current, points.target, points.groups)
+    sudden = transients(points.felt.current, points.target, points.groups)
     sound, rest = points.at(~sudden), points.at(sudden)
     errors = left_out(
         calibration.form, sound.felt, sound.target, sound.groups, folds=min(FOLDS, len(sound.cut))
@@ -216,16 +220,30 @@ def at_middle(calibration: Calibration, felt: Felt) -> OneCut:
     current = 0.5 * (calibration.current_low + calibration.current_high)
     middle = _medians(felt, current)
     slopes = form.slopes(coefficients, middle)[0]
-    by_share = abs(float(slopes @ form.scaling(coefficients)))
+    whole = float(slopes @ form.scaling(coefficients))
+    by_share = abs(whole)
     kinds = calibration.errors
     return OneCut(
         current=current,
         value=float(form.value(coefficients, middle)[0]),
-        own=float(np.hypot(kinds.cut_sd, form.beyond(middle)[0])),
+        own=float(
+            np.linalg.norm(
+                [kinds.cut_sd, form.beyond(middle)[0], of_current(calibration, middle)[0]]
+            )
+        ),
         coefficients=float(np.sqrt(slopes @ calibration.covariance @ slopes)),
         gain=by_share * kinds.gain_share,
         references=by_share * kinds.reference_share,
+        group=_of_group(kinds, whole),
     )
+
+
+def _of_group(kinds: ErrorKinds, whole: float) -> float:
+    """Return the standard deviation of what a new group has of its own where ``whole`` is felt."""
+    if kinds.group is None:
+        return 0.0
+    moves = np.array([1.0, whole])
+    return float(np.sqrt(moves @ kinds.group @ moves))
 
 
 def _medians(felt: Felt, current: float) -> Felt:

@@ -73,8 +73,8 @@ def when_again(cards: Sequence[AxisCard]) -> list[str]:
 
 
 def _wander(calibrations: Sequence[Calibration]) -> Iterator[str]:
-    """Yield by how much gains are known to differ from day to day."""
-    still = [one.called for one in calibrations if one.errors.gain_share == 0.0]
+    """Yield by how much axes are known to differ from day to day, or from group to group."""
+    still = [one.called for one in calibrations if not _differs(one)]
     if still:
         yield (
             f"{'Axis' if len(still) == 1 else 'Axes'} {' and '.join(still)}: over these cuts the "
@@ -82,8 +82,18 @@ def _wander(calibrations: Sequence[Calibration]) -> Iterator[str]:
             "How far it differs on another day they do not say; the intervals hold nothing for it."
         )
     for one in calibrations:
-        if one.called not in still:
+        if one.errors.gain_share:
             yield _known(one)
+        elif one.called not in still:
+            yield (
+                f"Axis {one.called}: how far another {one.scores.grouped_by} differs is told by "
+                f"the {one.scores.groups} of these cuts, and every interval holds that."
+            )
+
+
+def _differs(calibration: Calibration) -> bool:
+    errors = calibration.errors
+    return errors.gain_share > 0.0 or (errors.group is not None and bool(errors.group.any()))
 
 
 def _known(one: Calibration) -> str:
@@ -94,6 +104,6 @@ def _known(one: Calibration) -> str:
     if published:
         source = (
             f"{100.0 * published:.2g} % (one standard deviation) of a published lathe, or what was "
-            "seen here where that is more, in the cuts calibrated on and in those sensed"
+            "seen here where that is more"
         )
     return f"{said} to day, and every interval holds that. It comes from {source}."

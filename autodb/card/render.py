@@ -100,6 +100,7 @@ def _parts(cut: OneCut, unit: str) -> list[tuple[str, str, float]]:
         ("Its own", cut.own, "none"),
         ("Coefficients", cut.coefficients, "none"),
         ("Gain, day to day", cut.gain, "none seen"),
+        ("Tool, material or day", cut.group, "none seen"),
         ("Reference forces", cut.references, "none stated"),
     )
     return [

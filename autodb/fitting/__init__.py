@@ -3,6 +3,7 @@
 from autodb.fitting.covariance import autoregression, long_run_variance
 from autodb.fitting.deviation import Deviating, least_squares_with_deviation
 from autodb.fitting.gaussian import NORMAL_95, Gaussian, update
+from autodb.fitting.groups import Components, components, small_sample
 from autodb.fitting.linear import (
     BLOCK_ROWS,
     Bounds,
@@ -38,6 +39,7 @@ __all__ = [
     "BLOCK_ROWS",
     "NORMAL_95",
     "Bounds",
+    "Components",
     "Design",
     "Deviating",
     "Fit",
@@ -50,6 +52,7 @@ __all__ = [
     "best_start",
     "bootstrap_r_squared",
     "check_rank",
+    "components",
     "held_out",
     "least_squares",
     "least_squares_with_deviation",
@@ -61,6 +64,7 @@ __all__ = [
     "robust_line",
     "separable",
     "slopes",
+    "small_sample",
     "solve",
     "spanning",
     "spread",

@@ -14,7 +14,7 @@ from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
 from autodb.sensing.choosing import FOLDS, best, left_out, nested, tried
-from autodb.sensing.error_kinds import DAY_SHARE, ErrorKinds, apart
+from autodb.sensing.error_kinds import DAY_SHARE, ErrorKinds, Fitted, apart
 from autodb.sensing.forms import (
     FEED_FORMS,
     FEED_SETS,
@@ -24,8 +24,11 @@ from autodb.sensing.forms import (
     Felt,
     Form,
 )
+from autodb.sensing.forms.noisy import by_current
+from autodb.sensing.grouping import CONDITION, MIN_GROUPS, grouping, materials_of, several
 from autodb.sensing.holds import ANY, Holds
 from autodb.sensing.outliers import Outlier, outliers
+from autodb.sensing.transients import transients
 
 Array = NDArray[np.float64]
 
@@ -33,12 +36,6 @@ COMPONENT_OF_AXIS = {"x": "x", "z": "z", "spindle": "y"}
 FEED_AXES = ("x", "z")
 OFFER_R_SQUARED = 0.3
 """A calibration is offered when the lower 95 % bound of R² on groups left out is above this."""
-TRANSIENT_WINDOW = 4
-"""Rows on each side that a row is compared with when transients are looked for."""
-TRANSIENT_SPREADS = 10.0
-"""A row this many robust standard deviations off its neighbours is a transient."""
-MIN_GROUPS = 3
-MIN_MATERIALS = 3
 
 
 @dataclass(frozen=True)
@@ -87,8 +84,14 @@ class Calibration:
 
     @property
     def shared_covariance(self) -> Array:
-        """Covariance (p, p) of the coefficients that is common to all that is sensed with them."""
-        return self.covariance + self.errors.shared(self.form.scaling(self.coefficients))
+        """Covariance of coefficients and offset that is common to all that is sensed with them.
+
+        (p + 1, p + 1), or (p, p) where no offset was looked for.
+        """
+        shared = self.errors.shared(self.form.scaling(self.coefficients))
+        p = len(self.coefficients)
+        shared[:p, :p] += self.covariance
+        return shared
 
     def trials_words(self) -> str:
         """Return the errors of the forms tried, the one taken first."""
@@ -117,8 +120,8 @@ class Calibration:
 class Sensed:
     """Force of every row: value and per-cut sd (NaN where not sensed), and why not.
 
-    ``common`` (n, p) is the derivative of the force by the calibration's coefficients: the error
-    that all rows share is common · N(0, shared covariance).
+    ``common`` is the derivative of the force by the calibration's coefficients and offset, a column
+    for each of the shared covariance: the error that all rows share is common · N(0, shared).
     """
 
     force_N: Array
@@ -188,7 +191,7 @@ def calibration_points(table: CutTable, axis: str, *, force_N: Array | None = No
         channel=signal[0],
         unit=unit,
         cut=table.cut[used],
-        felt=_felt(table, signal[1]).at(used),
+        felt=_felt(table, axis, signal[1]).at(used),
         target=target[used],
         groups=groups,
         grouped_by=grouped_by,
@@ -214,7 +217,22 @@ def calibrate(
     law = form.fit(sound.felt, sound.target)
     scores = _scores(nested(forms, sound.felt, sound.target, sound.groups), sound)
     estimate = law.form.value(law.coefficients, sound.felt)
-    off, order = sound.target - estimate, np.argsort(sound.cut)
+    slopes, off = law.form.slopes(law.coefficients, sound.felt), sound.target - estimate
+    order = np.argsort(sound.cut)
+    errors, covariance = apart(
+        Fitted(
+            estimate[order],
+            off[order],
+            slopes[order],
+            law.covariance,
+            None if sound.grouped_by == CONDITION else sound.groups[order],
+            sound.felt.at(order).current_sd,
+            by_current(law.form, law.coefficients, sound.felt.at(order))[0],
+        ),
+        rmse=scores.rmse,
+        day_share=DAY_SHARE[axis],
+        reference_share=reference_share,
+    )
     return Calibration(
         form=law.form,
         axis=axis,
@@ -223,31 +241,16 @@ def calibrate(
         current_unit=table.unit(points.channel.split(" − ", maxsplit=1)[0]),
         unit=points.unit,
         coefficients=law.coefficients,
-        covariance=law.covariance,
-        errors=apart(
-            estimate[order],
-            off[order],
-            rmse=scores.rmse,
-            day_share=DAY_SHARE[axis],
-            reference_share=reference_share,
-        ),
+        covariance=covariance,
+        errors=errors,
         scores=scores,
         scores_with_transients=_scores(_of_all(form, points), points) if sudden.any() else scores,
         transients=tuple(points.cut[sudden].tolist()),
-        outliers=outliers(law, law.form.slopes(law.coefficients, sound.felt), off, sound.cut),
+        outliers=outliers(law, slopes, off, sound.cut),
         trials={trial.form.label: trial.rmse for trial in trials},
         current_low=float(sound.felt.current.min()),
         current_high=float(sound.felt.current.max()),
     )
-
-
-def _materials(table: CutTable) -> NDArray[np.str_]:
-    """Return the material of every row (n,), empty where it is not said."""
-    return np.array(table.texts.get("work.material", [""] * len(table)))
-
-
-def _several(materials: NDArray[np.str_]) -> bool:
-    return len(set(materials)) >= MIN_MATERIALS and "" not in materials
 
 
 def _of_all(form: Form, points: Points) -> Array:
@@ -261,21 +264,35 @@ def _forms(table: CutTable, axis: str, unit: str) -> tuple[Form, ...]:
     A system that sees feed and depth can learn the force of one material by heart and needs no
     current then; it is tried where several materials were cut.
     """
-    several = _several(_materials(table))
+    learned = several(materials_of(table))
     if axis in FEED_AXES:
-        return (*FEED_FORMS, *(FEED_SETS if several else ()))
+        return (*FEED_FORMS, *(FEED_SETS if learned else ()))
     if unit != "N·m":
         return TANGENTIAL_FORMS
-    return (*SPINDLE_FORMS, *(SPINDLE_SETS if several else ()))
+    return (*SPINDLE_FORMS, *(SPINDLE_SETS if learned else ()))
 
 
-def _felt(table: CutTable, current: Array) -> Felt:
+def _felt(table: CutTable, axis: str, current: Array) -> Felt:
     """Return what an axis felt in every row."""
     names = ("spindle.speed", "cutting.feed", "cutting.depth", "spindle.temperature")
     speed_rpm, feed_mm, depth_mm, temperature_C = (
         np.full(len(table), np.nan) if known is None else known for known in map(table.get, names)
     )
-    return Felt(current, feed_mm * speed_rpm / 60.0, speed_rpm, feed_mm, depth_mm, temperature_C)
+    feed_mm_s = feed_mm * speed_rpm / 60.0
+    return Felt(
+        current, feed_mm_s, speed_rpm, feed_mm, depth_mm, temperature_C, current_sd(table, axis)
+    )
+
+
+def current_sd(table: CutTable, axis: str) -> Array | None:
+    """Return the standard error (n,) of what ``current_signal`` returns; None where none is known.
+
+    Of a rise it is that of both means; NaN where a cut lacks one.
+    """
+    cut, air = (table.get(f"{axis}.current.{part}.sd") for part in ("range", "air"))
+    if f"{axis}.current.range" in table and f"{axis}.current.air" in table:
+        return None if cut is None or air is None else np.hypot(cut, air)
+    return cut if f"{axis}.current.range" in table else None
 
 
 def _target(table: CutTable, axis: str, force_N: Array) -> tuple[Array, str]:
@@ -294,59 +311,6 @@ def moving(table: CutTable, axis: str) -> NDArray[np.bool_]:
     """Return which rows move the axis: a passive one stands still, its current shows nothing."""
     operations = table.texts.get("operation", [""] * len(table))
     return np.array([PASSIVE_AXIS.get(operation) != axis for operation in operations])
-
-
-def grouping(table: CutTable, used: NDArray[np.bool_]) -> tuple[NDArray[np.generic], str]:
-    """Return independent groups of the used rows: materials, tool edges, or equal conditions.
-
-    The first of which there are enough. What is learned of one material must hold for another; rows
-    of one edge, or repeats of one cut, share their error.
-    """
-    materials = _materials(table)[used]
-    if _several(materials):
-        return materials, "work material"
-    edges = table["tool.edge"][used] if "tool.edge" in table else np.array([np.nan])
-    if np.isfinite(edges).all() and len(np.unique(edges)) >= MIN_GROUPS:
-        return edges, "tool edge"
-    conditions = ("spindle.speed", "cutting.feed", "cutting.depth")
-    names = [n for n in conditions if n in table and np.isfinite(table[n][used]).all()]
-    if names:
-        rows = np.round(np.column_stack([table[n][used] for n in names]), 3)
-        return np.unique(rows, axis=0, return_inverse=True)[1].ravel(), "cutting condition"
-    return np.arange(int(used.sum())) * 10 // max(1, int(used.sum())), "tenth of the rows"
-
-
-def transients(current: Array, target: Array, groups: NDArray[np.generic]) -> NDArray[np.bool_]:
-    """Return rows in which the current leaves its neighbours while the force does not.
-
-    In each group, in the order of the rows, the residual from a robust line is compared with the
-    median over the 2·TRANSIENT_WINDOW + 1 rows around it (Hampel's identifier). A start, a stop or
-    a rapid inside a row makes the current jump though the cut goes on. Groups of fewer rows than
-    half of that tell nothing.
-    """
-    _, of, rows = np.unique(groups, return_inverse=True, return_counts=True)
-    judged = rows[of.ravel()] > TRANSIENT_WINDOW
-    if not judged.any():
-        return np.zeros(len(current), dtype=np.bool_)
-    c0, c1 = fitting.robust_line(current, target)
-    expected = c0 + c1 * current
-    jump_current = _off_neighbours(expected, groups)
-    jump_target = _off_neighbours(target, groups)
-    jump = _off_neighbours(target - expected, groups)
-    limit = TRANSIENT_SPREADS * fitting.spread(jump[judged])
-    jumps = (np.abs(jump) > limit) & (np.abs(jump_current) > np.abs(jump_target))
-    return np.asarray(judged & jumps)
-
-
-def _off_neighbours(values: Array, groups: NDArray[np.generic]) -> Array:
-    off = np.zeros_like(values)
-    width = 2 * TRANSIENT_WINDOW + 1
-    for group in np.unique(groups):
-        rows = np.flatnonzero(groups == group)
-        for k, row in enumerate(rows):
-            first = max(0, min(k - TRANSIENT_WINDOW, len(rows) - width))
-            off[row] = values[row] - np.median(values[rows[first : first + width]])
-    return off
 
 
 def _scores(errors: Array, points: Points) -> Scores:
@@ -369,9 +333,9 @@ def sense(table: CutTable, calibration: Calibration) -> Sensed:
     n = len(table)
     if signal is None:
         why: list[str | None] = [f"no {calibration.axis} current recorded"] * n
-        common = np.zeros((n, len(calibration.coefficients)))
+        common = np.zeros((n, len(calibration.shared_covariance)))
         return Sensed(np.full(n, np.nan), np.full(n, np.nan), common, why)
-    felt_there, form = _felt(table, signal[1]), calibration.form
+    felt_there, form = _felt(table, calibration.axis, signal[1]), calibration.form
     target = form.value(calibration.coefficients, felt_there)
     to_N = _newtons_per_target(table, calibration)
     moves, known = moving(table, calibration.axis), np.isfinite(target * to_N)
@@ -387,9 +351,26 @@ def sense(table: CutTable, calibration: Calibration) -> Sensed:
     ]
     force = np.where(felt, target * to_N, np.nan)
     spread = np.hypot(calibration.errors.cut_sd, form.beyond(felt_there))
+    spread = np.hypot(spread, of_current(calibration, felt_there))
     sd = np.where(felt, spread * np.abs(to_N), np.nan)
-    common = form.slopes(calibration.coefficients, felt_there) * to_N[:, None]
-    return Sensed(force, sd, common, reason)
+    slopes = form.slopes(calibration.coefficients, felt_there)
+    if calibration.errors.group is not None:
+        slopes = np.column_stack([slopes, np.ones(n)])
+    return Sensed(force, sd, slopes * to_N[:, None], reason)
+
+
+def of_current(calibration: Calibration, felt: Felt) -> Array:
+    """Return the standard deviation (n,) that the currents' own error gives the target.
+
+    A cut that does not state its error has that of the calibration's cuts; where these stated none
+    it is in the error of a cut.
+    """
+    usual = calibration.errors.current_sd
+    if not usual:
+        return np.zeros_like(felt.current)
+    stated = np.full_like(felt.current, np.nan) if felt.stated_sd is None else felt.stated_sd
+    rising, _ = by_current(calibration.form, calibration.coefficients, felt)
+    return np.asarray(np.abs(rising) * np.where(np.isfinite(stated), stated, usual))
 
 
 def _newtons_per_target(table: CutTable, calibration: Calibration) -> Array:

@@ -12,6 +12,7 @@ from autodb.explain import explain
 from autodb.figures import keep_peaks
 from autodb.records import CutTable
 from autodb.sensing import ranges
+from autodb.sensing.transients import transients
 from docs.make.style import CORRECTED, INK, MUTED, RECORDING, RULE, SIMULATION, WARN, drawn, legend
 
 Array = NDArray[np.float64]
@@ -22,7 +23,7 @@ def draw(data: Path, columns: Path) -> None:
     table = records.read(data, columns=columns)
     assert isinstance(table, CutTable)
     points = ranges.calibration_points(table, "z")
-    sudden = ranges.transients(points.felt.current, points.target, points.groups)
+    sudden = transients(points.felt.current, points.target, points.groups)
     _lines(points, sudden)
     _by_tool(points, sudden)
     _wear(table)

@@ -1,6 +1,6 @@
 """What every form of current to force or torque can do, and what an axis felt."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -15,7 +15,8 @@ NARROWEST = 1.15
 @dataclass(frozen=True)
 class Felt:
     """What an axis felt in cuts (n,): current, A; feed speed, mm/s, spindle speed, rpm, feed, mm a
-    revolution, depth of cut, mm, the spindle's temperature, °C (NaN: not known).
+    revolution, depth of cut, mm, the spindle's temperature, °C (NaN: not known). ``stated_sd``:
+    standard error of the current, A, where it is known (NaN: not of that cut; None: of none).
     """
 
     current: Array
@@ -24,6 +25,19 @@ class Felt:
     feed_mm: Array
     depth_mm: Array
     temperature_C: Array
+    stated_sd: Array | None = None
+
+    @property
+    def current_sd(self) -> Array:
+        """Standard error of the current, A: the rms of the others where none, 0 if of none."""
+        if self.stated_sd is None or not np.isfinite(self.stated_sd).any():
+            return np.zeros_like(self.current)
+        usual = np.sqrt(np.nanmean(self.stated_sd**2))
+        return np.where(np.isfinite(self.stated_sd), self.stated_sd, usual)
+
+    def moved(self, step: Array) -> "Felt":
+        """Return the cuts with currents larger by ``step`` (n,)."""
+        return replace(self, current=self.current + step)
 
     @property
     def area_mm2(self) -> Array:
@@ -32,7 +46,8 @@ class Felt:
 
     def at(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> "Felt":
         """Return some of the cuts, or all in another order."""
-        return Felt(*(getattr(self, field.name)[rows] for field in fields(self)))
+        known = {f.name: getattr(self, f.name) for f in fields(self)}
+        return replace(self, **{name: v[rows] for name, v in known.items() if v is not None})
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from autodb import fitting
 from autodb.sensing.forms.form import Felt, Law, freed_of_noise, varies
+from autodb.sensing.forms.noisy import freed
 
 Array = NDArray[np.float64]
 
@@ -31,9 +32,9 @@ class Line:
         return bool(np.isfinite(felt.current).all())
 
     def fit(self, felt: Felt, target: Array) -> Law:
-        """Fit by least squares."""
+        """Fit by least squares, freed of the currents' errors where these are known."""
         found = fitting.least_squares(self.columns(felt), target)
-        return Law(found.coefficients, found.covariance, self)
+        return freed(Law(found.coefficients, found.covariance, self), felt, target)
 
     def value(self, coefficients: Array, felt: Felt) -> Array:
         """Return the target (n,)."""

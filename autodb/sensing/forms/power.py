@@ -13,6 +13,7 @@ from scipy.optimize import least_squares
 
 from autodb import fitting
 from autodb.sensing.forms.form import Felt, Law, freed_of_noise, varies
+from autodb.sensing.forms.noisy import freed
 
 Array = NDArray[np.float64]
 
@@ -38,7 +39,10 @@ class Power:
         return bool(np.isfinite(felt.current).all()) and varies(felt.speed_rpm)
 
     def fit(self, felt: Felt, target: Array) -> Law:
-        """Fit by least squares on the torque; raises Undetermined where the cuts hold no n_b."""
+        """Fit by least squares on the torque, freed of the currents' errors where these are known.
+
+        Raises Undetermined where the cuts hold no n_b.
+        """
 
         def error(values: Array) -> Array:
             return self.value(values, felt) - target
@@ -50,7 +54,8 @@ class Power:
         at_end = slopes(found.x)
         fitting.check_rank(fitting.triangle(at_end, target))
         variance = 2.0 * float(found.cost) / max(1, len(target) - len(found.x))
-        return Law(found.x, np.asarray(np.linalg.inv(at_end.T @ at_end) * variance), self)
+        law = Law(found.x, np.asarray(np.linalg.inv(at_end.T @ at_end) * variance), self)
+        return freed(law, felt, target)
 
     def _start(self, felt: Felt, target: Array) -> Array:
         """Return the best line of ln T over ln ΔI over base speeds among those of the cuts."""

@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 
 from autodb import fitting
 from autodb.sensing.forms.form import Felt, Form, Law, freed_of_noise
+from autodb.sensing.forms.noisy import freed
 
 Array = NDArray[np.float64]
 
@@ -41,7 +42,10 @@ class Warmed:
         return known and float(np.ptp(felt.temperature_C)) > LEAST_SPAN_C and self.form.fits(felt)
 
     def fit(self, felt: Felt, target: Array) -> Law:
-        """Fit by least squares; raises Undetermined where the cuts do not hold it."""
+        """Fit by least squares, freed of the currents' errors where these are known.
+
+        Raises Undetermined where the cuts do not hold it.
+        """
         start = np.append(self.form.fit(felt, target).coefficients, 0.0)
 
         def error(values: Array) -> Array:
@@ -54,7 +58,8 @@ class Warmed:
         at_end = slopes(found.x)
         fitting.check_rank(fitting.triangle(at_end, target))
         variance = 2.0 * float(found.cost) / max(1, len(target) - len(found.x))
-        return Law(found.x, np.asarray(np.linalg.inv(at_end.T @ at_end) * variance), self)
+        law = Law(found.x, np.asarray(np.linalg.inv(at_end.T @ at_end) * variance), self)
+        return freed(law, felt, target)
 
     def value(self, coefficients: Array, felt: Felt) -> Array:
         """Return the target (n,); NaN where the temperature is not known."""

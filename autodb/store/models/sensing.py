@@ -27,7 +27,9 @@ class Calibration(Base):
 
     It holds for a gear range, coolant, spindle state and feed direction; NULL: for any.
     ``repeats``: the cuts repeated to check it. ``cut_sd``: one cut's own error, in ``unit``; the
-    shares are relative and common to all cuts; NULL: all of it is in scores and covariance.
+    shares are relative and common to all cuts, as is by how much a new tool, material or day
+    differs, ``group_covariance`` (2, 2) of an offset and a share of gain; NULL: all of it is in
+    scores and covariance. ``current_sd``: rms error of the currents, which ``cut_sd`` lacks.
     """
 
     __tablename__ = "calibration"
@@ -71,6 +73,8 @@ class Calibration(Base):
     cut_sd: Mapped[float | None]
     gain_share: Mapped[float | None]
     reference_share: Mapped[float | None]
+    current_sd: Mapped[float | None]
+    group_covariance: Mapped[list[Any] | None]
     recordings: Mapped[list[Recording]] = relationship(secondary=calibration_recording)
     repeats: Mapped[list[Cut]] = relationship(secondary=calibration_repeat)
 
@@ -103,7 +107,8 @@ class Estimator(Base):
 class SensedForce(Base):
     """One force component of one cut as one estimator felt it, or why it did not.
 
-    ``common`` is the derivative by the calibration's coefficients: the error shared by all cuts.
+    ``common`` is the derivative by the calibration's coefficients, and by an offset where it has
+    ``group_covariance``: the error shared by all cuts.
     """
 
     __tablename__ = "sensed_force"

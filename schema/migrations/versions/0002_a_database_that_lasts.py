@@ -163,9 +163,9 @@ def _added() -> dict[str, list[sa.Column[Any]]]:
         "cut": _maybe(TEXT, "started_at", "state"),
         "calibration": [
             sa.Column("kind", sa.String(), server_default="line", nullable=False),
-            *_maybe(TREE, "parameters", "outliers", "trials"),
+            *_maybe(TREE, "parameters", "outliers", "trials", "group_covariance"),
             *_maybe(TEXT, *HOLDS_FOR, "protocol"),
-            *_maybe(REAL, "cut_sd", "gain_share", "reference_share"),
+            *_maybe(REAL, "cut_sd", "gain_share", "reference_share", "current_sd"),
         ],
         "sensed_force": _maybe(WHOLE, "estimator_id"),
         "channel_model": _maybe(WHOLE, "parent_id"),

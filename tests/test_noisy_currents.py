@@ -1,0 +1,128 @@
+"""Currents with an error of their own: slopes are not flattened, and intervals hold."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+from scipy.stats import binom
+
+from autodb.fitting import Undetermined
+from autodb.records import CutTable
+from autodb.sensing import ranges
+from autodb.sensing.forms import LINE, LINE_OF_SPEED, POWER, Felt, Form
+
+Array = NDArray[np.float64]
+CUTS = 80
+TRUTH: tuple[tuple[Form, Array, int], ...] = (
+    (LINE, np.array([30.0, 200.0]), 1),
+    (LINE_OF_SPEED, np.array([30.0, 200.0, -15.0]), 1),
+    (POWER, np.array([0.4, 0.93, np.log(1570.0)]), 1),
+)
+
+
+def _felt(rng: np.random.Generator, n: int) -> Felt:
+    current, feed_mm_s = rng.uniform(2.0, 20.0, n), rng.uniform(1.0, 15.0, n)
+    rpm, some = rng.uniform(800.0, 2400.0, n), np.ones(n)
+    return Felt(current, feed_mm_s, rpm, some, some, 30.0 * some)
+
+
+def _read(rng: np.random.Generator, felt: Felt, share: float) -> Felt:
+    """Currents read with an error, of each cut another, ``share`` of their spread on average."""
+    sd = share * float(np.std(felt.current)) * rng.uniform(0.4, 1.5, len(felt.current))
+    off = sd * rng.standard_normal(len(sd))
+    return replace(felt, current=felt.current + off, stated_sd=sd)
+
+
+def _exact(felt: Felt) -> Felt:
+    return replace(felt, stated_sd=None)
+
+
+@pytest.mark.parametrize(("form", "truth", "which"), TRUTH)
+def test_slope_and_exponent_are_not_flattened(form: Form, truth: Array, which: int) -> None:
+    """n = 200 tables of 80 cuts: least squares is off by many standard errors of the mean, this by
+    less than 3.3 (99.9 %), and its own standard deviation is true to 20 %.
+    """
+    rng, plain, ours, z = np.random.default_rng(5), [], [], []
+    for _ in range(200):
+        true = _felt(rng, CUTS)
+        force = form.value(truth, true)
+        target = force + 0.1 * np.std(force) * rng.standard_normal(CUTS)
+        read = _read(rng, true, 0.15)
+        law = form.fit(read, target)
+        plain.append(form.fit(_exact(read), target).coefficients[which])
+        ours.append(law.coefficients[which])
+        z.append((ours[-1] - truth[which]) / np.sqrt(law.covariance[which, which]))
+    error = float(np.std(ours)) / np.sqrt(200.0)
+    assert abs(np.mean(ours) - truth[which]) < 3.3 * error
+    assert truth[which] - np.mean(plain) > 6.0 * error
+    assert 0.8 < np.sqrt(np.mean(np.square(z))) < 1.2
+
+
+@pytest.mark.parametrize(("form", "truth", "which"), TRUTH)
+def test_without_errors_it_is_least_squares(form: Form, truth: Array, which: int) -> None:
+    del which
+    rng = np.random.default_rng(6)
+    felt = _felt(rng, CUTS)
+    target = form.value(truth, felt) * rng.normal(1.0, 0.05, CUTS)
+    least = form.fit(felt, target)
+    for sd in (0.0, 1e-7, np.nan):
+        stated = Felt(
+            felt.current, felt.feed_mm_s, felt.speed_rpm, felt.feed_mm, felt.depth_mm,
+            np.full(CUTS, sd),
+        )  # fmt: skip
+        law = form.fit(stated, target)
+        assert_allclose(law.coefficients, least.coefficients, rtol=1e-3)
+        assert_allclose(law.covariance, least.covariance, rtol=1e-2, atol=1e-12)
+
+
+def test_currents_that_are_all_error_hold_no_line() -> None:
+    rng = np.random.default_rng(7)
+    current = 5.0 + rng.standard_normal(CUTS)
+    some = np.ones(CUTS)
+    felt = Felt(current, some, some, some, some, some, np.full(CUTS, 0.95))
+    with pytest.raises(Undetermined):
+        LINE.fit(felt, 30.0 + 200.0 * current + rng.standard_normal(CUTS))
+
+
+def test_a_cut_without_an_error_of_its_own_has_the_others() -> None:
+    some = np.ones(3)
+    felt = Felt(some, some, some, some, some, some, np.array([0.3, np.nan, 0.4]))
+    assert_allclose(felt.current_sd, [0.3, np.sqrt(0.125), 0.4])
+
+
+def test_intervals_of_cuts_hold_whatever_their_currents_errors() -> None:
+    """n = 200 calibrations, two cuts of each: one read well, one badly. 99.9 % binomial limits."""
+    rng, held = np.random.default_rng(11), np.zeros(2)
+    for _ in range(200):
+        known = _table(rng, np.tile([0.02, 0.05, 0.1], 9))
+        found = ranges.calibrate(known, "z")
+        new = _table(rng, np.array([0.02, 2.0]))
+        felt = ranges.sense(new, found)
+        shared = np.einsum("ij,jk,ik->i", felt.common, found.shared_covariance, felt.common)
+        held += np.abs(felt.force_N - new["force.z"]) < 1.96 * np.sqrt(felt.sd_N**2 + shared)
+        assert felt.sd_N[1] > 150.0
+    low, high = (int(binom.ppf(p, 200, 0.95)) for p in (0.0005, 0.9995))
+    assert np.all((low <= held) & (held <= high)), held
+
+
+def _table(rng: np.random.Generator, sd_A: Array) -> CutTable:
+    """Cuts of a z drive of 100 N/A, range and air each read with 1/√2 of an error."""
+    n = len(sd_A)
+    rise_A = rng.uniform(2.0, 9.0, n)
+    part = np.asarray(sd_A / np.sqrt(2.0), dtype=np.float64)
+    return CutTable(
+        path=Path("cuts.csv"),
+        channels={
+            "cut": np.arange(1.0, n + 1.0),
+            "z.current.range": 4.0 + rise_A + part * rng.standard_normal(n),
+            "z.current.range.sd": part,
+            "z.current.air": 4.0 + part * rng.standard_normal(n),
+            "z.current.air.sd": part,
+            "tool.edge": (np.arange(n) // 4).astype(np.float64),
+            "force.z": 20.0 + 100.0 * rise_A + 12.0 * rng.standard_normal(n),
+        },
+        texts={},
+    )
