@@ -48,6 +48,13 @@ CLAMPED = (
 )
 
 
+UPRIGHT = (
+    'axes.x.vertical = "up"',
+    "axes.x.limits = { travel_low_mm = -10, travel_high_mm = 160, speed_mm_min = 9000 }",
+)
+SLIDING = "axes.z.limits = { travel_low_mm = -5, travel_high_mm = 520, speed_mm_min = 9000 }"
+
+
 @dataclass(frozen=True)
 class Case:
     """What is wrong, the command that meets it, and how the files are made in a folder."""
@@ -65,6 +72,18 @@ def _text(name: str, *lines: str) -> Callable[[Path], object]:
 def _moves(name: str = "moves.csv", **changed: object) -> Callable[[Path], object]:
     columns = {**MOVES, **{k.replace("_", "."): v for k, v in changed.items()}}
     return lambda folder: write(folder / name, columns)
+
+
+def _braked(folder: Path) -> None:
+    """Moves that end against a closed brake for a second, the current at three times its height."""
+    t = np.round(np.arange(100) * 0.01 + T[-1] + 0.01, 6)
+    held = {
+        "t": t,
+        "x.position": np.full(100, X[-1]),
+        "x.velocity": np.zeros(100),
+        "x.current": np.full(100, 3.0 * float(np.max(np.abs(I)))),
+    }
+    write(folder / "moves.csv", {name: np.concatenate([MOVES[name], held[name]]) for name in held})
 
 
 def _cut_off(name: str) -> Callable[[Path], object]:
@@ -301,6 +320,33 @@ CALIBRATIONS = (
         _faced_in_diameters,
     ),
 )  # fmt: skip
+AXES = (
+    Case("current with its sign turned round", "autodb identify moves.csv", _moves(x_current=-I)),
+    Case(
+        "another axis' current", "autodb identify moves.csv --axis x",
+        _moves(
+            y_position=X, x_position=100.0 * np.sin(2.2 * T), x_velocity=220.0 * np.cos(2.2 * T)
+        ),
+    ),
+    Case("a closed brake", "autodb identify moves.csv", _braked),
+    Case(
+        "loads without a model", "autodb reconstruct moves.csv", _moves(),
+    ),
+    Case(
+        "loads up to too high a frequency",
+        "autodb reconstruct moves.csv --moves moves.csv --bandwidth 80", _moves(),
+    ),
+    Case(
+        "a sweep with an axis that is not parked",
+        "autodb sweep --machine-file lathe.toml --axis z --dialect fanuc",
+        _text("lathe.toml", *MACHINE[:3], SLIDING),
+    ),
+    Case(
+        "a sweep of a vertical axis without a safe height",
+        "autodb sweep --machine-file lathe.toml --axis x --dialect fanuc --park z=300",
+        _text("lathe.toml", *MACHINE[:2], *MACHINE[3:], *UPRIGHT),
+    ),
+)  # fmt: skip
 RAW = (
     Case("a cut that stops in the middle", RAW_CUT, _raw(Disturbance(stop_s=(4.0, 4.6)))),
     Case("chatter", RAW_CUT, _raw(Disturbance(chatter_share=0.2, chatter_hz=137.0))),
@@ -320,6 +366,7 @@ PARTS = (
     ("Side files", SIDE_FILES),
     ("Jobs and databases", OTHERS),
     ("Standard cuts", STANDARD),
+    ("Axes and their moves", AXES),
 )
 HEAD = """\
 # Bad inputs

@@ -13,10 +13,17 @@ from autodb.agent.machines import find_machine, signed
 from autodb.checksums import checksum
 from autodb.errors import UnusableInput
 from autodb.records import Recording
+from autodb.sensing import faults
 from autodb.sensing.axis_model import Beliefs, Identified, IdentifiedTerm
-from autodb.sensing.drives import identify
-from autodb.sensing.prepared import effort_axis, effort_channel
+from autodb.sensing.drives import cross_test, identify
+from autodb.sensing.prepared import SPINDLE, effort_axis, effort_channel
+from autodb.sensing.protocol import default_protocol
 from autodb.store import Store, models
+
+STRANGE, KNOWN, ALIKE = 0.3, 0.25, 0.5
+"""Moves are another axis' where this one's model leaves more than a share of the effort, and the
+other's less than a share and than that part of what this one's leaves. Chosen.
+"""
 
 
 @dataclass(frozen=True)
@@ -71,8 +78,11 @@ def identify_on_machine(
             raise UnusableInput(f"machine '{machine}' has no axis '{name}'")
         newest = newest_model(session, owner.id, effort_channel(moves, axis))
         names = terms or (names_of(newest) if newest else None)
+        own = signed(moves, owner)
+        refuse_faults(own, axis)
+        _refuse_another(session, owner, own, name)
         progress("fitting")
-        refit = refitted(newest, signed(moves, owner), sha256, axis=axis, terms=names)
+        refit = refitted(newest, own, sha256, axis=axis, terms=names)
         if newest is not None and refit.already_there:
             return KeptModel(refit.model, newest.version, refit.parent, already_there=True)
     recording_id = import_file(store, path, machine=machine, columns=columns).recording_id
@@ -80,6 +90,31 @@ def identify_on_machine(
         owner = find_machine(session, machine)
         row = add_version(session, owner.id, refit, recording_id)
         return KeptModel(refit.model, row.version, refit.parent, already_there=False)
+
+
+def refuse_faults(moves: Recording, axis: str | None) -> None:
+    """Raise UnusableInput where moves show a fault: a turned sign, another's effort, a brake."""
+    faults.refuse(moves.path, faults.faults_of_moves(moves, effort_axis(moves, axis)))
+
+
+def _refuse_another(session: Session, owner: models.Machine, moves: Recording, axis: str) -> None:
+    """Raise UnusableInput where another axis' model predicts moves that this axis' does not."""
+    unit = moves.unit(effort_channel(moves, axis))
+    left: dict[str, float] = {}
+    for name in [a.name for a in owner.axes if (a.name == SPINDLE) == (axis == SPINDLE)]:
+        channel = effort_channel(moves, axis).replace(f"{axis}.", f"{name}.")
+        row = newest_model(session, owner.id, channel)
+        if row is not None and row.unit == unit:
+            left[name] = cross_test(moves, axis, default_protocol(moves.rate_hz), stored_terms(row))
+    if left.get(axis, 0.0) < STRANGE:
+        return
+    best = min(left, key=lambda name: left[name])
+    if left[best] < KNOWN and left[best] < ALIKE * left[axis]:
+        raise UnusableInput(
+            f"{moves.path}: these look like moves of axis {best}, not {axis}: the model of {best} "
+            f"leaves {100.0 * left[best]:.0f} % of the effort, that of {axis} "
+            f"{100.0 * left[axis]:.0f} %; --axis {best} with its columns would work"
+        )
 
 
 @dataclass(frozen=True)

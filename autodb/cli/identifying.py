@@ -46,6 +46,8 @@ Also = Annotated[
     ),
 ]
 
+TWICE = 2.0
+"""Times its friction of before that no axis comes to by wear between two sweeps. Chosen."""
 MOST_IN_SPREAD = 8
 """Coefficients that a table over filters has room for."""
 
@@ -62,7 +64,7 @@ def identify(
     db: Database = None,
 ) -> None:
     """Identify inertia, friction, load and other terms of a feed axis from its moves."""
-    from autodb.agent.identifying import identify_on_machine
+    from autodb.agent.identifying import identify_on_machine, refuse_faults
     from autodb.sensing import drives
 
     names = names_of(terms)
@@ -70,6 +72,7 @@ def identify(
         moves = moves_of(recording, axis, columns, group, resample)
         other = moves_of(also, axis, columns, group, resample) if also else None
         if machine is None:
+            refuse_faults(moves, axis)
             kept, model = None, drives.identify(moves, axis=axis, terms=names)
         else:
             with opened(db) as store:
@@ -185,6 +188,9 @@ def show_kept(kept: "KeptModel", machine: str) -> None:
         sds = [f"{_scaled(v, m.unit):.2g}" for v in (m.before_sd, m.now_sd)]
         say(f"moved since version {kept.parent}: {m.key} {m.parameter} from {before} ± {sds[0]} to "
             f"{now} ± {sds[1]} {_shop_unit(m.unit)[1]}")  # fmt: skip
+        if m.key == "coulomb" and m.now > TWICE * m.before:
+            say(f"{model.axis} takes more than {TWICE:g} times the friction it took: a brake that "
+                "drags, a clamp, or a dry way?")  # fmt: skip
     what = f"{model.channel}: version {kept.version} of machine '{machine}'"
     if kept.already_there:
         say(f"{what}: already there")

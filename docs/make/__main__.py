@@ -20,6 +20,7 @@ JOBS = ROOT / "sample_jobs"
 SAMPLE = (
     *sorted((JOBS / "stepped_shaft" / "recordings").iterdir()),
     JOBS / "stepped_shaft" / "job.toml",
+    JOBS / "stepped_shaft" / "machine.toml",
 )
 REAL = (EMPS, TURNING)
 REAL_PAGE = DOCS / "tutorial.md"

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from autodb.records import CutTable
 from autodb.sensing.faults.check import Check, refuse
 from autodb.sensing.faults.exchanged import exchanged
+from autodb.sensing.faults.moves import faults_of_moves
 from autodb.sensing.faults.relations import Known
 from autodb.sensing.faults.silent import responses, silent_axes
 from autodb.sensing.faults.travel import x_over_diameter, x_travels
@@ -18,6 +19,7 @@ __all__ = [
     "Known",
     "checks_of_units",
     "exchanged",
+    "faults_of_moves",
     "refuse",
     "silent",
     "silent_axes",
