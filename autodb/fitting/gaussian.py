@@ -22,10 +22,15 @@ class Gaussian:
 def update(prior: Gaussian, design: Array, values: Array, noise_sd: Array) -> Gaussian:
     """Return the posterior after values (n,) = design (n, p) · θ + noise of sd (n,), independent.
 
-    Kalman form in p dimensions: Λ = Σ⁻¹ + XᵀWX, μ' = μ + Λ⁻¹ XᵀW (y − Xμ); cost linear in n.
+    Kalman form in p dimensions: Λ = (1 + Σ XᵀWX)⁻¹ Σ, μ' = μ + Λ XᵀW (y − Xμ); cost linear in n.
+    What the prior is sure of, a variance of zero, stays as it is.
     """
     weighted = design / noise_sd[:, None] ** 2
-    precision = np.linalg.inv(prior.covariance) + design.T @ weighted
-    covariance = np.linalg.inv(precision)
+    size = np.sqrt(np.diag(prior.covariance))
+    unit = np.where(size > 0, size, 1.0)
+    known = prior.covariance / np.outer(unit, unit)
+    told = design.T @ weighted * np.outer(unit, unit)
+    covariance = np.linalg.solve(np.eye(len(unit)) + known @ told, known) * np.outer(unit, unit)
+    covariance = 0.5 * (covariance + covariance.T)
     mean = prior.mean + covariance @ (weighted.T @ (values - design @ prior.mean))
-    return Gaussian(mean, 0.5 * (covariance + covariance.T))
+    return Gaussian(mean, covariance)
