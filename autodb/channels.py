@@ -56,3 +56,8 @@ def effort_channels(names: list[str]) -> list[str]:
     """Return the drive efforts among ``names``: force, torque or current of linear axes."""
     pattern = rf"{_AXIS}\.(drive_force|drive_torque|current)"
     return [n for n in names if re.fullmatch(pattern, n)]
+
+
+def rotary_efforts(names: list[str]) -> list[str]:
+    """Return the drive efforts of rotary axes among ``names``: torque or current."""
+    return [n for n in names if re.fullmatch(r"[abc]\.(drive_torque|current)", n)]

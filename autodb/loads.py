@@ -107,7 +107,7 @@ def scale_words(felt: Felt) -> str:
     if felt.scale is not None:
         percent = 100.0 * NORMAL_95 * felt.scale.share
         return (
-            f"1 A is {felt.scale.newtons_per_ampere:.4g} N ± {percent:.2g} % (95 %), by "
+            f"1 A is {felt.scale.per_ampere:.4g} {felt.scale.unit} ± {percent:.2g} % (95 %), by "
             f"{felt.scale.source}; that error is common to all rows and not in their sd"
         )
     if felt.load.unit == "A":

@@ -256,3 +256,57 @@ def test_what_cannot_be_reconstructed_ends_in_one_line(
     assert done.code == 2
     assert line in " ".join(done.err.split())
     assert not list(Path().glob("*-load.csv"))
+
+
+def _table(seed: int, load_N_m: float = 0.0) -> Recording:
+    """A tilting table: 20 N·m of weight off its axis, friction, inertia; degrees and N·m."""
+    x, v, a = _motion(seed, 16)
+    angle = np.radians(x)
+    torque = 20.0 * np.cos(angle - 0.5) + 3.0 * np.sign(v) + 0.02 * v + 0.004 * a + load_N_m
+    torque += 0.1 * np.random.default_rng([seed, 1]).standard_normal(len(v))
+    channels = {"t": np.arange(len(v)) / RATE, "a.angle": x, "a.drive_torque": torque}
+    return Recording(path=Path(f"table-{seed}.csv"), channels=channels)
+
+
+def test_the_weight_of_a_tilted_table_is_taken_off_its_torque(cli: Cli) -> None:
+    """The angle goes from −27 to 72 degrees: enough of a revolution to tell the weight's place."""
+    found = identify(_table(50))
+    by_name = {(t.term, t.parameter): t for t in found.fitted}
+    for name, truth in (
+        (("gravity", "cosine"), 20.0 * np.cos(0.5)),
+        (("gravity", "sine"), 20.0 * np.sin(0.5)),
+        (("coulomb", "level"), 3.0),
+        (("inertia", "coefficient"), 0.004),
+    ):
+        term = by_name[name]
+        assert term.sd is not None
+        assert abs(term.value - truth) < 0.02 * truth
+        assert term.sd < 0.02 * truth
+    assert by_name["inertia", "coefficient"].unit == "N·m·s²/deg"
+    load = reconstruct(_table(51, load_N_m=7.0), _model(found), bandwidth_hz=10.0)
+    steady = ~(load.standing | load.turned)
+    assert load.unit == "N·m"
+    assert abs(float(np.mean(load.value[steady])) - 7.0) < 0.3
+    _write(Path("table.csv"), _table(50))
+    done = cli("identify", "table.csv")
+    assert done.code == 0, done.err
+    assert "weight: at most 20" in " ".join(done.out.split())
+
+
+def test_a_table_in_amperes_has_newton_metres_by_its_gear(cli: Cli) -> None:
+    in_amperes = {
+        name.replace("drive_torque", "current"): v for name, v in _table(52).channels.items()
+    }
+    _write(Path("table.csv"), replace(_table(52), channels=in_amperes))
+    Path("m.toml").write_text(
+        MACHINE.replace("axes.z", "axes.a").replace("screw_pitch_mm = 10", "gear_ratio = 90"),
+        encoding="utf-8",
+    )
+    assert cli("init").code == 0
+    assert cli("machine", "add", "m", "--file", "m.toml").code == 0
+    assert cli("identify", "table.csv", "--machine", "m").code == 0
+    done = cli("reconstruct", "table.csv", "--machine", "m")
+    assert done.code == 0, done.err
+    assert "1 A is 72 N·m ± 10 % (95 %)" in " ".join(done.out.split())
+    assert "force.a" not in Path("table-load.csv").read_text("utf-8").splitlines()[0]
+    assert cli("identify", "table.csv", "--machine", "m").out.endswith("already there\n")

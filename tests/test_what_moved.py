@@ -24,7 +24,7 @@ from autodb.sensing.forms import FEED_FORMS, LINE, LINE_OF_SPEED, POWER, Felt, F
 from autodb.sensing.turned_round import current_of
 from autodb.standard import references
 from tests.conftest import Cli
-from tests.truths.moved import STILL, Move, run, with_references
+from tests.moved_runs import STILL, Move, run, with_references
 
 SEEDS = range(101, 141)
 SOME = range(121, 141)

@@ -157,7 +157,7 @@ def _same(row: models.ChannelModel, model: Identified, sha256: str) -> bool:
 
 def names_of(row: models.ChannelModel) -> list[str]:
     """Return the names of a version's terms, ripples as `cogging`, which looks for either kind."""
-    names = [("cogging" if t.form else t.term) for t in stored_terms(row)]
+    names = [("cogging" if t.form == "periodic" else t.term) for t in stored_terms(row)]
     return list(dict.fromkeys(names))
 
 

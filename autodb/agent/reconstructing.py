@@ -8,7 +8,7 @@ import numpy as np
 
 from autodb.agent.identifying import newest_model, stored_terms
 from autodb.agent.machines import find_machine, signed
-from autodb.channels import axis_of, effort_channels
+from autodb.channels import ROTARY_AXES, axis_of, effort_channels, rotary_efforts
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
 from autodb.records import Recording
@@ -24,9 +24,12 @@ MM_IN_M = 1000.0
 
 @dataclass(frozen=True)
 class Scale:
-    """Newtons an ampere of one axis; ``share``: its relative sd, which all samples share."""
+    """Newtons (newton metres of a rotary axis) an ampere; ``share``: its relative sd, which all
+    samples share.
+    """
 
-    newtons_per_ampere: float
+    per_ampere: float
+    unit: str
     share: float
     source: str
 
@@ -105,7 +108,8 @@ def reconstruct_with(
 def _efforts(recording: Recording, axis: str | None) -> Sequence[str]:
     found = [
         name
-        for name in effort_channels(list(recording.channels))
+        for of in (effort_channels, rotary_efforts)
+        for name in of(list(recording.channels))
         if axis is None or axis_of(name) == axis
     ]
     if not found:
@@ -130,7 +134,7 @@ def _load(recording: Recording, model: DriveModel, *, bandwidth_hz: float, obser
 def _felt(load: Load, model: str, scale: Scale | None) -> Felt:
     if scale is None or load.unit != "A":
         return Felt(load, model, None)
-    return Felt(load.scaled(scale.newtons_per_ampere, "N"), model, scale)
+    return Felt(load.scaled(scale.per_ampere, scale.unit), model, scale)
 
 
 def drive_model(row: models.ChannelModel) -> DriveModel:
@@ -148,16 +152,18 @@ def drive_model(row: models.ChannelModel) -> DriveModel:
 def scale_of(axis: models.Axis) -> Scale | None:
     """Return newtons an ampere by torque constant, gear and screw; None where one is not stated.
 
-    The screw's efficiency is not in it: it is part of what the bounds must hold.
+    Of a rotary axis newton metres, by constant and gear. Efficiency is not in it: it is part of
+    what the bounds must hold.
     """
     constant, pitch_mm = axis.torque_constant_N_m_A, axis.screw_pitch_mm
-    if constant is None or pitch_mm is None:
+    rotary = axis.name in ROTARY_AXES
+    if constant is None or (pitch_mm is None and not rotary):
         return None
     low, high = axis.torque_constant_lower or constant, axis.torque_constant_upper or constant
     share = max(0.5 * (high - low) / constant, LEAST_SHARE) / NORMAL_95
-    per_ampere = constant * 2.0 * pi * (axis.gear_ratio or 1.0) * MM_IN_M / pitch_mm
-    source = (
-        f"torque constant {constant:g} N·m/A ({axis.torque_constant_source or 'no source'}), "
-        f"screw {pitch_mm:g} mm"
-    )
-    return Scale(per_ampere, share, source)
+    gear = axis.gear_ratio or 1.0
+    source = f"torque constant {constant:g} N·m/A ({axis.torque_constant_source or 'no source'})"
+    if pitch_mm is None or rotary:
+        return Scale(constant * gear, "N·m", share, f"{source}, gear {gear:g}")
+    per_ampere = constant * 2.0 * pi * gear * MM_IN_M / pitch_mm
+    return Scale(per_ampere, "N", share, f"{source}, screw {pitch_mm:g} mm")

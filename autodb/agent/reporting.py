@@ -102,12 +102,12 @@ def _drive_terms(session: Session, machine_id: int) -> list[tuple[str, str, str]
     )
     for row in rows:
         newest[row.channel] = row
-    meaning = {term.name: term.statement for term in TERMS}
+    meaning = {(term.name, term.form): term.statement for term in TERMS}
     return [
         (
             f"{AXIS_NAMES.get(model.axis, model.axis)}: {term['term']}",
             f"{term['value']:.3g} ± {2 * term['sd']:.2g} {term['unit']}",
-            meaning[term["term"]],
+            meaning[term["term"], term.get("form", "")],
         )
         for model in newest.values()
         for term in model.terms

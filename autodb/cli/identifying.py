@@ -161,6 +161,9 @@ def _show_model(model: "Identified") -> None:
     for sentence in model.doubts:
         say(f"doubtful: {sentence}")
     for t in amplitudes(model):
+        if t.form == "tilt":
+            say(f"weight: at most {t.value:.3g} {t.unit} at the angle that lifts it ({t.term})")
+            continue
         flips = "flips with the direction" if t.form else "keeps its sign in both directions"
         say(f"ripple: {t.value:.3g} {t.unit}, {flips} ({t.term})")
 

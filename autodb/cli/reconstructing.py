@@ -168,7 +168,7 @@ def _scale(newtons_per_ampere: float | None) -> "Scale | None":
 
     if newtons_per_ampere is None:
         return None
-    return Scale(newtons_per_ampere, LEAST_SHARE / NORMAL_95, "--newtons-per-ampere")
+    return Scale(newtons_per_ampere, "N", LEAST_SHARE / NORMAL_95, "--newtons-per-ampere")
 
 
 def _show(felt: "list[Felt]") -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.channels import ROTARY_AXES
 from autodb.sensing.drive_errors import DriveErrors
 from autodb.sensing.prepared import SPINDLE
 from autodb.sensing.protocol import Protocol
@@ -149,8 +150,10 @@ def terms_with(values: Mapping[str, float], effort_unit: str) -> tuple[Identifie
 
 
 def unit_in(parameter: Parameter, effort_unit: str, axis: str = "x") -> str:
-    """Return the parameter's unit for an axis' effort of this unit; a spindle counts in rpm."""
+    """Return the parameter's unit for an effort of this unit; a spindle counts rpm, a table deg."""
     unit = SPINDLE_UNITS.get(parameter.unit, parameter.unit) if axis == SPINDLE else parameter.unit
+    if axis in ROTARY_AXES:
+        unit = unit.replace("mm", "deg")
     return unit.replace("U", effort_unit)
 
 

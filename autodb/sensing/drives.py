@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.channels import ROTARY_AXES
 from autodb.errors import UnusableInput, near
 from autodb.records import Recording
 from autodb.sensing.axis_fit import fitted, plain_fit
@@ -113,9 +114,9 @@ def _begun(
     the ripple it becomes periodic position friction. Rows are then kept often enough to show it.
     """
     rows = prepared(recording, axis=axis, protocol=protocol)
-    kind: Channel = "spindle" if rows.axis == SPINDLE else "axis"
+    kind = kind_of(rows.axis)
     terms = terms or (SPINDLE_FOUR if kind == "spindle" else SYMMETRIC)
-    known = [name for name in IDENTIFIABLE if kind in term_called(name).channels]
+    known = [name for name in IDENTIFIABLE if kind in term_called(name, _form(name, kind)).channels]
     for name in terms:
         if name not in known:
             raise UnusableInput(
@@ -141,6 +142,16 @@ def _begun(
     return rows, parts
 
 
+def kind_of(axis: str) -> Channel:
+    """Return which terms an axis' effort may have."""
+    return "spindle" if axis == SPINDLE else "rotary" if axis in ROTARY_AXES else "axis"
+
+
+def _form(name: str, kind: Channel) -> str:
+    """Return the form of a term on an axis: weight turns with a rotary one."""
+    return "tilt" if name == "gravity" and kind == "rotary" else ""
+
+
 def _fine_enough(rows: Prepared, period: float) -> Protocol:
     """Return the protocol with rows four times as often as the ripple passes at the top speed."""
     passing_hz = float(np.max(np.abs(rows.inputs["velocity"]))) / period
@@ -150,7 +161,8 @@ def _fine_enough(rows: Prepared, period: float) -> Protocol:
 
 def _starting(rows: Prepared, name: str, given: Mapping[tuple[str, str], float]) -> list[Part]:
     """Return the parts of a term at the shape where a search begins, or at the one given."""
-    term, fixed = term_called(name), GIVEN.get(name, set())
+    term = term_called(name, _form(name, kind_of(rows.axis)))
+    fixed = GIVEN.get(name, set())
     if name == "cross_coupling":
         others = [n.split(".")[0] for n in rows.inputs if n.endswith(".acceleration")]
         if not others:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting, signals
-from autodb.channels import LINEAR_AXES
+from autodb.channels import LINEAR_AXES, ROTARY_AXES
 from autodb.records import Recording
 from autodb.terms.friction import STANDSTILL_MM_S, direction
 
@@ -20,7 +20,7 @@ NOISE_BAND = 4.0
 
 @dataclass(frozen=True)
 class Motion:
-    """An axis' motion (n,): mm, mm/s, mm/s².
+    """An axis' motion (n,): mm, mm/s, mm/s²; of a rotary axis deg, deg/s, deg/s².
 
     ``direction``: ±1 in motion, fading to 0 through standstill, read from a velocity with as little
     filter as its noise allows, so that reversals stay sharp.
@@ -32,12 +32,17 @@ class Motion:
     direction: Array
 
 
+def place_channel(axis: str) -> str:
+    """Return the channel of where an axis is: its angle where it is rotary."""
+    return f"{axis}.{'angle' if axis in ROTARY_AXES else 'position'}"
+
+
 def motion(recording: Recording, axis: str, *, cutoff_hz: float) -> Motion:
     """Return the motion of an axis; what is not recorded is derived from position at the cutoff.
 
     Raises UnusableInput when there is not even a position.
     """
-    position = recording[f"{axis}.position"]
+    position = recording[place_channel(axis)]
     velocity = recording.get(f"{axis}.velocity")
     acceleration = recording.get(f"{axis}.acceleration")
     if velocity is not None and acceleration is not None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.channels import axis_of, effort_channels
+from autodb.channels import axis_of, effort_channels, rotary_efforts
 from autodb.errors import UnusableInput
 from autodb.records import Recording
 from autodb.sensing.motion import spindle_inputs, term_inputs
@@ -27,11 +27,9 @@ def effort_channel(recording: Recording, axis: str | None) -> str:
     """
     if axis == SPINDLE:
         return _spindle_effort(recording)
-    found = effort_channels(list(recording.channels))
-    if axis is not None:
-        found = [name for name in found if axis_of(name) == axis]
+    found = _efforts(list(recording.channels), axis)
     if not found:
-        gaps = effort_channels(list(recording.unusable))
+        gaps = _efforts(list(recording.unusable), axis)
         if gaps:
             raise UnusableInput(recording.unusable[gaps[0]])
         wanted = f"{axis or 'x'}.current"
@@ -42,6 +40,14 @@ def effort_channel(recording: Recording, axis: str | None) -> str:
     if len({axis_of(name) for name in found}) > 1:
         raise UnusableInput(f"{recording.path}: several axes ({', '.join(found)}); give --axis")
     return found[0]
+
+
+def _efforts(names: list[str], axis: str | None) -> list[str]:
+    """Return the efforts of an axis; of all linear ones, or else of the rotary ones."""
+    if axis is None:
+        return effort_channels(names) or rotary_efforts(names)
+    both = [*effort_channels(names), *rotary_efforts(names)]
+    return [name for name in both if axis_of(name) == axis]
 
 
 def _spindle_effort(recording: Recording) -> str:

@@ -17,7 +17,7 @@ from autodb.records import Recording
 from autodb.sensing.axis_model import IdentifiedTerm, predicted, term_called
 from autodb.sensing.deviation import OVER_SPEED
 from autodb.sensing.drive_errors import STANDING, TURNED, DriveErrors, states
-from autodb.sensing.motion import term_inputs
+from autodb.sensing.motion import place_channel, term_inputs
 from autodb.sensing.protocol import default_protocol
 from autodb.terms import Contribution
 from autodb.terms.friction import direction
@@ -104,7 +104,7 @@ def observe(recording: Recording, model: DriveModel, *, bandwidth_hz: float) -> 
     FASTER, so that it turns when the axis does. Raises UnusableInput as ``reconstruct`` does.
     """
     rate_hz = recording.rate_hz
-    effort, position = recording[model.channel], recording[f"{model.axis}.position"]
+    effort, position = recording[model.channel], recording[place_channel(model.axis)]
 
     def through(values: Array, power: int, hz: float) -> Array:
         return _observed(values, power=power, bandwidth_hz=hz, rate_hz=rate_hz)

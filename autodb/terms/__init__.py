@@ -23,6 +23,7 @@ from autodb.terms.drive import (
     GRAVITY,
     INERTIA,
     SPRING,
+    TILT,
     WARMUP,
     WINDAGE,
 )
@@ -58,6 +59,7 @@ TERMS: tuple[Term, ...] = (
     POSITION_FRICTION,
     FRICTION_RIPPLE,
     GRAVITY,
+    TILT,
     SPRING,
     COGGING,
     INERTIA,

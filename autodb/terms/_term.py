@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Channel = Literal["axis", "spindle", "cuts", "table"]
+Channel = Literal["axis", "rotary", "spindle", "cuts", "table"]
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,16 @@ def cross_coupling(other_acceleration_mm_s2: Array) -> Array:
     return other_acceleration_mm_s2
 
 
+def tilt(angle_deg: Array) -> Array:
+    """Weight off the axis of rotation: columns cos θ and sin θ of the angle [deg], (n, 2).
+
+    It acts in motion and at standstill, with the same sign in both directions. Source: P4 (static
+    tilts).
+    """
+    angle = np.radians(angle_deg)
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
 def gravity(position_mm: Array) -> Array:
     """A constant load acts whether the axis moves or stands: column 1, shaped as position, (n,).
 
@@ -144,7 +154,7 @@ def warmup(
 
 INERTIA = Contribution(
     name="inertia",
-    channels=("axis", "spindle"),
+    channels=("axis", "rotary", "spindle"),
     inputs=("acceleration",),
     function=inertia,
     coefficients=(Parameter("coefficient", "U·s²/mm", "effort per acceleration", lower=0.0),),
@@ -177,6 +187,21 @@ GRAVITY = Contribution(
     alike=("sensor_drift",),
     told_apart_by="Log the current once more with the drive disabled: a sensor's zero point stays.",
 )
+TILT = Contribution(
+    name="gravity",
+    form="tilt",
+    channels=("rotary",),
+    inputs=("position",),
+    function=tilt,
+    coefficients=(
+        Parameter("cosine", "U", "load at 0 degrees"),
+        Parameter("sine", "U", "load at 90 degrees"),
+    ),
+    needs=("angle",),
+    statement="The weight of a table or its work, off the axis of rotation: once a revolution.",
+    excited_by="slow passes in both directions over as much of a revolution as there is",
+    source="P4 (static tilts); P0 section 2.2, F_co",
+)
 SPRING = Contribution(
     name="spring",
     channels=("axis",),
@@ -197,7 +222,7 @@ SPRING = Contribution(
 )  # fmt: skip
 COGGING = Contribution(
     name="cogging",
-    channels=("axis",),
+    channels=("axis", "rotary"),
     inputs=("position",),
     function=cogging,
     coefficients=(
@@ -213,7 +238,7 @@ COGGING = Contribution(
 FRICTION_RIPPLE = Contribution(
     name="position_friction",
     form="periodic",
-    channels=("axis",),
+    channels=("axis", "rotary"),
     inputs=("direction", "position"),
     function=friction_ripple,
     coefficients=(
@@ -229,7 +254,7 @@ FRICTION_RIPPLE = Contribution(
 )
 COMPLIANCE = Contribution(
     name="compliance",
-    channels=("axis",),
+    channels=("axis", "rotary"),
     inputs=("acceleration", "t"),
     function=compliance,
     coefficients=(Parameter("coefficient", "U·s²/mm", "inertia behind the spring", lower=0.0),),
@@ -277,7 +302,7 @@ WINDAGE = Contribution(
 )
 WARMUP = Factor(
     name="warmup",
-    channels=("axis",),
+    channels=("axis", "rotary"),
     inputs=("t", "velocity"),
     function=warmup,
     shape=(

@@ -130,7 +130,7 @@ def _after_first_reversal(direction: Array) -> Array:
 
 COULOMB = Contribution(
     name="coulomb",
-    channels=("axis", "spindle"),
+    channels=("axis", "rotary", "spindle"),
     inputs=("direction",),
     function=coulomb,
     coefficients=(Parameter("level", "U", "friction that any motion must overcome", lower=0.0),),
@@ -141,7 +141,7 @@ COULOMB = Contribution(
 )
 VISCOUS = Contribution(
     name="viscous",
-    channels=("axis", "spindle"),
+    channels=("axis", "rotary", "spindle"),
     inputs=("velocity",),
     function=viscous,
     coefficients=(Parameter("coefficient", "U·s/mm", "friction per speed"),),
@@ -152,7 +152,7 @@ VISCOUS = Contribution(
 )
 STRIBECK = Contribution(
     name="stribeck",
-    channels=("axis",),
+    channels=("axis", "rotary"),
     inputs=("direction", "velocity"),
     function=stribeck,
     coefficients=(Parameter("level", "U", "breakaway less Coulomb friction", lower=0.0),),
@@ -174,7 +174,7 @@ STRIBECK = Contribution(
 )  # fmt: skip
 ASYMMETRY = Contribution(
     name="asymmetry",
-    channels=("axis",),
+    channels=("axis", "rotary"),
     inputs=("direction", "velocity"),
     function=asymmetry,
     coefficients=(
@@ -205,7 +205,7 @@ POSITION_FRICTION = Contribution(
 )
 PRESLIDING = InputChange(
     name="presliding",
-    channels=("axis",),
+    channels=("axis", "rotary"),
     inputs=("position",),
     function=presliding,
     changes=("direction",),

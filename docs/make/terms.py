@@ -12,6 +12,7 @@ from docs.make import explained
 BEGIN, END = "<!-- terms: made by python -m docs.make -->\n", "<!-- end of terms -->\n"
 CHANNELS = {
     "axis": "Axis effort, over time",
+    "rotary": "Effort of a rotary axis, over time (degrees for mm)",
     "spindle": "Spindle effort, over time",
     "cuts": "Cutting forces, one value a cut",
     "table": "Force on a rotating table, over time",

@@ -24,6 +24,14 @@ def gravity() -> Truth:
                  main=("level", 8.0, 0.03))  # fmt: skip
 
 
+def tilt() -> Truth:
+    """A table whose weight lies off the axis, with a hose that pulls a little."""
+    m = travel()
+    angle = np.radians(m["position"])
+    effect = 9.0 * np.cos(angle - 0.7) + 0.2 * np.cos(3.0 * angle)
+    return truth("gravity tilt", m, without(base(m), "gravity"), effect, within=0.1, noise=NOISE)
+
+
 def spring() -> Truth:
     """A cable drag that stiffens: linear and cubic from its rest."""
     m = travel()
@@ -176,6 +184,6 @@ def lost_sign() -> Truth:
 
 
 TRUTHS = (
-    gravity, spring, cogging, inertia, cross_coupling, warmup, compliance, external_load, windage,
-    sensor_drift, gain, lag, saturation, lost_sign,
+    gravity, tilt, spring, cogging, inertia, cross_coupling, warmup, compliance, external_load,
+    windage, sensor_drift, gain, lag, saturation, lost_sign,
 )  # fmt: skip
