@@ -60,13 +60,15 @@ def identify_on_machine(
     columns: Path | None = None,
     axis: str | None = None,
     terms: Sequence[str] | None = None,
+    update: bool = False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> KeptModel:
     """Identify an axis and keep the model as the next version of its channel.
 
     ``moves`` is what ``path`` holds. Without ``terms`` those of the newest version are fitted, or
     the symmetric four. The newest version that has not seen this recording is believed beforehand;
-    the same terms on the recording that the newest version came from are already there.
+    the same terms on the recording that the newest version came from are already there. With
+    ``update`` there must be a version.
 
     Raises UnusableInput when the machine has no such axis, or as ``identify`` does.
     """
@@ -77,6 +79,11 @@ def identify_on_machine(
         if name not in [a.name for a in owner.axes]:
             raise UnusableInput(f"machine '{machine}' has no axis '{name}'")
         newest = newest_model(session, owner.id, effort_channel(moves, axis))
+        if update and newest is None:
+            raise UnusableInput(
+                f"--update: machine '{machine}' has no version of {effort_channel(moves, axis)} "
+                "yet; without it, it would work"
+            )
         names = terms or (names_of(newest) if newest else None)
         own = signed(moves, owner)
         refuse_faults(own, axis)
@@ -90,6 +97,38 @@ def identify_on_machine(
         owner = find_machine(session, machine)
         row = add_version(session, owner.id, refit, recording_id)
         return KeptModel(refit.model, row.version, refit.parent, already_there=False)
+
+
+@dataclass(frozen=True)
+class Version:
+    """One version of a channel's model: when, from which recordings, and its terms with numbers."""
+
+    number: int
+    day: str
+    recordings: tuple[str, ...]
+    terms: tuple[IdentifiedTerm, ...]
+
+
+def versions_of(store: Store, machine: str, channel: str) -> list[Version]:
+    """Return all versions of a channel's model, oldest first: how the axis drifted."""
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        rows = session.scalars(
+            select(models.ChannelModel)
+            .where(
+                models.ChannelModel.machine_id == owner.id, models.ChannelModel.channel == channel
+            )
+            .order_by(models.ChannelModel.version)
+        )
+        return [
+            Version(
+                row.version,
+                row.created_at[:10],
+                tuple(Path(recording.path).name for recording in row.recordings),
+                tuple(stored_terms(row)[: len(row.covariance)]),
+            )
+            for row in rows
+        ]
 
 
 def refuse_faults(moves: Recording, axis: str | None) -> None:

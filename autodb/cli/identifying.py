@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from autodb import records
-    from autodb.agent.identifying import KeptModel
+    from autodb.agent.identifying import KeptModel, Version
     from autodb.sensing.axis_model import Identified, IdentifiedTerm, PlainFit
 
 Recording = Annotated[
@@ -48,6 +48,15 @@ Also = Annotated[
 
 TWICE = 2.0
 """Times its friction of before that no axis comes to by wear between two sweeps. Chosen."""
+Update = Annotated[
+    bool,
+    typer.Option("--update", help="Go on from the machine's last version, and list all versions."),
+]
+Page = Annotated[
+    Path | None,
+    typer.Option("--page", metavar="FILE", help="Write a page with maps of the effort, too."),
+]
+
 MOST_IN_SPREAD = 8
 """Coefficients that a table over filters has room for."""
 
@@ -57,6 +66,8 @@ def identify(
     axis: Axis = None,
     terms: Terms = None,
     also: Also = None,
+    update: Update = False,
+    page: Page = None,
     machine: OptionalMachine = None,
     columns: Columns = None,
     group: Group = None,
@@ -64,13 +75,15 @@ def identify(
     db: Database = None,
 ) -> None:
     """Identify inertia, friction, load and other terms of a feed axis from its moves."""
-    from autodb.agent.identifying import identify_on_machine, refuse_faults
+    from autodb.agent.identifying import identify_on_machine, refuse_faults, versions_of
     from autodb.sensing import drives
 
     names = names_of(terms)
+    _check(update, machine, page)
     with working(f"identifying from {recording.name}") as progress:
         moves = moves_of(recording, axis, columns, group, resample)
         other = moves_of(also, axis, columns, group, resample) if also else None
+        versions: Sequence[Version] = []
         if machine is None:
             refuse_faults(moves, axis)
             kept, model = None, drives.identify(moves, axis=axis, terms=names)
@@ -78,19 +91,70 @@ def identify(
             with opened(db) as store:
                 kept = identify_on_machine(
                     store, machine, recording, moves,
-                    columns=columns, axis=axis, terms=names, progress=progress,
+                    columns=columns, axis=axis, terms=names, update=update, progress=progress,
                 )  # fmt: skip
+                versions = versions_of(store, machine, kept.model.channel) if update else []
             model = kept.model
         progress("spread over filters")
         spread = drives.spread_over_filters(moves, axis=model.axis, terms=_fitted_names(model))
+        if page is not None:
+            _write_page(model, moves, page)
     _show_model(model)
     if other is not None:
         _show_cross_test(model, other)
     _show_spread(spread)
+    if page is not None:
+        say(f"page: {page}")
     if kept is None:
         say("not stored: give --machine NAME to keep it")
         return
     show_kept(kept, machine or "")
+    _show_versions(versions)
+
+
+def _check(update: bool, machine: str | None, page: Path | None) -> None:
+    """Refuse options that do not go together, before anything is fitted."""
+    from autodb.errors import UnusableInput
+    from autodb.loads import check_target
+
+    if update and machine is None:
+        raise UnusableInput(
+            "--update goes with --machine: it goes on from a machine's last version"
+        )
+    if page is not None:
+        check_target(page, suffix=".html", option="--page")
+
+
+def _write_page(model: "Identified", moves: "records.Recording", page: Path) -> None:
+    from autodb.axispage import render_axis
+    from autodb.store.copies import hidden, sync
+
+    with hidden(page) as part:
+        part.write_text(render_axis(model, moves), encoding="utf-8")
+        sync(part)
+        part.replace(page)
+        sync(page.parent)
+
+
+def _show_versions(versions: "Sequence[Version]") -> None:
+    """Print the numbers of each version: how the axis drifted."""
+    if not versions:
+        return
+    names = list(dict.fromkeys((t.key, t.parameter) for v in versions for t in v.terms))
+    units = {(t.key, t.parameter): _shop_unit(t.unit)[1] for v in versions for t in v.terms}
+    heads = (f">{key} {parameter} [{units[key, parameter]}]" for key, parameter in names)
+    rows = table("Versions", ">version", "day", "from", *heads)
+    for version in versions:
+        known = {(t.key, t.parameter): t for t in version.terms}
+        numbers = (_with_sd(known.get(name)) for name in names)
+        rows.add_row(str(version.number), version.day, ", ".join(version.recordings), *numbers)
+    show(rows)
+
+
+def _with_sd(term: "IdentifiedTerm | None") -> str:
+    if term is None:
+        return ""
+    return f"{_scaled(term.value, term.unit):.4g} ± {_scaled(term.sd or 0.0, term.unit):.2g}"
 
 
 def names_of(terms: str | None) -> tuple[str, ...] | None:
