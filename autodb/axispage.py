@@ -65,7 +65,7 @@ def _maps(found: Field, unit: str, speed_unit: str) -> list[tuple[str, Markup]]:
 
 
 def _map(found: Field, values: Array, title: str, top: float, speed_unit: str) -> Markup:
-    made = figures.figure([title], x_title="Place")
+    made = figures.figure([title], x_title=f"Place [{speed_unit.removesuffix('/s')}]")
     scale = [
         [0.0, figures.colour("corrected")],
         [0.5, figures.colour("card")],

@@ -11,8 +11,9 @@ from autodb.sensing.field import PLACES, SPEEDS, field
 from tests.conftest import Cli
 from tests.test_faults_of_moves import MACHINE
 
-Array = NDArray[np.float64]
 from tests.test_reconstruct import COULOMB_A, VISCOUS_A, _recording, _write
+
+Array = NDArray[np.float64]
 
 
 def _by_speed(values: Array) -> Array:
