@@ -10,7 +10,6 @@ from autodb.sensing.drives import identify
 from autodb.sensing.field import PLACES, SPEEDS, field
 from tests.conftest import Cli
 from tests.test_faults_of_moves import MACHINE
-
 from tests.test_reconstruct import COULOMB_A, VISCOUS_A, _recording, _write
 
 Array = NDArray[np.float64]
