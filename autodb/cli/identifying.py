@@ -52,6 +52,15 @@ Update = Annotated[
     bool,
     typer.Option("--update", help="Go on from the machine's last version, and list all versions."),
 ]
+AddedMass = Annotated[
+    float | None,
+    typer.Option(
+        "--added-mass",
+        metavar="KG",
+        min=0.001,
+        help="Mass clamped on the axis for these moves: newtons an ampere; nothing is stored.",
+    ),
+]
 Page = Annotated[
     Path | None,
     typer.Option("--page", metavar="FILE", help="Write a page with maps of the effort, too."),
@@ -67,6 +76,7 @@ def identify(
     terms: Terms = None,
     also: Also = None,
     update: Update = False,
+    added_mass: AddedMass = None,
     page: Page = None,
     machine: OptionalMachine = None,
     columns: Columns = None,
@@ -80,6 +90,9 @@ def identify(
 
     names = names_of(terms)
     _check(update, machine, page)
+    if added_mass is not None:
+        _weigh(moves_of(recording, axis, columns, group, resample), machine, axis, added_mass, db)
+        return
     with working(f"identifying from {recording.name}") as progress:
         moves = moves_of(recording, axis, columns, group, resample)
         other = moves_of(also, axis, columns, group, resample) if also else None
@@ -123,6 +136,31 @@ def _check(update: bool, machine: str | None, page: Path | None) -> None:
         )
     if page is not None:
         check_target(page, suffix=".html", option="--page")
+
+
+def _weigh(
+    moves: "records.Recording",
+    machine: str | None,
+    axis: str | None,
+    mass_kg: float,
+    db: str | None,
+) -> None:
+    """Print newtons an ampere from moves with a known mass."""
+    from autodb.agent.weighing import weigh
+    from autodb.errors import UnusableInput
+    from autodb.fitting import NORMAL_95
+
+    if machine is None:
+        raise UnusableInput(
+            "--added-mass goes with --machine: its last version is without the mass"
+        )
+    with opened(db) as store, working(f"weighing {moves.path.name}") as progress:
+        found = weigh(store, machine, moves, mass_kg=mass_kg, axis=axis, progress=progress)
+    percent = 100.0 * NORMAL_95 * found.share
+    say(f"{found.axis}: 1 A is {found.newtons_per_ampere:.4g} N ± {percent:.2g} % (95 %): "
+        f"{mass_kg:g} kg added {found.added_A_s2_mm:.3g} A·s²/mm of inertia")  # fmt: skip
+    say(f"not stored: autodb reconstruct takes it as --newtons-per-ampere "
+        f"{found.newtons_per_ampere:.4g}")  # fmt: skip
 
 
 def _write_page(model: "Identified", moves: "records.Recording", page: Path) -> None:
