@@ -178,11 +178,20 @@ def test_an_axis_current_takes_the_sign_of_its_axis(cli: Cli, recordings: Path) 
     Path("m.toml").write_text("[axes.z]\ncurrent_sign = -1\n")
     cli("init")
     cli("machine", "add", "mirrored", "--file", "m.toml")
-    assert cli("identify", recordings / "air-moves.csv", "--machine", "mirrored").code == 0
+    sound = (recordings / "air-moves.csv").read_text("utf-8").splitlines()
+    at = sound[0].split(",").index("z.current")
+    turned = [row.split(",") for row in sound[1:]]
+    for row in turned:
+        row[at] = f"{-float(row[at])!r}"
+    Path("turned.csv").write_text("\n".join([sound[0], *map(",".join, turned)]) + "\n")
+    refused = cli("identify", recordings / "air-moves.csv", "--machine", "mirrored")
+    assert refused.code == 2
+    assert "its sign is turned round" in " ".join(refused.err.split())
+    assert cli("identify", "turned.csv", "--machine", "mirrored").code == 0
     (row,) = _rows(models.ChannelModel)
     assert isinstance(row, models.ChannelModel)
     coulomb = next(term for term in row.terms if term["term"] == "coulomb")
-    assert coulomb["value"] < -0.5
+    assert coulomb["value"] > 0.5
 
 
 def test_machine_show_lists_what_is_felt(learnt: Cli) -> None:

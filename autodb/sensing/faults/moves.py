@@ -14,7 +14,7 @@ from autodb.channels import LINEAR_AXES
 from autodb.records import Recording
 from autodb.sensing.faults.check import Check
 from autodb.sensing.motion import term_inputs
-from autodb.sensing.prepared import SPINDLE, effort_channel
+from autodb.sensing.prepared import SHORTEST_ROWS, SPINDLE, effort_channel
 from autodb.signals.segments import runs
 
 Array = NDArray[np.float64]
@@ -41,8 +41,8 @@ ROUNDS = 30
 
 
 def faults_of_moves(recording: Recording, axis: str) -> list[Check]:
-    """Return whether an axis' moves are sound; a spindle's are not looked at."""
-    if axis == SPINDLE:
+    """Return whether an axis' moves are sound; a spindle's, and too few rows, are not looked at."""
+    if axis == SPINDLE or len(recording) < SHORTEST_ROWS:
         return []
     channel = effort_channel(recording, axis)
     rate_hz = recording.rate_hz
@@ -73,8 +73,8 @@ def _sign(channel: str, axis: str, effort: Array, inputs: dict[str, Array]) -> C
     return Check(
         "sign of the effort", work / whole, ">=", WORK,
         f"{channel}: friction would drive {axis} instead of holding it back: its sign is turned "
-        f"round; current_sign = -1 of the axis in the machine's file, or sign = -1 of the column "
-        "in the side file, would work",
+        f"round; the other current_sign of the axis in the machine's file, or sign = -1 of the "
+        "column in the side file, would work",
     )  # fmt: skip
 
 
