@@ -181,8 +181,8 @@ def test_an_axis_current_takes_the_sign_of_its_axis(cli: Cli, recordings: Path) 
     sound = (recordings / "air-moves.csv").read_text("utf-8").splitlines()
     at = sound[0].split(",").index("z.current")
     turned = [row.split(",") for row in sound[1:]]
-    for row in turned:
-        row[at] = f"{-float(row[at])!r}"
+    for cells in turned:
+        cells[at] = f"{-float(cells[at])!r}"
     Path("turned.csv").write_text("\n".join([sound[0], *map(",".join, turned)]) + "\n")
     refused = cli("identify", recordings / "air-moves.csv", "--machine", "mirrored")
     assert refused.code == 2
