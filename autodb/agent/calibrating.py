@@ -69,7 +69,7 @@ def calibrate_table(
         out = unstated(holds_of(table, axis), groups)
         left_out += [f"{table.path}: axis {axis}: {out}"] if out else []
         for holds, rows in groups.items():
-            found = _calibrated(table, axis, holds, rows, protocol)
+            found = _calibrated(table, axis, holds, rows, protocol=protocol, axes=axes)
             if isinstance(found, Calibration):
                 done.append(found)
             else:
@@ -102,13 +102,15 @@ def _calibrated(
     axis: str,
     holds: Holds,
     rows: NDArray[np.bool_],
+    *,
     protocol: standard.Protocol | None,
+    axes: tuple[str, ...],
 ) -> Calibration | str:
-    """Calibrate an axis on some rows, or return why it cannot be, in a sentence."""
+    """Calibrate one of the axes on some rows, or return why it cannot be, in a sentence."""
     where = f" ({holds.words()})" if holds != ANY else ""
     forces = {c: _only(force, rows) for c, force in known_forces(table, protocol).items()}
-    silent = faults.silent(table, forces, [axis])
-    if silent:
+    silent = faults.silent(table, forces, axes)
+    if axis in silent:
         return f"{table.path}: {silent[axis].sentence}{where}"
     try:
         return replace(_calibrate(table, axis, rows, protocol), holds=holds)
