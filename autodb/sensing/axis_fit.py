@@ -6,7 +6,7 @@ noise (``fitting.deviation``), and the shape is moved to where that fit wants it
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,13 +49,16 @@ ROUNDS = 6
 
 @dataclass(frozen=True)
 class _Solved:
-    """A fit around a shape: ``values`` (p,) and ``covariance`` (p, p) of ``problem.names``."""
+    """A fit around a shape: ``values`` (p,) and ``covariance`` (p, p) of ``problem.names``;
+    ``weights`` (m,) of the deviation's columns.
+    """
 
     problem: Linearised
     fit: fitting.Deviating
     deviation: Deviation | None
     values: Array
     covariance: Array
+    weights: Array
     moved: tuple[Moved, ...] = ()
 
 
@@ -125,22 +128,24 @@ def _solved(rows: Prepared, parts: tuple[Part, ...]) -> tuple[_Solved, Array]:
         blocks=motion_blocks(rows.sampled("t"), rows.sampled("direction")),
         order=NOISE_ORDER,
     )
-    values = _at_shape(problem, fit)
-    return _Solved(problem, fit, deviation, values, fit.covariance), fit.coefficients
+    values, weights = np.split(_at_shape(problem, fit), [fit.columns])
+    return _Solved(problem, fit, deviation, values, fit.covariance, weights), fit.coefficients
 
 
 def _at_shape(problem: Linearised, fit: fitting.Deviating) -> Array:
-    """Return the values (p,) with the shape where the columns were computed.
+    """Return all values (p + m,) with the shape where the columns were computed.
 
-    The coefficients are their mean given that shape: c − C_cs C_ss⁻¹ (ŝ − s).
+    Coefficients and the deviation's weights are their mean given that shape:
+    c − C_cs C_ss⁻¹ (ŝ − s).
     """
-    is_shape = np.array([p in part.term.shape for part, p in problem.names])
-    values = fit.coefficients.copy()
+    is_shape = np.zeros(len(fit.whole), dtype=np.bool_)
+    is_shape[: fit.columns] = [p in part.term.shape for part, p in problem.names]
+    values = fit.whole.copy()
     if not is_shape.any():
         return values
     here = np.array([part.shape[p.name] for part, p in problem.names if p in part.term.shape])
-    cross = fit.covariance[np.ix_(~is_shape, is_shape)]
-    own = fit.covariance[np.ix_(is_shape, is_shape)]
+    cross = fit.whole_covariance[np.ix_(~is_shape, is_shape)]
+    own = fit.whole_covariance[np.ix_(is_shape, is_shape)]
     values[~is_shape] -= cross @ np.linalg.solve(own, values[is_shape] - here)
     values[is_shape] = here
     return values
@@ -183,6 +188,7 @@ def _believed(solved: _Solved, beliefs: Beliefs, rows: Prepared) -> _Solved:
         deviation=solved.deviation,
         values=solved.values - gain @ change,
         covariance=covariance,
+        weights=solved.weights,
         moved=tuple(moved),
     )
 
@@ -260,7 +266,7 @@ def _without_vague(solved: _Solved, rows: Prepared) -> Array:
         keep = np.arange(len(values)) != k
         columns = np.where(keep, solved.problem.columns, 1.0)
         problem = Linearised(columns, solved.problem.target, solved.problem.names)
-        solved = _Solved(problem, solved.fit, solved.deviation, values, covariance)
+        solved = replace(solved, problem=problem, values=values, covariance=covariance)
 
 
 def _described(
@@ -292,7 +298,9 @@ def _described(
         not_excited=_not_excited([*dropped, *(names[i] for i in vague)]),
         doubts=tuple(_doubts(terms)),
         plain=_plain(published, there),
-        steady=solved.deviation.steady(solved.fit, values) if solved.deviation else None,
+        steady=solved.deviation.steady(solved.fit, values, solved.weights)
+        if solved.deviation
+        else None,
         moved=solved.moved,
     )
 

@@ -212,6 +212,15 @@ def predict_effort(recording: Recording, axis: str, terms: Sequence[IdentifiedTe
     return predicted(terms, term_inputs(recording, axis, cutoff_hz=cutoff_hz))
 
 
+def predict_deviating(recording: Recording, model: Identified) -> Array:
+    """Return the effort (n,) for a recording's motion, with what friction deviates by.
+
+    Nearer than ``predict_effort``, whose terms alone a database keeps.
+    """
+    cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
+    return model.effort(term_inputs(recording, model.axis, cutoff_hz=cutoff_hz))
+
+
 def cross_test(
     recording: Recording, axis: str, protocol: Protocol, terms: Sequence[IdentifiedTerm]
 ) -> float:

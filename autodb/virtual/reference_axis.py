@@ -18,21 +18,21 @@ from autodb.virtual.reference_moves import PITCH_MM, contour_motion, sweep_motio
 
 AXES = ("x", "y", "z")
 ENDS_MM = (0.0, 500.0)  # of the travel; chosen
-COVER = {"x": 0.25, "y": 0.08, "z": 0.08}  # P2: x has a large fold coverage; sizes chosen
+COVER = {"x": 0.30, "y": 0.15, "z": 0.15}  # P2: x has a large fold coverage; sizes chosen
 WEIGHT_A = 3.234  # P2 section III B
 WEIGHT_SPREAD = 0.1  # from machine to machine; chosen
-INERTIA_A_S2_MM = (0.0003, 0.0012)  # chosen
+INERTIA_A_S2_MM = (0.0001, 0.0004)  # chosen
 NOISE_SHARE, NOISE_RHO = (0.02, 0.04), 0.6  # of Coulomb friction, 4 ms apart: see ``axes.py``
 
 # Runs differ by +- 10 %, taken as two standard deviations; how they share it is chosen
-RUN_SD = 0.025  # of a whole run
+RUN_SD = 0.02  # of a whole run
 SLOW_SD, SLOW_S = 0.03, 60.0  # wandering in time
-PLACE_SD, PLACE_MM = 0.03, 20.0  # wandering over the way gone
+PLACE_SD, PLACE_MM = 0.035, 20.0  # wandering over the way gone
 
 # z below 500 mm/min (P2 section III B); sizes set by the gate
-STICK_SD, STICK_MM = 0.30, 4.0  # wandering over the way gone at creep
+STICK_SD, STICK_MM = 0.50, 4.0  # wandering over the way gone at creep
 STICK_DOWN = 1.5  # times as much downwards
-STICK_MM_S = 500.0 / 60.0
+STICK_MM_S = 150.0 / 60.0  # speed at which 1/e of it is left: 4 % at 500 mm/min
 SAW_SHARE, SAW_MM = 0.1, 0.7  # saw teeth
 
 
@@ -131,11 +131,15 @@ def _wander(rng: np.random.Generator, motion: Motion, began_s: tuple[float, ...]
 def _stuck(rng: np.random.Generator, motion: Motion) -> Array:
     """Stick-slip as the drive's current shows it, share (n,): wander and teeth at creep."""
     gone_mm = _gone_mm(motion)
-    creep = 1.0 / (1.0 + (motion.v / STICK_MM_S) ** 8)
     tooth = (gone_mm / SAW_MM) % 1.0 - 0.5
     wander = STICK_SD * _drawn_along(rng, gone_mm, STICK_MM)
-    size: Array = np.where(motion.v < 0.0, STICK_DOWN, 1.0) * creep
-    return np.asarray(size * (wander + SAW_SHARE * tooth))
+    return stick_share(motion.v) * (wander + SAW_SHARE * tooth)
+
+
+def stick_share(v_mm_s: Array) -> Array:
+    """How much an axis sticks and slips at velocities (n,), 1 at creep upwards."""
+    way = np.where(v_mm_s < 0.0, STICK_DOWN, 1.0)
+    return np.asarray(way * np.exp(-np.abs(v_mm_s) / STICK_MM_S))
 
 
 def _gone_mm(motion: Motion) -> Array:

@@ -29,7 +29,8 @@ SLIDES_MM = (0.002, 0.06)  # chosen: pre-sliding of published axes ends within 0
 COULOMB_A = (0.8, 1.2)  # chosen: P2 prints no friction in amperes that can be used
 LEVEL_BY_WAY, VISCOUS_BY_WAY, DIP_BY_WAY = 0.02, 0.08, 0.2  # directions differ by up to; chosen
 RIPPLE = (0.01, 0.03)  # chosen
-DROP, HEATS_S, COOLS_S = (0.19, 0.23), (17.0, 23.0), (150.0, 400.0)  # P2 figure 12: see the test
+FOLDS = (0.08, 0.20)  # of the cover; chosen
+DROP, HEATS_S, COOLS_S = (0.185, 0.22), (16.5, 20.0), (120.0, 250.0)  # P2 figure 12: see the test
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ class Travel:
 
     cover: float  # from end to end
     bend_mm: float  # of its logarithm
+    folds: tuple[tuple[float, float, float], ...]  # share, wave mm, phase rad of each
     ends_mm: tuple[float, float]
     ripple: float
     second: float  # of the second harmonic
@@ -61,14 +63,18 @@ class Travel:
     phase_rad: float
 
     def share(self, x_mm: Array) -> Array:
-        """The logarithm of the way from the motor (Rudolph, cited in P2), mean 0, + the ripple."""
+        """The logarithm of the way from the motor (Rudolph, cited in P2), mean 0, folds, ripple."""
         low_mm, high_mm = self.ends_mm
         whole = math.log1p((high_mm - low_mm) / self.bend_mm)
         mean = (1.0 + self.bend_mm / (high_mm - low_mm)) - 1.0 / whole
         turned = 2.0 * math.pi * x_mm / self.pitch_mm + self.phase_rad
         wave = np.sin(turned) + self.second * np.sin(2.0 * turned + 1.0)
         rise = np.log1p((x_mm - low_mm) / self.bend_mm) / whole - mean
-        return np.asarray(self.cover * rise + self.ripple * wave)
+        folds = sum(
+            (a * np.sin(2.0 * math.pi * x_mm / mm + phase) for a, mm, phase in self.folds),
+            start=np.zeros_like(x_mm),
+        )
+        return np.asarray(self.cover * rise + folds + self.ripple * wave)
 
 
 @dataclass(frozen=True)
@@ -158,7 +164,11 @@ def draw_friction(
     )
     travel = Travel(
         cover=cover * rng.uniform(0.7, 1.3) * rng.choice([-1.0, 1.0]),
-        bend_mm=rng.uniform(40.0, 150.0),
+        bend_mm=rng.uniform(20.0, 80.0),
+        folds=tuple(
+            (abs(cover) * rng.uniform(*FOLDS), wave_mm, rng.uniform(-math.pi, math.pi))
+            for wave_mm in (rng.uniform(120.0, 200.0), rng.uniform(60.0, 100.0))
+        ),
         ends_mm=ends_mm,
         ripple=rng.uniform(*RIPPLE),
         second=rng.uniform(0.0, 0.4),

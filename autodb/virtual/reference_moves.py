@@ -29,8 +29,8 @@ SWEEP_HZ, CONTOUR_HZ = 100.0, 250.0  # chosen: passes are slow and long, a conto
 FEEDS_MM_MIN = (5000.0, 1000.0, 500.0, 200.0)  # P2 section IV
 SIDE_MM = 40.0  # of the contour's square; chosen
 SLOPE_DEG = 3.0  # of the contour's inclined sides; ISO 10791-7
-CONTOUR_AT_MM = 180.0  # where it begins; chosen
-WORKED_S = 60.0  # rapids before each feed of the contour, as between cuts; chosen
+CONTOUR_AT_MM = 240.0  # where it begins; chosen
+WORKED_S = 20.0  # rapids before each feed of the contour, as between cuts; chosen
 
 
 def speeds_mm_s() -> Array:
