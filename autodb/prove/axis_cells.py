@@ -14,8 +14,8 @@ SEGMENT_MM = PITCH_MM / 3.0
 """P2, section III A: a third of the screw's pitch."""
 AT_SPEED = 1e-3
 """Share by which a row's speed may differ from its pass'."""
-WHOLE = 0.75
-"""Share of a segment's rows below which a pass did not cross all of it at its speed."""
+WHOLE = 0.5
+"""Share of the median rows of a segment below which a pass did not cross all of it at its speed."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,9 @@ def segments(made: Traced) -> Segments:
     places = int(number.max()) + 1
     key = (2 * nearest + (motion.v > 0)) * places + number
     count = np.bincount(key[steady], minlength=2 * len(speeds) * places)
-    most = count.reshape(-1, places).max(axis=1, keepdims=True)
-    whole = np.flatnonzero((count.reshape(-1, places) >= WHOLE * most).ravel() & (count > 0))
+    table = np.where(count > 0, count, np.nan).reshape(-1, places)
+    usual = np.array([np.nanmedian(row) if np.any(row > 0) else np.inf for row in table])
+    whole = np.flatnonzero((table >= WHOLE * usual[:, None]).ravel())
     cell = np.full(count.size, -1, dtype=np.intp)
     cell[whole] = np.arange(len(whole))
     pace = speeds[whole // places // 2] * np.where(whole // places % 2, 1.0, -1.0)

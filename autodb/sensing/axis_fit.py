@@ -28,6 +28,7 @@ from autodb.sensing.linearised import Linearised, linearised
 from autodb.sensing.motion import motion_blocks
 from autodb.sensing.prepared import SPINDLE, Prepared
 from autodb.sensing.steady import Deviation, friction_deviation
+from autodb.sensing.unevenness import scatter
 from autodb.terms import Parameter
 from autodb.terms.channel import Part
 
@@ -63,11 +64,17 @@ class _Solved:
 
 
 def fitted(
-    rows: Prepared, parts: tuple[Part, ...], beliefs: Beliefs | None, *, published: Prepared
+    rows: Prepared,
+    parts: tuple[Part, ...],
+    beliefs: Beliefs | None,
+    *,
+    published: Prepared,
+    uneven: bool,
 ) -> Identified:
     """Return the model: values and covariance with friction free to deviate, scores of the law.
 
-    Fitted on ``rows``, scored on the ``published`` ones of the same recording.
+    Fitted on ``rows``, scored on the ``published`` ones of the same recording. ``uneven``: rows
+    count by how much they scatter.
 
     ``beliefs``: what an earlier version knows; it is combined with what these moves say. A part
     whose shape neither shows is left out, and said.
@@ -76,7 +83,7 @@ def fitted(
     """
     dropped: list[Name] = []
     while True:
-        solved = _settled(rows, parts)
+        solved = _settled(rows, parts, uneven=uneven)
         if beliefs is not None:
             solved = _believed(solved, beliefs, rows)
         vague = [solved.problem.names[i] for i in _vague(solved, rows)]
@@ -91,10 +98,10 @@ def fitted(
     return _described(rows, solved, dropped, published)
 
 
-def _settled(rows: Prepared, parts: tuple[Part, ...]) -> _Solved:
+def _settled(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> _Solved:
     """Fit around the shape, move the shape to where the fit wants it, and again until it stays."""
     for _ in range(ROUNDS):
-        solved, wanted = _solved(rows, parts)
+        solved, wanted = _solved(rows, parts, uneven=uneven)
         sd = np.sqrt(np.diag(solved.covariance))
         moved: dict[tuple[str, str], float] = {}
         for i, (part, p) in enumerate(solved.problem.names):
@@ -117,19 +124,38 @@ def _moved(part: Part, shape: dict[tuple[str, str], float]) -> Part:
     return part.with_shape(values)
 
 
-def _solved(rows: Prepared, parts: tuple[Part, ...]) -> tuple[_Solved, Array]:
+def _solved(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> tuple[_Solved, Array]:
     """Return the fit around the parts' shape, and the values with the shape that it wants, (p,)."""
     problem = linearised(rows, parts)
     deviation = friction_deviation(rows, problem)
+    groups = deviation.groups if deviation else []
+    root = _root(rows, problem, groups) if uneven else np.ones(len(problem.target))
     fit = fitting.least_squares_with_deviation(
-        problem.columns,
-        deviation.groups if deviation else [],
-        problem.target,
+        problem.columns * root[:, None],
+        [group * root[:, None] for group in groups],
+        problem.target * root,
         blocks=motion_blocks(rows.sampled("t"), rows.sampled("direction")),
         order=NOISE_ORDER,
     )
     values, weights = np.split(_at_shape(problem, fit), [fit.columns])
     return _Solved(problem, fit, deviation, values, fit.covariance, weights), fit.coefficients
+
+
+def _root(rows: Prepared, problem: Linearised, groups: list[Array]) -> Array:
+    """Return by what each row (m,) counts: 1 over its scatter, found in two rounds.
+
+    Signed as the motion: friction that differs from run to run turns with it, and is noise that
+    goes on through a turn only so.
+    """
+    columns = np.column_stack([problem.columns, *groups])
+    inputs = {name: rows.sampled(name) for name in rows.inputs}
+    root = np.ones(len(problem.target))
+    for _ in range(2):
+        weights = np.linalg.lstsq(columns * root[:, None], problem.target * root, rcond=1e-8)[0]
+        root = 1.0 / scatter(inputs, problem.target - columns @ weights)
+    sense = np.where(np.abs(inputs["direction"]) >= 1.0, np.sign(inputs["direction"]), 0.0)
+    last = np.maximum.accumulate(np.where(sense != 0, np.arange(len(sense)), 0))
+    return root * np.where(sense[last] < 0, -1.0, 1.0)
 
 
 def _at_shape(problem: Linearised, fit: fitting.Deviating) -> Array:
