@@ -24,11 +24,12 @@ from autodb.sensing.axis_model import (
     unit_in,
 )
 from autodb.sensing.drive_errors import DriveErrors, drive_errors
+from autodb.sensing.left_out import held_out
 from autodb.sensing.linearised import Linearised, linearised
 from autodb.sensing.motion import motion_blocks
 from autodb.sensing.prepared import SPINDLE, Prepared
 from autodb.sensing.steady import Deviation, friction_deviation
-from autodb.sensing.unevenness import scatter
+from autodb.sensing.unevenness import row_roots
 from autodb.terms import Parameter
 from autodb.terms.channel import Part
 
@@ -42,8 +43,6 @@ else its 95 % interval holds the whole effort."""
 TURNED = "is the sign of the effort turned round?"
 SURE_SDS = 1.96
 """Standard deviations of a difference beyond which a parameter has moved (95 %)."""
-GAP_S = 0.25
-"""Rows this near to a block left out are not fitted on."""
 ROUNDS = 6
 """Times that the shape is moved to where the fit with deviation and coloured noise wants it."""
 
@@ -129,7 +128,7 @@ def _solved(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> tuple[_
     problem = linearised(rows, parts)
     deviation = friction_deviation(rows, problem)
     groups = deviation.groups if deviation else []
-    root = _root(rows, problem, groups) if uneven else np.ones(len(problem.target))
+    root = row_roots(rows, problem, groups) if uneven else np.ones(len(problem.target))
     fit = fitting.least_squares_with_deviation(
         problem.columns * root[:, None],
         [group * root[:, None] for group in groups],
@@ -139,23 +138,6 @@ def _solved(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> tuple[_
     )
     values, weights = np.split(_at_shape(problem, fit), [fit.columns])
     return _Solved(problem, fit, deviation, values, fit.covariance, weights), fit.coefficients
-
-
-def _root(rows: Prepared, problem: Linearised, groups: list[Array]) -> Array:
-    """Return by what each row (m,) counts: 1 over its scatter, found in two rounds.
-
-    Signed as the motion: friction that differs from run to run turns with it, and is noise that
-    goes on through a turn only so.
-    """
-    columns = np.column_stack([problem.columns, *groups])
-    inputs = {name: rows.sampled(name) for name in rows.inputs}
-    root = np.ones(len(problem.target))
-    for _ in range(2):
-        weights = np.linalg.lstsq(columns * root[:, None], problem.target * root, rcond=1e-8)[0]
-        root = 1.0 / scatter(inputs, problem.target - columns @ weights)
-    sense = np.where(np.abs(inputs["direction"]) >= 1.0, np.sign(inputs["direction"]), 0.0)
-    last = np.maximum.accumulate(np.where(sense != 0, np.arange(len(sense)), 0))
-    return root * np.where(sense[last] < 0, -1.0, 1.0)
 
 
 def _at_shape(problem: Linearised, fit: fitting.Deviating) -> Array:
@@ -309,7 +291,7 @@ def _described(
     error = published.effort - published.reduced(predicted(told, published.inputs))
     rms, effort_rms = _rms(error), _rms(published.effort)
     there = linearised(published, solved.problem.parts)
-    left = _held_out(published, there)
+    left = held_out(published, there)
     return Identified(
         axis=rows.axis,
         channel=rows.channel,
@@ -329,22 +311,6 @@ def _described(
         else None,
         moved=solved.moved,
     )
-
-
-def _held_out(rows: Prepared, problem: Linearised) -> Array:
-    """Return what terms leave (m,) of blocks of motion that they were not fitted to.
-
-    A coefficient is believed to add no more than the effort's rms: that of a term which only the
-    few rows of a reversal tell from another would be anything, and wrong elsewhere.
-    """
-    blocks = motion_blocks(rows.sampled("t"), rows.sampled("direction"))
-    gap = round(GAP_S * rows.rate_hz / rows.protocol.decimate)
-    adds = [p not in part.term.shape for part, p in problem.names]
-    weights, _ = fitting.solve(fitting.triangle(problem.columns, problem.target))
-    noise = float(np.std(problem.target - problem.columns @ weights))
-    size = np.sqrt(np.mean(problem.columns**2, axis=0))
-    pull = np.where(adds, noise * size / _rms(rows.effort), 0.0)
-    return fitting.held_out(problem.columns, problem.target, blocks, gap=gap, pull=pull)
 
 
 def _errors(rows: Prepared, left: Array, terms: Sequence[IdentifiedTerm]) -> DriveErrors | None:

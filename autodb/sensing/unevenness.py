@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.sensing.drive_errors import STEADY, states
+from autodb.sensing.linearised import Linearised
+from autodb.sensing.prepared import Prepared
 
 Array = NDArray[np.float64]
 
@@ -30,3 +32,20 @@ def scatter(inputs: Mapping[str, Array], left: Array) -> Array:
     whole = float(np.sqrt(np.mean(left**2)))
     rms = np.sqrt(np.bincount(at, left**2) / count)
     return np.asarray(np.where(count >= FEWEST_ROWS, rms, whole)[at])
+
+
+def row_roots(rows: Prepared, problem: Linearised, groups: list[Array]) -> Array:
+    """Return by what each row (m,) counts: 1 over its scatter, found in two rounds.
+
+    Signed as the motion: friction that differs from run to run turns with it, and is noise that
+    goes on through a turn only so.
+    """
+    columns = np.column_stack([problem.columns, *groups])
+    inputs = {name: rows.sampled(name) for name in rows.inputs}
+    root = np.ones(len(problem.target))
+    for _ in range(2):
+        weights = np.linalg.lstsq(columns * root[:, None], problem.target * root, rcond=1e-8)[0]
+        root = 1.0 / scatter(inputs, problem.target - columns @ weights)
+    sense = np.where(np.abs(inputs["direction"]) >= 1.0, np.sign(inputs["direction"]), 0.0)
+    last = np.maximum.accumulate(np.where(sense != 0, np.arange(len(sense)), 0))
+    return root * np.where(sense[last] < 0, -1.0, 1.0)
