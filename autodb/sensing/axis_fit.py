@@ -260,20 +260,23 @@ def _without_vague(solved: _Solved, rows: Prepared) -> Array:
     """Return the values (p,) with vague coefficients at 0, the others given that.
 
     One after the other, the vaguest first, until none is vague: what they add up to stays right.
+    All given the shape, which keeps its values: at 0 a speed or a distance means nothing.
     """
+    shape = [i for i, (part, p) in enumerate(solved.problem.names) if p in part.term.shape]
+    for k in shape:
+        solved = replace(solved, covariance=fitting.given_one(solved.covariance, k))
     while True:
-        vague = _vague(solved, rows)
+        vague = [k for k in _vague(solved, rows) if k not in shape]
         if not vague:
             return solved.values
         k = vague[0]
         slope = solved.covariance[:, k] / solved.covariance[k, k]
         values = solved.values - slope * solved.values[k]
-        covariance = solved.covariance - np.outer(slope, solved.covariance[k])
-        covariance[k], covariance[:, k] = 0.0, 0.0
         values[k] = 0.0
         keep = np.arange(len(values)) != k
         columns = np.where(keep, solved.problem.columns, 1.0)
-        problem = Linearised(columns, solved.problem.target, solved.problem.names)
+        problem = replace(solved.problem, columns=columns)
+        covariance = fitting.given_one(solved.covariance, k)
         solved = replace(solved, problem=problem, values=values, covariance=covariance)
 
 
