@@ -38,8 +38,10 @@ bench: $(VENV)/.dev
 
 # every proof; killed in the middle it goes on where it was
 prove: $(VENV)/.core
-	$(BIN)/autodb prove axis-intervals --out prove-out; failed=$$?; \
-	$(BIN)/autodb prove explain --out prove-out && exit $$failed
+	failed=0; \
+	for name in published-axis axis-field axis-intervals explain; do \
+	  $(BIN)/autodb prove $$name --out prove-out || failed=1; \
+	done; exit $$failed
 
 clean:
 	rm -rf $(VENV) demo-out prove-out site

@@ -256,3 +256,13 @@ def test_variable_projection_keeps_bounds_and_priors() -> None:
     assert bounded.held == (1,)
     sure = Gaussian(np.array([0.0, 2.5]), np.diag([1e6, 1e-8]))
     assert_allclose(fitting.separable(problem(0.1, 10.0, sure), start).shape, 2.5, rtol=0.01)
+
+
+def test_covariance_given_one_parameter_is_that_of_the_others_information() -> None:
+    root = np.random.default_rng(4).standard_normal((4, 4))
+    covariance = root @ root.T + np.eye(4)
+    given = fitting.given_one(covariance, 1)
+    others = [0, 2, 3]
+    information = np.linalg.inv(covariance)[np.ix_(others, others)]
+    assert_allclose(given[np.ix_(others, others)], np.linalg.inv(information), rtol=1e-10)
+    assert_allclose(given[1], 0.0)

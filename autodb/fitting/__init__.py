@@ -1,6 +1,6 @@
 """Least squares with honest uncertainty: rank, bounds, priors, covariances, held-out scores."""
 
-from autodb.fitting.covariance import autoregression, long_run_variance
+from autodb.fitting.covariance import autoregression, given_one, long_run_variance
 from autodb.fitting.deviation import Deviating, least_squares_with_deviation
 from autodb.fitting.gaussian import NORMAL_95, Gaussian, update
 from autodb.fitting.groups import Components, components, small_sample
@@ -53,6 +53,7 @@ __all__ = [
     "bootstrap_r_squared",
     "check_rank",
     "components",
+    "given_one",
     "held_out",
     "least_squares",
     "least_squares_with_deviation",

@@ -58,5 +58,13 @@ def long_run_variance(residual: Array, *, order: int = 10) -> float:
     return variance / (1.0 - float(a.sum())) ** 2
 
 
+def given_one(covariance: Array, k: int) -> Array:
+    """Return the covariance (p, p) given parameter k."""
+    slope = covariance[:, k] / covariance[k, k]
+    given = covariance - np.outer(slope, covariance[k])
+    given[k], given[:, k] = 0.0, 0.0
+    return given
+
+
 def _upto(order: int) -> range:
     return range(order + 1)

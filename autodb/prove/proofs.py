@@ -17,12 +17,15 @@ import autodb
 from autodb.errors import UnusableInput, near
 from autodb.prove import (
     axis_intervals,
+    axis_run,
+    axis_summary,
     explain_summary,
     lathe_run,
     lathe_summary,
     left_out,
     summary,
 )
+from autodb.prove.axis_run import Told
 from autodb.prove.explain_score import Scored
 from autodb.prove.found import Found
 from autodb.prove.lathe_run import AxisErrors
@@ -38,7 +41,10 @@ from autodb.virtual import (
     noise,
     process,
     quantities,
+    reference_axis,
+    reference_friction,
     reference_lathe,
+    reference_moves,
 )
 
 J = TypeVar("J")
@@ -68,6 +74,9 @@ CONCEALED = tuple(
         ".plan",
     )
 )
+
+
+REFERENCE_AXIS = (curves, motion, noise, reference_axis, reference_friction, reference_moves)
 
 
 @dataclass(frozen=True)
@@ -129,6 +138,26 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=lathe_summary.summary_of,
         read=lathe_summary.Summary.from_json,
         generator=(drives, lathe, machine, process, reference_lathe),
+    ),
+    Proof(
+        name="published-axis",
+        what="reference axes are as hard as the published ones: the published way shows its errors",
+        runs=20,
+        run=axis_run.gate,
+        kept=TypeAdapter(Finished[Told]),
+        score=axis_summary.gate_of,
+        read=axis_summary.read_gate,
+        generator=REFERENCE_AXIS,
+    ),
+    Proof(
+        name="axis-field",
+        what="friction field, contour and weight of reference axes, identified by autodb",
+        runs=20,
+        run=axis_run.run,
+        kept=TypeAdapter(Finished[Told]),
+        score=axis_summary.fields_of,
+        read=axis_summary.read_fields,
+        generator=REFERENCE_AXIS,
     ),
 )
 

@@ -6,7 +6,7 @@ noise (``fitting.deviation``), and the shape is moved to where that fit wants it
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +24,12 @@ from autodb.sensing.axis_model import (
     unit_in,
 )
 from autodb.sensing.drive_errors import DriveErrors, drive_errors
+from autodb.sensing.left_out import held_out
 from autodb.sensing.linearised import Linearised, linearised
 from autodb.sensing.motion import motion_blocks
 from autodb.sensing.prepared import SPINDLE, Prepared
 from autodb.sensing.steady import Deviation, friction_deviation
+from autodb.sensing.unevenness import row_roots
 from autodb.terms import Parameter
 from autodb.terms.channel import Part
 
@@ -41,30 +43,37 @@ else its 95 % interval holds the whole effort."""
 TURNED = "is the sign of the effort turned round?"
 SURE_SDS = 1.96
 """Standard deviations of a difference beyond which a parameter has moved (95 %)."""
-GAP_S = 0.25
-"""Rows this near to a block left out are not fitted on."""
 ROUNDS = 6
 """Times that the shape is moved to where the fit with deviation and coloured noise wants it."""
 
 
 @dataclass(frozen=True)
 class _Solved:
-    """A fit around a shape: ``values`` (p,) and ``covariance`` (p, p) of ``problem.names``."""
+    """A fit around a shape: ``values`` (p,) and ``covariance`` (p, p) of ``problem.names``;
+    ``weights`` (m,) of the deviation's columns.
+    """
 
     problem: Linearised
     fit: fitting.Deviating
     deviation: Deviation | None
     values: Array
     covariance: Array
+    weights: Array
     moved: tuple[Moved, ...] = ()
 
 
 def fitted(
-    rows: Prepared, parts: tuple[Part, ...], beliefs: Beliefs | None, *, published: Prepared
+    rows: Prepared,
+    parts: tuple[Part, ...],
+    beliefs: Beliefs | None,
+    *,
+    published: Prepared,
+    uneven: bool,
 ) -> Identified:
     """Return the model: values and covariance with friction free to deviate, scores of the law.
 
-    Fitted on ``rows``, scored on the ``published`` ones of the same recording.
+    Fitted on ``rows``, scored on the ``published`` ones of the same recording. ``uneven``: rows
+    count by how much they scatter.
 
     ``beliefs``: what an earlier version knows; it is combined with what these moves say. A part
     whose shape neither shows is left out, and said.
@@ -73,7 +82,7 @@ def fitted(
     """
     dropped: list[Name] = []
     while True:
-        solved = _settled(rows, parts)
+        solved = _settled(rows, parts, uneven=uneven)
         if beliefs is not None:
             solved = _believed(solved, beliefs, rows)
         vague = [solved.problem.names[i] for i in _vague(solved, rows)]
@@ -88,10 +97,10 @@ def fitted(
     return _described(rows, solved, dropped, published)
 
 
-def _settled(rows: Prepared, parts: tuple[Part, ...]) -> _Solved:
+def _settled(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> _Solved:
     """Fit around the shape, move the shape to where the fit wants it, and again until it stays."""
     for _ in range(ROUNDS):
-        solved, wanted = _solved(rows, parts)
+        solved, wanted = _solved(rows, parts, uneven=uneven)
         sd = np.sqrt(np.diag(solved.covariance))
         moved: dict[tuple[str, str], float] = {}
         for i, (part, p) in enumerate(solved.problem.names):
@@ -114,33 +123,37 @@ def _moved(part: Part, shape: dict[tuple[str, str], float]) -> Part:
     return part.with_shape(values)
 
 
-def _solved(rows: Prepared, parts: tuple[Part, ...]) -> tuple[_Solved, Array]:
+def _solved(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> tuple[_Solved, Array]:
     """Return the fit around the parts' shape, and the values with the shape that it wants, (p,)."""
     problem = linearised(rows, parts)
     deviation = friction_deviation(rows, problem)
+    groups = deviation.groups if deviation else []
+    root = row_roots(rows, problem, groups) if uneven else np.ones(len(problem.target))
     fit = fitting.least_squares_with_deviation(
-        problem.columns,
-        deviation.groups if deviation else [],
-        problem.target,
+        problem.columns * root[:, None],
+        [group * root[:, None] for group in groups],
+        problem.target * root,
         blocks=motion_blocks(rows.sampled("t"), rows.sampled("direction")),
         order=NOISE_ORDER,
     )
-    values = _at_shape(problem, fit)
-    return _Solved(problem, fit, deviation, values, fit.covariance), fit.coefficients
+    values, weights = np.split(_at_shape(problem, fit), [fit.columns])
+    return _Solved(problem, fit, deviation, values, fit.covariance, weights), fit.coefficients
 
 
 def _at_shape(problem: Linearised, fit: fitting.Deviating) -> Array:
-    """Return the values (p,) with the shape where the columns were computed.
+    """Return all values (p + m,) with the shape where the columns were computed.
 
-    The coefficients are their mean given that shape: c − C_cs C_ss⁻¹ (ŝ − s).
+    Coefficients and the deviation's weights are their mean given that shape:
+    c − C_cs C_ss⁻¹ (ŝ − s).
     """
-    is_shape = np.array([p in part.term.shape for part, p in problem.names])
-    values = fit.coefficients.copy()
+    is_shape = np.zeros(len(fit.whole), dtype=np.bool_)
+    is_shape[: fit.columns] = [p in part.term.shape for part, p in problem.names]
+    values = fit.whole.copy()
     if not is_shape.any():
         return values
     here = np.array([part.shape[p.name] for part, p in problem.names if p in part.term.shape])
-    cross = fit.covariance[np.ix_(~is_shape, is_shape)]
-    own = fit.covariance[np.ix_(is_shape, is_shape)]
+    cross = fit.whole_covariance[np.ix_(~is_shape, is_shape)]
+    own = fit.whole_covariance[np.ix_(is_shape, is_shape)]
     values[~is_shape] -= cross @ np.linalg.solve(own, values[is_shape] - here)
     values[is_shape] = here
     return values
@@ -183,6 +196,7 @@ def _believed(solved: _Solved, beliefs: Beliefs, rows: Prepared) -> _Solved:
         deviation=solved.deviation,
         values=solved.values - gain @ change,
         covariance=covariance,
+        weights=solved.weights,
         moved=tuple(moved),
     )
 
@@ -246,21 +260,24 @@ def _without_vague(solved: _Solved, rows: Prepared) -> Array:
     """Return the values (p,) with vague coefficients at 0, the others given that.
 
     One after the other, the vaguest first, until none is vague: what they add up to stays right.
+    All given the shape, which keeps its values: at 0 a speed or a distance means nothing.
     """
+    shape = [i for i, (part, p) in enumerate(solved.problem.names) if p in part.term.shape]
+    for k in shape:
+        solved = replace(solved, covariance=fitting.given_one(solved.covariance, k))
     while True:
-        vague = _vague(solved, rows)
+        vague = [k for k in _vague(solved, rows) if k not in shape]
         if not vague:
             return solved.values
         k = vague[0]
         slope = solved.covariance[:, k] / solved.covariance[k, k]
         values = solved.values - slope * solved.values[k]
-        covariance = solved.covariance - np.outer(slope, solved.covariance[k])
-        covariance[k], covariance[:, k] = 0.0, 0.0
         values[k] = 0.0
         keep = np.arange(len(values)) != k
         columns = np.where(keep, solved.problem.columns, 1.0)
-        problem = Linearised(columns, solved.problem.target, solved.problem.names)
-        solved = _Solved(problem, solved.fit, solved.deviation, values, covariance)
+        problem = replace(solved.problem, columns=columns)
+        covariance = fitting.given_one(solved.covariance, k)
+        solved = replace(solved, problem=problem, values=values, covariance=covariance)
 
 
 def _described(
@@ -277,7 +294,7 @@ def _described(
     error = published.effort - published.reduced(predicted(told, published.inputs))
     rms, effort_rms = _rms(error), _rms(published.effort)
     there = linearised(published, solved.problem.parts)
-    left = _held_out(published, there)
+    left = held_out(published, there)
     return Identified(
         axis=rows.axis,
         channel=rows.channel,
@@ -292,25 +309,11 @@ def _described(
         not_excited=_not_excited([*dropped, *(names[i] for i in vague)]),
         doubts=tuple(_doubts(terms)),
         plain=_plain(published, there),
-        steady=solved.deviation.steady(solved.fit, values) if solved.deviation else None,
+        steady=solved.deviation.steady(solved.fit, values, solved.weights)
+        if solved.deviation
+        else None,
         moved=solved.moved,
     )
-
-
-def _held_out(rows: Prepared, problem: Linearised) -> Array:
-    """Return what terms leave (m,) of blocks of motion that they were not fitted to.
-
-    A coefficient is believed to add no more than the effort's rms: that of a term which only the
-    few rows of a reversal tell from another would be anything, and wrong elsewhere.
-    """
-    blocks = motion_blocks(rows.sampled("t"), rows.sampled("direction"))
-    gap = round(GAP_S * rows.rate_hz / rows.protocol.decimate)
-    adds = [p not in part.term.shape for part, p in problem.names]
-    weights, _ = fitting.solve(fitting.triangle(problem.columns, problem.target))
-    noise = float(np.std(problem.target - problem.columns @ weights))
-    size = np.sqrt(np.mean(problem.columns**2, axis=0))
-    pull = np.where(adds, noise * size / _rms(rows.effort), 0.0)
-    return fitting.held_out(problem.columns, problem.target, blocks, gap=gap, pull=pull)
 
 
 def _errors(rows: Prepared, left: Array, terms: Sequence[IdentifiedTerm]) -> DriveErrors | None:

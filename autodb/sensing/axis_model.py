@@ -98,6 +98,13 @@ class Identified:
         """Return the first number of ``term``, 0 where the moves did not excite it."""
         return next((t.value for t in self.fitted if t.term == term), 0.0)
 
+    def effort(self, inputs: Mapping[str, Array]) -> Array:
+        """Return the effort (n,) for inputs: that of the terms, and what friction deviates by."""
+        told = predicted(self.terms, inputs)
+        if self.steady is None:
+            return told
+        return told + self.steady.deviation(stored_parts(self.terms)[0], inputs)
+
 
 @dataclass(frozen=True)
 class Moved:

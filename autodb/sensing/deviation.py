@@ -4,15 +4,16 @@ Each group is free of what the laws say already, so that a law's parameters are 
 approximation over even speeds, whatever time was spent at which: two recordings agree on them.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from autodb.terms.channel import Part, columns
+from autodb.terms.channel import Part, changed, columns, factors
 from autodb.terms.drive import cogging
+from autodb.terms.friction import COULOMB
 
 Array = NDArray[np.float64]
 Inputs = Mapping[str, Array]
@@ -22,6 +23,8 @@ OVER_SPEED = frozenset({"coulomb", "viscous", "stribeck", "asymmetry"})
 FINE_MM_S = 0.1
 """Speed below which the fine columns are even in speed, above in its logarithm."""
 FINE_COLUMNS, EVEN_COLUMNS = 12, 16
+TRAVEL_COLUMNS = 40
+"""Columns along the travel: friction may bend a dozen times. Chosen."""
 EVEN_SPEEDS = 200
 """Speeds at which a law is compared with the columns."""
 HARMONICS = (2, 3)
@@ -30,10 +33,13 @@ HARMONICS = (2, 3)
 
 @dataclass(frozen=True)
 class Group:
-    """Columns (n, k) of inputs; ``over_speed``: part of friction over speed."""
+    """Columns (n, k) of inputs; ``over_speed``: part of friction over speed; ``rubs``: of friction,
+    which warms and turns over a way, unlike a load.
+    """
 
     columns: Callable[[Inputs], Array]
     over_speed: bool
+    rubs: bool = True
 
 
 def rubs(part: Part) -> bool:
@@ -46,8 +52,8 @@ def deviation_groups(
 ) -> list[Group]:
     """Return the groups by which an axis of these parts may deviate; none without a friction law.
 
-    Friction over speed, alike in both directions; by direction where the model has that; its
-    reversal along the travel where friction changes along it; harmonics of a ripple.
+    Friction over speed, alike in both directions; by direction where the model has that; where
+    friction changes along the travel, how that differs by speed, and bends; harmonics of a ripple.
     """
     law = tuple(part for part in parts if rubs(part))
     names = {part.term.name for part in law}
@@ -60,9 +66,22 @@ def deviation_groups(
     for part in parts:
         if part.term.name == "position_friction" and not part.term.form:
             groups.append(_along_travel(_fine(highest_mm_s), highest_mm_s, travel_mm))
+            groups.append(_bent(travel_mm))
         elif "period" in part.shape:
             groups.append(_harmonics(part))
     return groups
+
+
+def deviating(groups: Sequence[Group], parts: tuple[Part, ...], inputs: Inputs) -> list[Array]:
+    """Return the columns (n, k) of each group for a model of these parts.
+
+    What turns over a way, warms or lags, does so with what friction deviates by.
+    """
+    now = changed(parts, inputs)
+    warm = np.ones((1, 1))
+    for factor in factors(parts, COULOMB, now):
+        warm = warm * factor[:, None]
+    return [group.columns(now) * (warm if group.rubs else 1.0) for group in groups]
 
 
 def _over_speed(
@@ -100,6 +119,25 @@ def _along_travel(
     return Group(made, over_speed=False)
 
 
+def _bent(travel_mm: tuple[float, float]) -> Group:
+    """Return direction · basis(place), less its straight line over even places."""
+    low, high = travel_mm
+
+    def basis(place: Array) -> Array:
+        return _spline(place - low, high - low, TRAVEL_COLUMNS)
+
+    even = np.linspace(low, high, EVEN_SPEEDS)
+    line = np.polyfit(even, basis(even), 1)
+
+    def made(inputs: Inputs) -> Array:
+        place = inputs["position"]
+        straight = np.multiply.outer(place, line[0]) + line[1]
+        turned = inputs["direction"][:, None] * (basis(place) - straight)
+        return np.asarray(turned, dtype=np.float64)
+
+    return Group(made, over_speed=False)
+
+
 def _harmonics(part: Part) -> Group:
     flips = "direction" in part.term.inputs
 
@@ -108,7 +146,7 @@ def _harmonics(part: Part) -> Group:
         sense = inputs["direction"] if flips else np.ones_like(inputs["position"])
         return np.column_stack(waves) * sense[:, None]
 
-    return Group(made, over_speed=False)
+    return Group(made, over_speed=False, rubs=flips)
 
 
 def _even_speeds(highest_mm_s: float) -> Array:

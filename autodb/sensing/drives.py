@@ -25,7 +25,7 @@ from autodb.sensing.axis_model import (
 from autodb.sensing.linearised import linearised, shaped
 from autodb.sensing.motion import term_inputs
 from autodb.sensing.prepared import SPINDLE, Prepared, prepared
-from autodb.sensing.protocol import Protocol, default_protocol, means_of
+from autodb.sensing.protocol import Protocol, default_protocol, means_by_way, means_of
 from autodb.sensing.ripples import Ripple, strongest_ripple
 from autodb.sensing.steady import friction_deviation
 from autodb.terms import Channel, Contribution, Parameter
@@ -69,6 +69,7 @@ def identify(
     protocol: Protocol | None = None,
     terms: Sequence[str] | None = None,
     beliefs: Beliefs | None = None,
+    by_way: bool = False,
 ) -> Identified:
     """Identify the terms of one axis' effort; the symmetric four if ``terms`` are not given.
 
@@ -78,15 +79,20 @@ def identify(
     means of as many rows as the protocol keeps one of, with friction free to deviate from its law
     over speed and with coloured noise (``fitting.deviation``), which is what their values and
     covariance come from. ``beliefs``: what an earlier version knows, its given shape included: the
-    other numbers are about that shape.
+    other numbers are about that shape. ``by_way``: the moves are a sweep over speeds, whose slow
+    passes count by the way gone (``means_by_way``).
 
     Raises UnusableInput for names that cannot be identified, without effort or position, or when
     no term is excited.
     """
     given = beliefs.others if beliefs else {}
     rows, parts = _begun(recording, axis, protocol, terms, given)
-    means = rows.by(means_of(rows.protocol))
-    return fitted(means, shaped(means, parts), beliefs, published=rows)
+    means = rows.by(_means(rows) if by_way else means_of(rows.protocol))
+    return fitted(means, shaped(means, parts), beliefs, published=rows, uneven=by_way)
+
+
+def _means(rows: Prepared) -> Protocol:
+    return means_by_way(rows.protocol, rows.inputs["velocity"], rate_hz=rows.rate_hz)
 
 
 def plain(
@@ -222,6 +228,15 @@ def predict_effort(recording: Recording, axis: str, terms: Sequence[IdentifiedTe
     """Return the effort (n,) that identified terms give for a recording's motion."""
     cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
     return predicted(terms, term_inputs(recording, axis, cutoff_hz=cutoff_hz))
+
+
+def predict_deviating(recording: Recording, model: Identified) -> Array:
+    """Return the effort (n,) for a recording's motion, with what friction deviates by.
+
+    Nearer than ``predict_effort``, whose terms alone a database keeps.
+    """
+    cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
+    return model.effort(term_inputs(recording, model.axis, cutoff_hz=cutoff_hz))
 
 
 def cross_test(

@@ -77,6 +77,53 @@ class MeansProtocol(Protocol):
         return self._cropped(middle, rate_hz)
 
 
+@dataclass(frozen=True)
+class WayProtocol(MeansProtocol):
+    """Means between ``edges``, rows at which a mean begins: as ``means_by_way`` sets them.
+
+    Nothing is cropped.
+    """
+
+    edges: tuple[int, ...] = (0,)
+
+    def reduced(self, values: Array, *, rate_hz: float) -> Array:  # noqa: ARG002
+        """Return means (m,) or (m, k) of ``values``."""
+        count = np.diff([*self.edges, len(values)]).reshape(-1, *[1] * (values.ndim - 1))
+        return np.asarray(np.add.reduceat(values, self.edges, axis=0) / count)
+
+    def sampled(self, values: Array, *, rate_hz: float) -> Array:  # noqa: ARG002
+        """Return the values (m,) in the middle of what a mean is over."""
+        middle = (np.array(self.edges) + np.array([*self.edges[1:], len(values)])) // 2
+        return np.asarray(values[middle], dtype=np.float64)
+
+
+WAY_MM = 5.0
+"""Way of a mean in motion that goes on: friction of real axes wanders over longer ways. Chosen."""
+TURN_MM = 0.1
+"""Way after a turn over which means are as short as the protocol's: friction turns. Chosen."""
+
+
+def means_by_way(protocol: Protocol, velocity: Array, *, rate_hz: float) -> WayProtocol:
+    """Return means of the protocol's rows, longer where motion is slow: over WAY_MM at least, and
+    over a whole standstill.
+
+    For a sweep over speeds: a pass at creep lasts so long that means over time would give it nearly
+    all rows, though friction, which wanders along the way, shows itself there but once.
+    """
+    begins = np.arange(0, len(velocity), protocol.decimate)
+    gone_mm = np.concatenate([[0.0], np.cumsum(np.abs(velocity))])[begins] / rate_hz
+    sense = np.sign(velocity[begins])
+    edges, turned_mm, begun_mm = [0], 0.0, 0.0
+    for k in range(1, len(begins)):
+        turn = sense[k] != sense[k - 1]
+        turned_mm = gone_mm[k] if turn else turned_mm
+        short = sense[k] != 0 and gone_mm[k] - turned_mm < TURN_MM
+        if turn or short or gone_mm[k] - begun_mm >= WAY_MM:
+            edges.append(int(begins[k]))
+            begun_mm = gone_mm[k]
+    return WayProtocol(protocol.cutoff_hz, protocol.decimate, protocol.crop_s, edges=tuple(edges))
+
+
 def default_protocol(rate_hz: float) -> Protocol:
     """Return 100 Hz and 100 samples per second, or less where the recording is slower."""
     return Protocol(cutoff_hz=min(100.0, 0.4 * rate_hz), decimate=max(1, int(rate_hz / 100.0)))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.sensing.deviation import OVER_SPEED, deviation_groups, rubs
+from autodb.sensing.deviation import OVER_SPEED, Inputs, deviating, deviation_groups, rubs
 from autodb.sensing.linearised import Linearised
 from autodb.sensing.prepared import SPINDLE, Prepared
 from autodb.terms.channel import Part, coefficients, columns, free_shape, reshaped
@@ -45,6 +45,16 @@ class SteadyMotion:
         Raises ValueError beyond the highest speed moved at.
         """
         return self._at(position_mm, velocity_mm_s, over_speed=False)
+
+    def deviation(self, parts: tuple[Part, ...], inputs: Inputs) -> Array:
+        """Return what the laws of a model of these ``parts`` leave out in any motion, (n,).
+
+        Beyond the highest speed and the travel it is as at their ends.
+        """
+        groups = deviation_groups(
+            self.parts, highest_mm_s=self.highest_mm_s, travel_mm=self.travel_mm
+        )
+        return np.asarray(np.column_stack(deviating(groups, parts, inputs)) @ self.weights)
 
     def _at(
         self, position_mm: Array, velocity_mm_s: Array, *, over_speed: bool
@@ -95,14 +105,13 @@ class Deviation:
     highest_mm_s: float
     travel_mm: tuple[float, float]
 
-    def steady(self, fit: fitting.Deviating, values: Array) -> SteadyMotion:
-        """Return steady motion of a fit whose parameters are told as ``values`` (p,)."""
-        weights = list(range(fit.columns, len(fit.whole)))
-        together = [*self.places, *weights]
+    def steady(self, fit: fitting.Deviating, values: Array, weights: Array) -> SteadyMotion:
+        """Return steady motion of a fit that is told as ``values`` (p,) and ``weights`` (m,)."""
+        together = [*self.places, *range(fit.columns, len(fit.whole))]
         return SteadyMotion(
             parts=self.parts,
             values=values[self.places],
-            weights=fit.whole[weights],
+            weights=weights,
             covariance=fit.whole_covariance[np.ix_(together, together)],
             highest_mm_s=self.highest_mm_s,
             travel_mm=self.travel_mm,
@@ -124,5 +133,5 @@ def friction_deviation(rows: Prepared, problem: Linearised) -> Deviation | None:
     groups = deviation_groups(parts, highest_mm_s=highest, travel_mm=travel)
     if not groups:
         return None
-    made = [rows.reduced(group.columns(rows.inputs)) for group in groups]
+    made = [rows.reduced(one) for one in deviating(groups, problem.parts, rows.inputs)]
     return Deviation(made, parts, acts, highest, travel)

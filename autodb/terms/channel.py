@@ -70,7 +70,7 @@ def columns(parts: Sequence[Part], inputs: Inputs) -> Array:
             arrays, shape = _arguments(part, inputs)
             block = part.term.function(*arrays, **shape)
             block = block.reshape(len(block), -1)
-            for factor in _factors(parts, part.term, inputs):
+            for factor in factors(parts, part.term, inputs):
                 block = block * factor[:, None]
             blocks.append(block)
     return np.column_stack(blocks)
@@ -91,7 +91,8 @@ def _is_other(name: str, changes: tuple[str, ...]) -> bool:
     return "." in name and f"other_{name.split('.', 1)[1]}" in changes
 
 
-def _factors(parts: Sequence[Part], term: Term, inputs: Inputs) -> list[Array]:
+def factors(parts: Sequence[Part], term: Term, inputs: Inputs) -> list[Array]:
+    """Return the factors (n,) by which the parts scale a term's columns."""
     found = []
     for part in parts:
         if isinstance(part.term, Factor) and ({term.name, EVERY} & set(part.term.modifies)):
