@@ -14,7 +14,7 @@ from autodb.channels import LINEAR_AXES
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
 from autodb.sensing.reconstruct import Load
-from autodb.store.copies import hidden, needs_folder, sync
+from autodb.store.copies import hidden, needs_folder, replace_by
 
 Array = NDArray[np.float64]
 
@@ -45,9 +45,7 @@ def write_table(t_s: Array, felt: Sequence[Felt], path: Path) -> None:
             columns[f"force.{load.axis}"] = -load.value
     with hidden(path) as part:
         csv.write_csv(pa.table(columns), part)
-        sync(part)
-        part.replace(path)
-        sync(path.parent)
+        replace_by(part, path)
 
 
 def _states(load: Load) -> list[str]:
@@ -57,15 +55,6 @@ def _states(load: Load) -> list[str]:
     for word in words[1:]:
         whole = np.char.add(whole, word)
     return [str(text).strip() for text in whole]
-
-
-def write_page(name: str, t_s: Array, felt: Sequence[Felt], path: Path) -> None:
-    """Write the page of a recording's loads; an earlier file of that name is replaced."""
-    with hidden(path) as part:
-        part.write_text(render(name, t_s, felt), encoding="utf-8")
-        sync(part)
-        part.replace(path)
-        sync(path.parent)
 
 
 def render(name: str, t_s: Array, felt: Sequence[Felt]) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from autodb.card.machine import Card
 from autodb.card.render import render_card
 from autodb.errors import UnusableInput
-from autodb.store.copies import hidden, needs_folder, sync
+from autodb.store.copies import hidden, needs_folder, replace_by
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 """Names under which a browser that prints without a screen is looked for."""
@@ -41,9 +41,7 @@ def write_card(card: Card, path: Path) -> None:
             _print(render_card(card), part, path)
         else:
             part.write_text(render_card(card), encoding="utf-8")
-        sync(part)
-        part.replace(path)
-        sync(path.parent)
+        replace_by(part, path)
 
 
 def _browser(path: Path) -> str:

@@ -165,13 +165,9 @@ def _weigh(
 
 def _write_page(model: "Identified", moves: "records.Recording", page: Path) -> None:
     from autodb.axispage import render_axis
-    from autodb.store.copies import hidden, sync
+    from autodb.store.copies import write_text
 
-    with hidden(page) as part:
-        part.write_text(render_axis(model, moves), encoding="utf-8")
-        sync(part)
-        part.replace(page)
-        sync(page.parent)
+    write_text(page, render_axis(model, moves))
 
 
 def _show_versions(versions: "Sequence[Version]") -> None:

@@ -91,7 +91,8 @@ def reconstruct(
 ) -> None:
     """Reconstruct the load on each axis: its drive's effort less friction, inertia and weight."""
     from autodb.errors import UnusableInput
-    from autodb.loads import check_target, write_page, write_table
+    from autodb.loads import check_target, render, write_table
+    from autodb.store.copies import write_text
 
     if (machine is None) == (moves is None):
         raise UnusableInput("give either --machine NAME or --moves FILE: what moving an axis takes")
@@ -113,7 +114,7 @@ def reconstruct(
         progress(f"writing {out.name}")
         write_table(cut.t_s, felt, out)
         if page is not None:
-            write_page(recording.name, cut.t_s, felt, page)
+            write_text(page, render(recording.name, cut.t_s, felt))
     _show(felt)
     say(f"load: {out}")
     if page is not None:

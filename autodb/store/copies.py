@@ -169,6 +169,20 @@ def needs_folder(target: Path) -> None:
         raise UnusableInput(f"{target.parent}: no such folder; one that is there would work")
 
 
+def write_text(target: Path, text: str) -> None:
+    """Write a file whole or not at all; an earlier one of that name is replaced."""
+    with hidden(target) as part:
+        part.write_text(text, encoding="utf-8")
+        replace_by(part, target)
+
+
+def replace_by(part: Path, target: Path) -> None:
+    """Put a finished file in the place of ``target``, on the disk when this returns."""
+    sync(part)
+    part.replace(target)
+    sync(target.parent)
+
+
 @contextmanager
 def hidden(target: Path) -> Iterator[Path]:
     """Give a hidden name beside ``target``; what is left under it in the end is removed."""

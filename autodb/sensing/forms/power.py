@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from autodb import fitting
+from autodb.sensing.forms.curved import fitted
 from autodb.sensing.forms.form import Felt, Law, freed_of_noise, varies
-from autodb.sensing.forms.noisy import freed
 
 Array = NDArray[np.float64]
 
@@ -43,19 +42,7 @@ class Power:
 
         Raises Undetermined where the cuts hold no n_b.
         """
-
-        def error(values: Array) -> Array:
-            return self.value(values, felt) - target
-
-        def slopes(values: Array) -> Array:
-            return self.slopes(values, felt)
-
-        found = least_squares(error, self._start(felt, target), jac=slopes, x_scale="jac")
-        at_end = slopes(found.x)
-        fitting.check_rank(fitting.triangle(at_end, target))
-        variance = 2.0 * float(found.cost) / max(1, len(target) - len(found.x))
-        law = Law(found.x, np.asarray(np.linalg.inv(at_end.T @ at_end) * variance), self)
-        return freed(law, felt, target)
+        return fitted(self, self._start(felt, target), felt, target)
 
     def _start(self, felt: Felt, target: Array) -> Array:
         """Return the best line of ln T over ln ΔI over base speeds among those of the cuts."""

@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
-from autodb import fitting
+from autodb.sensing.forms.curved import fitted
 from autodb.sensing.forms.form import Felt, Form, Law, freed_of_noise
-from autodb.sensing.forms.noisy import freed
 
 Array = NDArray[np.float64]
 
@@ -47,19 +45,7 @@ class Warmed:
         Raises Undetermined where the cuts do not hold it.
         """
         start = np.append(self.form.fit(felt, target).coefficients, 0.0)
-
-        def error(values: Array) -> Array:
-            return self.value(values, felt) - target
-
-        def slopes(values: Array) -> Array:
-            return self.slopes(values, felt)
-
-        found = least_squares(error, start, jac=slopes, x_scale="jac")
-        at_end = slopes(found.x)
-        fitting.check_rank(fitting.triangle(at_end, target))
-        variance = 2.0 * float(found.cost) / max(1, len(target) - len(found.x))
-        law = Law(found.x, np.asarray(np.linalg.inv(at_end.T @ at_end) * variance), self)
-        return freed(law, felt, target)
+        return fitted(self, start, felt, target)
 
     def value(self, coefficients: Array, felt: Felt) -> Array:
         """Return the target (n,); NaN where the temperature is not known."""
