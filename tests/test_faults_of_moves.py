@@ -74,22 +74,22 @@ FAULTS: list[tuple[Callable[[Recording], Recording], str]] = [
 def test_each_fault_is_named_on_every_axis(
     fault: Callable[[Recording], Recording], line: str
 ) -> None:
-    """Twenty recordings each. A brake that is closed during one direction only may be a load."""
+    """Ten recordings each. A brake that is closed during one direction only may be a load."""
     named = 0
-    for seed in range(200, 220):
+    for seed in range(200, 210):
         said = _sentences(fault(_recording(seed, moves=24)), "z")
         named += any(line in sentence for sentence in said)
-    assert named >= 19
+    assert named >= 9
 
 
 def test_sound_axes_are_let_through() -> None:
-    """20 moves of the test's axis, 40 drawn axes, 40 slides, one axis for each concealed effect."""
+    """20 moves of the test's axis, 20 drawn axes, 20 slides, one axis for each concealed effect."""
     for seed in range(200, 220):
         assert _sentences(_recording(seed), "z") == []
-    for seed in range(100_501, 100_541):
+    for seed in range(100_501, 100_521):
         drawn = Recording(path=Path("a"), channels=dict(draw_run(seed).channels))
         assert _sentences(drawn, "x") == []
-    for seed in range(4001, 4021):
+    for seed in range(4001, 4011):
         for slide in (HORIZONTAL, VERTICAL):
             moves, _ = air_moves(seed, slide=slide)
             assert _sentences(Recording(path=Path("a"), channels=moves), "x") == []
