@@ -23,7 +23,7 @@ STATES = ("in steady motion", "while the speed changes", "shortly after a revers
 
 def render_axis(model: Identified, moves: Recording) -> str:
     """Return the page of an axis that was identified from ``moves``: one file, no network."""
-    found = field(moves, model.axis, model.protocol, model.terms)
+    found = field(moves, model)
     return figures.page(
         "axis.html.j2",
         title=f"{moves.path.name}: axis {model.axis}",

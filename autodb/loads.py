@@ -101,8 +101,8 @@ def scale_words(felt: Felt) -> str:
         )
     if felt.load.unit == "A":
         return (
-            "in amperes: newtons need --newtons-per-ampere, or torque constant and screw pitch in "
-            "the machine's file"
+            "in amperes: newtons need a known load ('autodb scale'), torque constant and screw "
+            "pitch in the machine's file, or --newtons-per-ampere"
         )
     return f"the drive's effort is in {felt.load.unit}"
 

@@ -1,5 +1,6 @@
 """The page of an axis, its maps, and the versions that say how it drifted."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,7 @@ def test_the_field_is_friction_over_place_and_velocity() -> None:
     """Cells of the map hold Coulomb and viscous friction at their own velocities, within 5 %."""
     moves = _recording(60, moves=40)
     model = identify(moves)
-    found = field(moves, "z", model.protocol, model.terms)
+    found = field(moves, model)
     assert found.measured.shape == found.modelled.shape == (2 * SPEEDS, PLACES)
     known = np.isfinite(found.measured)
     assert known.mean() > 0.4
@@ -42,8 +43,8 @@ def test_the_field_is_friction_over_place_and_velocity() -> None:
 def test_a_model_that_lacks_friction_leaves_it_on_the_map() -> None:
     moves = _recording(61, moves=40)
     model = identify(moves)
-    lame = [t for t in model.terms if t.term != "coulomb"]
-    left = field(moves, "z", model.protocol, lame).left
+    lame = tuple(t for t in model.terms if t.term != "coulomb")
+    left = field(moves, replace(model, terms=lame)).left
     rows, whole = _by_speed(left), np.repeat([-COULOMB_A, COULOMB_A], SPEEDS)
     there = np.isfinite(rows)
     assert there.sum() >= SPEEDS

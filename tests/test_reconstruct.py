@@ -228,7 +228,7 @@ def test_moves_stand_in_for_a_machine(cli: Cli) -> None:
     _write(Path("cut.csv"), _recording(41, moves=6))
     done = cli("reconstruct", "cut.csv", "--moves", "air.csv", "--observer", "--out", "o.csv")
     assert done.code == 0, done.err
-    assert "in amperes: newtons need --newtons-per-ampere" in " ".join(done.out.split())
+    assert "in amperes: newtons need a known load ('autodb scale')" in " ".join(done.out.split())
     assert Path("o.csv").read_text("utf-8").startswith('"t","z.load","z.load.sd","z.state"\n')
 
 

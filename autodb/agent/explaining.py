@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 from autodb import forward, records
 from autodb.agent.calibrations import as_calibration, current_calibrations
-from autodb.agent.identifying import newest_model, stored_terms
+from autodb.agent.identifying import newest_model, off_law_of, stored_terms
 from autodb.agent.importing import cuts_as_table, import_file
 from autodb.agent.machines import find_machine, signed
 from autodb.agent.predicting import pair_parameters
@@ -86,9 +86,10 @@ def _simulate_axes(
         model = newest_model(session, machine_id, channel)
         if model is not None:
             terms = stored_terms(model)
-            found[channel] = predict_effort(recording, model.axis, terms)
+            alone = predict_effort(recording, model.axis, terms)
+            found[channel] = predict_effort(recording, model.axis, terms, off_law_of(model))
             parts[channel] = {
-                name: found[channel]
+                name: alone
                 - predict_effort(recording, model.axis, [t for t in terms if t.term != name])
                 for name in sorted({t.term for t in terms if t.sd is not None})
             }

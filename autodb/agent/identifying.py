@@ -16,6 +16,7 @@ from autodb.records import Recording
 from autodb.sensing import faults
 from autodb.sensing.axis_model import Beliefs, Identified, IdentifiedTerm
 from autodb.sensing.drives import cross_test, identify
+from autodb.sensing.off_law import OffLaw
 from autodb.sensing.prepared import SPINDLE, effort_axis, effort_channel
 from autodb.sensing.protocol import default_protocol
 from autodb.store import Store, models
@@ -39,6 +40,11 @@ class KeptModel:
 def stored_terms(row: models.ChannelModel) -> list[IdentifiedTerm]:
     """Return the terms of a stored version."""
     return [IdentifiedTerm(**term) for term in row.terms]
+
+
+def off_law_of(row: models.ChannelModel) -> OffLaw | None:
+    """Return what friction is off a stored version's laws; None where the terms are all."""
+    return OffLaw.of(row.off_law) if row.off_law else None
 
 
 def newest_model(session: Session, machine_id: int, channel: str) -> models.ChannelModel | None:
@@ -144,7 +150,13 @@ def _refuse_another(session: Session, owner: models.Machine, moves: Recording, a
         channel = effort_channel(moves, axis).replace(f"{axis}.", f"{name}.")
         row = newest_model(session, owner.id, channel)
         if row is not None and row.unit == unit:
-            left[name] = cross_test(moves, axis, default_protocol(moves.rate_hz), stored_terms(row))
+            left[name] = cross_test(
+                moves,
+                axis,
+                default_protocol(moves.rate_hz),
+                stored_terms(row),
+                off_law_of(row),
+            )
     if left.get(axis, 0.0) < STRANGE:
         return
     best = min(left, key=lambda name: left[name])
@@ -249,6 +261,7 @@ def add_version(
         relative_error=model.relative_error,
         protocol=str(model.protocol),
         errors=asdict(model.errors) if model.errors else None,
+        off_law=model.off_law.kept() if model.off_law else None,
         parent=parent,
         recordings=[session.get_one(models.Recording, recording_id)],
     )

@@ -115,7 +115,11 @@ def _refuse_what_would_break(
 def _learnt_on(session: Session, machine_id: int, axis: str) -> str:
     """Return how many calibrations and models an axis has, in words; empty for none."""
     found = []
-    for table, what in ((models.Calibration, "calibrations"), (models.ChannelModel, "models")):
+    for table, what in (
+        (models.Calibration, "calibrations"),
+        (models.ChannelModel, "models"),
+        (models.DriveScale, "scales"),
+    ):
         n = session.scalar(
             select(func.count(table.id)).where(table.machine_id == machine_id, table.axis == axis)
         )

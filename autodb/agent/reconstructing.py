@@ -5,8 +5,10 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
+from sqlalchemy import select
+from sqlalchemy.orm import Session
 
-from autodb.agent.identifying import newest_model, stored_terms
+from autodb.agent.identifying import newest_model, off_law_of, stored_terms
 from autodb.agent.machines import find_machine, signed
 from autodb.channels import ROTARY_AXES, axis_of, effort_channels, rotary_efforts
 from autodb.errors import UnusableInput
@@ -60,7 +62,7 @@ def reconstruct_on_machine(
 ) -> list[Felt]:
     """Return the load of each axis that the recording has an effort and the machine a model of.
 
-    ``scale`` replaces what the machine's file says. Raises UnusableInput when there is none.
+    ``scale`` replaces what the machine knows. Raises UnusableInput when there is no model.
     """
     with store.reading() as session:
         owner = find_machine(session, machine)
@@ -75,7 +77,8 @@ def reconstruct_on_machine(
             progress(f"load of {row.axis}")
             stated = next((a for a in owner.axes if a.name == row.axis), None)
             said = f"version {row.version} of machine '{machine}'"
-            known = scale or (scale_of(stated) if stated else None)
+            kept = newest_scale(session, owner.id, row.axis)
+            known = scale or surest(kept_scale(kept), scale_of(stated) if stated else None)
             load = _load(own, drive_model(row), bandwidth_hz=bandwidth_hz, observer=observer)
             felt.append(_felt(load, said, known))
     if not felt:
@@ -99,7 +102,13 @@ def reconstruct_with(
     if model.errors is None:
         raise UnusableInput(f"{moves}: {model.axis} has no load to reconstruct; an axis would work")
     found = DriveModel(
-        model.axis, model.channel, model.unit, model.terms, model.covariance, model.errors
+        axis=model.axis,
+        channel=model.channel,
+        unit=model.unit,
+        terms=model.terms,
+        covariance=model.covariance,
+        errors=model.errors,
+        off_law=model.off_law,
     )
     load = _load(recording, found, bandwidth_hz=bandwidth_hz, observer=observer)
     return _felt(load, f"identified from {moves}", scale)
@@ -146,7 +155,31 @@ def drive_model(row: models.ChannelModel) -> DriveModel:
         terms=stored_terms(row),
         covariance=np.array(row.covariance),
         errors=DriveErrors.of(row.errors or {}),
+        off_law=off_law_of(row),
     )
+
+
+def newest_scale(session: Session, machine_id: int, axis: str) -> models.DriveScale | None:
+    """Return the newest scale that a known load told of an axis, or None."""
+    return session.scalar(
+        select(models.DriveScale)
+        .where(models.DriveScale.machine_id == machine_id, models.DriveScale.axis == axis)
+        .order_by(models.DriveScale.version.desc())
+        .limit(1)
+    )
+
+
+def kept_scale(row: models.DriveScale | None) -> Scale | None:
+    """Return a stored scale as it is used."""
+    if row is None:
+        return None
+    return Scale(row.per_ampere, "N", row.share, f"scale {row.version}: {row.source}")
+
+
+def surest(*scales: Scale | None) -> Scale | None:
+    """Return the scale with the least relative error of those that are known."""
+    known = [scale for scale in scales if scale is not None]
+    return min(known, key=lambda scale: scale.share, default=None)
 
 
 def scale_of(axis: models.Axis) -> Scale | None:

@@ -13,6 +13,7 @@ from autodb.agent.calibrations import as_calibration
 from autodb.agent.refreshing import chain, pair_name
 from autodb.cutting.law import COMPONENTS, PARAMETER_UNITS, PARAMETERS
 from autodb.errors import UnusableInput, near
+from autodb.fitting import NORMAL_95
 from autodb.sensing.forms import kept
 from autodb.store import Store, models
 
@@ -127,6 +128,15 @@ def _term(t: dict[str, Any]) -> str:
     return f"{t['term']} {t['value']:.4g} {sure}"
 
 
+def _scale(session: Session, row: models.DriveScale) -> Node:
+    percent = 100.0 * NORMAL_95 * row.share
+    text = (
+        f"scale {row.id}: {row.axis} version {row.version}: 1 A is {row.per_ampere:.4g} N ± "
+        f"{percent:.2g} % (95 %), {row.source}"
+    )
+    return Node(text, [_recording(session, row.recording)])
+
+
 def _cause(session: Session, row: models.Mismatch) -> Node:
     called = f" as {row.confirmed_term}" if row.confirmed_term not in (None, row.term) else ""
     by = f" by {row.decided_by}" if row.decided_by else ""
@@ -149,6 +159,7 @@ _KINDS: dict[str, tuple[type[models.Base], Callable[[Session, Any], Node]]] = {
     "force": (models.SensedForce, _sensed),
     "calibration": (models.Calibration, _calibration),
     "model": (models.ChannelModel, _model),
+    "scale": (models.DriveScale, _scale),
     "mismatch": (models.Mismatch, _mismatch),
     "recording": (models.Recording, _recording),
 }

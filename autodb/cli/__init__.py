@@ -16,6 +16,7 @@ from autodb.cli import (
     learning,
     proving,
     reconstructing,
+    scaling,
     standard,
     sweeping,
 )
@@ -39,6 +40,7 @@ app.command("calibrate")(learning.calibrate)
 app.add_typer(standard.standard, name="standard")
 app.command("sweep")(sweeping.sweep)
 app.command("identify")(identifying.identify)
+app.command("scale")(scaling.scale)
 app.command("reconstruct")(reconstructing.reconstruct)
 app.command("refresh")(learning.refresh)
 app.command("predict")(answers.predict)

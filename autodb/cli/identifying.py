@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from autodb import records
     from autodb.agent.identifying import KeptModel, Version
     from autodb.sensing.axis_model import Identified, IdentifiedTerm, PlainFit
+    from autodb.sensing.off_law import OffLaw
 
 Recording = Annotated[
     Path, typer.Argument(readable=False, help="A recording over time of the axis' moves.")
@@ -52,15 +53,6 @@ Update = Annotated[
     bool,
     typer.Option("--update", help="Go on from the machine's last version, and list all versions."),
 ]
-AddedMass = Annotated[
-    float | None,
-    typer.Option(
-        "--added-mass",
-        metavar="KG",
-        min=0.001,
-        help="Mass clamped on the axis for these moves: newtons an ampere; nothing is stored.",
-    ),
-]
 Page = Annotated[
     Path | None,
     typer.Option("--page", metavar="FILE", help="Write a page with maps of the effort, too."),
@@ -76,7 +68,6 @@ def identify(
     terms: Terms = None,
     also: Also = None,
     update: Update = False,
-    added_mass: AddedMass = None,
     page: Page = None,
     machine: OptionalMachine = None,
     columns: Columns = None,
@@ -90,9 +81,6 @@ def identify(
 
     names = names_of(terms)
     _check(update, machine, page)
-    if added_mass is not None:
-        _weigh(moves_of(recording, axis, columns, group, resample), machine, axis, added_mass, db)
-        return
     with working(f"identifying from {recording.name}") as progress:
         moves = moves_of(recording, axis, columns, group, resample)
         other = moves_of(also, axis, columns, group, resample) if also else None
@@ -136,31 +124,6 @@ def _check(update: bool, machine: str | None, page: Path | None) -> None:
         )
     if page is not None:
         check_target(page, suffix=".html", option="--page")
-
-
-def _weigh(
-    moves: "records.Recording",
-    machine: str | None,
-    axis: str | None,
-    mass_kg: float,
-    db: str | None,
-) -> None:
-    """Print newtons an ampere from moves with a known mass."""
-    from autodb.agent.weighing import weigh
-    from autodb.errors import UnusableInput
-    from autodb.fitting import NORMAL_95
-
-    if machine is None:
-        raise UnusableInput(
-            "--added-mass goes with --machine: its last version is without the mass"
-        )
-    with opened(db) as store, working(f"weighing {moves.path.name}") as progress:
-        found = weigh(store, machine, moves, mass_kg=mass_kg, axis=axis, progress=progress)
-    percent = 100.0 * NORMAL_95 * found.share
-    say(f"{found.axis}: 1 A is {found.newtons_per_ampere:.4g} N ± {percent:.2g} % (95 %): "
-        f"{mass_kg:g} kg added {found.added_A_s2_mm:.3g} A·s²/mm of inertia")  # fmt: skip
-    say(f"not stored: autodb reconstruct takes it as --newtons-per-ampere "
-        f"{found.newtons_per_ampere:.4g}")  # fmt: skip
 
 
 def _write_page(model: "Identified", moves: "records.Recording", page: Path) -> None:
@@ -253,7 +216,7 @@ def _show_model(model: "Identified") -> None:
         f"{100 * model.held_out_error:.2f} % on blocks of motion left out")  # fmt: skip
     say(f"protocol: {model.protocol}")
     if model.unit == "A":
-        say("in amperes: newtons need a torque constant, a known mass, a push or a standard cut")
+        say("in amperes: 'autodb scale' tells newtons by a known mass, a push or a standard cut")
     for sentence in model.not_excited:
         say(f"not excited, no number: {sentence}")
     for sentence in model.doubts:
@@ -270,12 +233,13 @@ def _show_cross_test(model: "Identified", other: "records.Recording") -> None:
     """Print how well the model does on a recording that it was not fitted to."""
     from autodb.sensing.drives import cross_test, without_ripple
 
-    def error(terms: "Sequence[IdentifiedTerm]") -> str:
-        return f"{100 * cross_test(other, model.axis, model.protocol, terms):.2f} %"
+    def error(terms: "Sequence[IdentifiedTerm]", off_law: "OffLaw | None" = None) -> str:
+        left = cross_test(other, model.axis, model.protocol, terms, off_law)
+        return f"{100 * left:.2f} %"
 
     plain = [*model.plain.terms, *model.plain.given]
-    say(f"on {other.path.name}: relative error {error(model.terms)}; plain least squares "
-        f"{error(plain)}")  # fmt: skip
+    whole = error(model.terms, model.off_law)
+    say(f"on {other.path.name}: relative error {whole}; plain least squares {error(plain)}")
     smooth = without_ripple(model.terms)
     if len(smooth) < len(model.terms):
         say(f"on {other.path.name} without the ripple: {error(smooth)}")

@@ -36,14 +36,14 @@ SURE = 0.999
 class Deviating:
     """β then u (p + m,), their covariance (p + m, p + m), and the first p of both.
 
-    ``ratios`` (groups,): τ_g²/σ²; ``whitener`` (order,): the autoregression of the noise;
+    ``sds`` (groups,): τ_g; ``whitener`` (order,): the autoregression of the noise;
     ``inflation`` (p,): how much wider the blocks of motion made each of the first p coefficients.
     """
 
     whole: Array
     whole_covariance: Array
     columns: int
-    ratios: Array
+    sds: Array
     whitener: Array
     inflation: Array
 
@@ -93,7 +93,7 @@ def least_squares_with_deviation(
     white = _whitened(np.column_stack([matrix, values]), whitener)
     equations = _equations(white, design.shape[1], group)
     ratios = _variances(equations, len(deviations))
-    whole, covariance = _henderson(equations, ratios)
+    whole, covariance, variance = _henderson(equations, ratios)
     inflation = _inflation(white, blocks[order:], equations, ratios, covariance)
     full = np.concatenate([inflation, np.ones(len(whole) - len(inflation))])
     full *= _few_blocks(int(blocks.max()) + 1)
@@ -101,7 +101,7 @@ def least_squares_with_deviation(
         whole,
         covariance * np.outer(full, full),
         design.shape[1],
-        ratios,
+        np.sqrt(np.exp(ratios) * variance),
         whitener,
         inflation,
     )
@@ -163,14 +163,15 @@ def _variances(equations: _Equations, groups: int) -> Array:
     return np.asarray(np.clip(best.x, *LOG_RATIO), dtype=np.float64)
 
 
-def _henderson(equations: _Equations, log_ratios: Array) -> tuple[Array, Array]:
+def _henderson(equations: _Equations, log_ratios: Array) -> tuple[Array, Array, float]:
+    """Return β and u, their covariance, and σ²."""
     matrix = equations.gram + np.diag(_ridge(equations, log_ratios))
     inverse = np.linalg.inv(matrix)
     scaled = inverse @ equations.right
     rss = equations.total - float(equations.right @ scaled)
     variance = max(rss, 0.0) / (equations.rows - equations.columns)
     scale = equations.scale
-    return scaled / scale, inverse * variance / np.outer(scale, scale)
+    return scaled / scale, inverse * variance / np.outer(scale, scale), variance
 
 
 def _inflation(

@@ -10,13 +10,15 @@ from autodb.prove.axis_cells import Segments
 from autodb.prove.published_axis import weight
 from autodb.records import Recording
 from autodb.sensing.axis_model import Identified
-from autodb.sensing.drives import SYMMETRIC, identify, predict_deviating, predict_effort
+from autodb.sensing.drives import SYMMETRIC, identify, predict_effort
 from autodb.sensing.protocol import Protocol
 from autodb.virtual.reference_axis import Trace, Traced
 
 Array = NDArray[np.float64]
 
-TERMS = (*SYMMETRIC, "stribeck", "asymmetry", "position_friction", "presliding", "warmup")
+FRICTION = ("stribeck", "asymmetry", "position_friction", "presliding", "warmup")
+TERMS = (*SYMMETRIC, *FRICTION, "cogging")
+"""`cogging` finds the ripple of the screw's turns, in the friction or beside it."""
 PROTOCOL = Protocol(cutoff_hz=20.0, decimate=5)
 """Ten rows a second: a sweep is steady motion."""
 
@@ -39,10 +41,10 @@ def ours(made: Traced, where: Segments) -> Ours:
     name = made.axis.name
     found = sweep_identified(made)
     sweep, contour = (recording(run, name) for run in (made.sweep, made.contour))
-    sweep_A = predict_deviating(sweep, found)
+    sweep_A = predict_effort(sweep, name, found.terms, found.off_law)
     return Ours(
         sweep_A=sweep_A,
-        contour_A=predict_deviating(contour, found),
+        contour_A=predict_effort(contour, name, found.terms, found.off_law),
         sweep_terms_A=predict_effort(sweep, name, found.terms),
         contour_terms_A=predict_effort(contour, name, found.terms),
         weight_A=weight(where.cells(sweep_A)) if name == "z" else 0.0,

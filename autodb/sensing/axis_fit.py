@@ -6,7 +6,7 @@ noise (``fitting.deviation``), and the shape is moved to where that fit wants it
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,49 +17,31 @@ from autodb.sensing.axis_model import (
     Beliefs,
     Identified,
     IdentifiedTerm,
-    Moved,
     PlainFit,
     predicted,
     term_called,
-    unit_in,
 )
+from autodb.sensing.believed import believed
 from autodb.sensing.drive_errors import DriveErrors, drive_errors
-from autodb.sensing.left_out import held_out
+from autodb.sensing.left_out import held_out, held_out_off_law
 from autodb.sensing.linearised import Linearised, linearised
 from autodb.sensing.motion import motion_blocks
+from autodb.sensing.off_law import OffLaw
 from autodb.sensing.prepared import SPINDLE, Prepared
-from autodb.sensing.steady import Deviation, friction_deviation
+from autodb.sensing.solved import Name, Solved, given_shape, named
+from autodb.sensing.steady import friction_deviation
 from autodb.sensing.unevenness import row_roots
-from autodb.terms import Parameter
 from autodb.terms.channel import Part
 
 Array = NDArray[np.float64]
-Name = tuple[Part, Parameter]
 
 NOISE_ORDER = 10
 EXCITED = 0.5
 """A term is excited while its sd times its column's rms is below EXCITED times the effort's rms:
 else its 95 % interval holds the whole effort."""
 TURNED = "is the sign of the effort turned round?"
-SURE_SDS = 1.96
-"""Standard deviations of a difference beyond which a parameter has moved (95 %)."""
 ROUNDS = 6
 """Times that the shape is moved to where the fit with deviation and coloured noise wants it."""
-
-
-@dataclass(frozen=True)
-class _Solved:
-    """A fit around a shape: ``values`` (p,) and ``covariance`` (p, p) of ``problem.names``;
-    ``weights`` (m,) of the deviation's columns.
-    """
-
-    problem: Linearised
-    fit: fitting.Deviating
-    deviation: Deviation | None
-    values: Array
-    covariance: Array
-    weights: Array
-    moved: tuple[Moved, ...] = ()
 
 
 def fitted(
@@ -84,7 +66,7 @@ def fitted(
     while True:
         solved = _settled(rows, parts, uneven=uneven)
         if beliefs is not None:
-            solved = _believed(solved, beliefs, rows)
+            solved = believed(solved, beliefs, rows)
         vague = [solved.problem.names[i] for i in _vague(solved, rows)]
         shapeless = {part.key for part, p in vague if p in part.term.shape}
         if not shapeless:
@@ -94,10 +76,10 @@ def fitted(
         parts = tuple(part for part in parts if part not in gone)
     if len(vague) == len(solved.problem.names):
         raise UnusableInput(f"{rows.path}: {rows.axis} does not move enough")
-    return _described(rows, solved, dropped, published)
+    return _described(rows, solved, dropped, published, sweep=uneven)
 
 
-def _settled(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> _Solved:
+def _settled(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> Solved:
     """Fit around the shape, move the shape to where the fit wants it, and again until it stays."""
     for _ in range(ROUNDS):
         solved, wanted = _solved(rows, parts, uneven=uneven)
@@ -123,7 +105,7 @@ def _moved(part: Part, shape: dict[tuple[str, str], float]) -> Part:
     return part.with_shape(values)
 
 
-def _solved(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> tuple[_Solved, Array]:
+def _solved(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> tuple[Solved, Array]:
     """Return the fit around the parts' shape, and the values with the shape that it wants, (p,)."""
     problem = linearised(rows, parts)
     deviation = friction_deviation(rows, problem)
@@ -137,7 +119,7 @@ def _solved(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> tuple[_
         order=NOISE_ORDER,
     )
     values, weights = np.split(_at_shape(problem, fit), [fit.columns])
-    return _Solved(problem, fit, deviation, values, fit.covariance, weights), fit.coefficients
+    return Solved(problem, fit, deviation, values, fit.covariance, weights), fit.coefficients
 
 
 def _at_shape(problem: Linearised, fit: fitting.Deviating) -> Array:
@@ -159,86 +141,7 @@ def _at_shape(problem: Linearised, fit: fitting.Deviating) -> Array:
     return values
 
 
-def _believed(solved: _Solved, beliefs: Beliefs, rows: Prepared) -> _Solved:
-    """Return the fit combined with beliefs, both weighted by their information.
-
-    What moved by more than 1.96 sd of the difference changed on the machine: the belief about it is
-    widened by the move, so that the new moves decide. A version that lacked a term is believed less
-    (``_swallowed``).
-    """
-    names = [(part.key, p.name) for part, p in solved.problem.names]
-    known = [i for i, name in enumerate(names) if name in beliefs.names]
-    if not known:
-        return solved
-    prior = beliefs.of([names[i] for i in known])
-    here, own = solved.values[known], solved.covariance[np.ix_(known, known)]
-    change = here - prior.mean
-    doubted = prior.covariance + np.diag(_swallowed(solved, beliefs, rows)[known] ** 2)
-    far = np.abs(change) > SURE_SDS * np.sqrt(np.diag(own) + np.diag(doubted))
-    belief = doubted + np.diag(np.where(far, change**2, 0.0))
-    covariance = _combined(solved.covariance, belief, known)
-    gain = covariance[:, known] @ np.linalg.inv(belief)
-    moved = [
-        Moved(
-            key=names[known[k]][0],
-            parameter=names[known[k]][1],
-            unit=unit_in(solved.problem.names[known[k]][1], rows.unit, rows.axis),
-            before=float(prior.mean[k]),
-            before_sd=float(np.sqrt(prior.covariance[k, k])),
-            now=float(here[k]),
-            now_sd=float(np.sqrt(own[k, k])),
-        )
-        for k in np.flatnonzero(far)
-    ]
-    return _Solved(
-        problem=solved.problem,
-        fit=solved.fit,
-        deviation=solved.deviation,
-        values=solved.values - gain @ change,
-        covariance=covariance,
-        weights=solved.weights,
-        moved=tuple(moved),
-    )
-
-
-def _swallowed(solved: _Solved, beliefs: Beliefs, rows: Prepared) -> Array:
-    """Return how far off each parameter may be in a version that lacked some of the terms, (p,).
-
-    Its values are not about the same parameters: fitted without a term, they took up what that term
-    gave, in shares that depend on moves which are not at hand any more. One parameter with column x
-    can at most have taken up all of a contribution z, which moved it by rms(z)/rms(x) (Cauchy and
-    Schwarz: |⟨x, z⟩|/⟨x, x⟩). z is what the terms give on these moves, with 1.96 sd on top: a term
-    that these moves do not excite must not get a number from beliefs that never knew it. So these
-    moves decide whatever they excite, and what they do not show is kept, with its doubt.
-    """
-    names = solved.problem.names
-    new = np.array([part.key not in beliefs.keys for part, _ in names])
-    if not new.any():
-        return np.zeros(len(names))
-    terms = [
-        _named(name, value, None, rows) for name, value in zip(names, solved.values, strict=True)
-    ]
-    terms += _given(solved.problem.parts, rows)
-    had = [term for term in terms if term.key in beliefs.keys]
-    given = rows.reduced(predicted(terms, rows.inputs) - predicted(had, rows.inputs))
-    size = np.sqrt(np.mean(solved.problem.columns**2, axis=0))
-    doubt = np.sqrt(np.sum(np.diag(solved.covariance)[new] * size[new] ** 2))
-    whole = np.sqrt(np.mean(given**2)) + SURE_SDS * doubt
-    moved: Array = np.divide(whole, size, out=np.zeros_like(size), where=size > 0)
-    return moved
-
-
-def _combined(covariance: Array, belief: Array, known: list[int]) -> Array:
-    """Return (C⁻¹ + Σ⁻¹)⁻¹ with Σ⁻¹ on ``known``; scaled, because C spans many powers of ten."""
-    scale = np.sqrt(np.diag(covariance))
-    information = np.linalg.inv(covariance / np.outer(scale, scale))
-    inner = np.linalg.inv(belief) * np.outer(scale[known], scale[known])
-    information[np.ix_(known, known)] += inner
-    combined = np.linalg.inv(information) * np.outer(scale, scale)
-    return np.asarray(0.5 * (combined + combined.T), dtype=np.float64)
-
-
-def _vague(solved: _Solved, rows: Prepared) -> list[int]:
+def _vague(solved: Solved, rows: Prepared) -> list[int]:
     """Return the parameters that could be anything, the vaguest first: no move excites them.
 
     A coefficient whose sd makes its column as large as the effort; a shape parameter with an sd as
@@ -256,7 +159,7 @@ def _vague(solved: _Solved, rows: Prepared) -> list[int]:
     return [int(i) for i in np.argsort(-size, kind="stable") if size[i] > 1.0]
 
 
-def _without_vague(solved: _Solved, rows: Prepared) -> Array:
+def _without_vague(solved: Solved, rows: Prepared) -> Array:
     """Return the values (p,) with vague coefficients at 0, the others given that.
 
     One after the other, the vaguest first, until none is vague: what they add up to stays right.
@@ -281,20 +184,20 @@ def _without_vague(solved: _Solved, rows: Prepared) -> Array:
 
 
 def _described(
-    rows: Prepared, solved: _Solved, dropped: Sequence[Name], published: Prepared
+    rows: Prepared, solved: Solved, dropped: Sequence[Name], published: Prepared, *, sweep: bool
 ) -> Identified:
     names = solved.problem.names
     vague = sorted(_vague(solved, rows))
     numbered = [i for i in range(len(names)) if i not in vague]
     values = _without_vague(solved, rows)
     sd = np.sqrt(np.diag(solved.covariance))
-    terms = [_named(names[i], values[i], float(sd[i]), rows) for i in numbered]
-    in_sum = [_named(names[i], values[i], None, rows) for i in vague]
-    told = (*terms, *in_sum, *_given(solved.problem.parts, rows))
-    error = published.effort - published.reduced(predicted(told, published.inputs))
-    rms, effort_rms = _rms(error), _rms(published.effort)
+    terms = [named(names[i], values[i], float(sd[i]), rows) for i in numbered]
+    in_sum = [named(names[i], values[i], None, rows) for i in vague]
+    told = (*terms, *in_sum, *given_shape(solved.problem.parts, rows))
     there = linearised(published, solved.problem.parts)
-    left = held_out(published, there)
+    off_law, left = _off_law(published, there, solved if sweep else None)
+    error = published.effort - published.reduced(predicted(told, published.inputs, off_law))
+    rms, effort_rms = _rms(error), _rms(published.effort)
     return Identified(
         axis=rows.axis,
         channel=rows.channel,
@@ -312,8 +215,29 @@ def _described(
         steady=solved.deviation.steady(solved.fit, values, solved.weights)
         if solved.deviation
         else None,
+        off_law=off_law,
         moved=solved.moved,
     )
+
+
+def _off_law(
+    rows: Prepared, problem: Linearised, sweep: Solved | None
+) -> tuple[OffLaw | None, Array]:
+    """Return what friction is off its laws, and what is left (m,) of blocks left out.
+
+    Only a sweep over speeds shows it, and only where it makes blocks left out better, row by row of
+    the way gone, it is told.
+    """
+    left = held_out(rows, problem)
+    if sweep is None or sweep.deviation is None:
+        return None, left
+    deviation = friction_deviation(rows, problem)
+    assert deviation is not None  # the same parts as the fit's
+    better = held_out_off_law(rows, problem, deviation.groups, sweep.fit.sds)
+    way = np.abs(rows.sampled("velocity"))
+    if way @ better**2 >= way @ left**2:
+        return None, left
+    return deviation.off_law(sweep.weights), better
 
 
 def _errors(rows: Prepared, left: Array, terms: Sequence[IdentifiedTerm]) -> DriveErrors | None:
@@ -332,29 +256,6 @@ def _errors(rows: Prepared, left: Array, terms: Sequence[IdentifiedTerm]) -> Dri
 
 def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
-
-
-def _named(name: Name, value: float, sd: float | None, rows: Prepared) -> IdentifiedTerm:
-    part, parameter = name
-    return IdentifiedTerm(
-        term=part.term.name,
-        parameter=parameter.name,
-        value=float(value),
-        sd=sd,
-        unit=unit_in(parameter, rows.unit, rows.axis),
-        form=part.term.form,
-        of=part.of,
-    )
-
-
-def _given(parts: tuple[Part, ...], rows: Prepared) -> list[IdentifiedTerm]:
-    """Return the shape parameters that were taken as given."""
-    return [
-        _named((part, p), part.shape[p.name], 0.0, rows)
-        for part in parts
-        for p in part.term.shape
-        if p.name not in part.free
-    ]
 
 
 def _not_excited(lost: Sequence[Name]) -> tuple[str, ...]:
@@ -390,10 +291,10 @@ def _plain(rows: Prepared, problem: Linearised) -> PlainFit:
     return PlainFit(
         protocol=rows.protocol,
         terms=tuple(
-            _named(problem.names[i], value, float(sd), rows)
+            named(problem.names[i], value, float(sd), rows)
             for i, value, sd in zip(kept, fit.coefficients, fit.sd, strict=True)
         ),
-        given=tuple(_given(problem.parts, rows)),
+        given=tuple(given_shape(problem.parts, rows)),
         relative_error=rms / float(np.sqrt(np.mean(rows.effort**2))),
         residual_rms=rms,
     )

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.channels import ROTARY_AXES
 from autodb.sensing.drive_errors import DriveErrors
+from autodb.sensing.off_law import OffLaw
 from autodb.sensing.prepared import SPINDLE
 from autodb.sensing.protocol import Protocol
 from autodb.sensing.steady import SteadyMotion
@@ -69,8 +70,9 @@ class Identified:
     ``held_out_error``: the same on blocks of motion that the terms were not fitted to (ordinary
     least squares around the shape). ``not_excited``:
     what got no number, with the move that would give it one; ``doubts``: values beyond what physics
-    allows; ``errors``: how far off it is by what the axis does (none of a spindle);
-    ``moved``: what is no longer as an earlier version believed it.
+    allows; ``errors``: how far off it is by what the axis does (none of a spindle); ``off_law``:
+    what friction is off its laws, of a sweep on whose blocks left out it is nearer with that (then
+    it is in all errors); ``moved``: what is no longer as an earlier version believed it.
     """
 
     axis: str
@@ -87,6 +89,7 @@ class Identified:
     plain: PlainFit
     steady: SteadyMotion | None
     errors: DriveErrors | None
+    off_law: OffLaw | None = None
     moved: tuple["Moved", ...] = ()
 
     @property
@@ -97,13 +100,6 @@ class Identified:
     def value(self, term: str) -> float:
         """Return the first number of ``term``, 0 where the moves did not excite it."""
         return next((t.value for t in self.fitted if t.term == term), 0.0)
-
-    def effort(self, inputs: Mapping[str, Array]) -> Array:
-        """Return the effort (n,) for inputs: that of the terms, and what friction deviates by."""
-        told = predicted(self.terms, inputs)
-        if self.steady is None:
-            return told
-        return told + self.steady.deviation(stored_parts(self.terms)[0], inputs)
 
 
 @dataclass(frozen=True)
@@ -206,9 +202,12 @@ def stored_parts(terms: Sequence[IdentifiedTerm]) -> tuple[tuple[Part, ...], Arr
     return tuple(parts), np.array(linear)
 
 
-def predicted(terms: Sequence[IdentifiedTerm], inputs: Mapping[str, Array]) -> Array:
-    """Return the effort (n,) that stored terms give for inputs."""
+def predicted(
+    terms: Sequence[IdentifiedTerm], inputs: Mapping[str, Array], off_law: OffLaw | None = None
+) -> Array:
+    """Return the effort (n,) that stored terms give for inputs, and what friction is off them."""
     parts, linear = stored_parts(terms)
     if not len(linear):
         return np.zeros_like(inputs["position"])
-    return predict(parts, linear, inputs)
+    told = predict(parts, linear, inputs)
+    return told if off_law is None else told + off_law.effort(parts, inputs)

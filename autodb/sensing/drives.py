@@ -24,8 +24,15 @@ from autodb.sensing.axis_model import (
 )
 from autodb.sensing.linearised import linearised, shaped
 from autodb.sensing.motion import term_inputs
+from autodb.sensing.off_law import OffLaw
 from autodb.sensing.prepared import SPINDLE, Prepared, prepared
-from autodb.sensing.protocol import Protocol, default_protocol, means_by_way, means_of
+from autodb.sensing.protocol import (
+    WAY_MM,
+    Protocol,
+    default_protocol,
+    means_by_way,
+    means_of,
+)
 from autodb.sensing.ripples import Ripple, strongest_ripple
 from autodb.sensing.steady import friction_deviation
 from autodb.terms import Channel, Contribution, Parameter
@@ -59,6 +66,8 @@ GIVEN = {
     "warmup": {"levelling"},
 }
 """Shape parameters that are taken as given: the moves of one recording hardly show them."""
+WAVE_ROWS = 4
+"""Rows that show a wave of a ripple: at its crests and between them. Chosen."""
 SPREAD_CUTOFFS_HZ = (50.0, 75.0, 100.0, 150.0, 200.0)
 
 
@@ -87,12 +96,15 @@ def identify(
     """
     given = beliefs.others if beliefs else {}
     rows, parts = _begun(recording, axis, protocol, terms, given)
-    means = rows.by(_means(rows) if by_way else means_of(rows.protocol))
+    means = rows.by(_by_way(rows, parts) if by_way else means_of(rows.protocol))
     return fitted(means, shaped(means, parts), beliefs, published=rows, uneven=by_way)
 
 
-def _means(rows: Prepared) -> Protocol:
-    return means_by_way(rows.protocol, rows.inputs["velocity"], rate_hz=rows.rate_hz)
+def _by_way(rows: Prepared, parts: tuple[Part, ...]) -> Protocol:
+    """Return means by the way gone, WAVE_ROWS over each wave of a ripple at least."""
+    waves = [part.shape["period"] for part in parts if "period" in part.shape]
+    way_mm = min([WAY_MM, *(wave / WAVE_ROWS for wave in waves)])
+    return means_by_way(rows.protocol, rows.inputs["velocity"], rate_hz=rows.rate_hz, way_mm=way_mm)
 
 
 def plain(
@@ -159,9 +171,9 @@ def _form(name: str, kind: Channel) -> str:
 
 
 def _fine_enough(rows: Prepared, period: float) -> Protocol:
-    """Return the protocol with rows four times as often as the ripple passes at the top speed."""
+    """Return the protocol with WAVE_ROWS rows a wave of the ripple at the top speed."""
     passing_hz = float(np.max(np.abs(rows.inputs["velocity"]))) / period
-    factor = int(rows.rate_hz / (4.0 * passing_hz))
+    factor = int(rows.rate_hz / (WAVE_ROWS * passing_hz))
     return replace(rows.protocol, decimate=max(1, min(rows.protocol.decimate, factor)))
 
 
@@ -224,27 +236,30 @@ def spread_over_filters(
     ]
 
 
-def predict_effort(recording: Recording, axis: str, terms: Sequence[IdentifiedTerm]) -> Array:
-    """Return the effort (n,) that identified terms give for a recording's motion."""
-    cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
-    return predicted(terms, term_inputs(recording, axis, cutoff_hz=cutoff_hz))
+def predict_effort(
+    recording: Recording,
+    axis: str,
+    terms: Sequence[IdentifiedTerm],
+    off_law: OffLaw | None = None,
+) -> Array:
+    """Return the effort (n,) that identified terms give for a recording's motion.
 
-
-def predict_deviating(recording: Recording, model: Identified) -> Array:
-    """Return the effort (n,) for a recording's motion, with what friction deviates by.
-
-    Nearer than ``predict_effort``, whose terms alone a database keeps.
+    With ``off_law`` what friction is off their laws is in it.
     """
     cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
-    return model.effort(term_inputs(recording, model.axis, cutoff_hz=cutoff_hz))
+    return predicted(terms, term_inputs(recording, axis, cutoff_hz=cutoff_hz), off_law)
 
 
 def cross_test(
-    recording: Recording, axis: str, protocol: Protocol, terms: Sequence[IdentifiedTerm]
+    recording: Recording,
+    axis: str,
+    protocol: Protocol,
+    terms: Sequence[IdentifiedTerm],
+    off_law: OffLaw | None = None,
 ) -> float:
-    """Return the relative error of terms on a recording that they were not fitted to."""
+    """Return the relative error of a model on a recording that it was not fitted to."""
     rows = prepared(recording, axis=axis, protocol=protocol)
-    left = rows.effort - rows.reduced(predicted(terms, rows.inputs))
+    left = rows.effort - rows.reduced(predicted(terms, rows.inputs, off_law))
     return float(np.sqrt(np.mean(left**2) / np.mean(rows.effort**2)))
 
 

@@ -1,5 +1,7 @@
 """What an axis' terms leave of motion that they were not fitted to."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,6 +9,7 @@ from autodb import fitting
 from autodb.sensing.linearised import Linearised
 from autodb.sensing.motion import motion_blocks
 from autodb.sensing.prepared import Prepared
+from autodb.sensing.unevenness import row_roots
 
 Array = NDArray[np.float64]
 
@@ -20,12 +23,36 @@ def held_out(rows: Prepared, problem: Linearised) -> Array:
     A coefficient is believed to add no more than the effort's rms: that of a term which only the
     few rows of a reversal tell from another would be anything, and wrong elsewhere.
     """
-    blocks = motion_blocks(rows.sampled("t"), rows.sampled("direction"))
-    gap = round(GAP_S * rows.rate_hz / rows.protocol.decimate)
-    adds = [p not in part.term.shape for part, p in problem.names]
     weights, _ = fitting.solve(fitting.triangle(problem.columns, problem.target))
     noise = float(np.std(problem.target - problem.columns @ weights))
+    return _left(rows, problem.columns, problem.target, _pull(rows, problem, noise))
+
+
+def held_out_off_law(
+    rows: Prepared, problem: Linearised, groups: Sequence[Array], sds: Array
+) -> Array:
+    """Return what terms leave (m,), friction off its laws by ``groups`` (m, k) with ``sds`` each.
+
+    Rows count by how much they scatter, as in the fit of a sweep.
+    """
+    root = row_roots(rows, problem, list(groups))
+    matrix = np.column_stack([problem.columns, *groups]) * root[:, None]
+    target = problem.target * root
+    weights = np.linalg.lstsq(matrix, target, rcond=1e-10)[0]
+    noise = float(np.sqrt(fitting.long_run_variance(target - matrix @ weights)))
+    free = np.repeat(noise / sds, [group.shape[1] for group in groups])
+    pull = np.concatenate([_pull(rows, problem, noise), free])
+    return _left(rows, matrix, target, pull) / root
+
+
+def _pull(rows: Prepared, problem: Linearised, noise: float) -> Array:
+    adds = [p not in part.term.shape for part, p in problem.names]
     effort_rms = float(np.sqrt(np.mean(rows.effort**2)))
     size = np.sqrt(np.mean(problem.columns**2, axis=0))
-    pull = np.where(adds, noise * size / effort_rms, 0.0)
-    return fitting.held_out(problem.columns, problem.target, blocks, gap=gap, pull=pull)
+    return np.where(adds, noise * size / effort_rms, 0.0)
+
+
+def _left(rows: Prepared, matrix: Array, target: Array, pull: Array) -> Array:
+    blocks = motion_blocks(rows.sampled("t"), rows.sampled("direction"))
+    gap = round(GAP_S * rows.rate_hz / rows.protocol.decimate)
+    return fitting.held_out(matrix, target, blocks, gap=gap, pull=pull)

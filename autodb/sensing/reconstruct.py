@@ -18,6 +18,7 @@ from autodb.sensing.axis_model import IdentifiedTerm, predicted, term_called
 from autodb.sensing.deviation import OVER_SPEED
 from autodb.sensing.drive_errors import STANDING, TURNED, DriveErrors, states
 from autodb.sensing.motion import place_channel, term_inputs
+from autodb.sensing.off_law import OffLaw
 from autodb.sensing.protocol import default_protocol
 from autodb.terms import Contribution
 from autodb.terms.friction import direction
@@ -47,7 +48,9 @@ BEYOND = 0.05
 
 @dataclass(frozen=True)
 class DriveModel:
-    """What was identified of an axis: terms, covariance (k, k) of the first k, and its errors."""
+    """What was identified of an axis: terms, covariance (k, k) of the first k, and its errors; of a
+    sweep also what friction is off the terms' laws.
+    """
 
     axis: str
     channel: str
@@ -55,12 +58,14 @@ class DriveModel:
     terms: Sequence[IdentifiedTerm]
     covariance: Array
     errors: DriveErrors
+    off_law: OffLaw | None = None
 
 
 @dataclass(frozen=True)
 class Load:
     """Load and its standard deviation (n,), in ``unit``, up to ``bandwidth_hz``; rows marked.
 
+    ``direction``: of the motion, −1 to 1.
     ``standing``: friction may hold it; ``turned``: shortly after a reversal; ``outside``: where the
     axis was never moved; ``braking``: the drive takes power back; ``at_limit``: the effort is at
     its limit, so that the load may be larger.
@@ -71,6 +76,7 @@ class Load:
     bandwidth_hz: float
     value: Array
     sd: Array
+    direction: Array
     standing: Flags
     turned: Flags
     outside: Flags
@@ -91,7 +97,7 @@ def reconstruct(recording: Recording, model: DriveModel, *, bandwidth_hz: float)
     cutoff_hz = default_protocol(rate_hz).cutoff_hz
     inputs = term_inputs(recording, model.axis, cutoff_hz=cutoff_hz)
     effort = recording[model.channel]
-    whole = effort - predicted(model.terms, inputs)
+    whole = effort - predicted(model.terms, inputs, model.off_law)
     value = signals.lowpass(whole, rate_hz=rate_hz, cutoff_hz=bandwidth_hz)
     return _load(model, inputs, effort, value, rate_hz=rate_hz, bandwidth_hz=bandwidth_hz)
 
@@ -122,7 +128,7 @@ def observe(recording: Recording, model: DriveModel, *, bandwidth_hz: float) -> 
         inputs[f"{other}.acceleration"] = through(place, 2, bandwidth_hz)
     heavy = [t for t in model.terms if t.term in ACCELERATED or _modifies(t)]
     others = [t for t in model.terms if t.term not in ACCELERATED]
-    value = through(effort - predicted(others, inputs), 0, bandwidth_hz)
+    value = through(effort - predicted(others, inputs, model.off_law), 0, bandwidth_hz)
     value -= predicted(heavy, inputs)
     return _load(model, inputs, effort, value, rate_hz=rate_hz, bandwidth_hz=bandwidth_hz)
 
@@ -161,6 +167,7 @@ def _load(
         bandwidth_hz=bandwidth_hz,
         value=value,
         sd=sd * (1.0 + beyond),
+        direction=inputs["direction"],
         standing=labels == STANDING,
         turned=labels == TURNED,
         outside=beyond > BEYOND,

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.sensing.deviation import OVER_SPEED, Inputs, deviating, deviation_groups, rubs
+from autodb.sensing.deviation import OVER_SPEED, deviating, deviation_groups, rubs
 from autodb.sensing.linearised import Linearised
+from autodb.sensing.off_law import OffLaw
 from autodb.sensing.prepared import SPINDLE, Prepared
 from autodb.terms.channel import Part, coefficients, columns, free_shape, reshaped
 
@@ -19,18 +20,15 @@ STEADY = OVER_SPEED | {"position_friction", "gravity", "spring", "cogging"}
 
 @dataclass(frozen=True)
 class SteadyMotion:
-    """What an identified model says of motion at constant speed, up to ``highest_mm_s``.
+    """What an identified model says of motion at constant speed, up to the highest moved at.
 
-    ``parts`` that act then; ``values`` (p,) of their coefficients and free shape; ``weights`` (m,)
-    of the columns by which they deviate from their laws; ``covariance`` (p + m, p + m) of both.
+    ``off_law``: what the parts that act then are off their laws, with m weights; ``values`` (p,) of
+    these parts' coefficients and free shape; ``covariance`` (p + m, p + m) of both.
     """
 
-    parts: tuple[Part, ...]
+    off_law: OffLaw
     values: Array
-    weights: Array
     covariance: Array
-    highest_mm_s: float
-    travel_mm: tuple[float, float]
 
     def friction(self, velocity_mm_s: Array) -> tuple[Array, Array]:
         """Return friction (n,) at velocities (n,), its mean over the travel, and its sd (n,).
@@ -46,49 +44,38 @@ class SteadyMotion:
         """
         return self._at(position_mm, velocity_mm_s, over_speed=False)
 
-    def deviation(self, parts: tuple[Part, ...], inputs: Inputs) -> Array:
-        """Return what the laws of a model of these ``parts`` leave out in any motion, (n,).
-
-        Beyond the highest speed and the travel it is as at their ends.
-        """
-        groups = deviation_groups(
-            self.parts, highest_mm_s=self.highest_mm_s, travel_mm=self.travel_mm
-        )
-        return np.asarray(np.column_stack(deviating(groups, parts, inputs)) @ self.weights)
-
     def _at(
         self, position_mm: Array, velocity_mm_s: Array, *, over_speed: bool
     ) -> tuple[Array, Array]:
         """Return value and sd, of everything or of friction over speed only."""
-        if np.max(np.abs(velocity_mm_s)) > self.highest_mm_s:
-            raise ValueError(f"no move was faster than {self.highest_mm_s:g} mm/s")
+        seen, parts = self.off_law, self.off_law.parts
+        if np.max(np.abs(velocity_mm_s)) > seen.highest_mm_s:
+            raise ValueError(f"no move was faster than {seen.highest_mm_s:g} mm/s")
         sense = np.sign(velocity_mm_s)
         inputs = {"position": position_mm, "velocity": velocity_mm_s, "direction": sense}
-        names = [part for part, _ in (*coefficients(self.parts), *free_shape(self.parts))]
+        names = [part for part, _ in (*coefficients(parts), *free_shape(parts))]
         wanted = np.array([rubs(part) or not over_speed for part in names])
-        count = len(coefficients(self.parts))
+        count = len(coefficients(parts))
         linear, shape = self.values[:count] * wanted[:count], self.values[count:]
 
         def effort(values: Array) -> Array:
-            told: Array = columns(reshaped(self.parts, values), inputs) @ linear
+            told: Array = columns(reshaped(parts, values), inputs) @ linear
             return told
 
         # Gradient over the law's coefficients, its shape, and the deviation
-        base = columns(self.parts, inputs)
+        base = columns(parts, inputs)
         slopes = [
             (effort(shape + step) - effort(shape - step)) / (2.0 * step.sum())
             for step in np.diag(1e-6 * np.maximum(np.abs(shape), 1e-6))
         ]
         law = np.column_stack([base, *slopes]) * wanted
-        groups = deviation_groups(
-            self.parts, highest_mm_s=self.highest_mm_s, travel_mm=self.travel_mm
-        )
+        groups = deviation_groups(parts, highest_mm_s=seen.highest_mm_s, travel_mm=seen.travel_mm)
         free = np.column_stack(
             [g.columns(inputs) * (g.over_speed or not over_speed) for g in groups]
         )
         gradient = np.column_stack([law, free])
         variance = np.einsum("ij,jk,ik->i", gradient, self.covariance, gradient)
-        value: Array = effort(shape) + free @ self.weights
+        value: Array = effort(shape) + free @ seen.weights
         return value, np.sqrt(np.maximum(variance, 0.0))
 
 
@@ -105,16 +92,17 @@ class Deviation:
     highest_mm_s: float
     travel_mm: tuple[float, float]
 
+    def off_law(self, weights: Array) -> OffLaw:
+        """Return by what friction deviates with ``weights`` (m,)."""
+        return OffLaw(self.parts, weights, self.highest_mm_s, self.travel_mm)
+
     def steady(self, fit: fitting.Deviating, values: Array, weights: Array) -> SteadyMotion:
         """Return steady motion of a fit that is told as ``values`` (p,) and ``weights`` (m,)."""
         together = [*self.places, *range(fit.columns, len(fit.whole))]
         return SteadyMotion(
-            parts=self.parts,
+            off_law=self.off_law(weights),
             values=values[self.places],
-            weights=weights,
             covariance=fit.whole_covariance[np.ix_(together, together)],
-            highest_mm_s=self.highest_mm_s,
-            travel_mm=self.travel_mm,
         )
 
 

@@ -92,7 +92,7 @@ def _over_position(moved: Motion, residual: Array) -> None:
 def _friction(model: Identified) -> None:
     """Friction over speed in both directions with its 95 % interval, and the published law."""
     assert model.steady is not None
-    speed = np.linspace(1.0, model.steady.highest_mm_s, 120)
+    speed = np.linspace(1.0, model.steady.off_law.highest_mm_s, 120)
     with drawn("emps-friction", height_in=3.6) as (axes,):
         for sign, colour, label in ((1, SIMULATION, "forwards"), (-1, CORRECTED, "backwards")):
             value, sd = model.steady.friction(sign * speed)

@@ -20,6 +20,7 @@ from autodb.store.models.machine import Axis, GearRange, Machine
 from autodb.store.models.recording import Cut, Recording, RecordingChannel
 from autodb.store.models.sensing import (
     Calibration,
+    DriveScale,
     Estimator,
     SensedForce,
     SensedWaveform,
@@ -47,6 +48,7 @@ __all__ = [
     "ConventionalParameter",
     "Cut",
     "CuttingParameters",
+    "DriveScale",
     "Estimator",
     "FleetPrior",
     "GearRange",

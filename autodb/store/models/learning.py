@@ -20,8 +20,9 @@ fleet_prior_parameters = link("fleet_prior_parameters", "fleet_prior", "cutting_
 class ChannelModel(Base):
     """One version of an axis' identified drive model: terms, values, covariance, protocol.
 
-    ``errors``: how far off it is by what the axis does; NULL: not counted. ``parent``: the version
-    whose posterior it took as prior; NULL: it started from none.
+    ``errors``: how far off it is by what the axis does; NULL: not counted. ``off_law``: what
+    friction is off its laws; NULL: the terms are all. ``parent``: the version whose posterior it
+    took as prior; NULL: it started from none.
     """
 
     __tablename__ = "channel_model"
@@ -37,6 +38,7 @@ class ChannelModel(Base):
     relative_error: Mapped[float]
     protocol: Mapped[str]
     errors: Mapped[dict[str, Any] | None]
+    off_law: Mapped[dict[str, Any] | None]
     created_at: Mapped[str] = mapped_column(default=now)
     parent_id: Mapped[int | None] = mapped_column(
         ForeignKey("channel_model.id", name="fk_channel_model_parent")

@@ -13,6 +13,7 @@ CALIBRATION_KINDS = (
     "power-of-speed-warmed", "anfis",
 )  # fmt: skip
 ESTIMATOR_KINDS = ("range", "drive", "lstm", "table", "inspection", "fusion")
+SCALE_KINDS = ("added-mass", "force", "standard-cut")
 SPINDLE_STATES = ("cold", "warm")
 FEED_DIRECTIONS = ("+", "-")
 
@@ -77,6 +78,32 @@ class Calibration(Base):
     group_covariance: Mapped[list[Any] | None]
     recordings: Mapped[list[Recording]] = relationship(secondary=calibration_recording)
     repeats: Mapped[list[Cut]] = relationship(secondary=calibration_repeat)
+
+
+class DriveScale(Base):
+    """One version of what an ampere of a feed axis' drive is, N, told by a known load.
+
+    ``share``: its relative standard deviation, common to all loads that are felt with it.
+    ``recording``: of the load; ``source``: which it was.
+    """
+
+    __tablename__ = "drive_scale"
+    __table_args__ = (
+        UniqueConstraint("machine_id", "axis", "version", name="uq_drive_scale_key"),
+        one_of("kind", SCALE_KINDS, name="ck_drive_scale_kind"),
+        CheckConstraint("per_ampere > 0", name="ck_drive_scale_per_ampere"),
+    )
+    id: Mapped[int] = mapped_column(primary_key=True)
+    machine_id: Mapped[int] = mapped_column(ForeignKey("machine.id"), index=True)
+    axis: Mapped[str]
+    version: Mapped[int]
+    kind: Mapped[str]
+    per_ampere: Mapped[float]
+    share: Mapped[float]
+    source: Mapped[str]
+    recording_id: Mapped[int] = mapped_column(ForeignKey("recording.id"))
+    created_at: Mapped[str] = mapped_column(default=now)
+    recording: Mapped[Recording] = relationship()
 
 
 class Estimator(Base):
