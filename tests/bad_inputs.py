@@ -337,6 +337,10 @@ AXES = (
         "autodb reconstruct moves.csv --moves moves.csv --bandwidth 80", _moves(),
     ),
     Case(
+        "a scale by a standard cut that is not there",
+        "autodb scale moves.csv --machine lathe-1 --standard-cut turning-aluminium:heavy", _moves(),
+    ),
+    Case(
         "a sweep with an axis that is not parked",
         "autodb sweep --machine-file lathe.toml --axis z --dialect fanuc",
         _text("lathe.toml", *MACHINE[:3], SLIDING),
