@@ -31,6 +31,7 @@ from autodb.sensing.prepared import SPINDLE, Prepared
 from autodb.sensing.solved import Name, Solved, given_shape, named
 from autodb.sensing.steady import friction_deviation
 from autodb.sensing.unevenness import row_roots
+from autodb.terms import Contribution, Parameter
 from autodb.terms.channel import Part
 
 Array = NDArray[np.float64]
@@ -68,7 +69,7 @@ def fitted(
         if beliefs is not None:
             solved = believed(solved, beliefs, rows)
         vague = [solved.problem.names[i] for i in _vague(solved, rows)]
-        shapeless = {part.key for part, p in vague if p in part.term.shape}
+        shapeless = {part.key for part, p in vague if part.free and _told_by(part, p)}
         if not shapeless:
             break
         gone = [part for part in parts if part.key in shapeless]
@@ -77,6 +78,12 @@ def fitted(
     if len(vague) == len(solved.problem.names):
         raise UnusableInput(f"{rows.path}: {rows.axis} does not move enough")
     return _described(rows, solved, dropped, published, sweep=uneven)
+
+
+def _told_by(part: Part, parameter: Parameter) -> bool:
+    """Say whether a part is nothing without a parameter: of its shape, or its one coefficient."""
+    alone = isinstance(part.term, Contribution) and len(part.term.coefficients) == 1
+    return parameter in part.term.shape or alone
 
 
 def _settled(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> Solved:
@@ -195,7 +202,8 @@ def _described(
     in_sum = [named(names[i], values[i], None, rows) for i in vague]
     told = (*terms, *in_sum, *given_shape(solved.problem.parts, rows))
     there = linearised(published, solved.problem.parts)
-    off_law, left = _off_law(published, there, solved if sweep else None)
+    weights = solved.weights_with(values)
+    off_law, left = _off_law(published, there, solved.fit, weights if sweep else None)
     error = published.effort - published.reduced(predicted(told, published.inputs, off_law))
     rms, effort_rms = _rms(error), _rms(published.effort)
     return Identified(
@@ -212,32 +220,29 @@ def _described(
         not_excited=_not_excited([*dropped, *(names[i] for i in vague)]),
         doubts=tuple(_doubts(terms)),
         plain=_plain(published, there),
-        steady=solved.deviation.steady(solved.fit, values, solved.weights)
-        if solved.deviation
-        else None,
+        steady=solved.deviation.steady(solved.fit, values, weights) if solved.deviation else None,
         off_law=off_law,
         moved=solved.moved,
     )
 
 
 def _off_law(
-    rows: Prepared, problem: Linearised, sweep: Solved | None
+    rows: Prepared, problem: Linearised, fit: fitting.Deviating, weights: Array | None
 ) -> tuple[OffLaw | None, Array]:
     """Return what friction is off its laws, and what is left (m,) of blocks left out.
 
-    Only a sweep over speeds shows it, and only where it makes blocks left out better, row by row of
-    the way gone, it is told.
+    Only a sweep over speeds shows it, with ``weights`` (m,), and only where it makes blocks left
+    out better, row by row of the way gone, it is told.
     """
     left = held_out(rows, problem)
-    if sweep is None or sweep.deviation is None:
+    deviation = friction_deviation(rows, problem) if weights is not None else None
+    if weights is None or deviation is None:
         return None, left
-    deviation = friction_deviation(rows, problem)
-    assert deviation is not None  # the same parts as the fit's
-    better = held_out_off_law(rows, problem, deviation.groups, sweep.fit.sds)
+    better = held_out_off_law(rows, problem, deviation.groups, fit.sds)
     way = np.abs(rows.sampled("velocity"))
     if way @ better**2 >= way @ left**2:
         return None, left
-    return deviation.off_law(sweep.weights), better
+    return deviation.off_law(weights), better
 
 
 def _errors(rows: Prepared, left: Array, terms: Sequence[IdentifiedTerm]) -> DriveErrors | None:

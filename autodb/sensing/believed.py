@@ -3,7 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
 from autodb.sensing.axis_model import Beliefs, Moved, predicted, unit_in
 from autodb.sensing.prepared import Prepared
 from autodb.sensing.solved import Solved, given_shape, named
@@ -52,18 +51,9 @@ def believed(solved: Solved, beliefs: Beliefs, rows: Prepared) -> Solved:
         deviation=solved.deviation,
         values=values,
         covariance=covariance,
-        weights=solved.weights + _follow(solved.fit, values - solved.values),
+        weights=solved.weights_with(values),
         moved=tuple(moved),
     )
-
-
-def _follow(fit: fitting.Deviating, change: Array) -> Array:
-    """Return by what the deviation's weights (m,) change with the law's values (p,)."""
-    p = fit.columns
-    scale = np.sqrt(np.diag(fit.covariance))
-    unit = fit.covariance / np.outer(scale, scale)
-    pushed = np.linalg.lstsq(unit, change / scale, rcond=1e-12)[0] / scale
-    return np.asarray(fit.whole_covariance[p:, :p] @ pushed, dtype=np.float64)
 
 
 def _swallowed(solved: Solved, beliefs: Beliefs, rows: Prepared) -> Array:

@@ -31,6 +31,15 @@ class Solved:
     weights: Array
     moved: tuple[Moved, ...] = ()
 
+    def weights_with(self, values: Array) -> Array:
+        """Return the deviation's weights (m,), given other ``values`` (p,) of the law."""
+        p = self.fit.columns
+        scale = np.sqrt(np.diag(self.fit.covariance))
+        unit = self.fit.covariance / np.outer(scale, scale)
+        change = (values - self.values) / scale
+        pushed = np.linalg.lstsq(unit, change, rcond=1e-12)[0] / scale
+        return np.asarray(self.weights + self.fit.whole_covariance[p:, :p] @ pushed)
+
 
 def named(name: Name, value: float, sd: float | None, rows: Prepared) -> IdentifiedTerm:
     """Return a parameter with its value and sd, as a model keeps it."""
