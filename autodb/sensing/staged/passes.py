@@ -1,0 +1,150 @@
+"""Passes at constant speed in a recording of an axis: found from where it was alone.
+
+A pass is a straight line of position over time. Position and not velocity, because an axis that
+sticks and slips halts and jumps within a pass, and yet keeps to the line that it is commanded.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.terms.friction import STANDSTILL_MM_S
+
+Array = NDArray[np.float64]
+
+OFF_LINE_MM = 0.1
+"""Way by which a pass may be off its line: stick-slip of a feed axis jumps less. Chosen."""
+RUN_IN_MM, RUN_IN_S = 1.0, 0.1
+"""Left out at both ends of a pass, the longer: friction has turned and the drive settled. Chosen,
+as ``drive_errors`` has it."""
+SHORTEST_MM, SHORTEST_S, FEWEST_ROWS = 1.0, 0.2, 8
+"""What of a pass must be left. Chosen."""
+STEADY = 0.02
+"""Share by which the speeds of a pass' halves may differ, beside what its jumps make. Chosen."""
+SAME_LEVEL = 1.04
+"""Ratio of neighbouring speeds up to which they are one level: P2's nearest are 1.11. Chosen."""
+MANY_LEVELS, WIDE_SPAN = 6, 20.0
+"""Levels passed both ways, and ratio of the fastest to the slowest, that make a sweep over speeds.
+Chosen: passes of one way then last so differently long that time is no fair weight."""
+
+
+@dataclass(frozen=True)
+class Pass:
+    """One pass without its run-in: rows ``begin`` to ``end``, speed mm/s, direction ±1, travel mm.
+
+    ``level``: the speed's number, slowest 0; ``repeat``: how often level and direction came before.
+    """
+
+    begin: int
+    end: int
+    speed_mm_s: float
+    sense: int
+    low_mm: float
+    high_mm: float
+    level: int = 0
+    repeat: int = 0
+
+    @property
+    def rows(self) -> slice:
+        """Its rows."""
+        return slice(self.begin, self.end)
+
+
+def passes_of(inputs: Mapping[str, Array]) -> tuple[Pass, ...]:
+    """Return the passes of a motion in time, from its `t` (s) and `position` (mm), (n,) each."""
+    t, x = inputs["t"], inputs["position"]
+    corners = _corners(t, x)
+    found = [_within(t, x, a, b) for a, b in zip(corners[:-1], corners[1:], strict=True)]
+    return _numbered([one for one in found if one is not None])
+
+
+def levels_of(passes: Sequence[Pass]) -> dict[int, float]:
+    """Return the mean speed mm/s of each level, slowest first."""
+    numbers = sorted({one.level for one in passes})
+    return {k: float(np.mean([p.speed_mm_s for p in passes if p.level == k])) for k in numbers}
+
+
+def both_ways(passes: Sequence[Pass]) -> dict[int, float]:
+    """Return the levels that were passed in both directions with their mean speed mm/s."""
+    seen = {(one.level, one.sense) for one in passes}
+    return {k: v for k, v in levels_of(passes).items() if {(k, 1), (k, -1)} <= seen}
+
+
+def sweeps_speeds(passes: Sequence[Pass]) -> bool:
+    """Say whether passes are a sweep over speeds: many levels both ways, over a wide span."""
+    speeds = list(both_ways(passes).values())
+    return len(speeds) >= MANY_LEVELS and max(speeds) >= WIDE_SPAN * min(speeds)
+
+
+def _corners(t: Array, x: Array) -> list[int]:
+    """Return the rows between which position is straight within OFF_LINE_MM, first and last too.
+
+    Douglas and Peucker 1973: a chord is split where position is farthest off it, a corner.
+    """
+    open_, done = [(0, len(t) - 1)], []
+    while open_:
+        a, b = open_.pop()
+        slope = (x[b] - x[a]) / (t[b] - t[a])
+        off = np.abs(x[a : b + 1] - x[a] - slope * (t[a : b + 1] - t[a]))
+        far = a + int(np.argmax(off))
+        if off[far - a] <= OFF_LINE_MM or b - a < 2:
+            done.append(b)
+        else:
+            open_ += [(far, b), (a, far)]
+    return [0, *done]
+
+
+def _within(t: Array, x: Array, begin: int, end: int) -> Pass | None:
+    """Return the pass between two corners, its run-in left out; None where there is none."""
+    way, span_s = abs(x[end] - x[begin]), t[end] - t[begin]
+    if way < STANDSTILL_MM_S * span_s:
+        return None
+    since, left = np.abs(x[begin:end] - x[begin]), np.abs(x[end] - x[begin:end])
+    clock = t[begin:end] - t[begin]
+    inside = np.minimum(since, left) >= RUN_IN_MM
+    inside &= np.minimum(clock, span_s - clock) >= RUN_IN_S
+    rows = begin + np.flatnonzero(inside)
+    if len(rows) < FEWEST_ROWS:
+        return None
+    a, b = int(rows[0]), int(rows[-1]) + 1
+    long_enough = abs(x[b - 1] - x[a]) >= SHORTEST_MM and t[b - 1] - t[a] >= SHORTEST_S
+    if not long_enough or not _steady(t[a:b], x[a:b]):
+        return None
+    slope = _slope(t[a:b], x[a:b])
+    low, high = sorted((float(x[a]), float(x[b - 1])))
+    return Pass(a, b, abs(slope), 1 if slope > 0 else -1, low, high)
+
+
+def _steady(t: Array, x: Array) -> bool:
+    """Say whether a stretch keeps its speed: its halves are as fast as each other."""
+    line = np.polyfit(t - t[0], x, 1)
+    rms_mm = float(np.sqrt(np.mean((x - np.polyval(line, t - t[0])) ** 2)))
+    middle = len(t) // 2
+    first, last = _slope(t[:middle], x[:middle]), _slope(t[middle:], x[middle:])
+    leeway = STEADY * abs(line[0]) + 8.0 * rms_mm / (t[-1] - t[0])
+    return bool(abs(first - last) <= leeway)
+
+
+def _slope(t: Array, x: Array) -> float:
+    return float(np.polyfit(t - t[0], x, 1)[0])
+
+
+def _numbered(found: list[Pass]) -> tuple[Pass, ...]:
+    """Return the passes with their levels and repeats."""
+    speeds = np.sort([one.speed_mm_s for one in found])
+    edges = speeds[1:][speeds[1:] > SAME_LEVEL * speeds[:-1]]
+    seen: dict[tuple[int, int], int] = {}
+    made = []
+    for one in found:
+        level = int(np.searchsorted(edges, one.speed_mm_s, side="right"))
+        repeat = seen.get((level, one.sense), 0)
+        seen[level, one.sense] = repeat + 1
+        made.append(
+            Pass(
+                one.begin, one.end, one.speed_mm_s, one.sense, one.low_mm, one.high_mm,
+                level, repeat,
+            )
+        )  # fmt: skip
+    return tuple(made)
