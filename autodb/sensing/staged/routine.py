@@ -1,0 +1,205 @@
+"""The staged routine of a ball-screw axis: passes, then one stage after the other (P2, section III).
+
+Beside the joint fit, not in its place: what is fitted first takes up what a later stage would have
+explained, and no stage knows how unsure the one before was but by what repeats differ by.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import fitting
+from autodb.errors import UnusableInput
+from autodb.sensing.drive_errors import SPEEDING, states
+from autodb.sensing.prepared import SPINDLE, Prepared
+from autodb.sensing.staged.accelerated import Inertia, inertia_of
+from autodb.sensing.staged.along_travel import Along, along_travel
+from autodb.sensing.staged.over_speed import Law, law_of, levels_of_way
+from autodb.sensing.staged.passes import Pass, both_ways, levels_of, passes_of
+from autodb.sensing.staged.segments import (
+    Averages,
+    Length,
+    Segments,
+    averages,
+    length_of,
+    segments_of,
+)
+from autodb.sensing.staged.sticking import Verdict, sticking
+from autodb.sensing.staged.warming import Warming, warming_of
+from autodb.sensing.staged.weight import Weight, weight_of
+
+Array = NDArray[np.float64]
+
+FEWEST_LEVELS = 4
+"""Speeds passed both ways that the routine needs: two parameters and two to spare. Chosen."""
+
+
+@dataclass(frozen=True)
+class Staged:
+    """What the stages found, in the effort's unit.
+
+    ``laws`` by direction ±1; ``cold``: friction is that of a cold axis, else of this recording.
+    """
+
+    passes: tuple[Pass, ...]
+    length: Length
+    averages: Averages
+    verdicts: Mapping[int, Verdict]
+    weight: Weight
+    laws: Mapping[int, Law]
+    along: Along
+    warming: Warming | None
+    inertia: Inertia | None
+    cold: bool
+
+    @property
+    def levels(self) -> dict[int, float]:
+        """Speed mm/s of each level that was passed both ways, slowest first."""
+        return both_ways(self.passes)
+
+    def friction(self, x_mm: Array, speed_mm_s: Array, sense: int) -> tuple[Array, Array]:
+        """Return the size of friction (n,) at places and speeds (n,) in a direction, and its sd."""
+        value, sd = self.laws[sense].at(speed_mm_s)
+        gain, gain_sd = self.along.at(x_mm)
+        return value + gain, np.sqrt(sd**2 + gain_sd**2 + self.weight.sd**2)
+
+
+def staged(rows: Prepared, *, pitch_mm: float | None, cold: bool) -> Staged:
+    """Run the stages on one axis' recording.
+
+    ``pitch_mm`` of the screw, None where it is not known; ``cold``: refer friction to a cold axis,
+    by the warming that the passes show, so that it compares with a joint fit that has `warmup`.
+
+    Raises UnusableInput for a spindle, and where passes are too few or were not repeated.
+    """
+    inputs, effort = rows.inputs, rows.whole_effort
+    passes = _passes(rows)
+    verdicts = sticking(passes, inputs, effort)
+    stuck = {k for k, one in verdicts.items() if one.sticks}
+    length = length_of(passes, inputs["position"], effort, pitch_mm=pitch_mm)
+    cut = segments_of(passes, inputs["position"], length.mm)
+    smooth = ~np.isin(cut.level, list(stuck))
+
+    # Weight, and friction beside it; warming from passes that were repeated
+    means = cut.means(effort)
+    weight = weight_of(cut, means, [k for k in verdicts if k not in stuck])
+    friction = cut.sense * (means - weight.value)
+    warming = _warming(passes, cut.some(smooth), friction[smooth], inputs)
+    factor = warming.factor(inputs) if cold and warming else np.ones_like(effort)
+    at_rest = friction / cut.means(factor)
+
+    # Friction over speed around the middle, and along the travel
+    middle = np.isin(cut.place, _middle(passes, cut))
+    laws = {s: _law(rows, passes, cut, at_rest, middle & (cut.sense == s), stuck) for s in (1, -1)}
+    along = along_travel(
+        cut.some(smooth),
+        at_rest[smooth],
+        inputs["position"],
+        period_mm=length.period_mm,
+        middle_mm=cut.x_mm[middle],
+    )
+    found = Staged(
+        passes=passes,
+        length=length,
+        averages=averages(cut, means, friction, stuck),
+        verdicts=verdicts,
+        weight=weight,
+        laws=laws,
+        along=along,
+        warming=warming,
+        inertia=None,
+        cold=cold and warming is not None,
+    )
+    return replace(found, inertia=_inertia(rows, found, factor))
+
+
+def _passes(rows: Prepared) -> tuple[Pass, ...]:
+    """Return the passes of a recording, refused where the stages cannot do with them."""
+    if rows.axis == SPINDLE:
+        raise UnusableInput("--staged: a spindle has no travel; a feed axis would work")
+    passes = passes_of(rows.inputs)
+    count = len(both_ways(passes))
+    if count < FEWEST_LEVELS:
+        raise UnusableInput(
+            f"{rows.path}: {rows.axis} passes at {count} constant speeds both ways; the staged "
+            f"routine needs {FEWEST_LEVELS}: the moves that autodb sweep writes would work"
+        )
+    if not any(one.repeat for one in passes):
+        raise UnusableInput(
+            f"{rows.path}: no speed of {rows.axis} was passed twice in one direction, so that "
+            "nothing tells how runs differ; the moves that autodb sweep writes would work"
+        )
+    return passes
+
+
+def _middle(passes: tuple[Pass, ...], cut: Segments) -> NDArray[np.intp]:
+    """Return the places around the middle of the travel that most levels pass, both ways.
+
+    The nearest to the middle of those, and its neighbours as far as they are like it.
+    """
+    key = np.unique(np.column_stack([cut.place, cut.level, cut.sense]), axis=0)
+    places, count = np.unique(key[:, 0], return_counts=True)
+    most = places[count == count.max()]
+    x_mm = np.array([cut.x_mm[cut.place == one].mean() for one in most])
+    centre = 0.5 * (max(p.high_mm for p in passes) + min(p.low_mm for p in passes))
+    nearest = most[np.argmin(np.abs(x_mm - centre))]
+    offset = most - nearest
+    runs = np.cumsum(np.diff(most, prepend=most[0]) != 1)
+    return np.asarray(most[runs == runs[offset == 0]])
+
+
+def _warming(
+    passes: tuple[Pass, ...], cut: Segments, friction: Array, inputs: Mapping[str, Array]
+) -> Warming | None:
+    """Return the warming that whole passes show, a level and direction a group."""
+    names, at = np.unique(cut.of, return_inverse=True)
+    mean = np.bincount(at, friction) / np.bincount(at)
+    crossed = [passes[i] for i in names]
+    group = np.array([2 * one.level + (one.sense > 0) for one in crossed], dtype=np.intp)
+    amid = np.array([(one.begin + one.end) // 2 for one in crossed], dtype=np.intp)
+    return warming_of(group, mean, amid, inputs)
+
+
+def _law(
+    rows: Prepared,
+    passes: tuple[Pass, ...],
+    cut: Segments,
+    friction: Array,
+    which: NDArray[np.bool_],
+    stuck: set[int],
+) -> Law:
+    """Return the law over speed of one direction, from passes' means over some segments."""
+    names, at = np.unique(cut.of[which], return_inverse=True)
+    mean = np.bincount(at, friction[which]) / np.bincount(at)
+    crossed = [passes[i] for i in names]
+    level = np.array([one.level for one in crossed], dtype=np.intp)
+    run = np.array([one.repeat for one in crossed], dtype=np.intp)
+    if len(np.unique(level)) < FEWEST_LEVELS:
+        raise UnusableInput(
+            f"{rows.path}: no place of {rows.axis} is passed at {FEWEST_LEVELS} constant speeds "
+            "both ways; passes that cross the middle of the travel would work"
+        )
+    levels = levels_of_way(level, run, mean, levels_of(passes), stuck)
+    try:
+        return law_of(levels)
+    except fitting.NotConverged as error:
+        raise UnusableInput(f"{rows.path}: friction over speed: {error}") from None
+
+
+def _inertia(rows: Prepared, found: Staged, factor: Array) -> Inertia | None:
+    """Return the inertia of accelerated parts, whose friction is that of the stages before."""
+    inputs = {**rows.inputs}
+    highest = float(np.quantile(np.abs(inputs["acceleration"]), 0.999))
+    speeding = states(inputs, highest_mm_s2=highest) == SPEEDING
+    if not speeding.any():
+        return None
+    x, v = inputs["position"][speeding], inputs["velocity"][speeding]
+    size = np.where(v > 0, *(found.friction(x, np.abs(v), s)[0] for s in (1, -1)))
+    smooth = rows.protocol.smoothed(rows.whole_effort, rate_hz=rows.rate_hz)
+    left = np.zeros_like(smooth)
+    left[speeding] = (
+        smooth[speeding] - found.weight.value - np.sign(v) * size * factor[speeding]
+    )
+    return inertia_of(inputs["acceleration"], inputs["velocity"], left, speeding)
