@@ -18,6 +18,7 @@ from autodb.cli._common import (
     table,
     working,
 )
+from autodb.cli.staging import Pitch, Staging, check_staging, screw_for, show_staged
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -78,6 +79,8 @@ def identify(
     update: Update = False,
     added_mass: AddedMass = None,
     page: Page = None,
+    staged: Staging = False,
+    pitch: Pitch = None,
     machine: OptionalMachine = None,
     columns: Columns = None,
     group: Group = None,
@@ -90,6 +93,7 @@ def identify(
 
     names = names_of(terms)
     _check(update, machine, page)
+    check_staging(staged=staged, pitch=pitch, added_mass=added_mass)
     if added_mass is not None:
         _weigh(moves_of(recording, axis, columns, group, resample), machine, axis, added_mass, db)
         return
@@ -116,6 +120,8 @@ def identify(
     if other is not None:
         _show_cross_test(model, other)
     _show_spread(spread)
+    if staged:
+        show_staged(model, screw_for(moves, axis=model.axis, machine=machine, pitch=pitch, db=db))
     if page is not None:
         say(f"page: {page}")
     if kept is None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from autodb.sensing.axis_model import Identified
 from autodb.sensing.staged.routine import Staged
 from autodb.sensing.steady import SteadyMotion
-from autodb.terms import WARMUP
+from autodb.terms.drive import WARMUP
 
 Array = NDArray[np.float64]
 

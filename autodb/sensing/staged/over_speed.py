@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.terms import COULOMB, STRIBECK, VISCOUS
-from autodb.terms.channel import Part, columns, free_shape, reshaped
-from autodb.terms.fit import fit_parts
+from autodb.terms.channel import Part, coefficients, columns, free_shape, reshaped
+from autodb.terms.fit import bounds_of
+from autodb.terms.friction import COULOMB, STRIBECK, VISCOUS
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.intp]
@@ -20,21 +20,25 @@ Numbers = NDArray[np.intp]
 EXPONENT = 2.0
 """Of Stribeck friction, taken as given as in the joint fit: P0 section 2.2."""
 STRIBECK_LEVELS = 6
-"""Levels from which on Stribeck friction is fitted too: four parameters and two to spare. Chosen."""
+"""Levels from which on Stribeck friction is fitted too: four parameters, two to spare. Chosen."""
 ROUNDS = 5
 """Times that the law is weighed anew with what it leaves."""
+SPEEDS_TRIED = 200
+"""Stribeck speeds that are tried, in equal ratios: 5 % apart over a span of 20 000."""
 
 
 @dataclass(frozen=True)
 class Levels:
     """Friction of each level (k,) in one direction: speed mm/s, mean, its sd from the repeats.
 
-    ``run``: sd, as a share, of what all levels have in common because a whole run was stiffer.
+    ``smooth`` (k,): which do not stick; ``run``: sd, as a share, of what all levels have in common
+    because a whole run was stiffer.
     """
 
     speed_mm_s: Array
     friction: Array
     sd: Array
+    smooth: NDArray[np.bool_]
     run: float
 
 
@@ -91,14 +95,16 @@ def levels_of_way(
     share = friction / mean[at] - 1.0
     smooth = ~np.isin(level, list(stuck))
     own, whole = _shares(level[smooth], run[smooth], share[smooth])
-    free = float(np.sum(count[np.isin(names, list(stuck))] - 1))
+    sticks = np.isin(names, list(stuck))
+    free = float(np.sum(count[sticks] - 1))
     rough = float(np.sum(share[~smooth] ** 2)) / free if free > 0 else own
-    variance = np.where(np.isin(names, list(stuck)), max(rough, own), own)
+    variance = np.where(sticks, max(rough, own), own)
     return Levels(
-        np.array([speeds[int(k)] for k in names]),
-        mean,
-        np.abs(mean) * np.sqrt(variance / count),
-        float(np.sqrt(whole / len(np.unique(run)))),
+        speed_mm_s=np.array([speeds[int(k)] for k in names]),
+        friction=mean,
+        sd=np.abs(mean) * np.sqrt(variance / count),
+        smooth=~sticks,
+        run=float(np.sqrt(whole / len(np.unique(run)))),
     )
 
 
@@ -117,39 +123,62 @@ def _shares(level: Numbers, run: Numbers, share: Array) -> tuple[float, float]:
 def law_of(levels: Levels) -> Law:
     """Fit the law to the levels, each weighed by the repeats' error and by what the law leaves.
 
-    Raises NotConverged where the Stribeck speed does not settle.
+    Stribeck friction is no part where it, or its speed, could as well be nothing.
     """
-    wanted: tuple[Part, ...] = (Part(COULOMB), Part(VISCOUS))
+    plain: tuple[Part, ...] = (Part(COULOMB), Part(VISCOUS))
     if len(levels.speed_mm_s) >= STRIBECK_LEVELS:
-        shape = {"speed": 2.0, "exponent": EXPONENT}
-        law = _fitted(levels, (*wanted, Part(STRIBECK, shape, ("speed",))))
-        if _told(law):
+        law = _fitted(levels, (*plain, Part(STRIBECK, {"speed": 1.0, "exponent": EXPONENT},
+                                            ("speed",))))  # fmt: skip
+        (_, _, (_, level, level_sd), (_, speed, speed_sd)) = law.named
+        if level > level_sd and speed > speed_sd:
             return law
-    return _fitted(levels, wanted)
-
-
-def _told(law: Law) -> bool:
-    """Say whether Stribeck friction is there and its speed is known: else it is no part."""
-    _, level, sd = next(one for one in law.named if one[0] == "stribeck")
-    _, speed, speed_sd = law.named[-1]
-    return level > sd and speed > speed_sd
+    return _fitted(levels, plain)
 
 
 def _fitted(levels: Levels, parts: tuple[Part, ...]) -> Law:
-    inputs, lack = _inputs(levels.speed_mm_s), 0.0
-    size = np.abs(levels.friction)
+    """Fit the parts; what they leave of the levels that do not stick tells the lack."""
+    size, lack = np.abs(levels.friction), 0.0
     for _ in range(ROUNDS):
         sd = np.sqrt(levels.sd**2 + (lack * size) ** 2)
-        found = fit_parts(parts, inputs, levels.friction, sd=sd)
-        left = (levels.friction - columns(found.parts, inputs) @ found.linear) / size
-        count = len(found.linear) + len(free_shape(found.parts))
-        freedom = max(1, len(left) - count)
-        lack = float(np.sqrt(max(0.0, left @ left / freedom - np.mean((levels.sd / size) ** 2))))
-    slopes = _slopes(found.parts, found.linear, levels.speed_mm_s)
-    shape = [part.shape[p.name] for part, p in free_shape(found.parts)]
+        fitted, linear = _best(levels, parts, sd)
+        left = (levels.friction - columns(fitted, _inputs(levels.speed_mm_s)) @ linear) / size
+        count = len(linear) + len(free_shape(fitted))
+        lack = _lack(left[levels.smooth], (levels.sd / size)[levels.smooth], count)
+    slopes = _slopes(fitted, linear, levels.speed_mm_s)
+    shape = [part.shape[p.name] for part, p in free_shape(fitted)]
     information = (slopes / sd[:, None] ** 2).T @ slopes
-    values = np.concatenate([found.linear, shape])
-    return Law(found.parts, values, np.linalg.pinv(information), lack, levels.run)
+    values = np.concatenate([linear, shape])
+    return Law(fitted, values, np.linalg.pinv(information), lack, levels.run)
+
+
+def _best(levels: Levels, parts: tuple[Part, ...], sd: Array) -> tuple[tuple[Part, ...], Array]:
+    """Return the parts at the shape that fits best, and their coefficients.
+
+    The one shape parameter, a speed, is looked for within the speeds passed: so that it cannot fail
+    to settle.
+    """
+    inputs = _inputs(levels.speed_mm_s)
+    limits = bounds_of([p for _, p in coefficients(parts)])
+
+    def solved(shape: Array) -> tuple[tuple[Part, ...], Array, float]:
+        made = reshaped(parts, shape)
+        matrix = columns(made, inputs)
+        linear = fitting.solve(fitting.triangle(matrix, levels.friction, 1.0 / sd), limits)[0]
+        left = (levels.friction - matrix @ linear) / sd
+        return made, linear, float(left @ left)
+
+    if not free_shape(parts):
+        return solved(np.empty(0))[:2]
+    slowest, fastest = levels.speed_mm_s.min(), levels.speed_mm_s.max()
+    tried = [solved(np.array([one])) for one in np.geomspace(slowest, fastest, SPEEDS_TRIED)]
+    return min(tried, key=lambda one: one[2])[:2]
+
+
+def _lack(left: Array, sd: Array, count: int) -> float:
+    """Return the sd of what ``count`` parameters leave (k,) beyond its error (k,): the law's."""
+    freedom = max(1, len(left) - count)
+    beyond = float(left @ left) - float(sd @ sd)
+    return float(np.sqrt(max(0.0, beyond / freedom)))
 
 
 def _slopes(parts: tuple[Part, ...], linear: Array, speed_mm_s: Array) -> Array:
@@ -160,7 +189,7 @@ def _slopes(parts: tuple[Part, ...], linear: Array, speed_mm_s: Array) -> Array:
     made = [columns(parts, inputs)]
     for step in np.diag(1e-4 * shape):
         ahead, behind = (columns(reshaped(parts, shape + way), inputs) for way in (step, -step))
-        made.append(((ahead - behind) @ linear / (2.0 * step.sum()))[:, None])
+        made.append(((ahead - behind) @ linear / (2.0 * float(step.sum())))[:, None])
     return np.hstack(made)
 
 

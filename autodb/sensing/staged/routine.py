@@ -1,4 +1,4 @@
-"""The staged routine of a ball-screw axis: passes, then one stage after the other (P2, section III).
+"""The staged routine of a ball-screw axis: passes, then one stage after the other (P2 III).
 
 Beside the joint fit, not in its place: what is fitted first takes up what a later stage would have
 explained, and no stage knows how unsure the one before was but by what repeats differ by.
@@ -10,14 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
 from autodb.errors import UnusableInput
 from autodb.sensing.drive_errors import SPEEDING, states
+from autodb.sensing.passes import Pass, both_ways, levels_of, passes_of
 from autodb.sensing.prepared import SPINDLE, Prepared
 from autodb.sensing.staged.accelerated import Inertia, inertia_of
 from autodb.sensing.staged.along_travel import Along, along_travel
 from autodb.sensing.staged.over_speed import Law, law_of, levels_of_way
-from autodb.sensing.staged.passes import Pass, both_ways, levels_of, passes_of
 from autodb.sensing.staged.segments import (
     Averages,
     Length,
@@ -92,7 +91,10 @@ def staged(rows: Prepared, *, pitch_mm: float | None, cold: bool) -> Staged:
 
     # Friction over speed around the middle, and along the travel
     middle = np.isin(cut.place, _middle(passes, cut))
-    laws = {s: _law(rows, passes, cut, at_rest, middle & (cut.sense == s), stuck) for s in (1, -1)}
+    ways = {s: middle & (cut.sense == s) for s in (1, -1)}
+    laws = {
+        s: _law(passes, cut.some(own), at_rest[own], stuck, rows.path) for s, own in ways.items()
+    }
     along = along_travel(
         cut.some(smooth),
         at_rest[smooth],
@@ -163,29 +165,19 @@ def _warming(
 
 
 def _law(
-    rows: Prepared,
-    passes: tuple[Pass, ...],
-    cut: Segments,
-    friction: Array,
-    which: NDArray[np.bool_],
-    stuck: set[int],
+    passes: tuple[Pass, ...], cut: Segments, friction: Array, stuck: set[int], path: str
 ) -> Law:
-    """Return the law over speed of one direction, from passes' means over some segments."""
-    names, at = np.unique(cut.of[which], return_inverse=True)
-    mean = np.bincount(at, friction[which]) / np.bincount(at)
-    crossed = [passes[i] for i in names]
-    level = np.array([one.level for one in crossed], dtype=np.intp)
-    run = np.array([one.repeat for one in crossed], dtype=np.intp)
+    """Return the law over speed that passes' means over segments (n,) of one direction tell."""
+    names, at = np.unique(cut.of, return_inverse=True)
+    mean = np.bincount(at, friction) / np.bincount(at)
+    level = np.array([passes[i].level for i in names], dtype=np.intp)
+    run = np.array([passes[i].repeat for i in names], dtype=np.intp)
     if len(np.unique(level)) < FEWEST_LEVELS:
         raise UnusableInput(
-            f"{rows.path}: no place of {rows.axis} is passed at {FEWEST_LEVELS} constant speeds "
-            "both ways; passes that cross the middle of the travel would work"
+            f"{path}: no place is passed at {FEWEST_LEVELS} constant speeds both ways; passes that "
+            "cross the middle of the travel would work"
         )
-    levels = levels_of_way(level, run, mean, levels_of(passes), stuck)
-    try:
-        return law_of(levels)
-    except fitting.NotConverged as error:
-        raise UnusableInput(f"{rows.path}: friction over speed: {error}") from None
+    return law_of(levels_of_way(level, run, mean, levels_of(passes), stuck))
 
 
 def _inertia(rows: Prepared, found: Staged, factor: Array) -> Inertia | None:
@@ -199,7 +191,5 @@ def _inertia(rows: Prepared, found: Staged, factor: Array) -> Inertia | None:
     size = np.where(v > 0, *(found.friction(x, np.abs(v), s)[0] for s in (1, -1)))
     smooth = rows.protocol.smoothed(rows.whole_effort, rate_hz=rows.rate_hz)
     left = np.zeros_like(smooth)
-    left[speeding] = (
-        smooth[speeding] - found.weight.value - np.sign(v) * size * factor[speeding]
-    )
+    left[speeding] = smooth[speeding] - found.weight.value - np.sign(v) * size * factor[speeding]
     return inertia_of(inputs["acceleration"], inputs["velocity"], left, speeding)

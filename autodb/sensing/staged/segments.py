@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.sensing.passes import Pass
 from autodb.sensing.ripples import strongest_ripple
-from autodb.sensing.staged.passes import Pass
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from autodb import fitting
-from autodb.sensing.staged.passes import Pass, both_ways
+from autodb.sensing.passes import Pass, both_ways
 
 Array = NDArray[np.float64]
 Squares = Callable[[Pass], Array]

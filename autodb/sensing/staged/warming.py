@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from autodb import fitting
-from autodb.terms import WARMUP
-from autodb.terms.drive import warmth
+from autodb.terms.drive import WARMUP, warmth
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.intp]
@@ -72,24 +71,22 @@ def warming_of(
     of, rows = at[kept], middle[kept]
     target = _within(np.log(friction[kept]), of)
 
-    def told(values: NDArray[np.float64]) -> Array:
+    def left(values: NDArray[np.float64]) -> Array:
         warm = warmth(inputs["t"], inputs["velocity"], time_constant_s=float(np.exp(values[1])))
-        return _within(np.log1p(-values[0] * warm[rows]), of)
+        return _within(np.log1p(-values[0] * warm[rows]), of) - target
 
     drop, time = WARMUP.shape[:2]
     bounds = ([drop.lower, np.log(time.lower)], [drop.upper, np.log(time.upper)])
     found = [
-        least_squares(lambda p: told(p) - target, [drop.starts[0], np.log(start)], bounds=bounds)
-        for start in time.starts
+        least_squares(left, [drop.starts[0], np.log(start)], bounds=bounds) for start in time.starts
     ]
     best = min(found, key=lambda one: float(one.cost))
     if np.any(best.active_mask):
         return None
-    jacobian = best.jac / np.array([1.0, np.exp(best.x[1])])
-    left = target - told(best.x)
-    lags = max(1, round(LAGS_SHARE * len(left)))
-    fit = fitting.least_squares(jacobian, left, lags=lags)
-    covariance = fit.covariance * (len(left) - 2) / max(1, len(left) - len(names) - 2)
+    lags = max(1, round(LAGS_SHARE * len(rows)))
+    jacobian = np.asarray(best.jac) / np.array([1.0, np.exp(best.x[1])])
+    fit = fitting.least_squares(jacobian, left(best.x), lags=lags)
+    covariance = fit.covariance * (len(rows) - 2) / max(1, len(rows) - len(names) - 2)
     return Warming(float(best.x[0]), float(np.exp(best.x[1])), covariance)
 
 

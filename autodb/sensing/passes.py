@@ -5,17 +5,23 @@ sticks and slips halts and jumps within a pass, and yet keeps to the line that i
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb import fitting
+from autodb.records import Recording
+from autodb.sensing.motion import place_channel
 from autodb.terms.friction import STANDSTILL_MM_S
 
 Array = NDArray[np.float64]
 
 OFF_LINE_MM = 0.1
 """Way by which a pass may be off its line: stick-slip of a feed axis jumps less. Chosen."""
+NOISE_SDS = 6.0
+"""The same in standard deviations of the position's noise, where that is more."""
 RUN_IN_MM, RUN_IN_S = 1.0, 0.1
 """Left out at both ends of a pass, the longer: friction has turned and the drive settled. Chosen,
 as ``drive_errors`` has it."""
@@ -25,9 +31,9 @@ STEADY = 0.02
 """Share by which the speeds of a pass' halves may differ, beside what its jumps make. Chosen."""
 SAME_LEVEL = 1.04
 """Ratio of neighbouring speeds up to which they are one level: P2's nearest are 1.11. Chosen."""
-MANY_LEVELS, WIDE_SPAN = 6, 20.0
-"""Levels passed both ways, and ratio of the fastest to the slowest, that make a sweep over speeds.
-Chosen: passes of one way then last so differently long that time is no fair weight."""
+MANY_LEVELS, WIDE_SPAN, MOSTLY = 6, 20.0, 0.5
+"""Levels passed both ways, ratio of the fastest to the slower ones, and share of the passes' time
+that those take, which make a sweep over speeds: time is no fair weight then. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +61,9 @@ class Pass:
 def passes_of(inputs: Mapping[str, Array]) -> tuple[Pass, ...]:
     """Return the passes of a motion in time, from its `t` (s) and `position` (mm), (n,) each."""
     t, x = inputs["t"], inputs["position"]
-    corners = _corners(t, x)
-    found = [_within(t, x, a, b) for a, b in zip(corners[:-1], corners[1:], strict=True)]
+    noise_mm = fitting.spread(np.diff(x, 3)) / np.sqrt(20.0)
+    corners = _corners(t, x, off_mm=max(OFF_LINE_MM, NOISE_SDS * float(noise_mm)))
+    found = [_within(t, x, a, b) for a, b in pairwise(corners)]
     return _numbered([one for one in found if one is not None])
 
 
@@ -73,13 +80,25 @@ def both_ways(passes: Sequence[Pass]) -> dict[int, float]:
 
 
 def sweeps_speeds(passes: Sequence[Pass]) -> bool:
-    """Say whether passes are a sweep over speeds: many levels both ways, over a wide span."""
-    speeds = list(both_ways(passes).values())
-    return len(speeds) >= MANY_LEVELS and max(speeds) >= WIDE_SPAN * min(speeds)
+    """Say whether passes are a sweep over speeds that runs at creep for most of the time."""
+    levels = both_ways(passes)
+    if len(levels) < MANY_LEVELS:
+        return False
+    rows = {k: sum(p.end - p.begin for p in passes if p.level == k) for k in levels}
+    slow = [k for k, speed in levels.items() if WIDE_SPAN * speed <= max(levels.values())]
+    return sum(rows[k] for k in slow) > MOSTLY * sum(rows.values())
 
 
-def _corners(t: Array, x: Array) -> list[int]:
-    """Return the rows between which position is straight within OFF_LINE_MM, first and last too.
+def swept(recording: Recording, axis: str) -> bool:
+    """Say whether a recording is a sweep of an axis over speeds; False without a position."""
+    position = recording.get(place_channel(axis))
+    if position is None or len(recording) < FEWEST_ROWS:
+        return False
+    return sweeps_speeds(passes_of({"t": recording.t_s, "position": position}))
+
+
+def _corners(t: Array, x: Array, *, off_mm: float) -> list[int]:
+    """Return the rows between which position is straight within ``off_mm``, first and last too.
 
     Douglas and Peucker 1973: a chord is split where position is farthest off it, a corner.
     """
@@ -89,7 +108,7 @@ def _corners(t: Array, x: Array) -> list[int]:
         slope = (x[b] - x[a]) / (t[b] - t[a])
         off = np.abs(x[a : b + 1] - x[a] - slope * (t[a : b + 1] - t[a]))
         far = a + int(np.argmax(off))
-        if off[far - a] <= OFF_LINE_MM or b - a < 2:
+        if off[far - a] <= off_mm or b - a < 2:
             done.append(b)
         else:
             open_ += [(far, b), (a, far)]
@@ -141,10 +160,5 @@ def _numbered(found: list[Pass]) -> tuple[Pass, ...]:
         level = int(np.searchsorted(edges, one.speed_mm_s, side="right"))
         repeat = seen.get((level, one.sense), 0)
         seen[level, one.sense] = repeat + 1
-        made.append(
-            Pass(
-                one.begin, one.end, one.speed_mm_s, one.sense, one.low_mm, one.high_mm,
-                level, repeat,
-            )
-        )  # fmt: skip
+        made.append(replace(one, level=level, repeat=repeat))
     return tuple(made)

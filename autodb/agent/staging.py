@@ -1,0 +1,46 @@
+"""The staged routine for an axis of a machine: its signs, its screw, the joint fit beside it."""
+
+from dataclasses import dataclass
+
+from autodb.agent.machines import find_machine, signed
+from autodb.errors import UnusableInput
+from autodb.records import Recording
+from autodb.sensing.axis_model import Identified
+from autodb.sensing.prepared import prepared
+from autodb.sensing.staged.agreement import Agreement, agreement
+from autodb.sensing.staged.routine import Staged, staged
+from autodb.store import Store
+
+
+@dataclass(frozen=True)
+class Screw:
+    """A recording with its machine's signs, and the pitch of the axis' screw, mm, where known."""
+
+    moves: Recording
+    pitch_mm: float | None
+
+
+def screw_of(store: Store, machine: str, moves: Recording, axis: str) -> Screw:
+    """Return moves with a machine's signs, and the pitch that its file gives for the axis."""
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        pitch_mm = next((a.screw_pitch_mm for a in owner.axes if a.name == axis), None)
+        return Screw(signed(moves, owner), pitch_mm)
+
+
+def stage_by_stage(model: Identified, screw: Screw) -> tuple[Staged, Agreement]:
+    """Run the staged routine on the moves of a joint fit, and compare the two.
+
+    Friction is that of the cold axis where the joint fit has `warmup`.
+
+    Raises UnusableInput for a joint fit without friction over speed, and as ``staged`` does.
+    """
+    if model.steady is None:
+        raise UnusableInput(
+            "--staged: the joint fit has no friction over speed; --terms with viscous and coulomb "
+            "would work"
+        )
+    rows = prepared(screw.moves, axis=model.axis)
+    cold = any(term.term == "warmup" for term in model.fitted)
+    found = staged(rows, pitch_mm=screw.pitch_mm, cold=cold)
+    return found, agreement(found, model, rows.inputs)
