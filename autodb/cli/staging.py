@@ -76,7 +76,8 @@ def _show_passes(found: "Staged") -> None:
         halts = max(one.halts for one in stuck)
         say(f"stick and slip, tell no weight: {_feeds(stuck)}; effort is "
             f"{_times(stuck, 'over_way')} as uneven along the way as at faster speeds, "
-            f"{_times(stuck, 'over_time')} from row to row; at most {halts} halts in a pass")  # fmt: skip
+            f"{_times(stuck, 'over_time')} from row to row; at most {halts} halts in a "
+            "pass")  # fmt: skip
     blind = [one for one in found.verdicts.values() if not one.tested]
     if blind:
         say(f"not tested for stick-slip, taken to run smoothly: {_feeds(blind)}")

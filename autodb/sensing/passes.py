@@ -22,6 +22,7 @@ OFF_LINE_MM = 0.1
 """Way by which a pass may be off its line: stick-slip of a feed axis jumps less. Chosen."""
 NOISE_SDS = 6.0
 """The same in standard deviations of the position's noise, where that is more."""
+BLOCK_ROWS = 4096
 RUN_IN_MM, RUN_IN_S = 1.0, 0.1
 """Left out at both ends of a pass, the longer: friction has turned and the drive settled. Chosen,
 as ``drive_errors`` has it."""
@@ -100,19 +101,41 @@ def swept(recording: Recording, axis: str) -> bool:
 def _corners(t: Array, x: Array, *, off_mm: float) -> list[int]:
     """Return the rows between which position is straight within ``off_mm``, first and last too.
 
+    Block by block, so that many short moves take no longer a row than few long ones; a border
+    between blocks is dropped again where position goes straight on.
+    """
+    borders = [*range(0, len(t) - 1, BLOCK_ROWS), len(t) - 1]
+    found = [0]
+    for a, b in pairwise(borders):
+        inside = _split(t, x, a, b, off_mm=off_mm)
+        if len(found) > 1 and _off(t, x, found[-2], inside[0])[1] <= off_mm:
+            found.pop()
+        found += inside
+    return found
+
+
+def _split(t: Array, x: Array, begin: int, end: int, *, off_mm: float) -> list[int]:
+    """Return the corners after ``begin``, up to ``end``.
+
     Douglas and Peucker 1973: a chord is split where position is farthest off it, a corner.
     """
-    open_, done = [(0, len(t) - 1)], []
+    open_, done = [(begin, end)], []
     while open_:
         a, b = open_.pop()
-        slope = (x[b] - x[a]) / (t[b] - t[a])
-        off = np.abs(x[a : b + 1] - x[a] - slope * (t[a : b + 1] - t[a]))
-        far = a + int(np.argmax(off))
-        if off[far - a] <= off_mm or b - a < 2:
+        far, off = _off(t, x, a, b)
+        if off <= off_mm or b - a < 2:
             done.append(b)
         else:
             open_ += [(far, b), (a, far)]
-    return [0, *done]
+    return done
+
+
+def _off(t: Array, x: Array, a: int, b: int) -> tuple[int, float]:
+    """Return the row where position is farthest off the chord from row a to b, and how far."""
+    slope = (x[b] - x[a]) / (t[b] - t[a])
+    off = np.abs(x[a : b + 1] - x[a] - slope * (t[a : b + 1] - t[a]))
+    far = int(np.argmax(off))
+    return a + far, float(off[far])
 
 
 def _within(t: Array, x: Array, begin: int, end: int) -> Pass | None:
