@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from autodb.sensing.axis_model import Identified
 from autodb.sensing.staged.routine import Staged
 from autodb.sensing.steady import SteadyMotion
-from autodb.terms.drive import WARMUP
+from autodb.sensing.thermal import lost
 
 Array = NDArray[np.float64]
 
@@ -207,20 +207,19 @@ def _warmth(
         return [], ["warm-up loss: the joint fit has no warmup, its friction is of these moves; "
                     "--terms with warmup would tell"]  # fmt: skip
 
-    def lost(values: Array) -> float:
+    def most(values: Array) -> float:
         at = dict(zip((model.fitted[i].parameter for i in free), values, strict=True))
-        return _lost({name: at.get(name, by_name[name].value) for name in names}, inputs)
+        shape = {name: at.get(name, by_name[name].value) for name in names}
+        return float(lost(shape, inputs).max())
 
     here = np.array([model.fitted[i].value for i in free])
-    slope = _slope(lost, here)
+    slope = _slope(most, here)
     variance = float(slope @ model.covariance[np.ix_(free, free)] @ slope)
-    joint = (lost(here), float(np.sqrt(max(0.0, variance))))
-    return [Compared("warm-up loss when warmest", "1", *found.warming.loss(inputs), *joint)], []
-
-
-def _lost(shape: Mapping[str, float], inputs: Mapping[str, Array]) -> float:
-    keywords = {p.keyword: shape[p.name] for p in WARMUP.shape}
-    return 1.0 - float(WARMUP.function(inputs["t"], inputs["velocity"], **keywords).min())
+    joint = (most(here), float(np.sqrt(max(0.0, variance))))
+    share, slopes = found.warming.lost(inputs), found.warming.slopes(inputs)
+    warmest = int(np.argmax(share))
+    own = (float(share[warmest]), float(found.warming.sd(slopes[[warmest]])[0]))
+    return [Compared("warm-up loss when warmest", "1", *own, *joint)], []
 
 
 def _slope(function: Callable[[Array], float], at: Array) -> Array:

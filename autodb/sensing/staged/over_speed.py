@@ -32,7 +32,8 @@ class Levels:
     """Friction of each level (k,) in one direction: speed mm/s, mean, its sd from the repeats.
 
     ``smooth`` (k,): which do not stick; ``run``: sd, as a share, of what all levels have in common
-    because a whole run was stiffer.
+    because a whole run was stiffer; ``warm`` (k,): sd, as a share, because it is not sure how much
+    of it was lost by warming.
     """
 
     speed_mm_s: Array
@@ -40,28 +41,31 @@ class Levels:
     sd: Array
     smooth: NDArray[np.bool_]
     run: float
+    warm: Array
 
 
 @dataclass(frozen=True)
 class Law:
     """A law over speed in one direction: parts, their values (p,), covariance (p, p).
 
-    ``lack``: by how much friction at a speed is off the law (sd), as a share, beyond the repeats'
-    error; ``run`` as in ``Levels``.
+    ``levels``: what it was fitted to; ``lack``: by how much friction at a speed is off the law
+    (sd), as a share, beyond the repeats' error.
     """
 
     parts: tuple[Part, ...]
     values: Array
     covariance: Array
     lack: float
-    run: float
+    levels: Levels
 
     def at(self, speed_mm_s: Array) -> tuple[Array, Array]:
         """Return friction (n,) and its sd (n,) at speeds (n,), for one of each, lack included."""
         value = columns(self.parts, _inputs(speed_mm_s)) @ self.values[: self._linear]
         slopes = self.slopes(speed_mm_s)
         variance = np.einsum("ij,jk,ik->i", slopes, self.covariance, slopes)
-        shared = (self.lack**2 + self.run**2) * value**2
+        known = self.levels
+        warm = np.interp(np.log(speed_mm_s), np.log(known.speed_mm_s), known.warm)
+        shared = (self.lack**2 + known.run**2 + warm**2) * value**2
         return value, np.asarray(np.sqrt(variance + shared))
 
     def slopes(self, speed_mm_s: Array) -> Array:
@@ -82,13 +86,20 @@ class Law:
 
 
 def levels_of_way(
-    level: Numbers, run: Numbers, friction: Array, speeds: dict[int, float], stuck: set[int]
+    level: Numbers,
+    run: Numbers,
+    friction: Array,
+    warm: Array,
+    *,
+    speeds: dict[int, float],
+    stuck: set[int],
 ) -> Levels:
-    """Return the levels of passes (n,) in one direction: their level, run and mean friction.
+    """Return the levels of passes (n,) in one direction: their level, run, mean friction, and what
+    warming leaves unsure of it.
 
-    What passes of a level differ by is a share of their friction; what a run has in common is told
-    from what a pass has of its own by restricted maximum likelihood over the levels that do not
-    stick. Of those that stick passes differ by a share of their own.
+    What passes of a level differ by is a share of their friction: what a run has in common, and
+    what a pass has of its own, over the levels that do not stick. Of those that stick passes differ
+    by a share of their own.
     """
     names, at, count = np.unique(level, return_inverse=True, return_counts=True)
     mean = np.bincount(at, friction) / count
@@ -104,20 +115,29 @@ def levels_of_way(
         friction=mean,
         sd=np.abs(mean) * np.sqrt(variance / count),
         smooth=~sticks,
-        run=float(np.sqrt(whole / len(np.unique(run)))),
+        run=float(np.sqrt(whole)),
+        warm=np.bincount(at, warm) / count,
     )
 
 
 def _shares(level: Numbers, run: Numbers, share: Array) -> tuple[float, float]:
-    """Return the variances of a pass of its own, and of a run as a whole."""
-    names, at = np.unique(level, return_inverse=True)
-    design = np.eye(len(names))[at]
-    known = np.zeros(len(share))
-    if len(np.unique(run)) < 2 or len(share) <= len(names) + 1:
-        left = share - design @ (design.T @ share / design.sum(axis=0))
-        return float(left @ left) / max(1, len(share) - len(names)), 0.0
-    found = fitting.components(design, np.ones((len(share), 1)), share, run, known=known)
-    return found.own, float(found.widened[0, 0])
+    """Return the variance of a pass of its own, and that of the mean over the runs.
+
+    Of the runs that hold half of the levels at least. By the runs' means: they hold some of the
+    passes' own error too, but three runs that happen to be alike do not pass for no error.
+    """
+    levels = len(np.unique(level))
+    names, count = np.unique(run, return_counts=True)
+    whole = names[count >= 0.5 * levels]
+    kept = np.isin(run, whole)
+    at = np.searchsorted(whole, run[kept])
+    means = np.bincount(at, share[kept], len(whole)) / np.bincount(at, minlength=len(whole))
+    left = share[kept] - means[at]
+    own = float(left @ left) / max(1, len(left) - levels - len(whole) + 1)
+    if len(whole) < 2:
+        return own, 0.0
+    few = fitting.small_sample(len(whole) - 1)
+    return own, float(means.var(ddof=1)) / len(whole) * few
 
 
 def law_of(levels: Levels) -> Law:
@@ -148,7 +168,7 @@ def _fitted(levels: Levels, parts: tuple[Part, ...]) -> Law:
     shape = [part.shape[p.name] for part, p in free_shape(fitted)]
     information = (slopes / sd[:, None] ** 2).T @ slopes
     values = np.concatenate([linear, shape])
-    return Law(fitted, values, np.linalg.pinv(information), lack, levels.run)
+    return Law(fitted, values, np.linalg.pinv(information), lack, levels)
 
 
 def _best(levels: Levels, parts: tuple[Part, ...], sd: Array) -> tuple[tuple[Part, ...], Array]:

@@ -86,18 +86,23 @@ def staged(rows: Prepared, *, pitch_mm: float | None, cold: bool) -> Staged:
     weight = weight_of(cut, means, [k for k in verdicts if k not in stuck])
     friction = cut.sense * (means - weight.value)
     warming = _warming(passes, cut.some(smooth), friction[smooth], inputs)
-    factor = warming.factor(inputs) if cold and warming else np.ones_like(effort)
-    at_rest = friction / cut.means(factor)
+    factor, unsure = np.ones_like(effort), np.zeros_like(friction)
+    if cold and warming is not None:
+        factor = 1.0 - warming.lost(inputs)
+        slopes = [cut.means(one) for one in warming.slopes(inputs).T]
+        unsure = warming.sd(np.column_stack(slopes)) / cut.means(factor)
+    cold_friction = friction / cut.means(factor)
 
     # Friction over speed around the middle, and along the travel
     middle = np.isin(cut.place, _middle(passes, cut))
     ways = {s: middle & (cut.sense == s) for s in (1, -1)}
     laws = {
-        s: _law(passes, cut.some(own), at_rest[own], stuck, rows.path) for s, own in ways.items()
+        s: _law(passes, cut.some(own), cold_friction[own], unsure[own], stuck=stuck, path=rows.path)
+        for s, own in ways.items()
     }
     along = along_travel(
         cut.some(smooth),
-        at_rest[smooth],
+        cold_friction[smooth],
         inputs["position"],
         period_mm=length.period_mm,
         middle_mm=cut.x_mm[middle],
@@ -165,11 +170,17 @@ def _warming(
 
 
 def _law(
-    passes: tuple[Pass, ...], cut: Segments, friction: Array, stuck: set[int], path: str
+    passes: tuple[Pass, ...],
+    cut: Segments,
+    friction: Array,
+    unsure: Array,
+    *,
+    stuck: set[int],
+    path: str,
 ) -> Law:
     """Return the law over speed that passes' means over segments (n,) of one direction tell."""
     names, at = np.unique(cut.of, return_inverse=True)
-    mean = np.bincount(at, friction) / np.bincount(at)
+    mean, warm = (np.bincount(at, one) / np.bincount(at) for one in (friction, unsure))
     level = np.array([passes[i].level for i in names], dtype=np.intp)
     run = np.array([passes[i].repeat for i in names], dtype=np.intp)
     if len(np.unique(level)) < FEWEST_LEVELS:
@@ -177,7 +188,8 @@ def _law(
             f"{path}: no place is passed at {FEWEST_LEVELS} constant speeds both ways; passes that "
             "cross the middle of the travel would work"
         )
-    return law_of(levels_of_way(level, run, mean, levels_of(passes), stuck))
+    speeds = levels_of(passes)
+    return law_of(levels_of_way(level, run, mean, warm, speeds=speeds, stuck=stuck))
 
 
 def _inertia(rows: Prepared, found: Staged, factor: Array) -> Inertia | None:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from autodb import fitting
+from autodb.sensing.thermal import lost
 from autodb.terms.drive import WARMUP, warmth
 
 Array = NDArray[np.float64]
@@ -15,10 +16,11 @@ Numbers = NDArray[np.intp]
 
 FEWEST_PASSES = 12
 """Passes of levels that were repeated, which tell warming. Chosen."""
-LAGS_SHARE = 0.1
-"""Share of the passes over which what a pass leaves is taken as alike. Chosen: a run of P2's is a
-quarter of its sweep."""
+RUNS = 4
+"""Runs that the passes are taken for, within which what they leave is alike: P2's three and its
+cycles. So many tell how runs differ, as Student's t counts them."""
 STEP = 1e-3
+"""Relative step of a derivative."""
 
 
 @dataclass(frozen=True)
@@ -29,30 +31,34 @@ class Warming:
     time_constant_s: float
     covariance: Array
 
-    def factor(self, inputs: Mapping[str, Array]) -> Array:
-        """Return by what friction is multiplied in each row (n,)."""
-        return _factor(self.drop, self.time_constant_s, inputs)
+    def lost(self, inputs: Mapping[str, Array]) -> Array:
+        """Return the share of friction lost in each row (n,)."""
+        return _lost(self._values, inputs)
 
-    def loss(self, inputs: Mapping[str, Array]) -> tuple[float, float]:
-        """Return the share of friction lost when the axis was warmest, and its sd."""
-        at = np.array([self.drop, self.time_constant_s])
-        slope = [
-            (_lost(at + step, inputs) - _lost(at - step, inputs)) / (2.0 * step.sum())
-            for step in np.diag(STEP * at)
-        ]
-        sd = float(np.sqrt(max(0.0, np.array(slope) @ self.covariance @ np.array(slope))))
-        return _lost(at, inputs), sd
+    def slopes(self, inputs: Mapping[str, Array]) -> Array:
+        """Return the derivatives (n, 2) of that share by drop and time constant."""
+        here = self._values
+        return np.column_stack(
+            [
+                (_lost(here + step, inputs) - _lost(here - step, inputs)) / (2.0 * step.sum())
+                for step in np.diag(STEP * here)
+            ]
+        )
+
+    def sd(self, slopes: Array) -> Array:
+        """Return the sd (n,) of what has these derivatives (n, 2)."""
+        variance = np.einsum("ij,jk,ik->i", slopes, self.covariance, slopes)
+        return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+    @property
+    def _values(self) -> Array:
+        return np.array([self.drop, self.time_constant_s])
 
 
-def _factor(drop: float, time_constant_s: float, inputs: Mapping[str, Array]) -> Array:
-    made: Array = WARMUP.function(
-        inputs["t"], inputs["velocity"], drop=drop, time_constant_s=time_constant_s, levelling=0.0
-    )
-    return made
-
-
-def _lost(at: Array, inputs: Mapping[str, Array]) -> float:
-    return 1.0 - float(_factor(float(at[0]), float(at[1]), inputs).min())
+def _lost(at: Array, inputs: Mapping[str, Array]) -> Array:
+    """Return the share lost in each row (n,) at a drop and a time constant: P2's line, (2,)."""
+    shape = {"drop": float(at[0]), "time_constant": float(at[1]), "levelling": 0.0}
+    return lost(shape, inputs)
 
 
 def warming_of(
@@ -62,7 +68,8 @@ def warming_of(
 
     ``group`` (n,): passes alike but for warmth, ``middle`` (n,) the row amid each. The logarithm of
     friction, less its mean over the group, follows ln(1 − drop · w), w as the term has it. Errors
-    of passes are alike over LAGS_SHARE of them (Newey and West 1987).
+    of passes are alike within RUNS equal parts of them (Newey and West 1987). A time constant as
+    long as the recording, or of a drop of nothing, is held: only their ratio shows.
     """
     names, at, count = np.unique(group, return_inverse=True, return_counts=True)
     kept = (count[at] > 1) & (friction > 0)
@@ -76,17 +83,20 @@ def warming_of(
         return _within(np.log1p(-values[0] * warm[rows]), of) - target
 
     drop, time = WARMUP.shape[:2]
-    bounds = ([drop.lower, np.log(time.lower)], [drop.upper, np.log(time.upper)])
+    longest_s = min(time.upper, max(float(np.ptp(inputs["t"])), 2.0 * time.starts[0]))
+    bounds = ([drop.lower, np.log(time.lower)], [drop.upper, np.log(longest_s)])
     found = [
-        least_squares(left, [drop.starts[0], np.log(start)], bounds=bounds) for start in time.starts
+        least_squares(left, [drop.starts[0], np.log(start)], bounds=bounds)
+        for start in time.starts
+        if start < longest_s
     ]
     best = min(found, key=lambda one: float(one.cost))
-    if np.any(best.active_mask):
-        return None
-    lags = max(1, round(LAGS_SHARE * len(rows)))
     jacobian = np.asarray(best.jac) / np.array([1.0, np.exp(best.x[1])])
-    fit = fitting.least_squares(jacobian, left(best.x), lags=lags)
-    covariance = fit.covariance * (len(rows) - 2) / max(1, len(rows) - len(names) - 2)
+    free = [0] if np.any(best.active_mask) else [0, 1]
+    fit = fitting.least_squares(jacobian[:, free], left(best.x), lags=len(rows) // RUNS)
+    few = fitting.small_sample(RUNS - 1) * len(rows) / max(1, len(rows) - len(names) - 2)
+    covariance = np.zeros((2, 2))
+    covariance[np.ix_(free, free)] = fit.covariance * few
     return Warming(float(best.x[0]), float(np.exp(best.x[1])), covariance)
 
 
