@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from autodb.agent.machines import find_machine, signed
-from autodb.errors import UnusableInput
 from autodb.records import Recording
 from autodb.sensing.axis_model import Identified
 from autodb.sensing.prepared import prepared
@@ -28,19 +27,19 @@ def screw_of(store: Store, machine: str, moves: Recording, axis: str) -> Screw:
         return Screw(signed(moves, owner), pitch_mm)
 
 
-def stage_by_stage(model: Identified, screw: Screw) -> tuple[Staged, Agreement]:
-    """Run the staged routine on the moves of a joint fit, and compare the two.
+def stages(screw: Screw, axis: str | None, *, cold: bool = False) -> Staged:
+    """Run the staged routine on moves; ``cold``: refer friction to the cold axis.
+
+    Raises UnusableInput as ``staged`` does.
+    """
+    return staged(prepared(screw.moves, axis=axis), pitch_mm=screw.pitch_mm, cold=cold)
+
+
+def beside(model: Identified, screw: Screw) -> tuple[Staged, Agreement]:
+    """Return the stages of a joint fit's moves, and how the two agree.
 
     Friction is that of the cold axis where the joint fit has `warmup`.
-
-    Raises UnusableInput for a joint fit without friction over speed, and as ``staged`` does.
     """
-    if model.steady is None:
-        raise UnusableInput(
-            "--staged: the joint fit has no friction over speed; --terms with viscous and coulomb "
-            "would work"
-        )
-    rows = prepared(screw.moves, axis=model.axis)
     cold = any(term.term == "warmup" for term in model.fitted)
-    found = staged(rows, pitch_mm=screw.pitch_mm, cold=cold)
-    return found, agreement(found, model, rows.inputs)
+    found = stages(screw, model.axis, cold=cold)
+    return found, agreement(found, model, prepared(screw.moves, axis=model.axis).inputs)

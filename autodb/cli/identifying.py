@@ -18,7 +18,14 @@ from autodb.cli._common import (
     table,
     working,
 )
-from autodb.cli.staging import Pitch, Staging, check_staging, screw_for, show_staged
+from autodb.cli.staging import (
+    Pitch,
+    Staging,
+    check_staging,
+    screw_for,
+    show_staged,
+    show_sweep,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -100,6 +107,7 @@ def identify(
     with working(f"identifying from {recording.name}") as progress:
         moves = moves_of(recording, axis, columns, group, resample)
         other = moves_of(also, axis, columns, group, resample) if also else None
+        screw = screw_for(moves, axis=axis, machine=machine, pitch=pitch, db=db) if staged else None
         versions: Sequence[Version] = []
         if machine is None:
             refuse_faults(moves, axis)
@@ -117,11 +125,12 @@ def identify(
         if page is not None:
             _write_page(model, moves, page)
     _show_model(model)
+    show_sweep(model, moves)
     if other is not None:
         _show_cross_test(model, other)
     _show_spread(spread)
-    if staged:
-        show_staged(model, screw_for(moves, axis=model.axis, machine=machine, pitch=pitch, db=db))
+    if screw is not None:
+        show_staged(model, screw)
     if page is not None:
         say(f"page: {page}")
     if kept is None:

@@ -42,28 +42,47 @@ def check_staging(*, staged: bool, pitch: float | None, added_mass: float | None
 
 
 def screw_for(
-    moves: "Recording", *, axis: str, machine: str | None, pitch: float | None, db: str | None
+    moves: "Recording",
+    *,
+    axis: str | None,
+    machine: str | None,
+    pitch: float | None,
+    db: str | None,
 ) -> "Screw":
-    """Return moves as the routine takes them; a pitch that is given counts before the machine's."""
+    """Return moves as the routine takes them, refused here where no stage can do with them.
+
+    A pitch that is given counts before the machine's.
+    """
     from dataclasses import replace
 
-    from autodb.agent.staging import Screw, screw_of
+    from autodb.agent.staging import Screw, screw_of, stages
+    from autodb.sensing.prepared import effort_axis
 
-    if machine is None:
-        return Screw(moves, pitch)
-    with opened(db) as store:
-        screw = screw_of(store, machine, moves, axis)
-    return screw if pitch is None else replace(screw, pitch_mm=pitch)
+    screw = Screw(moves, pitch)
+    if machine is not None:
+        with opened(db) as store:
+            screw = screw_of(store, machine, moves, effort_axis(moves, axis))
+        screw = screw if pitch is None else replace(screw, pitch_mm=pitch)
+    stages(screw, axis)
+    return screw
 
 
 def show_staged(model: "Identified", screw: "Screw") -> None:
     """Print the stages, and how they agree with the joint fit."""
-    from autodb.agent.staging import stage_by_stage
+    from autodb.agent.staging import beside
 
-    found, both = stage_by_stage(model, screw)
+    found, both = beside(model, screw)
     _show_passes(found)
     _show_stages(found, model.unit)
     _show_agreement(both)
+
+
+def show_sweep(model: "Identified", moves: "Recording") -> None:
+    """Say where a recording is fitted as a sweep over speeds."""
+    from autodb.sensing.passes import swept
+
+    if swept(moves, model.axis):
+        say("a sweep over speeds, most of it at creep: slow passes count by the way gone")
 
 
 def _show_passes(found: "Staged") -> None:

@@ -6,7 +6,7 @@ less the faster the axis runs. P2 (section III B) leaves such speeds out of the 
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +26,12 @@ WINDOW_MM = 10.0
 """Longest window of way in which effort is looked at: about a turn of a screw. Chosen."""
 BINS, CHUNK_ROWS = 16, 32
 """Means in a window of way; rows in a window of time. Chosen."""
-FIRST_LEVELS = 3
-"""Fastest levels that are taken to run smoothly: others are compared with them. P2: sticking is of
-low speeds."""
+FIRST_LEVELS, NEIGHBOURS = 3, 6
+"""Fastest levels, which are taken to run smoothly (P2: sticking is of low speeds); and how many of
+the smooth levels that are next faster a level is compared with. Chosen."""
+FAR = 1.5
+"""Times as uneven as those that a level sticks from on. Chosen: smooth levels differ by a tenth or
+two beyond what their repeats show."""
 HALT, JUMP, HALTS = 0.2, 1.8, 3
 """Parts of a pass' speed that a halt stays below and a jump exceeds; both in turn, so often in one
 pass, are stick-slip. Chosen."""
@@ -54,11 +57,13 @@ class Verdict:
 
 @dataclass(frozen=True)
 class _Unit:
-    """Logarithms of a level's squares in one direction: mean, variance of one, and number."""
+    """Passes (k,) at one level in one direction: mean ln of the squares within windows, number of
+    windows, and the sum of squares by which the windows' differ from their pass'.
+    """
 
-    mean: float
-    variance: float
-    count: int
+    means: Array
+    windows: Array
+    within: Array
 
 
 def sticking(
@@ -66,10 +71,11 @@ def sticking(
 ) -> dict[int, Verdict]:
     """Judge the levels that were passed both ways, fastest first; effort (n,) in any unit.
 
-    A level's mean ln of squares within windows is compared with those of all faster levels that
-    run smoothly. A squared deviation is taken absolutely and over the level's friction squared;
-    what is uneven by one of these only is not: friction that is larger at creep swings more, and a
-    sensor's noise is a larger part of friction that is small.
+    A pass' mean ln of squares within windows is compared with those of the next faster levels that
+    run smoothly. Without stick-slip it is no larger the slower an axis runs: noise in time is the
+    same, and along the way there is less of it. A squared deviation is taken absolutely and over
+    the level's friction squared; what is uneven by one of these only is not: friction that is
+    larger at creep swings more, and noise is a larger part of friction that is small.
     """
     levels = both_ways(passes)
     size = {k: _friction(passes, k, effort) for k in levels}
@@ -148,15 +154,18 @@ def _about_lines(windows: Array) -> Array:
 def _units(
     passes: Sequence[Pass], levels: Mapping[int, float], squares: Squares
 ) -> dict[tuple[int, int], _Unit]:
-    """Return each level's and direction's unit, of those that have windows with any deviation."""
+    """Return each level's and direction's unit, of those whose passes all have windows."""
     made = {}
     for k in levels:
         for sense in (1, -1):
             own = [squares(one) for one in passes if (one.level, one.sense) == (k, sense)]
-            values = np.concatenate(own)
-            if len(values) >= 2 and values.all():
-                logs = np.log(values)
-                made[k, sense] = _Unit(float(logs.mean()), float(logs.var(ddof=1)), len(logs))
+            if all(len(values) and values.all() for values in own):
+                logs = [np.log(values) for values in own]
+                made[k, sense] = _Unit(
+                    np.array([one.mean() for one in logs]),
+                    np.array([float(len(one)) for one in logs]),
+                    np.array([np.sum((one - one.mean()) ** 2) for one in logs]),
+                )
     return made
 
 
@@ -166,37 +175,52 @@ def _uneven(
     level: int,
     smooth: Sequence[int],
 ) -> tuple[float, bool] | None:
-    """Return how many times as uneven a level is, and whether that is beyond chance.
+    """Return how many times as uneven a level is, the worse way, and whether that is stick-slip.
 
-    None where it, or FIRST_LEVELS smooth ones, have no windows. Student's t of the level's mean
-    against the others', whose scatter from level to level counts as the level's own.
+    ``smooth``: faster levels, fastest first. None where the level, or FIRST_LEVELS smooth ones,
+    have no windows, or where nothing was passed twice.
     """
     own = [units[level, s] for s in (1, -1) if (level, s) in units]
-    known = [(j, s) for j in smooth for s in (1, -1) if (j, s) in units]
-    if not own or len({j for j, _ in known}) < FIRST_LEVELS:
+    known = [j for j in smooth if (j, 1) in units and (j, -1) in units][-NEIGHBOURS:]
+    if not own or len(known) < FIRST_LEVELS:
         return None
-    others = [units[one] for one in known]
-    excess, beyond = [], []
+    found = []
     for one in own:
-        tests = [
-            _test(one, others, np.array([shift * np.log(size[level] / size[j]) for j, _ in known]))
-            for shift in (0.0, 2.0)
-        ]
-        excess.append(min(e for e, _ in tests))
-        beyond.append(all(b for _, b in tests))
-    return float(np.exp(0.5 * max(excess))), any(beyond)
+        tests = []
+        for power in (0.0, 2.0):
+            shift = {j: power * np.log(size[level] / size[j]) for j in known}
+            others = [
+                replace(units[j, s], means=units[j, s].means + shift[j])
+                for j in known
+                for s in (1, -1)
+            ]
+            tests.append(_test(one, others))
+        found.append((min(ratio for ratio, _ in tests), all(beyond for _, beyond in tests)))
+    if np.isnan(found[0][0]):
+        return None
+    return max(ratio for ratio, _ in found), any(beyond for _, beyond in found)
 
 
-def _test(one: _Unit, others: Sequence[_Unit], expected: Array) -> tuple[float, bool]:
-    """Return ln of the ratio of squares beyond what is ``expected`` (k,) of each, and its test."""
-    means = np.array([other.mean for other in others]) + expected
-    drawn = np.array([other.variance / other.count for other in others])
-    pooled = float(np.mean([other.variance for other in others]))
-    between = max(0.0, float(means.var(ddof=1)) - float(drawn.mean()))
-    excess = one.mean - float(means.mean())
-    variance = between + pooled / one.count + float(means.var(ddof=1)) / len(means)
-    limit = float(stats.t.ppf(1.0 - FALSE_ALARM / TESTS, len(means) - 1))
-    return excess, excess > limit * np.sqrt(variance)
+def _test(one: _Unit, others: Sequence[_Unit]) -> tuple[float, bool]:
+    """Return the ratio of rms, and whether it is FAR and beyond chance by Student's t.
+
+    The variance of a pass is what passes of one level and direction differ by, pooled, and what
+    its windows differ by over their number: a short pass has few. NaN where nothing tells it.
+    """
+    both = (one, *others)
+    freedom = sum(len(unit.means) - 1 for unit in both)
+    spread = sum(float(np.sum(unit.windows - 1.0)) for unit in both)
+    if freedom == 0 or spread == 0.0:
+        return np.nan, False
+    passes = sum(float(np.sum((unit.means - unit.means.mean()) ** 2)) for unit in both) / freedom
+    window = sum(float(unit.within.sum()) for unit in both) / spread
+    means = np.concatenate([unit.means for unit in others])
+    own = (passes + window * float(np.mean(1.0 / one.windows))) / len(one.means)
+    sd = float(np.sqrt(own + passes / len(means)))
+    excess = float(one.means.mean() - means.mean())
+    limit = float(stats.t.ppf(1.0 - FALSE_ALARM / TESTS, freedom))
+    ratio = float(np.exp(0.5 * excess))
+    return ratio, ratio > FAR and excess > limit * sd
 
 
 def _halts(one: Pass, inputs: Mapping[str, Array]) -> int:
