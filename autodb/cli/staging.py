@@ -90,6 +90,9 @@ def _show_passes(found: "Staged") -> None:
     say(f"stages: {len(found.passes)} passes at {len(found.levels)} speeds both ways, cut into "
         f"{len(means.x_mm)} segments of {found.length.mm:.3g} mm ({found.length.why})")  # fmt: skip
     say(f"repeats of a segment differ by {100.0 * means.differ:.1f} % of friction (sd)")
+    middle = found.along.middle_mm
+    say(f"friction over speed is of {len(found.compared)} speeds, which pass {middle.min():.0f} to "
+        f"{middle.max():.0f} mm")  # fmt: skip
     stuck = [one for one in found.verdicts.values() if one.sticks]
     if stuck:
         halts = max(one.halts for one in stuck)

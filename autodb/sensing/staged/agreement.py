@@ -122,10 +122,14 @@ def _friction(found: Staged, model: Identified, steady: SteadyMotion) -> list[Co
 def _named(found: Staged, top_mm_s: float) -> list[tuple[float, float, int]]:
     """Return places mm, speeds mm/s and directions at which friction is compared.
 
-    Speeds of levels that were passed both ways and do not stick, a place where they passed it.
+    Speeds that pass the middle both ways and do not stick, and places that they passed.
     """
-    smooth = [k for k in found.levels if not found.verdicts[k].sticks]
+    smooth = [
+        k for k in found.compared if not found.verdicts[k].sticks and found.levels[k] <= top_mm_s
+    ]
     speed = np.array([found.levels[k] for k in smooth])
+    if not len(speed):
+        return []
     wanted = np.geomspace(speed[0], speed[-1], MOST_SPEEDS)
     chosen = sorted({int(np.argmin(np.abs(np.log(speed / one)))) for one in wanted})
     low = min(p.low_mm for p in found.passes)
@@ -134,7 +138,7 @@ def _named(found: Staged, top_mm_s: float) -> list[tuple[float, float, int]]:
     centre = float(found.along.middle_mm.mean())
     places = [centre if share == 0.5 else low + share * (high - low) for share in PLACES]
     return [
-        (place, min(float(speed[i]), top_mm_s), sense)
+        (place, float(speed[i]), sense)
         for i in chosen
         for place in places
         for sense in (1, -1)

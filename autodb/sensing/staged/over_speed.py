@@ -143,14 +143,16 @@ def _shares(level: Numbers, run: Numbers, share: Array) -> tuple[float, float]:
 def law_of(levels: Levels) -> Law:
     """Fit the law to the levels, each weighed by the repeats' error and by what the law leaves.
 
-    Stribeck friction is no part where it, or its speed, could as well be nothing.
+    Stribeck friction is no part where it, or its speed, could as well be nothing, or where no speed
+    between the slowest and the fastest passed is best.
     """
     plain: tuple[Part, ...] = (Part(COULOMB), Part(VISCOUS))
     if len(levels.speed_mm_s) >= STRIBECK_LEVELS:
         law = _fitted(levels, (*plain, Part(STRIBECK, {"speed": 1.0, "exponent": EXPONENT},
                                             ("speed",))))  # fmt: skip
         (_, _, (_, level, level_sd), (_, speed, speed_sd)) = law.named
-        if level > level_sd and speed > speed_sd:
+        slowest, fastest = levels.speed_mm_s.min(), levels.speed_mm_s.max()
+        if level > level_sd and speed > speed_sd and slowest < speed < (1.0 - 1e-9) * fastest:
             return law
     return _fitted(levels, plain)
 

@@ -31,6 +31,8 @@ from autodb.sensing.staged.weight import Weight, weight_of
 
 Array = NDArray[np.float64]
 
+TURN = 3
+"""Segments of the middle at least: a turn of the screw, over which its ripple is no friction."""
 FEWEST_LEVELS = 4
 """Speeds passed both ways that the routine needs: two parameters and two to spare. Chosen."""
 
@@ -57,6 +59,13 @@ class Staged:
     def levels(self) -> dict[int, float]:
         """Speed mm/s of each level that was passed both ways, slowest first."""
         return both_ways(self.passes)
+
+    @property
+    def compared(self) -> tuple[int, ...]:
+        """Levels that friction over speed is of, in both directions: they pass the middle."""
+        told = [set(law.levels.speed_mm_s.tolist()) for law in self.laws.values()]
+        speeds = levels_of(self.passes)
+        return tuple(k for k in self.levels if all(speeds[k] in one for one in told))
 
     def friction(self, x_mm: Array, speed_mm_s: Array, sense: int) -> tuple[Array, Array]:
         """Return the size of friction (n,) at places and speeds (n,) in a direction, and its sd."""
@@ -142,19 +151,24 @@ def _passes(rows: Prepared) -> tuple[Pass, ...]:
 
 
 def _middle(passes: tuple[Pass, ...], cut: Segments) -> NDArray[np.intp]:
-    """Return the places around the middle of the travel that most levels pass, both ways.
+    """Return the places about the middle of the travel: TURN neighbours that most levels pass.
 
-    The nearest to the middle of those, and its neighbours as far as they are like it.
+    The nearest to the middle of such, and what lies beside them as far as it is passed as often.
     """
-    key = np.unique(np.column_stack([cut.place, cut.level, cut.sense]), axis=0)
-    places, count = np.unique(key[:, 0], return_counts=True)
-    most = places[count == count.max()]
-    x_mm = np.array([cut.x_mm[cut.place == one].mean() for one in most])
-    centre = 0.5 * (max(p.high_mm for p in passes) + min(p.low_mm for p in passes))
-    nearest = most[np.argmin(np.abs(x_mm - centre))]
-    offset = most - nearest
+    first, last = int(cut.place.min()), int(cut.place.max())
+    key = np.unique(np.column_stack([cut.level, cut.sense, cut.place]), axis=0)
+    _, way = np.unique(key[:, :2], axis=0, return_inverse=True)
+    crossed = np.zeros((int(way.max()) + 1, last - first + 1))
+    crossed[way.ravel(), key[:, 2] - first] = 1.0
+    turn = min(TURN, crossed.shape[1])
+    begun = np.lib.stride_tricks.sliding_window_view(crossed, turn, axis=1).min(axis=2).sum(axis=0)
+    centre_mm = 0.5 * (max(p.high_mm for p in passes) + min(p.low_mm for p in passes))
+    centre = int(cut.place[np.argmin(np.abs(cut.x_mm - centre_mm))]) - first - turn // 2
+    most = np.flatnonzero(begun == begun.max())
+    nearest = most[np.argmin(np.abs(most - centre))]
     runs = np.cumsum(np.diff(most, prepend=most[0]) != 1)
-    return np.asarray(most[runs == runs[offset == 0]])
+    whole = most[runs == runs[most == nearest]]
+    return np.asarray(np.arange(whole[0], whole[-1] + turn) + first)
 
 
 def _warming(
