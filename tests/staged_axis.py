@@ -1,6 +1,7 @@
 """Axes of a truth that is written here: a sweep over speeds, and a mass that sticks on a spring."""
 
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +112,7 @@ def recorded(
     return Recording(path=Path(f"sweep-{seed}.csv"), channels=channels)
 
 
+@cache
 def stick_slip(
     speeds: tuple[float, ...], seconds: float, *, rate_hz: float = 200.0
 ) -> tuple[Array, Array]:

@@ -27,19 +27,27 @@ def screw_of(store: Store, machine: str, moves: Recording, axis: str) -> Screw:
         return Screw(signed(moves, owner), pitch_mm)
 
 
-def stages(screw: Screw, axis: str | None, *, cold: bool = False) -> Staged:
-    """Run the staged routine on moves; ``cold``: refer friction to the cold axis.
+@dataclass(frozen=True)
+class Tried:
+    """A recording that the stages can do with: its screw, and what they found, nothing cold."""
 
-    Raises UnusableInput as ``staged`` does.
-    """
-    return staged(prepared(screw.moves, axis=axis), pitch_mm=screw.pitch_mm, cold=cold)
+    screw: Screw
+    axis: str
+    found: Staged
 
 
-def beside(model: Identified, screw: Screw) -> tuple[Staged, Agreement]:
+def tried(screw: Screw, axis: str | None) -> Tried:
+    """Run the staged routine on moves. Raises UnusableInput as ``staged`` does."""
+    rows = prepared(screw.moves, axis=axis)
+    return Tried(screw, rows.axis, staged(rows, pitch_mm=screw.pitch_mm, cold=False))
+
+
+def beside(model: Identified, seen: Tried) -> tuple[Staged, Agreement]:
     """Return the stages of a joint fit's moves, and how the two agree.
 
     Friction is that of the cold axis where the joint fit has `warmup`.
     """
-    cold = any(term.term == "warmup" for term in model.fitted)
-    found = stages(screw, model.axis, cold=cold)
-    return found, agreement(found, model, prepared(screw.moves, axis=model.axis).inputs)
+    rows, found = prepared(seen.screw.moves, axis=seen.axis), seen.found
+    if any(term.term == "warmup" for term in model.fitted):
+        found = staged(rows, pitch_mm=seen.screw.pitch_mm, cold=True)
+    return found, agreement(found, model, rows.inputs)

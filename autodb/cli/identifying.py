@@ -22,9 +22,9 @@ from autodb.cli.staging import (
     Pitch,
     Staging,
     check_staging,
-    screw_for,
     show_staged,
     show_sweep,
+    try_stages,
 )
 
 if TYPE_CHECKING:
@@ -107,7 +107,10 @@ def identify(
     with working(f"identifying from {recording.name}") as progress:
         moves = moves_of(recording, axis, columns, group, resample)
         other = moves_of(also, axis, columns, group, resample) if also else None
-        screw = screw_for(moves, axis=axis, machine=machine, pitch=pitch, db=db) if staged else None
+        seen = None
+        if staged:
+            progress("stages")
+            seen = try_stages(moves, axis=axis, machine=machine, pitch=pitch, db=db)
         versions: Sequence[Version] = []
         if machine is None:
             refuse_faults(moves, axis)
@@ -129,8 +132,8 @@ def identify(
     if other is not None:
         _show_cross_test(model, other)
     _show_spread(spread)
-    if screw is not None:
-        show_staged(model, screw)
+    if seen is not None:
+        show_staged(model, seen)
     if page is not None:
         say(f"page: {page}")
     if kept is None:

@@ -7,7 +7,7 @@ import typer
 from autodb.cli._common import opened, say, show, table
 
 if TYPE_CHECKING:
-    from autodb.agent.staging import Screw
+    from autodb.agent.staging import Tried
     from autodb.records import Recording
     from autodb.sensing.axis_model import Identified
     from autodb.sensing.staged.agreement import Agreement
@@ -41,21 +41,21 @@ def check_staging(*, staged: bool, pitch: float | None, added_mass: float | None
         raise UnusableInput("--staged does not go with --added-mass: that only weighs")
 
 
-def screw_for(
+def try_stages(
     moves: "Recording",
     *,
     axis: str | None,
     machine: str | None,
     pitch: float | None,
     db: str | None,
-) -> "Screw":
-    """Return moves as the routine takes them, refused here where no stage can do with them.
+) -> "Tried":
+    """Run the stages before anything is fitted or stored: refused here where they cannot.
 
     A pitch that is given counts before the machine's.
     """
     from dataclasses import replace
 
-    from autodb.agent.staging import Screw, screw_of, stages
+    from autodb.agent.staging import Screw, screw_of, tried
     from autodb.sensing.prepared import effort_axis
 
     screw = Screw(moves, pitch)
@@ -63,15 +63,14 @@ def screw_for(
         with opened(db) as store:
             screw = screw_of(store, machine, moves, effort_axis(moves, axis))
         screw = screw if pitch is None else replace(screw, pitch_mm=pitch)
-    stages(screw, axis)
-    return screw
+    return tried(screw, axis)
 
 
-def show_staged(model: "Identified", screw: "Screw") -> None:
+def show_staged(model: "Identified", seen: "Tried") -> None:
     """Print the stages, and how they agree with the joint fit."""
     from autodb.agent.staging import beside
 
-    found, both = beside(model, screw)
+    found, both = beside(model, seen)
     _show_passes(found)
     _show_stages(found, model.unit)
     _show_agreement(both)
