@@ -21,6 +21,7 @@ from autodb.sensing.staged.routine import Staged, staged
 from autodb.sensing.staged.segments import length_of, segments_of
 from autodb.sensing.staged.sticking import Verdict, sticking
 from autodb.sensing.staged.weight import weight_of
+from autodb.sensing.sweep import ladder, motion
 from autodb.sensing.thermal import thermal_state
 from tests.conftest import Cli
 from tests.files import write
@@ -171,7 +172,7 @@ def test_speeds_that_stick_tell_no_weight(moves: Recording) -> None:
     assert_allclose(stuck, [1.0, 2.0], rtol=0.01)
     assert_allclose(made.weight.value, AXIS.weight, atol=3.0 * made.weight.sd)
     cut = segments_of(made.passes, x, made.length.mm)
-    whole = weight_of(cut, cut.means(rough.whole_effort), list(made.levels))
+    whole = weight_of(cut, cut.means(rough.whole_effort), list(made.levels), path="rough.csv")
     assert abs(whole.value - AXIS.weight) > 8.0 * made.weight.sd
 
 
@@ -238,6 +239,30 @@ def test_a_sweep_at_creep_counts_by_the_way_gone(moves: Recording) -> None:
     told, way, time = (identify(moves, by_way=how) for how in (None, True, False))
     assert told.terms == way.terms
     assert told.terms != time.terms
+
+
+def test_the_moves_that_sweep_writes_will_do() -> None:
+    """Two rounds at twelve feeds, slow ones over a part of the travel."""
+    made = [motion(one) for one in ladder(20.0, 180.0, fastest_mm_min=9000.0)]
+    x, v, a = (
+        np.concatenate([one[name][::4] for one in made])
+        for name in ("position", "velocity", "acceleration")
+    )
+    effort = AXIS.weight + np.clip(v / 0.05, -1, 1) * AXIS.size(x, v) + AXIS.inertia * a
+    effort += 0.02 * np.random.default_rng(6).standard_normal(len(x))
+    channels = {
+        "t": np.arange(len(x)) / 25.0,
+        "z.position": x,
+        "z.velocity": v,
+        "z.current": effort,
+    }
+    written = Recording(path=Path("ladder.csv"), channels=channels)
+    assert swept(written, "z")
+    seen = staged(prepared(written), pitch_mm=PITCH_MM, cold=False)
+    assert len(seen.levels) == 12
+    assert max(one.repeat for one in seen.passes) >= 1
+    assert_allclose(seen.weight.value, AXIS.weight, atol=0.01)
+    assert len(seen.compared) >= 8
 
 
 def test_passes_that_tell_no_stage_are_refused(moves: Recording) -> None:

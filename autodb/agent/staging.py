@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from autodb.agent.identifying import refuse_faults
 from autodb.agent.machines import find_machine, signed
 from autodb.records import Recording
 from autodb.sensing.axis_model import Identified
@@ -37,7 +38,11 @@ class Tried:
 
 
 def tried(screw: Screw, axis: str | None) -> Tried:
-    """Run the staged routine on moves. Raises UnusableInput as ``staged`` does."""
+    """Run the staged routine on moves.
+
+    Raises UnusableInput where the moves show a fault, and as ``staged`` does.
+    """
+    refuse_faults(screw.moves, axis)
     rows = prepared(screw.moves, axis=axis)
     return Tried(screw, rows.axis, staged(rows, pitch_mm=screw.pitch_mm, cold=False))
 

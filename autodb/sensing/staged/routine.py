@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.channels import ROTARY_AXES
 from autodb.errors import UnusableInput
 from autodb.sensing.drive_errors import SPEEDING, states
 from autodb.sensing.passes import Pass, both_ways, levels_of, passes_of
@@ -74,67 +75,103 @@ class Staged:
         return value + gain, np.sqrt(sd**2 + gain_sd**2 + self.weight.sd**2)
 
 
+@dataclass(frozen=True)
+class _Field:
+    """Segments of a recording's passes, their mean effort (n,), and the levels that stick."""
+
+    passes: tuple[Pass, ...]
+    verdicts: Mapping[int, Verdict]
+    length: Length
+    cut: Segments
+    effort: Array
+
+    @property
+    def stuck(self) -> set[int]:
+        """Numbers of the levels that stick."""
+        return {k for k, one in self.verdicts.items() if one.sticks}
+
+    @property
+    def smooth(self) -> NDArray[np.bool_]:
+        """Say which segments (n,) are of levels that do not."""
+        return ~np.isin(self.cut.level, list(self.stuck))
+
+
+@dataclass(frozen=True)
+class _Friction:
+    """Friction of the segments (n,) as it is compared, the sd of what warming leaves open of it, a
+    share, and the factor by which warming lowered it in each row.
+    """
+
+    size: Array
+    unsure: Array
+    factor: Array
+
+
 def staged(rows: Prepared, *, pitch_mm: float | None, cold: bool) -> Staged:
     """Run the stages on one axis' recording.
 
     ``pitch_mm`` of the screw, None where it is not known; ``cold``: refer friction to a cold axis,
     by the warming that the passes show, so that it compares with a joint fit that has `warmup`.
 
-    Raises UnusableInput for a spindle, and where passes are too few or were not repeated.
+    Raises UnusableInput for a spindle or a rotary axis, and where passes are too few or were not
+    repeated.
     """
-    inputs, effort = rows.inputs, rows.whole_effort
-    passes = _passes(rows)
-    verdicts = sticking(passes, inputs, effort)
-    stuck = {k for k, one in verdicts.items() if one.sticks}
-    length = length_of(passes, inputs["position"], effort, pitch_mm=pitch_mm)
-    cut = segments_of(passes, inputs["position"], length.mm)
-    smooth = ~np.isin(cut.level, list(stuck))
-
-    # Weight, and friction beside it; warming from passes that were repeated
-    means = cut.means(effort)
-    weight = weight_of(cut, means, [k for k in verdicts if k not in stuck])
-    friction = cut.sense * (means - weight.value)
-    warming = _warming(passes, cut.some(smooth), friction[smooth], inputs)
-    factor, unsure = np.ones_like(effort), np.zeros_like(friction)
-    if cold and warming is not None:
-        factor = 1.0 - warming.lost(inputs)
-        slopes = [cut.means(one) for one in warming.slopes(inputs).T]
-        unsure = warming.sd(np.column_stack(slopes)) / cut.means(factor)
-    cold_friction = friction / cut.means(factor)
-
-    # Friction over speed around the middle, and along the travel
-    middle = np.isin(cut.place, _middle(passes, cut))
-    ways = {s: middle & (cut.sense == s) for s in (1, -1)}
-    laws = {
-        s: _law(passes, cut.some(own), cold_friction[own], unsure[own], stuck=stuck, path=rows.path)
-        for s, own in ways.items()
-    }
-    along = along_travel(
-        cut.some(smooth),
-        cold_friction[smooth],
-        inputs["position"],
-        period_mm=length.period_mm,
-        middle_mm=cut.x_mm[middle],
-    )
+    field = _field(rows, pitch_mm)
+    cut = field.cut
+    told = [k for k in field.verdicts if k not in field.stuck]
+    weight = weight_of(cut, field.effort, told, path=rows.path)
+    seen = cut.sense * (field.effort - weight.value)
+    warming = _warming(field, seen, rows.inputs)
+    friction = _friction(rows, cut, seen, warming if cold else None)
+    middle = np.isin(cut.place, _middle(field.passes, cut))
     found = Staged(
-        passes=passes,
-        length=length,
-        averages=averages(cut, means, friction, stuck),
-        verdicts=verdicts,
+        passes=field.passes,
+        length=field.length,
+        averages=averages(cut, field.effort, seen, field.stuck),
+        verdicts=field.verdicts,
         weight=weight,
-        laws=laws,
-        along=along,
+        laws={s: _law(field, friction, middle & (cut.sense == s), rows.path) for s in (1, -1)},
+        along=along_travel(
+            cut.some(field.smooth),
+            friction.size[field.smooth],
+            rows.inputs["position"],
+            period_mm=field.length.period_mm,
+            middle_mm=cut.x_mm[middle],
+        ),
         warming=warming,
         inertia=None,
         cold=cold and warming is not None,
     )
-    return replace(found, inertia=_inertia(rows, found, factor))
+    return replace(found, inertia=_inertia(rows, found, friction.factor))
+
+
+def _field(rows: Prepared, pitch_mm: float | None) -> _Field:
+    """Return the segments of a recording's passes."""
+    passes, position = _passes(rows), rows.inputs["position"]
+    verdicts = sticking(passes, rows.inputs, rows.whole_effort)
+    length = length_of(passes, position, rows.whole_effort, pitch_mm=pitch_mm)
+    cut = segments_of(passes, position, length.mm)
+    return _Field(passes, verdicts, length, cut, cut.means(rows.whole_effort))
+
+
+def _friction(rows: Prepared, cut: Segments, seen: Array, warming: Warming | None) -> _Friction:
+    """Return friction as it was seen, or that of the cold axis where a warming is given."""
+    if warming is None:
+        return _Friction(seen, np.zeros_like(seen), np.ones_like(rows.whole_effort))
+    factor = 1.0 - warming.lost(rows.inputs)
+    kept = cut.means(factor)
+    slopes = np.column_stack([cut.means(one) for one in warming.slopes(rows.inputs).T])
+    return _Friction(seen / kept, warming.sd(slopes) / kept, factor)
 
 
 def _passes(rows: Prepared) -> tuple[Pass, ...]:
     """Return the passes of a recording, refused where the stages cannot do with them."""
     if rows.axis == SPINDLE:
-        raise UnusableInput("--staged: a spindle has no travel; a feed axis would work")
+        raise UnusableInput("--staged: a spindle has no travel; a linear axis would work")
+    if rows.axis in ROTARY_AXES:
+        raise UnusableInput(
+            f"--staged: {rows.axis} turns, it has no screw; a linear axis would work"
+        )
     passes = passes_of(rows.inputs)
     count = len(both_ways(passes))
     if count < FEWEST_LEVELS:
@@ -171,39 +208,30 @@ def _middle(passes: tuple[Pass, ...], cut: Segments) -> NDArray[np.intp]:
     return np.asarray(np.arange(whole[0], whole[-1] + turn) + first)
 
 
-def _warming(
-    passes: tuple[Pass, ...], cut: Segments, friction: Array, inputs: Mapping[str, Array]
-) -> Warming | None:
+def _warming(field: _Field, friction: Array, inputs: Mapping[str, Array]) -> Warming | None:
     """Return the warming that whole passes show, a level and direction a group."""
-    names, at = np.unique(cut.of, return_inverse=True)
-    mean = np.bincount(at, friction) / np.bincount(at)
-    crossed = [passes[i] for i in names]
+    names, at = np.unique(field.cut.of[field.smooth], return_inverse=True)
+    mean = np.bincount(at, friction[field.smooth]) / np.bincount(at)
+    crossed = [field.passes[i] for i in names]
     group = np.array([2 * one.level + (one.sense > 0) for one in crossed], dtype=np.intp)
     amid = np.array([(one.begin + one.end) // 2 for one in crossed], dtype=np.intp)
     return warming_of(group, mean, amid, inputs)
 
 
-def _law(
-    passes: tuple[Pass, ...],
-    cut: Segments,
-    friction: Array,
-    unsure: Array,
-    *,
-    stuck: set[int],
-    path: str,
-) -> Law:
-    """Return the law over speed that passes' means over segments (n,) of one direction tell."""
-    names, at = np.unique(cut.of, return_inverse=True)
-    mean, warm = (np.bincount(at, one) / np.bincount(at) for one in (friction, unsure))
-    level = np.array([passes[i].level for i in names], dtype=np.intp)
-    run = np.array([passes[i].repeat for i in names], dtype=np.intp)
+def _law(field: _Field, friction: _Friction, which: NDArray[np.bool_], path: str) -> Law:
+    """Return the law over speed that passes' means over some segments of one direction tell."""
+    names, at = np.unique(field.cut.of[which], return_inverse=True)
+    both = (friction.size[which], friction.unsure[which])
+    mean, warm = (np.bincount(at, one) / np.bincount(at) for one in both)
+    level = np.array([field.passes[i].level for i in names], dtype=np.intp)
+    run = np.array([field.passes[i].repeat for i in names], dtype=np.intp)
     if len(np.unique(level)) < FEWEST_LEVELS:
         raise UnusableInput(
             f"{path}: no place is passed at {FEWEST_LEVELS} constant speeds both ways; passes that "
             "cross the middle of the travel would work"
         )
-    speeds = levels_of(passes)
-    return law_of(levels_of_way(level, run, mean, warm, speeds=speeds, stuck=stuck))
+    speeds = levels_of(field.passes)
+    return law_of(levels_of_way(level, run, mean, warm, speeds=speeds, stuck=field.stuck))
 
 
 def _inertia(rows: Prepared, found: Staged, factor: Array) -> Inertia | None:

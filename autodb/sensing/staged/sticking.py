@@ -196,7 +196,7 @@ def _uneven(
             ]
             tests.append(_test(one, others))
         found.append((min(ratio for ratio, _ in tests), all(beyond for _, beyond in tests)))
-    if np.isnan(found[0][0]):
+    if any(np.isnan(ratio) for ratio, _ in found):
         return None
     return max(ratio for ratio, _ in found), any(beyond for _, beyond in found)
 

@@ -19,6 +19,8 @@ FEWEST_PASSES = 12
 RUNS = 4
 """Runs that the passes are taken for, within which what they leave is alike: P2's three and its
 cycles. So many tell how runs differ, as Student's t counts them."""
+LEAST_DROP = 1e-3
+"""Drop below which no time constant shows. Chosen: a tenth of a percent of friction."""
 STEP = 1e-3
 """Relative step of a derivative."""
 
@@ -92,7 +94,8 @@ def warming_of(
     ]
     best = min(found, key=lambda one: float(one.cost))
     jacobian = np.asarray(best.jac) / np.array([1.0, np.exp(best.x[1])])
-    free = [0] if np.any(best.active_mask) else [0, 1]
+    held = np.any(best.active_mask) or best.x[0] < LEAST_DROP
+    free = [0] if held else [0, 1]
     fit = fitting.least_squares(jacobian[:, free], left(best.x), lags=len(rows) // RUNS)
     few = fitting.small_sample(RUNS - 1) * len(rows) / max(1, len(rows) - len(names) - 2)
     covariance = np.zeros((2, 2))

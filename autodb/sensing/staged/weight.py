@@ -27,7 +27,7 @@ class Weight:
     x_mm: Array
 
 
-def weight_of(segments: Segments, effort: Array, levels: Collection[int]) -> Weight:
+def weight_of(segments: Segments, effort: Array, levels: Collection[int], *, path: str) -> Weight:
     """Return the weight of segments' effort (n,), each of the levels counting alike.
 
     The error is from what repeats of a level differ by and what levels differ by beyond that
@@ -38,8 +38,8 @@ def weight_of(segments: Segments, effort: Array, levels: Collection[int]) -> Wei
     told = [(k, *one) for k in levels for one in _of_level(segments, effort, k)]
     if not told:
         raise UnusableInput(
-            "no speed without stick-slip passes one place both ways: nothing tells the weight; "
-            "passes there and back over one stretch would work"
+            f"{path}: no speed that does not stick passes one place both ways: nothing tells the "
+            "weight; passes there and back over one stretch would work"
         )
     of, values, places = (np.array(column) for column in zip(*told, strict=True))
     names, at, count = np.unique(of, return_inverse=True, return_counts=True)
