@@ -12,6 +12,7 @@ from autodb.records import Recording
 from autodb.sensing.axis_model import Identified, IdentifiedTerm, amplitudes, term_called
 from autodb.sensing.drive_errors import BANDWIDTHS_HZ, DriveErrors
 from autodb.sensing.field import Field, field
+from autodb.sensing.thermal import thermal_state
 
 Array = NDArray[np.float64]
 
@@ -42,6 +43,7 @@ def render_axis(model: Identified, moves: Recording) -> str:
         errors=_errors(model.errors, model.unit),
         bandwidths=[figures.quantity(hz, "Hz") for hz in TOLD_HZ],
         warmth=_warmth(model),
+        thermal=_thermal(model, moves),
         protocol=str(model.protocol),
     )
 
@@ -117,3 +119,15 @@ def _warmth(model: Identified) -> str:
         )
     share = figures.plus_minus(100.0 * drop.value, 100.0 * NORMAL_95 * (drop.sd or 0.0), "%")
     return f"Warm after long running at 10 000 mm/min, friction is {share} lower than cold."
+
+
+def _thermal(model: Identified, moves: Recording) -> str:
+    """Say how warm the axis was at the begin and the end of the moves; empty without `warmup`."""
+    state = thermal_state(moves, model.axis, model.protocol, model.terms)
+    if state is None:
+        return ""
+    begin, end, most = (f"{100.0 * x:.0f}\u00a0%" for x in (state.begin, state.end, state.most))
+    return (
+        f"Thermal state: at the begin of these moves, taken as cold, {begin} of that loss; {end} "
+        f"at the end; {most} when it was warmest."
+    )

@@ -24,6 +24,7 @@ from autodb.virtual.phases import raw_cut
 from autodb.virtual.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_parquet
 from tests.files import write, write_groups
 from tests.raw_cuts import made
+from tests.staged_axis import Axis, recorded
 
 T = np.round(np.arange(400) * 0.01, 6)
 X = np.round(100.0 * np.sin(2 * np.pi * 0.5 * T), 6)
@@ -72,6 +73,11 @@ def _text(name: str, *lines: str) -> Callable[[Path], object]:
 def _moves(name: str = "moves.csv", **changed: object) -> Callable[[Path], object]:
     columns = {**MOVES, **{k.replace("_", "."): v for k, v in changed.items()}}
     return lambda folder: write(folder / name, columns)
+
+
+def _one_round(folder: Path) -> None:
+    """Passes there and back at eight speeds, each once."""
+    write(folder / "moves.csv", dict(recorded(Axis(), 1, repeats=1).channels))
 
 
 def _braked(folder: Path) -> None:
@@ -329,6 +335,16 @@ AXES = (
         ),
     ),
     Case("a closed brake", "autodb identify moves.csv", _braked),
+    Case("a pitch that nothing takes", "autodb identify moves.csv --pitch 10", _moves()),
+    Case("no passes at constant speed", "autodb identify moves.csv --staged", _moves()),
+    Case("passes that were not repeated", "autodb identify moves.csv --staged", _one_round),
+    Case(
+        "stages of a spindle",
+        "autodb identify moves.csv --axis spindle --staged",
+        lambda folder: write(
+            folder / "moves.csv", {"t": T, "spindle.speed": V, "spindle.current": I}
+        ),
+    ),
     Case(
         "loads without a model", "autodb reconstruct moves.csv", _moves(),
     ),

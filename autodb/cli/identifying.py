@@ -18,6 +18,14 @@ from autodb.cli._common import (
     table,
     working,
 )
+from autodb.cli.staging import (
+    Pitch,
+    Staging,
+    check_staging,
+    show_staged,
+    show_sweep,
+    try_stages,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -69,6 +77,8 @@ def identify(
     also: Also = None,
     update: Update = False,
     page: Page = None,
+    staged: Staging = False,
+    pitch: Pitch = None,
     machine: OptionalMachine = None,
     columns: Columns = None,
     group: Group = None,
@@ -81,9 +91,14 @@ def identify(
 
     names = names_of(terms)
     _check(update, machine, page)
+    check_staging(staged=staged, pitch=pitch)
     with working(f"identifying from {recording.name}") as progress:
         moves = moves_of(recording, axis, columns, group, resample)
         other = moves_of(also, axis, columns, group, resample) if also else None
+        seen = None
+        if staged:
+            progress("stages")
+            seen = try_stages(moves, axis=axis, machine=machine, pitch=pitch, db=db)
         versions: Sequence[Version] = []
         if machine is None:
             refuse_faults(moves, axis)
@@ -101,9 +116,12 @@ def identify(
         if page is not None:
             _write_page(model, moves, page)
     _show_model(model)
+    show_sweep(model, moves)
     if other is not None:
         _show_cross_test(model, other)
     _show_spread(spread)
+    if seen is not None:
+        show_staged(model, seen)
     if page is not None:
         say(f"page: {page}")
     if kept is None:

@@ -25,6 +25,7 @@ from autodb.sensing.axis_model import (
 from autodb.sensing.linearised import linearised, shaped
 from autodb.sensing.motion import term_inputs
 from autodb.sensing.off_law import OffLaw
+from autodb.sensing.passes import swept
 from autodb.sensing.prepared import SPINDLE, Prepared, prepared
 from autodb.sensing.protocol import (
     WAY_MM,
@@ -78,7 +79,7 @@ def identify(
     protocol: Protocol | None = None,
     terms: Sequence[str] | None = None,
     beliefs: Beliefs | None = None,
-    by_way: bool = False,
+    by_way: bool | None = None,
 ) -> Identified:
     """Identify the terms of one axis' effort; the symmetric four if ``terms`` are not given.
 
@@ -89,15 +90,16 @@ def identify(
     over speed and with coloured noise (``fitting.deviation``), which is what their values and
     covariance come from. ``beliefs``: what an earlier version knows, its given shape included: the
     other numbers are about that shape. ``by_way``: the moves are a sweep over speeds, whose slow
-    passes count by the way gone (``means_by_way``).
+    passes count by the way gone (``means_by_way``); None: where their passes say so (``swept``).
 
     Raises UnusableInput for names that cannot be identified, without effort or position, or when
     no term is excited.
     """
     given = beliefs.others if beliefs else {}
     rows, parts = _begun(recording, axis, protocol, terms, given)
-    means = rows.by(_by_way(rows, parts) if by_way else means_of(rows.protocol))
-    return fitted(means, shaped(means, parts), beliefs, published=rows, uneven=by_way)
+    way = swept(recording, rows.axis) if by_way is None else by_way
+    means = rows.by(_by_way(rows, parts) if way else means_of(rows.protocol))
+    return fitted(means, shaped(means, parts), beliefs, published=rows, uneven=way)
 
 
 def _by_way(rows: Prepared, parts: tuple[Part, ...]) -> Protocol:

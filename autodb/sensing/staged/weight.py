@@ -1,0 +1,72 @@
+"""Stage one: the weight, mean of (up + down)/2 over the speeds that do not stick (P2 III B)."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import fitting
+from autodb.errors import UnusableInput
+from autodb.sensing.staged.segments import Segments
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Weight:
+    """The weight in the effort's unit, its sd, and the levels that it is the mean over.
+
+    What friction differs by direction, the same at all speeds, counts as weight. ``x_mm`` (k,): the
+    mean place at which each level told it.
+    """
+
+    value: float
+    sd: float
+    levels: tuple[int, ...]
+    x_mm: Array
+
+
+def weight_of(segments: Segments, effort: Array, levels: Collection[int], *, path: str) -> Weight:
+    """Return the weight of segments' effort (n,), each of the levels counting alike.
+
+    The error is from what repeats of a level differ by and what levels differ by beyond that
+    (restricted maximum likelihood), not from rows or segments, which are alike along the way.
+
+    Raises UnusableInput where no level has a place that was passed both ways.
+    """
+    told = [(k, *one) for k in levels for one in _of_level(segments, effort, k)]
+    if not told:
+        raise UnusableInput(
+            f"{path}: no speed that does not stick passes one place both ways: nothing tells the "
+            "weight; passes there and back over one stretch would work"
+        )
+    of, values, places = (np.array(column) for column in zip(*told, strict=True))
+    names, at, count = np.unique(of, return_inverse=True, return_counts=True)
+    mean = np.bincount(at, values) / count
+    ones = np.ones((len(values), 1))
+    parts = fitting.components(ones, ones, values, of, known=np.zeros(len(values)))
+    own = parts.own * fitting.small_sample(len(values) - 1)
+    variance = (parts.widened[0, 0] + own * float(np.mean(1.0 / count))) / len(names)
+    return Weight(
+        value=float(mean.mean()),
+        sd=float(np.sqrt(variance)),
+        levels=tuple(int(k) for k in names),
+        x_mm=np.bincount(at, places) / count,
+    )
+
+
+def _of_level(segments: Segments, effort: Array, level: int) -> list[tuple[float, float]]:
+    """Return (weight, mean place mm) of each repeat: over the places passed both ways."""
+    found = []
+    own = segments.level == level
+    for repeat in np.unique(segments.repeat[own]):
+        one, other = (
+            np.flatnonzero(own & (segments.repeat == repeat) & (segments.sense == s))
+            for s in (1, -1)
+        )
+        _, a, b = np.intersect1d(segments.place[one], segments.place[other], return_indices=True)
+        if len(a):
+            both = 0.5 * (effort[one[a]] + effort[other[b]])
+            found.append((float(both.mean()), float(segments.x_mm[one[a]].mean())))
+    return found

@@ -1,0 +1,98 @@
+"""How often the staged routine calls a smooth speed sticking, and agrees with the joint fit.
+
+`python -m benchmarks.staged_axes alarms` (a few minutes): levels of axes that do not stick, 300 of
+`tests.staged_axis` and the x and y axes of the reference machines of development; and up to which
+speed their z axes, which do, are seen to. `python -m benchmarks.staged_axes agree` (ten minutes):
+each quantity that differs by more than 2.6 joint standard deviations, on 24 axes of the tests and
+the 15 axes of five reference machines.
+"""
+
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.prove.axis_ours import TERMS, recording
+from autodb.records import Recording
+from autodb.sensing.drives import SYMMETRIC, identify
+from autodb.sensing.passes import passes_of
+from autodb.sensing.prepared import effort_axis, prepared
+from autodb.sensing.staged.agreement import Agreement, agreement
+from autodb.sensing.staged.routine import staged
+from autodb.sensing.staged.sticking import Verdict, sticking
+from autodb.virtual.reference_axis import traced
+from autodb.virtual.reference_moves import PITCH_MM
+from tests import staged_axis
+
+Array = NDArray[np.float64]
+
+SEEDS = range(101, 141)
+"""Machines of development: none of the proof's."""
+PAIRED = range(101, 106)
+
+
+def simple_axes(count: int) -> Iterator[Recording]:
+    """Return sweeps of axes of the tests, with and without Stribeck friction and a ripple."""
+    for seed in range(1000, 1000 + count):
+        axis = staged_axis.Axis(stribeck=0.3 * (seed % 3), ripple=0.03 * (seed % 2))
+        yield staged_axis.recorded(axis, seed, repeats=2 + seed % 2)
+
+
+def reference_axes(seeds: range, names: str) -> Iterator[Recording]:
+    """Return sweeps of axes of the reference machines."""
+    for seed in seeds:
+        for name in names:
+            yield recording(traced(seed, name).sweep, name)
+
+
+def verdicts(moves: Recording) -> list[Verdict]:
+    """Judge the levels of a sweep."""
+    axis = effort_axis(moves, None)
+    inputs = {"t": moves.t_s, "position": moves[f"{axis}.position"]}
+    found = sticking(passes_of(inputs), inputs, moves[f"{axis}.current"])
+    return [one for one in found.values() if one.tested]
+
+
+def alarms() -> None:
+    """Print how many smooth levels are called sticking, and up to which speed z is."""
+    for what, axes in (("axes of the tests", simple_axes(300)),
+                       ("reference x and y", reference_axes(SEEDS, "xy"))):  # fmt: skip
+        said = [one.sticks for moves in axes for one in verdicts(moves)]
+        print(f"{what}: {sum(said)} of {len(said)} smooth levels are called sticking")
+    fastest = [
+        60.0 * max((one.speed_mm_s for one in verdicts(moves) if one.sticks), default=0.0)
+        for moves in reference_axes(SEEDS, "z")
+    ]
+    print(f"reference z: sticking up to {min(fastest):.0f} to {max(fastest):.0f} mm/min")
+
+
+def compared(moves: Recording, terms: tuple[str, ...]) -> Agreement:
+    """Identify a sweep in both ways."""
+    model = identify(moves, terms=terms)
+    rows = prepared(moves)
+    cold = any(term.term == "warmup" for term in model.fitted)
+    return agreement(staged(rows, pitch_mm=PITCH_MM, cold=cold), model, rows.inputs)
+
+
+def agree() -> None:
+    """Print how many quantities differ, and on how many axes the two agree."""
+    simple = (*SYMMETRIC, "stribeck", "position_friction")
+    for what, axes, terms in (
+        ("axes of the tests", (staged_axis.recorded(staged_axis.Axis(), s) for s in range(1, 25)),
+         simple),
+        ("reference axes", reference_axes(PAIRED, "xyz"), TERMS),
+    ):  # fmt: skip
+        found = [compared(moves, terms) for moves in axes]
+        rows = [row for one in found for row in one.rows]
+        weights = [row for row in rows if not row.name.startswith("friction")]
+        print(f"{what}: {sum(one.agrees for one in found)} of {len(found)} agree, "
+              f"{sum(row.differs for row in rows)} of {len(rows)} quantities differ; "
+              f"weight, inertia, warming: {sum(row.differs for row in weights)} of "
+              f"{len(weights)}")  # fmt: skip
+        for row in (row for row in rows if row.differs):
+            print(f"  {row.name}: staged {row.staged:.4g}, joint {row.joint:.4g} {row.unit}")
+
+
+if __name__ == "__main__":
+    {"alarms": alarms, "agree": agree}[sys.argv[1]]()
