@@ -1,0 +1,71 @@
+"""One reference mill: the forces in its cuts, told in several ways."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import signals
+from autodb.prove.published_mill import four_steps
+from autodb.virtual.reference_mill import MillAxis, MilledCut, draw_mill, milled_cuts, swept_axis
+from autodb.virtual.reference_mill_moves import RATE_HZ
+
+Array = NDArray[np.float64]
+Loads = Mapping[tuple[str, str], Array]
+"""Force (n,) by cut and axis, N."""
+
+PUBLISHED = "as published"
+SCORED = ("x", "y")
+"""P0 evaluates these axes."""
+SLOW_HZ = 10.0
+"""`reconstruct` gives loads up to here unless asked otherwise."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """RMSE of one way in one cut, N: of the force that P0 compares with, up to 120 Hz, and of both
+    up to SLOW_HZ.
+    """
+
+    way: str
+    cut: str
+    axis: str
+    rmse_N: float
+    slow_N: float
+
+
+def gate(seed: int) -> list[Told]:
+    """Tell the cuts of a seed's mill the published way."""
+    mill = draw_mill(seed)
+    cuts = milled_cuts(seed, mill)
+    return told(PUBLISHED, published(seed, mill, cuts), cuts)
+
+
+def published(seed: int, mill: Mapping[str, MillAxis], cuts: list[MilledCut]) -> Loads:
+    """Return the force of each cut and axis by P0's four steps; nothing is filtered."""
+    loads = {}
+    for name in SCORED:
+        scale = mill[name].newtons_per_ampere
+        model = four_steps(swept_axis(seed, mill[name]), scale)
+        for one in cuts:
+            seen = one.axes[name]
+            air_N = model.air_N(seen.motion.x, seen.motion.v, seen.motion.a)
+            loads[one.cut.name, name] = seen.current_A * scale - air_N
+    return loads
+
+
+def told(way: str, loads: Loads, cuts: list[MilledCut]) -> list[Told]:
+    """Return the errors of a way, from where the feed begins to where it leaves the work."""
+    return [_told(way, loads[one.cut.name, name], one, name) for one in cuts for name in SCORED]
+
+
+def _told(way: str, load_N: Array, one: MilledCut, name: str) -> Told:
+    off_N = load_N - one.load_N[name]
+    slow_N = signals.lowpass(off_N, rate_hz=RATE_HZ, cutoff_hz=SLOW_HZ)
+    rows = (one.t >= one.begins_s) & (one.t <= one.ends_s)
+    return Told(way, one.cut.name, name, _rms(off_N[rows]), _rms(slow_N[rows]))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
