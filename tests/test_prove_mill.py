@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.prove import mill_run, mill_summary
-from autodb.prove.mill_run import PUBLISHED, Told
+from autodb.prove.mill_run import PUBLISHED, Kept, Told
 from autodb.prove.mill_summary import PUBLISHED_N
 from autodb.prove.published_mill import FourSteps, Stribeck, four_steps
 from autodb.prove.runs import Finished, Origin
@@ -126,7 +126,7 @@ def test_the_published_way_is_far_off_only_where_axes_turn(mill: dict[str, MillA
     assert isinstance(swept_axis(SEED, mill["z"]), Logged)
 
 
-def _runs(factor: float) -> list[Finished[Told]]:
+def _runs(factor: float) -> list[Finished[Told | Kept]]:
     told = [Told(PUBLISHED, cut, axis, factor * n, n) for (cut, axis), n in PUBLISHED_N.items()]
     return [Finished(1, tuple(told))]
 

@@ -20,11 +20,12 @@ from autodb.cli._common import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from autodb import records
     from autodb.agent.identifying import KeptModel, Version
     from autodb.sensing.axis_model import Identified, IdentifiedTerm, PlainFit
+    from autodb.sensing.masses import Mass
 
 Recording = Annotated[
     Path, typer.Argument(readable=False, help="A recording over time of the axis' moves.")
@@ -46,6 +47,7 @@ Also = Annotated[
     ),
 ]
 
+KEEPS = "keeps its sign in both directions"
 TWICE = 2.0
 """Times its friction of before that no axis comes to by wear between two sweeps. Chosen."""
 Update = Annotated[
@@ -85,6 +87,7 @@ def identify(
     db: Database = None,
 ) -> None:
     """Identify inertia, friction, load and other terms of a feed axis from its moves."""
+    from autodb.agent.carried import slide_masses
     from autodb.agent.identifying import identify_on_machine, refuse_faults, versions_of
     from autodb.sensing import drives
 
@@ -97,6 +100,7 @@ def identify(
         moves = moves_of(recording, axis, columns, group, resample)
         other = moves_of(also, axis, columns, group, resample) if also else None
         versions: Sequence[Version] = []
+        masses: Mapping[str, Mass] = {}
         if machine is None:
             refuse_faults(moves, axis)
             kept, model = None, drives.identify(moves, axis=axis, terms=names)
@@ -107,6 +111,7 @@ def identify(
                     columns=columns, axis=axis, terms=names, update=update, progress=progress,
                 )  # fmt: skip
                 versions = versions_of(store, machine, kept.model.channel) if update else []
+                masses = slide_masses(store, machine)
             model = kept.model
         progress("spread over filters")
         spread = drives.spread_over_filters(moves, axis=model.axis, terms=_fitted_names(model))
@@ -122,7 +127,16 @@ def identify(
         say("not stored: give --machine NAME to keep it")
         return
     show_kept(kept, machine or "")
+    _show_masses(masses)
     _show_versions(versions)
+
+
+def _show_masses(masses: "Mapping[str, Mass]") -> None:
+    """Print the mass of each slide alone, where it is known."""
+    if not masses:
+        return
+    said = (f"{axis} {mass.kg:.4g} ± {mass.sd_kg:.2g} kg" for axis, mass in masses.items())
+    say(f"slides alone (± 1 sd): {', '.join(said)}")
 
 
 def _check(update: bool, machine: str | None, page: Path | None) -> None:
@@ -174,7 +188,8 @@ def _show_versions(versions: "Sequence[Version]") -> None:
     """Print the numbers of each version: how the axis drifted."""
     if not versions:
         return
-    names = list(dict.fromkeys((t.key, t.parameter) for v in versions for t in v.terms))
+    every = [t for v in versions for t in _readable(v.terms)]
+    names = list(dict.fromkeys((t.key, t.parameter) for t in every))
     units = {(t.key, t.parameter): _shop_unit(t.unit)[1] for v in versions for t in v.terms}
     heads = (f">{key} {parameter} [{units[key, parameter]}]" for key, parameter in names)
     rows = table("Versions", ">version", "day", "from", *heads)
@@ -237,7 +252,7 @@ def _show_model(model: "Identified") -> None:
         f"{model.channel} of axis {model.axis}",
         "term", "parameter", ">value", ">sd", "unit", ">plain least squares", ">sd",
     )  # fmt: skip
-    for term in [*model.fitted, *amplitudes(model)]:
+    for term in [*_readable(model.fitted), *amplitudes(model)]:
         other = plain.get((term.key, term.parameter))
         rows.add_row(
             term.key,
@@ -262,8 +277,26 @@ def _show_model(model: "Identified") -> None:
         if t.form == "tilt":
             say(f"weight: at most {t.value:.3g} {t.unit} at the angle that lifts it ({t.term})")
             continue
-        flips = "flips with the direction" if t.form else "keeps its sign in both directions"
-        say(f"ripple: {t.value:.3g} {t.unit}, {flips} ({t.term})")
+        flips = "flips with the direction" if t.form == "periodic" else KEEPS
+        first = ", its first harmonic" if t.form in ("table", "harmonics") else ""
+        say(f"ripple: {t.value:.3g} {t.unit}{first}, {flips} ({t.term})")
+    _show_cogging(model)
+
+
+def _readable(terms: "Sequence[IdentifiedTerm]") -> "list[IdentifiedTerm]":
+    """Return the terms without the nodes of a table, which no one reads."""
+    return [t for t in terms if not t.parameter.startswith("node_")]
+
+
+def _show_cogging(model: "Identified") -> None:
+    """Print which form of cogging was kept, and what each leaves of blocks left out."""
+    for kept in (one for one in model.cogging if one.kept):
+        tried = ", ".join(
+            f"{one.called} {100.0 * one.held_out_error:.2f} %" for one in model.cogging
+        )
+        unit = "deg" if model.axis in "abc" else "mm"
+        say(f"cogging: {kept.called} over {kept.period:.5g} {unit} kept; on blocks left out: "
+            f"{tried}")  # fmt: skip
 
 
 def _show_cross_test(model: "Identified", other: "records.Recording") -> None:

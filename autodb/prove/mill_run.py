@@ -7,15 +7,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import signals
+from autodb.prove.mill_ours import deviating_A, identified, loads_A
 from autodb.prove.published_mill import four_steps
-from autodb.virtual.reference_mill import MillAxis, MilledCut, draw_mill, milled_cuts, swept_axis
+from autodb.sensing.axis_model import Identified
+from autodb.virtual.reference_mill import (
+    TRUTH_HZ,
+    MillAxis,
+    MilledCut,
+    draw_mill,
+    milled_cuts,
+    swept_axis,
+)
 from autodb.virtual.reference_mill_moves import RATE_HZ
 
 Array = NDArray[np.float64]
 Loads = Mapping[tuple[str, str], Array]
 """Force (n,) by cut and axis, N."""
 
-PUBLISHED = "as published"
+PUBLISHED, OURS = "as published", "autodb"
+DEVIATING, KNOWN = "autodb, with what friction deviates by", "truth of the sweep"
+"""Every way; the last one knows all that there was when the sweep was run."""
 SCORED = ("x", "y")
 """P0 evaluates these axes."""
 SLOW_HZ = 10.0
@@ -35,11 +46,60 @@ class Told:
     slow_N: float
 
 
+@dataclass(frozen=True)
+class Kept:
+    """What autodb keeps of an axis: the form of its cogging and its pole, mm; the mass that it
+    moves and the true one, kg.
+    """
+
+    axis: str
+    form: str
+    pole_mm: float
+    moved_kg: float
+    true_kg: float
+
+
 def gate(seed: int) -> list[Told]:
     """Tell the cuts of a seed's mill the published way."""
     mill = draw_mill(seed)
     cuts = milled_cuts(seed, mill)
     return told(PUBLISHED, published(seed, mill, cuts), cuts)
+
+
+def run(seed: int) -> list[Told | Kept]:
+    """Tell them in every way, and what autodb keeps of the axes."""
+    mill = draw_mill(seed)
+    cuts = milled_cuts(seed, mill)
+    models = {name: identified(seed, mill[name]) for name in SCORED}
+    ways = {
+        PUBLISHED: published(seed, mill, cuts),
+        OURS: _newtons(mill, loads_A(models, cuts, bandwidth_hz=TRUTH_HZ)),
+        DEVIATING: _newtons(mill, deviating_A(models, cuts)),
+        KNOWN: known(mill, cuts),
+    }
+    errors = [one for way, loads in ways.items() for one in told(way, loads, cuts)]
+    return [*errors, *(kept(models[name], mill[name]) for name in SCORED)]
+
+
+def kept(found: Identified, axis: MillAxis) -> Kept:
+    """Return what is kept of an axis beside what is true of it."""
+    form = next(one for one in found.cogging if one.kept)
+    moved_kg = 1000.0 * found.value("inertia") * axis.newtons_per_ampere
+    return Kept(axis.name, form.called, form.period, moved_kg, axis.moved_kg)
+
+
+def known(mill: Mapping[str, MillAxis], cuts: list[MilledCut]) -> Loads:
+    """Return what the true laws of the sweep tell of the cuts: another day's friction is left."""
+    return {
+        (one.cut.name, name): one.axes[name].current_A * mill[name].newtons_per_ampere
+        - one.air_N[name]
+        for one in cuts
+        for name in SCORED
+    }
+
+
+def _newtons(mill: Mapping[str, MillAxis], loads: Loads) -> Loads:
+    return {(cut, name): mill[name].newtons_per_ampere * one for (cut, name), one in loads.items()}
 
 
 def published(seed: int, mill: Mapping[str, MillAxis], cuts: list[MilledCut]) -> Loads:

@@ -5,7 +5,7 @@ newtons (a torque constant from the data sheet, a known mass, a push against a l
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,14 +22,22 @@ from autodb.sensing.axis_model import (
     predicted,
     term_called,
 )
+from autodb.sensing.cogging import Tried, with_best_cogging
 from autodb.sensing.linearised import linearised, shaped
 from autodb.sensing.motion import term_inputs
 from autodb.sensing.prepared import SPINDLE, Prepared, prepared
-from autodb.sensing.protocol import Protocol, default_protocol, means_by_way, means_of
+from autodb.sensing.protocol import (
+    WAY_MM,
+    Protocol,
+    default_protocol,
+    means_by_way,
+    means_of,
+)
 from autodb.sensing.ripples import Ripple, strongest_ripple
 from autodb.sensing.steady import friction_deviation
-from autodb.terms import Channel, Contribution, Parameter
+from autodb.terms import COGGING, Channel, Contribution, Parameter
 from autodb.terms.channel import Part
+from autodb.terms.ripple import NODES
 
 Array = NDArray[np.float64]
 
@@ -86,13 +94,22 @@ def identify(
     no term is excited.
     """
     given = beliefs.others if beliefs else {}
-    rows, parts = _begun(recording, axis, protocol, terms, given)
-    means = rows.by(_means(rows) if by_way else means_of(rows.protocol))
-    return fitted(means, shaped(means, parts), beliefs, published=rows, uneven=by_way)
+    begun = _begun(recording, axis, protocol, terms, given)
+    rows = begun.rows
+    means = rows.by(_means(begun) if by_way else means_of(rows.protocol))
+    parts, tried = shaped(means, begun.parts), tuple[Tried, ...]()
+    if begun.ripple is not None and begun.ripple.term is COGGING:
+        parts, tried = with_best_cogging(means, parts, begun.ripple)
+    found = fitted(means, parts, beliefs, published=rows, uneven=by_way)
+    return replace(found, cogging=tried)
 
 
-def _means(rows: Prepared) -> Protocol:
-    return means_by_way(rows.protocol, rows.inputs["velocity"], rate_hz=rows.rate_hz)
+def _means(begun: "_Begun") -> Protocol:
+    """Return means by the way gone, short enough to show a table of what is periodic."""
+    rows = begun.rows
+    node_mm = begun.ripple.pole / NODES if begun.ripple else WAY_MM
+    way_mm = min(WAY_MM, node_mm)
+    return means_by_way(rows.protocol, rows.inputs["velocity"], rate_hz=rows.rate_hz, way_mm=way_mm)
 
 
 def plain(
@@ -103,8 +120,17 @@ def plain(
     terms: Sequence[str] | None = None,
 ) -> PlainFit:
     """Return ordinary least squares of the same terms: what published methods print."""
-    rows, parts = _begun(recording, axis, protocol, terms, {})
-    return plain_fit(rows, shaped(rows, parts))
+    begun = _begun(recording, axis, protocol, terms, {})
+    return plain_fit(begun.rows, shaped(begun.rows, begun.parts))
+
+
+@dataclass(frozen=True)
+class _Begun:
+    """The rows at the protocol, and the parts where a search for their shape begins."""
+
+    rows: Prepared
+    parts: tuple[Part, ...]
+    ripple: Ripple | None
 
 
 def _begun(
@@ -113,8 +139,8 @@ def _begun(
     protocol: Protocol | None,
     terms: Sequence[str] | None,
     given: Mapping[tuple[str, str], float],
-) -> tuple[Prepared, tuple[Part, ...]]:
-    """Return the rows at the protocol, and the parts where a search for their shape begins.
+) -> _Begun:
+    """Return where a search for the shape of the terms begins.
 
     `cogging` is looked for at the full rate in what the other terms leave; where friction carries
     the ripple it becomes periodic position friction. Rows are then kept often enough to show it.
@@ -135,6 +161,7 @@ def _begun(
             f"--terms: {', '.join(terms)} only change what others add; with "
             f"{','.join(SYMMETRIC)} beside them it would work"
         )
+    found = None
     if "cogging" in terms:
         found = find_ripple(rows, parts)
         if found is None:
@@ -145,7 +172,7 @@ def _begun(
         parts = (*parts, Part(found.term, {"period": found.period}, ("period",)))
         if protocol is None:
             rows = rows.by(_fine_enough(rows, found.period))
-    return rows, parts
+    return _Begun(rows, parts, found)
 
 
 def kind_of(axis: str) -> Channel:

@@ -103,9 +103,11 @@ TURN_MM = 0.1
 """Way after a turn over which means are as short as the protocol's: friction turns. Chosen."""
 
 
-def means_by_way(protocol: Protocol, velocity: Array, *, rate_hz: float) -> WayProtocol:
-    """Return means of the protocol's rows, longer where motion is slow: over WAY_MM at least, and
-    over a whole standstill.
+def means_by_way(
+    protocol: Protocol, velocity: Array, *, rate_hz: float, way_mm: float = WAY_MM
+) -> WayProtocol:
+    """Return means of the protocol's rows, longer where motion is slow: over ``way_mm`` at least,
+    and over a whole standstill.
 
     For a sweep over speeds: a pass at creep lasts so long that means over time would give it nearly
     all rows, though friction, which wanders along the way, shows itself there but once.
@@ -118,7 +120,7 @@ def means_by_way(protocol: Protocol, velocity: Array, *, rate_hz: float) -> WayP
         turn = sense[k] != sense[k - 1]
         turned_mm = gone_mm[k] if turn else turned_mm
         short = sense[k] != 0 and gone_mm[k] - turned_mm < TURN_MM
-        if turn or short or gone_mm[k] - begun_mm >= WAY_MM:
+        if turn or short or gone_mm[k] - begun_mm >= way_mm:
             edges.append(int(begins[k]))
             begun_mm = gone_mm[k]
     return WayProtocol(protocol.cutoff_hz, protocol.decimate, protocol.crop_s, edges=tuple(edges))
