@@ -99,7 +99,13 @@ def reconstruct_with(
     if model.errors is None:
         raise UnusableInput(f"{moves}: {model.axis} has no load to reconstruct; an axis would work")
     found = DriveModel(
-        model.axis, model.channel, model.unit, model.terms, model.covariance, model.errors
+        axis=model.axis,
+        channel=model.channel,
+        unit=model.unit,
+        terms=model.terms,
+        covariance=model.covariance,
+        errors=model.errors,
+        steady=model.steady,
     )
     load = _load(recording, found, bandwidth_hz=bandwidth_hz, observer=observer)
     return _felt(load, f"identified from {moves}", scale)

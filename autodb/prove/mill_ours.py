@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.records import Recording
 from autodb.sensing.axis_model import Identified
-from autodb.sensing.drives import SYMMETRIC, identify, predict_deviating
+from autodb.sensing.drives import SYMMETRIC, identify
 from autodb.sensing.reconstruct import DriveModel, reconstruct
 from autodb.virtual.reference_mill import Logged, MillAxis, MilledCut, swept_axis
 
@@ -32,36 +32,30 @@ def identified(seed: int, axis: MillAxis) -> Identified:
 
 
 def loads_A(
-    models: Mapping[str, Identified], cuts: Sequence[MilledCut], *, bandwidth_hz: float
+    models: Mapping[str, DriveModel], cuts: Sequence[MilledCut], *, bandwidth_hz: float
 ) -> dict[tuple[str, str], Array]:
     """Return the load (n,) of each cut on each axis, without delay, A."""
     return {
         (one.cut.name, name): reconstruct(
-            recording(one.axes[name], name), drive_model(model), bandwidth_hz=bandwidth_hz
+            recording(one.axes[name], name), model, bandwidth_hz=bandwidth_hz
         ).value
         for one in cuts
         for name, model in models.items()
     }
 
 
-def deviating_A(
-    models: Mapping[str, Identified], cuts: Sequence[MilledCut]
-) -> dict[tuple[str, str], Array]:
-    """Return the same with what friction deviates by from its terms, A; a database keeps none."""
-    return {
-        (one.cut.name, name): one.axes[name].current_A
-        - predict_deviating(recording(one.axes[name], name), model)
-        for one in cuts
-        for name, model in models.items()
-    }
-
-
 def drive_model(found: Identified) -> DriveModel:
-    """Return what a database would keep of an axis."""
+    """Return the whole model of an axis, with what friction deviates by."""
     if found.errors is None:
         raise ValueError(f"{found.axis} has no errors of a drive")
     return DriveModel(
-        found.axis, found.channel, found.unit, found.terms, found.covariance, found.errors
+        axis=found.axis,
+        channel=found.channel,
+        unit=found.unit,
+        terms=found.terms,
+        covariance=found.covariance,
+        errors=found.errors,
+        steady=found.steady,
     )
 
 

@@ -14,11 +14,12 @@ from scipy import signal
 
 from autodb import signals
 from autodb.records import Recording
-from autodb.sensing.axis_model import IdentifiedTerm, predicted, term_called
+from autodb.sensing.axis_model import IdentifiedTerm, predicted, stored_parts, term_called
 from autodb.sensing.deviation import OVER_SPEED
 from autodb.sensing.drive_errors import STANDING, TURNED, DriveErrors, states
 from autodb.sensing.motion import place_channel, term_inputs
 from autodb.sensing.protocol import default_protocol
+from autodb.sensing.steady import SteadyMotion
 from autodb.terms import Contribution
 from autodb.terms.friction import direction
 
@@ -47,7 +48,11 @@ BEYOND = 0.05
 
 @dataclass(frozen=True)
 class DriveModel:
-    """What was identified of an axis: terms, covariance (k, k) of the first k, and its errors."""
+    """What was identified of an axis: terms, covariance (k, k) of the first k, and its errors.
+
+    ``steady``: by what friction deviates from its terms, where the model still has it: a database
+    keeps the terms alone.
+    """
 
     axis: str
     channel: str
@@ -55,6 +60,13 @@ class DriveModel:
     terms: Sequence[IdentifiedTerm]
     covariance: Array
     errors: DriveErrors
+    steady: SteadyMotion | None = None
+
+    def deviation(self, inputs: Mapping[str, Array]) -> Array:
+        """Return what friction adds to the terms, (n,); 0 where it is not known."""
+        if self.steady is None:
+            return np.zeros_like(inputs["position"])
+        return self.steady.deviation(stored_parts(self.terms)[0], inputs)
 
 
 @dataclass(frozen=True)
@@ -91,7 +103,7 @@ def reconstruct(recording: Recording, model: DriveModel, *, bandwidth_hz: float)
     cutoff_hz = default_protocol(rate_hz).cutoff_hz
     inputs = term_inputs(recording, model.axis, cutoff_hz=cutoff_hz)
     effort = recording[model.channel]
-    whole = effort - predicted(model.terms, inputs)
+    whole = effort - predicted(model.terms, inputs) - model.deviation(inputs)
     value = signals.lowpass(whole, rate_hz=rate_hz, cutoff_hz=bandwidth_hz)
     return _load(model, inputs, effort, value, rate_hz=rate_hz, bandwidth_hz=bandwidth_hz)
 
@@ -122,7 +134,7 @@ def observe(recording: Recording, model: DriveModel, *, bandwidth_hz: float) -> 
         inputs[f"{other}.acceleration"] = through(place, 2, bandwidth_hz)
     heavy = [t for t in model.terms if t.term in ACCELERATED or _modifies(t)]
     others = [t for t in model.terms if t.term not in ACCELERATED]
-    value = through(effort - predicted(others, inputs), 0, bandwidth_hz)
+    value = through(effort - predicted(others, inputs) - model.deviation(inputs), 0, bandwidth_hz)
     value -= predicted(heavy, inputs)
     return _load(model, inputs, effort, value, rate_hz=rate_hz, bandwidth_hz=bandwidth_hz)
 
