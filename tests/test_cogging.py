@@ -1,11 +1,14 @@
 """Cogging of a pole: its period, and the form that blocks of motion left out decide on."""
 
+import re
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
+from pyarrow import csv
 
 from autodb.records import Recording
 from autodb.sensing import drives
@@ -13,6 +16,7 @@ from autodb.sensing.axis_model import Identified, amplitudes, predicted
 from autodb.sensing.masses import Mass, own_masses
 from autodb.sensing.motion import term_inputs
 from autodb.terms.ripple import NODES, cogging_harmonics, cogging_table
+from tests.conftest import Cli
 
 Array = NDArray[np.float64]
 
@@ -130,3 +134,43 @@ def test_masses_of_slides_that_carry_each_other() -> None:
     assert_allclose(own["y"].sd_kg, 5.0)
     assert own["z"] == moved["z"]
     assert own_masses(moved, dict.fromkeys("xyz")) == moved
+
+
+def test_the_command_says_which_form_was_kept_and_what_each_leaves(cli: Cli) -> None:
+    channels = _motion()
+    effort = _recorded(_teeth(channels["x.position"]), channels)["x.current"]
+    csv.write_csv(pa.table({**channels, "x.current": effort}), "moves.csv")
+    out = cli("identify", "moves.csv", "--terms", ",".join(TERMS)).out
+    said = re.search(r"cogging: a table of 36 nodes over (\S+) mm kept; on blocks left out:", out)
+    assert said is not None
+    assert_allclose(float(said.group(1)), POLE_MM, rtol=0.01)
+    assert re.search(r"one sine \S+ %, 6 harmonics \S+ %, a table of\s+36 nodes \S+ %", out)
+    assert "node_" not in out
+
+
+MOVED_KG = {"x": 220.0, "y": 390.0, "z": 90.0}
+
+
+def _written(axis: str) -> str:
+    channels = _motion()
+    v, a = channels["x.velocity"], channels["x.acceleration"]
+    noise = np.random.default_rng(4).normal(0.0, 1.0, len(v))
+    effort_N = 60.0 * np.tanh(v / 0.1) + 0.2 * v + MOVED_KG[axis] / 1000.0 * a + 5.0 + noise
+    named = {name.replace("x.", f"{axis}."): values for name, values in channels.items()}
+    csv.write_csv(pa.table({**named, f"{axis}.drive_force": effort_N}), f"{axis}.csv")
+    return f"{axis}.csv"
+
+
+def test_masses_are_told_when_every_axis_of_a_chain_is_known(cli: Cli) -> None:
+    Path("mill.toml").write_text(
+        '[axes.x]\ncarried_by = "y"\n[axes.y]\n[axes.z]\ncarried_by = "x"\n'
+    )
+    cli("init")
+    cli("machine", "add", "mill", "--file", "mill.toml")
+    outs = [cli("identify", _written(axis), "--machine", "mill").out for axis in "xzy"]
+    assert all("slides alone" not in out for out in outs[:2])
+    said = re.findall(r"([xyz]) (\S+) ± (\S+) kg", outs[2].split("slides alone", 1)[1])
+    assert [axis for axis, _, _ in said] == ["x", "y", "z"]
+    for (_, kg, sd), true in zip(said, (130.0, 170.0, 90.0), strict=True):
+        assert abs(float(kg) - true) < 4.0 * float(sd)
+        assert float(sd) < 0.03 * true

@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from autodb import signals
 from autodb.prove import mill_run, mill_summary
+from autodb.prove.mill_ours import loads_A
 from autodb.prove.mill_run import PUBLISHED, Kept, Told
 from autodb.prove.mill_summary import PUBLISHED_N
-from autodb.prove.published_mill import FourSteps, Stribeck, four_steps
+from autodb.prove.published_mill import Stribeck, four_steps
 from autodb.prove.runs import Finished, Origin
+from autodb.sensing.axis_model import terms_with
+from autodb.sensing.drive_errors import DriveErrors
+from autodb.sensing.reconstruct import DriveModel
 from autodb.virtual import reference_mill_moves, reference_milling
 from autodb.virtual.reference_cuts import PLAN
 from autodb.virtual.reference_mill import Logged, MillAxis, draw_mill, milled, swept_axis
@@ -126,9 +131,49 @@ def test_the_published_way_is_far_off_only_where_axes_turn(mill: dict[str, MillA
     assert isinstance(swept_axis(SEED, mill["z"]), Logged)
 
 
+def test_what_another_day_leaves_is_less_than_the_published_way_leaves_in_a_pocket(
+    mill: dict[str, MillAxis],
+) -> None:
+    cuts = [milled(SEED, mill, 4, PLAN[4])]
+    ways = (mill_run.published(SEED, mill, cuts), mill_run.known(mill, cuts))
+    published, known = (mill_run.told("", loads, cuts) for loads in ways)
+    for one, other in zip(known, published, strict=True):
+        assert one.rmse_N < 0.5 * other.rmse_N
+        assert one.slow_N < one.rmse_N
+
+
+def test_the_load_is_what_a_model_leaves_of_the_current(mill: dict[str, MillAxis]) -> None:
+    made = milled(SEED, mill, 0, PLAN[0])
+    errors = DriveErrors(((0.0,) * 3,) * 6, 0.0, 100.0, 1000.0, (0.0, 330.0))
+    terms = terms_with({"gravity": 0.5}, "A")
+    model = DriveModel("x", "x.current", "A", terms, np.zeros((1, 1)), errors)
+    load_A = loads_A({"x": model}, [made], bandwidth_hz=10.0)[made.cut.name, "x"]
+    slow_A = signals.lowpass(made.axes["x"].current_A, rate_hz=250.0, cutoff_hz=10.0)
+    assert_allclose(load_A, slow_A - 0.5, atol=1e-9)
+
+
+def _told(way: str, factor: float) -> list[Told | Kept]:
+    return [Told(way, cut, axis, factor * n, n) for (cut, axis), n in PUBLISHED_N.items()]
+
+
 def _runs(factor: float) -> list[Finished[Told | Kept]]:
-    told = [Told(PUBLISHED, cut, axis, factor * n, n) for (cut, axis), n in PUBLISHED_N.items()]
-    return [Finished(1, tuple(told))]
+    return [Finished(1, tuple(_told(PUBLISHED, factor)))]
+
+
+def _forces(factor: float, pole_mm: float = 23.1) -> mill_summary.Forces:
+    kept = [Kept(axis, "a table", pole_mm, 201.0, 200.0) for axis in "xy"]
+    told = [*_told(PUBLISHED, 1.0), *_told(mill_run.OURS, factor), *kept]
+    return mill_summary.forces_of([Finished(1, tuple(told))], ORIGIN)
+
+
+def test_limits_of_the_forces() -> None:
+    good = _forces(0.49)
+    assert good.passed
+    assert mill_summary.read_forces(good.to_json()) == good
+    assert_allclose([row.mass for row in good.kept], 0.005)
+    assert [len(table.rows) for table in good.tables()] == [4, 2, 8, 2]
+    assert not _forces(0.6).passed, "a pocket has a lower limit than a slot"
+    assert not _forces(0.49, pole_mm=7.67).passed
 
 
 def test_limits_of_the_gate() -> None:
@@ -138,4 +183,3 @@ def test_limits_of_the_gate() -> None:
     assert not mill_summary.gate_of(_runs(0.7), ORIGIN).passed
     assert not mill_summary.gate_of(_runs(1.3), ORIGIN).passed
     assert not replace(good, mean_N=90.0).passed
-    assert isinstance(FourSteps, type)

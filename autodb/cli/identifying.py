@@ -186,9 +186,11 @@ def _write_page(model: "Identified", moves: "records.Recording", page: Path) -> 
 
 def _show_versions(versions: "Sequence[Version]") -> None:
     """Print the numbers of each version: how the axis drifted."""
+    from autodb.sensing.axis_model import readable
+
     if not versions:
         return
-    every = [t for v in versions for t in _readable(v.terms)]
+    every = [t for v in versions for t in readable(v.terms)]
     names = list(dict.fromkeys((t.key, t.parameter) for t in every))
     units = {(t.key, t.parameter): _shop_unit(t.unit)[1] for v in versions for t in v.terms}
     heads = (f">{key} {parameter} [{units[key, parameter]}]" for key, parameter in names)
@@ -245,14 +247,14 @@ def _fitted_names(model: "Identified") -> list[str]:
 
 
 def _show_model(model: "Identified") -> None:
-    from autodb.sensing.axis_model import amplitudes
+    from autodb.sensing.axis_model import amplitudes, readable
 
     plain = {(t.key, t.parameter): t for t in model.plain.terms}
     rows = table(
         f"{model.channel} of axis {model.axis}",
         "term", "parameter", ">value", ">sd", "unit", ">plain least squares", ">sd",
     )  # fmt: skip
-    for term in [*_readable(model.fitted), *amplitudes(model)]:
+    for term in [*readable(model.fitted), *amplitudes(model)]:
         other = plain.get((term.key, term.parameter))
         rows.add_row(
             term.key,
@@ -281,11 +283,6 @@ def _show_model(model: "Identified") -> None:
         first = ", its first harmonic" if t.form in ("table", "harmonics") else ""
         say(f"ripple: {t.value:.3g} {t.unit}{first}, {flips} ({t.term})")
     _show_cogging(model)
-
-
-def _readable(terms: "Sequence[IdentifiedTerm]") -> "list[IdentifiedTerm]":
-    """Return the terms without the nodes of a table, which no one reads."""
-    return [t for t in terms if not t.parameter.startswith("node_")]
 
 
 def _show_cogging(model: "Identified") -> None:

@@ -202,6 +202,11 @@ def amplitudes(model: Identified) -> list[IdentifiedTerm]:
     return found
 
 
+def readable(terms: Sequence[IdentifiedTerm]) -> list[IdentifiedTerm]:
+    """Return the terms without the nodes of a table, which no one reads."""
+    return [t for t in terms if not t.parameter.startswith("node_")]
+
+
 def first_harmonic(parameter: str) -> tuple[float, float] | None:
     """Return what a parameter adds to cosine and sine of the first harmonic; None: nothing."""
     name, _, number = parameter.partition("_")

@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 
 CLEARLY = 2.0
 """Standard errors over blocks by which a richer form must be better. Chosen."""
+MATTERS = 0.05
+"""Share by which it must leave less: 35 numbers more are not for a trifle. Chosen."""
 CALLED = {
     COGGING.form: "one sine",
     COGGING_HARMONICS.form: f"{ORDERS} harmonics",
@@ -53,7 +55,7 @@ def with_best_cogging(
     """Return the parts with their one sine in the form to keep, and all forms that were tried.
 
     The plainest that no richer one clearly beats: a richer one must leave less of the blocks, by
-    CLEARLY standard errors. All are fitted around the shape that the parts have.
+    CLEARLY standard errors and by MATTERS. All are fitted around the shape that the parts have.
     """
     sine = next(part for part in parts if part.term is COGGING)
     pole = sine.shape["period"] * ripple.pole / ripple.period
@@ -66,14 +68,18 @@ def with_best_cogging(
     left = [held_out(rows, linearised(rows, model)) for model in models]
     best = 0
     for k in range(1, len(forms)):
-        if _less(left[k], left[best], blocks) > CLEARLY:
+        matters = _rms(left[k]) < (1.0 - MATTERS) * _rms(left[best])
+        if matters and _less(left[k], left[best], blocks) > CLEARLY:
             best = k
-    effort = float(np.mean(rows.effort**2))
     tried = [
-        Tried(form.term.form, form.shape["period"], float(np.sqrt(np.mean(one**2) / effort)), False)
+        Tried(form.term.form, form.shape["period"], _rms(one) / _rms(rows.effort), False)
         for form, one in zip(forms, left, strict=True)
     ]
     return models[best], _kept(tried, best)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _kept(tried: Sequence[Tried], best: int) -> tuple[Tried, ...]:
