@@ -71,6 +71,8 @@ def test_tooth_passing_shows_folded_in_currents_and_not_in_the_force(
         return float(share[np.abs(hz - 50.0) < 1.0].sum())
 
     assert at_50_hz(cut_N[rows]) > 5.0 * at_50_hz(made.load_N["x"][rows])
+    assert_allclose(made.spindle_rpm, 4500.0, rtol=0.01)
+    assert made.spindle_A[rows].mean() > made.spindle_A[made.t < made.begins_s].mean() + 0.5
 
 
 def test_mean_forces_of_a_slot_are_those_of_the_closed_form() -> None:
