@@ -1,6 +1,7 @@
 """Cogging of a pole: its period, and the form that blocks of motion left out decide on."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,11 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from pyarrow import csv
 
+from autodb.agent.identifying import KeptModel
+from autodb.cli.identifying import show_kept
 from autodb.records import Recording
 from autodb.sensing import drives
-from autodb.sensing.axis_model import Identified, amplitudes, predicted
+from autodb.sensing.axis_model import Identified, Moved, amplitudes, predicted
 from autodb.sensing.masses import Mass, own_masses
 from autodb.sensing.motion import term_inputs
 from autodb.terms.ripple import NODES, cogging_harmonics, cogging_table
@@ -145,6 +148,25 @@ def test_the_command_says_which_form_was_kept_and_what_each_leaves(cli: Cli) -> 
     assert said is not None
     assert_allclose(float(said.group(1)), POLE_MM, rtol=0.01)
     assert re.search(r"one sine \S+ %, 6 harmonics \S+ %, a table of\s+36 nodes \S+ %", out)
+    assert "node_" not in out
+
+
+def test_nodes_that_moved_are_counted(
+    toothed: tuple[Recording, Identified], capsys: pytest.CaptureFixture[str]
+) -> None:
+    _, found = toothed
+    moved = [
+        Moved(key, parameter, "A", 0.1, 0.01, 0.2, 0.01)
+        for key, parameter in (
+            ("cogging table", "node_3"),
+            ("cogging table", "node_4"),
+            ("coulomb", "level"),
+        )
+    ]
+    show_kept(KeptModel(replace(found, moved=tuple(moved)), 2, 1, already_there=False), "mill")
+    out = capsys.readouterr().out
+    assert "moved since version 1: 2 nodes of cogging table" in out
+    assert "moved since version 1: coulomb level from 0.1" in out
     assert "node_" not in out
 
 

@@ -314,7 +314,10 @@ def _show_cross_test(model: "Identified", other: "records.Recording") -> None:
 def show_kept(kept: "KeptModel", machine: str) -> None:
     """Print which version a model became, and what moved since the one it started from."""
     model = kept.model
-    for m in model.moved:
+    nodes = [m for m in model.moved if m.parameter.startswith("node_")]
+    if nodes:
+        say(f"moved since version {kept.parent}: {len(nodes)} nodes of {nodes[0].key}")
+    for m in (m for m in model.moved if m not in nodes):
         before, now = (f"{_scaled(v, m.unit):.6g}" for v in (m.before, m.now))
         sds = [f"{_scaled(v, m.unit):.2g}" for v in (m.before_sd, m.now_sd)]
         say(f"moved since version {kept.parent}: {m.key} {m.parameter} from {before} ± {sds[0]} to "
