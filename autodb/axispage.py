@@ -9,7 +9,7 @@ from autodb import __version__, figures
 from autodb.channels import ROTARY_AXES
 from autodb.fitting import NORMAL_95
 from autodb.records import Recording
-from autodb.sensing.axis_model import Identified, IdentifiedTerm, amplitudes, term_called
+from autodb.sensing.axis_model import Identified, IdentifiedTerm, amplitudes, readable, term_called
 from autodb.sensing.drive_errors import BANDWIDTHS_HZ, DriveErrors
 from autodb.sensing.field import Field, field
 from autodb.sensing.thermal import thermal_state
@@ -37,7 +37,7 @@ def render_axis(model: Identified, moves: Recording) -> str:
         plain=_percent(model.plain.relative_error),
         field_error=_percent(found.error_share),
         maps=_maps(found, model.unit, "deg/s" if model.axis in ROTARY_AXES else "mm/s"),
-        terms=[_term(t) for t in (*model.fitted, *amplitudes(model))],
+        terms=[_term(t) for t in (*readable(model.fitted), *amplitudes(model))],
         not_excited=model.not_excited,
         doubts=model.doubts,
         errors=_errors(model.errors, model.unit),

@@ -77,8 +77,7 @@ def reconstruct_on_machine(
             progress(f"load of {row.axis}")
             stated = next((a for a in owner.axes if a.name == row.axis), None)
             said = f"version {row.version} of machine '{machine}'"
-            kept = newest_scale(session, owner.id, row.axis)
-            known = scale or surest(kept_scale(kept), scale_of(stated) if stated else None)
+            known = scale or (known_scale(session, stated) if stated else None)
             load = _load(own, drive_model(row), bandwidth_hz=bandwidth_hz, observer=observer)
             felt.append(_felt(load, said, known))
     if not felt:
@@ -169,17 +168,15 @@ def newest_scale(session: Session, machine_id: int, axis: str) -> models.DriveSc
     )
 
 
-def kept_scale(row: models.DriveScale | None) -> Scale | None:
-    """Return a stored scale as it is used."""
+def known_scale(session: Session, axis: models.Axis) -> Scale | None:
+    """Return what an ampere of an axis is, by its newest known load or its machine's file: the
+    surer of both; None where neither tells.
+    """
+    row, stated = newest_scale(session, axis.machine_id, axis.name), scale_of(axis)
     if row is None:
-        return None
-    return Scale(row.per_ampere, "N", row.share, f"scale {row.version}: {row.source}")
-
-
-def surest(*scales: Scale | None) -> Scale | None:
-    """Return the scale with the least relative error of those that are known."""
-    known = [scale for scale in scales if scale is not None]
-    return min(known, key=lambda scale: scale.share, default=None)
+        return stated
+    told = Scale(row.per_ampere, "N", row.share, f"scale {row.version}: {row.source}")
+    return told if stated is None or told.share < stated.share else stated
 
 
 def scale_of(axis: models.Axis) -> Scale | None:

@@ -80,9 +80,11 @@ def _show_version(done: "Decided", kept: "KeptModel") -> None:
     """Print the version that holds the term now, its numbers, and what it does to the error."""
     from autodb.agent.deciding import of_term
     from autodb.cli.identifying import show_kept
+    from autodb.sensing.axis_model import amplitudes, readable
 
     say(f"mismatch {done.number}: {done.term} confirmed")
-    for t in of_term(kept.model.fitted, done.term):
+    tables = [t for t in amplitudes(kept.model) if t.form == "table"]
+    for t in [*readable(of_term(kept.model.fitted, done.term)), *of_term(tables, done.term)]:
         say(f"{t.key} {t.parameter} {t.value:.4g} ± {t.sd or 0.0:.2g} {t.unit}")
     for sentence in kept.model.not_excited:
         say(f"not excited, no number: {sentence}")

@@ -28,11 +28,12 @@ from autodb.cli.staging import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from autodb import records
     from autodb.agent.identifying import KeptModel, Version
     from autodb.sensing.axis_model import Identified, IdentifiedTerm, PlainFit
+    from autodb.sensing.masses import Mass
     from autodb.sensing.off_law import OffLaw
 
 Recording = Annotated[
@@ -55,6 +56,7 @@ Also = Annotated[
     ),
 ]
 
+KEEPS = "keeps its sign in both directions"
 TWICE = 2.0
 """Times its friction of before that no axis comes to by wear between two sweeps. Chosen."""
 Update = Annotated[
@@ -86,6 +88,7 @@ def identify(
     db: Database = None,
 ) -> None:
     """Identify inertia, friction, load and other terms of a feed axis from its moves."""
+    from autodb.agent.carried import slide_masses
     from autodb.agent.identifying import identify_on_machine, refuse_faults, versions_of
     from autodb.sensing import drives
 
@@ -100,6 +103,7 @@ def identify(
             progress("stages")
             seen = try_stages(moves, axis=axis, machine=machine, pitch=pitch, db=db)
         versions: Sequence[Version] = []
+        masses: Mapping[str, Mass] = {}
         if machine is None:
             refuse_faults(moves, axis)
             kept, model = None, drives.identify(moves, axis=axis, terms=names)
@@ -110,6 +114,7 @@ def identify(
                     columns=columns, axis=axis, terms=names, update=update, progress=progress,
                 )  # fmt: skip
                 versions = versions_of(store, machine, kept.model.channel) if update else []
+                masses = slide_masses(store, machine)
             model = kept.model
         progress("spread over filters")
         spread = drives.spread_over_filters(moves, axis=model.axis, terms=_fitted_names(model))
@@ -128,7 +133,16 @@ def identify(
         say("not stored: give --machine NAME to keep it")
         return
     show_kept(kept, machine or "")
+    _show_masses(masses)
     _show_versions(versions)
+
+
+def _show_masses(masses: "Mapping[str, Mass]") -> None:
+    """Print the mass of each slide alone, where it is known."""
+    if not masses:
+        return
+    said = (f"{axis} {mass.kg:.4g} ± {mass.sd_kg:.2g} kg" for axis, mass in masses.items())
+    say(f"slides alone (± 1 sd): {', '.join(said)}")
 
 
 def _check(update: bool, machine: str | None, page: Path | None) -> None:
@@ -153,9 +167,12 @@ def _write_page(model: "Identified", moves: "records.Recording", page: Path) -> 
 
 def _show_versions(versions: "Sequence[Version]") -> None:
     """Print the numbers of each version: how the axis drifted."""
+    from autodb.sensing.axis_model import readable
+
     if not versions:
         return
-    names = list(dict.fromkeys((t.key, t.parameter) for v in versions for t in v.terms))
+    every = [t for v in versions for t in readable(v.terms)]
+    names = list(dict.fromkeys((t.key, t.parameter) for t in every))
     units = {(t.key, t.parameter): _shop_unit(t.unit)[1] for v in versions for t in v.terms}
     heads = (f">{key} {parameter} [{units[key, parameter]}]" for key, parameter in names)
     rows = table("Versions", ">version", "day", "from", *heads)
@@ -211,14 +228,14 @@ def _fitted_names(model: "Identified") -> list[str]:
 
 
 def _show_model(model: "Identified") -> None:
-    from autodb.sensing.axis_model import amplitudes
+    from autodb.sensing.axis_model import amplitudes, readable
 
     plain = {(t.key, t.parameter): t for t in model.plain.terms}
     rows = table(
         f"{model.channel} of axis {model.axis}",
         "term", "parameter", ">value", ">sd", "unit", ">plain least squares", ">sd",
     )  # fmt: skip
-    for term in [*model.fitted, *amplitudes(model)]:
+    for term in [*readable(model.fitted), *amplitudes(model)]:
         other = plain.get((term.key, term.parameter))
         rows.add_row(
             term.key,
@@ -243,8 +260,21 @@ def _show_model(model: "Identified") -> None:
         if t.form == "tilt":
             say(f"weight: at most {t.value:.3g} {t.unit} at the angle that lifts it ({t.term})")
             continue
-        flips = "flips with the direction" if t.form else "keeps its sign in both directions"
-        say(f"ripple: {t.value:.3g} {t.unit}, {flips} ({t.term})")
+        flips = "flips with the direction" if t.form == "periodic" else KEEPS
+        first = ", its first harmonic" if t.form in ("table", "harmonics") else ""
+        say(f"ripple: {t.value:.3g} {t.unit}{first}, {flips} ({t.term})")
+    _show_cogging(model)
+
+
+def _show_cogging(model: "Identified") -> None:
+    """Print which form of cogging was kept, and what each leaves of blocks left out."""
+    for kept in (one for one in model.cogging if one.kept):
+        tried = ", ".join(
+            f"{one.called} {100.0 * one.held_out_error:.2f} %" for one in model.cogging
+        )
+        unit = "deg" if model.axis in "abc" else "mm"
+        say(f"cogging: {kept.called} over {kept.period:.5g} {unit} kept; on blocks left out: "
+            f"{tried}")  # fmt: skip
 
 
 def _show_cross_test(model: "Identified", other: "records.Recording") -> None:
@@ -266,7 +296,10 @@ def _show_cross_test(model: "Identified", other: "records.Recording") -> None:
 def show_kept(kept: "KeptModel", machine: str) -> None:
     """Print which version a model became, and what moved since the one it started from."""
     model = kept.model
-    for m in model.moved:
+    nodes = [m for m in model.moved if m.parameter.startswith("node_")]
+    if nodes:
+        say(f"moved since version {kept.parent}: {len(nodes)} nodes of {nodes[0].key}")
+    for m in (m for m in model.moved if m not in nodes):
         before, now = (f"{_scaled(v, m.unit):.6g}" for v in (m.before, m.now))
         sds = [f"{_scaled(v, m.unit):.2g}" for v in (m.before_sd, m.now_sd)]
         say(f"moved since version {kept.parent}: {m.key} {m.parameter} from {before} ± {sds[0]} to "

@@ -23,6 +23,8 @@ from autodb.prove import (
     lathe_run,
     lathe_summary,
     left_out,
+    mill_run,
+    mill_summary,
     summary,
 )
 from autodb.prove.axis_run import Told
@@ -42,8 +44,13 @@ from autodb.virtual import (
     process,
     quantities,
     reference_axis,
+    reference_cogging,
+    reference_cuts,
     reference_friction,
     reference_lathe,
+    reference_mill,
+    reference_mill_moves,
+    reference_milling,
     reference_moves,
 )
 
@@ -77,6 +84,17 @@ CONCEALED = tuple(
 
 
 REFERENCE_AXIS = (curves, motion, noise, reference_axis, reference_friction, reference_moves)
+REFERENCE_MILL = (
+    curves,
+    motion,
+    noise,
+    reference_cogging,
+    reference_cuts,
+    reference_friction,
+    reference_mill,
+    reference_mill_moves,
+    reference_milling,
+)
 
 
 @dataclass(frozen=True)
@@ -158,6 +176,26 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=axis_summary.fields_of,
         read=axis_summary.read_fields,
         generator=REFERENCE_AXIS,
+    ),
+    Proof(
+        name="published-mill",
+        what="reference mills are as hard as the published one: the published way has its errors",
+        runs=20,
+        run=mill_run.gate,
+        kept=TypeAdapter(Finished[mill_run.Told | mill_run.Kept]),
+        score=mill_summary.gate_of,
+        read=mill_summary.read_gate,
+        generator=REFERENCE_MILL,
+    ),
+    Proof(
+        name="mill-forces",
+        what="forces in the cuts of reference mills, from the currents of their linear drives",
+        runs=20,
+        run=mill_run.run,
+        kept=TypeAdapter(Finished[mill_run.Told | mill_run.Kept]),
+        score=mill_summary.forces_of,
+        read=mill_summary.read_forces,
+        generator=REFERENCE_MILL,
     ),
 )
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.channels import ROTARY_AXES
+from autodb.sensing.cogging import Tried
 from autodb.sensing.drive_errors import DriveErrors
 from autodb.sensing.off_law import OffLaw
 from autodb.sensing.prepared import SPINDLE
@@ -14,9 +15,17 @@ from autodb.sensing.protocol import Protocol
 from autodb.sensing.steady import SteadyMotion
 from autodb.terms import TERMS, Contribution, Parameter, Term
 from autodb.terms.channel import Part, predict
+from autodb.terms.ripple import NODES
 
 Array = NDArray[np.float64]
 
+FIRST = {
+    "cosine": (1.0, 0.0),
+    "sine": (0.0, 1.0),
+    "cosine_1": (1.0, 0.0),
+    "sine_1": (0.0, 1.0),
+}
+"""What parameters add to cosine and sine of a ripple's first harmonic."""
 SPINDLE_UNITS = {"U·s/mm": "U/rpm", "U·s²/mm": "U·s/rpm"}
 
 
@@ -72,7 +81,8 @@ class Identified:
     what got no number, with the move that would give it one; ``doubts``: values beyond what physics
     allows; ``errors``: how far off it is by what the axis does (none of a spindle); ``off_law``:
     what friction is off its laws, of a sweep on whose blocks left out it is nearer with that (then
-    it is in all errors); ``moved``: what is no longer as an earlier version believed it.
+    it is in all errors); ``moved``: what is no longer as an earlier version believed it;
+    ``cogging``: the forms tried of it, none where it was not asked for.
     """
 
     axis: str
@@ -91,6 +101,7 @@ class Identified:
     errors: DriveErrors | None
     off_law: OffLaw | None = None
     moved: tuple["Moved", ...] = ()
+    cogging: tuple[Tried, ...] = ()
 
     @property
     def fitted(self) -> tuple[IdentifiedTerm, ...]:
@@ -161,24 +172,47 @@ def unit_in(parameter: Parameter, effort_unit: str, axis: str = "x") -> str:
 
 
 def amplitudes(model: Identified) -> list[IdentifiedTerm]:
-    """Return the amplitude of every periodic term, √(cosine² + sine²), with its sd (delta method).
+    """Return the amplitude of every periodic term's first harmonic, with its sd (delta method).
 
-    What shows in the shop: the terms themselves are cosine and sine.
+    √(cosine² + sine²): what shows in the shop, where the terms themselves are cosine and sine, or
+    the nodes of a table, of which these two are sums.
     """
     found = []
-    numbers = {(t.key, t.parameter): (i, t.value) for i, t in enumerate(model.fitted)}
-    for cosine in (t for t in model.fitted if t.parameter == "cosine"):
-        both = [numbers[cosine.key, p] for p in ("cosine", "sine")]
-        places, value = [i for i, _ in both], np.array([v for _, v in both])
+    for key in dict.fromkeys(t.key for t in model.fitted):
+        here = [(i, t) for i, t in enumerate(model.fitted) if t.key == key]
+        weights = {t.parameter: first_harmonic(t.parameter) for _, t in here}
+        rows = [(i, t, w) for i, t in here if (w := weights[t.parameter]) is not None]
+        if not rows:
+            continue
+        places, first = [i for i, _, _ in rows], rows[0][1]
+        both = np.array([w for _, _, w in rows])
+        value = np.array([t.value for _, t, _ in rows]) @ both
         size = float(np.hypot(*value))
-        gradient = value / max(size, 1e-300)
+        gradient = both @ (value / max(size, 1e-300))
         variance = float(gradient @ model.covariance[np.ix_(places, places)] @ gradient)
         found.append(
             IdentifiedTerm(
-                cosine.term, "amplitude", size, variance**0.5, cosine.unit, cosine.form, cosine.of
+                first.term, "amplitude", size, variance**0.5, first.unit, first.form, first.of
             )
         )
     return found
+
+
+def readable(terms: Sequence[IdentifiedTerm]) -> list[IdentifiedTerm]:
+    """Return the terms without the nodes of a table, which no one reads."""
+    return [t for t in terms if not t.parameter.startswith("node_")]
+
+
+def first_harmonic(parameter: str) -> tuple[float, float] | None:
+    """Return what a parameter adds to cosine and sine of the first harmonic; None: nothing."""
+    name, _, number = parameter.partition("_")
+    if name == "node":
+        # The last node is minus the sum of the others: value · (e^(iφ_j) − e^(iφ_36)) · 2/36
+        angle = 2.0 * np.pi * (np.array([int(number), NODES]) - 1.0) / NODES
+        cosine, sine = np.cos(angle), np.sin(angle)
+        share = 2.0 / NODES
+        return share * float(cosine[0] - cosine[1]), share * float(sine[0] - sine[1])
+    return FIRST.get(parameter)
 
 
 def stored_parts(terms: Sequence[IdentifiedTerm]) -> tuple[tuple[Part, ...], Array]:

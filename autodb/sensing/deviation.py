@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
+from autodb.terms import COGGING, FRICTION_RIPPLE
 from autodb.terms.channel import Part, changed, columns, factors
 from autodb.terms.drive import cogging
 from autodb.terms.friction import COULOMB
@@ -67,7 +68,7 @@ def deviation_groups(
         if part.term.name == "position_friction" and not part.term.form:
             groups.append(_along_travel(_fine(highest_mm_s), highest_mm_s, travel_mm))
             groups.append(_bent(travel_mm))
-        elif "period" in part.shape:
+        elif part.term in (COGGING, FRICTION_RIPPLE):
             groups.append(_harmonics(part))
     return groups
 

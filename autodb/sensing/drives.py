@@ -5,7 +5,7 @@ newtons (a torque constant from the data sheet, a known mass, a push against a l
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from autodb.sensing.axis_model import (
     predicted,
     term_called,
 )
+from autodb.sensing.cogging import Tried, with_best_cogging
 from autodb.sensing.linearised import linearised, shaped
 from autodb.sensing.motion import term_inputs
 from autodb.sensing.off_law import OffLaw
@@ -36,8 +37,9 @@ from autodb.sensing.protocol import (
 )
 from autodb.sensing.ripples import Ripple, strongest_ripple
 from autodb.sensing.steady import friction_deviation
-from autodb.terms import Channel, Contribution, Parameter
+from autodb.terms import COGGING, Channel, Contribution, Parameter
 from autodb.terms.channel import Part
+from autodb.terms.ripple import NODES
 
 Array = NDArray[np.float64]
 
@@ -96,16 +98,25 @@ def identify(
     no term is excited.
     """
     given = beliefs.others if beliefs else {}
-    rows, parts = _begun(recording, axis, protocol, terms, given)
+    begun = _begun(recording, axis, protocol, terms, given)
+    rows = begun.rows
     way = swept(recording, rows.axis) if by_way is None else by_way
-    means = rows.by(_by_way(rows, parts) if way else means_of(rows.protocol))
-    return fitted(means, shaped(means, parts), beliefs, published=rows, uneven=way)
+    means = rows.by(_by_way(begun) if way else means_of(rows.protocol))
+    parts, tried = shaped(means, begun.parts), tuple[Tried, ...]()
+    if begun.ripple is not None and begun.ripple.term is COGGING:
+        parts, tried = with_best_cogging(means, parts, begun.ripple)
+    found = fitted(means, parts, beliefs, published=rows, uneven=way)
+    return replace(found, cogging=tried)
 
 
-def _by_way(rows: Prepared, parts: tuple[Part, ...]) -> Protocol:
-    """Return means by the way gone, WAVE_ROWS over each wave of a ripple at least."""
-    waves = [part.shape["period"] for part in parts if "period" in part.shape]
-    way_mm = min([WAY_MM, *(wave / WAVE_ROWS for wave in waves)])
+def _by_way(begun: "_Begun") -> Protocol:
+    """Return means by the way gone, short enough to show what is periodic: WAVE_ROWS over each wave
+    of friction at least, one a node of a table of cogging.
+    """
+    rows, ripple, way_mm = begun.rows, begun.ripple, WAY_MM
+    if ripple is not None:
+        shortest = ripple.pole / NODES if ripple.term is COGGING else ripple.period / WAVE_ROWS
+        way_mm = min(WAY_MM, shortest)
     return means_by_way(rows.protocol, rows.inputs["velocity"], rate_hz=rows.rate_hz, way_mm=way_mm)
 
 
@@ -117,8 +128,17 @@ def plain(
     terms: Sequence[str] | None = None,
 ) -> PlainFit:
     """Return ordinary least squares of the same terms: what published methods print."""
-    rows, parts = _begun(recording, axis, protocol, terms, {})
-    return plain_fit(rows, shaped(rows, parts))
+    begun = _begun(recording, axis, protocol, terms, {})
+    return plain_fit(begun.rows, shaped(begun.rows, begun.parts))
+
+
+@dataclass(frozen=True)
+class _Begun:
+    """The rows at the protocol, and the parts where a search for their shape begins."""
+
+    rows: Prepared
+    parts: tuple[Part, ...]
+    ripple: Ripple | None
 
 
 def _begun(
@@ -127,8 +147,8 @@ def _begun(
     protocol: Protocol | None,
     terms: Sequence[str] | None,
     given: Mapping[tuple[str, str], float],
-) -> tuple[Prepared, tuple[Part, ...]]:
-    """Return the rows at the protocol, and the parts where a search for their shape begins.
+) -> _Begun:
+    """Return where a search for the shape of the terms begins.
 
     `cogging` is looked for at the full rate in what the other terms leave; where friction carries
     the ripple it becomes periodic position friction. Rows are then kept often enough to show it.
@@ -149,6 +169,7 @@ def _begun(
             f"--terms: {', '.join(terms)} only change what others add; with "
             f"{','.join(SYMMETRIC)} beside them it would work"
         )
+    found = None
     if "cogging" in terms:
         found = find_ripple(rows, parts)
         if found is None:
@@ -159,7 +180,7 @@ def _begun(
         parts = (*parts, Part(found.term, {"period": found.period}, ("period",)))
         if protocol is None:
             rows = rows.by(_fine_enough(rows, found.period))
-    return rows, parts
+    return _Begun(rows, parts, found)
 
 
 def kind_of(axis: str) -> Channel:

@@ -15,6 +15,10 @@ MARGIN = 10.0
 """ΔlnL after its price above which a ripple is believed: e^10 against chance. Chosen."""
 FEWEST_WAVES = 3.0
 OVERSAMPLED = 4
+MOST_PARTS = 6
+"""The strongest ripple of a pole may be up to this harmonic. Chosen."""
+SHARE_OF_ALL = 0.95
+"""Of what the best period explains, that is enough for a shorter one. Chosen."""
 SETTLED = 3
 """Orders of the filter for which the axis has moved before a row counts."""
 STEP_CLASSES = 60
@@ -27,7 +31,8 @@ class Ripple:
 
     ``term``: cogging (keeps its sign in both directions) or periodic position friction (flips);
     ``evidence``: ln of how much better than no ripple, after the price of the search;
-    ``over_other``: the same against the other law.
+    ``over_other``: the same against the other law; ``pole``: the way after which all that is
+    periodic repeats, of which the strongest ripple may be a part.
     """
 
     term: Term
@@ -35,6 +40,7 @@ class Ripple:
     amplitude: float
     evidence: float
     over_other: float
+    pole: float
 
 
 def strongest_ripple(
@@ -60,11 +66,33 @@ def strongest_ripple(
         period = _refined(noise, position, sense, period)
         amplitude, gain = noise.fitted(_ripple(position, sense, period))
         evidence = gain - 1.5 * float(np.log(len(position))) - float(np.log(2.0 * tries))
-        found.append(Ripple(term, period, amplitude, evidence, 0.0))
+        found.append(Ripple(term, period, amplitude, evidence, 0.0, period))
     best, other = found if found[0].evidence >= found[1].evidence else found[::-1]
     if best.evidence < MARGIN:
         return None
-    return replace(best, over_other=best.evidence - other.evidence)
+    pole = period_of_all(noise, position, best) if best.term is COGGING else best.period
+    return replace(best, over_other=best.evidence - other.evidence, pole=pole)
+
+
+def period_of_all(noise: "_Noise", position: Array, strongest: Ripple) -> float:
+    """Return the period of a pole: the strongest ripple's, or the multiple that explains more.
+
+    With m times the period come 2m harmonics, up to the strongest one's second. The smallest m of
+    up to MOST_PARTS counts that explains SHARE_OF_ALL of what the best one does.
+    """
+    fewest = FEWEST_WAVES * strongest.period / float(np.ptp(position))
+    gains = {
+        m: noise.explained(_harmonics(position, m * strongest.period, 2 * m))
+        for m in range(1, MOST_PARTS + 1)
+        if m * fewest <= 1.0
+    }
+    enough = SHARE_OF_ALL * max(gains.values())
+    return strongest.period * min(m for m, gain in gains.items() if gain >= enough)
+
+
+def _harmonics(position: Array, period: float, count: int) -> Array:
+    waves = [COGGING.function(position, period_mm=period / k) for k in range(1, count + 1)]
+    return np.column_stack(waves)
 
 
 @dataclass(frozen=True)
@@ -102,6 +130,17 @@ class _Noise:
         after = float(np.sum((white[:, 3] - white[:, :3] @ weights) ** 2))
         gain = 0.5 * len(white) * float(np.log(before / max(after, 1e-300)))
         return float(np.hypot(weights[1], weights[2])), gain
+
+    def explained(self, columns: Array) -> float:
+        """Return by what share columns (n, k) and a constant lower the white residual's squares,
+        less what that many columns are worth (Schwarz's criterion).
+        """
+        white = self.white(np.column_stack([np.ones_like(self.residual), columns, self.residual]))
+        gram = white.T @ white
+        inner, right, total = gram[:-1, :-1], gram[:-1, -1], float(gram[-1, -1])
+        share = float(right @ np.linalg.lstsq(inner, right, rcond=1e-10)[0]) / total
+        price = float(columns.shape[1] * np.log(len(white)) / len(white))
+        return share - (1.0 - share) * price
 
 
 def _far_from_reversals(direction: Array, rows: int) -> NDArray[np.bool_]:

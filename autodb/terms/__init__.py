@@ -39,6 +39,7 @@ from autodb.terms.friction import (
 )
 from autodb.terms.nose import NOSE_AXIAL, NOSE_LENGTH, NOSE_RADIAL, NOSE_THINNING
 from autodb.terms.process import EDGE_FORCE, EDGE_WEAR, SHEAR, TOOL_WEAR
+from autodb.terms.ripple import COGGING_HARMONICS, COGGING_TABLE
 from autodb.terms.sensor import GAIN, LAG, LOST_SIGN, SATURATION, SENSOR_DRIFT
 from autodb.terms.table import (
     CROSSTALK,
@@ -62,6 +63,8 @@ TERMS: tuple[Term, ...] = (
     TILT,
     SPRING,
     COGGING,
+    COGGING_HARMONICS,
+    COGGING_TABLE,
     INERTIA,
     CROSS_COUPLING,
     WARMUP,
@@ -101,6 +104,8 @@ TERMS: tuple[Term, ...] = (
 
 __all__ = [
     "COGGING",
+    "COGGING_HARMONICS",
+    "COGGING_TABLE",
     "FRICTION_RIPPLE",
     "TERMS",
     "Belief",

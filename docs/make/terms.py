@@ -17,11 +17,13 @@ CHANNELS = {
     "cuts": "Cutting forces, one value a cut",
     "table": "Force on a rotating table, over time",
 }
-SHAPE = re.compile(r"[,;] \(n,( ?\d)?\)")
+SHAPE = re.compile(r"[,;] \(n,( ?\d+)?\)")
 HEAD = (
     "| term | equation | parameters | at standstill | excited by | told apart from | source "
     "| named by explain |\n|---|---|---|---|---|---|---|---|"
 )
+MANY = 4
+"""Coefficients of a term that are listed one by one."""
 STANDING = {"position": 7.0, "angle_x": 0.5, "angle_z": 0.5}
 """Inputs of something that stands; t runs, everything that is not here is 0."""
 
@@ -52,7 +54,7 @@ def _row(term: Term) -> str:
     cells = (
         _name(term),
         _equation(term),
-        "<br>".join(_parameter(p) for p in term.parameters),
+        "<br>".join(_listed(term)),
         standstill(term),
         term.excited_by,
         _apart(term),
@@ -60,6 +62,14 @@ def _row(term: Term) -> str:
         _explained(term),
     )
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def _listed(term: Term) -> list[str]:
+    """Return a line a parameter; of many coefficients the first and the last."""
+    first = [_parameter(p) for p in term.coefficients]
+    if len(first) > MANY:
+        first = [first[0], f"… {len(first) - 2} more", first[-1]]
+    return [*first, *(_parameter(p) for p in term.shape)]
 
 
 def _name(term: Term) -> str:

@@ -51,6 +51,35 @@ def cogging() -> Truth:
                  main=("period", 23.0, 0.005), looked={"period": tuple(300.0 / waves)})  # fmt: skip
 
 
+def _magnets(position: Array, *, width: float) -> Array:
+    """Two teeth a pole of 23 mm, pushing one way and the other, less their mean."""
+    place = np.arange(0.0, 23.0, 0.05)
+
+    def pole(at: Array) -> Array:
+        off = [(at - where + 11.5) % 23.0 - 11.5 for where in (5.0, 13.0)]
+        return np.asarray(np.exp(-((off[0] / width) ** 2)) - 0.7 * np.exp(-((off[1] / width) ** 2)))
+
+    return np.asarray(pole(position) - pole(place).mean())
+
+
+def cogging_table() -> Truth:
+    """Narrow magnetic teeth, weaker towards one end."""
+    m = travel()
+    effect = 6.0 * _magnets(m["position"], width=1.5) * (1 + 0.0005 * m["position"])
+    waves = np.arange(12.0, 14.0, 0.05)
+    return truth("cogging table", m, base(m), effect, within=0.25, noise=NOISE,
+                 main=("period", 23.0, 0.005), looked={"period": tuple(300.0 / waves)})  # fmt: skip
+
+
+def cogging_harmonics() -> Truth:
+    """Broad magnetic teeth, weaker towards one end."""
+    m = travel()
+    effect = 6.0 * _magnets(m["position"], width=5.0) * (1 + 0.0005 * m["position"])
+    waves = np.arange(12.0, 14.0, 0.05)
+    return truth("cogging harmonics", m, base(m), effect, within=0.25, noise=NOISE,
+                 main=("period", 23.0, 0.005), looked={"period": tuple(300.0 / waves)})  # fmt: skip
+
+
 def inertia() -> Truth:
     """A mass and a rotor; the effective mass changes a little along the travel."""
     m = travel()
@@ -184,6 +213,6 @@ def lost_sign() -> Truth:
 
 
 TRUTHS = (
-    gravity, tilt, spring, cogging, inertia, cross_coupling, warmup, compliance, external_load,
-    windage, sensor_drift, gain, lag, saturation, lost_sign,
+    gravity, tilt, spring, cogging, cogging_table, cogging_harmonics, inertia, cross_coupling,
+    warmup, compliance, external_load, windage, sensor_drift, gain, lag, saturation, lost_sign,
 )  # fmt: skip
