@@ -19,6 +19,7 @@ HEAVY = {"numpy", "pandas", "scipy", "pyarrow", "plotly", "sqlalchemy", "pydanti
 COMMANDS = {
     "init", "machine", "import", "calibrate", "identify", "refresh", "predict", "explain", "trace",
     "doctor", "backup", "restore", "export", "demo", "prove", "standard", "sweep", "reconstruct",
+    "scale",
 }  # fmt: skip
 MODULES = sorted(
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")

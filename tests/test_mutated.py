@@ -22,7 +22,7 @@ from tests.files import write, write_groups
 TIMES = int(os.environ.get("AUTODB_MUTATIONS", "1"))
 T = np.arange(60) * 0.01
 COLUMNS = {"t": T, "x.position": np.sin(T), "x.current": np.cos(T)}
-EXAMPLES = {".csv": 1500, ".parquet": 1500, ".tdms": 1000, ".mat": 250, ".h5": 250, ".mf4": 120}
+EXAMPLES = {".csv": 900, ".parquet": 900, ".tdms": 500, ".mat": 150, ".h5": 120, ".mf4": 70}
 SIDE = """\
 [recording]
 machine = "m"
@@ -103,7 +103,7 @@ def test_mutated_recordings(tmp_path: Path, suffix: str, monkeypatch: pytest.Mon
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
 def test_mutated_files_with_several_time_bases(tmp_path: Path) -> None:
     groups = {"a": COLUMNS, "b": {"t": T[::5], "x.temperature": T[::5]}}
-    _try_mutations(write_groups(tmp_path / "a.tdms", groups), 600)
+    _try_mutations(write_groups(tmp_path / "a.tdms", groups), 300)
 
 
 def test_mutated_side_files(tmp_path: Path) -> None:
@@ -111,7 +111,7 @@ def test_mutated_side_files(tmp_path: Path) -> None:
     side = tmp_path / "a.toml"
     side.write_text(SIDE)
     assert len(records.read(data)) == len(T)
-    _try_mutations(side, 1500, used=data)
+    _try_mutations(side, 800, used=data)
 
 
 def _try_mutations(path: Path, examples: int, used: Path | None = None) -> None:

@@ -26,8 +26,8 @@ from autodb.standard import references
 from tests.conftest import Cli
 from tests.moved_runs import STILL, Move, run, with_references
 
-SEEDS = range(101, 141)
-SOME = range(121, 141)
+SEEDS = range(101, 121)
+SOME = range(121, 131)
 READ_WELL = 0.2
 """Share of P1's sensing scatter that is 1 % of the repeated cut's rise."""
 READ_FINELY = 0.05
@@ -61,10 +61,12 @@ def counts(found: Iterable[Causes], term: str) -> tuple[int, int]:
 
 @pytest.mark.parametrize("noise", [1.0, READ_WELL])
 def test_where_nothing_moved_nothing_is_named(noise: float) -> None:
-    """The ends of two signals, each with an interval of 95 %: 4 of 40 runs by chance, 8 by 97 %."""
+    """The ends of two signals, each with an interval of 95 %: 2 of 20 runs by chance, 7 or fewer in
+    all but 4 of 10 000.
+    """
     found = [moved_in(run(seed, noise=noise)) for seed in SEEDS]
     assert sum(bool(named(causes)) for causes in found) == 0
-    assert sum(bool(causes) for causes in found) <= 8
+    assert sum(bool(causes) for causes in found) <= 7
 
 
 @pytest.mark.parametrize(
@@ -103,7 +105,7 @@ def test_by_how_much_it_moved_has_an_interval_that_holds() -> None:
     for seed in SEEDS:
         causes = moved_in(run(seed, Move(offset_A=0.3), noise=READ_WELL))
         held += [c.parameters["change"] for c in causes if c.term == OFFSET]
-    assert len(held) >= 30
+    assert len(held) >= 15
     inside = np.mean([change.low <= 0.3 <= change.high for change in held])
     assert inside >= 0.85
     assert_allclose(np.mean([change.value for change in held]), 0.3, rtol=0.1)
