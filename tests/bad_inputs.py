@@ -354,7 +354,8 @@ AXES = (
     ),
     Case(
         "a scale by a standard cut that is not there",
-        "autodb scale moves.csv --machine lathe-1 --standard-cut turning-aluminium:heaviest", _moves(),
+        "autodb scale moves.csv --machine lathe-1 --standard-cut turning-aluminium:heaviest",
+        _moves(),
     ),
     Case(
         "a sweep with an axis that is not parked",
