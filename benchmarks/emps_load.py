@@ -15,7 +15,7 @@ from scipy.io import loadmat
 
 from autodb import signals
 from autodb.records import Recording
-from autodb.sensing.axis_model import Identified, IdentifiedTerm
+from autodb.sensing.axis_model import IdentifiedTerm
 from autodb.sensing.drives import identify, predict_effort
 from autodb.sensing.reconstruct import DriveModel, observe, reconstruct
 
@@ -53,11 +53,6 @@ def _plain(cut: Recording, terms: list[IdentifiedTerm], bandwidth_hz: float) -> 
     return signals.lowpass(whole, rate_hz=cut.rate_hz, cutoff_hz=bandwidth_hz)
 
 
-def _model(found: Identified) -> DriveModel:
-    assert found.errors is not None  # an axis has them
-    return DriveModel("x", found.channel, "N", found.terms, found.covariance, found.errors)
-
-
 def main(air_path: Path, cut_path: Path) -> None:
     """Print error and slope at each bandwidth, beside the symmetric model by least squares."""
     air, cut, added = read(air_path, by_law=False), read(cut_path, by_law=True), pulses_N(cut_path)
@@ -70,9 +65,9 @@ def main(air_path: Path, cut_path: Path) -> None:
         plain = _plain(cut, [*symmetric.plain.terms, *symmetric.plain.given], hz)
         _row(hz, "symmetric, plain least squares", -plain[inner], truth, None)
         for name, model in (("symmetric", symmetric), ("with asymmetry", directed)):
-            load = reconstruct(cut, _model(model), bandwidth_hz=hz)
+            load = reconstruct(cut, DriveModel.of(model), bandwidth_hz=hz)
             _row(hz, name, -load.value[inner], truth, load.sd[inner])
-        seen = observe(cut, _model(directed), bandwidth_hz=hz)
+        seen = observe(cut, DriveModel.of(directed), bandwidth_hz=hz)
         late = round(np.sqrt(2.0) / (2.0 * np.pi * hz) * cut.rate_hz)
         passed = -np.roll(seen.value, -late)[inner]
         _row(hz, f"with asymmetry, observer, {late} ms late", passed, truth, None)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from autodb import signals
 from autodb.records import Recording
-from autodb.sensing.axis_model import Identified
 from autodb.sensing.drives import identify
 from autodb.sensing.reconstruct import DriveModel, at_limit, observe, reconstruct
 from tests.conftest import Cli
@@ -46,17 +45,10 @@ def _recording(
     return Recording(path=Path(f"moves-{seed}.csv"), channels=channels)
 
 
-def _model(found: Identified) -> DriveModel:
-    assert found.errors is not None
-    return DriveModel(
-        found.axis, found.channel, found.unit, found.terms, found.covariance, found.errors
-    )
-
-
 @pytest.fixture(scope="module")
 def model() -> DriveModel:
     """Return the axis as it is identified from moves in air."""
-    return _model(identify(_recording(1)))
+    return DriveModel.of(identify(_recording(1)))
 
 
 def _steps(n: int) -> Array:
@@ -155,7 +147,10 @@ def test_the_load_pulses_of_a_real_axis_are_rebuilt(emps: Path, pulses: Path) ->
     assert found.held_out_error < 0.035, "weight and asymmetry differ in a few rows only"
     inner = slice(500, -500)
     left = {}
-    for name, model in (("ours", _model(found)), ("symmetric", _model(identify(air)))):
+    for name, model in (
+        ("ours", DriveModel.of(found)),
+        ("symmetric", DriveModel.of(identify(air))),
+    ):
         load = reconstruct(cut, model, bandwidth_hz=10.0)
         slope, _ = np.polyfit(truth[inner], -load.value[inner], 1)
         assert abs(slope - 1.0) < 0.02
@@ -163,7 +158,7 @@ def test_the_load_pulses_of_a_real_axis_are_rebuilt(emps: Path, pulses: Path) ->
         left[name] = float(np.sqrt(np.mean(error**2)))
         assert 0.8 < np.mean(np.abs(error) < 1.96 * load.sd[inner]) < 1.0
     assert left["ours"] < left["symmetric"] < 5.0
-    observed = observe(cut, _model(found), bandwidth_hz=10.0)
+    observed = observe(cut, DriveModel.of(found), bandwidth_hz=10.0)
     assert float(np.std(-observed.value[inner] - truth[inner])) < 30.0, "delayed by its filter"
 
 
@@ -283,7 +278,7 @@ def test_the_weight_of_a_tilted_table_is_taken_off_its_torque(cli: Cli) -> None:
         assert abs(term.value - truth) < 0.02 * truth
         assert term.sd < 0.02 * truth
     assert by_name["inertia", "coefficient"].unit == "N·m·s²/deg"
-    load = reconstruct(_table(51, load_N_m=7.0), _model(found), bandwidth_hz=10.0)
+    load = reconstruct(_table(51, load_N_m=7.0), DriveModel.of(found), bandwidth_hz=10.0)
     steady = ~(load.standing | load.turned)
     assert load.unit == "N·m"
     assert abs(float(np.mean(load.value[steady])) - 7.0) < 0.3

@@ -19,7 +19,6 @@ from tests.test_reconstruct import (
     NOISE_A,
     RATE,
     VISCOUS_A,
-    _model,
     _recording,
     _write,
 )
@@ -69,7 +68,7 @@ def _cut(seed: int) -> Recording:
 @pytest.fixture(scope="module")
 def model() -> DriveModel:
     """Return the axis as moves in air show it, in amperes."""
-    return _model(identify(_recording(70, moves=30)))
+    return DriveModel.of(identify(_recording(70, moves=30)))
 
 
 def test_a_measured_push_tells_the_scale_whatever_friction_does(model: DriveModel) -> None:

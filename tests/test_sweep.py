@@ -14,10 +14,11 @@ from autodb.nc import DIALECTS
 from autodb.nc.sweep import MARGIN_MM, Way, program, stretch
 from autodb.records import Recording
 from autodb.sensing.drives import identify
+from autodb.sensing.reconstruct import DriveModel
 from autodb.sensing.sweep import REST_S, STEP_S, candidates, design, ladder, motion
 from tests import nc
 from tests.conftest import Cli
-from tests.test_reconstruct import COULOMB_A, MASS_A, NOISE_A, VISCOUS_A, _model, _recording, _write
+from tests.test_reconstruct import COULOMB_A, MASS_A, NOISE_A, VISCOUS_A, _recording, _write
 
 DRAWS = 60
 
@@ -155,7 +156,7 @@ def test_a_design_identifies_the_axis_as_surely_as_it_says(within: float) -> Non
     What is expected is from noise, and friction off its law by 1 % at each speed; the fit, which
     lets friction be any curve, may need up to three times that.
     """
-    model = _model(identify(_recording(1)))
+    model = DriveModel.of(identify(_recording(1)))
     found = design(
         model, candidates(0.0, 300.0, fastest_mm_min=10_000.0), within=within, longest_s=900.0
     )
@@ -189,7 +190,7 @@ def _made(passes: Any, *, seed: int) -> Recording:
 
 
 def test_more_sureness_takes_longer_and_no_time_says_so() -> None:
-    model = _model(identify(_recording(1)))
+    model = DriveModel.of(identify(_recording(1)))
     choices = candidates(0.0, 300.0, fastest_mm_min=10_000.0)
     loose, tight = (
         design(model, choices, within=share, longest_s=1800.0) for share in (0.05, 0.007)

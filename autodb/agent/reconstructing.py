@@ -100,16 +100,7 @@ def reconstruct_with(
     """Return the load of the axis that a model was identified of, from the file ``moves``."""
     if model.errors is None:
         raise UnusableInput(f"{moves}: {model.axis} has no load to reconstruct; an axis would work")
-    found = DriveModel(
-        axis=model.axis,
-        channel=model.channel,
-        unit=model.unit,
-        terms=model.terms,
-        covariance=model.covariance,
-        errors=model.errors,
-        off_law=model.off_law,
-    )
-    load = _load(recording, found, bandwidth_hz=bandwidth_hz, observer=observer)
+    load = _load(recording, DriveModel.of(model), bandwidth_hz=bandwidth_hz, observer=observer)
     return _felt(load, f"identified from {moves}", scale)
 
 

@@ -22,21 +22,7 @@ WEIGHT = 0.01
 """Error of the weight."""
 
 
-@dataclass(frozen=True)
-class Row:
-    """One way on one axis: medians of the machines, as in ``Told``."""
-
-    way: str
-    axis: str
-    measured: float
-    true: float
-    contour: float
-    contour_friction: float
-    high: float
-    weight: float | None
-
-
-def _rows(runs: Sequence[Finished[Told]], ways: Sequence[str]) -> tuple[Row, ...]:
+def _rows(runs: Sequence[Finished[Told]], ways: Sequence[str]) -> tuple[Told, ...]:
     every = [one for run in runs for one in run.judged]
     return tuple(
         _row([one for one in every if (one.axis, one.way) == (axis, way)])
@@ -45,13 +31,14 @@ def _rows(runs: Sequence[Finished[Told]], ways: Sequence[str]) -> tuple[Row, ...
     )
 
 
-def _row(told: list[Told]) -> Row:
+def _row(told: list[Told]) -> Told:
+    """Return the medians of the machines."""
     weights = [one.weight for one in told if one.weight is not None]
 
     def median(name: str) -> float:
         return float(np.median([getattr(one, name) for one in told]))
 
-    return Row(
+    return Told(
         way=told[0].way,
         axis=told[0].axis,
         measured=median("measured"),
@@ -73,7 +60,7 @@ class Gate:
 
     origin: Origin
     seeds: tuple[int, int]
-    rows: tuple[Row, ...]
+    rows: tuple[Told, ...]
 
     @property
     def passed(self) -> bool:
@@ -102,11 +89,11 @@ class Gate:
         return GATE.dump_json(self, indent=1).decode() + "\n"
 
 
-def _as_hard(row: Row) -> bool:
+def _as_hard(row: Told) -> bool:
     return abs(row.measured / PUBLISHED_ERROR[row.axis] - 1.0) <= WITHIN
 
 
-def _contour_as_hard(row: Row) -> bool:
+def _contour_as_hard(row: Told) -> bool:
     low, high = PUBLISHED_HIGH
     return row.contour < PUBLISHED_CONTOUR and low <= row.high <= high
 
@@ -117,7 +104,7 @@ class Fields:
 
     origin: Origin
     seeds: tuple[int, int]
-    rows: tuple[Row, ...]
+    rows: tuple[Told, ...]
 
     @property
     def passed(self) -> bool:
@@ -126,7 +113,7 @@ class Fields:
             self._near(axis) and self._follows(axis) and self._weighed(axis) for axis in AXES
         )
 
-    def _of(self, axis: str, way: str) -> Row:
+    def _of(self, axis: str, way: str) -> Told:
         return next(row for row in self.rows if (row.axis, row.way) == (axis, way))
 
     def limit(self, axis: str) -> float:

@@ -44,21 +44,6 @@ def loads_A(
     }
 
 
-def drive_model(found: Identified) -> DriveModel:
-    """Return the whole model of an axis, with what friction deviates by."""
-    if found.errors is None:
-        raise ValueError(f"{found.axis} has no errors of a drive")
-    return DriveModel(
-        axis=found.axis,
-        channel=found.channel,
-        unit=found.unit,
-        terms=found.terms,
-        covariance=found.covariance,
-        errors=found.errors,
-        off_law=found.off_law,
-    )
-
-
 def recording(logged: Logged, name: str) -> Recording:
     """Return what the control logged of an axis as a recording has it."""
     motion = logged.motion

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import signals
-from autodb.prove.mill_ours import drive_model, identified, loads_A
+from autodb.prove.mill_ours import identified, loads_A
 from autodb.prove.published_mill import four_steps
 from autodb.sensing.axis_model import Identified
+from autodb.sensing.reconstruct import DriveModel
 from autodb.virtual.reference_mill import (
     TRUTH_HZ,
     MillAxis,
@@ -71,7 +72,7 @@ def run(seed: int) -> list[Told | Kept]:
     mill = draw_mill(seed)
     cuts = milled_cuts(seed, mill)
     models = {name: identified(seed, mill[name]) for name in SCORED}
-    whole = {name: drive_model(model) for name, model in models.items()}
+    whole = {name: DriveModel.of(model) for name, model in models.items()}
     kept_terms = {name: replace(model, off_law=None) for name, model in whole.items()}
     ways = {
         PUBLISHED: published(seed, mill, cuts),

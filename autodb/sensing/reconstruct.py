@@ -14,7 +14,7 @@ from scipy import signal
 
 from autodb import signals
 from autodb.records import Recording
-from autodb.sensing.axis_model import IdentifiedTerm, predicted, term_called
+from autodb.sensing.axis_model import Identified, IdentifiedTerm, predicted, term_called
 from autodb.sensing.deviation import OVER_SPEED
 from autodb.sensing.drive_errors import STANDING, TURNED, DriveErrors, states
 from autodb.sensing.motion import place_channel, term_inputs
@@ -59,6 +59,21 @@ class DriveModel:
     covariance: Array
     errors: DriveErrors
     off_law: OffLaw | None = None
+
+    @classmethod
+    def of(cls, found: Identified) -> "DriveModel":
+        """Return what was identified of an axis; raises ValueError of a spindle, which is none."""
+        if found.errors is None:
+            raise ValueError(f"{found.axis} has no load")
+        return cls(
+            axis=found.axis,
+            channel=found.channel,
+            unit=found.unit,
+            terms=found.terms,
+            covariance=found.covariance,
+            errors=found.errors,
+            off_law=found.off_law,
+        )
 
 
 @dataclass(frozen=True)
