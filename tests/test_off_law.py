@@ -22,7 +22,7 @@ WAVE_MM, WAVE_A = 10.0, 0.05
 """A ripple of the screw's turns, in friction."""
 
 
-def _sweep(seed: int, *, bent_A: float, wave_A: float = 0.0) -> Recording:
+def bent_sweep(seed: int, *, bent_A: float, wave_A: float = 0.0) -> Recording:
     """Return three rounds of passes there and back; friction bends over ln speed by ``bent_A``."""
     velocity = [np.zeros(50)]
     for speed in np.tile(SPEEDS, 3).tolist():
@@ -54,7 +54,7 @@ def test_friction_off_its_laws_is_kept_and_comes_back_from_the_database() -> Non
     """Friction bends by 0.5 A over the speeds; at every speed it is known within 2 %, by the laws
     alone it is off by 0.1 A at creep.
     """
-    moves = _sweep(1, bent_A=0.1)
+    moves = bent_sweep(1, bent_A=0.1)
     found = _identified(moves)
     assert found.off_law is not None
     again = OffLaw.of(json.loads(json.dumps(found.off_law.kept())))
@@ -74,7 +74,7 @@ def test_laws_that_are_right_are_all_of_a_model() -> None:
     """
     truth = _friction(SPEEDS, 0.0)
     for seed in range(20, 32):
-        moves = _sweep(seed, bent_A=0.0)
+        moves = bent_sweep(seed, bent_A=0.0)
         found = _identified(moves)
         effort = predict_effort(moves, "z", found.terms, found.off_law)
         for speed, friction in zip(SPEEDS.tolist(), truth.tolist(), strict=True):
@@ -84,7 +84,7 @@ def test_laws_that_are_right_are_all_of_a_model() -> None:
 
 def test_means_by_way_show_the_ripple_of_a_screw() -> None:
     """Its wave of 10 mm is twice the way that means are over otherwise: cosine or sine was lost."""
-    found = _identified(_sweep(2, bent_A=0.0, wave_A=WAVE_A), "cogging")
+    found = _identified(bent_sweep(2, bent_A=0.0, wave_A=WAVE_A), "cogging")
     known = {(t.term, t.parameter): t for t in found.terms}
     period = known["position_friction", "period"]
     assert abs(period.value - WAVE_MM) < 0.02

@@ -29,11 +29,14 @@ from autodb.sensing.staged.segments import (
 from autodb.sensing.staged.sticking import Verdict, sticking
 from autodb.sensing.staged.warming import Warming, warming_of
 from autodb.sensing.staged.weight import Weight, weight_of
+from autodb.signals.segments import runs
 
 Array = NDArray[np.float64]
 
 TURN = 3
 """Segments of the middle at least: a turn of the screw, over which its ripple is no friction."""
+FOLLOWED = 3.0
+"""Periods of the low-pass that an accelerated part lasts at least. Chosen."""
 FEWEST_LEVELS = 4
 """Speeds passed both ways that the routine needs: two parameters and two to spare. Chosen."""
 
@@ -235,10 +238,19 @@ def _law(field: _Field, friction: _Friction, which: NDArray[np.bool_], path: str
 
 
 def _inertia(rows: Prepared, found: Staged, factor: Array) -> Inertia | None:
-    """Return the inertia of accelerated parts, whose friction is that of the stages before."""
+    """Return the inertia of accelerated parts, whose friction is that of the stages before.
+
+    Up to the highest speed that both laws of friction are of: beyond, they are a guess. Parts that
+    are over before the low-pass has followed them tell no inertia.
+    """
     inputs = {**rows.inputs}
     highest = float(np.quantile(np.abs(inputs["acceleration"]), 0.999))
+    top = min(float(law.levels.speed_mm_s.max()) for law in found.laws.values())
     speeding = states(inputs, highest_mm_s2=highest) == SPEEDING
+    speeding &= np.abs(inputs["velocity"]) <= top
+    shortest = FOLLOWED * rows.rate_hz / rows.protocol.cutoff_hz
+    for part in runs(speeding):
+        speeding[part] &= part.stop - part.start >= shortest
     if not speeding.any():
         return None
     x, v = inputs["position"][speeding], inputs["velocity"][speeding]
