@@ -53,7 +53,7 @@ def recordings(cli: Cli, sample_jobs: Path, tmp_path: Path) -> Path:
 
 
 def _fill_what_nothing_writes_yet() -> None:
-    """Add a row to every table that no command fills, with values that are easy to lose."""
+    """Add a row to every table that nothing filled before, with values that are easy to lose."""
     store = open_store(URL)
     with store.writing() as session:
         estimator = models.Estimator(
@@ -83,6 +83,10 @@ def _fill_what_nothing_writes_yet() -> None:
             ),
             models.RecordingChannel(
                 recording_id=2, time_base="t", name="z.current", unit="A", rows=1, mean=0.1 + 0.2
+            ),
+            models.DriveScale(
+                machine_id=1, axis="z", version=1, kind="force", per_ampere=402.1, share=0.1 + 0.2,
+                source="force.z", recording_id=1,
             ),
             models.ToolProperty(tool_id=1, code="RE", value=0.8, unit="mm"),
             models.ConventionalParameter(

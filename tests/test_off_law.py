@@ -12,6 +12,9 @@ from autodb.sensing.axis_model import Identified
 from autodb.sensing.drives import identify, predict_effort
 from autodb.sensing.off_law import OffLaw
 from autodb.sensing.protocol import Protocol
+from tests.conftest import Cli
+from tests.test_faults_of_moves import MACHINE
+from tests.test_reconstruct import _bare, _write
 
 Array = NDArray[np.float64]
 
@@ -66,6 +69,21 @@ def test_friction_off_its_laws_is_kept_and_comes_back_from_the_database() -> Non
         assert_allclose(float(whole[rows].mean()), truth, rtol=0.02)
     slow = np.isclose(v, SPEEDS[0], rtol=1e-6)
     assert abs(float(alone[slow].mean()) - float(_friction(SPEEDS[:1], 0.1)[0])) > 0.1
+
+
+def test_a_machine_keeps_it_and_feels_loads_with_it(cli: Cli) -> None:
+    """At creep the laws alone would leave 0.1 A and more of the sweep itself."""
+    moves = bent_sweep(3, bent_A=0.1)
+    Path("m.toml").write_text(MACHINE, encoding="utf-8")
+    _write(Path("sweep.csv"), moves)
+    assert cli("init").code == 0
+    assert cli("machine", "add", "m", "--file", "m.toml").code == 0
+    assert cli("identify", "sweep.csv", "--machine", "m").code == 0
+    done = cli("reconstruct", "sweep.csv", "--machine", "m", "--newtons-per-ampere", "1")
+    assert done.code == 0, done.err
+    load = np.loadtxt("sweep-load.csv", delimiter=",", skiprows=1, usecols=1, converters=_bare)
+    slow = np.isclose(np.abs(moves["z.velocity"]), SPEEDS[0], rtol=1e-6)
+    assert float(np.abs(np.mean(load[slow] * np.sign(moves["z.velocity"][slow])))) < 0.02
 
 
 def test_laws_that_are_right_are_all_of_a_model() -> None:
