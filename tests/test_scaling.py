@@ -49,13 +49,13 @@ def _push(seed: int, *, sign: float = -1.0) -> Recording:
     return Recording(path=pushed.path, channels={**pushed.channels, "force.z": force})
 
 
-def _cut(seed: int) -> Recording:
+def _cut(seed: int, force_N: float = CUT_N) -> Recording:
     """Return a feed towards the chuck that begins in air; the chuck pushes the tool away."""
     n, into = int(9.0 * RATE), int(4.0 * RATE)
     velocity = np.full(n, -20.0)
     velocity[:50] = np.linspace(0.0, -20.0, 50)
     current = 1.1 * (VISCOUS_A * velocity - COULOMB_A * (velocity < 0))
-    current[into:-50] -= CUT_N / NEWTONS_PER_AMPERE
+    current[into:-50] -= force_N / NEWTONS_PER_AMPERE
     current += NOISE_A * np.random.default_rng(seed).standard_normal(n)
     channels = {
         "t": np.arange(n) / RATE,
@@ -93,8 +93,11 @@ def test_a_standard_cut_tells_the_scale(model: DriveModel) -> None:
     assert found is not None
     assert abs(found.newtons_per_ampere / NEWTONS_PER_AMPERE - 1.0) < 0.03
     assert 0.03 <= found.share < 0.04
-    air = reconstruct(_recording(81), model, bandwidth_hz=10.0)
-    assert by_step(air, CUT_N, 0.03, rate_hz=RATE) is None
+    for seed in range(81, 91):
+        air = reconstruct(_recording(seed), model, bandwidth_hz=10.0)
+        assert by_step(air, CUT_N, 0.03, rate_hz=RATE) is None
+    small = reconstruct(_cut(80, force_N=20.0), model, bandwidth_hz=10.0)
+    assert by_step(small, 20.0, 0.03, rate_hz=RATE) is None, "no more than friction may differ by"
 
 
 def test_a_force_while_the_axis_stands_tells_nothing(model: DriveModel) -> None:

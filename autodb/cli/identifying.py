@@ -120,11 +120,7 @@ def identify(
         spread = drives.spread_over_filters(moves, axis=model.axis, terms=_fitted_names(model))
         if page is not None:
             _write_page(model, moves, page)
-    _show_model(model)
-    show_sweep(model, moves)
-    if other is not None:
-        _show_cross_test(model, other)
-    _show_spread(spread)
+    _show_fit(model, moves, other, spread)
     if seen is not None:
         show_staged(model, seen)
     if page is not None:
@@ -135,6 +131,20 @@ def identify(
     show_kept(kept, machine or "")
     _show_masses(masses)
     _show_versions(versions)
+
+
+def _show_fit(
+    model: "Identified",
+    moves: "records.Recording",
+    other: "records.Recording | None",
+    spread: "list[PlainFit]",
+) -> None:
+    """Print the terms, how far off they are, and what they owe to the filter."""
+    _show_model(model)
+    show_sweep(model, moves)
+    if other is not None:
+        _show_cross_test(model, other)
+    _show_spread(spread)
 
 
 def _show_masses(masses: "Mapping[str, Mass]") -> None:

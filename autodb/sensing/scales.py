@@ -55,7 +55,7 @@ def by_step(load: Load, force_N: float, share: float, *, rate_hz: float) -> Scal
     """Return the scale from the step of a load between air and a cut whose mean force is known.
 
     ``share``: relative sd of the force. Both sides are in motion, so that friction goes out. None
-    where air and cut are not told apart.
+    where air and cut are not told apart, by more than the load's own 95 % and in one direction.
     """
     moving = np.where(load.standing, np.nan, load.value)
     parts = signals.air_and_cut(moving, rate_hz=rate_hz)
@@ -63,6 +63,11 @@ def by_step(load: Load, force_N: float, share: float, *, rate_hz: float) -> Scal
         return None
     cut, air = (_mean(moving[part]) for part in (parts.cut, parts.air))
     step, variance = cut[0] - air[0], cut[1] + air[1]
+    one_way = np.sign(np.mean(load.direction[parts.cut])) == np.sign(
+        np.mean(load.direction[parts.air])
+    )
+    if not one_way or abs(step) < fitting.NORMAL_95 * float(np.median(load.sd[parts.cut])):
+        return None
     return Scaled(-force_N / step, float(np.sqrt(share**2 + variance / step**2)))
 
 
