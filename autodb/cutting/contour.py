@@ -1,0 +1,195 @@
+"""Engagement along a turned contour: how deep the tool is in the stock at every step of its path.
+
+The path of the tool tip is the contour that it leaves: a sharp tip, or a nose whose control or CAM
+system has put the contour into the program. Where neither has, a nose of radius r leaves
+r (|sin θ| + |cos θ| − 1) more on a cone at the angle θ, nothing on cylinders and faces.
+
+Depth is what the stock is thick on the tool's side, seen along the feed. With the unit feed (d_x,
+d_z), the radius R(z) of the stock and z_f(x) its face:
+
+    beside the path     depth = (R(z) − x) |d_z|
+    in front of a face  depth = (z_f(x) − z) |d_x|
+
+so X − x on a cylinder turned to x, (X − x) cos θ on a cone, z_f − z in facing, and ∫ depth 2π r ds
+is the volume removed, r in the middle of that thickness. On an arc whose stock is concentric the
+depth across is larger, by its share of the arc's radius. Faces are moves inwards, square to the
+axis, and those steeper than 45°, away from the chuck, that begin outside the stock. A move inwards
+into the middle of a bar counts as facing too, of all that is in front of it, and a bore as turning;
+``edge_mm`` refuses both. The edge is taken as square to the axis: an allowance on a shoulder is met
+in the run towards it, over the shoulder's height, and nothing is left for the way out along it.
+Source: geometry, derived here.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting.pieces import Piece, pieces
+from autodb.cutting.stock import Stock
+from autodb.cutting.turning import speed_m_min
+from autodb.errors import UnusableInput
+from autodb.nc.reading import Arc, CuttingSpeed, Linear, Move, Rapid
+
+Array = NDArray[np.float64]
+
+TOUCH_MM = 0.001
+"""What counts as touching, not as inside: the last decimal of programs."""
+
+
+@dataclass(frozen=True)
+class Engagement:
+    """What the tool does in the middle of every step at a feed, each (n,).
+
+    ``path_mm`` way since the first of them, ``step_mm`` its length, ``x_mm`` radius and ``z_mm`` of
+    the tip, ``along_x`` and ``along_z`` unit feed, ``depth_mm`` (0: in air), ``outer_mm`` the
+    largest radius cut, ``feed_mm_rev``, ``speed_rpm``, ``speed_m_min`` at ``outer_mm``, ``time_s``
+    at feed since the first of them (rapids and rests take none), ``line`` of the program.
+    """
+
+    path_mm: Array
+    step_mm: Array
+    x_mm: Array
+    z_mm: Array
+    along_x: Array
+    along_z: Array
+    depth_mm: Array
+    outer_mm: Array
+    feed_mm_rev: Array
+    speed_rpm: Array
+    speed_m_min: Array
+    time_s: Array
+    line: NDArray[np.int_]
+
+    def removed_mm3(self) -> Array:
+        """Return the volume that each step removes: V = 2π r a ds, (n,), mm³."""
+        return np.pi * (np.abs(self.x_mm) + self.outer_mm) * self.depth_mm * self.step_mm
+
+
+def engagement(
+    moves: Sequence[Move],
+    stock: Stock,
+    *,
+    source: str,
+    step_mm: float = 0.05,
+    edge_mm: float = np.inf,
+) -> tuple[Engagement, Stock]:
+    """Return the engagement along moves, steps of at most ``step_mm``, and the stock they leave.
+
+    Every move meets what those before it have left. Raises UnusableInput naming ``source`` and the
+    line of a rapid through the stock, of a depth above ``edge_mm``, the length of the edge, of a
+    plunge that a radius over z cannot hold, of G96 without a limit that reaches the axis, and where
+    nothing moves at a feed.
+    """
+    cut = [piece for move in moves for piece in pieces(move, step_mm=step_mm)]
+    if not any(isinstance(move, Linear | Arc) for move in moves):
+        raise UnusableInput(f"{source}: no move at a feed; a program with G1, G2 or G3 would work")
+    at_mm = np.concatenate([piece.z_mm[[0, -1]] for piece in cut])
+    stock = stock.divided(at_mm, cell_mm=step_mm)
+    rows: list[Engagement] = []
+    for piece in cut:
+        if isinstance(piece.move, Rapid):
+            _refuse_inside(piece, stock, source)
+            continue
+        depth_mm, outer_mm, stock = _met(piece, stock, source)
+        _refuse_deeper(piece, depth_mm, edge_mm, source)
+        rows.append(_row(piece, depth_mm, outer_mm, source))
+    return _joined(rows), stock
+
+
+def _met(piece: Piece, stock: Stock, source: str) -> tuple[Array, Array, Stock]:
+    """Return depth and outer radius at every step of a piece, (n,), mm, and the stock after it."""
+    ahead_mm = piece.z_mm[0] + (TOUCH_MM if piece.away else -TOUCH_MM)
+    outside = stock.radius_mm(np.array([ahead_mm]))[0] <= piece.x_mm[0] + TOUCH_MM
+    plunges = piece.steep_inwards and outside
+    if piece.steep_inwards and (piece.square or (outside and piece.away)):
+        return _facing(piece, stock)
+    depth_mm, outer_mm, after = _beside(piece, stock)
+    if plunges and np.any(depth_mm > TOUCH_MM):
+        raise UnusableInput(
+            f"{source}: line {piece.move.line}: into the stock inwards and towards the chuck, "
+            "steeper than 45°; square to the axis, or flatter, would work"
+        )
+    return depth_mm, outer_mm, after
+
+
+def _beside(piece: Piece, stock: Stock) -> tuple[Array, Array, Stock]:
+    x_mm = np.abs(piece.middle_x_mm)
+    thick_mm = np.maximum(stock.radius_mm(piece.middle_z_mm) - x_mm, 0.0)
+    rising = slice(None) if piece.away else slice(None, None, -1)
+    after = stock.turned(piece.z_mm[rising], np.abs(piece.x_mm[rising]))
+    depth_mm = thick_mm * np.abs(piece.along_z)
+    return depth_mm, x_mm + np.where(depth_mm > 0, thick_mm, 0.0), after
+
+
+def _facing(piece: Piece, stock: Stock) -> tuple[Array, Array, Stock]:
+    x_mm = piece.middle_x_mm
+    face_mm = stock.face_mm(piece.z_mm[0], np.maximum(x_mm, 0.0))
+    thick_mm = np.where(x_mm > 0, np.maximum(face_mm - piece.middle_z_mm, 0.0), 0.0)
+    after = stock if piece.square else stock.turned(piece.z_mm, piece.x_mm)
+    return (
+        thick_mm * np.abs(piece.along_x),
+        np.abs(x_mm),
+        after.faced(piece.z_mm[-1], piece.x_mm[-1]),
+    )
+
+
+def _refuse_inside(piece: Piece, stock: Stock, source: str) -> None:
+    x_mm, z_mm = piece.middle_x_mm, piece.middle_z_mm
+    inside = np.flatnonzero(np.abs(x_mm) < stock.radius_mm(z_mm) - TOUCH_MM)
+    if inside.size:
+        at = inside[0]
+        raise UnusableInput(
+            f"{source}: rapid through the stock at line {piece.move.line}: at radius "
+            f"{x_mm[at]:.3f} and z {z_mm[at]:.3f} mm; around it or at a feed would work"
+        )
+
+
+def _refuse_deeper(piece: Piece, depth_mm: Array, edge_mm: float, source: str) -> None:
+    if np.any(depth_mm > edge_mm):
+        raise UnusableInput(
+            f"{source}: line {piece.move.line}: {depth_mm.max():.3f} mm deep, more than the edge's "
+            f"{edge_mm:g} mm (a groove, a bore, or other stock than this?); shallower would work"
+        )
+
+
+def _row(piece: Piece, depth_mm: Array, outer_mm: Array, source: str) -> Engagement:
+    """Return the rows of a piece, with path and time counted from its start."""
+    move = piece.move
+    assert not isinstance(move, Rapid)
+    speed = move.speed
+    endless = isinstance(speed, CuttingSpeed) and speed.limit_rpm is None
+    if endless and np.any(piece.x_mm <= 0):
+        raise UnusableInput(
+            f"{source}: line {move.line}: G96 reaches the axis without a limit; G50 S, G92 S or "
+            "LIMS before it would work"
+        )
+    rpm = speed.at_rpm(piece.middle_x_mm)
+    feed_mm_rev = move.feed.mm_rev(rpm)
+    step_s = 60.0 * piece.step_mm / (feed_mm_rev * rpm)
+    return Engagement(
+        path_mm=np.cumsum(piece.step_mm) - piece.step_mm / 2,
+        step_mm=piece.step_mm,
+        x_mm=piece.middle_x_mm,
+        z_mm=piece.middle_z_mm,
+        along_x=piece.along_x,
+        along_z=piece.along_z,
+        depth_mm=depth_mm,
+        outer_mm=outer_mm,
+        feed_mm_rev=feed_mm_rev,
+        speed_rpm=rpm,
+        speed_m_min=speed_m_min(2.0 * outer_mm, rpm),
+        time_s=np.cumsum(step_s) - step_s / 2,
+        line=np.full(rpm.size, move.line),
+    )
+
+
+def _joined(rows: Sequence[Engagement]) -> Engagement:
+    """Return all rows as one, path and time counted on."""
+    names = [field.name for field in fields(Engagement)]
+    joined = {name: np.concatenate([getattr(row, name) for row in rows]) for name in names}
+    step_s = 60.0 * joined["step_mm"] / (joined["feed_mm_rev"] * joined["speed_rpm"])
+    joined["path_mm"] = np.cumsum(joined["step_mm"]) - joined["step_mm"] / 2
+    joined["time_s"] = np.cumsum(step_s) - step_s / 2
+    return Engagement(**joined)

@@ -1,0 +1,33 @@
+"""Turning programs read: the moves of the tool, with feed, speed and the line they stand on."""
+
+from autodb.nc.reading.moves import (
+    Arc,
+    CuttingSpeed,
+    Feed,
+    Linear,
+    Move,
+    PerMinute,
+    PerRev,
+    Point,
+    Rapid,
+    Revolutions,
+    Speed,
+)
+from autodb.nc.reading.program import TurningProgram, read_program, turning_program
+
+__all__ = [
+    "Arc",
+    "CuttingSpeed",
+    "Feed",
+    "Linear",
+    "Move",
+    "PerMinute",
+    "PerRev",
+    "Point",
+    "Rapid",
+    "Revolutions",
+    "Speed",
+    "TurningProgram",
+    "read_program",
+    "turning_program",
+]

@@ -1,0 +1,144 @@
+"""Motion of the tool tip: where a block's coordinates lead, and by which move.
+
+X may count diameters, U and W (or all, after G91) count from where the tip is. An arc has R, the
+radius (negative above 180°), or I and K, where the centre lies from the start, I as a radius.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+from autodb.nc.reading.arcs import OFF_CIRCLE_MM, centre_by_radius, off_circle_mm
+from autodb.nc.reading.blocks import Block, Word
+from autodb.nc.reading.modes import Modes, feed_in_force, speed_in_force
+from autodb.nc.reading.moves import Arc, Linear, Move, Point, Rapid, distance_mm
+from autodb.nc.reading.values import AXES, CENTRE, RADIUS, nothing_left, value, without
+
+_DECIMALS = 9
+"""Places are rounded to these decimals of a mm: sums of increments meet absolute words again."""
+
+
+def moved(modes: Modes, values: Mapping[str, Word], block: Block, moves: list[Move]) -> Modes:
+    """Carry out the motion in force where the block has coordinates, and append its move."""
+    if not values:
+        return modes
+    axes = {letter: word for letter, word in values.items() if letter in AXES}
+    x_mm = _target(modes, axes, ("X", "U"), block)
+    z_mm = _target(modes, axes, ("Z", "W"), block)
+    if modes.motion is None:
+        word = next(iter(values.values()))
+        raise block.refusal(word.text, "no motion is in force; G0, G1, G2 or G3 would work")
+    rest = without(values, *AXES)
+    _MOTIONS[modes.motion](modes, (x_mm, z_mm), rest, block, moves)
+    return replace(modes, x_mm=x_mm, z_mm=z_mm)
+
+
+def _target(
+    modes: Modes, axes: Mapping[str, Word], letters: tuple[str, str], block: Block
+) -> float | None:
+    """Return where an axis goes, mm; where it is if the block does not name it."""
+    place, step = (axes.get(letter) for letter in letters)
+    before = modes.x_mm if letters[0] == "X" else modes.z_mm
+    factor = modes.x_factor if letters[0] == "X" else modes.unit_mm
+    if place is not None and step is not None:
+        raise block.refusal(step.text, f"'{place.text}' moves this axis too; one would work")
+    word = place or step
+    if word is None:
+        return before
+    if word is place and modes.absolute:
+        return round(factor * value(word), _DECIMALS)
+    if before is None:
+        raise block.refusal(
+            word.text, f"an increment from a place not known; {letters[0]} in G0 before would work"
+        )
+    return round(before + factor * value(word), _DECIMALS)
+
+
+_Target = tuple[float | None, float | None]
+_Motion = Callable[[Modes, _Target, Mapping[str, Word], Block, list[Move]], None]
+
+
+def _rapid(
+    modes: Modes, to: _Target, rest: Mapping[str, Word], block: Block, moves: list[Move]
+) -> None:
+    nothing_left(rest, block, modes)
+    if None in (modes.x_mm, modes.z_mm, *to):
+        return
+    start, end = _ends(modes, to, block)
+    if start != end:
+        moves.append(Rapid(start, end, block.line, modes.tool))
+
+
+def _linear(
+    modes: Modes, to: _Target, rest: Mapping[str, Word], block: Block, moves: list[Move]
+) -> None:
+    nothing_left(rest, block, modes)
+    start, end = _ends(modes, to, block)
+    feed, speed = feed_in_force(modes, block), speed_in_force(modes, block)
+    if start != end:
+        moves.append(Linear(start, end, feed, speed, block.line, modes.tool))
+
+
+def _arc(
+    modes: Modes, to: _Target, rest: Mapping[str, Word], block: Block, moves: list[Move]
+) -> None:
+    start, end = _ends(modes, to, block)
+    left = modes.motion == "G3"
+    centre = _centre(modes, start, end, rest, block)
+    nothing_left(without(rest, *CENTRE, *RADIUS), block, modes)
+    feed, speed = feed_in_force(modes, block), speed_in_force(modes, block)
+    moves.append(Arc(start, end, centre, left, feed, speed, block.line, modes.tool))
+
+
+_MOTIONS: dict[str, _Motion] = {"G0": _rapid, "G1": _linear, "G2": _arc, "G3": _arc}
+
+
+def _ends(modes: Modes, to: _Target, block: Block) -> tuple[Point, Point]:
+    """Return start and end; raises UnusableInput naming the axis whose place is not known."""
+    x_mm, z_mm = to
+    for name, before in (("X", modes.x_mm), ("Z", modes.z_mm)):
+        if before is None:
+            raise block.refusal(
+                modes.motion or "",
+                f"no start: {name} is not known here (a tool, an offset or a machine's place comes "
+                f"after it, or nothing); G0 with {name} before it would work",
+            )
+    assert modes.x_mm is not None and modes.z_mm is not None
+    assert x_mm is not None and z_mm is not None
+    return Point(modes.x_mm, modes.z_mm), Point(x_mm, z_mm)
+
+
+def _centre(
+    modes: Modes, start: Point, end: Point, rest: Mapping[str, Word], block: Block
+) -> Point:
+    """Return an arc's centre by R, or by I and K: increments from the start, I as a radius."""
+    radius = next((rest[name] for name in RADIUS if name in rest), None)
+    offsets = [rest[name] for name in CENTRE if name in rest]
+    if (radius is None) == (not offsets):
+        word = offsets[0].text if offsets else modes.motion or ""
+        raise block.refusal(word, "an arc with either R, or I and K would work")
+    if radius is not None:
+        return _by_radius(modes, start, end, radius, block)
+    i, k = (modes.unit_mm * value(rest[n]) if n in rest else 0.0 for n in CENTRE)
+    centre = Point(start.x_mm + i, start.z_mm + k)
+    off_mm = off_circle_mm(start, end, centre)
+    if start == centre:
+        raise block.refusal(offsets[0].text, "the centre on the start; I or K not 0 would work")
+    if off_mm > OFF_CIRCLE_MM:
+        raise block.refusal(
+            offsets[0].text,
+            f"the arc's end is {off_mm:.3f} mm off its circle; up to {OFF_CIRCLE_MM:g} would work",
+        )
+    return centre
+
+
+def _by_radius(modes: Modes, start: Point, end: Point, word: Word, block: Block) -> Point:
+    radius_mm = modes.unit_mm * value(word)
+    centre = centre_by_radius(start, end, radius_mm=radius_mm, left=modes.motion == "G3")
+    if centre is not None:
+        return centre
+    if start == end:
+        raise block.refusal(word.text, "an arc to where it begins; a circle by I and K would work")
+    half_mm = distance_mm(start, end) / 2
+    raise block.refusal(
+        word.text, f"shorter than half the way from start to end; {half_mm:.3f} mm would work"
+    )
