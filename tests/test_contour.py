@@ -175,6 +175,28 @@ def _round_volume(*, centre: float, radius: float, sign: int) -> float:
     return float(np.sum(weights * np.pi / 4 * np.pi * x**2 * radius * np.sin(angle)))
 
 
+DRAWN = 12
+"""Contours that are drawn; what they must keep is geometry, so that no draw may fail."""
+
+
+def test_drawn_contours_take_off_what_the_stock_loses() -> None:
+    """Cones up and down (less than 45° down) to drawn depths, in passes, with square shoulders."""
+    draw = np.random.default_rng(20)
+    for _ in range(DRAWN):
+        stock, face = bar(20.0), -draw.uniform(0.2, 1.5)
+        z = np.concatenate([[0.0], -np.cumsum(draw.uniform(3.0, 8.0, 6))])
+        x = np.clip(12 + np.cumsum(draw.uniform(-2.5, 2.5, 7)), 6, 17)
+        body = f"G0 X22 Z{face:.3f}\nG1 X0 F.2\nG0 Z2\n"
+        for offset in (2.4, 0.6, 0.0):
+            body += f"G0 X{x[0] + offset:.3f} Z2\nG1 F.2\n"
+            body += "".join(f"X{a + offset:.3f} Z{b:.3f}\n" for a, b in zip(x, z, strict=True))
+            body += "X23\nG0 X23 Z2\n"
+        done, left = _cut(body, stock)
+        lost = _removed(stock, left, from_mm=-60.0)
+        assert_allclose(done.removed_mm3().sum(), lost, rtol=VOLUME)
+        assert_allclose(left.radius_mm(z[1:-1]), x[1:-1], atol=0.001)
+
+
 def test_many_short_moves_are_met_like_one() -> None:
     """A cone and an arc in 40 chords each: the same depth at the same place."""
     angle = np.radians(np.linspace(90.0, 0.0, 41))

@@ -104,6 +104,15 @@ def test_the_end_of_an_arc_above_180_degrees_needs_a_negative_radius() -> None:
     assert_allclose([short.length_mm, long.length_mm], [20 * half, 20 * (pi - half)], atol=1e-9)
 
 
+def test_an_arc_rounded_by_less_than_a_hundredth_still_meets_its_ends() -> None:
+    """R 5 µm below half the chord; an end 6 µm off the circle of I and K."""
+    for body, radius in (("G3 X20 Z-10 R4.995", 5.0), ("G3 X30.012 Z-5 K-5", 5.003)):
+        arc = _cuts(f"{HEAD}G0 X20 Z0\n{body} F.1\n")[0]
+        ends = arc.points(np.array([0.0, 1.0]))
+        assert_allclose(np.transpose(ends), [arc.start, arc.end], atol=1e-9)
+        assert_allclose(arc.length_mm, radius * np.pi / (1 if "R" in body else 2), rtol=1e-3)
+
+
 SAID = {
     "increments U W": "G0 X24 Z2\nG1 U-4 W-2 F.2\nG3 U10 W-5 R5\nG1 W-15\nU6 W-6\nG2 U10 W-5 R5\n"
     "G1 U14\n",
@@ -218,7 +227,7 @@ REFUSED = {
     "no motion": ("start", "X5", "'X5': no motion is in force"),
     "no place": ("start", "G0 U5", "'U5': an increment from a place not known"),
     "tool": ("at", "T0202\nG1 Z-5 F.1", "'G1': no start: X is not known"),
-    "plane": ("at", "G17", "'G17': this G is not read"),
+    "plane": ("at", "G17", "'G17': another plane than that of X and Z; G18"),
 }  # fmt: skip
 
 
@@ -296,3 +305,27 @@ def test_drawn_standard_cuts_are_read_back(dialect: str) -> None:
         _check_read_back(case)
         made += 1
     assert made > 3
+
+
+BITS = (
+    "G91", "U3", "W-2", "X4", "Z-9", "R-5", "I2", "K-4", "F0", "S0", "G96", "G50 S900", "G20", "T1",
+    "G28 U0", "M5", "G2", "G3 X20 Z-4 R9", "G0", "(c)", "G4 P1", "X", "%", "(", "M30", "#1", "CR=",
+)  # fmt: skip
+
+
+def test_a_program_that_was_damaged_is_read_or_refused_in_one_line() -> None:
+    draw = np.random.default_rng(5)
+    read = 0
+    for _ in range(300):
+        lines = CONTOUR.splitlines()
+        for _ in range(draw.integers(1, 4)):
+            lines.insert(int(draw.integers(4, len(lines) - 3)), str(draw.choice(BITS)))
+        try:
+            moves = _moves("\n".join(lines))
+        except UnusableInput as error:
+            assert str(error).startswith("p.nc: ")
+            assert "would work" in str(error)
+        else:
+            assert np.isfinite([(move.start, move.end) for move in moves]).all()
+            read += 1
+    assert 0 < read < 300

@@ -100,10 +100,8 @@ def engagement(
 
 def _met(piece: Piece, stock: Stock, source: str) -> tuple[Array, Array, Stock]:
     """Return depth and outer radius at every step of a piece, (n,), mm, and the stock after it."""
-    ahead_mm = piece.z_mm[0] + (TOUCH_MM if piece.away else -TOUCH_MM)
-    outside = stock.radius_mm(np.array([ahead_mm]))[0] <= piece.x_mm[0] + TOUCH_MM
-    plunges = piece.steep_inwards and outside
-    if piece.steep_inwards and (piece.square or (outside and piece.away)):
+    plunges = piece.steep_inwards and _begins_outside(piece, stock)
+    if piece.steep_inwards and (piece.square or (plunges and piece.away)):
         return _facing(piece, stock)
     depth_mm, outer_mm, after = _beside(piece, stock)
     if plunges and np.any(depth_mm > TOUCH_MM):
@@ -112,6 +110,11 @@ def _met(piece: Piece, stock: Stock, source: str) -> tuple[Array, Array, Stock]:
             "steeper than 45°; square to the axis, or flatter, would work"
         )
     return depth_mm, outer_mm, after
+
+
+def _begins_outside(piece: Piece, stock: Stock) -> bool:
+    ahead_mm = piece.z_mm[0] + (TOUCH_MM if piece.away else -TOUCH_MM)
+    return bool(stock.radius_mm(np.array([ahead_mm]))[0] <= piece.x_mm[0] + TOUCH_MM)
 
 
 def _beside(piece: Piece, stock: Stock) -> tuple[Array, Array, Stock]:

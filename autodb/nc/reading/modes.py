@@ -17,6 +17,7 @@ _TWO_MEANINGS = (
     "inches or mm on some controls and a cycle on others: G20 or G700 for inches, G21 or G710 for "
     "mm, or a cycle's moves written out would work"
 )
+_OTHER_PLANE = "another plane than that of X and Z; G18 would work"
 _OUTSIDE = "a subprogram or macro: its blocks written out in this file would work"
 
 GROUPS: tuple[Mapping[str, Mapping[str, Any]], ...] = (
@@ -54,6 +55,8 @@ REFUSED: Mapping[str, str] = {
     "G42": _NO_COMPENSATION,
     "G70": _TWO_MEANINGS,
     "G71": _TWO_MEANINGS,
+    "G17": _OTHER_PLANE,
+    "G19": _OTHER_PLANE,
     "G65": _OUTSIDE,
     "G66": _OUTSIDE,
     "M97": _OUTSIDE,
@@ -113,6 +116,8 @@ def changed(modes: Modes, words: Mapping[str, Word], block: Block) -> Modes:
             )
         changes |= group[said[0]] if said else {}
     known = _family(modes, words, block)
+    if not changes:
+        return known
     after = replace(known, **changes)
     counts_as_before = modes.feed_word in {None, after.feed_word}
     if modes.unit_mm != after.unit_mm or not counts_as_before:
@@ -136,7 +141,8 @@ def _family(modes: Modes, words: Mapping[str, Word], block: Block) -> Modes:
                 f"with '{other[0]}' of line {other[1]} these are words of two G-code systems; U, "
                 "W, G98, G99 (Fanuc lathes, system A) or G90, G91, G94, G95 alone would work",
             )
-    return replace(modes, families=(before[0], before[1]))
+    families = (before[0], before[1])
+    return modes if families == modes.families else replace(modes, families=families)
 
 
 def feed_in_force(modes: Modes, block: Block) -> Feed:

@@ -6,6 +6,7 @@ radius (negative above 180°), or I and K, where the centre lies from the start,
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 
 from autodb.nc.reading.arcs import OFF_CIRCLE_MM, centre_by_radius, off_circle_mm
 from autodb.nc.reading.blocks import Block, Word
@@ -79,17 +80,27 @@ def _linear(
 
 
 def _arc(
-    modes: Modes, to: _Target, rest: Mapping[str, Word], block: Block, moves: list[Move]
+    modes: Modes,
+    to: _Target,
+    rest: Mapping[str, Word],
+    block: Block,
+    moves: list[Move],
+    *,
+    left: bool,
 ) -> None:
     start, end = _ends(modes, to, block)
-    left = modes.motion == "G3"
-    centre = _centre(modes, start, end, rest, block)
+    centre = _centre(modes, (start, end), rest, block, left=left)
     nothing_left(without(rest, *CENTRE, *RADIUS), block, modes)
     feed, speed = feed_in_force(modes, block), speed_in_force(modes, block)
     moves.append(Arc(start, end, centre, left, feed, speed, block.line, modes.tool))
 
 
-_MOTIONS: dict[str, _Motion] = {"G0": _rapid, "G1": _linear, "G2": _arc, "G3": _arc}
+_MOTIONS: dict[str, _Motion] = {
+    "G0": _rapid,
+    "G1": _linear,
+    "G2": partial(_arc, left=False),
+    "G3": partial(_arc, left=True),
+}
 
 
 def _ends(modes: Modes, to: _Target, block: Block) -> tuple[Point, Point]:
@@ -108,7 +119,7 @@ def _ends(modes: Modes, to: _Target, block: Block) -> tuple[Point, Point]:
 
 
 def _centre(
-    modes: Modes, start: Point, end: Point, rest: Mapping[str, Word], block: Block
+    modes: Modes, ends: tuple[Point, Point], rest: Mapping[str, Word], block: Block, *, left: bool
 ) -> Point:
     """Return an arc's centre by R, or by I and K: increments from the start, I as a radius."""
     radius = next((rest[name] for name in RADIUS if name in rest), None)
@@ -117,12 +128,13 @@ def _centre(
         word = offsets[0].text if offsets else modes.motion or ""
         raise block.refusal(word, "an arc with either R, or I and K would work")
     if radius is not None:
-        return _by_radius(modes, start, end, radius, block)
+        return _by_radius(ends, radius, modes.unit_mm * value(radius), block, left=left)
     i, k = (modes.unit_mm * value(rest[n]) if n in rest else 0.0 for n in CENTRE)
+    start, end = ends
     centre = Point(start.x_mm + i, start.z_mm + k)
-    off_mm = off_circle_mm(start, end, centre)
     if start == centre:
         raise block.refusal(offsets[0].text, "the centre on the start; I or K not 0 would work")
+    off_mm = off_circle_mm(start, end, centre)
     if off_mm > OFF_CIRCLE_MM:
         raise block.refusal(
             offsets[0].text,
@@ -131,9 +143,11 @@ def _centre(
     return centre
 
 
-def _by_radius(modes: Modes, start: Point, end: Point, word: Word, block: Block) -> Point:
-    radius_mm = modes.unit_mm * value(word)
-    centre = centre_by_radius(start, end, radius_mm=radius_mm, left=modes.motion == "G3")
+def _by_radius(
+    ends: tuple[Point, Point], word: Word, radius_mm: float, block: Block, *, left: bool
+) -> Point:
+    start, end = ends
+    centre = centre_by_radius(start, end, radius_mm=radius_mm, left=left)
     if centre is not None:
         return centre
     if start == end:

@@ -119,6 +119,8 @@ def _spindle(
 
 def _tool(modes: Modes, codes: Mapping[str, Word], values: Mapping[str, Word]) -> Modes:
     """Take tool and offsets; others shift the program's coordinates by what it does not say."""
+    if not (codes.keys() & OFFSETS or values.keys() & {"T", "D"}):
+        return modes
     after = replace(
         modes,
         tool=values["T"].written if "T" in values else modes.tool,
