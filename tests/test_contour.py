@@ -123,6 +123,18 @@ def test_the_allowance_of_a_shoulder_is_met_in_the_run_towards_it() -> None:
     assert_allclose(left.radius_mm(np.array([-29.9, -30.1])), [12.0, 20.0])
 
 
+def test_a_ball_under_an_even_allowance_is_cut_less_deep_where_it_is_steep() -> None:
+    """√((ρ + a)² − ρ² sin²φ) − ρ cos φ, times cos φ: 4 %, 11 %, 45 % less at 45°, 60°, 80°."""
+    angle = np.linspace(0.0, np.pi, 20_001)[::-1]
+    stock = profile(5.5 * np.cos(angle), 5.5 * np.sin(angle))
+    x, z = 5 * np.sin(np.radians(5)), 5 * np.cos(np.radians(5))
+    done, _ = _cut(f"G0 X{x:.9f} Z9\nG1 F.1 Z{z:.9f}\nG3 X5 Z0 R5\n", stock, step_mm=0.01)
+    ball = _line(done, 4)
+    slope = np.arctan2(done.along_x, -done.along_z)[ball]
+    less = 1 - np.interp(np.radians([45, 60, 80]), slope[::-1], done.depth_mm[ball][::-1]) / 0.5
+    assert_allclose(less, [0.042, 0.109, 0.450], atol=0.002)
+
+
 ROUGH_AND_FINISH = """G0 X22 Z-0.5
 G1 X0 F.2
 G0 X18 Z1

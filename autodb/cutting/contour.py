@@ -11,12 +11,15 @@ d_z), the radius R(z) of the stock and z_f(x) its face:
     in front of a face  depth = (z_f(x) − z) |d_x|
 
 so X − x on a cylinder turned to x, (X − x) cos θ on a cone, z_f − z in facing, and ∫ depth 2π r ds
-is the volume removed, r in the middle of that thickness. On an arc whose stock is concentric the
-depth across is larger, by its share of the arc's radius. Faces are moves inwards, square to the
+is the volume removed, r in the middle of that thickness. Faces are moves inwards, square to the
 axis, and those steeper than 45°, away from the chuck, that begin outside the stock. A move inwards
 into the middle of a bar counts as facing too, of all that is in front of it, and a bore as turning;
-``edge_mm`` refuses both. The edge is taken as square to the axis: an allowance on a shoulder is met
-in the run towards it, over the shoulder's height, and nothing is left for the way out along it.
+``edge_mm`` refuses both.
+
+The edge is taken as square to the axis (κ_r = 90°). So an allowance on a shoulder is met in the run
+towards it, over the shoulder's height, and none is left for the way out along it; and on a round
+end under an even allowance a depth is less than the allowance the nearer its path is to square: on
+a radius of 10 a, by 4 % at 45°, 11 % at 60°, 45 % at 80°. Turning from outside only.
 Source: geometry, derived here.
 """
 
