@@ -1,0 +1,126 @@
+"""Elements of cutting edges: their forces, turned into machine axes and summed over each cut.
+
+An element lies on the flank of a tool whose axis is Z of the tool's frame. Its cross-section is
+seen at the angle φ about Z (from Y towards X), where the radial direction is (sin φ, cos φ, 0) and
+the work's force along its velocity points to (-cos φ, sin φ, 0). κ is the angle between the edge
+and the Z-normal plane: the work lies towards sin κ radial - cos κ Z. So on the tool
+
+    radial: -sin κ F_r + cos κ F_a    along Z: cos κ F_r + sin κ F_a
+
+A milling tooth goes through φ; an edge that turns is one at φ = 90° that stands still, with X along
+its feed and Z off the finished surface.
+
+A chip that comes off a curved edge is one piece: its elements cannot each push their own way. So a
+share λ of its thrust points along the mean over the chip's area (Young, Mathew and Oxley 1987), the
+rest across each element; what rubs, the edge's part, pushes across each. How large λ is, cuts tell.
+Source of the rest: physics reference, section 6.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting import shear
+from autodb.cutting.shear import Edge, Values
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Elements:
+    """Elements of the edges in n cuts, or at n moments of one.
+
+    All broadcast to (n, e), the same number in each cut, or with ``of`` (m,), the cut of each, to
+    (m,). ``width_mm``: 0 where an element does not cut; ``kappa`` and ``phi``: sine and cosine;
+    ``radius_mm``: the arm of the tangential force. ``frames`` (n, 3, 3) or (1, 3, 3): rows X, Y, Z
+    of the tool in machine axes. ``flow``: sine and cosine of κ that the whole chip has; None: each
+    element's own.
+    """
+
+    count: int
+    of: NDArray[np.intp] | None
+    edge: Edge
+    width_mm: Array
+    kappa: tuple[Array, Array]
+    phi: tuple[Array, Array]
+    radius_mm: Array
+    frames: Array
+    flow: tuple[Array, Array] | None = None
+
+
+@dataclass(frozen=True)
+class Forces:
+    """Of n cuts: force on the tool in machine axes (n, 3) N, torque (n,) N·m, power (n,) W."""
+
+    force_N: Array
+    torque_N_m: Array
+    power_W: Array
+
+    @property
+    def all(self) -> Array:
+        """Force x, y, z, torque, power: (n, 5)."""
+        return np.column_stack([self.force_N, self.torque_N_m, self.power_W])
+
+
+def forces(theta: Array, elements: Elements) -> Forces:
+    """Return the forces of cuts for the law's coordinates (16,)."""
+    summed = _summed(elements, *_across_axis(theta, elements))
+    return Forces(summed[:, :3], summed[:, 3], summed[:, 4])
+
+
+def force_gradient(theta: Array, elements: Elements) -> Array:
+    """Return derivatives of force x, y, z, torque and power by the law's coordinates: (n, 5, 16)."""
+    axes = 2 if elements.of is None else 1
+    slopes = shear.gradient(lambda t: np.stack(_across_axis(t, elements)), theta, axes=axes)
+    return np.stack([_summed(elements, *slopes[:, p]) for p in range(len(theta))], axis=-1)
+
+
+def force_parts(theta: Array, elements: Elements) -> Array:
+    """Return what the tangential forces of elements make of the sums, and what is across them.
+
+    (n, 5, 2), in forces' columns: what a law that is off by a share in either is off by.
+    """
+    tangential, radial, up = _across_axis(theta, elements)
+    none = np.zeros_like(tangential)
+    parts = _summed(elements, tangential, none, none), _summed(elements, none, radial, up)
+    return np.stack(parts, axis=-1)
+
+
+def _across_axis(theta: Values, elements: Elements) -> tuple[Values, Values, Values]:
+    """Return the elements' forces, N: tangential, radial and along the tool's axis."""
+    h, width = elements.edge.thickness_mm, elements.width_mm
+    shear_t, shear_r, shear_a = (one * h * width for one in shear.coefficients(theta, elements.edge))
+    edge_t, edge_r, edge_a = (one * width for one in shear.edge_coefficients(theta))
+    sin, cos = elements.kappa
+    along = shear_a + edge_a
+    radial = cos * along - sin * (shear_r + edge_r)
+    up = cos * (shear_r + edge_r) + sin * along
+    if elements.flow is not None:
+        joined = theta[shear.FLOW] * shear_r
+        radial = radial - joined * (elements.flow[0] - sin)
+        up = up + joined * (elements.flow[1] - cos)
+    return shear_t + edge_t, radial, up
+
+
+def _summed(elements: Elements, tangential: Array, radial: Array, up: Array) -> Array:
+    """Return force x, y, z in machine axes, torque and power, summed over each cut: (n, 5)."""
+    sin_phi, cos_phi = elements.phi
+    in_tool = (
+        sin_phi * radial - cos_phi * tangential,
+        cos_phi * radial + sin_phi * tangential,
+        up,
+        tangential * elements.radius_mm / 1000.0,
+        tangential * elements.edge.speed_m_min / 60.0,
+    )
+    whole = np.column_stack([_of_cuts(elements, one) for one in in_tool])
+    turned = np.broadcast_to(elements.frames, (elements.count, 3, 3))
+    whole[:, :3] = np.einsum("nk,nkj->nj", whole[:, :3], turned)
+    return whole
+
+
+def _of_cuts(elements: Elements, values: Array) -> Array:
+    """Return the sums (n,) of values of the elements."""
+    if elements.of is None:
+        return np.asarray(values.sum(axis=-1))
+    return np.bincount(elements.of, values, minlength=elements.count)

@@ -1,0 +1,134 @@
+"""Turning with an insert: which of its edge cuts, as elements of the nose and of the edge behind it.
+
+Seen along the feed the edge begins at the lowest point of the nose, where the finished surface is
+left, and turns up to the entering angle κ_r. With q the angle of an element to the feed
+
+    h = f sin q    b = r_ε dq on the nose, a straight edge behind it    height r_ε (1 - cos q)
+
+up to the depth of cut, so that the chip's cross-section is a_p f whatever the nose; the cusp that
+the feed leaves is not in it. Source: physics reference, section 6.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting.elements import Elements
+from autodb.cutting.shear import Edge
+from autodb.errors import UnusableInput
+
+Array = NDArray[np.float64]
+
+ON_NOSE = 19
+"""Elements of the nose; one more is the straight edge behind it. Off an integral over 400 by less
+than 0.05 % (a test)."""
+TANGENTIAL = (0.0, 1.0, 0.0)
+STEEPEST_RAD = np.pi / 4.0
+"""A path that dives more steeply to the axis than this faces: the edge's other side cuts. Chosen:
+half way between longitudinal and facing."""
+
+
+@dataclass(frozen=True)
+class Insert:
+    """An insert in its holder: nose radius, entering angle κ_r, normal rake, inclination.
+
+    ``included_deg``: angle between its two edges; None where it is not known, and the edge that
+    faces then meets the work at κ_r too (as of an 80° insert at 95°).
+    """
+
+    nose_radius_mm: float
+    kappa_deg: float
+    rake_deg: float = 0.0
+    inclination_deg: float = 0.0
+    included_deg: float | None = None
+
+    @property
+    def facing_deg(self) -> float:
+        """Entering angle of the edge that cuts when the tool feeds to the axis."""
+        if self.included_deg is None:
+            return self.kappa_deg
+        return 270.0 - self.kappa_deg - self.included_deg
+
+
+@dataclass(frozen=True)
+class Turned:
+    """Cuts that one insert turns: arrays (n,).
+
+    ``feed_mm`` a revolution, ``depth_mm`` across the feed, ``radius_mm`` arm of the torque;
+    ``inward_rad``: from feeding along the axis to the chuck (0) towards the axis (π/2: facing).
+    """
+
+    feed_mm: Array
+    depth_mm: Array
+    speed_m_min: Array
+    radius_mm: Array
+    inward_rad: Array
+
+
+def elements_of(insert: Insert, cuts: Turned, *, on_nose: int = ON_NOSE) -> Elements:
+    """Return the elements of the engaged edge of each cut: on_nose + 1 a cut.
+
+    Raises UnusableInput where the feed leaves the edge no side to cut with.
+    """
+    entering = _entering(insert, cuts.inward_rad)
+    nose = insert.nose_radius_mm
+    height = nose * (1.0 - np.cos(entering))
+    full = cuts.depth_mm >= height
+    ends = np.where(full, entering, np.arccos(np.clip(1.0 - cuts.depth_mm / max(nose, 1e-12), -1, 1)))
+
+    # The nose in steps of one angle, each element at the angle that has the chip's mean thickness
+    edges = ends[:, None] * np.linspace(0.0, 1.0, on_nose + 1)
+    step = edges[:, 1:] - edges[:, :-1]
+    angle = np.column_stack([0.5 * (edges[:, 1:] + edges[:, :-1]), entering])
+    straight = np.where(full, (cuts.depth_mm - height) / np.sin(entering), 0.0)
+    width = np.column_stack([nose * step, straight])
+    sinc = np.sin(0.5 * step) / (0.5 * step)
+    thin = cuts.feed_mm[:, None] * np.sin(angle)
+    thin[:, :-1] *= sinc
+
+    ones = np.ones((1, 1))
+    area = thin * width
+    mean = np.stack([(area * np.sin(angle)).sum(axis=1), (area * np.cos(angle)).sum(axis=1)])
+    mean /= np.hypot(*mean)
+    return Elements(
+        count=len(angle),
+        of=None,
+        edge=Edge(
+            thin,
+            cuts.speed_m_min[:, None],
+            ones * np.radians(insert.rake_deg),
+            ones * np.radians(insert.inclination_deg),
+        ),
+        width_mm=width,
+        kappa=(np.sin(angle), np.cos(angle)),
+        phi=(ones, 0.0 * ones),
+        radius_mm=cuts.radius_mm[:, None],
+        frames=_frames(cuts.inward_rad),
+        flow=(mean[0][:, None], mean[1][:, None]),
+    )
+
+
+def _entering(insert: Insert, inward_rad: Array) -> Array:
+    """Return the angle (n,) between the feed and the edge that cuts."""
+    dives = inward_rad <= STEEPEST_RAD
+    along = np.radians(insert.kappa_deg) + inward_rad
+    across = np.radians(insert.facing_deg) + (0.5 * np.pi - inward_rad)
+    entering = np.where(dives, along, across)
+    if np.any((entering <= 0) | (entering >= np.pi)):
+        worst = float(np.degrees(inward_rad[np.argmax(np.abs(entering - 0.5 * np.pi))]))
+        raise UnusableInput(
+            f"an edge at {insert.kappa_deg:g}° cannot follow a feed {worst:g}° off the axis; a tool "
+            "with another kappa_deg or included_deg would work"
+        )
+    return np.asarray(entering)
+
+
+def _frames(inward_rad: Array) -> Array:
+    """Return rows feed, tangential and off the surface in machine axes (n, 3, 3)."""
+    dives = inward_rad <= STEEPEST_RAD
+    zero = np.zeros_like(inward_rad)
+    sin, cos = np.sin(inward_rad), np.cos(inward_rad)
+    feed = np.column_stack([-sin, zero, -cos])
+    off = np.column_stack([cos, zero, -sin]) * np.where(dives, 1.0, -1.0)[:, None]
+    return np.stack([feed, np.broadcast_to(TANGENTIAL, feed.shape), off], axis=1)

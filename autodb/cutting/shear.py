@@ -1,0 +1,182 @@
+"""A chip is sheared off in a thin zone, and the edge rubs: forces per width of any edge element.
+
+The five numbers of Armarego (P1 section 3) - shear stress τ, friction angle β, chip-length ratio r,
+edge coefficients K_te, K_re - and how they go with speed, chip thickness and rake:
+
+    τ = τ_0 (v/v_0)^e_τ      β = β_0 (v/v_0)^e_β exp(s_β α)
+    r = r_0 (v/v_0)^e_r (h/h_0)^a exp(s_r α)
+
+with v cutting speed [m/min], h uncut chip thickness [mm], α normal rake [rad]. The exponents in
+speed are ours, the law has none; r ∝ h^a is that of Budak, Altintas and Armarego 1996.
+
+An oblique edge with inclination i, chip flow η = i (Stabler), r and β taken at the normal rake:
+
+    tan φ = r cos α / (1 - r sin α)    tan β_n = tan β cos η
+    D = √(cos²(φ + β_n - α) + tan² η sin² β_n)
+    K_tc = τ/sin φ · (cos(β_n - α) + tan i tan η sin β_n) / D
+    K_rc = τ/(sin φ cos i) · sin(β_n - α) / D
+    K_ac = τ/sin φ · (cos(β_n - α) tan i - tan η sin β_n) / D
+
+    F_t = (K_tc h + K_te) b    F_r = (K_rc h + K_re) b    F_a = (K_ac h + K_ae) b
+
+F_t along the work's velocity at the edge, F_r away from the work across the edge, F_a along the
+edge away from the tool's tip, on the tool; b = edge length · cos i [mm]. An orthogonal edge is
+i = 0. Checked against the resolution of vectors in the tests. Valid for continuous chips.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Values = NDArray[np.inexact]
+"""Real, or complex where a derivative is taken by a step along the imaginary axis."""
+
+SPEED_M_MIN = 100.0
+"""v_0: a round speed for steel."""
+THICKNESS_MM = 0.1
+"""h_0: between the chips of milling and of turning."""
+THINNEST_MM = 1e-4
+"""Chips thinner than this have its r: an edge is not sharper. Chosen."""
+STEP = 1e-30
+"""Step along the imaginary axis: no difference is taken, so that it may be as small as this."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of the law: its name, its unit, what it says, and whether its logarithm is fitted.
+
+    ``per_unit``: how many of the law's own units the named unit is (rad a degree).
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    positive: bool = False
+    per_unit: float = 1.0
+
+    def inside(self, value: Array | float) -> Array:
+        """Return a value in its unit as the law's coordinate."""
+        scaled = np.asarray(value, dtype=np.float64) * self.per_unit
+        return np.log(scaled) if self.positive else scaled
+
+    def outside(self, coordinate: Array | float) -> Array:
+        """Return the law's coordinate as a value in its unit."""
+        plain = np.exp(coordinate) if self.positive else np.asarray(coordinate, dtype=np.float64)
+        return np.asarray(plain / self.per_unit)
+
+
+PARAMETERS = (
+    Parameter("shear_stress", "MPa", "stress in the shear zone", positive=True),
+    Parameter(
+        "friction_angle", "deg", "friction of the chip on the rake face",
+        positive=True, per_unit=float(np.pi / 180.0),
+    ),
+    Parameter("chip_ratio", "1", "chip length over length cut", positive=True),
+    Parameter("K_te", "N/mm", "tangential force of the edge", positive=True),
+    Parameter("K_re", "N/mm", "thrust of the edge", positive=True),
+    Parameter("K_ae", "N/mm", "force of the edge along itself"),
+    Parameter("chip_ratio_thickness", "1", "exponent a of the chip ratio in thickness"),
+    Parameter("shear_stress_speed", "1", "exponent of the shear stress in speed"),
+    Parameter("friction_speed", "1", "exponent of the friction angle in speed"),
+    Parameter("chip_ratio_speed", "1", "exponent of the chip ratio in speed"),
+    Parameter("friction_rake", "1/rad", "growth of the friction angle with rake"),
+    Parameter("chip_ratio_rake", "1/rad", "growth of the chip ratio with rake"),
+    Parameter("chip_flow", "1", "share of a chip's thrust that has one direction for all of it"),
+    Parameter("shear_stress_thickness", "1", "exponent of the shear stress in thickness"),
+    Parameter("friction_thickness", "1", "exponent of the friction angle in thickness"),
+    Parameter("flow_angle", "1", "angle of the chip's flow over the inclination (Stabler: 1)"),
+)  # fmt: skip
+NAMES = tuple(parameter.name for parameter in PARAMETERS)
+(
+    TAU, BETA, RATIO, EDGE_T, EDGE_R, EDGE_A,
+    RATIO_H, TAU_V, BETA_V, RATIO_V, BETA_RAKE, RATIO_RAKE, FLOW, TAU_H, BETA_H, ETA,
+) = range(len(PARAMETERS))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Edge:
+    """How elements of an edge meet the work: arrays that broadcast to one shape (m,).
+
+    ``thickness_mm`` uncut chip, ``rake_rad`` normal rake, ``inclination_rad``.
+    """
+
+    thickness_mm: Array
+    speed_m_min: Array
+    rake_rad: Array
+    inclination_rad: Array
+
+
+def coordinates(values: dict[str, float]) -> Array:
+    """Return the law's coordinates (16,) of values by name and in their units."""
+    return np.array([float(p.inside(values[p.name])) for p in PARAMETERS])
+
+
+def named(coordinates: Array) -> dict[str, float]:
+    """Return the values by name, in their units, of the law's coordinates (16,)."""
+    return {p.name: float(p.outside(c)) for p, c in zip(PARAMETERS, coordinates, strict=True)}
+
+
+def shear_angle_tan(ratio: Values, rake_rad: Array) -> Values:
+    """Return tan φ = r cos α / (1 - r sin α) of chip ratios r."""
+    return ratio * np.cos(rake_rad) / (1.0 - ratio * np.sin(rake_rad))
+
+
+def chip_ratio(theta: Values, edge: Edge) -> Values:
+    """Return the chip ratio r of elements (m,)."""
+    thick = np.log(np.maximum(edge.thickness_mm, THINNEST_MM) / THICKNESS_MM)
+    fast = np.log(edge.speed_m_min / SPEED_M_MIN)
+    of_cut = theta[RATIO] + theta[RATIO_V] * fast + theta[RATIO_RAKE] * edge.rake_rad
+    return np.exp(of_cut + theta[RATIO_H] * thick)
+
+
+def coefficients(theta: Values, edge: Edge) -> tuple[Values, Values, Values]:
+    """Return K_tc, K_rc, K_ac, N/mm², of elements (m,) for the law's coordinates (16,)."""
+    fast = np.log(edge.speed_m_min / SPEED_M_MIN)
+    thick = np.log(np.maximum(edge.thickness_mm, THINNEST_MM) / THICKNESS_MM)
+    stress = np.exp(theta[TAU] + theta[TAU_V] * fast + theta[TAU_H] * thick)
+    of_cut = theta[BETA] + theta[BETA_V] * fast + theta[BETA_RAKE] * edge.rake_rad
+    friction = np.exp(of_cut + theta[BETA_H] * thick)
+    flow = theta[ETA] * edge.inclination_rad
+    tan_i, cos_i, tan_flow = np.tan(edge.inclination_rad), np.cos(edge.inclination_rad), np.tan(flow)
+
+    # Friction seen in the normal plane, less the rake
+    normal = np.arctan(np.tan(friction) * np.cos(flow))
+    sin_friction = np.sin(normal)
+    lean_cos, lean_sin = np.cos(normal - edge.rake_rad), np.sin(normal - edge.rake_rad)
+
+    tan_phi = shear_angle_tan(chip_ratio(theta, edge), edge.rake_rad)
+    cos_phi = 1.0 / np.sqrt(1.0 + tan_phi**2)
+    sin_phi = tan_phi * cos_phi
+    across = cos_phi * lean_cos - sin_phi * lean_sin
+    strength = stress / (sin_phi * np.sqrt(across**2 + (tan_flow * sin_friction) ** 2))
+    return (
+        strength * (lean_cos + tan_i * tan_flow * sin_friction),
+        strength * (lean_sin / cos_i),
+        strength * (lean_cos * tan_i - tan_flow * sin_friction),
+    )
+
+
+def per_width(theta: Values, edge: Edge) -> tuple[Values, Values, Values]:
+    """Return F_t, F_r, F_a over the width, N/mm, of elements (m,)."""
+    shear_t, shear_r, shear_a = coefficients(theta, edge)
+    h = edge.thickness_mm
+    edge_t, edge_r, edge_a = edge_coefficients(theta)
+    return shear_t * h + edge_t, shear_r * h + edge_r, shear_a * h + edge_a
+
+
+def edge_coefficients(theta: Values) -> tuple[Values, Values, Values]:
+    """Return K_te, K_re, K_ae, N/mm."""
+    return np.exp(theta[EDGE_T]), np.exp(theta[EDGE_R]), theta[EDGE_A]
+
+
+def gradient(function: Callable[[Values], Values], theta: Array, *, axes: int) -> Array:
+    """Return the derivatives of values with ``axes`` axes by the coordinates, in front: (16, …).
+
+    By a step of each coordinate along the imaginary axis, all steps at once, exact to rounding: the
+    function must be analytic, and take coordinates (16, …) that each have axes in front of its own.
+    """
+    stepped = theta[:, None] + 1j * STEP * np.eye(len(theta))
+    return np.imag(function(stepped.reshape(len(theta), len(theta), *(1,) * axes))) / STEP

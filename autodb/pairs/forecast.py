@@ -1,0 +1,45 @@
+"""Forward: what a pair's belief expects of cuts not yet made, and how sure it is of that.
+
+The variance of the next cut's force holds what is open of the law's numbers (and with them of the
+calibrations), the share by which the law may be off in the operation, and what cuts scatter by.
+Errors of sensing are not in it: it is the force that is predicted, not its next reading.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting.elements import force_gradient, force_parts, forces
+from autodb.pairs.belief import CUT_SHARE, OWN, Belief, law_error
+from autodb.pairs.observed import Cuts
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """Of cuts (n,): force x, y, z [N], torque [N·m] and power [W], columns of mean and sd (n, 5).
+
+    ``slopes`` (n, 5, p): derivatives of the means by the belief's state.
+    """
+
+    mean: Array
+    sd: Array
+    slopes: Array
+
+
+def forecast(belief: Belief, cuts: Cuts) -> Forecast:
+    """Return what is expected of cuts."""
+    error = law_error(cuts.operation)
+    known = belief.also((error,))
+    place = known.columns(error.key)
+    theta = known.state.mean[:OWN]
+    parts = force_parts(theta, cuts.elements)
+    slopes = np.zeros((cuts.elements.count, 5, len(known.state.mean)))
+    slopes[:, :, :OWN] = force_gradient(theta, cuts.elements)
+    slopes[:, :, place] = parts
+    mean = forces(theta, cuts.elements).all + parts @ known.state.mean[place]
+    open_ = np.einsum("nqi,ij,nqj->nq", slopes, known.state.covariance, slopes)
+    own = parts**2 @ (belief.scatter.share**2 + CUT_SHARE**2)
+    return Forecast(mean, np.sqrt(open_ + own), slopes)
