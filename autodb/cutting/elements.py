@@ -91,7 +91,7 @@ def _across_axis(theta: Values, elements: Elements) -> tuple[Values, Values, Val
     """Return the elements' forces, N: tangential, radial and along the tool's axis."""
     h, width = elements.edge.thickness_mm, elements.width_mm
     shear_t, shear_r, shear_a = (one * h * width for one in shear.coefficients(theta, elements.edge))
-    edge_t, edge_r, edge_a = (one * width for one in shear.edge_coefficients(theta))
+    edge_t, edge_r, edge_a = (one * width for one in shear.edge_coefficients(theta, elements.edge))
     sin, cos = elements.kappa
     along = shear_a + edge_a
     radial = cos * along - sin * (shear_r + edge_r)

@@ -88,11 +88,12 @@ PARAMETERS = (
     Parameter("shear_stress_thickness", "1", "exponent of the shear stress in thickness"),
     Parameter("friction_thickness", "1", "exponent of the friction angle in thickness"),
     Parameter("flow_angle", "1", "angle of the chip's flow over the inclination (Stabler: 1)"),
+    Parameter("edge_mm", "mm", "chip at which two thirds of the edge's force act", positive=True),
 )  # fmt: skip
 NAMES = tuple(parameter.name for parameter in PARAMETERS)
 (
     TAU, BETA, RATIO, EDGE_T, EDGE_R, EDGE_A,
-    RATIO_H, TAU_V, BETA_V, RATIO_V, BETA_RAKE, RATIO_RAKE, FLOW, TAU_H, BETA_H, ETA,
+    RATIO_H, TAU_V, BETA_V, RATIO_V, BETA_RAKE, RATIO_RAKE, FLOW, TAU_H, BETA_H, ETA, EDGE_H,
 ) = range(len(PARAMETERS))  # fmt: skip
 
 
@@ -163,13 +164,14 @@ def per_width(theta: Values, edge: Edge) -> tuple[Values, Values, Values]:
     """Return F_t, F_r, F_a over the width, N/mm, of elements (m,)."""
     shear_t, shear_r, shear_a = coefficients(theta, edge)
     h = edge.thickness_mm
-    edge_t, edge_r, edge_a = edge_coefficients(theta)
+    edge_t, edge_r, edge_a = edge_coefficients(theta, edge)
     return shear_t * h + edge_t, shear_r * h + edge_r, shear_a * h + edge_a
 
 
-def edge_coefficients(theta: Values) -> tuple[Values, Values, Values]:
-    """Return K_te, K_re, K_ae, N/mm."""
-    return np.exp(theta[EDGE_T]), np.exp(theta[EDGE_R]), theta[EDGE_A]
+def edge_coefficients(theta: Values, edge: Edge) -> tuple[Values, Values, Values]:
+    """Return K_te, K_re, K_ae, N/mm, of elements (m,): what of them acts at their chips."""
+    rubs = -np.expm1(-edge.thickness_mm * np.exp(-theta[EDGE_H]))
+    return np.exp(theta[EDGE_T]) * rubs, np.exp(theta[EDGE_R]) * rubs, theta[EDGE_A] * rubs
 
 
 def gradient(function: Callable[[Values], Values], theta: Array, *, axes: int) -> Array:

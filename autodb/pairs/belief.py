@@ -40,7 +40,7 @@ P1_SCATTER = Scatter(
 )
 """Process variance over 12 repeats of one cut, P1 Table 2 (84 N² at 486 N, 320 N² at 326 N); worth
 half of its 12 cuts, because it is another machine's."""
-CUT_SHARE = 0.02
+CUT_SHARE = 0.015
 """Share by which the law may be off from one chip to another within an operation. Chosen."""
 
 
@@ -55,11 +55,11 @@ class Shared:
 def law_error(operation: str) -> Shared:
     """Return by what share forces along and across the cutting speed may be off in an operation.
 
-    3 % each: chosen, where Aksu, Celebi and Budak 2016 find orthogonal tests transformed to oblique
+    2.5 % each: chosen, where Aksu, Celebi and Budak 2016 find orthogonal tests transformed to oblique
     edges about 10 % off before anything was learnt of such an edge. A drill's thrust, which its
     chisel edge makes most of, 20 %: chosen.
     """
-    along, across = LAW_SHARES.get(operation, (0.03, 0.03))
+    along, across = LAW_SHARES.get(operation, (0.025, 0.025))
     return Shared(f"law, {operation}", np.diag([along**2, across**2]))
 
 

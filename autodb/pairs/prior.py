@@ -34,8 +34,9 @@ ANY_METAL = {
     "chip_ratio_rake": (0.3, 0.7),
     "chip_flow": (0.5, 0.4),
     "shear_stress_thickness": (0.0, 0.05),
-    "friction_thickness": (0.0, 0.1),
-    "flow_angle": (1.0, 0.3),
+    "friction_thickness": (0.0, 0.15),
+    "flow_angle": (1.0, 0.4),
+    "edge_mm": (0.008, 1.0),
 }
 """Middle and standard deviation, of the logarithm for those that are positive. Speed: physics
 reference, section 6; no force of the edge along itself: there too; rake and thickness: around what
