@@ -18,7 +18,10 @@ from autodb.records import Recording
 from autodb.sensing.drives import SYMMETRIC, identify
 from autodb.sensing.passes import passes_of
 from autodb.sensing.prepared import effort_axis, prepared
-from autodb.sensing.staged.agreement import Agreement, agreement
+from autodb.sensing.staged import agreement_linear
+from autodb.sensing.staged.agreement import agreement
+from autodb.sensing.staged.compared import Agreement
+from autodb.sensing.staged.linear import four_steps
 from autodb.sensing.staged.routine import staged
 from autodb.sensing.staged.sticking import Verdict, sticking
 from autodb.virtual.reference_axis import traced

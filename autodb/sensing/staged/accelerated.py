@@ -5,7 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.sensing.staged.clusters import scores, two_ways
+
 Array = NDArray[np.float64]
+Numbers = NDArray[np.intp]
 
 FEWEST_PARTS = 6
 """Accelerated parts of the motion that tell an inertia and how sure it is. Chosen."""
@@ -21,15 +24,22 @@ class Inertia:
 
 
 def inertia_of(
-    acceleration: Array, velocity: Array, left: Array, rows: NDArray[np.bool_]
+    acceleration: Array,
+    velocity: Array,
+    left: Array,
+    rows: NDArray[np.bool_],
+    *,
+    patch: Numbers | None = None,
 ) -> Inertia | None:
     """Return the inertia that ``rows`` (n,) tell by ``left`` (n,), effort less weight and friction.
 
     left = coefficient · a + level · sgn(v) + slope · v: friction that is off by a level or a slope
-    is no inertia. White's covariance, every accelerated part a cluster. None with fewer than
-    FEWEST_PARTS, or where the columns do not stand apart.
+    is no inertia. White's covariance, every accelerated part a cluster; and, where given, every
+    ``patch`` (n,) of the travel, whose load is off what was taken off whenever it is crossed. None
+    with fewer than FEWEST_PARTS, or where the columns do not stand apart.
     """
-    part = np.cumsum(np.diff(rows, prepend=False) & rows)[rows]
+    begun = np.diff(rows, prepend=False) & rows
+    part = np.asarray(np.cumsum(begun)[rows], dtype=np.intp)
     if not len(part) or part[-1] < FEWEST_PARTS:
         return None
     v = velocity[rows]
@@ -40,10 +50,12 @@ def inertia_of(
         return None
     inverse = np.linalg.inv(scaled.T @ scaled)
     values = inverse @ scaled.T @ left[rows]
-    scores = np.zeros((int(part[-1]), 3))
-    np.add.at(scores, part - 1, scaled * (left[rows] - scaled @ values)[:, None])
-    few = part[-1] / (part[-1] - 1)
-    sd = np.sqrt(few * np.diag(inverse @ (scores.T @ scores) @ inverse))
+    off = left[rows] - scaled @ values
+    if patch is None:
+        between = scores(scaled, off, part)[0] * part[-1] / (part[-1] - 1)
+    else:
+        between = two_ways(scaled, off, part, patch[rows])
+    sd = np.sqrt(np.maximum(np.diag(inverse @ between @ inverse), 0.0))
     return Inertia(
         float(values[0] / design_scale[0]), float(sd[0] / design_scale[0]), int(part[-1])
     )

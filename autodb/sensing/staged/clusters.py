@@ -1,9 +1,9 @@
 """Least squares within passes, with errors from what whole passes differ by."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
+
+from autodb import fitting
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.intp]
@@ -39,7 +39,17 @@ def lack(place: Numbers, left: Array) -> float:
     return float(np.sqrt(max(0.0, float(np.mean(mean**2) - own * np.mean(1.0 / count)))))
 
 
-def numbered(columns: Sequence[Numbers]) -> Numbers:
-    """Return one number (n,) for each combination of numbers (n,)."""
-    _, at = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
-    return np.asarray(at.ravel(), dtype=np.intp)
+def two_ways(design: Array, left: Array, one: Numbers, other: Numbers) -> Array:
+    """Return what stands between the inverses where errors are alike within groups of two kinds.
+
+    That of either kind, as Student's t of so few groups has it, less that of both together; where
+    the difference has negative eigenvalues they count as 0. Cameron, Gelbach, Miller 2011.
+    """
+    _, both = np.unique(np.column_stack([one, other]), axis=0, return_inverse=True)
+    total = -scores(design, left, both.ravel())[0]
+    for groups in (one, other):
+        between, count = scores(design, left, groups)
+        few = max(1, count - 1)
+        total += between * count / few * fitting.small_sample(few)
+    values, vectors = np.linalg.eigh(0.5 * (total + total.T))
+    return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)

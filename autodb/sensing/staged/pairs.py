@@ -28,11 +28,6 @@ class Pairs:
         """Return the mean of both ways (n,) of what is told of the segments."""
         return np.asarray(0.5 * (values[self.ahead] + values[self.back]))
 
-    def some(self, which: NDArray[np.bool_]) -> "Pairs":
-        """Return some (n,) of the places."""
-        return Pairs(self.of[which], self.level[which], self.place[which], self.ahead[which],
-                     self.back[which])  # fmt: skip
-
 
 def pairs_of(segments: Segments, levels: Collection[int]) -> Pairs:
     """Return the places that both passes of one repeat at one of the levels crossed."""

@@ -192,10 +192,13 @@ def inertia_told(
     laws: Mapping[int, Law],
     steady: Callable[[Array, Array, Array], Array],
     factor: Array,
+    *,
+    patch: NDArray[np.intp] | None = None,
 ) -> Inertia | None:
     """Return the inertia of accelerated parts, less what ``steady`` motion takes in them.
 
-    ``steady`` of place mm, velocity mm/s and warming's ``factor`` (n,). Up to the highest speed
+    ``steady`` of place mm, velocity mm/s and warming's ``factor`` (n,); ``patch`` as ``inertia_of``
+    has it. Up to the highest speed
     that both laws of friction are of: beyond, they are a guess. Parts that are over before the
     low-pass has followed them tell no inertia.
     """
@@ -213,4 +216,4 @@ def inertia_told(
     left = np.zeros_like(smooth)
     x, v = inputs["position"][speeding], inputs["velocity"][speeding]
     left[speeding] = smooth[speeding] - steady(x, v, factor[speeding])
-    return inertia_of(inputs["acceleration"], inputs["velocity"], left, speeding)
+    return inertia_of(inputs["acceleration"], inputs["velocity"], left, speeding, patch=patch)
