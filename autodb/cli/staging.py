@@ -1,4 +1,4 @@
-"""`identify --staged`: the stages of a ball screw or linear drive, and the joint fit beside them."""
+"""`identify --staged`: the stages of a ball screw or linear drive, the joint fit beside them."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -34,10 +34,13 @@ Pitch = Annotated[
         "--pitch",
         metavar="MM",
         min=0.1,
-        help="Pitch of the screw or of the poles, for --staged [default: the screw's of the machine's "
-        "file; the pole that the joint fit finds].",
+        help="Pitch of the screw or of the poles, for --staged [default: the screw's in the "
+        "machine's file; the pole that the joint fit finds].",
     ),
 ]
+
+LISTED = 3
+"""Of so many nodes of a pole's table one is listed."""
 
 
 def check_staging(*, staged: bool, pitch: float | None) -> None:
@@ -160,9 +163,9 @@ def _show_steps(found: "FourSteps", unit: str) -> None:
     used = f"{load.pairs} passes there and back"
     rows.add_row("line", f"k, {used}", *_two(load.slope), f"{unit}/mm")
     rows.add_row("line", "rest s_r", *_two(load.rest), "mm")
-    for i, (value, sd) in enumerate(zip(table_nodes, node_sd, strict=True)):
-        where = f"{load.pole_mm * i / len(table_nodes):.4g}" if load.pole_mm else ""
-        rows.add_row("cogging", f"at {where} mm of the pole", *_two((value, sd)), unit)
+    for i in range(0, len(table_nodes), LISTED):
+        where = f"at {found.length.mm * i:.4g} mm of the pole"
+        rows.add_row("cogging", where, *_two((table_nodes[i], node_sd[i])), unit)
     _add_laws(rows, found, unit)
     _add_rest(rows, found, unit)
     show(rows)

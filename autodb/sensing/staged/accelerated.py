@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.sensing.staged.clusters import scores, two_ways
+from autodb.sensing.staged.clusters import scores
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.intp]
@@ -34,9 +34,9 @@ def inertia_of(
     """Return the inertia that ``rows`` (n,) tell by ``left`` (n,), effort less weight and friction.
 
     left = coefficient · a + level · sgn(v) + slope · v: friction that is off by a level or a slope
-    is no inertia. White's covariance, every accelerated part a cluster; and, where given, every
-    ``patch`` (n,) of the travel, whose load is off what was taken off whenever it is crossed. None
-    with fewer than FEWEST_PARTS, or where the columns do not stand apart.
+    is no inertia. White's covariance, every accelerated part a cluster; or, where given and that is
+    more, every ``patch`` (n,) of the travel, whose load is off what was taken off whenever it is
+    crossed. None with fewer than FEWEST_PARTS, or where the columns do not stand apart.
     """
     begun = np.diff(rows, prepend=False) & rows
     part = np.asarray(np.cumsum(begun)[rows], dtype=np.intp)
@@ -51,11 +51,15 @@ def inertia_of(
     inverse = np.linalg.inv(scaled.T @ scaled)
     values = inverse @ scaled.T @ left[rows]
     off = left[rows] - scaled @ values
-    if patch is None:
-        between = scores(scaled, off, part)[0] * part[-1] / (part[-1] - 1)
-    else:
-        between = two_ways(scaled, off, part, patch[rows])
-    sd = np.sqrt(np.maximum(np.diag(inverse @ between @ inverse), 0.0))
-    return Inertia(
-        float(values[0] / design_scale[0]), float(sd[0] / design_scale[0]), int(part[-1])
-    )
+    inverse = np.asarray(inverse, dtype=np.float64)
+    variance = _variance(scaled, off, part, inverse)
+    if patch is not None:
+        variance = max(variance, _variance(scaled, off, patch[rows], inverse))
+    scale = float(design_scale[0])
+    return Inertia(float(values[0]) / scale, float(np.sqrt(variance)) / scale, int(part[-1]))
+
+
+def _variance(design: Array, left: Array, groups: Numbers, inverse: Array) -> float:
+    """Return the variance of the first coefficient where errors are alike within groups."""
+    between, count = scores(design, left, groups)
+    return float(count / max(1, count - 1) * (inverse @ between @ inverse)[0, 0])

@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
-
 Array = NDArray[np.float64]
 Numbers = NDArray[np.intp]
+
+SINGULAR = 1e-10
+"""Part of the largest eigenvalue below which nothing tells a coefficient. Chosen."""
 
 
 def within(values: Array, of: Numbers) -> Array:
@@ -28,6 +29,26 @@ def scores(design: Array, left: Array, groups: Numbers) -> tuple[Array, int]:
     return made.T @ made, len(names)
 
 
+def one_out(design: Array, target: Array, groups: Numbers) -> Array:
+    """Return the covariance (p, p) of least squares by leaving out one group at a time.
+
+    Jackknife: (g − 1)/g · Σ (b₋ᵢ − b)(b₋ᵢ − b)', which holds where few groups tell a coefficient
+    and White's is too small. MacKinnon, White 1985; of groups: Bell, McCaffrey 2002.
+    """
+    inner, right = design.T @ design, design.T @ target
+    here = np.linalg.solve(inner, right)
+    names = np.unique(groups)
+    off = []
+    for one in names:
+        own = design[groups == one]
+        without = right - own.T @ target[groups == one]
+        off.append(
+            np.linalg.pinv(inner - own.T @ own, rcond=SINGULAR, hermitian=True) @ without - here
+        )
+    moved = np.array(off)
+    return np.asarray((len(names) - 1) / len(names) * moved.T @ moved)
+
+
 def lack(place: Numbers, left: Array) -> float:
     """Return the sd of places' means beyond what passes of a place differ by; ``left`` (n,)."""
     _, at, count = np.unique(place, return_inverse=True, return_counts=True)
@@ -37,19 +58,3 @@ def lack(place: Numbers, left: Array) -> float:
         return 0.0
     own = float(np.sum((left - mean[at]) ** 2)) / freedom
     return float(np.sqrt(max(0.0, float(np.mean(mean**2) - own * np.mean(1.0 / count)))))
-
-
-def two_ways(design: Array, left: Array, one: Numbers, other: Numbers) -> Array:
-    """Return what stands between the inverses where errors are alike within groups of two kinds.
-
-    That of either kind, as Student's t of so few groups has it, less that of both together; where
-    the difference has negative eigenvalues they count as 0. Cameron, Gelbach, Miller 2011.
-    """
-    _, both = np.unique(np.column_stack([one, other]), axis=0, return_inverse=True)
-    total = -scores(design, left, both.ravel())[0]
-    for groups in (one, other):
-        between, count = scores(design, left, groups)
-        few = max(1, count - 1)
-        total += between * count / few * fitting.small_sample(few)
-    values, vectors = np.linalg.eigh(0.5 * (total + total.T))
-    return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)

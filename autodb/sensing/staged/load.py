@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb import fitting
 from autodb.errors import UnusableInput
-from autodb.sensing.staged.clusters import lack, two_ways, within
+from autodb.sensing.staged.clusters import lack, one_out, scores, within
 from autodb.sensing.staged.pairs import Pairs, pairs_of
 from autodb.sensing.staged.stages import Stretch
 from autodb.sensing.staged.weight import Weight, weight_of
@@ -103,35 +104,44 @@ def load_of(stretch: Stretch, position: Array, *, axis: str, path: str) -> Load:
     """Return the load over the travel that passes there and back tell, of levels that do not stick.
 
     Line and table are fitted together, within pairs of passes: what friction differs by direction
-    at a speed is a constant of each. The errors are from what pairs differ by and what poles differ
-    by (clusters two ways: Cameron, Gelbach, Miller 2011), as Student's t of so few has it.
+    at a speed is a constant of each. The errors are from what pairs differ by, one left out at a
+    time, and from what poles differ by beyond that; both as Student's t of so few has it.
 
     Raises UnusableInput where too few pairs cross enough of the travel.
     """
     cut, pole_mm = stretch.cut, stretch.length.period_mm
     pairs = pairs_of(cut, stretch.told)
-    x_mm = cut.x_mm[pairs.ahead]
-    travel_mm = float(np.ptp(position))
-    _refuse_few(pairs, x_mm, travel_mm, pole_mm, axis=axis, path=path)
+    x_mm, travel_mm = cut.x_mm[pairs.ahead], float(np.ptp(position))
+    long = _crossing(pairs, x_mm, travel_mm, pole_mm, axis=axis, path=path)
     columns = np.column_stack([cut.means(one) for one in _columns(position, pole_mm).T])
     both = np.column_stack([pairs.mean(one) for one in columns.T])
-    design = np.column_stack([within(one, pairs.of) for one in both.T])
-    _refuse_gaps(design, pole_mm, path)
+    design, scale = _scaled(np.column_stack([within(one, pairs.of) for one in both.T]),
+                            pole_mm, path)  # fmt: skip
     target = within(pairs.mean(stretch.effort), pairs.of)
-    inverse = np.linalg.inv(design.T @ design)
-    values = inverse @ design.T @ target
+    values = np.linalg.lstsq(design, target, rcond=None)[0]
     left = target - design @ values
-    between = two_ways(design, left, pairs.of, patches(x_mm, pole_mm, travel_mm))
+    off, beyond = _by_place(left, pairs.place), lack(pairs.place, left)
+    covariance = one_out(design, target, pairs.of) * fitting.small_sample(long - 1)
+    if beyond > 0.0:
+        poles = patches(x_mm, pole_mm, travel_mm)
+        covariance += _of_poles(design, beyond / _rms(off) * off[_at(pairs.place)], poles)
     return Load(
-        level=weight_of(cut, stretch.effort - columns @ values, stretch.told, path=path),
-        values=values,
-        covariance=inverse @ between @ inverse,
+        level=weight_of(cut, stretch.effort - columns @ (values / scale), stretch.told, path=path),
+        values=values / scale,
+        covariance=covariance / np.multiply.outer(scale, scale),
         centre=np.array([_mean_of_pairs(one, pairs.of) for one in both.T]),
         pole_mm=pole_mm,
-        lack=lack(pairs.place, left),
-        off=_by_place(left, pairs.place),
+        lack=beyond,
+        off=off,
         pairs=len(np.unique(pairs.of)),
     )
+
+
+def _of_poles(design: Array, off: Array, poles: Numbers) -> Array:
+    """Return the covariance (p, p) from places that are off line and table, alike within a pole."""
+    between, count = scores(design, off, poles)
+    inverse, few = np.linalg.inv(design.T @ design), max(1, count - 1)
+    return np.asarray(inverse @ between @ inverse * count / few * fitting.small_sample(few))
 
 
 def patches(x_mm: Array, pole_mm: float | None, travel_mm: float) -> Numbers:
@@ -145,30 +155,32 @@ def _columns(x_mm: Array, pole_mm: float | None) -> Array:
     return np.column_stack([x_mm, cogging_table(x_mm, period_mm=pole_mm)])
 
 
-def _refuse_few(
+def _crossing(
     pairs: Pairs, x_mm: Array, travel_mm: float, pole_mm: float | None, *, axis: str, path: str
-) -> None:
-    """Raise UnusableInput where fewer than FEWEST_PAIRS pairs cross enough of the travel."""
+) -> int:
+    """Return how many pairs cross enough of the travel; raises UnusableInput below FEWEST_PAIRS."""
     needed_mm = max(CROSSED * travel_mm, FEWEST_POLES * (pole_mm or 0.0))
     crossed = [np.ptp(x_mm[pairs.of == one]) for one in np.unique(pairs.of)]
-    count = sum(way_mm >= NEARLY * needed_mm for way_mm in crossed)
+    count = sum(bool(way_mm >= NEARLY * needed_mm) for way_mm in crossed)
     if count < FEWEST_PAIRS:
-        poles = "" if pole_mm is None else f" and {FEWEST_POLES:g} poles"
+        poles = "" if pole_mm is None else f", {FEWEST_POLES:g} poles at least"
         raise UnusableInput(
             f"{path}: {axis} passes {needed_mm:.4g} mm (half of the travel{poles}) there and back "
             f"{count} times; the four steps of a linear drive need {FEWEST_PAIRS}: more speeds or "
             "repeats over the travel would work"
         )
+    return count
 
 
-def _refuse_gaps(design: Array, pole_mm: float | None, path: str) -> None:
-    """Raise UnusableInput where columns (n, p) do not stand apart: nodes without rows."""
+def _scaled(design: Array, pole_mm: float | None, path: str) -> tuple[Array, Array]:
+    """Return columns (n, p) of rms 1 and their rms; raises UnusableInput for nodes without rows."""
     scale = np.sqrt(np.mean(design**2, axis=0))
     if not scale.all() or np.linalg.matrix_rank(design / scale) < design.shape[1]:
         raise UnusableInput(
             f"{path}: passes there and back leave parts of the pole of {pole_mm:g} mm without a "
             "row; slower passes or a faster log would work"
         )
+    return design / scale, scale
 
 
 def _mean_of_pairs(values: Array, of: Numbers) -> float:
@@ -177,7 +189,16 @@ def _mean_of_pairs(values: Array, of: Numbers) -> float:
     return float(np.mean(np.bincount(of, values)[seen] / count[seen]))
 
 
+def _at(place: Numbers) -> Numbers:
+    """Return the number (n,) of each place among those there are."""
+    return np.asarray(np.unique(place, return_inverse=True)[1], dtype=np.intp)
+
+
 def _by_place(left: Array, place: Numbers) -> Array:
     """Return the mean (k,) of what is left at each place, in their order."""
-    _, at, count = np.unique(place, return_inverse=True, return_counts=True)
-    return np.asarray(np.bincount(at, left) / count)
+    at = _at(place)
+    return np.asarray(np.bincount(at, left) / np.bincount(at))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
