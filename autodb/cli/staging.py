@@ -165,7 +165,9 @@ def _show_steps(found: "FourSteps", unit: str) -> None:
     rows.add_row("line", "rest s_r", *_two(load.rest), "mm")
     for i in range(0, len(table_nodes), LISTED):
         where = f"at {found.length.mm * i:.4g} mm of the pole"
-        rows.add_row("cogging", where, *_two((table_nodes[i], node_sd[i])), unit)
+        rows.add_row(
+            f"cogging, 1 node in {LISTED}", where, *_two((table_nodes[i], node_sd[i])), unit
+        )
     _add_laws(rows, found, unit)
     _add_rest(rows, found, unit)
     show(rows)
