@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 
 AXIS = Axis(stiffness=0.004, cogging=0.1, slope=0.0, ripple=0.0)
 TERMS = (*SYMMETRIC, "stribeck", "spring", "cogging")
+FEW_MM_S = (2.0, 4.0, 8.0, 16.0, 30.0, 60.0, 120.0)
 FAR = 5.0
 """Standard deviations, as Student's t of few passes has them, that a test allows: of 2400 line and
 table values of 60 other axes none was farther off than 3.5."""
@@ -147,7 +148,7 @@ def test_a_mill_with_a_linear_drive_is_told() -> None:
 
 
 def test_an_axis_without_cogging_has_a_line_alone() -> None:
-    smooth = recorded(replace(AXIS, cogging=0.0), 3, repeats=2)
+    smooth = recorded(replace(AXIS, cogging=0.0), 3, repeats=1)
     made = four_steps(prepared(smooth), pole_mm=None, cold=False)
     assert made.load.pole_mm is None
     assert not len(made.load.table[0])
@@ -197,8 +198,6 @@ def test_which_routine_runs_follows_from_the_terms_and_the_screw(
     short = recorded(AXIS, 5, repeats=2, speeds=(4.0, 8.0, 30.0, 60.0, 120.0))
     screw = tried(Drive(short, 10.0, screw=True, asked=asked), None)
     assert isinstance(screw.found, Staged)
-    plain = tried(Drive(short, None, screw=False, asked=frozenset(SYMMETRIC)), None)
-    assert isinstance(plain.found, Staged)
 
 
 def test_passes_that_tell_no_load_are_refused(rows: Prepared) -> None:
@@ -210,12 +209,12 @@ def test_passes_that_tell_no_load_are_refused(rows: Prepared) -> None:
 
 
 def test_identify_staged_of_a_linear_drive(cli: Cli, refused: Callable[..., str]) -> None:
-    write(Path("moves.parquet"), recorded(AXIS, 4, repeats=1).channels)
+    write(Path("moves.parquet"), recorded(AXIS, 4, repeats=1, speeds=FEW_MM_S).channels)
     terms = ("--terms", ",".join(TERMS))
     done = cli("identify", "moves.parquet", *terms, "--staged")
     assert done.code == 0, done.err
     said = " ".join(done.out.split())
-    for line in ("P0's four steps of a linear drive", "k, 8 passes there and back", "rest s_r",
+    for line in ("P0's four steps of a linear drive", "k, 7 passes there and back", "rest s_r",
                  "no speed was passed twice", "36 to a pole of 2", "cogging, 6/6 of a pole",
                  "what friction differs by direction"):  # fmt: skip
         assert line in said

@@ -102,6 +102,7 @@ def linear(steady: SteadyMotion, x: Array, v: Array, take: Array) -> tuple[Array
 
 
 def compared_inertia(found: Stages, model: Identified) -> list[Compared]:
+    """Compare inertia, where both have one."""
     term = next((t for t in model.fitted if t.term == "inertia"), None)
     if found.inertia is None or term is None:
         return []
