@@ -6,7 +6,9 @@ speed their z axes, which do, are seen to. `python -m benchmarks.staged_axes agr
 each quantity that differs by more than 2.6 joint standard deviations, on 24 axes of the tests and
 the 15 axes of five reference machines. `python -m benchmarks.staged_axes linear 101 115` (a minute
 an axis): the same of the linear drives x and y of reference mills of these seeds, by P0's four
-steps; and by how many of their own standard deviations line and mass are off the truth.
+steps; and by how many of their own standard deviations line and mass are off the truth. `python -m
+benchmarks.staged_axes steps` (two minutes): the same of all that the four steps tell, on 40 axes of
+the tests each from one, two and three sweeps.
 """
 
 import sys
@@ -27,7 +29,7 @@ from autodb.sensing.prepared import effort_axis, prepared
 from autodb.sensing.staged import agreement_linear
 from autodb.sensing.staged.agreement import agreement
 from autodb.sensing.staged.compared import Agreement
-from autodb.sensing.staged.linear import four_steps
+from autodb.sensing.staged.linear import FourSteps, four_steps
 from autodb.sensing.staged.routine import staged
 from autodb.sensing.staged.sticking import Verdict, sticking
 from autodb.virtual.reference_axis import traced
@@ -135,7 +137,52 @@ def linear(first: int, last: int) -> None:
     report("linear drives of reference mills", found)
 
 
-COMMANDS: dict[str, Callable[..., None]] = {"alarms": alarms, "agree": agree, "linear": linear}
+STEPPED = staged_axis.Axis(stiffness=0.004, cogging=0.1, slope=0.0, ripple=0.0)
+PROBED_MM_S = (1.0, 4.0, 30.0, 120.0)
+
+
+def steps() -> None:
+    """Print how far the four steps are off the truth, in standard deviations: rms and worst."""
+    for repeats in (1, 2, 3):
+        off: dict[str, list[float]] = {}
+        for seed in range(500, 540):
+            moves = staged_axis.recorded(STEPPED, seed, repeats=repeats)
+            found = four_steps(prepared(moves), pole_mm=staged_axis.POLE_MM, cold=False)
+            for name, values in deviations(found).items():
+                off.setdefault(name, []).extend(values.tolist())
+        said = (
+            f"{name} {np.sqrt(np.mean(np.square(z))):.2f}, worst {np.abs(z).max():.1f} of {len(z)}"
+            for name, z in off.items()
+        )
+        print(f"{repeats} sweeps: {'; '.join(said)}")
+
+
+def deviations(found: FourSteps) -> dict[str, Array]:
+    """Return by how many standard deviations the steps are off the truth of STEPPED."""
+    (slope, slope_sd), (rest, rest_sd) = found.load.slope, found.load.rest
+    nodes, nodes_sd = found.load.table
+    place = staged_axis.POLE_MM * np.arange(len(nodes)) / len(nodes)
+    rest_mm = staged_axis.MIDDLE_MM - STEPPED.weight / STEPPED.stiffness
+    speed = np.array(PROBED_MM_S)
+    true = STEPPED.size(np.full(len(speed), staged_axis.MIDDLE_MM), speed)
+    told = [found.friction(speed, sense) for sense in (1, -1)]
+    made = {
+        "slope": np.array([(slope - STEPPED.stiffness) / slope_sd]),
+        "rest": np.array([(rest - rest_mm) / rest_sd]),
+        "nodes": (nodes - STEPPED.cogging * staged_axis.pole_shape(place)) / nodes_sd,
+        "friction": np.concatenate([(size - true) / sd for size, sd in told]),
+    }
+    if found.inertia is not None:
+        made["inertia"] = np.array([(found.inertia.value - STEPPED.inertia) / found.inertia.sd])
+    return made
+
+
+COMMANDS: dict[str, Callable[..., None]] = {
+    "alarms": alarms,
+    "agree": agree,
+    "linear": linear,
+    "steps": steps,
+}
 
 if __name__ == "__main__":
     COMMANDS[sys.argv[1]](*map(int, sys.argv[2:]))

@@ -33,8 +33,12 @@ AXIS = Axis(stiffness=0.004, cogging=0.1, slope=0.0, ripple=0.0)
 TERMS = (*SYMMETRIC, "stribeck", "spring", "cogging")
 FEW_MM_S = (2.0, 4.0, 8.0, 16.0, 30.0, 60.0, 120.0)
 FAR = 5.0
-"""Standard deviations, as Student's t of few passes has them, that a test allows: of 2400 line and
-table values of 60 other axes none was farther off than 3.5."""
+"""Standard deviations that a test of two sweeps allows, as Student's t of a dozen passes has them:
+of 40 other axes none of slope, rest and inertia was farther off than 3.1 (benchmarks.staged_axes).
+"""
+LINE_SHARE = 0.08
+"""Of the slope that one sweep tells: six times its standard deviation, which four long passes tell
+too badly to count by."""
 
 
 @pytest.fixture(scope="module")
@@ -77,10 +81,11 @@ def test_the_line_is_found(found: FourSteps) -> None:
 
 
 def test_the_table_is_found(found: FourSteps) -> None:
-    """36 nodes, whose mean is 0."""
+    """36 nodes, whose mean is 0; by the median of their sd, of which some are told low."""
     nodes, sd = found.load.table
     truth = AXIS.cogging * pole_shape(np.arange(36) * POLE_MM / 36)
-    assert_allclose((nodes - truth) / sd, 0.0, atol=FAR)
+    assert_allclose(nodes, truth, atol=FAR * float(np.median(sd)))
+    assert 0.4 < np.sqrt(np.mean(((nodes - truth) / sd) ** 2)) < 2.5
     assert_allclose(nodes.sum(), 0.0, atol=1e-12)
     assert np.median(sd) < 0.08 * AXIS.cogging
     assert_allclose(found.load.at(np.array([60.0])), AXIS.load(np.array([60.0])), atol=0.02)
@@ -103,8 +108,7 @@ def test_speeds_passed_once_will_do(found: FourSteps) -> None:
     once = four_steps(prepared(recorded(AXIS, 2, repeats=1)), pole_mm=POLE_MM, cold=False)
     assert found.repeated
     assert not once.repeated
-    _near(once.load.slope, AXIS.stiffness)
-    assert once.load.slope[1] > found.load.slope[1]
+    assert_allclose(once.load.slope[0], AXIS.stiffness, rtol=LINE_SHARE)
     for sense, law in once.laws.items():
         assert law.lack > 0.0
         assert not law.levels.sd.any()
@@ -138,8 +142,7 @@ def test_a_mill_with_a_linear_drive_is_told() -> None:
     seen = mill_ours.recording(swept_axis(131, axis), "y")
     steps = four_steps(prepared(seen), pole_mm=PITCH_MM, cold=False)
     scale = axis.newtons_per_ampere
-    _near(steps.load.slope, axis.spring_N_mm / scale)
-    assert_allclose(steps.load.slope[0] * scale, axis.spring_N_mm, rtol=0.15)
+    assert_allclose(steps.load.slope[0] * scale, axis.spring_N_mm, rtol=0.05)
     assert steps.inertia is not None
     assert_allclose(1000.0 * scale * steps.inertia.value, axis.moved_kg, rtol=0.02)
     x_mm = np.arange(15.0, 300.0, 0.2)
@@ -153,7 +156,7 @@ def test_an_axis_without_cogging_has_a_line_alone() -> None:
     assert made.load.pole_mm is None
     assert not len(made.load.table[0])
     assert "fortieth of the travel" in made.length.why
-    _near(made.load.slope, AXIS.stiffness)
+    assert_allclose(made.load.slope[0], AXIS.stiffness, rtol=LINE_SHARE)
     joint = identify(smooth, terms=(*SYMMETRIC, "stribeck", "spring"))
     both = agreement(made, joint, prepared(smooth).inputs)
     assert both.agrees
