@@ -4,24 +4,36 @@
 `tests.staged_axis` and the x and y axes of the reference machines of development; and up to which
 speed their z axes, which do, are seen to. `python -m benchmarks.staged_axes agree` (ten minutes):
 each quantity that differs by more than 2.6 joint standard deviations, on 24 axes of the tests and
-the 15 axes of five reference machines.
+the 15 axes of five reference machines. `python -m benchmarks.staged_axes linear 101 115` (a minute
+an axis): the same of the linear drives x and y of reference mills of these seeds, by P0's four
+steps; and by how many of their own standard deviations line and mass are off the truth. `python -m
+benchmarks.staged_axes steps` (two minutes): the same of all that the four steps tell, on 40 axes of
+the tests each from one, two and three sweeps.
 """
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.agent.staging import pole_of
+from autodb.prove import mill_ours
 from autodb.prove.axis_ours import TERMS, recording
+from autodb.prove.mill_run import SCORED
 from autodb.records import Recording
+from autodb.sensing.axis_model import Identified
 from autodb.sensing.drives import SYMMETRIC, identify
 from autodb.sensing.passes import passes_of
 from autodb.sensing.prepared import effort_axis, prepared
-from autodb.sensing.staged.agreement import Agreement, agreement
+from autodb.sensing.staged import agreement_linear
+from autodb.sensing.staged.agreement import agreement
+from autodb.sensing.staged.compared import Agreement
+from autodb.sensing.staged.linear import FourSteps, four_steps
 from autodb.sensing.staged.routine import staged
 from autodb.sensing.staged.sticking import Verdict, sticking
 from autodb.virtual.reference_axis import traced
+from autodb.virtual.reference_mill import MillAxis, draw_mill, swept_axis
 from autodb.virtual.reference_moves import PITCH_MM
 from tests import staged_axis
 
@@ -83,16 +95,94 @@ def agree() -> None:
          simple),
         ("reference axes", reference_axes(PAIRED, "xyz"), TERMS),
     ):  # fmt: skip
-        found = [compared(moves, terms) for moves in axes]
-        rows = [row for one in found for row in one.rows]
-        weights = [row for row in rows if not row.name.startswith("friction")]
-        print(f"{what}: {sum(one.agrees for one in found)} of {len(found)} agree, "
-              f"{sum(row.differs for row in rows)} of {len(rows)} quantities differ; "
-              f"weight, inertia, warming: {sum(row.differs for row in weights)} of "
-              f"{len(weights)}")  # fmt: skip
-        for row in (row for row in rows if row.differs):
-            print(f"  {row.name}: staged {row.staged:.4g}, joint {row.joint:.4g} {row.unit}")
+        report(what, [compared(moves, terms) for moves in axes])
 
+
+def report(what: str, found: list[Agreement]) -> None:
+    """Print how many axes agree, and what differs."""
+    rows = [row for one in found for row in one.rows]
+    others = [row for row in rows if not row.name.startswith("friction")]
+    print(f"{what}: {sum(one.agrees for one in found)} of {len(found)} agree, "
+          f"{sum(row.differs for row in rows)} of {len(rows)} quantities differ; "
+          f"other than friction: {sum(row.differs for row in others)} of "
+          f"{len(others)}")  # fmt: skip
+    for row in (row for row in rows if row.differs):
+        print(f"  {row.name}: staged {row.staged:.4g}, joint {row.joint:.4g} {row.unit}")
+
+
+def stepped(seed: int, axis: MillAxis, model: Identified) -> tuple[Agreement, list[float]]:
+    """Return how the four steps and the joint fit of a mill's axis agree, and by how many of their
+    standard deviations the steps' slope and mass are off the truth.
+    """
+    rows = prepared(mill_ours.recording(swept_axis(seed, axis), axis.name))
+    found = four_steps(rows, pole_mm=pole_of(model), cold=False)
+    scale, (slope, slope_sd) = axis.newtons_per_ampere, found.load.slope
+    off = [(slope - axis.spring_N_mm / scale) / slope_sd]
+    if found.inertia is not None:
+        true = axis.moved_kg / 1000.0 / scale
+        off.append((found.inertia.value - true) / found.inertia.sd)
+    return agreement_linear.agreement(found, model, rows.inputs), off
+
+
+def linear(first: int, last: int) -> None:
+    """Print the same of the linear drives of reference mills."""
+    found = []
+    for seed in range(first, last + 1):
+        mill = draw_mill(seed)
+        for name in SCORED:
+            both, off = stepped(seed, mill[name], mill_ours.identified(seed, mill[name]))
+            print(f"{seed} {name}: {len(both.differing)} of {len(both.rows)} differ; slope and "
+                  f"mass off the truth by {off[0]:+.1f}, {off[1]:+.1f} sd", flush=True)  # fmt: skip
+            found.append(both)
+    report("linear drives of reference mills", found)
+
+
+STEPPED = staged_axis.Axis(stiffness=0.004, cogging=0.1, slope=0.0, ripple=0.0)
+PROBED_MM_S = (1.0, 4.0, 30.0, 120.0)
+
+
+def steps() -> None:
+    """Print how far the four steps are off the truth, in standard deviations: rms and worst."""
+    for repeats in (1, 2, 3):
+        off: dict[str, list[float]] = {}
+        for seed in range(500, 540):
+            moves = staged_axis.recorded(STEPPED, seed, repeats=repeats)
+            found = four_steps(prepared(moves), pole_mm=staged_axis.POLE_MM, cold=False)
+            for name, values in deviations(found).items():
+                off.setdefault(name, []).extend(values.tolist())
+        said = (
+            f"{name} {np.sqrt(np.mean(np.square(z))):.2f}, worst {np.abs(z).max():.1f} of {len(z)}"
+            for name, z in off.items()
+        )
+        print(f"{repeats} sweeps: {'; '.join(said)}")
+
+
+def deviations(found: FourSteps) -> dict[str, Array]:
+    """Return by how many standard deviations the steps are off the truth of STEPPED."""
+    (slope, slope_sd), (rest, rest_sd) = found.load.slope, found.load.rest
+    nodes, nodes_sd = found.load.table
+    place = staged_axis.POLE_MM * np.arange(len(nodes)) / len(nodes)
+    rest_mm = staged_axis.MIDDLE_MM - STEPPED.weight / STEPPED.stiffness
+    speed = np.array(PROBED_MM_S)
+    true = STEPPED.size(np.full(len(speed), staged_axis.MIDDLE_MM), speed)
+    told = [found.friction(speed, sense) for sense in (1, -1)]
+    made = {
+        "slope": np.array([(slope - STEPPED.stiffness) / slope_sd]),
+        "rest": np.array([(rest - rest_mm) / rest_sd]),
+        "nodes": (nodes - STEPPED.cogging * staged_axis.pole_shape(place)) / nodes_sd,
+        "friction": np.concatenate([(size - true) / sd for size, sd in told]),
+    }
+    if found.inertia is not None:
+        made["inertia"] = np.array([(found.inertia.value - STEPPED.inertia) / found.inertia.sd])
+    return made
+
+
+COMMANDS: dict[str, Callable[..., None]] = {
+    "alarms": alarms,
+    "agree": agree,
+    "linear": linear,
+    "steps": steps,
+}
 
 if __name__ == "__main__":
-    {"alarms": alarms, "agree": agree}[sys.argv[1]]()
+    COMMANDS[sys.argv[1]](*map(int, sys.argv[2:]))

@@ -339,6 +339,12 @@ AXES = (
     Case("no passes at constant speed", "autodb identify moves.csv --staged", _moves()),
     Case("passes that were not repeated", "autodb identify moves.csv --staged", _one_round),
     Case(
+        "a linear drive with long poles",
+        "autodb identify moves.csv --terms inertia,viscous,coulomb,spring,cogging --staged "
+        "--pitch 60",
+        _one_round,
+    ),
+    Case(
         "stages of a spindle",
         "autodb identify moves.csv --axis spindle --staged",
         lambda folder: write(

@@ -14,8 +14,15 @@ Array = NDArray[np.float64]
 
 RATE_HZ = 100.0
 PITCH_MM = 10.0
+POLE_MM = 24.0
 MIDDLE_MM = 100.0
 SPEEDS_MM_S = (1.0, 2.0, 4.0, 8.0, 16.0, 30.0, 60.0, 120.0)
+
+
+def pole_shape(x: Array) -> Array:
+    """Return cogging (n,) of size 1: as a pole has it, not one sine."""
+    turn = 2.0 * np.pi * x / POLE_MM
+    return np.asarray(np.sin(turn) + 0.6 * np.cos(2.0 * turn) + 0.4 * np.sin(3.0 * turn))
 
 
 @dataclass(frozen=True)
@@ -34,6 +41,16 @@ class Axis:
     inertia: float = 3e-4
     drop: float = 0.0
     time_constant_s: float = 40.0
+    stiffness: float = 0.0
+    cogging: float = 0.0
+
+    def load(self, x: Array) -> Array:
+        """Return the load (n,) that is the same in both directions: weight, a line, and a pole's
+        three harmonics.
+        """
+        return np.asarray(
+            self.weight + self.stiffness * (x - MIDDLE_MM) + self.cogging * pole_shape(x)
+        )
 
     def size(self, x: Array, v: Array) -> Array:
         """Return the size of friction (n,), cold."""
@@ -106,7 +123,7 @@ def recorded(
     moving = np.clip(v / 0.05, -1.0, 1.0)
     friction = moving * axis.size(x, v) * (1.0 - axis.drop * warm)
     friction *= 1.0 + runs[run.astype(int)] + wander
-    effort = axis.weight + friction + axis.inertia * np.gradient(v) * RATE_HZ
+    effort = axis.load(x) + friction + axis.inertia * np.gradient(v) * RATE_HZ
     effort += 0.02 * rng.standard_normal(len(x))
     channels = {"t": t, "z.position": x, "z.velocity": v, "z.current": effort}
     return Recording(path=Path(f"sweep-{seed}.csv"), channels=channels)

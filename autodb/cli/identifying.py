@@ -101,7 +101,7 @@ def identify(
         seen = None
         if staged:
             progress("stages")
-            seen = try_stages(moves, axis=axis, machine=machine, pitch=pitch, db=db)
+            seen = try_stages(moves, axis=axis, machine=machine, terms=names, pitch=pitch, db=db)
         versions: Sequence[Version] = []
         masses: Mapping[str, Mass] = {}
         if machine is None:

@@ -5,7 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb import fitting
+from autodb.sensing.staged.clusters import one_out, scores
+
 Array = NDArray[np.float64]
+Numbers = NDArray[np.intp]
 
 FEWEST_PARTS = 6
 """Accelerated parts of the motion that tell an inertia and how sure it is. Chosen."""
@@ -21,15 +25,23 @@ class Inertia:
 
 
 def inertia_of(
-    acceleration: Array, velocity: Array, left: Array, rows: NDArray[np.bool_]
+    acceleration: Array,
+    velocity: Array,
+    left: Array,
+    rows: NDArray[np.bool_],
+    *,
+    patch: Numbers | None = None,
 ) -> Inertia | None:
     """Return the inertia that ``rows`` (n,) tell by ``left`` (n,), effort less weight and friction.
 
     left = coefficient · a + level · sgn(v) + slope · v: friction that is off by a level or a slope
-    is no inertia. White's covariance, every accelerated part a cluster. None with fewer than
-    FEWEST_PARTS, or where the columns do not stand apart.
+    is no inertia. Its error is by leaving out one accelerated part at a time; or, where given and
+    that is more, White's with every ``patch`` (n,) of the travel a cluster, whose load is off what
+    was taken off whenever it is crossed. None with fewer than FEWEST_PARTS, or where the columns do
+    not stand apart.
     """
-    part = np.cumsum(np.diff(rows, prepend=False) & rows)[rows]
+    begun = np.diff(rows, prepend=False) & rows
+    part = np.asarray(np.cumsum(begun)[rows], dtype=np.intp)
     if not len(part) or part[-1] < FEWEST_PARTS:
         return None
     v = velocity[rows]
@@ -38,12 +50,18 @@ def inertia_of(
     scaled = design / np.where(design_scale > 0, design_scale, 1.0)
     if np.linalg.matrix_rank(scaled) < scaled.shape[1]:
         return None
-    inverse = np.linalg.inv(scaled.T @ scaled)
-    values = inverse @ scaled.T @ left[rows]
-    scores = np.zeros((int(part[-1]), 3))
-    np.add.at(scores, part - 1, scaled * (left[rows] - scaled @ values)[:, None])
-    few = part[-1] / (part[-1] - 1)
-    sd = np.sqrt(few * np.diag(inverse @ (scores.T @ scores) @ inverse))
-    return Inertia(
-        float(values[0] / design_scale[0]), float(sd[0] / design_scale[0]), int(part[-1])
-    )
+    target = left[rows]
+    values = np.linalg.lstsq(scaled, target, rcond=None)[0]
+    variance = one_out(scaled, target, part)[0, 0] * fitting.small_sample(int(part[-1]) - 1)
+    if patch is not None:
+        variance = max(variance, _of_patches(scaled, target - scaled @ values, patch[rows]))
+    scale = float(design_scale[0])
+    return Inertia(float(values[0]) / scale, float(np.sqrt(variance)) / scale, int(part[-1]))
+
+
+def _of_patches(design: Array, left: Array, patch: Numbers) -> float:
+    """Return the variance of the first coefficient where errors are alike within patches."""
+    inverse = np.linalg.inv(design.T @ design)
+    between, count = scores(design, left, patch)
+    few = max(1, count - 1)
+    return float((inverse @ between @ inverse)[0, 0] * count / few * fitting.small_sample(few))

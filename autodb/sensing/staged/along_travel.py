@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.sensing.staged.clusters import lack, scores, within
 from autodb.sensing.staged.segments import Segments
 from autodb.terms.drive import cogging
 
 Array = NDArray[np.float64]
-Numbers = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -46,38 +46,17 @@ def along_travel(
     covariance with passes as clusters.
     """
     columns = np.column_stack([segments.means(one) for one in _columns(position, period_mm).T])
-    within = np.column_stack([_within(one, segments.of) for one in (*columns.T, friction)])
-    design, target = within[:, :-1], within[:, -1]
+    inside = np.column_stack([within(one, segments.of) for one in (*columns.T, friction)])
+    design, target = inside[:, :-1], inside[:, -1]
     inverse = np.linalg.pinv(design.T @ design)
     values = inverse @ design.T @ target
     left = target - design @ values
-    names, at = np.unique(segments.of, return_inverse=True)
-    scores = np.zeros((len(names), design.shape[1]))
-    np.add.at(scores, at, design * left[:, None])
-    few = len(names) / max(1, len(names) - 1)
-    covariance = few * inverse @ (scores.T @ scores) @ inverse
-    return Along(values, covariance, period_mm, middle_mm, _lack(segments.place, left))
+    between, count = scores(design, left, segments.of)
+    covariance = count / max(1, count - 1) * inverse @ between @ inverse
+    return Along(values, covariance, period_mm, middle_mm, lack(segments.place, left))
 
 
 def _columns(x_mm: Array, period_mm: float | None) -> Array:
     if period_mm is None:
         return x_mm[:, None].copy()
     return np.column_stack([x_mm, cogging(x_mm, period_mm=period_mm)])
-
-
-def _within(values: Array, of: Numbers) -> Array:
-    """Return values (n,) less the mean of their pass."""
-    count = np.bincount(of)
-    mean = np.bincount(of, values) / np.maximum(count, 1)
-    return np.asarray(values - mean[of])
-
-
-def _lack(place: Numbers, left: Array) -> float:
-    """Return the sd of places' means beyond what passes of a place differ by."""
-    _, at, count = np.unique(place, return_inverse=True, return_counts=True)
-    mean = np.bincount(at, left) / count
-    freedom = float(np.sum(count - 1))
-    if freedom <= 0:
-        return 0.0
-    own = float(np.sum((left - mean[at]) ** 2)) / freedom
-    return float(np.sqrt(max(0.0, float(np.mean(mean**2) - own * np.mean(1.0 / count)))))

@@ -23,6 +23,8 @@ STRIBECK_LEVELS = 6
 """Levels from which on Stribeck friction is fitted too: four parameters, two to spare. Chosen."""
 ROUNDS = 5
 """Times that the law is weighed anew with what it leaves."""
+ALIKE = 1e-6
+"""Share by which friction of a speed that was passed once is unsure at least. Chosen: finite."""
 SPEEDS_TRIED = 30
 """Stribeck speeds that are tried, in equal ratios, and again about the best: 2 % apart over a span
 of 1000."""
@@ -30,7 +32,8 @@ of 1000."""
 
 @dataclass(frozen=True)
 class Levels:
-    """Friction of each level (k,) in one direction: speed mm/s, mean, its sd from the repeats.
+    """Friction of each level (k,) in one direction: speed mm/s, mean, its sd from the repeats, 0
+    where none was passed twice.
 
     ``smooth`` (k,): which do not stick; ``run``: sd, as a share, of what all levels have in common
     because a whole run was stiffer; ``warm`` (k,): sd, as a share, because it is not sure how much
@@ -159,14 +162,21 @@ def law_of(levels: Levels) -> Law:
 
 
 def _fitted(levels: Levels, parts: tuple[Part, ...]) -> Law:
-    """Fit the parts; what they leave of the levels that do not stick tells the lack."""
-    size, lack = np.abs(levels.friction), 0.0
+    """Fit the parts; what they leave of the levels that do not stick tells the lack.
+
+    Where no speed was passed twice it is all that tells an error, as Student's t has it.
+    """
+    alone, size = not levels.sd.any(), np.abs(levels.friction)
+    lack = 1.0 if alone else 0.0
     for _ in range(ROUNDS):
         sd = np.sqrt(levels.sd**2 + (lack * size) ** 2)
         fitted, linear = _best(levels, parts, sd)
         left = (levels.friction - columns(fitted, _inputs(levels.speed_mm_s)) @ linear) / size
         count = len(linear) + len(free_shape(fitted))
         lack = _lack(left[levels.smooth], (levels.sd / size)[levels.smooth], count)
+        if alone:
+            few = fitting.small_sample(int(levels.smooth.sum()) - count)
+            lack = max(ALIKE, float(np.sqrt(few)) * lack)
     slopes = _slopes(fitted, linear, levels.speed_mm_s)
     shape = [part.shape[p.name] for part, p in free_shape(fitted)]
     information = (slopes / sd[:, None] ** 2).T @ slopes

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from autodb import fitting
+from autodb.sensing.staged.clusters import within
 from autodb.sensing.thermal import lost
 from autodb.terms.drive import WARMUP, warmth
 
@@ -78,11 +79,11 @@ def warming_of(
     if kept.sum() < FEWEST_PASSES:
         return None
     of, rows = at[kept], middle[kept]
-    target = _within(np.log(friction[kept]), of)
+    target = within(np.log(friction[kept]), of)
 
     def left(values: NDArray[np.float64]) -> Array:
         warm = warmth(inputs["t"], inputs["velocity"], time_constant_s=float(np.exp(values[1])))
-        return _within(np.log1p(-values[0] * warm[rows]), of) - target
+        return within(np.log1p(-values[0] * warm[rows]), of) - target
 
     drop, time = WARMUP.shape[:2]
     longest_s = min(time.upper, max(float(np.ptp(inputs["t"])), 2.0 * time.starts[0]))
@@ -101,9 +102,3 @@ def warming_of(
     covariance = np.zeros((2, 2))
     covariance[np.ix_(free, free)] = fit.covariance * few
     return Warming(float(best.x[0]), float(np.exp(best.x[1])), covariance)
-
-
-def _within(values: Array, of: Numbers) -> Array:
-    count = np.bincount(of)
-    mean = np.bincount(of, values) / np.maximum(count, 1)
-    return np.asarray(values - mean[of])

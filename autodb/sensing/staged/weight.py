@@ -8,9 +8,11 @@ from numpy.typing import NDArray
 
 from autodb import fitting
 from autodb.errors import UnusableInput
+from autodb.sensing.staged.pairs import Pairs, pairs_of
 from autodb.sensing.staged.segments import Segments
 
 Array = NDArray[np.float64]
+Places = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -35,13 +37,13 @@ def weight_of(segments: Segments, effort: Array, levels: Collection[int], *, pat
 
     Raises UnusableInput where no level has a place that was passed both ways.
     """
-    told = [(k, *one) for k in levels for one in _of_level(segments, effort, k)]
-    if not told:
+    pairs = pairs_of(segments, levels)
+    if not len(pairs.of):
         raise UnusableInput(
             f"{path}: no speed that does not stick passes one place both ways: nothing tells the "
             "weight; passes there and back over one stretch would work"
         )
-    of, values, places = (np.array(column) for column in zip(*told, strict=True))
+    of, values, places = _of_pairs(pairs, pairs.mean(effort), segments.x_mm[pairs.ahead])
     names, at, count = np.unique(of, return_inverse=True, return_counts=True)
     mean = np.bincount(at, values) / count
     ones = np.ones((len(values), 1))
@@ -56,17 +58,10 @@ def weight_of(segments: Segments, effort: Array, levels: Collection[int], *, pat
     )
 
 
-def _of_level(segments: Segments, effort: Array, level: int) -> list[tuple[float, float]]:
-    """Return (weight, mean place mm) of each repeat: over the places passed both ways."""
-    found = []
-    own = segments.level == level
-    for repeat in np.unique(segments.repeat[own]):
-        one, other = (
-            np.flatnonzero(own & (segments.repeat == repeat) & (segments.sense == s))
-            for s in (1, -1)
-        )
-        _, a, b = np.intersect1d(segments.place[one], segments.place[other], return_indices=True)
-        if len(a):
-            both = 0.5 * (effort[one[a]] + effort[other[b]])
-            found.append((float(both.mean()), float(segments.x_mm[one[a]].mean())))
-    return found
+def _of_pairs(pairs: Pairs, values: Array, x_mm: Array) -> tuple[Places, Array, Array]:
+    """Return level, mean value and mean place mm of each pair of passes."""
+    _, first, at, count = np.unique(
+        pairs.of, return_index=True, return_inverse=True, return_counts=True
+    )
+    mean, place = (np.bincount(at, one) / count for one in (values, x_mm))
+    return pairs.level[first], mean, place
