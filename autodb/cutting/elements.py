@@ -64,13 +64,13 @@ class Forces:
 
 
 def forces(theta: Array, elements: Elements) -> Forces:
-    """Return the forces of cuts for the law's coordinates (16,)."""
+    """Return the forces of cuts for the law's coordinates (p,)."""
     summed = _summed(elements, *_across_axis(theta, elements))
     return Forces(summed[:, :3], summed[:, 3], summed[:, 4])
 
 
 def force_gradient(theta: Array, elements: Elements) -> Array:
-    """Return derivatives of force x, y, z, torque and power by the law's coordinates: (n, 5, 16)."""
+    """Return derivatives (n, 5, p) of force x, y, z, torque and power by the coordinates."""
     axes = 2 if elements.of is None else 1
     slopes = shear.gradient(lambda t: np.stack(_across_axis(t, elements)), theta, axes=axes)
     return np.stack([_summed(elements, *slopes[:, p]) for p in range(len(theta))], axis=-1)
@@ -90,7 +90,9 @@ def force_parts(theta: Array, elements: Elements) -> Array:
 def _across_axis(theta: Values, elements: Elements) -> tuple[Values, Values, Values]:
     """Return the elements' forces, N: tangential, radial and along the tool's axis."""
     h, width = elements.edge.thickness_mm, elements.width_mm
-    shear_t, shear_r, shear_a = (one * h * width for one in shear.coefficients(theta, elements.edge))
+    shear_t, shear_r, shear_a = (
+        one * h * width for one in shear.coefficients(theta, elements.edge)
+    )
     edge_t, edge_r, edge_a = (one * width for one in shear.edge_coefficients(theta, elements.edge))
     sin, cos = elements.kappa
     along = shear_a + edge_a
@@ -123,4 +125,4 @@ def _of_cuts(elements: Elements, values: Array) -> Array:
     """Return the sums (n,) of values of the elements."""
     if elements.of is None:
         return np.asarray(values.sum(axis=-1))
-    return np.bincount(elements.of, values, minlength=elements.count)
+    return np.asarray(np.bincount(elements.of, values, elements.count), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Turning with an insert: which of its edge cuts, as elements of the nose and of the edge behind it.
+"""Turning with an insert: which of its edge cuts, as elements of the nose and of the edge behind.
 
 Seen along the feed the edge begins at the lowest point of the nose, where the finished surface is
 left, and turns up to the entering angle κ_r. With q the angle of an element to the feed
@@ -75,7 +75,9 @@ def elements_of(insert: Insert, cuts: Turned, *, on_nose: int = ON_NOSE) -> Elem
     nose = insert.nose_radius_mm
     height = nose * (1.0 - np.cos(entering))
     full = cuts.depth_mm >= height
-    ends = np.where(full, entering, np.arccos(np.clip(1.0 - cuts.depth_mm / max(nose, 1e-12), -1, 1)))
+    ends = np.where(
+        full, entering, np.arccos(np.clip(1.0 - cuts.depth_mm / max(nose, 1e-12), -1, 1))
+    )
 
     # The nose in steps of one angle, each element at the angle that has the chip's mean thickness
     edges = ends[:, None] * np.linspace(0.0, 1.0, on_nose + 1)
@@ -118,8 +120,8 @@ def _entering(insert: Insert, inward_rad: Array) -> Array:
     if np.any((entering <= 0) | (entering >= np.pi)):
         worst = float(np.degrees(inward_rad[np.argmax(np.abs(entering - 0.5 * np.pi))]))
         raise UnusableInput(
-            f"an edge at {insert.kappa_deg:g}° cannot follow a feed {worst:g}° off the axis; a tool "
-            "with another kappa_deg or included_deg would work"
+            f"an edge at {insert.kappa_deg:g}° cannot follow a feed {worst:g}° off the axis; a "
+            "tool with another kappa_deg or included_deg would work"
         )
     return np.asarray(entering)
 

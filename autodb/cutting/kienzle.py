@@ -40,7 +40,7 @@ class Planned:
 
 @dataclass(frozen=True)
 class View:
-    """Numbers by name (k,), their covariance (k, k), and the largest relative error in the range."""
+    """Numbers by name (k,), what is believed of them, and the largest share the view is off by."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -49,7 +49,7 @@ class View:
 
 
 def kienzle(belief: Gaussian, at: Planned) -> View:
-    """Return k_c1.1 and m_c of a belief about the law's coordinates (16,)."""
+    """Return k_c1.1 and m_c of a belief about the law's coordinates (p,)."""
     design = np.column_stack([np.ones(NODES), -np.log(at.edge.thickness_mm)])
 
     def fitted(theta: Values) -> Values:
@@ -64,7 +64,7 @@ def kienzle(belief: Gaussian, at: Planned) -> View:
 
 
 def linear_edge(belief: Gaussian, at: Planned) -> View:
-    """Return K_tc, K_te, K_rc, K_re of a belief about the law's coordinates (16,)."""
+    """Return K_tc, K_te, K_rc, K_re of a belief about the law's coordinates (p,)."""
     design = np.column_stack([at.edge.thickness_mm, np.ones(NODES)])
 
     def fitted(theta: Values) -> Values:

@@ -3,13 +3,16 @@
 The five numbers of Armarego (P1 section 3) - shear stress τ, friction angle β, chip-length ratio r,
 edge coefficients K_te, K_re - and how they go with speed, chip thickness and rake:
 
-    τ = τ_0 (v/v_0)^e_τ      β = β_0 (v/v_0)^e_β exp(s_β α)
-    r = r_0 (v/v_0)^e_r (h/h_0)^a exp(s_r α)
+    τ = τ_0 (v/v_0)^e_τ (h/h_0)^a_τ      β = β_0 (v/v_0)^e_β (h/h_0)^a_β exp(s_β α)
+    r = r_0 (v/v_0)^e_r (h/h_0)^a exp(s_r α)      K_te, K_re ∝ 1 - exp(-h/h_e)
 
-with v cutting speed [m/min], h uncut chip thickness [mm], α normal rake [rad]. The exponents in
-speed are ours, the law has none; r ∝ h^a is that of Budak, Altintas and Armarego 1996.
+with v cutting speed [m/min], h uncut chip thickness [mm], α normal rake [rad]. r ∝ h^a is that of
+Budak, Altintas and Armarego 1996; what goes with speed, the other exponents in thickness and the
+edge's force that fades under chips as thin as the edge is round (h_e) are ours: the law has none
+of them, cuts say how large they are, and all may be nought.
 
-An oblique edge with inclination i, chip flow η = i (Stabler), r and β taken at the normal rake:
+An oblique edge with inclination i, chip flow η = c_η i (Stabler: c_η = 1), r and β taken at the
+normal rake:
 
     tan φ = r cos α / (1 - r sin α)    tan β_n = tan β cos η
     D = √(cos²(φ + β_n - α) + tan² η sin² β_n)
@@ -26,12 +29,13 @@ i = 0. Checked against the resolution of vectors in the tests. Valid for continu
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Values = NDArray[np.inexact]
+Values = NDArray[Any]
 """Real, or complex where a derivative is taken by a step along the imaginary axis."""
 
 SPEED_M_MIN = 100.0
@@ -111,12 +115,12 @@ class Edge:
 
 
 def coordinates(values: dict[str, float]) -> Array:
-    """Return the law's coordinates (16,) of values by name and in their units."""
+    """Return the law's coordinates (p,) of values by name and in their units."""
     return np.array([float(p.inside(values[p.name])) for p in PARAMETERS])
 
 
 def named(coordinates: Array) -> dict[str, float]:
-    """Return the values by name, in their units, of the law's coordinates (16,)."""
+    """Return the values by name, in their units, of the law's coordinates (p,)."""
     return {p.name: float(p.outside(c)) for p, c in zip(PARAMETERS, coordinates, strict=True)}
 
 
@@ -130,18 +134,23 @@ def chip_ratio(theta: Values, edge: Edge) -> Values:
     thick = np.log(np.maximum(edge.thickness_mm, THINNEST_MM) / THICKNESS_MM)
     fast = np.log(edge.speed_m_min / SPEED_M_MIN)
     of_cut = theta[RATIO] + theta[RATIO_V] * fast + theta[RATIO_RAKE] * edge.rake_rad
-    return np.exp(of_cut + theta[RATIO_H] * thick)
+    ratio: Values = np.exp(of_cut + theta[RATIO_H] * thick)
+    return ratio
 
 
 def coefficients(theta: Values, edge: Edge) -> tuple[Values, Values, Values]:
-    """Return K_tc, K_rc, K_ac, N/mm², of elements (m,) for the law's coordinates (16,)."""
+    """Return K_tc, K_rc, K_ac, N/mm², of elements (m,) for the law's coordinates (p,)."""
     fast = np.log(edge.speed_m_min / SPEED_M_MIN)
     thick = np.log(np.maximum(edge.thickness_mm, THINNEST_MM) / THICKNESS_MM)
     stress = np.exp(theta[TAU] + theta[TAU_V] * fast + theta[TAU_H] * thick)
     of_cut = theta[BETA] + theta[BETA_V] * fast + theta[BETA_RAKE] * edge.rake_rad
     friction = np.exp(of_cut + theta[BETA_H] * thick)
     flow = theta[ETA] * edge.inclination_rad
-    tan_i, cos_i, tan_flow = np.tan(edge.inclination_rad), np.cos(edge.inclination_rad), np.tan(flow)
+    tan_i, cos_i, tan_flow = (
+        np.tan(edge.inclination_rad),
+        np.cos(edge.inclination_rad),
+        np.tan(flow),
+    )
 
     # Friction seen in the normal plane, less the rake
     normal = np.arctan(np.tan(friction) * np.cos(flow))
@@ -175,10 +184,10 @@ def edge_coefficients(theta: Values, edge: Edge) -> tuple[Values, Values, Values
 
 
 def gradient(function: Callable[[Values], Values], theta: Array, *, axes: int) -> Array:
-    """Return the derivatives of values with ``axes`` axes by the coordinates, in front: (16, …).
+    """Return the derivatives of values with ``axes`` axes by the coordinates, in front: (p, …).
 
     By a step of each coordinate along the imaginary axis, all steps at once, exact to rounding: the
-    function must be analytic, and take coordinates (16, …) that each have axes in front of its own.
+    function must be analytic, and take coordinates (p, …) that each have axes in front of its own.
     """
     stepped = theta[:, None] + 1j * STEP * np.eye(len(theta))
     return np.imag(function(stepped.reshape(len(theta), len(theta), *(1,) * axes))) / STEP

@@ -55,9 +55,9 @@ class Shared:
 def law_error(operation: str) -> Shared:
     """Return by what share forces along and across the cutting speed may be off in an operation.
 
-    2.5 % each: chosen, where Aksu, Celebi and Budak 2016 find orthogonal tests transformed to oblique
-    edges about 10 % off before anything was learnt of such an edge. A drill's thrust, which its
-    chisel edge makes most of, 20 %: chosen.
+    2.5 % each: chosen, where Aksu, Celebi and Budak 2016 find orthogonal tests transformed to
+    oblique edges about 10 % off before anything was learnt of such an edge. A drill's thrust, which
+    its chisel edge makes most of, 20 %: chosen.
     """
     along, across = LAW_SHARES.get(operation, (0.025, 0.025))
     return Shared(f"law, {operation}", np.diag([along**2, across**2]))

@@ -21,11 +21,13 @@ Array = NDArray[np.float64]
 class Forecast:
     """Of cuts (n,): force x, y, z [N], torque [N·m] and power [W], columns of mean and sd (n, 5).
 
-    ``slopes`` (n, 5, p): derivatives of the means by the belief's state.
+    ``own`` (n, 5): what of the variance is one cut's own, never to be learnt; ``slopes`` (n, 5, p):
+    derivatives of the means by the belief's state and, behind it, the law's error in the operation.
     """
 
     mean: Array
     sd: Array
+    own: Array
     slopes: Array
 
 
@@ -42,4 +44,4 @@ def forecast(belief: Belief, cuts: Cuts) -> Forecast:
     mean = forces(theta, cuts.elements).all + parts @ known.state.mean[place]
     open_ = np.einsum("nqi,ij,nqj->nq", slopes, known.state.covariance, slopes)
     own = parts**2 @ (belief.scatter.share**2 + CUT_SHARE**2)
-    return Forecast(mean, np.sqrt(open_ + own), slopes)
+    return Forecast(mean, np.sqrt(open_ + own), own, slopes)

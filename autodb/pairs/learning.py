@@ -90,7 +90,7 @@ class _Model:
         """Return the sd (m,): the sensor's, the law's from chip to chip, the repeated cut's."""
         law = (CUT_SHARE * self.observed.parts(state[:OWN])) ** 2
         both = law + self.variances(state, scatter)
-        return np.sqrt(self.observed.sd**2 + both.sum(axis=1))
+        return np.asarray(np.sqrt(self.observed.sd**2 + both.sum(axis=1)))
 
 
 def _behind(belief: Belief, key: str) -> slice:

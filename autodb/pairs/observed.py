@@ -1,4 +1,4 @@
-"""What was felt of cuts: any of force x, y, z, torque, power, and chip thickness, with its errors."""
+"""What was felt of cuts: force x, y, z, torque, power, chip thickness, any of them, with errors."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -77,12 +77,12 @@ def _expected(theta: Array, elements: Elements) -> Array:
 def _slopes(theta: Array, elements: Elements) -> Array:
     """Return their derivatives by the law's coordinates: (n, 6, p)."""
     chip = shear.gradient(partial(_chip_mm, elements=elements), theta, axes=1).T
-    return np.concatenate([force_gradient(theta, elements), chip[:, None]], axis=1)
+    return np.asarray(np.concatenate([force_gradient(theta, elements), chip[:, None]], axis=1))
 
 
 def _parts(theta: Array, elements: Elements) -> Array:
     """Return their parts along and across the cutting speed; a chip has none: (n, 6, 2)."""
-    return np.pad(force_parts(theta, elements), ((0, 0), (0, 1), (0, 0)))
+    return np.asarray(np.pad(force_parts(theta, elements), ((0, 0), (0, 1), (0, 0))))
 
 
 def _chip_mm(theta: Values, *, elements: Elements) -> Values:
@@ -99,4 +99,5 @@ def _chip_mm(theta: Values, *, elements: Elements) -> Values:
 
     parts = (edge.thickness_mm, edge.speed_m_min, edge.rake_rad, edge.inclination_rad)
     at = Edge(*(there(part) for part in parts))
-    return at.thickness_mm / shear.chip_ratio(theta, at)
+    thickness: Values = at.thickness_mm / shear.chip_ratio(theta, at)
+    return thickness

@@ -15,7 +15,7 @@ from autodb.cutting.shear import PARAMETERS, Edge
 from autodb.fitting import Gaussian
 from autodb.pairs.belief import P1_SCATTER, Belief, Shared
 from autodb.pairs.learning import learn
-from autodb.pairs.observed import X, Y, Cuts, Observed
+from autodb.pairs.observed import Cuts, Observed, X, Y
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""Cuts of a power-law pair as a shop makes and feels them: some to learn from, others to predict."""
+"""Cuts of a power-law pair as a shop makes and feels them: to learn from, and to predict."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -67,7 +67,7 @@ def forces(pair: PowerPair, cut: Cut, factors: Factors = (1.0, 1.0)) -> Array:
 
 
 def sensing(pair: PowerPair) -> Array:
-    """Return the sd of sensing by component: that of torque is the tangential force's at the rim."""
+    """Return the sd of sensing by component; of torque: the tangential force's at the rim."""
     return np.array([*SENSING_N, SENSING_N[1] * 0.5 * pair.diameter_mm / 1000.0])
 
 
@@ -86,7 +86,7 @@ def drawn(seed: int) -> tuple[np.random.Generator, PowerPair]:
 
 
 def _turned(inward_deg: float) -> Callable[[np.random.Generator, PowerPair], TurnedCut]:
-    def one(rng: np.random.Generator, pair: PowerPair) -> TurnedCut:
+    def one(rng: np.random.Generator, _: PowerPair) -> TurnedCut:
         return TurnedCut(
             feed_mm=float(rng.uniform(0.1, 0.4)),
             depth_mm=float(rng.uniform(0.8, 3.0)),

@@ -33,6 +33,7 @@ class Known:
 
     def interval(self, cut: Cut, component: int) -> tuple[float, float]:
         """Return middle and sd of the next cut's force."""
+
         def at(p: Array) -> float:
             return float(forces(_pair(self.pair, p), cut)[component])
 
@@ -56,7 +57,12 @@ def fitted(pair: PowerPair, felt: Felt) -> Known:
         return np.concatenate([((felt.read - read) / noise).ravel(), p / SPREADS])
 
     found = least_squares(error, np.zeros(len(SPREADS)))
-    return Known(pair, found.x, np.linalg.inv(found.jac.T @ found.jac))
+    slopes = np.asarray(found.jac, dtype=np.float64)
+    return Known(pair, np.asarray(found.x), _inverse(slopes.T @ slopes))
+
+
+def _inverse(square: Array) -> Array:
+    return np.asarray(np.linalg.inv(square), dtype=np.float64)
 
 
 def _pair(pair: PowerPair, p: Array) -> PowerPair:

@@ -7,11 +7,11 @@ from autodb.cutting import endmill, insert
 from autodb.cutting.elements import Elements
 from autodb.pairs.belief import Belief, Shared
 from autodb.pairs.forecast import forecast
-from autodb.pairs.observed import TORQUE, X, Y, Z, Cuts, Observed
+from autodb.pairs.observed import TORQUE, Cuts, Observed, X, Y, Z
 from autodb.pairs.prior import Card, of_card
-from autodb.prove.pair_cuts import Felt, MilledCut, as_expected, columns, sensing
 from autodb.prove.pair_cuts import Cut as DrawnCut
-from autodb.virtual.power_pairs import GAIN, SPREAD, PowerPair
+from autodb.prove.pair_cuts import Felt, as_expected, columns, sensing
+from autodb.virtual.power_pairs import GAIN, SPREAD, MilledCut, PowerPair
 
 Array = NDArray[np.float64]
 
@@ -41,9 +41,7 @@ def observed(pair: PowerPair, felt: Felt) -> Observed:
         value=value,
         sd=np.repeat(sensing(pair)[list(felt.operation.sensed)], count),
         common=common,
-        shared=tuple(
-            Shared(f"gain {c}", np.array([[GAIN**2]])) for c in felt.operation.sensed
-        ),
+        shared=tuple(Shared(f"gain {c}", np.array([[GAIN**2]])) for c in felt.operation.sensed),
     )
 
 

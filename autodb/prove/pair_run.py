@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from autodb.pairs.learning import learn
 from autodb.prove import pair_oracle, pair_ours
 from autodb.prove.pair_cuts import COMPONENTS, FAMILIES, KNOWN, UNITS, Family, drawn, feel, forces
 from autodb.prove.score import Judged, Z
 from autodb.virtual.power_pairs import PowerPair, scattered
-from autodb.pairs.learning import learn
 
 
 def run(seed: int) -> list[Judged]:

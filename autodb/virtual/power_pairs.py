@@ -53,7 +53,7 @@ MATERIALS = {"steel": STEEL, "titanium": TITANIUM, "aluminium": ALUMINIUM}
 
 @dataclass(frozen=True)
 class PowerPair:
-    """One pair's truth, the gains of its machine's calibrations by component, its insert or mill."""
+    """One pair's truth, the gains of its machine's calibrations, its insert and its mill."""
 
     material: str
     law: Expected

@@ -1,0 +1,104 @@
+"""What a pair's cuts do not determine, by name, and what would.
+
+A number of the law is open where the cuts left more than OPEN of the standard deviation that it had
+before them. Two are tied where either is open and their errors go together: forces see only what
+both make. What would help is tried, not looked up: each measurement that a shop can make is added
+to the belief as if it had been made, and named where it would take away a quarter of what is open.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting.elements import Elements
+from autodb.cutting.shear import NAMES, PARAMETERS
+from autodb.fitting import update
+from autodb.pairs.belief import CUT_SHARE, OWN, Belief
+from autodb.pairs.observed import CHIP, Cuts, Observed
+
+Array = NDArray[np.float64]
+
+OPEN = 0.7
+TIED = 0.9
+HELPS = 0.75
+CHIP_SHARE = 0.05
+"""How well a chip's thickness is measured. Chosen: a ball micrometer on a saw-toothed chip."""
+
+
+@dataclass(frozen=True)
+class Undetermined:
+    """Numbers of the law that cuts leave open, what share of their sd is left, what would help."""
+
+    names: tuple[str, ...]
+    left: float
+    helps: tuple[str, ...]
+
+    @property
+    def statement(self) -> str:
+        """One sentence in shop words."""
+        meaning = {p.name: p.meaning for p in PARAMETERS}
+        if len(self.names) > 1:
+            said = f"{' and '.join(self.names)} not separable from these cuts"
+        else:
+            said = f"{self.names[0]} ({meaning[self.names[0]]}) not determined by these cuts"
+        return f"{said}: {' or '.join(self.helps) or 'nothing that was tried'} would help"
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A measurement that a shop can make: what it is called, readings as of it."""
+
+    called: str
+    observed: Observed
+
+
+def undetermined(
+    prior: Belief, belief: Belief, trials: Sequence[Trial]
+) -> tuple[Undetermined, ...]:
+    """Return what cuts leave open of a belief that began as ``prior``."""
+    before, after = (np.sqrt(np.diag(one.law.covariance)) for one in (prior, belief))
+    left = np.divide(after, before, out=np.zeros_like(after), where=before > 0)
+    size = np.where(after > 0, after, 1.0)
+    together = belief.law.covariance / np.outer(size, size)
+    open_ = [k for k in np.argsort(-left) if left[k] > OPEN]
+    found, told = [], set[int]()
+    for k in open_:
+        if k in told:
+            continue
+        others = [j for j in range(OWN) if j != k and abs(together[k, j]) > TIED]
+        group = (int(k), *others)
+        told.update(group)
+        helps = tuple(one.called for one in trials if _left_after(belief, one, k) < HELPS)
+        found.append(Undetermined(tuple(NAMES[j] for j in group), float(left[k]), helps))
+    return tuple(found)
+
+
+def _left_after(belief: Belief, trial: Trial, k: int) -> float:
+    """Return which share of a number's sd a trial would leave."""
+    observed = trial.observed
+    theta = belief.law.mean
+    parts = observed.parts(theta)
+    share = belief.scatter.share**2 + CUT_SHARE**2
+    noise = np.sqrt(observed.sd**2 + parts**2 @ share)
+    after = update(belief.law, observed.slopes(theta), observed.expected(theta), noise)
+    return float(np.sqrt(after.covariance[k, k] / belief.law.covariance[k, k]))
+
+
+def chip_thickness(belief: Belief, cuts: Cuts) -> Trial:
+    """Return the trial of measuring the chips of cuts."""
+    count = cuts.elements.count
+    readings = Observed(
+        (cuts,), np.arange(count), np.full(count, CHIP), np.zeros(count), np.ones(count),
+        np.zeros((count, 0)),
+    )  # fmt: skip
+    expected = readings.expected(belief.law.mean)
+    return Trial(
+        "a measured chip thickness", replace(readings, value=expected, sd=CHIP_SHARE * expected)
+    )
+
+
+def repeated(called: str, felt: Observed, changed: Elements, operation: str) -> Trial:
+    """Return the trial of making the cuts of readings again, otherwise."""
+    return Trial(called, replace(felt, cuts=(Cuts(operation, changed),)))

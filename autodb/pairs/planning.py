@@ -1,0 +1,101 @@
+"""Which cut to make next: the one that leaves least open of what is to be predicted.
+
+Of each cut that may be made it is known beforehand by how much its readings will narrow the belief
+(the linearised update does not need their values): P⁺ = P - P Hᵀ (H P Hᵀ + R)⁻¹ H P, with R of
+sensing, of the law from chip to chip, of what repeats scatter by, and H also by the errors that its
+calibrations share with the cuts before. Cuts that may go beyond a limit are left out.
+Source: Bayesian experimental design for a linear model (Chaloner and Verdinelli 1995, Stat. Sci.
+10:273), the I-optimal cut one at a time.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from autodb.pairs.belief import Belief, Shared, law_error
+from autodb.pairs.forecast import Forecast, forecast
+from autodb.pairs.observed import Cuts
+
+Array = NDArray[np.float64]
+
+TINY_N = 1e-9
+MAY_EXCEED = 0.05
+"""Probability of going beyond a limit from which a cut is not proposed. Chosen."""
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """A component that a machine feels: which (0 to 4: force x, y, z, torque, power), sd of its
+    sensing, and the error of its calibration's gain, a share, under the key that cuts felt by it
+    have.
+    """
+
+    quantity: int
+    sd: float
+    gain: Shared
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a machine gives: largest size of force x, y, z [N], torque [N·m], power [W] (5,)."""
+
+    largest: Array
+
+    def exceeded(self, expected: Forecast) -> Array:
+        """Return the probability (n, 5) that a cut's force is beyond its limit."""
+        over = ndtr((expected.mean - self.largest) / expected.sd)
+        under = ndtr((-self.largest - expected.mean) / expected.sd)
+        return np.asarray(over + under)
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A cut of the candidates, and the sd of the targets (n, 5) that are left after it."""
+
+    candidate: int
+    sd: Array
+
+
+def propose(
+    belief: Belief,
+    candidates: Cuts,
+    targets: Cuts,
+    *,
+    sensed: tuple[Sensed, ...],
+    quantities: tuple[int, ...],
+    limits: Limits | None = None,
+) -> Proposal | None:
+    """Return the candidate after which ``quantities`` of the targets are least open.
+
+    Least is the mean over targets and quantities of the variance over the force's square. None
+    where every candidate may exceed a limit.
+    """
+    laws = (law_error(candidates.operation), law_error(targets.operation))
+    known = belief.also((*(one.gain for one in sensed), *laws))
+    tried, asked = forecast(known, candidates), forecast(known, targets)
+    left = np.sqrt(_variance_left(known, tried, asked, sensed))
+    size = np.maximum(np.abs(asked.mean), TINY_N)
+    worth = np.mean((left / size)[:, :, list(quantities)] ** 2, axis=(1, 2))
+    if limits is not None:
+        risky = np.any(limits.exceeded(tried) > MAY_EXCEED, axis=1)
+        worth = np.where(risky, np.inf, worth)
+    best = int(np.argmin(worth))
+    return Proposal(best, left[best]) if np.isfinite(worth[best]) else None
+
+
+def _variance_left(
+    known: Belief, tried: Forecast, asked: Forecast, sensed: tuple[Sensed, ...]
+) -> Array:
+    """Return the targets' variances (candidates, targets, 5) after each of the candidates."""
+    felt = [one.quantity for one in sensed]
+    slopes = tried.slopes[:, felt].copy()
+    for k, one in enumerate(sensed):
+        slopes[:, k, known.columns(one.gain.key)] = tried.mean[:, one.quantity, None]
+    noise = np.array([one.sd for one in sensed]) ** 2 + tried.own[:, felt]
+    spread = slopes @ known.state.covariance
+    sums = spread @ np.swapaxes(slopes, 1, 2) + noise[:, :, None] * np.eye(len(felt))
+    seen = np.einsum("tqp,ckp->ctqk", asked.slopes, spread)
+    told = np.einsum("ctqk,ckl,ctql->ctq", seen, np.linalg.inv(sums), seen)
+    return np.asarray(np.maximum(asked.sd**2 - told, asked.own))
