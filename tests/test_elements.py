@@ -205,6 +205,19 @@ def test_runout_moves_chips_from_tooth_to_tooth_and_keeps_their_sum() -> None:
     assert_allclose(chips[1], chips[0], rtol=1e-9)
 
 
+def test_harmonics_of_a_turn_are_the_teeths_and_run_out_adds_the_spindles() -> None:
+    """Four even teeth: multiples of four only; run-out: the spindle's own line too."""
+    plain, uneven = (
+        endmill.turn(theta(), EndMill(10.0, 4, 30.0, runout_mm=out), milled(a_slot(), depth=1.0))
+        for out in (0.0, 0.02)
+    )
+    others = np.arange(1, 40) % 4 != 0
+    assert np.all(plain.amplitude[1:40][others] < 1e-6 * plain.amplitude[4].max())
+    assert uneven.amplitude[1, 0] > 0.05 * uneven.amplitude[4, 0]
+    assert_allclose(plain.amplitude[0], np.abs(plain.mean), rtol=1e-9, atol=1e-9)
+    assert_allclose(np.abs(plain.peak), np.abs(plain.forces.all).max(axis=0), rtol=1e-12)
+
+
 def test_a_turned_feed_turns_the_force() -> None:
     mill = EndMill(10.0, 4, 30.0)
     plain = forces(STEEL, endmill.averaged(mill, milled(a_slot()))).force_N[0]

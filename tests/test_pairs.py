@@ -17,7 +17,8 @@ from autodb.pairs.forecast import forecast
 from autodb.pairs.learning import learn
 from autodb.pairs.observed import CHIP, Cuts, Observed, Y, Z
 from autodb.pairs.planning import Limits, Sensed, propose
-from autodb.pairs.prior import Card, any_metal, of_card
+from autodb.pairs.prior import Card, any_metal, of_card, of_relative
+from autodb.pairs.surprise import surprise
 from autodb.pairs.told import merged, told, undone
 from autodb.prove import pair_ours
 from autodb.prove.pair_cuts import FAMILIES, KNOWN, drawn, feel
@@ -237,6 +238,35 @@ def test_a_card_is_believed_as_far_as_it_says() -> None:
     assert_allclose(expected.sd[:, 1] / expected.mean[:, 1], 0.25, rtol=0.15)
     assert belief.cuts == 0
     assert len(belief.state.mean) == OWN
+
+
+def test_a_cut_of_another_state_is_surprising_and_one_of_this_is_not() -> None:
+    """Of 300 cuts of the same state at most 4 are called implausible, where chance alone gives more
+    once in 60 000; a cut whose forces are half again as large is. Errors are a little smaller than
+    expected, because this truth is the law itself.
+    """
+    theta = truth(1)
+    belief = learn(prior(), felt(theta, cuts_of(2, 16), seed=3))
+    same = felt(theta, cuts_of(31, 300), seed=32)
+    found = surprise(belief, same)
+    assert found.implausible.sum() <= 4
+    assert 0.6 < np.std(found.off) < 1.1
+    worn = replace(some(same, np.arange(1)), value=1.5 * same.value[[0, 300]])
+    assert surprise(belief, worn).implausible.all()
+    assert surprise(belief, some(same, np.arange(5))).together > 1e-4
+
+
+def test_another_tool_of_the_material_is_believed_less() -> None:
+    """Nearer the truth than what any metal has, wider than the pair itself."""
+    theta = truth(1)
+    known = learn(prior(), felt(theta, cuts_of(2, 16), seed=3))
+    ahead = cuts_of(41, 5)
+    own, relative, any_ = (
+        forecast(belief, ahead) for belief in (known, of_relative(known), any_metal())
+    )
+    assert np.all(relative.sd[:, 1] > own.sd[:, 1])
+    assert np.all(relative.sd[:, 1] / relative.mean[:, 1] < any_.sd[:, 1] / any_.mean[:, 1])
+    assert of_relative(known).cuts == 0
 
 
 def test_pairs_of_another_law_in_their_operation_and_in_others() -> None:

@@ -36,9 +36,7 @@ CLOSE = 1e-3
 
 def learn(belief: Belief, observed: Observed) -> Belief:
     """Return the belief after readings."""
-    laws = tuple(law_error(operation) for operation in observed.operations)
-    prior = belief.also((*observed.shared, *laws))
-    model = _Model(prior, observed)
+    prior, model = _met(belief, observed)
     scatter, state = prior.scatter, prior.state
     for _ in range(SCATTERED):
         state = _settled(prior.state, state, model, scatter)
@@ -46,6 +44,22 @@ def learn(belief: Belief, observed: Observed) -> Belief:
     return replace(
         prior, state=state, scatter=scatter, cuts=prior.cuts + len(np.unique(observed.cut))
     )
+
+
+def expected_of(belief: Belief, observed: Observed) -> tuple[Array, Array]:
+    """Return what a belief expects of readings before they are learnt: (m,), covariance (m, m)."""
+    known, model = _met(belief, observed)
+    design = model.design(known.state.mean)
+    own = model.noise(known.state.mean, known.scatter)
+    covariance = design @ known.state.covariance @ design.T + np.diag(own**2)
+    return model.expected(known.state.mean), covariance
+
+
+def _met(belief: Belief, observed: Observed) -> "tuple[Belief, _Model]":
+    """Return a belief that has met what readings share, and the readings as its functions."""
+    laws = tuple(law_error(operation) for operation in observed.operations)
+    known = belief.also((*observed.shared, *laws))
+    return known, _Model(known, observed)
 
 
 class _Model:
