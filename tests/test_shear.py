@@ -133,6 +133,15 @@ def test_thickness_speed_and_rake_go_as_written() -> None:
     )
 
 
+def test_the_thinnest_chips_have_finite_forces() -> None:
+    """However steeply friction and ratio go with thickness: the tangential force grows with h."""
+    steep = theta(friction_angle=41.0, friction_thickness=-0.3, chip_ratio=0.34)
+    chips = np.geomspace(1e-6, 0.4, 60)
+    for force in shear.per_width(steep, edge(chips))[:2]:
+        assert np.all(np.isfinite(force))
+        assert np.all(np.diff(force) > 0.0)
+
+
 def test_scalars_are_arrays_and_gradients_are_slopes() -> None:
     chips = np.array([0.03, 0.1, 0.35])
     at = edge(chips, rake_deg=5.0, inclination_deg=10.0, speed_m_min=180.0)

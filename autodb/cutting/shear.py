@@ -3,13 +3,14 @@
 The five numbers of Armarego (P1 section 3) - shear stress τ, friction angle β, chip-length ratio r,
 edge coefficients K_te, K_re - and how they go with speed, chip thickness and rake:
 
-    τ = τ_0 (v/v_0)^e_τ (h/h_0)^a_τ      β = β_0 (v/v_0)^e_β (h/h_0)^a_β exp(s_β α)
+    τ = τ_0 (v/v_0)^e_τ (h/h_0)^a_τ      tan β = tan β_0 (v/v_0)^e_β (h/h_0)^a_β exp(s_β α)
     r = r_0 (v/v_0)^e_r (h/h_0)^a exp(s_r α)      K_te, K_re ∝ 1 - exp(-h/h_e)
 
 with v cutting speed [m/min], h uncut chip thickness [mm], α normal rake [rad]. r ∝ h^a is that of
 Budak, Altintas and Armarego 1996; what goes with speed, the other exponents in thickness and the
 edge's force that fades under chips as thin as the edge is round (h_e) are ours: the law has none
-of them, cuts say how large they are, and all may be nought.
+of them, cuts say how large they are, and all may be nought. They are of tan β, the coefficient of
+friction, because β itself would go beyond 90°.
 
 An oblique edge with inclination i, chip flow η = c_η i (Stabler: c_η = 1), r and β taken at the
 normal rake:
@@ -42,57 +43,72 @@ SPEED_M_MIN = 100.0
 """v_0: a round speed for steel."""
 THICKNESS_MM = 0.1
 """h_0: between the chips of milling and of turning."""
-THINNEST_MM = 1e-4
-"""Chips thinner than this have its r: an edge is not sharper. Chosen."""
+THINNEST_MM = 0.01
+"""Thinner chips have this one's r, τ and β: an edge is round, and nothing was measured below.
+Chosen."""
 STEP = 1e-30
 """Step along the imaginary axis: no difference is taken, so that it may be as small as this."""
 
 
+def _plain(value: Array) -> Array:
+    return value
+
+
+def _log_tan(angle_deg: Array) -> Array:
+    return np.log(np.tan(np.radians(angle_deg)))
+
+
+def _angle_deg(log_tan: Array) -> Array:
+    return np.degrees(np.arctan(np.exp(log_tan)))
+
+
 @dataclass(frozen=True)
 class Parameter:
-    """A number of the law: its name, its unit, what it says, and whether its logarithm is fitted.
+    """A number of the law: its name, its unit, what it says.
 
-    ``per_unit``: how many of the law's own units the named unit is (rad a degree).
+    ``inner`` makes the law's coordinate, which may be any number, of a value in the unit; ``outer``
+    the value of a coordinate.
     """
 
     name: str
     unit: str
     meaning: str
-    positive: bool = False
-    per_unit: float = 1.0
+    inner: Callable[[Array], Array] = _plain
+    outer: Callable[[Array], Array] = _plain
 
     def inside(self, value: Array | float) -> Array:
         """Return a value in its unit as the law's coordinate."""
-        scaled = np.asarray(value, dtype=np.float64) * self.per_unit
-        return np.log(scaled) if self.positive else scaled
+        return np.asarray(self.inner(np.asarray(value, dtype=np.float64)))
 
     def outside(self, coordinate: Array | float) -> Array:
         """Return the law's coordinate as a value in its unit."""
-        plain = np.exp(coordinate) if self.positive else np.asarray(coordinate, dtype=np.float64)
-        return np.asarray(plain / self.per_unit)
+        return np.asarray(self.outer(np.asarray(coordinate, dtype=np.float64)))
+
+
+def _positive(name: str, unit: str, meaning: str) -> Parameter:
+    return Parameter(name, unit, meaning, np.log, np.exp)
 
 
 PARAMETERS = (
-    Parameter("shear_stress", "MPa", "stress in the shear zone", positive=True),
+    _positive("shear_stress", "MPa", "stress in the shear zone"),
     Parameter(
-        "friction_angle", "deg", "friction of the chip on the rake face",
-        positive=True, per_unit=float(np.pi / 180.0),
+        "friction_angle", "deg", "friction of the chip on the rake face", _log_tan, _angle_deg
     ),
-    Parameter("chip_ratio", "1", "chip length over length cut", positive=True),
-    Parameter("K_te", "N/mm", "tangential force of the edge", positive=True),
-    Parameter("K_re", "N/mm", "thrust of the edge", positive=True),
+    _positive("chip_ratio", "1", "chip length over length cut"),
+    _positive("K_te", "N/mm", "tangential force of the edge"),
+    _positive("K_re", "N/mm", "thrust of the edge"),
     Parameter("K_ae", "N/mm", "force of the edge along itself"),
     Parameter("chip_ratio_thickness", "1", "exponent a of the chip ratio in thickness"),
     Parameter("shear_stress_speed", "1", "exponent of the shear stress in speed"),
-    Parameter("friction_speed", "1", "exponent of the friction angle in speed"),
+    Parameter("friction_speed", "1", "exponent of the coefficient of friction in speed"),
     Parameter("chip_ratio_speed", "1", "exponent of the chip ratio in speed"),
-    Parameter("friction_rake", "1/rad", "growth of the friction angle with rake"),
+    Parameter("friction_rake", "1/rad", "growth of the coefficient of friction with rake"),
     Parameter("chip_ratio_rake", "1/rad", "growth of the chip ratio with rake"),
     Parameter("chip_flow", "1", "share of a chip's thrust that has one direction for all of it"),
     Parameter("shear_stress_thickness", "1", "exponent of the shear stress in thickness"),
-    Parameter("friction_thickness", "1", "exponent of the friction angle in thickness"),
+    Parameter("friction_thickness", "1", "exponent of the coefficient of friction in thickness"),
     Parameter("flow_angle", "1", "angle of the chip's flow over the inclination (Stabler: 1)"),
-    Parameter("edge_mm", "mm", "chip at which two thirds of the edge's force act", positive=True),
+    _positive("edge_mm", "mm", "chip at which two thirds of the edge's force act"),
 )  # fmt: skip
 NAMES = tuple(parameter.name for parameter in PARAMETERS)
 (
@@ -139,7 +155,7 @@ def coefficients(theta: Values, edge: Edge) -> tuple[Values, Values, Values]:
     stress = np.exp(theta[TAU] + theta[TAU_V] * fast + theta[TAU_H] * thick)
     of_cut = theta[BETA] + theta[BETA_V] * fast + theta[BETA_RAKE] * edge.rake_rad
     flow = theta[ETA] * edge.inclination_rad
-    tan_friction = np.tan(np.exp(of_cut + theta[BETA_H] * thick)) * np.cos(flow)
+    tan_friction = np.exp(of_cut + theta[BETA_H] * thick) * np.cos(flow)
     sin, cos = np.sin(edge.rake_rad), np.cos(edge.rake_rad)
     along, off = cos + tan_friction * sin, tan_friction * cos - sin
     aside = np.tan(flow) * tan_friction

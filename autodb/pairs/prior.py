@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 ANY_METAL = {
     "shear_stress": (500.0, 1.0),
-    "friction_angle": (28.0, 0.6),
+    "friction_angle": (28.0, 0.5),
     "chip_ratio": (0.4, 0.4),
     "K_te": (25.0, 0.7),
     "K_re": (35.0, 0.7),
@@ -32,16 +32,18 @@ ANY_METAL = {
     "chip_ratio_speed": (0.0, 0.1),
     "friction_rake": (0.5, 0.7),
     "chip_ratio_rake": (0.3, 0.7),
-    "chip_flow": (0.5, 0.4),
+    "chip_flow": (0.8, 0.3),
     "shear_stress_thickness": (0.0, 0.05),
     "friction_thickness": (0.0, 0.15),
     "flow_angle": (1.0, 0.4),
     "edge_mm": (0.008, 1.0),
 }
-"""Middle and standard deviation, of the logarithm for those that are positive. Speed: physics
-reference, section 6; no force of the edge along itself: there too; rake and thickness: around what
-Budak, Altintas and Armarego 1996 give for a titanium alloy; the others chosen, wide enough for
-aluminium to nickel alloys, round an edge of some micrometres and Stabler's rule."""
+"""Middle and standard deviation, of the logarithm for those that are positive (of the angle: of
+its tangent), of the number itself for the others. Speed: physics reference, section 6; no force of
+the edge along itself: there too; rake and thickness: around what Budak, Altintas and Armarego 1996
+give for a titanium alloy; a chip that flows mostly as one: Young, Mathew and Oxley 1987; the others
+chosen, wide enough for aluminium to nickel alloys, around an edge of some micrometres and Stabler's
+rule."""
 
 
 OF_EDGE = ("K_te", "K_re", "K_ae", "edge_mm", "chip_flow")
