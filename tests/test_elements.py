@@ -141,7 +141,7 @@ def test_half_up_and_half_down_are_a_slot() -> None:
         forces(known, endmill.averaged(mill, milled(band))).all
         for band in (a_slot(), endmill.up(10.0, half), endmill.down(10.0, half))
     )
-    assert_allclose(up + down, whole, rtol=1e-4)
+    assert_allclose(up + down, whole, rtol=5e-4)
 
 
 def test_the_contracts_example_of_one_tooth() -> None:
