@@ -1,12 +1,13 @@
 """Predict a job from the pair's newest parameters, and keep what was answered."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import forward
-from autodb.agent.machines import find_machine
+from autodb.agent.machines import as_file, find_machine
 from autodb.agent.refreshing import (
     as_parameters,
     chain,
@@ -16,8 +17,10 @@ from autodb.agent.refreshing import (
 )
 from autodb.cutting.law import COMPONENTS
 from autodb.errors import UnusableInput
+from autodb.exceeding import Exceeding, exceeding, unknown
 from autodb.forward import PredictedCut
 from autodb.jobs import Job
+from autodb.machinefile import Limits
 from autodb.store import Store, models
 
 Behind = dict[str, dict[str, models.CuttingParameters]]
@@ -25,13 +28,17 @@ Behind = dict[str, dict[str, models.CuttingParameters]]
 
 @dataclass(frozen=True)
 class Predicted:
-    """The answer for a job: a row per cut; ``behind``: version and cuts by operation, component."""
+    """The answer for a job: a row per cut; ``behind``: version and cuts by operation, component.
+
+    ``exceeds``: limits of the machine that a cut may go beyond.
+    """
 
     prediction_id: int
     job: Job
     cuts: tuple[PredictedCut, ...]
     behind: dict[str, dict[str, tuple[int, int]]]
     notes: tuple[str, ...] = ()
+    exceeds: tuple[Exceeding, ...] = ()
 
 
 def predict_job(store: Store, machine: str, job: Job) -> Predicted:
@@ -60,7 +67,15 @@ def predict_job(store: Store, machine: str, job: Job) -> Predicted:
             operation: {component: (row.version, row.n_cuts) for component, row in found.items()}
             for operation, found in rows.items()
         }
-        return Predicted(stored.id, job, cuts, behind, tuple(_outside(job, rows)))
+        limits = {name: axis.limits for name, axis in as_file(owner).axes.items()}
+        return Predicted(
+            prediction_id=stored.id,
+            job=job,
+            cuts=cuts,
+            behind=behind,
+            notes=(*_outside(job, rows), *_not_told(cuts, limits)),
+            exceeds=exceeding(cuts, limits),
+        )
 
 
 def _behind(session: Session, owner: models.Machine, pair: models.Pair, job: Job) -> Behind:
@@ -81,6 +96,15 @@ def _behind(session: Session, owner: models.Machine, pair: models.Pair, job: Job
             f"it has cut: {', '.join(cut)}"
         )
     return rows
+
+
+def _not_told(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> list[str]:
+    """Say of which axes nothing tells whether a cut exceeds what they give."""
+    return [
+        f"{axis}'s {limits[axis].force_N:g} N: no force of this axis is sensed, so nothing tells "
+        "whether a cut exceeds it"
+        for axis in unknown(cuts, limits)
+    ]
 
 
 def _outside(job: Job, rows: Behind) -> list[str]:

@@ -87,6 +87,8 @@ def predict(job: JobFile, machine: MachineName, json: Json = False, db: Database
             interval(cut.power_W),
         )
     show(rows)
+    for one in answer.exceeds:
+        say(f"cut {one.cut} '{answer.cuts[one.cut - 1].name}': {one.statement}")
     for note in answer.notes:
         say(note)
     behind = ", ".join(

@@ -131,6 +131,36 @@ def waveform(
     )
 
 
+@dataclass(frozen=True)
+class Turn:
+    """Forces of one turn at ``angle_rad`` (n,) of tooth 0: their waveform, mean and peak.
+
+    ``mean`` and ``peak`` (5,): force x, y, z, torque, power, the peak by size with its sign;
+    ``amplitude`` (k, 5): of each harmonic of the spindle's turn, the mean first.
+    """
+
+    angle_rad: Array
+    forces: Forces
+    mean: Array
+    peak: Array
+    amplitude: Array
+
+
+def turn(
+    theta: Array, mill: EndMill, cut: Milled, *, steps: int = 720, slice_mm: float = SLICE_MM
+) -> Turn:
+    """Return the forces of one cut over one turn of the spindle, in even steps."""
+    angle = np.arange(steps) * TURN / steps
+    made = waveform(theta, mill, cut, angle, slice_mm=slice_mm)
+    values = made.all
+    largest = np.argmax(np.abs(values), axis=0)
+    amplitude = np.abs(np.fft.rfft(values, axis=0)) / steps
+    amplitude[1:] *= 2.0
+    return Turn(
+        angle, made, values.mean(axis=0), values[largest, np.arange(values.shape[1])], amplitude
+    )
+
+
 def at_angles(
     mill: EndMill, cut: Milled, angle_rad: Array, *, slice_mm: float = SLICE_MM
 ) -> Elements:

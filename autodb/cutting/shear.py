@@ -124,49 +124,49 @@ def named(coordinates: Array) -> dict[str, float]:
     return {p.name: float(p.outside(c)) for p, c in zip(PARAMETERS, coordinates, strict=True)}
 
 
-def shear_angle_tan(ratio: Values, rake_rad: Array) -> Values:
-    """Return tan φ = r cos α / (1 - r sin α) of chip ratios r."""
-    return ratio * np.cos(rake_rad) / (1.0 - ratio * np.sin(rake_rad))
-
-
 def chip_ratio(theta: Values, edge: Edge) -> Values:
     """Return the chip ratio r of elements (m,)."""
-    thick = np.log(np.maximum(edge.thickness_mm, THINNEST_MM) / THICKNESS_MM)
-    fast = np.log(edge.speed_m_min / SPEED_M_MIN)
-    of_cut = theta[RATIO] + theta[RATIO_V] * fast + theta[RATIO_RAKE] * edge.rake_rad
-    ratio: Values = np.exp(of_cut + theta[RATIO_H] * thick)
-    return ratio
+    return _ratio(theta, edge, *_relative(edge))
 
 
 def coefficients(theta: Values, edge: Edge) -> tuple[Values, Values, Values]:
-    """Return K_tc, K_rc, K_ac, N/mm², of elements (m,) for the law's coordinates (p,)."""
-    fast = np.log(edge.speed_m_min / SPEED_M_MIN)
-    thick = np.log(np.maximum(edge.thickness_mm, THINNEST_MM) / THICKNESS_MM)
+    """Return K_tc, K_rc, K_ac, N/mm², of elements (m,) for the law's coordinates (p,).
+
+    With p = tan φ, t = tan β_n, c = cos α + t sin α and s = t cos α - sin α the cosines of β_n and
+    φ cancel: sin φ D = p √((c - p s)² + (1 + p²) tan²η t²) / (1 + p²), each over cos β_n.
+    """
+    thick, fast = _relative(edge)
     stress = np.exp(theta[TAU] + theta[TAU_V] * fast + theta[TAU_H] * thick)
     of_cut = theta[BETA] + theta[BETA_V] * fast + theta[BETA_RAKE] * edge.rake_rad
-    friction = np.exp(of_cut + theta[BETA_H] * thick)
     flow = theta[ETA] * edge.inclination_rad
-    tan_i, cos_i, tan_flow = (
-        np.tan(edge.inclination_rad),
-        np.cos(edge.inclination_rad),
-        np.tan(flow),
-    )
+    tan_friction = np.tan(np.exp(of_cut + theta[BETA_H] * thick)) * np.cos(flow)
+    sin, cos = np.sin(edge.rake_rad), np.cos(edge.rake_rad)
+    along, off = cos + tan_friction * sin, tan_friction * cos - sin
+    aside = np.tan(flow) * tan_friction
 
-    # Friction seen in the normal plane, less the rake
-    normal = np.arctan(np.tan(friction) * np.cos(flow))
-    sin_friction = np.sin(normal)
-    lean_cos, lean_sin = np.cos(normal - edge.rake_rad), np.sin(normal - edge.rake_rad)
-
-    tan_phi = shear_angle_tan(chip_ratio(theta, edge), edge.rake_rad)
-    cos_phi = 1.0 / np.sqrt(1.0 + tan_phi**2)
-    sin_phi = tan_phi * cos_phi
-    across = cos_phi * lean_cos - sin_phi * lean_sin
-    strength = stress / (sin_phi * np.sqrt(across**2 + (tan_flow * sin_friction) ** 2))
+    ratio = _ratio(theta, edge, thick, fast)
+    tan_phi = ratio * cos / (1.0 - ratio * sin)
+    secant = 1.0 + tan_phi**2
+    shears = np.sqrt((along - tan_phi * off) ** 2 + secant * aside**2)
+    strength = stress * secant / (tan_phi * shears)
+    tan_i, cos_i = np.tan(edge.inclination_rad), np.cos(edge.inclination_rad)
     return (
-        strength * (lean_cos + tan_i * tan_flow * sin_friction),
-        strength * (lean_sin / cos_i),
-        strength * (lean_cos * tan_i - tan_flow * sin_friction),
+        strength * (along + tan_i * aside),
+        strength * (off / cos_i),
+        strength * (along * tan_i - aside),
     )
+
+
+def _relative(edge: Edge) -> tuple[Array, Array]:
+    """Return logarithms of thickness and speed over those that the law's numbers are of."""
+    thick = np.log(np.maximum(edge.thickness_mm, THINNEST_MM) / THICKNESS_MM)
+    return thick, np.log(edge.speed_m_min / SPEED_M_MIN)
+
+
+def _ratio(theta: Values, edge: Edge, thick: Array, fast: Array) -> Values:
+    of_cut = theta[RATIO] + theta[RATIO_V] * fast + theta[RATIO_RAKE] * edge.rake_rad
+    ratio: Values = np.exp(of_cut + theta[RATIO_H] * thick)
+    return ratio
 
 
 def per_width(theta: Values, edge: Edge) -> tuple[Values, Values, Values]:

@@ -16,6 +16,7 @@ from autodb.cutting.elements import Elements
 from autodb.cutting.shear import NAMES, PARAMETERS
 from autodb.fitting import update
 from autodb.pairs.belief import CUT_SHARE, OWN, Belief
+from autodb.pairs.learning import FORCE
 from autodb.pairs.observed import CHIP, Cuts, Observed
 
 Array = NDArray[np.float64]
@@ -81,8 +82,8 @@ def _left_after(belief: Belief, trial: Trial, k: int) -> float:
     theta = belief.law.mean
     parts = observed.parts(theta)
     share = belief.scatter.share**2 + CUT_SHARE**2
-    noise = np.sqrt(observed.sd**2 + parts**2 @ share)
-    after = update(belief.law, observed.slopes(theta), observed.expected(theta), noise)
+    noise = np.sqrt(observed.sd**2 + parts[:, :FORCE] ** 2 @ share)
+    after = update(belief.law, observed.slopes(theta), parts.sum(axis=1), noise)
     return float(np.sqrt(after.covariance[k, k] / belief.law.covariance[k, k]))
 
 
@@ -93,7 +94,7 @@ def chip_thickness(belief: Belief, cuts: Cuts) -> Trial:
         (cuts,), np.arange(count), np.full(count, CHIP), np.zeros(count), np.ones(count),
         np.zeros((count, 0)),
     )  # fmt: skip
-    expected = readings.expected(belief.law.mean)
+    expected = readings.parts(belief.law.mean).sum(axis=1)
     return Trial(
         "a measured chip thickness", replace(readings, value=expected, sd=CHIP_SHARE * expected)
     )

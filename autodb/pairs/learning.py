@@ -22,6 +22,8 @@ from autodb.pairs.observed import Observed
 
 Array = NDArray[np.float64]
 
+FORCE = 2
+"""Parts of a reading that are force; the third is a chip's thickness."""
 SCATTERED = 3
 """Times that scatter and state are fitted in turn."""
 ROUNDS = 20
@@ -34,9 +36,7 @@ CLOSE = 1e-3
 
 def learn(belief: Belief, observed: Observed) -> Belief:
     """Return the belief after readings."""
-    laws = tuple(law_error(operation) for operation in observed.operations)
-    prior = belief.also((*observed.shared, *laws))
-    model = _Model(prior, observed)
+    prior, model = _met(belief, observed)
     scatter, state = prior.scatter, prior.state
     for _ in range(SCATTERED):
         state = _settled(prior.state, state, model, scatter)
@@ -44,6 +44,22 @@ def learn(belief: Belief, observed: Observed) -> Belief:
     return replace(
         prior, state=state, scatter=scatter, cuts=prior.cuts + len(np.unique(observed.cut))
     )
+
+
+def expected_of(belief: Belief, observed: Observed) -> tuple[Array, Array]:
+    """Return what a belief expects of readings before they are learnt: (m,), covariance (m, m)."""
+    known, model = _met(belief, observed)
+    design = model.design(known.state.mean)
+    own = model.noise(known.state.mean, known.scatter)
+    covariance = design @ known.state.covariance @ design.T + np.diag(own**2)
+    return model.expected(known.state.mean), covariance
+
+
+def _met(belief: Belief, observed: Observed) -> "tuple[Belief, _Model]":
+    """Return a belief that has met what readings share, and the readings as its functions."""
+    laws = tuple(law_error(operation) for operation in observed.operations)
+    known = belief.also((*observed.shared, *laws))
+    return known, _Model(known, observed)
 
 
 class _Model:
@@ -66,31 +82,29 @@ class _Model:
         """Return derivatives (m, k) of the readings by what they share."""
         columns = self._felt.copy()
         for place, inside in self._laws:
-            columns[:, place] = np.where(inside, parts, 0.0)
+            columns[:, place] = np.where(inside, parts[:, :FORCE], 0.0)
         return columns
 
     def expected(self, state: Array) -> Array:
         """Return the readings expected (m,)."""
-        theta = state[:OWN]
-        shared = self.shared(self.observed.parts(theta))
-        return self.observed.expected(theta) + shared @ state[OWN:]
+        parts = self.observed.parts(state[:OWN])
+        return np.asarray(parts.sum(axis=1) + self.shared(parts) @ state[OWN:])
 
     def design(self, state: Array) -> Array:
         """Return derivatives (m, p) of the readings by the state."""
         theta = state[:OWN]
-        shared = self.shared(self.observed.parts(theta))
-        return np.column_stack([self.observed.slopes(theta), shared])
+        return np.column_stack(
+            [self.observed.slopes(theta), self.shared(self.observed.parts(theta))]
+        )
 
-    def variances(self, state: Array, scatter: Scatter) -> Array:
-        """Return the variance (m, 2) of readings by what cuts scatter along and across."""
-        parts = self.observed.parts(state[:OWN])
-        return np.asarray((parts * scatter.share) ** 2)
+    def variances(self, state: Array, share: Array | float) -> Array:
+        """Return the variance (m, 2) of readings whose parts are off by shares."""
+        return np.asarray((self.observed.parts(state[:OWN])[:, :FORCE] * share) ** 2)
 
     def noise(self, state: Array, scatter: Scatter) -> Array:
         """Return the sd (m,): the sensor's, the law's from chip to chip, the repeated cut's."""
-        law = (CUT_SHARE * self.observed.parts(state[:OWN])) ** 2
-        both = law + self.variances(state, scatter)
-        return np.asarray(np.sqrt(self.observed.sd**2 + both.sum(axis=1)))
+        own = self.variances(state, np.hypot(scatter.share, CUT_SHARE)).sum(axis=1)
+        return np.asarray(np.sqrt(self.observed.sd**2 + own))
 
 
 def _behind(belief: Belief, key: str) -> slice:
@@ -140,12 +154,12 @@ def _scatter(prior: Scatter, state: Gaussian, model: _Model, now: Scatter) -> Sc
     design = model.design(state.mean)
     known = np.einsum("ij,jk,ik->i", design, state.covariance, design)
     square = (model.observed.value - model.expected(state.mean)) ** 2 + known
-    variances, parts = model.variances(state.mean, now), model.observed.parts(state.mean[:OWN])
+    variances, parts = model.variances(state.mean, now.share), model.variances(state.mean, 1.0)
     whole = model.noise(state.mean, now)[:, None] ** 2
     share = variances / whole
     felt = share**2 * square[:, None] + variances * (1.0 - share)
-    counts = parts**2 / np.maximum((parts**2).sum(axis=1, keepdims=True), TINY)
-    each = np.where(counts > 0.0, felt / np.maximum(parts**2, TINY), 0.0)
+    counts = parts / np.maximum(parts.sum(axis=1, keepdims=True), TINY)
+    each = np.where(counts > 0.0, felt / np.maximum(parts, TINY), 0.0)
     weight = prior.weight + counts.sum(axis=0)
     total = prior.weight * prior.share**2 + (counts * each).sum(axis=0)
     return Scatter(np.sqrt(total / weight), weight)

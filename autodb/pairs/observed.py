@@ -1,5 +1,6 @@
 """What was felt of cuts: force x, y, z, torque, power, chip thickness, any of them, with errors."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -7,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting import shear
-from autodb.cutting.elements import Elements, force_gradient, force_parts, forces
+from autodb.cutting.elements import Elements, force_gradient, force_parts
 from autodb.cutting.shear import Edge, Values
 from autodb.pairs.belief import Shared
 
@@ -47,45 +48,41 @@ class Observed:
         """The operations of the cuts, each once."""
         return tuple(dict.fromkeys(one.operation for one in self.cuts))
 
-    def expected(self, theta: Array) -> Array:
-        """Return the readings (m,) that the law's coordinates expect."""
-        return _stacked(self.cuts, partial(_expected, theta))[self.cut, self.quantity]
+    def parts(self, theta: Array) -> Array:
+        """Return what the law's coordinates expect of the readings (m, 3).
+
+        In parts: force along the cutting speed, force across it, thickness of a chip.
+        """
+        force = self.quantity != CHIP
+        both = self._of(partial(force_parts, theta))[self.cut, self.quantity % CHIP]
+        chip = np.zeros(len(self.cut))
+        if not force.all():
+            chip = self._of(partial(_chip_mm, theta))[self.cut]
+        return np.column_stack([np.where(force[:, None], both, 0.0), np.where(force, 0.0, chip)])
 
     def slopes(self, theta: Array) -> Array:
-        """Return their derivatives (m, p) by the coordinates (p,)."""
-        return _stacked(self.cuts, partial(_slopes, theta))[self.cut, self.quantity]
-
-    def parts(self, theta: Array) -> Array:
-        """Return the parts (m, 2) of the readings along and across the cutting speed."""
-        return _stacked(self.cuts, partial(_parts, theta))[self.cut, self.quantity]
+        """Return derivatives (m, p) of the readings by the coordinates (p,)."""
+        force = self.quantity != CHIP
+        slopes = self._of(partial(force_gradient, theta))[self.cut, self.quantity % CHIP]
+        if not force.all():
+            slopes[~force] = self._of(partial(_chip_slopes, theta))[self.cut[~force]]
+        return slopes
 
     def within(self, operation: str) -> NDArray[np.bool_]:
         """Say which readings (m,) are of an operation."""
         are = [np.full(one.elements.count, one.operation == operation) for one in self.cuts]
         return np.asarray(np.concatenate(are)[self.cut])
 
-
-def _stacked(cuts: tuple[Cuts, ...], of: "partial[Array]") -> Array:
-    return np.concatenate([of(one.elements) for one in cuts])
-
-
-def _expected(theta: Array, elements: Elements) -> Array:
-    """Return force x, y, z, torque, power and thickness of the chip of cuts: (n, 6)."""
-    return np.column_stack([forces(theta, elements).all, _chip_mm(theta, elements=elements)])
+    def _of(self, what: Callable[[Elements], Array]) -> Array:
+        return np.concatenate([what(one.elements) for one in self.cuts])
 
 
-def _slopes(theta: Array, elements: Elements) -> Array:
-    """Return their derivatives by the law's coordinates: (n, 6, p)."""
-    chip = shear.gradient(partial(_chip_mm, elements=elements), theta, axes=1).T
-    return np.asarray(np.concatenate([force_gradient(theta, elements), chip[:, None]], axis=1))
+def _chip_slopes(theta: Array, elements: Elements) -> Array:
+    """Return derivatives (n, p) of the chip's thickness by the coordinates."""
+    return shear.gradient(partial(_chip_mm, elements=elements), theta, axes=1).T
 
 
-def _parts(theta: Array, elements: Elements) -> Array:
-    """Return their parts along and across the cutting speed; a chip has none: (n, 6, 2)."""
-    return np.asarray(np.pad(force_parts(theta, elements), ((0, 0), (0, 1), (0, 0))))
-
-
-def _chip_mm(theta: Values, *, elements: Elements) -> Values:
+def _chip_mm(theta: Values, elements: Elements) -> Values:
     """Return the thickness h/r of the chip (n,) where it is thickest."""
     if elements.of is not None:
         raise TypeError("a chip's thickness is of a cut's mean, not of a moment")
@@ -95,9 +92,8 @@ def _chip_mm(theta: Values, *, elements: Elements) -> Values:
     rows = np.arange(elements.count), np.argmax(engaged, axis=1)
 
     def there(values: Array) -> Array:
-        return np.broadcast_to(values, (elements.count, shape[1]))[rows]
+        return np.asarray(np.broadcast_to(values, (elements.count, shape[1]))[rows])
 
     parts = (edge.thickness_mm, edge.speed_m_min, edge.rake_rad, edge.inclination_rad)
     at = Edge(*(there(part) for part in parts))
-    thickness: Values = at.thickness_mm / shear.chip_ratio(theta, at)
-    return thickness
+    return np.asarray(at.thickness_mm / shear.chip_ratio(theta, at))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import Elements
-from autodb.cutting.shear import PARAMETERS, Edge
+from autodb.cutting.shear import NAMES, PARAMETERS, Edge
 from autodb.fitting import Gaussian
 from autodb.pairs.belief import P1_SCATTER, Belief, Shared
 from autodb.pairs.learning import learn
@@ -41,7 +41,13 @@ ANY_METAL = {
 """Middle and standard deviation, of the logarithm for those that are positive. Speed: physics
 reference, section 6; no force of the edge along itself: there too; rake and thickness: around what
 Budak, Altintas and Armarego 1996 give for a titanium alloy; the others chosen, wide enough for
-aluminium to nickel alloys."""
+aluminium to nickel alloys, round an edge of some micrometres and Stabler's rule."""
+
+
+OF_EDGE = ("K_te", "K_re", "K_ae", "edge_mm", "chip_flow")
+RELATIVE = 0.2
+"""Chosen: grade, coating and chip breaker move a material's numbers by a fifth of what metals
+differ by."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +82,23 @@ def of_card(card: Card, *, start: Belief | None = None) -> Belief:
     """Return the belief that a card leaves; it counts as no cut."""
     known = learn(start or any_metal(), _as_readings(card))
     return Belief(known.law, (), P1_SCATTER, 0)
+
+
+def of_relative(belief: Belief) -> Belief:
+    """Return what the belief about a pair says of one of the same material and another tool.
+
+    What belongs to the material is believed by RELATIVE more standard deviations of what any metal
+    leaves open, what belongs to the tool's edge as of any metal.
+    """
+    law, any_ = belief.law, any_metal().law
+    wider = law.covariance + RELATIVE**2 * any_.covariance
+    mean = law.mean.copy()
+    for name in OF_EDGE:
+        k = NAMES.index(name)
+        mean[k] = any_.mean[k]
+        wider[k], wider[:, k] = 0.0, 0.0
+        wider[k, k] = any_.covariance[k, k]
+    return Belief(Gaussian(mean, wider), (), belief.scatter, 0)
 
 
 def _as_readings(card: Card) -> Observed:

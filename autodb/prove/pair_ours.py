@@ -1,5 +1,7 @@
 """What autodb knows of a power-law pair before and after its cuts, and what it predicts."""
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,6 +23,7 @@ CARD_SHAPE = 0.1
 """How far a material may be off its card from one thickness to another: chosen."""
 
 
+@lru_cache
 def prior(material: str) -> Belief:
     """Return the belief that a card of what a shop expects of the material leaves."""
     chip_t, chip_r, rub_t, rub_r = as_expected(material).per_width(CARD_MM, np.full(5, 100.0))

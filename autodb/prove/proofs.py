@@ -25,6 +25,7 @@ from autodb.prove import (
     left_out,
     mill_run,
     mill_summary,
+    pair_run,
     summary,
 )
 from autodb.prove.axis_run import Told
@@ -41,6 +42,7 @@ from autodb.virtual import (
     machine,
     motion,
     noise,
+    power_pairs,
     process,
     quantities,
     reference_axis,
@@ -196,6 +198,16 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=mill_summary.forces_of,
         read=mill_summary.read_forces,
         generator=REFERENCE_MILL,
+    ),
+    Proof(
+        name="pairs",
+        what="95 % intervals of a pair's next forces, in its operation and in those never cut",
+        runs=300,
+        run=pair_run.run,
+        kept=TypeAdapter(Finished[Judged]),
+        score=summary.summary_of,
+        read=summary.Summary.from_json,
+        generator=(power_pairs, process),
     ),
 )
 

@@ -1,0 +1,87 @@
+"""How likely a predicted cut goes beyond what a machine's axes and spindle give.
+
+A prediction is a normal force; its probability beyond a limit in either direction follows. A
+spindle speed is asked for, not predicted: above its limit it is certain.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from statistics import NormalDist
+
+from autodb.fitting import NORMAL_95
+from autodb.forward import Interval, PredictedCut
+from autodb.machinefile import Limits
+
+WORTH_SAYING = 0.001
+"""Probability from which a limit is spoken of. Chosen."""
+SPINDLE = "spindle"
+FORCES = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class Exceeding:
+    """A limit that a cut (number from 1) may exceed: whose, which, in what unit, how probably."""
+
+    cut: int
+    axis: str
+    limit: float
+    unit: str
+    probability: float
+
+    @property
+    def statement(self) -> str:
+        """The line for the planner, without the cut."""
+        limit = f"{self.axis}'s {self.limit:g} {self.unit}"
+        if self.unit == "rpm":
+            return f"faster than {limit}"
+        return f"{_percent(self.probability)} chance to exceed {limit}"
+
+
+def exceeding(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> tuple[Exceeding, ...]:
+    """Return the limits, by axis, that cuts may exceed, in the order of the cuts."""
+    found = []
+    for number, cut in enumerate(cuts, start=1):
+        for axis, most in limits.items():
+            torque = cut.torque_N_m if axis == SPINDLE else None
+            for predicted, limit, unit in (
+                (_force(cut, axis), most.force_N, "N"),
+                (torque, most.torque_N_m, "N·m"),
+            ):
+                if predicted is not None and limit is not None:
+                    chance = beyond(predicted, limit)
+                    if chance >= WORTH_SAYING:
+                        found.append(Exceeding(number, axis, limit, unit, chance))
+            fastest = most.speed_rpm if axis == SPINDLE else None
+            if fastest is not None and cut.speed_rpm > fastest:
+                found.append(Exceeding(number, axis, fastest, "rpm", 1.0))
+    return tuple(found)
+
+
+def unknown(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> tuple[str, ...]:
+    """Return the axes with a force limit of which no cut's force is predicted."""
+    return tuple(
+        axis
+        for axis, most in limits.items()
+        if most.force_N is not None
+        and axis in FORCES
+        and all(_force(cut, axis) is None for cut in cuts)
+    )
+
+
+def beyond(predicted: Interval, limit: float) -> float:
+    """Return the probability that a predicted value is larger in size than a limit."""
+    sd = (predicted.high - predicted.low) / (2.0 * NORMAL_95)
+    if sd == 0.0:
+        return float(abs(predicted.value) > limit)
+    normal = NormalDist(predicted.value, sd)
+    return (1.0 - normal.cdf(limit)) + normal.cdf(-limit)
+
+
+def _force(cut: PredictedCut, axis: str) -> Interval | None:
+    return {"x": cut.force_x_N, "y": cut.force_y_N, "z": cut.force_z_N}.get(axis)
+
+
+def _percent(probability: float) -> str:
+    if probability > 0.999:
+        return "over 99.9 %"
+    return f"{100.0 * probability:.2g} %" if probability < 0.995 else f"{100 * probability:.1f} %"

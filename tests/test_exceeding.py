@@ -1,0 +1,60 @@
+"""Limits of a machine that a predicted cut may exceed, and how probably."""
+
+from dataclasses import replace
+
+import pytest
+from numpy.testing import assert_allclose
+
+from autodb.exceeding import beyond, exceeding, unknown
+from autodb.forward import Interval, PredictedCut
+from autodb.machinefile import Limits
+
+CUT = PredictedCut(
+    name="rough",
+    speed_rpm=1200.0,
+    speed_m_min=150.0,
+    force_x_N=None,
+    force_y_N=Interval(900.0, 900.0 - 196.0, 900.0 + 196.0),
+    force_z_N=Interval(-400.0, -400.0 - 98.0, -400.0 + 98.0),
+    torque_N_m=Interval(25.0, 20.0, 30.0),
+    power_W=None,
+)
+
+
+def test_the_probability_is_the_normals() -> None:
+    """Half at the limit, 2.5 % where the interval ends, in either direction."""
+    assert CUT.force_y_N is not None
+    assert CUT.force_z_N is not None
+    assert_allclose(beyond(CUT.force_y_N, 900.0), 0.5, atol=1e-12)
+    assert_allclose(beyond(CUT.force_y_N, 1096.0), 0.025, atol=1e-6)
+    assert_allclose(beyond(CUT.force_z_N, 498.0), 0.025, atol=1e-6)
+    assert_allclose(beyond(Interval(10.0, -2.0, 22.0), 0.0), 1.0)
+    assert beyond(Interval(5.0, 5.0, 5.0), 4.0) == 1.0
+
+
+def test_limits_are_named_by_axis_in_the_order_of_cuts() -> None:
+    limits = {
+        "x": Limits(force_N=1000.0),
+        "z": Limits(force_N=450.0),
+        "spindle": Limits(torque_N_m=26.0, speed_rpm=1000.0),
+    }
+    light = replace(CUT, name="light", force_z_N=Interval(10.0, 8.0, 12.0), speed_rpm=900.0)
+    found = exceeding([light, CUT], limits)
+    assert [(one.cut, one.axis, one.unit) for one in found] == [
+        (1, "spindle", "N·m"),
+        (2, "z", "N"),
+        (2, "spindle", "N·m"),
+        (2, "spindle", "rpm"),
+    ]
+    assert found[1].statement == "16 % chance to exceed z's 450 N"
+    assert found[3].statement == "faster than spindle's 1000 rpm"
+    assert unknown([light, CUT], limits) == ("x",)
+    assert exceeding([light, CUT], {"z": Limits()}) == ()
+
+
+@pytest.mark.parametrize(
+    ("limit", "said"), [(500.0, "over 99.9 %"), (1150.0, "0.62 %"), (650.0, "99 %")]
+)
+def test_percentages_are_readable(limit: float, said: str) -> None:
+    (one,) = exceeding([CUT], {"y": Limits(force_N=limit)})
+    assert one.statement.startswith(said)
