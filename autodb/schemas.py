@@ -14,6 +14,7 @@ from pydantic import BaseModel
 from autodb.explain.answer import Explanation
 from autodb.jobs import Job
 from autodb.machinefile import MachineFile
+from autodb.pairs.stated import Material
 from autodb.sidefile import SideFile
 from autodb.standard.protocol import Protocol
 from autodb.toolfile import ToolFile
@@ -25,6 +26,7 @@ FORMATS: tuple[tuple[str, str, type[BaseModel], Mode], ...] = (
     ("machine", "Machine file", MachineFile, "validation"),
     ("tool", "Tool file", ToolFile, "validation"),
     ("standard_cuts", "Standard cuts (protocol)", Protocol, "validation"),
+    ("conventional", "Conventional values of a work material", Material, "validation"),
     ("side_file", "Side file of a recording", SideFile, "validation"),
     ("explanation", "explanation.json", Explanation, "serialization"),
 )

@@ -28,6 +28,7 @@ _OWN: dict[str, dict[str, float]] = {
         **dict.fromkeys(("in/rev", "ipr", "in/tooth"), 25.4),
     },
     "deg": dict.fromkeys(("rev", "U"), 360.0),
+    "N/mm²": {"N/mm2": 1.0, "daN/mm2": 10.0, "kN/mm2": 1000.0},
     "N·m": dict.fromkeys(("Nm", "N m"), 1.0),
     "1": {"1": 1.0, "-": 1.0, "": 1.0},
 }

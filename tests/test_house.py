@@ -126,6 +126,8 @@ def test_the_wheel_holds_the_kits_and_nothing_else(tmp_path: Path) -> None:
         "autodb/_assets/calibration/turning-aluminium.toml",
         "autodb/_assets/calibration/milling-c45.toml",
         "autodb/_assets/calibration/drilling-c45.toml",
+        "autodb/_assets/calibration/conventional/ti6al4v.toml",
+        "autodb/_assets/calibration/conventional/c45.toml",
         "autodb/_assets/schema/migrations/versions/0001_first_tables.py",
         "autodb/_assets/schema/migrations/versions/0002_a_database_that_lasts.py",
         "autodb/_assets/schema/migrations/versions/0003_what_a_cause_was_confirmed_as.py",

@@ -22,6 +22,10 @@ SAMPLES = [
     ("standard_cuts", ROOT / "calibration" / "turning-aluminium.toml"),
     ("standard_cuts", ROOT / "calibration" / "milling-c45.toml"),
     ("standard_cuts", ROOT / "calibration" / "drilling-c45.toml"),
+    *(
+        ("conventional", ROOT / "calibration" / "conventional" / f"{name}.toml")
+        for name in ("ti6al4v", "c45", "al7075", "s235")
+    ),
     ("side_file", JOBS / "stepped_shaft" / "recordings" / "standard-cut-raw.toml"),
     ("side_file", JOBS / "emps" / "columns.toml"),
     ("side_file", JOBS / "vicomtech_turning_wear" / "columns.toml"),
@@ -76,6 +80,8 @@ BAD = [
     ("tool", {"name": "a", "kind": "saw"}),
     ("standard_cuts", {"name": "a", "material": "b", "tool": "c", "cut": []}),
     ("standard_cuts", {"name": "a", "material": "b", "tool": "c", "air_s": 1, "cut": [{}]}),
+    ("conventional", {"note": "no name"}),
+    ("conventional", {"name": "a", "kienzle": {"k_c11": 1780, "m_c": 0.17}}),
     ("side_file", {"channels": {"t": 3}}),
     ("side_file", {"tool": {"teeth": 0}}),
     ("explanation", {"recording": "a"}),

@@ -56,8 +56,9 @@ differ by."""
 class Card:
     """Forces per width, N/mm, of an orthogonal edge at chips (k,): tangential, and thrust or None.
 
-    ``level``: how far the material at hand may be off all of them alike, a share; ``shape``: off
-    each of them beyond that. ``rake_rad`` and ``speed_m_min`` that it holds for.
+    ``level``: how far the material at hand may be off all of them alike, a share, and
+    ``thrust_level`` off the thrust where that differs; ``shape``: off each of them beyond that.
+    ``rake_rad`` and ``speed_m_min`` that it holds for.
     """
 
     thickness_mm: Array
@@ -67,6 +68,7 @@ class Card:
     shape: float
     rake_rad: float = 0.0
     speed_m_min: float = 100.0
+    thrust_level: float | None = None
 
 
 def any_metal() -> Belief:
@@ -107,6 +109,8 @@ def _as_readings(card: Card) -> Observed:
     common = np.zeros((count * len(forces), len(forces)))
     for k, one in enumerate(forces):
         common[k * count : (k + 1) * count, k] = one
+    across = card.level if card.thrust_level is None else card.thrust_level
+    levels = np.array([card.level, across])[: len(forces)]
     return Observed(
         cuts=(Cuts("orthogonal", _orthogonal(card)),),
         cut=np.tile(np.arange(count), len(forces)),
@@ -114,7 +118,7 @@ def _as_readings(card: Card) -> Observed:
         value=np.concatenate(forces),
         sd=card.shape * np.concatenate(forces),
         common=common,
-        shared=(Shared("card", card.level**2 * np.eye(len(forces))),),
+        shared=(Shared("card", np.diag(levels**2)),),
     )
 
 

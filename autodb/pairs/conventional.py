@@ -1,0 +1,196 @@
+"""What handbooks and papers say of a work material, and the belief about its pairs that it leaves.
+
+Specific forces become a `Card`, a reading of an orthogonal edge; their bounds say how far the
+material at hand may be off all of them alike. The five numbers of the law are its own coordinates:
+
+    r at h_0: ln r = ln r_0 + a_0 ln h_0      a = a_0      τ, β, K_te, K_re as they are
+    growth with rake α: of β  ln(β(15°)/β(0°)) / 15°, of r at h_0 the same
+
+exact at rakes of 0 and 15°; the lines' values are taken as independent, each with its bounds. What
+a source does not say - speed, rake where there are no lines, scatter - is any metal's.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.assets import kit
+from autodb.cutting import shear
+from autodb.cutting.kienzle import Planned
+from autodb.cutting.shear import THICKNESS_MM, Values
+from autodb.errors import UnusableInput, near
+from autodb.fitting import NORMAL_95, Gaussian
+from autodb.pairs.belief import P1_SCATTER, Belief
+from autodb.pairs.card import SHAPE, Bounded, KienzleCard, level
+from autodb.pairs.prior import Card, any_metal, of_card
+from autodb.pairs.stated import Kienzle, LinearEdge, Material, Shear, Table
+from autodb.tomlfile import read_toml
+
+Array = NDArray[np.float64]
+
+RAKE_DEG = 15.0
+"""Lines in rake are kept at 0 and here. Chosen: the range of inserts and mills for titanium."""
+PLACES = (
+    shear.TAU, shear.BETA, shear.RATIO, shear.RATIO_H, shear.EDGE_T, shear.EDGE_R,
+    shear.BETA_RAKE, shear.RATIO_RAKE,
+)  # fmt: skip
+"""Coordinates of the law that its five numbers along lines say."""
+
+
+def materials(folder: Path | None = None) -> tuple[Material, ...]:
+    """Return the materials of a folder's files, or of those that ship.
+
+    Raises UnusableInput naming file and key, and where two files have one name.
+    """
+    place = kit("calibration") / "conventional" if folder is None else folder
+    known: dict[str, Path] = {}
+    found = []
+    for path in sorted(place.glob("*.toml")):
+        material = read_toml(path, Material)
+        for name in material.names:
+            other = known.setdefault(_plain(name), path)
+            if other != path:
+                raise UnusableInput(
+                    f"{path}: name: '{name}' is in {other.name} already; one file a material "
+                    "would work"
+                )
+        found.append(material)
+    return tuple(found)
+
+
+def named(name: str, folder: Path | None = None) -> Material:
+    """Return the material that has a name, written in any case, with or without blanks.
+
+    Raises UnusableInput naming those there are.
+    """
+    there = materials(folder)
+    for material in there:
+        if _plain(name) in map(_plain, material.names):
+            return material
+    names = [one for material in there for one in material.names]
+    raise UnusableInput(f"no conventional values of '{name}'{near(name, names)}")
+
+
+def _plain(name: str) -> str:
+    """Return a name without case, blanks and dashes: Ti-6Al-4V is Ti6Al4V."""
+    return "".join(c for c in name.casefold() if c not in " -_")
+
+
+def belief_of(name: str, folder: Path | None = None) -> Belief:
+    """Return the belief about pairs of a material; it counts as no cut."""
+    return believed(named(name, folder))
+
+
+def believed(material: Material) -> Belief:
+    """Return the belief that a material's values leave."""
+    if material.shear is not None:
+        return along_lines(material.shear)
+    return of_card(card_of(material))
+
+
+def card_of(material: Material) -> Card:
+    """Return a material's specific forces as a card.
+
+    Raises UnusableInput where its values are the law's own numbers.
+    """
+    if material.linear_edge is not None:
+        return _linear(material.linear_edge)
+    if material.table is not None:
+        return _tabled(material.table)
+    if material.kienzle is not None:
+        return kienzle_of(material.name, material.kienzle).card
+    raise UnusableInput(
+        f"'{material.name}' has the law's own numbers and no specific forces; a card of the belief "
+        "about it would work"
+    )
+
+
+def _tabled(table: Table) -> Card:
+    """Return a table's forces at chips h = f sin κ."""
+    chips = np.array(table.feed_mm) * np.sin(np.radians(table.entering_deg))
+    forces = table.specific_force
+    return Card(
+        thickness_mm=chips,
+        tangential=np.array(forces.value) * chips,
+        thrust=None,
+        level=level(np.array(forces.lower), np.array(forces.upper)),
+        shape=SHAPE,
+        rake_rad=float(np.radians(table.rake_deg)),
+    )
+
+
+def kienzle_of(name: str, stated: Kienzle) -> KienzleCard:
+    """Return Kienzle's numbers as a card, over chips that a planner asks for."""
+    k_c11, m_c = stated.k_c11, stated.m_c
+    return KienzleCard(
+        material=name,
+        k_c11=Bounded(k_c11.value, k_c11.lower, k_c11.upper),
+        m_c=m_c.value,
+        m_c_bounds=(m_c.lower, m_c.upper),
+        at=Planned(rake_rad=float(np.radians(stated.rake_deg))),
+        source=f"{k_c11.source}; {k_c11.citation}",
+    )
+
+
+def fitted_kienzle(table: Table) -> tuple[float, float]:
+    """Return k_c1.1 [N/mm²] and m_c of a table: a line through its rows in logarithms."""
+    card = _tabled(table)
+    logs = np.log(card.thickness_mm)
+    slope, height = np.polyfit(logs, np.log(table.specific_force.value), 1)
+    return float(np.exp(height)), float(-slope)
+
+
+def _linear(edge: LinearEdge) -> Card:
+    """Return a linear edge's forces over chips that a planner asks for.
+
+    Its coefficients' bounds are taken as reached together: what makes one mill's chip dearer makes
+    its edge so.
+    """
+    chips = Planned().edge.thickness_mm
+    bounds = ("value", "lower", "upper")
+    along = {end: getattr(edge.K_tc, end) * chips + getattr(edge.K_te, end) for end in bounds}
+    across = {end: getattr(edge.K_rc, end) * chips + getattr(edge.K_re, end) for end in bounds}
+    return Card(
+        thickness_mm=chips,
+        tangential=along["value"],
+        thrust=across["value"],
+        level=level(along["lower"], along["upper"]),
+        shape=SHAPE,
+        rake_rad=float(np.radians(edge.rake_deg)),
+        thrust_level=level(across["lower"], across["upper"]),
+    )
+
+
+def along_lines(stated: Shear) -> Belief:
+    """Return the belief that the law's own numbers leave."""
+    start, places = any_metal(), np.array(PLACES)
+    value = np.array([one.value for one in stated.read])
+    sd = np.array([one.upper - one.lower for one in stated.read]) / (2.0 * NORMAL_95)
+    slope = shear.gradient(_coordinates, value, axes=0)
+    mean, covariance = start.law.mean.copy(), start.law.covariance.copy()
+    mean[places] = np.real(_coordinates(value))
+    covariance[places] = covariance[:, places] = 0.0
+    covariance[np.ix_(places, places)] = slope.T @ np.diag(sd**2) @ slope
+    return Belief(Gaussian(mean, covariance), (), P1_SCATTER, 0)
+
+
+def _coordinates(read: Values) -> Values:
+    """Return the coordinates at PLACES (…, k) of what was read (9, …)."""
+    stress, friction, friction_slope, ratio, ratio_slope, power, power_slope, edge_t, edge_r = read
+    far, log_h = np.radians(RAKE_DEG), np.log(THICKNESS_MM)
+    of_friction = np.log1p(RAKE_DEG * friction_slope / friction)
+    of_ratio = np.log1p(RAKE_DEG * ratio_slope / ratio) + RAKE_DEG * power_slope * log_h
+    return np.stack(
+        [
+            np.log(stress),
+            np.log(np.radians(1.0) * friction),
+            np.log(ratio) + power * log_h,
+            power,
+            np.log(edge_t),
+            np.log(edge_r),
+            of_friction / far,
+            of_ratio / far,
+        ],
+        axis=-1,
+    )
