@@ -179,12 +179,14 @@ def _coordinates(read: Values) -> Values:
     """Return the coordinates at PLACES (…, k) of what was read (9, …)."""
     stress, friction, friction_slope, ratio, ratio_slope, power, power_slope, edge_t, edge_r = read
     far, log_h = np.radians(RAKE_DEG), np.log(THICKNESS_MM)
-    of_friction = np.log1p(RAKE_DEG * friction_slope / friction)
+    degree = np.radians(1.0)
+    flat = np.log(np.tan(degree * friction))
+    of_friction = np.log(np.tan(degree * (friction + RAKE_DEG * friction_slope))) - flat
     of_ratio = np.log1p(RAKE_DEG * ratio_slope / ratio) + RAKE_DEG * power_slope * log_h
     return np.stack(
         [
             np.log(stress),
-            np.log(np.radians(1.0) * friction),
+            flat,
             np.log(ratio) + power * log_h,
             power,
             np.log(edge_t),
