@@ -2,7 +2,9 @@
 
 Maximum of the posterior of law and shared errors, readings linearised anew at every step:
 
-    y = F(θ) + C δ + ε,  ε ~ N(0, sd² + Σ (share · part of F)²),  θ, δ ~ prior
+    y = F(θ) (1 + C δ) + L(θ) λ + ε,  ε ~ N(0, sd² + Σ (share · part of F)²),  θ, δ, λ ~ prior
+
+δ errors of calibrations, λ the shares by which the law is off in an operation, L the parts of F.
 
 A step that does not raise the posterior is halved. The share that cuts scatter by is learnt along
 with it, one step of expectation and maximisation a batch, so that a batch and the same cuts one
@@ -51,20 +53,21 @@ class _Model:
 
     def __init__(self, belief: Belief, observed: Observed) -> None:
         self.observed = observed
-        self._felt = np.zeros((len(observed.value), len(belief.state.mean) - OWN))
+        self._gains = np.zeros((len(observed.value), len(belief.state.mean) - OWN))
         begin = 0
         for one in observed.shared:
             width = len(one.covariance)
-            self._felt[:, _behind(belief, one.key)] = observed.common[:, begin : begin + width]
+            self._gains[:, _behind(belief, one.key)] = observed.common[:, begin : begin + width]
             begin += width
         self._laws = [
             (_behind(belief, law_error(name).key), observed.within(name)[:, None])
             for name in observed.operations
         ]
 
-    def shared(self, parts: Array) -> Array:
+    def shared(self, theta: Array) -> Array:
         """Return derivatives (m, k) of the readings by what they share."""
-        columns = self._felt.copy()
+        columns = self._gains * self.observed.expected(theta)[:, None]
+        parts = self.observed.parts(theta)
         for place, inside in self._laws:
             columns[:, place] = np.where(inside, parts, 0.0)
         return columns
@@ -72,14 +75,15 @@ class _Model:
     def expected(self, state: Array) -> Array:
         """Return the readings expected (m,)."""
         theta = state[:OWN]
-        shared = self.shared(self.observed.parts(theta))
-        return self.observed.expected(theta) + shared @ state[OWN:]
+        return self.observed.expected(theta) + self.shared(theta) @ state[OWN:]
 
     def design(self, state: Array) -> Array:
         """Return derivatives (m, p) of the readings by the state."""
         theta = state[:OWN]
-        shared = self.shared(self.observed.parts(theta))
-        return np.column_stack([self.observed.slopes(theta), shared])
+        felt = 1.0 + self._gains @ state[OWN:]
+        return np.column_stack([
+            self.observed.slopes(theta) * felt[:, None], self.shared(theta)
+        ])  # fmt: skip
 
     def variances(self, state: Array, scatter: Scatter) -> Array:
         """Return the variance (m, 2) of readings by what cuts scatter along and across."""

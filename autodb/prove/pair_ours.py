@@ -33,7 +33,7 @@ def observed(pair: PowerPair, felt: Felt) -> Observed:
     value = felt.read.T.ravel()
     common = np.zeros((count * sensed, sensed))
     for k in range(sensed):
-        common[k * count : (k + 1) * count, k] = felt.read[:, k]
+        common[k * count : (k + 1) * count, k] = 1.0
     return Observed(
         cuts=(Cuts(felt.operation.name, elements(pair, felt.cuts)),),
         cut=np.tile(np.arange(count), sensed),
