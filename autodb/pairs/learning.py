@@ -64,26 +64,26 @@ class _Model:
             for name in observed.operations
         ]
 
-    def shared(self, theta: Array) -> Array:
-        """Return derivatives (m, k) of the readings by what they share."""
-        columns = self._gains * self.observed.expected(theta)[:, None]
-        parts = self.observed.parts(theta)
-        for place, inside in self._laws:
-            columns[:, place] = np.where(inside, parts, 0.0)
-        return columns
-
     def expected(self, state: Array) -> Array:
         """Return the readings expected (m,)."""
         theta = state[:OWN]
-        return self.observed.expected(theta) + self.shared(theta) @ state[OWN:]
+        force = self.observed.expected(theta)
+        return np.asarray(force + self._shared(theta, force) @ state[OWN:])
 
     def design(self, state: Array) -> Array:
         """Return derivatives (m, p) of the readings by the state."""
         theta = state[:OWN]
         felt = 1.0 + self._gains @ state[OWN:]
-        return np.column_stack([
-            self.observed.slopes(theta) * felt[:, None], self.shared(theta)
-        ])  # fmt: skip
+        shared = self._shared(theta, self.observed.expected(theta))
+        return np.column_stack([self.observed.slopes(theta) * felt[:, None], shared])
+
+    def _shared(self, theta: Array, force: Array) -> Array:
+        """Return derivatives (m, k) of the readings (m,) by what they share."""
+        columns = self._gains * force[:, None]
+        parts = self.observed.parts(theta)
+        for place, inside in self._laws:
+            columns[:, place] = np.where(inside, parts, 0.0)
+        return columns
 
     def variances(self, state: Array, scatter: Scatter) -> Array:
         """Return the variance (m, 2) of readings by what cuts scatter along and across."""

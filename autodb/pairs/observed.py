@@ -97,7 +97,7 @@ def _chip_mm(theta: Values, *, elements: Elements) -> Values:
     rows = np.arange(elements.count), np.argmax(engaged, axis=1)
 
     def there(values: Array) -> Array:
-        return np.broadcast_to(values, (elements.count, shape[1]))[rows]
+        return np.asarray(np.broadcast_to(values, (elements.count, shape[1]))[rows])
 
     parts = (edge.thickness_mm, edge.speed_m_min, edge.rake_rad, edge.inclination_rad)
     at = Edge(*(there(part) for part in parts))

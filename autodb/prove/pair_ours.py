@@ -41,8 +41,13 @@ def observed(pair: PowerPair, felt: Felt) -> Observed:
         value=value,
         sd=np.repeat(sensing(pair)[list(felt.operation.sensed)], count),
         common=common,
-        shared=tuple(Shared(f"gain {c}", np.array([[GAIN**2]])) for c in felt.operation.sensed),
+        shared=gains(felt.operation.sensed),
     )
+
+
+def gains(components: tuple[int, ...]) -> tuple[Shared, ...]:
+    """Return what the errors of the machine's gains are known to be, of components."""
+    return tuple(Shared(f"gain {c}", np.array([[GAIN**2]])) for c in components)
 
 
 def predicted(
