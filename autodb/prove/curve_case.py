@@ -48,9 +48,9 @@ def draw_case(seed: int) -> Case:
     return Case(seed, pair, felt, asked, truth_N)
 
 
-def first(felt: Felt, count: int) -> Felt:
-    """Return the first of cuts felt."""
-    return replace(felt, cuts=felt.cuts[:count], read=felt.read[:count])
+def some(felt: Felt, begin: int, end: int) -> Felt:
+    """Return cuts felt from one on and before another."""
+    return replace(felt, cuts=felt.cuts[begin:end], read=felt.read[begin:end])
 
 
 def settings(cuts: tuple[Cut, ...]) -> Array:

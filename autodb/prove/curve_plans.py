@@ -1,6 +1,6 @@
 """How many cuts a pair needs: proposed one by one, at random, or the corners of the range.
 
-All plans take their cuts from one grid, and each cut is felt and learnt before the next is chosen.
+All plans take their cuts from one grid, and cuts that are proposed are learnt before the next is.
 Two widths of the 95 % interval are followed, over the force, mean of the next cuts and components:
 that of the next cut's force, and that of its mean given the machine's gain. The first has a floor,
 which no cuts lower: what cuts scatter by, and the error of the gain that all were felt with. The
@@ -8,7 +8,7 @@ second is what lies above the floor.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -26,6 +26,7 @@ from autodb.prove.pair_cuts import (
     TURNED_DEPTH_MM,
     TURNED_FEED_MM,
     TURNED_SPEED_M_MIN,
+    Felt,
     made,
     sensing,
 )
@@ -37,8 +38,9 @@ Plan = Callable[[Belief, Case, int], TurnedCut]
 """Chooses a cut from what is believed, what is asked, and how many were made."""
 
 PROPOSED, RANDOM, FACTORIAL = "proposed", "random", "factorial"
-MADE = {PROPOSED: 10, RANDOM: 12, FACTORIAL: 8}
-"""Cuts of each plan: what random ones reach with 12 is the level to be reached with fewer."""
+AT = {PROPOSED: tuple(range(11)), RANDOM: (0, 1, 2, 4, 6, 8, 10, 12), FACTORIAL: (8,)}
+"""Numbers of cuts after which a plan is judged: what random ones reach with the last of theirs is
+the level to be reached with fewer."""
 
 
 def grid(feeds: int, depths: int, speeds: int) -> tuple[TurnedCut, ...]:
@@ -59,7 +61,7 @@ GAINS = pair_ours.gains(JUDGED)
 
 @dataclass(frozen=True)
 class Planned:
-    """A plan in one pair, after 0, 1, … cuts: the two widths, and the median relative error of the
+    """A plan in one pair, after the cuts AT: the two widths, and the median relative error of the
     next cuts, mean of the components.
     """
 
@@ -72,7 +74,7 @@ class Planned:
 def planned(case: Case) -> list[Planned]:
     """Learn a pair by each of the plans; each has readings of its own."""
     plans: dict[str, Plan] = {
-        PROPOSED: _proposed,
+        PROPOSED: proposed,
         RANDOM: _at_random(np.random.default_rng([case.seed, 0])),
         FACTORIAL: lambda _, __, done: CORNERS[done],
     }
@@ -82,7 +84,7 @@ def planned(case: Case) -> list[Planned]:
     ]
 
 
-def _proposed(belief: Belief, case: Case, _: int) -> TurnedCut:
+def proposed(belief: Belief, case: Case, _: int) -> TurnedCut:
     """Return the cut that `propose` takes."""
     noise = sensing(case.pair)
     sensed = tuple(
@@ -101,15 +103,25 @@ def _at_random(rng: np.random.Generator) -> Plan:
 
 
 def _followed(case: Case, name: str, plan: Plan, rng: np.random.Generator) -> Planned:
-    """Make and learn the cuts of a plan, one after the other."""
-    belief = pair_ours.prior(case.pair.material)
-    seen = [judged(belief, case)]
-    for k in range(MADE[name]):
-        felt = made(rng, case.pair, TURN, (plan(belief, case, k),))
-        belief = learn(belief, pair_ours.observed(case.pair, felt))
-        seen.append(judged(belief, case))
+    """Make the cuts of a plan, and learn all that were made where it is judged."""
+    start = pair_ours.prior(case.pair.material)
+    belief, felt, seen = start, _felt_nothing(), []
+    for done in range(AT[name][-1] + 1):
+        if done in AT[name]:
+            belief = learn(start, pair_ours.observed(case.pair, felt)) if done else start
+            seen.append(judged(belief, case))
+        if done < AT[name][-1]:
+            felt = _and(felt, made(rng, case.pair, TURN, (plan(belief, case, done),)))
     whole, given_gain, errors = zip(*seen, strict=True)
     return Planned(name, whole, given_gain, errors)
+
+
+def _felt_nothing() -> Felt:
+    return Felt(TURN, (), np.zeros((0, len(JUDGED))))
+
+
+def _and(felt: Felt, more: Felt) -> Felt:
+    return replace(felt, cuts=(*felt.cuts, *more.cuts), read=np.vstack([felt.read, more.read]))
 
 
 def judged(belief: Belief, case: Case) -> tuple[float, float, float]:

@@ -1,13 +1,16 @@
 """How fast a pair is learnt: errors of the next turned cuts after so many cuts felt."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.pairs.belief import Belief
 from autodb.pairs.learning import learn
 from autodb.prove import pair_ours
-from autodb.prove.curve_case import JUDGED, Case, draw_case, first, off, settings
+from autodb.prove.curve_case import JUDGED, Case, draw_case, off, settings, some
 from autodb.prove.curve_peers import PEERS, Peer
 from autodb.prove.curve_plans import Planned, planned
 from autodb.prove.pair_cuts import COMPONENTS, TURN
@@ -17,6 +20,8 @@ Array = NDArray[np.float64]
 LEARNT = (0, 1, 2, 3, 5, 8, 12, 20, 40)
 """Cuts felt before the next are predicted."""
 OURS = "autodb"
+ADDED = "autodb, bit by bit"
+"""The cuts between two of LEARNT are learnt from what was believed before them, not all anew."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,8 @@ def run(seed: int) -> list[Learnt | Planned]:
     """Learn a seed's pair from more and more cuts, by autodb and by other ways; then plan cuts."""
     case = draw_case(seed)
     others = [one for peer in PEERS for one in learnt(peer, case)]
-    return [*listed(OURS, _ours(case)), *others, *planned(case)]
+    ours = [*listed(OURS, _errors(case, _anew(case))), *listed(ADDED, _errors(case, _added(case)))]
+    return [*ours, *others, *planned(case)]
 
 
 def learnt(peer: Peer, case: Case) -> list[Learnt]:
@@ -57,12 +63,24 @@ def listed(method: str, errors: Array) -> list[Learnt]:
     ]
 
 
-def _ours(case: Case) -> Array:
-    """Return autodb's errors (numbers of cuts, components)."""
+def _anew(case: Case) -> Iterator[Belief]:
+    """Return the beliefs after each number of cuts, learnt together."""
     start = pair_ours.prior(case.pair.material)
-    beliefs = [
-        learn(start, pair_ours.observed(case.pair, first(case.felt, n))) if n else start
-        for n in LEARNT
-    ]
-    means = [pair_ours.predicted(b, case.pair, TURN.name, case.asked)[0] for b in beliefs]
+    yield start
+    for count in LEARNT[1:]:
+        yield learn(start, pair_ours.observed(case.pair, some(case.felt, 0, count)))
+
+
+def _added(case: Case) -> Iterator[Belief]:
+    """Return the beliefs after each number of cuts, each learnt from the one before."""
+    belief = pair_ours.prior(case.pair.material)
+    yield belief
+    for begin, end in pairwise(LEARNT):
+        belief = learn(belief, pair_ours.observed(case.pair, some(case.felt, begin, end)))
+        yield belief
+
+
+def _errors(case: Case, beliefs: Iterator[Belief]) -> Array:
+    """Return the errors of beliefs (numbers of cuts, components)."""
+    means = (pair_ours.predicted(b, case.pair, TURN.name, case.asked)[0] for b in beliefs)
     return np.array([off(mean[:, list(JUDGED)], case) for mean in means])

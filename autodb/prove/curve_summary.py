@@ -1,7 +1,7 @@
 """What the learning curves of pairs found: errors by way and number of cuts, and cuts of plans.
 
 Standard errors are over pairs; those of numbers of cuts come from pairs drawn again with
-replacement (Efron 1979, the bootstrap).
+replacement (Efron 1979, the bootstrap). An error is the median of a pair's next cuts.
 """
 
 from collections.abc import Sequence
@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from autodb.prove.curve_plans import FACTORIAL, MADE, PROPOSED, RANDOM, Planned
-from autodb.prove.curve_run import LEARNT, OURS, Learnt
+from autodb.prove.curve_plans import AT, FACTORIAL, PROPOSED, RANDOM, Planned
+from autodb.prove.curve_run import ADDED, LEARNT, OURS, Learnt
 from autodb.prove.found import Table, percent
 from autodb.prove.runs import Finished, Origin
 
@@ -47,7 +47,7 @@ class Row:
     @property
     def passed(self) -> bool:
         """Whether autodb's is low enough soon, or nowhere above by over a standard error."""
-        if self.method == OURS:
+        if self.method in (OURS, ADDED):
             soon = self.error[LEARNT.index(SOON)]
             return soon is not None and soon < ENOUGH
         return all(one is None or one >= -1.0 for one in self.ahead)
@@ -55,36 +55,32 @@ class Row:
 
 @dataclass(frozen=True)
 class Reached:
-    """A width: the level that random cuts reach, median over pairs, and how many cuts of each plan
-    reach it, median over pairs (None: all that it made do not), with standard errors.
-
-    ``like_factorial``: proposed cuts that reach what all of the factorial's do.
+    """A width: the level that random cuts reach and that of the factorial, medians over pairs, and
+    how many proposed cuts reach either (None: more than were made), with standard errors.
     """
 
     width: str
     level: float
-    cuts: dict[str, int | None]
-    se: dict[str, float]
+    proposed: int | None
+    proposed_se: float
+    factorial_level: float
     like_factorial: int | None
     like_factorial_se: float
 
     @property
     def halved(self) -> bool:
         """Whether the proposed cuts are at most half of the random ones."""
-        cuts = self.cuts[PROPOSED]
-        return cuts is not None and cuts <= HALF * MADE[RANDOM]
+        return self.proposed is not None and self.proposed <= HALF * AT[RANDOM][-1]
 
     @property
     def fewer(self) -> bool:
         """Whether the proposed cuts are fewer than the factorial's, for what it reaches."""
-        return self.like_factorial is not None and self.like_factorial < MADE[FACTORIAL]
+        return self.like_factorial is not None and self.like_factorial < AT[FACTORIAL][-1]
 
 
 @dataclass(frozen=True)
 class Course:
-    """A plan: medians over pairs of both widths, and mean error with its standard error, after 0,
-    1, … cuts.
-    """
+    """A plan: medians over pairs of both widths, and mean error with its standard error."""
 
     plan: str
     whole: tuple[float, ...]
@@ -136,34 +132,37 @@ class Summary:
             )
             for row in self.rows
         )  # fmt: skip
-        title = f"Error of the next cuts' mean force, {self.seeds[1] - self.seeds[0] + 1} pairs"
+        pairs = self.seeds[1] - self.seeds[0] + 1
+        title = (
+            f"Median error of the next cuts' mean force, mean of {pairs} pairs ± its standard error"
+        )
         return Table(title, heads, rows)
 
     def _reached(self) -> Table:
-        most, corners = MADE[RANDOM], MADE[FACTORIAL]
+        most, corners = AT[RANDOM][-1], AT[FACTORIAL][-1]
         heads = (
-            "half-width", ">random cuts", ">reach", f">proposed (≤ {HALF * most:g})", "",
-            ">factorial", f">proposed, as the factorial's {corners} (< {corners})", "",
+            "half-width", f">{most} random cuts reach", f">proposed (≤ {HALF * most:g})", "",
+            f">the factorial's {corners} reach", f">proposed (< {corners})", "",
         )  # fmt: skip
         rows = tuple(
             (
-                WIDTHS[one.width], str(most), percent(one.level),
-                _count(one.cuts[PROPOSED], one.se[PROPOSED], MADE[PROPOSED]), _said(one.halved),
-                _count(one.cuts[FACTORIAL], one.se[FACTORIAL], corners),
-                _count(one.like_factorial, one.like_factorial_se, MADE[PROPOSED]), _said(one.fewer),
+                WIDTHS[one.width],
+                percent(one.level), _count(one.proposed, one.proposed_se), _said(one.halved),
+                percent(one.factorial_level), _count(one.like_factorial, one.like_factorial_se),
+                _said(one.fewer),
             )
             for one in self.reached
         )  # fmt: skip
-        return Table("Cuts to a half-width, medians of pairs", heads, rows)
+        off, se = (100.0 * one for one in self.worse)
+        error = ("error, less that of random cuts at the level given the gain", "")
+        rows = (*rows, (*error, f"{off:+.1f} ± {se:.1f} %", _said(self.as_near), "", "", ""))
+        return Table("Cuts to a half-width, medians of pairs ± standard error", heads, rows)
 
     def _courses(self) -> Table:
-        longest = max(MADE.values())
+        longest = max(at[-1] for at in AT.values())
         heads = ("plan", "", *(f">{n} cuts" for n in range(longest + 1)))
-        rows = [row for course in self.courses for row in _lines(course, longest)]
-        off, se = self.worse
-        said = f"error of proposed less random at the level: {100 * off:+.1f} ± {100 * se:.1f} %"
-        rows.append((said, _said(self.as_near), *[""] * (longest + 1)))
-        return Table("Plans: half-widths (medians) and errors (means) of pairs", heads, tuple(rows))
+        rows = tuple(row for course in self.courses for row in _lines(course, longest))
+        return Table("Plans: half-widths (medians) and errors (means) of pairs", heads, rows)
 
     def to_json(self) -> str:
         """Return the summary as JSON, as ``from_json`` reads it."""
@@ -188,19 +187,25 @@ def _plus_minus(value: float | None, se: float | None) -> str:
     return f"{100.0 * value:.1f} ± {100.0 * se:.1f} %"
 
 
-def _count(cuts: int | None, se: float, most: int) -> str:
-    return f"more than {most}" if cuts is None else f"{cuts} ± {se:.1f}"
+def _count(cuts: int | None, se: float) -> str:
+    return f"more than {AT[PROPOSED][-1]}" if cuts is None else f"{cuts} ± {se:.1f}"
 
 
 def _lines(course: Course, longest: int) -> list[tuple[str, ...]]:
-    """Return a plan's widths and errors as rows."""
-    rest = [""] * (longest + 1 - len(course.whole))
-    errors = [_plus_minus(e, s) for e, s in zip(course.error, course.se, strict=True)]
+    """Return a plan's widths and errors as rows, a cell for each number of cuts."""
+    kinds = {
+        WIDTHS["whole"]: [percent(one) for one in course.whole],
+        WIDTHS["given_gain"]: [percent(one) for one in course.given_gain],
+        "error": [_plus_minus(e, s) for e, s in zip(course.error, course.se, strict=True)],
+    }
     return [
-        (course.plan, WIDTHS["whole"], *map(percent, course.whole), *rest),
-        (course.plan, WIDTHS["given_gain"], *map(percent, course.given_gain), *rest),
-        (course.plan, "error", *errors, *rest),
+        (course.plan, what, *_placed(dict(zip(AT[course.plan], cells, strict=True)), longest))
+        for what, cells in kinds.items()
     ]
+
+
+def _placed(cells: dict[int, str], longest: int) -> list[str]:
+    return [cells.get(n, "") for n in range(longest + 1)]
 
 
 def summary_of(runs: Sequence[Finished[Learnt | Planned]], origin: Origin) -> Summary:
@@ -208,7 +213,7 @@ def summary_of(runs: Sequence[Finished[Learnt | Planned]], origin: Origin) -> Su
     every = [one for run in runs for one in run.judged]
     rows = rows_of([one for one in every if isinstance(one, Learnt)])
     plans = [one for one in every if isinstance(one, Planned)]
-    by_plan = {name: [one for one in plans if one.plan == name] for name in MADE}
+    by_plan = {name: [one for one in plans if one.plan == name] for name in AT}
     courses = tuple(_course(name, own) for name, own in by_plan.items())
     reached = tuple(_reached(width, by_plan) for width in WIDTHS)
     worse = _worse(by_plan, reached[list(WIDTHS).index("given_gain")])
@@ -258,37 +263,42 @@ def widths_of(own: Sequence[Planned], width: str) -> Array:
 
 def _reached(width: str, by_plan: dict[str, list[Planned]]) -> Reached:
     table = {name: widths_of(own, width) for name, own in by_plan.items()}
-    level = float(np.median(table[RANDOM][:, -1]))
-    cuts = {name: cuts_to(level, one) for name, one in table.items()}
-    reached = float(np.median(table[FACTORIAL][:, -1]))
-    like_factorial = cuts_to(reached, table[PROPOSED])
-
-    # Pairs drawn again; a plan that does not reach the level then counts one more than it made
-    rng, count = np.random.default_rng(0), len(table[RANDOM])
-    drawn = [rng.integers(count, size=count) for _ in range(AGAIN)]
-    se = {name: _se_cuts(one, table[RANDOM], drawn) for name, one in table.items()}
-    like_se = _se_cuts(table[PROPOSED], table[FACTORIAL], drawn)
-    return Reached(width, level, cuts, se, like_factorial, like_se)
+    level, factorial_level = (float(np.median(table[n][:, -1])) for n in (RANDOM, FACTORIAL))
+    proposed = table[PROPOSED]
+    return Reached(
+        width=width,
+        level=level,
+        proposed=cuts_to(level, proposed),
+        proposed_se=_se_cuts(proposed, table[RANDOM]),
+        factorial_level=factorial_level,
+        like_factorial=cuts_to(factorial_level, proposed),
+        like_factorial_se=_se_cuts(proposed, table[FACTORIAL]),
+    )
 
 
 def cuts_to(level: float, widths: Array) -> int | None:
-    """Return how many cuts it takes until the median over pairs of widths (pairs, cuts) is at a
-    level or below, None where it never is.
+    """Return how many cuts it takes until the median over pairs of widths (pairs, 0 to n cuts) is
+    at a level or below, None where it never is.
     """
     below = np.median(widths, axis=0) <= level
     return int(np.argmax(below)) if below.any() else None
 
 
-def _se_cuts(widths: Array, to: Array, drawn: list[NDArray[np.intp]]) -> float:
-    """Return the standard error of the cuts that reach what all of another plan's do."""
-    counts = [cuts_to(float(np.median(to[one, -1])), widths[one]) for one in drawn]
-    return float(np.std([widths.shape[1] if c is None else c for c in counts]))
+def _se_cuts(widths: Array, to: Array) -> float:
+    """Return the standard error of the cuts that reach what all of another plan's do.
+
+    Of pairs drawn again; where the level is not reached, one more than were made count.
+    """
+    drawn = np.random.default_rng(0).integers(len(widths), size=(AGAIN, len(widths)))
+    levels = np.median(to[:, -1][drawn], axis=1)
+    below = np.median(widths[drawn], axis=1) <= levels[:, None]
+    counts = np.where(below.any(axis=1), np.argmax(below, axis=1), widths.shape[1])
+    return float(np.std(counts))
 
 
 def _worse(by_plan: dict[str, list[Planned]], level: Reached) -> tuple[float, float]:
     """Return the difference of errors at the level of a width, and its standard error."""
-    made = level.cuts[PROPOSED]
-    at = MADE[PROPOSED] if made is None else made
+    at = AT[PROPOSED][-1] if level.proposed is None else level.proposed
     pairs = zip(by_plan[PROPOSED], by_plan[RANDOM], strict=True)
     apart = np.array([one.errors[at] - other.errors[-1] for one, other in pairs])
     return float(apart.mean()), float(_se(apart))
