@@ -16,7 +16,7 @@ from autodb.store import head
 from autodb.terms import TERMS
 from autodb.virtual.quantities import NAMES
 from docs.make import __main__ as make
-from docs.make import blocks, commands, explained, frames, proofs, style, terms
+from docs.make import blocks, commands, explained, frames, pair_peers, proofs, style, terms
 from tests.conftest import ROOT
 
 DOCS = ROOT / "docs"
@@ -164,6 +164,11 @@ def test_the_proofs_page_is_its_tables_of_this_version_and_generator() -> None:
         assert kept.origin.version == origin.version
         assert kept.origin.generator == origin.generator  # else run `make prove` again
         assert line(kept) in page
+
+
+def test_the_proofs_page_has_the_table_of_boosted_trees() -> None:
+    page = make.PROOFS_PAGE.read_text("utf-8")
+    assert pair_peers.filled(page) == page
 
 
 def test_the_page_has_every_quantity_of_all_axes() -> None:

@@ -60,7 +60,7 @@ def felt(theta: Array, cuts: Cuts, seed: int, gains: tuple[float, float] = (1.0,
     real = real * (1.0 + np.array([0.0189, 0.0549]) * rng.standard_normal((count, 2)))
     read = real + SD_N * rng.standard_normal((count, 2))
     common = np.zeros((2 * count, 2))
-    common[:count, 0], common[count:, 1] = read.T
+    common[:count, 0] = common[count:, 1] = 1.0
     return Observed(
         cuts=(cuts,),
         cut=np.tile(np.arange(count), 2),
@@ -222,7 +222,7 @@ def _exact(belief: Belief, cut: Cuts) -> Observed:
     """Return the readings of a cut as the belief expects them."""
     made = felt(belief.law.mean, cut, seed=1)
     value = forecast(belief, cut).mean[0, [Y, Z]]
-    return replace(made, value=value, common=np.diag(value))
+    return replace(made, value=value, common=np.eye(2))
 
 
 def test_a_card_is_believed_as_far_as_it_says() -> None:

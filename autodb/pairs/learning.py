@@ -2,7 +2,9 @@
 
 Maximum of the posterior of law and shared errors, readings linearised anew at every step:
 
-    y = F(θ) + C δ + ε,  ε ~ N(0, sd² + Σ (share · part of F)²),  θ, δ ~ prior
+    y = F(θ) (1 + C δ) + L(θ) λ + ε,  ε ~ N(0, sd² + Σ (share · part of F)²),  θ, δ, λ ~ prior
+
+δ errors of calibrations, λ the shares by which the law is off in an operation, L the parts of F.
 
 A step that does not raise the posterior is halved. The share that cuts scatter by is learnt along
 with it, one step of expectation and maximisation a batch, so that a batch and the same cuts one
@@ -67,35 +69,35 @@ class _Model:
 
     def __init__(self, belief: Belief, observed: Observed) -> None:
         self.observed = observed
-        self._felt = np.zeros((len(observed.value), len(belief.state.mean) - OWN))
+        self._gains = np.zeros((len(observed.value), len(belief.state.mean) - OWN))
         begin = 0
         for one in observed.shared:
             width = len(one.covariance)
-            self._felt[:, _behind(belief, one.key)] = observed.common[:, begin : begin + width]
+            self._gains[:, _behind(belief, one.key)] = observed.common[:, begin : begin + width]
             begin += width
         self._laws = [
             (_behind(belief, law_error(name).key), observed.within(name)[:, None])
             for name in observed.operations
         ]
 
-    def shared(self, parts: Array) -> Array:
-        """Return derivatives (m, k) of the readings by what they share."""
-        columns = self._felt.copy()
-        for place, inside in self._laws:
-            columns[:, place] = np.where(inside, parts[:, :FORCE], 0.0)
-        return columns
-
     def expected(self, state: Array) -> Array:
         """Return the readings expected (m,)."""
         parts = self.observed.parts(state[:OWN])
-        return np.asarray(parts.sum(axis=1) + self.shared(parts) @ state[OWN:])
+        return np.asarray(parts.sum(axis=1) + self._shared(parts) @ state[OWN:])
 
     def design(self, state: Array) -> Array:
         """Return derivatives (m, p) of the readings by the state."""
         theta = state[:OWN]
-        return np.column_stack(
-            [self.observed.slopes(theta), self.shared(self.observed.parts(theta))]
-        )
+        felt = 1.0 + self._gains @ state[OWN:]
+        shared = self._shared(self.observed.parts(theta))
+        return np.column_stack([self.observed.slopes(theta) * felt[:, None], shared])
+
+    def _shared(self, parts: Array) -> Array:
+        """Return derivatives (m, k) of the readings, in parts (m, 3), by what they share."""
+        columns = np.asarray(self._gains * parts.sum(axis=1)[:, None])
+        for place, inside in self._laws:
+            columns[:, place] = np.where(inside, parts[:, :FORCE], 0.0)
+        return columns
 
     def variances(self, state: Array, share: Array | float) -> Array:
         """Return the variance (m, 2) of readings whose parts are off by shares."""

@@ -31,8 +31,10 @@ class Observed:
     """Readings (m,) of cuts: batches of ``cuts``, numbered on through all of them.
 
     ``cut`` and ``quantity`` (m,): what each reading is of; ``value`` and ``sd`` in the quantity's
-    unit. ``common`` (m, k): derivatives of the readings by the errors of the calibrations
-    ``shared``, in their order.
+    unit. ``common`` (m, k): by which share of what is expected the errors of the calibrations
+    ``shared``, in their order, move the readings: 1 for a gain's. Of what is expected, not of what
+    was read: noise that is read too low would say that the gain is low, and many noisy readings
+    would together pull the force down (Peelle's puzzle).
     """
 
     cuts: tuple[Cuts, ...]

@@ -107,8 +107,8 @@ def _as_readings(card: Card) -> Observed:
     count = len(card.thickness_mm)
     forces = [card.tangential] if card.thrust is None else [card.tangential, card.thrust]
     common = np.zeros((count * len(forces), len(forces)))
-    for k, one in enumerate(forces):
-        common[k * count : (k + 1) * count, k] = one
+    for k in range(len(forces)):
+        common[k * count : (k + 1) * count, k] = 1.0
     across = card.level if card.thrust_level is None else card.thrust_level
     levels = np.array([card.level, across])[: len(forces)]
     return Observed(

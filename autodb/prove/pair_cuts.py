@@ -25,6 +25,9 @@ Cut = TurnedCut | MilledCut
 KNOWN = 12
 """Cuts that are learnt from. Chosen: an afternoon's."""
 TAPER_DEG = 20.0
+TURNED_FEED_MM = (0.1, 0.4)
+TURNED_DEPTH_MM = (0.8, 3.0)
+TURNED_SPEED_M_MIN = (80.0, 250.0)
 UNITS = ("N", "N", "N", "N·m")
 COMPONENTS = ("force.x", "force.y", "force.z", "torque.spindle")
 
@@ -72,8 +75,15 @@ def sensing(pair: PowerPair) -> Array:
 
 
 def feel(rng: np.random.Generator, pair: PowerPair, operation: Operation, count: int) -> Felt:
-    """Make cuts and read what the machine feels of them."""
+    """Draw cuts, make them and read what the machine feels of them."""
     cuts = tuple(operation.draw(rng, pair) for _ in range(count))
+    return made(rng, pair, operation, cuts)
+
+
+def made(
+    rng: np.random.Generator, pair: PowerPair, operation: Operation, cuts: tuple[Cut, ...]
+) -> Felt:
+    """Make cuts and read what the machine feels of them."""
     real = np.array([forces(pair, cut, scattered(rng)) for cut in cuts])[:, list(operation.sensed)]
     gains, noise = pair.gains[list(operation.sensed)], sensing(pair)[list(operation.sensed)]
     return Felt(operation, cuts, real * gains + noise * rng.standard_normal(real.shape))
@@ -88,9 +98,9 @@ def drawn(seed: int) -> tuple[np.random.Generator, PowerPair]:
 def _turned(inward_deg: float) -> Callable[[np.random.Generator, PowerPair], TurnedCut]:
     def one(rng: np.random.Generator, _: PowerPair) -> TurnedCut:
         return TurnedCut(
-            feed_mm=float(rng.uniform(0.1, 0.4)),
-            depth_mm=float(rng.uniform(0.8, 3.0)),
-            speed_m_min=float(rng.uniform(80.0, 250.0)),
+            feed_mm=float(rng.uniform(*TURNED_FEED_MM)),
+            depth_mm=float(rng.uniform(*TURNED_DEPTH_MM)),
+            speed_m_min=float(rng.uniform(*TURNED_SPEED_M_MIN)),
             inward_deg=inward_deg,
         )
 

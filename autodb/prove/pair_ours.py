@@ -36,7 +36,7 @@ def observed(pair: PowerPair, felt: Felt) -> Observed:
     value = felt.read.T.ravel()
     common = np.zeros((count * sensed, sensed))
     for k in range(sensed):
-        common[k * count : (k + 1) * count, k] = felt.read[:, k]
+        common[k * count : (k + 1) * count, k] = 1.0
     return Observed(
         cuts=(Cuts(felt.operation.name, elements(pair, felt.cuts)),),
         cut=np.tile(np.arange(count), sensed),
@@ -44,8 +44,13 @@ def observed(pair: PowerPair, felt: Felt) -> Observed:
         value=value,
         sd=np.repeat(sensing(pair)[list(felt.operation.sensed)], count),
         common=common,
-        shared=tuple(Shared(f"gain {c}", np.array([[GAIN**2]])) for c in felt.operation.sensed),
+        shared=gains(felt.operation.sensed),
     )
+
+
+def gains(components: tuple[int, ...]) -> tuple[Shared, ...]:
+    """Return what the errors of the machine's gains are known to be, of components."""
+    return tuple(Shared(f"gain {c}", np.array([[GAIN**2]])) for c in components)
 
 
 def predicted(

@@ -19,6 +19,8 @@ from autodb.prove import (
     axis_intervals,
     axis_run,
     axis_summary,
+    curve_run,
+    curve_summary,
     explain_summary,
     lathe_run,
     lathe_summary,
@@ -29,6 +31,7 @@ from autodb.prove import (
     summary,
 )
 from autodb.prove.axis_run import Told
+from autodb.prove.curve_plans import Planned
 from autodb.prove.explain_score import Scored
 from autodb.prove.found import Found
 from autodb.prove.lathe_run import AxisErrors
@@ -207,6 +210,16 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[Judged]),
         score=summary.summary_of,
         read=summary.Summary.from_json,
+        generator=(power_pairs, process),
+    ),
+    Proof(
+        name="pair-curve",
+        what="few turned cuts teach a pair, and fewer where the next one is proposed",
+        runs=48,
+        run=curve_run.run,
+        kept=TypeAdapter(Finished[curve_run.Learnt | Planned]),
+        score=curve_summary.summary_of,
+        read=curve_summary.Summary.from_json,
         generator=(power_pairs, process),
     ),
 )
