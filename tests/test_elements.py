@@ -243,6 +243,22 @@ def test_a_drill_pushes_back_and_twists() -> None:
     assert_allclose(large.force_N[:, 2] / small.force_N[:, 2], 2.0, rtol=0.02)
 
 
+def test_many_cuts_are_the_same_cuts_alone() -> None:
+    """More than are summed together: each as if it were alone."""
+    rng, count = np.random.default_rng(1), 2300
+    cuts = Turned(
+        rng.uniform(0.1, 0.4, count), rng.uniform(0.2, 3.0, count),
+        rng.uniform(50.0, 300.0, count), rng.uniform(5.0, 50.0, count),
+        rng.choice([0.0, 0.5 * np.pi], count),
+    )  # fmt: skip
+    known = theta(chip_flow=0.5)
+    together = forces(known, insert.elements_of(Insert(0.8, 93.0), cuts)).all
+    for k in (0, 999, 1000, 2299):
+        one = Turned(*(getattr(cuts, name)[k : k + 1] for name in Turned.__annotations__))
+        alone = forces(known, insert.elements_of(Insert(0.8, 93.0), one)).all
+        assert_allclose(together[k], alone[0], rtol=1e-12)
+
+
 def test_gradients_and_parts_of_sums() -> None:
     known = theta(chip_flow=0.4, edge_mm=0.01)
     made = (

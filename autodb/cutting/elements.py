@@ -16,6 +16,7 @@ rest across each element; what rubs, the edge's part, pushes across each. How la
 Source of the rest: physics reference, section 6.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,9 @@ from autodb.cutting import shear
 from autodb.cutting.shear import Edge, Values
 
 Array = NDArray[np.float64]
+
+BLOCK = 1000
+"""Cuts that are summed together."""
 
 
 @dataclass(frozen=True)
@@ -65,8 +69,43 @@ class Forces:
 
 def forces(theta: Array, elements: Elements) -> Forces:
     """Return the forces of cuts for the law's coordinates (p,)."""
-    summed = _summed(elements, *_across_axis(theta, elements))
+    summed = np.concatenate(
+        [_summed(block, *_across_axis(theta, block)) for block in _blocks(elements)]
+    )
     return Forces(summed[:, :3], summed[:, 3], summed[:, 4])
+
+
+def _blocks(elements: Elements) -> Iterator[Elements]:
+    """Return some cuts after the others, so that what they take stays near the processor."""
+    if elements.of is not None or elements.count <= BLOCK:
+        yield elements
+        return
+    for begin in range(0, elements.count, BLOCK):
+        rows = slice(begin, begin + BLOCK)
+
+        def some(values: Array, rows: slice = rows) -> Array:
+            return values if len(values) == 1 else values[rows]
+
+        def both(pair: tuple[Array, Array], rows: slice = rows) -> tuple[Array, Array]:
+            return some(pair[0], rows), some(pair[1], rows)
+
+        edge = elements.edge
+        yield Elements(
+            count=min(BLOCK, elements.count - begin),
+            of=None,
+            edge=Edge(
+                some(edge.thickness_mm),
+                some(edge.speed_m_min),
+                some(edge.rake_rad),
+                some(edge.inclination_rad),
+            ),
+            width_mm=some(elements.width_mm),
+            kappa=both(elements.kappa),
+            phi=both(elements.phi),
+            radius_mm=some(elements.radius_mm),
+            frames=some(elements.frames),
+            flow=None if elements.flow is None else both(elements.flow),
+        )
 
 
 def force_gradient(theta: Array, elements: Elements) -> Array:
