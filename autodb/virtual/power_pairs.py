@@ -23,8 +23,8 @@ from autodb.virtual.process import SCATTER_TANGENTIAL, SCATTER_THRUST
 
 Array = NDArray[np.float64]
 
-SPREAD = 0.25  # of a pair around what is expected of its material; physics reference, issue
-GAIN = 0.05  # of a calibration, common to a machine
+SPREAD = 0.25  # of a pair around what is expected of its material; chosen
+GAIN = 0.05  # of a calibration, common to a machine; chosen
 SENSING_N = (16.1, 18.5, 16.1)  # x, y, z; physics reference section 9
 CHIP_MM = 0.2  # h0 of the law
 FAST_M_MIN = 150.0
