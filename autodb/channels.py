@@ -26,6 +26,8 @@ _UNITS: tuple[tuple[str, str], ...] = (
     (rf"({_AXIS}|lubricant|spindle)\.temperature", "°C"),
     (r"cutting\.speed", "m/min"),
     (r"cutting\.(feed|depth|width)", "mm"),
+    (r"cutting\.(direction|ramp)", "deg"),
+    (r"pocket\.diameter", "mm"),
     (r"(work\.diameter|tool\.flank_wear|chip\.thickness)", "mm"),
     (r"tool\.cutting_time", "s"),
     (r"(cut|tool\.edge)", "1"),

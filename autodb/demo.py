@@ -96,11 +96,10 @@ def _predicted(prediction: Predicted) -> list[str]:
     lines = []
     for cut in prediction.cuts:
         force = cut.force_y_N
-        if force is not None:
-            lines.append(
-                f"predicted: {cut.name}: cutting force {force.value:.0f} N "
-                f"({force.low:.0f} to {force.high:.0f})"
-            )
+        lines.append(
+            f"predicted: {cut.name}: cutting force {force.value:.0f} N "
+            f"({force.low:.0f} to {force.high:.0f})"
+        )
     return lines
 
 

@@ -1,7 +1,7 @@
 """How likely a predicted cut goes beyond what a machine's axes and spindle give.
 
-A prediction is a normal force; its probability beyond a limit in either direction follows. A
-spindle speed is asked for, not predicted: above its limit it is certain.
+A prediction is a normal force, of a mill its peak within a turn; its probability beyond a limit in
+either direction follows. A spindle speed is asked for, not predicted: above its limit it is sure.
 """
 
 from collections.abc import Mapping, Sequence
@@ -9,13 +9,12 @@ from dataclasses import dataclass
 from statistics import NormalDist
 
 from autodb.fitting import NORMAL_95
-from autodb.forward import Interval, PredictedCut
+from autodb.forward import Interval, Peaks, PredictedCut
 from autodb.machinefile import Limits
 
 WORTH_SAYING = 0.001
 """Probability from which a limit is spoken of. Chosen."""
 SPINDLE = "spindle"
-FORCES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
@@ -42,9 +41,10 @@ def exceeding(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> tup
     found = []
     for number, cut in enumerate(cuts, start=1):
         for axis, most in limits.items():
-            torque = cut.torque_N_m if axis == SPINDLE else None
+            worst = cut if cut.peaks is None else cut.peaks
+            torque = worst.torque_N_m if axis == SPINDLE else None
             for predicted, limit, unit in (
-                (_force(cut, axis), most.force_N, "N"),
+                (_force(worst, axis), most.force_N, "N"),
                 (torque, most.torque_N_m, "N·m"),
             ):
                 if predicted is not None and limit is not None:
@@ -57,17 +57,6 @@ def exceeding(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> tup
     return tuple(found)
 
 
-def unknown(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> tuple[str, ...]:
-    """Return the axes with a force limit of which no cut's force is predicted."""
-    return tuple(
-        axis
-        for axis, most in limits.items()
-        if most.force_N is not None
-        and axis in FORCES
-        and all(_force(cut, axis) is None for cut in cuts)
-    )
-
-
 def beyond(predicted: Interval, limit: float) -> float:
     """Return the probability that a predicted value is larger in size than a limit."""
     sd = (predicted.high - predicted.low) / (2.0 * NORMAL_95)
@@ -77,7 +66,7 @@ def beyond(predicted: Interval, limit: float) -> float:
     return (1.0 - normal.cdf(limit)) + normal.cdf(-limit)
 
 
-def _force(cut: PredictedCut, axis: str) -> Interval | None:
+def _force(cut: PredictedCut | Peaks, axis: str) -> Interval | None:
     return {"x": cut.force_x_N, "y": cut.force_y_N, "z": cut.force_z_N}.get(axis)
 
 

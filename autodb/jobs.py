@@ -1,44 +1,86 @@
 """Job files (TOML): the cuts of a part that a planner wants forces for."""
 
+from dataclasses import dataclass
+from math import atan2, degrees, pi
 from pathlib import Path
 from typing import Literal, get_args
 
 from pydantic import Field, model_validator
 
-from autodb.tomlfile import NotNegative, Positive, Section, read_toml
+from autodb.errors import UnusableInput
+from autodb.pairs.engaged import BY_NAME, END_MILL, INSERT
+from autodb.tomlfile import Finite, NotNegative, Positive, Section, read_toml
 
-Turning = Literal["turn", "face", "taper", "contour"]
-"""Turning operations: along the axis, across it, along a cone, along any profile."""
-OPERATIONS: tuple[str, ...] = get_args(Turning)
+Operation = Literal[
+    "turn", "face", "taper", "contour", "slot", "side-up", "side-down", "ramp", "pocket", "drill"
+]
+OPERATIONS: tuple[str, ...] = get_args(Operation)
+SPEEDS = ("speed_rpm", "speed_m_min")
+ANY_CUT = ("name", "operation", *SPEEDS)
+
+
+@dataclass(frozen=True)
+class Keys:
+    """Keys of a job's cut that an operation needs, and those that it may have beside them."""
+
+    needs: tuple[str, ...]
+    may: tuple[str, ...] = ()
+
+
+_TURNED = ("diameter_mm", "depth_mm", "feed_mm_rev")
+_MILLED = ("depth_mm", "feed_mm_tooth")
+_PROFILE = Keys(_TURNED, ("end_diameter_mm", "length_mm", "direction_deg"))
+KEYS = {
+    "turn": Keys(_TURNED),
+    "face": Keys(_TURNED, ("end_diameter_mm",)),
+    "taper": _PROFILE,
+    "contour": _PROFILE,
+    "slot": Keys(_MILLED, ("direction_deg",)),
+    "side-up": Keys((*_MILLED, "width_mm"), ("direction_deg",)),
+    "side-down": Keys((*_MILLED, "width_mm"), ("direction_deg",)),
+    "ramp": Keys((*_MILLED, "ramp_deg"), ("direction_deg",)),
+    "pocket": Keys((*_MILLED, "width_mm", "pocket_diameter_mm"), ("direction_deg",)),
+    "drill": Keys(("feed_mm_rev",)),
+}
+"""Keys of a cut by its operation; a mill or drill has its diameter from the tool."""
 
 
 class JobCut(Section):
-    """One turning cut; give the spindle speed or the cutting speed.
+    """One cut; give the spindle speed or the cutting speed.
 
-    ``diameter_mm`` is the machined diameter at the tool tip, ``end_diameter_mm`` the one at the end
-    of a cut whose radius changes; ``depth_mm`` lies across the feed.
+    Turning: ``diameter_mm`` is the machined diameter at the tool tip, ``end_diameter_mm`` the one
+    at the end of a cut whose radius changes, ``length_mm`` how far it goes along the axis;
+    ``depth_mm`` lies across the feed. Milling: ``direction_deg`` of the feed from +x towards +y.
     """
 
     name: str = ""
-    operation: Turning = "turn"
-    diameter_mm: Positive
+    operation: Operation = "turn"
+    diameter_mm: Positive | None = None
     end_diameter_mm: NotNegative | None = None
-    depth_mm: Positive
-    feed_mm_rev: Positive
+    length_mm: NotNegative | None = None
+    depth_mm: Positive | None = None
+    width_mm: Positive | None = None
+    feed_mm_rev: Positive | None = None
+    feed_mm_tooth: Positive | None = None
+    direction_deg: Finite | None = None
+    ramp_deg: Positive | None = None
+    pocket_diameter_mm: Positive | None = None
     speed_rpm: Positive | None = None
     speed_m_min: Positive | None = None
 
-    @property
-    def largest_diameter_mm(self) -> float:
-        """The larger of the diameters at its start and end."""
-        return max(self.diameter_mm, self.end_diameter_mm or 0.0)
-
     @model_validator(mode="after")
-    def _turning_keeps_its_diameter(self) -> "JobCut":
-        if self.operation == "turn" and self.end_diameter_mm is not None:
+    def _keys_of_its_operation(self) -> "JobCut":
+        keys = KEYS[self.operation]
+        given = self.model_dump(exclude_none=True)
+        lacking = [name for name in keys.needs if name not in given]
+        if lacking:
+            raise ValueError(f"operation '{self.operation}' needs {' and '.join(lacking)}")
+        known = {*keys.needs, *keys.may, *ANY_CUT}
+        odd = [name for name in given if name not in known]
+        if odd:
             raise ValueError(
-                "operation 'turn' keeps its diameter; 'face', 'taper' or 'contour' would work "
-                "with end_diameter_mm"
+                f"operation '{self.operation}' has no {' or '.join(odd)}; it takes "
+                f"{', '.join((*keys.needs, *keys.may))}"
             )
         return self
 
@@ -47,6 +89,58 @@ class JobCut(Section):
         if (self.speed_rpm is None) == (self.speed_m_min is None):
             raise ValueError("give either speed_rpm or speed_m_min, and only one of them")
         return self
+
+    @model_validator(mode="after")
+    def _a_profile_has_a_direction(self) -> "JobCut":
+        if self.operation in ("taper", "contour") and self.inward_deg is None:
+            raise ValueError(
+                f"operation '{self.operation}' needs direction_deg (of the feed, from along the "
+                "axis to the chuck towards the centre), or end_diameter_mm and length_mm"
+            )
+        return self
+
+    @property
+    def inward_deg(self) -> float | None:
+        """Direction of a turning tool's feed: 0 along the axis to the chuck, 90 to the centre."""
+        if self.direction_deg is not None:
+            return self.direction_deg
+        if self.diameter_mm is None or self.end_diameter_mm is None or self.length_mm is None:
+            return None
+        return degrees(atan2(0.5 * (self.diameter_mm - self.end_diameter_mm), self.length_mm))
+
+    def conditions(self, tool_diameter_mm: float | None) -> dict[str, float]:
+        """Return what is stated of the cut by channel of a cut table, both speeds with it.
+
+        A mill's or drill's cutting speed is that at its rim. Raises UnusableInput where its
+        diameter is not known.
+        """
+        diameter = self._cutting_diameter_mm(tool_diameter_mm)
+        per_rev_m = pi * diameter / 1000.0
+        rpm = self.speed_rpm or (self.speed_m_min or 0.0) / per_rev_m
+        turns = BY_NAME[self.operation].kind == INSERT
+        stated = {
+            "cutting.feed": self.feed_mm_rev or self.feed_mm_tooth,
+            "cutting.depth": self.depth_mm,
+            "cutting.width": self.width_mm,
+            "cutting.direction": self.inward_deg if turns else self.direction_deg,
+            "cutting.ramp": self.ramp_deg,
+            "pocket.diameter": self.pocket_diameter_mm,
+            "work.diameter": diameter if turns else None,
+            "spindle.speed": rpm,
+            "cutting.speed": rpm * per_rev_m,
+        }
+        return {name: value for name, value in stated.items() if value is not None}
+
+    def _cutting_diameter_mm(self, tool_diameter_mm: float | None) -> float:
+        if self.diameter_mm is not None:
+            return max(self.diameter_mm, self.end_diameter_mm or 0.0)
+        if tool_diameter_mm is None:
+            what = "mill" if BY_NAME[self.operation].kind == END_MILL else "drill"
+            raise UnusableInput(
+                f"cut '{self.name}': the {what}'s diameter is not known; a tool file that states "
+                "diameter_mm would work"
+            )
+        return tool_diameter_mm
 
 
 class Job(Section):

@@ -12,10 +12,6 @@ from autodb import figures
 Array = NDArray[np.float64]
 
 NOT_SENSED = "not sensed"
-PARAMETERS = (
-    ("Cutting force per mm² of chip, K_c", "N/mm²"),
-    ("Rubbing force per mm of cutting edge, K_e", "N/mm"),
-)
 
 
 @dataclass(frozen=True)
@@ -35,12 +31,10 @@ class CalibrationPlot:
 
 @dataclass(frozen=True)
 class LearningCurve:
-    """Parameters of one force component after each cut: n (m,), mean (m, 2), sd (m, 2).
-
-    Columns are K_c [N/mm²] and K_e [N/mm].
-    """
+    """What was believed of one component of one cut's force, N, after n cuts: n, mean, sd (m,)."""
 
     component: str
+    cut: str
     n: Array
     mean: Array
     sd: Array
@@ -117,10 +111,9 @@ def equation_words(plot: CalibrationPlot) -> str:
     return f"{plot.equation}; scatter {scatter} rms. I: current range above air cutting."
 
 
-def learnt_words(curve: LearningCurve, column: int) -> str:
-    """Return a parameter after the last cut, ± 2 sd."""
-    mean, sd = float(curve.mean[-1, column]), float(curve.sd[-1, column])
-    return figures.plus_minus(mean, 2.0 * sd, PARAMETERS[column][1])
+def learnt_words(curve: LearningCurve) -> str:
+    """Return the force after the last cut, ± 2 sd."""
+    return figures.plus_minus(float(curve.mean[-1]), 2.0 * float(curve.sd[-1]), "N")
 
 
 def check_words(check: PredictedSensed) -> str:
@@ -160,14 +153,9 @@ def _felt_as(plot: CalibrationPlot) -> str:
     return "Torque" if plot.unit == "N·m" else f"Force {plot.component.upper()}"
 
 
-def _learning(n: int, curve: LearningCurve) -> list[Markup]:
-    return [_parameter(n, curve, column) for column in range(len(PARAMETERS))]
-
-
-def _parameter(n: int, curve: LearningCurve, column: int) -> Markup:
-    name, unit = PARAMETERS[column]
-    mean, sd = curve.mean[:, column], curve.sd[:, column]
-    made = figures.figure([f"[{unit}]"], x_title="Cuts learnt from")
+def _learning(n: int, curve: LearningCurve) -> Markup:
+    mean, sd = curve.mean, curve.sd
+    made = figures.figure(["[N]"], x_title="Cuts learnt from")
     low, high = mean - 2.0 * sd, mean + 2.0 * sd
     for edge, fill in ((low, None), (high, "tonexty")):
         band = {"fill": fill, "fillcolor": _translucent("corrected"), "line": {"width": 0}}
@@ -175,8 +163,8 @@ def _parameter(n: int, curve: LearningCurve, column: int) -> Markup:
     mark = {"mode": "lines+markers", "marker": {"size": 5}, "line": {"width": 2}}
     made.add_trace(figures.line(curve.n, mean, tone="corrected", name="mean", **mark))
     made.update_yaxes(range=tightening(mean, sd), zeroline=False)
-    label = f"Force {curve.component.upper()}: {name}, {learnt_words(curve, column)}"
-    return figures.as_html(made, f"learning-{n}-{column}", height_px=260, label=label)
+    label = f"Force {curve.component.upper()} of {curve.cut}: {learnt_words(curve)}"
+    return figures.as_html(made, f"learning-{n}", height_px=260, label=label)
 
 
 def tightening(mean: Array, sd: Array) -> list[float]:

@@ -56,7 +56,7 @@ def test_repeats_say_already_there(learnt: Cli, recordings: Path) -> None:
         done = learnt(*arguments)
         assert done.code == 0
         assert says in done.out
-    assert len(_rows(models.CuttingParameters)) == 4  # y and the fed axis, in turning and facing
+    assert len(_rows(models.CuttingParameters)) == 1
 
 
 def test_a_file_that_came_with_another_side_file_says_so(learnt: Cli, recordings: Path) -> None:
@@ -119,7 +119,7 @@ def test_a_new_calibration_makes_new_parameters(learnt: Cli, recordings: Path) -
     done = learnt("refresh", "--machine", "lathe-1")
     assert "version 2" in done.out
     rows = [r for r in _rows(models.CuttingParameters) if isinstance(r, models.CuttingParameters)]
-    assert [r.previous_id for r in rows if r.version == 2] == [None] * 4
+    assert [r.previous_id for r in rows if r.version == 2] == [None]
 
 
 def test_new_cuts_build_on_the_last_version(learnt: Cli, recordings: Path) -> None:
@@ -127,15 +127,15 @@ def test_new_cuts_build_on_the_last_version(learnt: Cli, recordings: Path) -> No
     lines = (recordings / "shop-week-1.csv").read_text().splitlines()
     again.write_text("\n".join([lines[0], *(f"9{line}" for line in lines[1:11])]) + "\n")
     assert learnt("import", again, "--machine", "lathe-1").code == 0
-    assert "version 2 from 71 cuts" in learnt("refresh", "--machine", "lathe-1").out
+    assert "version 2 from 83 cuts" in learnt("refresh", "--machine", "lathe-1").out
     rows = [r for r in _rows(models.CuttingParameters) if isinstance(r, models.CuttingParameters)]
     assert all(r.previous_id is not None for r in rows if r.version == 2)
 
 
-def test_the_prediction_table_says_what_is_not_sensed(learnt: Cli, sample_jobs: Path) -> None:
+def test_the_prediction_table_says_what_no_drive_feels(learnt: Cli, sample_jobs: Path) -> None:
     done = learnt("predict", sample_jobs / "stepped_shaft" / "job.toml", "--machine", "lathe-1")
     assert done.code == 0
-    assert "not sensed" in done.out
+    assert "* passive: no drive feels it" in done.out
     assert "autodb trace prediction 1" in done.out
 
 

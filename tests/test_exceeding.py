@@ -5,26 +5,25 @@ from dataclasses import replace
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.exceeding import beyond, exceeding, unknown
-from autodb.forward import Interval, PredictedCut
+from autodb.exceeding import beyond, exceeding
+from autodb.forward import Interval, Peaks, PredictedCut
 from autodb.machinefile import Limits
 
 CUT = PredictedCut(
     name="rough",
+    operation="turn",
     speed_rpm=1200.0,
     speed_m_min=150.0,
-    force_x_N=None,
+    force_x_N=Interval(0.0, -50.0, 50.0),
     force_y_N=Interval(900.0, 900.0 - 196.0, 900.0 + 196.0),
     force_z_N=Interval(-400.0, -400.0 - 98.0, -400.0 + 98.0),
     torque_N_m=Interval(25.0, 20.0, 30.0),
-    power_W=None,
+    power_W=Interval(2000.0, 1900.0, 2100.0),
 )
 
 
 def test_the_probability_is_the_normals() -> None:
     """Half at the limit, 2.5 % where the interval ends, in either direction."""
-    assert CUT.force_y_N is not None
-    assert CUT.force_z_N is not None
     assert_allclose(beyond(CUT.force_y_N, 900.0), 0.5, atol=1e-12)
     assert_allclose(beyond(CUT.force_y_N, 1096.0), 0.025, atol=1e-6)
     assert_allclose(beyond(CUT.force_z_N, 498.0), 0.025, atol=1e-6)
@@ -48,7 +47,6 @@ def test_limits_are_named_by_axis_in_the_order_of_cuts() -> None:
     ]
     assert found[1].statement == "16 % chance to exceed z's 450 N"
     assert found[3].statement == "faster than spindle's 1000 rpm"
-    assert unknown([light, CUT], limits) == ("x",)
     assert exceeding([light, CUT], {"z": Limits()}) == ()
 
 
@@ -58,3 +56,13 @@ def test_limits_are_named_by_axis_in_the_order_of_cuts() -> None:
 def test_percentages_are_readable(limit: float, said: str) -> None:
     (one,) = exceeding([CUT], {"y": Limits(force_N=limit)})
     assert one.statement.startswith(said)
+
+
+def test_a_mills_peak_counts_not_its_mean() -> None:
+    """The mean is well below the limit, the peak of a turn half as often above as below."""
+    peaks = Peaks(*(Interval(500.0, 402.0, 598.0) for _ in range(4)))
+    milled = replace(CUT, force_x_N=Interval(100.0, 90.0, 110.0), peaks=peaks)
+    limits = {"x": Limits(force_N=500.0)}
+    (one,) = exceeding([milled], limits)
+    assert_allclose(one.probability, 0.5, atol=1e-9)
+    assert exceeding([replace(milled, peaks=None)], limits) == ()

@@ -46,7 +46,7 @@ def _predict(learnt: Cli, text: str) -> dict[str, Any]:
 
 
 def test_facing_is_predicted_from_facing_and_holds_the_truth(learnt: Cli) -> None:
-    """The virtual lathe's forces in facing lie in the intervals; z is passive, so it is not sensed.
+    """The virtual lathe's forces in facing lie in the intervals; z is passive: of the law alone.
 
     One pinned cut with fixed recordings, not a claim about every cut.
     """
@@ -56,13 +56,11 @@ def test_facing_is_predicted_from_facing_and_holds_the_truth(learnt: Cli) -> Non
     answer = _predict(learnt, FACE + TURN)
     faced, turned = answer["cuts"]
     truth = job_forces_N([cut_at((0.8, 0.15, 1200.0, 60.0), operation="face")])[0]
-    for component, force in zip("xy", truth, strict=False):
+    for component, force in zip("xyz", truth, strict=True):
         found = faced[f"force_{component}_N"]
         assert found["low"] < force < found["high"], component
-    assert faced["force_z_N"] is None
-    assert turned["force_x_N"] is None
-    assert set(answer["behind"]["face"]) == {"x", "y"}
-    assert set(answer["behind"]["turn"]) == {"y", "z"}
+    assert (faced["passive"], turned["passive"]) == ("z", "x")
+    assert answer["behind"]["cuts"] == 32
 
 
 def test_the_torque_arm_in_facing_is_the_radius_itself(learnt: Cli) -> None:
@@ -72,12 +70,13 @@ def test_the_torque_arm_in_facing_is_the_radius_itself(learnt: Cli) -> None:
     assert_allclose(turned["torque_N_m"]["value"], turned["force_y_N"]["value"] * arm_mm / 1000.0)
 
 
-def test_each_operation_learns_from_its_own_cuts_only(learnt: Cli) -> None:
+def test_what_stands_still_is_not_sensed_and_one_belief_learns_from_all(learnt: Cli) -> None:
     del learnt
     store = open_store("sqlite:///autodb.sqlite3")
     with store.reading() as session:
-        for row in session.scalars(select(models.CuttingParameters)):
-            assert {force.cut.operation for force in row.forces} == {row.operation}
+        (row,) = session.scalars(select(models.CuttingParameters))
+        assert {force.cut.operation for force in row.forces} == {"turn", "face"}
+        assert {force.component for force in row.forces} == {"x", "y", "z"}
         passive = {"turn": "x", "face": "z"}
         forces = session.scalars(select(models.SensedForce)).all()
         still = [f for f in forces if f.component == passive[str(f.cut.operation)]]
@@ -86,15 +85,21 @@ def test_each_operation_learns_from_its_own_cuts_only(learnt: Cli) -> None:
     store.close()
 
 
-def test_an_operation_never_cut_is_refused_naming_those_that_were(
-    learnt: Cli, refused: Callable[..., str]
-) -> None:
-    del learnt
-    Path("job.toml").write_text(HEAD + TURN + FACE.replace('"face"\nd', '"taper"\nd'))
-    line = refused("predict", "job.toml", "--machine", "lathe-1")
-    assert (
-        "never cut steel bar / carbide insert in operation 'taper'; it has cut: turn, face" in line
-    )
+def test_an_operation_never_cut_is_predicted_wider_and_says_so(learnt: Cli) -> None:
+    """A taper from turning and facing; one without a direction is refused."""
+    bare = FACE.replace('"face"\nd', '"taper"\nd')
+    taper = bare.replace("depth_mm", "direction_deg = 20\ndepth_mm")
+    answer = _predict(learnt, TURN + taper)
+    turned, tapered = answer["cuts"]
+    assert _width(tapered["force_y_N"]) > _width(turned["force_y_N"])
+    assert "operation 'taper' was never cut: from the law alone, wider" in answer["notes"]
+    refused = learnt("predict", _job(bare), "--machine", "lathe-1")
+    assert refused.code == 2
+    assert "operation 'taper' needs direction_deg" in refused.err
+
+
+def _width(interval: dict[str, float]) -> float:
+    return (interval["high"] - interval["low"]) / interval["value"]
 
 
 def test_in_a_taper_both_axes_feed_and_are_sensed() -> None:
@@ -112,12 +117,11 @@ def test_in_a_taper_both_axes_feed_and_are_sensed() -> None:
 def test_a_version_taken_back_is_not_used_and_its_number_not_given_again(learnt: Cli) -> None:
     store = open_store("sqlite:///autodb.sqlite3")
     with store.writing() as session:
-        query = select(models.CuttingParameters).where(models.CuttingParameters.operation == "face")
-        for row in session.scalars(query):
+        for row in session.scalars(select(models.CuttingParameters)):
             row.undone_at = "2026-01-01T00:00:00+00:00"
     store.close()
-    assert "has no parameters" in learnt("predict", _job(FACE), "--machine", "lathe-1").err
-    assert "face: force.x version 2" in learnt("refresh", "--machine", "lathe-1").out
+    assert "has not learnt" in learnt("predict", _job(FACE), "--machine", "lathe-1").err
+    assert "carbide insert: version 2" in learnt("refresh", "--machine", "lathe-1").out
 
 
 def _job(text: str) -> Path:
@@ -129,4 +133,4 @@ def test_a_face_may_end_at_the_centre(learnt: Cli) -> None:
     to_the_centre = FACE.replace("depth_mm", "end_diameter_mm = 0\ndepth_mm")
     assert _predict(learnt, to_the_centre)["cuts"] == _predict(learnt, FACE)["cuts"]
     refused = learnt("predict", _job(TURN + "end_diameter_mm = 40\n"), "--machine", "lathe-1")
-    assert "keeps its diameter" in refused.err
+    assert "operation 'turn' has no end_diameter_mm" in refused.err

@@ -8,17 +8,18 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb import forward, records
+from autodb import records
+from autodb.agent.beliefs import as_belief, latest
 from autodb.agent.calibrations import as_calibration, current_calibrations
+from autodb.agent.felt import QUANTITY, as_cuts, usable
 from autodb.agent.identifying import newest_model, off_law_of, stored_terms
 from autodb.agent.importing import cuts_as_table, import_file
 from autodb.agent.machines import find_machine, signed
-from autodb.agent.predicting import pair_parameters
-from autodb.agent.refreshing import as_parameters, operation_of
 from autodb.channels import effort_channels
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.explain.answer import Cause, ChannelAnswer
+from autodb.pairs.forecast import forecast
 from autodb.records import CutTable, Recording
 from autodb.sensing import chosen
 from autodb.sensing.drives import predict_effort
@@ -103,17 +104,12 @@ def _simulate_axes(
 def simulate_cuts(
     session: Session, owner: models.Machine, cuts: list[models.Cut]
 ) -> tuple[CutTable, CutTable]:
-    """Return the sensed forces of cuts, and the forces that the pairs' parameters predict.
+    """Return the sensed forces of cuts, and the forces that the pairs' beliefs expect.
 
-    Both hold the components that are sensed and known in every cut; cuts of pairs and operations
-    not learnt yet are left out. Raises UnusableInput when nothing is left.
+    Both hold the components that are sensed in every cut; cuts of pairs not learnt yet, and those
+    whose forces cannot be worked out, are left out. Raises UnusableInput when nothing is left.
     """
-    by_pair = {
-        (pair_id, operation): pair_parameters(session, owner.id, pair_id, operation)
-        for pair_id, operation in {(cut.pair_id, operation_of(cut)) for cut in cuts}
-        if pair_id is not None
-    }
-    kept = [c for c in cuts if c.pair_id is not None and by_pair[c.pair_id, operation_of(c)]]
+    kept, expected_N = _expected(session, owner, cuts)
     if not kept:
         raise UnusableInput("no cut of a work-tool pair that the machine has learnt; refresh first")
     table = cuts_as_table(kept, path=Path(kept[0].recording.path))
@@ -125,7 +121,7 @@ def simulate_cuts(
             continue
         component = current[0].component
         force = chosen.force_N(table, [as_calibration(row) for row in current])
-        mean = _predict(table, kept, by_pair, component)
+        mean = expected_N[:, QUANTITY[component]]
         if np.isfinite(force).all() and np.isfinite(mean).all():
             sensed[f"force.{component}"] = force
             predicted[f"force.{component}"] = mean
@@ -139,19 +135,24 @@ def simulate_cuts(
     )
 
 
-def _predict(
-    table: CutTable,
-    cuts: list[models.Cut],
-    by_pair: dict[tuple[int, str], dict[str, models.CuttingParameters]],
-    component: str,
-) -> Array:
-    mean = np.full(len(table), np.nan)
-    for pair, parameters in by_pair.items():
-        if component in parameters:
-            rows = np.array([(cut.pair_id, operation_of(cut)) == pair for cut in cuts])
-            feed, depth = table["cutting.feed"][rows], table["cutting.depth"][rows]
-            mean[rows] = forward.force_N(feed, depth, as_parameters(parameters[component]))[0]
-    return mean
+def _expected(
+    session: Session, owner: models.Machine, cuts: list[models.Cut]
+) -> tuple[list[models.Cut], Array]:
+    """Return the cuts of pairs that the machine has learnt, and the forces x, y, z expected, N."""
+    kept: list[models.Cut] = []
+    forces: list[Array] = []
+    for pair_id in dict.fromkeys(cut.pair_id for cut in cuts if usable(cut)):
+        row = None if pair_id is None else latest(session, owner.id, pair_id)
+        if row is not None:
+            belief = as_belief(row)
+            number, made = as_cuts([cut for cut in cuts if cut.pair_id == pair_id and usable(cut)])
+            means = np.concatenate([forecast(belief, some).mean[:, :3] for some in made])
+            for cut in cuts:
+                if cut.id in number:
+                    kept.append(cut)
+                    forces.append(means[number[cut.id]])
+    order = np.argsort([cut.number for cut in kept], kind="stable")
+    return [kept[k] for k in order], np.array([forces[k] for k in order]).reshape(-1, 3)
 
 
 def _keep(store: Store, recording_id: int, explained: Explained) -> dict[Key, KeptCause]:

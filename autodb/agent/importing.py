@@ -23,7 +23,15 @@ from autodb.sensing.ranges import COMPONENT_OF_AXIS
 from autodb.sidefile import SideFile
 from autodb.store import Store, models
 
-_CONDITION_PREFIXES = ("cutting.", "work.", "spindle.speed", "tool.", "chip.", "z.position")
+_CONDITION_PREFIXES = (
+    "cutting.",
+    "work.",
+    "pocket.",
+    "spindle.speed",
+    "tool.",
+    "chip.",
+    "z.position",
+)
 
 
 @dataclass(frozen=True)

@@ -1,154 +1,193 @@
-"""Predict a job from the pair's newest parameters, and keep what was answered."""
+"""Predict a job from what the machine believes of its pair, and keep what was answered."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import forward
+from autodb.agent.beliefs import as_belief, chain, latest, start_of
+from autodb.agent.felt import numbers_of, operation_of
 from autodb.agent.machines import as_file, find_machine
-from autodb.agent.refreshing import (
-    as_parameters,
-    chain,
-    latest_parameters,
-    operations_of,
-    pair_name,
-)
-from autodb.cutting.law import COMPONENTS
 from autodb.errors import UnusableInput
-from autodb.exceeding import Exceeding, exceeding, unknown
-from autodb.forward import PredictedCut
-from autodb.jobs import Job
-from autodb.machinefile import Limits
+from autodb.exceeding import Exceeding, exceeding
+from autodb.forward import PredictedCut, ToolOf
+from autodb.jobs import Job, JobCut
+from autodb.pairs.belief import Belief
+from autodb.pairs.engaged import BY_NAME
+from autodb.pairs.observed import Variant
 from autodb.store import Store, models
 
-Behind = dict[str, dict[str, models.CuttingParameters]]
+RANGES = (("cutting.depth", "depth", "mm"), ("cutting.feed", "feed", "mm"))
+
+
+@dataclass(frozen=True)
+class Behind:
+    """What a prediction rests on.
+
+    ``parameters``, ``version`` and ``cuts`` of the pair's own belief; None and 0 where the machine
+    has not cut it, and then it rests on what ``started_from`` says.
+    """
+
+    parameters: int | None
+    version: int | None
+    cuts: int
+    started_from: str | None
 
 
 @dataclass(frozen=True)
 class Predicted:
-    """The answer for a job: a row per cut; ``behind``: version and cuts by operation, component.
-
-    ``exceeds``: limits of the machine that a cut may go beyond.
-    """
+    """The answer for a job: a row per cut; ``exceeds``: limits that a cut may go beyond."""
 
     prediction_id: int
     job: Job
     cuts: tuple[PredictedCut, ...]
-    behind: dict[str, dict[str, tuple[int, int]]]
+    behind: Behind
     notes: tuple[str, ...] = ()
     exceeds: tuple[Exceeding, ...] = ()
 
 
-def predict_job(store: Store, machine: str, job: Job) -> Predicted:
-    """Predict every cut of a job; the prediction is stored with the parameter versions it used.
+@dataclass(frozen=True)
+class Known:
+    """What a machine knows of a pair: its belief, its tool, the rows that these are from.
 
-    Raises UnusableInput when the machine has not learnt the pair, or an operation of the job.
+    ``row``: the pair's newest parameters, or a related pair's; None: no machine's.
+    """
+
+    belief: Belief
+    tool: ToolOf
+    behind: Behind
+    row: models.CuttingParameters | None
+
+    @property
+    def own(self) -> bool:
+        """Whether the machine has learnt this pair."""
+        return self.behind.parameters is not None
+
+
+def predict_job(store: Store, machine: str, job: Job) -> Predicted:
+    """Predict every cut of a job; the prediction is stored with the parameters it used.
+
+    A pair that the machine has not cut is predicted from a related one or from conventional values,
+    and the notes say so. Raises UnusableInput for an unknown machine, or where the tool cannot make
+    a cut.
     """
     with store.writing() as session:
         owner = find_machine(session, machine)
-        pair = _pair(session, machine, job)
-        rows = _behind(session, owner, pair, job)
-        known = {
-            operation: {component: as_parameters(row) for component, row in found.items()}
-            for operation, found in rows.items()
-        }
-        cuts = tuple(forward.predict(cut, known[cut.operation]) for cut in job.cut)
+        known = known_of(session, owner, job.material, job.tool)
+        cuts = forward.predict(known.belief, known.tool, job.cut)
         stored = models.Prediction(
             machine_id=owner.id,
             job=job.model_dump(mode="json"),
             cuts=[asdict(cut) for cut in cuts],
-            parameters=[row for found in rows.values() for row in found.values()],
+            parameters=[known.row] if known.row is not None else [],
         )
         session.add(stored)
         session.flush()
-        behind = {
-            operation: {component: (row.version, row.n_cuts) for component, row in found.items()}
-            for operation, found in rows.items()
-        }
         limits = {name: axis.limits for name, axis in as_file(owner).axes.items()}
         return Predicted(
             prediction_id=stored.id,
             job=job,
             cuts=cuts,
-            behind=behind,
-            notes=(*_outside(job, rows), *_not_told(cuts, limits)),
+            behind=known.behind,
+            notes=tuple(_notes(known, job)),
             exceeds=exceeding(cuts, limits),
         )
 
 
-def _behind(session: Session, owner: models.Machine, pair: models.Pair, job: Job) -> Behind:
-    """Return the newest parameters for each operation of a job, by component."""
-    rows: Behind = {}
-    for operation in dict.fromkeys(cut.operation for cut in job.cut):
-        rows[operation] = pair_parameters(session, owner.id, pair.id, operation)
-        if rows[operation]:
-            continue
-        cut = operations_of(session, owner.id, pair.id)
-        if operation in cut or not cut:
-            raise UnusableInput(
-                f"machine '{owner.name}' has no parameters for {pair_name(pair)} yet "
-                f"(operation '{operation}'); import cuts of it and run 'autodb refresh'"
-            )
-        raise UnusableInput(
-            f"machine '{owner.name}' has never cut {pair_name(pair)} in operation '{operation}'; "
-            f"it has cut: {', '.join(cut)}"
+def known_of(session: Session, owner: models.Machine, material: str, tool: str) -> Known:
+    """Return what a machine knows of a pair, learnt or not.
+
+    Raises UnusableInput where the pair was learnt under an earlier law only.
+    """
+    its_tool = session.scalar(select(models.Tool).where(models.Tool.name == tool))
+    called = ToolOf(tool, numbers_of(its_tool) if its_tool is not None else {})
+    pair = _pair(session, material, tool)
+    row = latest(session, owner.id, pair.id) if pair is not None else None
+    if row is not None:
+        behind = Behind(row.id, row.version, row.n_cuts, row.started_from)
+        return Known(as_belief(row), called, behind, row)
+    _refuse_earlier_law(session, owner, pair)
+    start = start_of(session, owner.id, material, tool)
+    return Known(start.belief, called, Behind(None, None, 0, start.said), start.row)
+
+
+def _refuse_earlier_law(session: Session, owner: models.Machine, pair: models.Pair | None) -> None:
+    """Raise UnusableInput where a pair's parameters are all of an earlier law."""
+    earlier = pair is not None and session.scalar(
+        select(models.CuttingParameters.law)
+        .where(
+            models.CuttingParameters.machine_id == owner.id,
+            models.CuttingParameters.pair_id == pair.id,
         )
-    return rows
+        .limit(1)
+    )
+    if earlier:
+        raise UnusableInput(
+            f"machine '{owner.name}': its parameters of the pair are of an earlier autodb's law; "
+            f"'autodb refresh --machine {owner.name}' learns it anew from the same cuts"
+        )
 
 
-def _not_told(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> list[str]:
-    """Say of which axes nothing tells whether a cut exceeds what they give."""
-    return [
-        f"{axis}'s {limits[axis].force_N:g} N: no force of this axis is sensed, so nothing tells "
-        "whether a cut exceeds it"
-        for axis in unknown(cuts, limits)
+def _notes(known: Known, job: Job) -> Iterable[str]:
+    if not known.own:
+        yield (
+            f"this machine has not learnt {job.material} / {job.tool}: predicted from "
+            f"{known.behind.started_from}"
+        )
+    yield from assumed(known, job.cut)
+    if known.own and known.row is not None:
+        yield from _outside(known.row, job)
+
+
+def assumed(known: Known, cuts: Sequence[JobCut]) -> Iterable[str]:
+    """Say which geometry of the tool is assumed because nobody stated it."""
+    names = [
+        one.key
+        for operation in dict.fromkeys(cut.operation for cut in cuts)
+        for one in _assumed_in(known.tool, next(c for c in cuts if c.operation == operation))
     ]
+    if names:
+        listed = ", ".join(dict.fromkeys(name.partition(": ")[2] for name in names))
+        yield (
+            f"assumed of {known.tool.name}, because nobody stated it: {listed}; a tool file would "
+            "narrow the intervals"
+        )
 
 
-def _outside(job: Job, rows: Behind) -> list[str]:
-    """Say which cuts lie outside the depths and feeds that their operation was learnt from."""
-    conditions_of = {
-        operation: [f.cut.conditions for r in found.values() for v in chain(r) for f in v.forces]
-        for operation, found in rows.items()
-    }
-    notes = []
-    for number, cut in enumerate(job.cut, start=1):
-        learnt = conditions_of[cut.operation]
-        for what, channel, value, unit in (
-            ("depth", "cutting.depth", cut.depth_mm, "mm"),
-            ("feed", "cutting.feed", cut.feed_mm_rev, "mm/rev"),
-        ):
-            low = min(conditions[channel] for conditions in learnt)
-            high = max(conditions[channel] for conditions in learnt)
+def _assumed_in(tool: ToolOf, cut: JobCut) -> Iterable[Variant]:
+    made = BY_NAME[cut.operation].cuts(
+        tool.numbers, [cut.conditions(tool.diameter_mm)], called=tool.name
+    )
+    return made.variants
+
+
+def _outside(row: models.CuttingParameters, job: Job) -> Iterable[str]:
+    """Say which cuts lie outside the depths, feeds and operations that the pair was learnt from."""
+    cuts = {force.cut_id: force.cut for version in chain(row) for force in version.forces}.values()
+    made = {operation_of(cut) for cut in cuts}
+    for operation in dict.fromkeys(cut.operation for cut in job.cut):
+        if operation not in made:
+            yield f"operation '{operation}' was never cut: from the law alone, wider"
+    for number, asked in enumerate(job.cut, start=1):
+        stated = asked.conditions(row.pair.tool.diameter_mm)
+        for channel, what, unit in RANGES:
+            values = [cut.conditions[channel] for cut in cuts if channel in cut.conditions]
+            if channel not in stated or not values:
+                continue
+            value, low, high = stated[channel], min(values), max(values)
             if not low * 0.999 <= value <= high * 1.001:
-                notes.append(
-                    f"cut {number} '{cut.name}': {what} {value:g} {unit} was never cut ({low:g} to "
-                    f"{high:g}): its interval is not to be trusted"
+                yield (
+                    f"cut {number} '{asked.name}': {what} {value:g} {unit} was never cut "
+                    f"({low:g} to {high:g} {unit})"
                 )
-    return notes
 
 
-def pair_parameters(
-    session: Session, machine_id: int, pair_id: int, operation: str
-) -> dict[str, models.CuttingParameters]:
-    """Return a pair's newest parameters in an operation; a component never felt is left out."""
-    found = {c: latest_parameters(session, machine_id, pair_id, operation, c) for c in COMPONENTS}
-    return {component: row for component, row in found.items() if row is not None}
-
-
-def _pair(session: Session, machine: str, job: Job) -> models.Pair:
-    pair = session.scalar(
+def _pair(session: Session, material: str, tool: str) -> models.Pair | None:
+    return session.scalar(
         select(models.Pair)
         .join(models.Material)
         .join(models.Tool)
-        .where(models.Material.name == job.material, models.Tool.name == job.tool)
+        .where(models.Material.name == material, models.Tool.name == tool)
     )
-    if pair is None:
-        have = [pair_name(p) for p in session.scalars(select(models.Pair))]
-        raise UnusableInput(
-            f"machine '{machine}' has never cut {job.material} / {job.tool}; "
-            f"it knows: {', '.join(have) or 'no pair yet'}"
-        )
-    return pair

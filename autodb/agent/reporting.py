@@ -4,53 +4,54 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb import forward
+from autodb.agent.beliefs import as_belief, chain, start_of
 from autodb.agent.calibrations import as_calibration, current_calibrations
+from autodb.agent.felt import QUANTITY, as_cuts, as_observed, numbers_of
 from autodb.agent.importing import cuts_as_table
 from autodb.agent.machines import find_machine
-from autodb.agent.refreshing import (
-    as_sensed_cuts,
-    chain,
-    forces_of_pair,
-    pair_name,
-)
+from autodb.agent.refreshing import pair_name
 from autodb.agent.tracing import Node, trace
 from autodb.fitting import NORMAL_95
-from autodb.inverse import SensedCuts, learn
+from autodb.jobs import Job
 from autodb.page import CalibrationPlot, JobRow, LearningCurve, Page, PredictedSensed
+from autodb.pairs.belief import Belief
+from autodb.pairs.engaged import BY_NAME
+from autodb.pairs.forecast import forecast
+from autodb.pairs.learning import learn
 from autodb.sensing import ranges
 from autodb.sensing.holds import ANY, holds_of
 from autodb.store import Store, models
 from autodb.terms import TERMS
 
+Array = NDArray[np.float64]
+
 LEARNT_SHARE = 0.7
 """Share of a pair's cuts, the oldest, that the page learns from to predict the others."""
+LADDER = (0, 1, 2, 3, 5, 8, 13, 21, 34, 55, 89, 144)
+"""Cuts after which the page shows what was believed."""
 AXIS_NAMES = {"x": "X axis", "z": "Z axis", "spindle": "Spindle"}
 
 
 def machine_page(store: Store, machine: str, prediction_id: int) -> Page:
-    """Return the report of a machine around one stored prediction."""
+    """Return the report of a machine around one stored prediction of a pair that it has cut."""
     trace_text = "\n".join(_lines(trace(store, "prediction", prediction_id)))
     with store.reading() as session:
         owner = find_machine(session, machine)
         prediction = session.get_one(models.Prediction, prediction_id)
-        parameters = sorted(prediction.parameters, key=lambda row: (row.operation, row.component))
-        several = len({row.operation for row in parameters}) > 1
-        forces = [_forces(session, owner.id, row) for row in parameters]
-        components = [
-            f"{row.component} ({row.operation})" if several else row.component for row in parameters
-        ]
-        checks = [_check(c, f) for c, f in zip(components, forces, strict=True)]
+        (parameters,) = prediction.parameters
+        history = _History(session, owner, parameters)
+        checks = history.checks()
         return Page(
             machine=machine,
-            pair=pair_name(parameters[0].pair),
+            pair=pair_name(parameters.pair),
             headline=_headline(checks, parameters),
             calibrations=tuple(_calibrations(session, owner)),
             drive_terms=tuple(_drive_terms(session, owner.id)),
-            learning=tuple(_curve(c, f) for c, f in zip(components, forces, strict=True)),
+            learning=tuple(history.curves(Job.model_validate(prediction.job))),
             checks=tuple(checks),
             job_name=prediction.job["name"],
             job_columns=("Speed", "Force X", "Force Y", "Force Z", "Torque", "Power"),
@@ -114,51 +115,94 @@ def _drive_terms(session: Session, machine_id: int) -> list[tuple[str, str, str]
     ]
 
 
-def _forces(session: Session, machine_id: int, row: models.CuttingParameters) -> SensedCuts:
-    """Return the sensed cuts behind a version of a pair's parameters, oldest first."""
-    felt_by = {
-        f.calibration.id: f.calibration for v in chain(row) for f in v.forces if f.calibration
-    }
-    current = list(felt_by.values())
-    forces = forces_of_pair(session, machine_id, row.pair_id, row.operation, current)
-    return as_sensed_cuts(forces)
+class _History:
+    """The cuts behind a pair's parameters, oldest first, and what was believed on the way."""
+
+    def __init__(
+        self, session: Session, owner: models.Machine, row: models.CuttingParameters
+    ) -> None:
+        forces = [force for version in chain(row) for force in version.forces]
+        self._forces = sorted(forces, key=lambda force: (force.cut_id, force.component))
+        self._cuts = list(dict.fromkeys(force.cut_id for force in self._forces))
+        self._pair = row.pair
+        pair = row.pair
+        self._start = start_of(session, owner.id, pair.material.name, pair.tool.name).belief
+        self._felt = sorted({force.component for force in forces})
+        self._learnt = {len(self._cuts): as_belief(row)}
+
+    def _after(self, cuts: int) -> Belief:
+        """Return what was believed after the oldest cuts."""
+        if cuts not in self._learnt:
+            kept = set(self._cuts[:cuts])
+            some = [force for force in self._forces if force.cut_id in kept]
+            self._learnt[cuts] = learn(self._start, as_observed(some)) if some else self._start
+        return self._learnt[cuts]
+
+    def curves(self, job: Job) -> list[LearningCurve]:
+        """Return what was expected of the job's first cut, of each component that was felt."""
+        cut, tool = job.cut[0], self._pair.tool
+        stated = [cut.conditions(tool.diameter_mm)]
+        asked = BY_NAME[cut.operation].cuts(numbers_of(tool), stated, called=tool.name)
+        count = sorted({*(n for n in LADDER if n < len(self._cuts)), len(self._cuts)})
+        expected = [forecast(self._after(n), asked) for n in count]
+        return [
+            LearningCurve(
+                component=component,
+                cut=f"'{cut.name}'",
+                n=np.array(count, dtype=np.float64),
+                mean=np.array([one.mean[0, QUANTITY[component]] for one in expected]),
+                sd=np.array([one.sd[0, QUANTITY[component]] for one in expected]),
+            )
+            for component in self._felt
+        ]
+
+    def checks(self) -> list[PredictedSensed]:
+        """Learn from the oldest cuts and predict what the drives feel in the newest ones."""
+        first = max(2, int(LEARNT_SHARE * len(self._cuts)))
+        learnt, later = self._after(first), set(self._cuts[first:])
+        rest = [force for force in self._forces if force.cut_id in later]
+        cuts = list({force.cut_id: force.cut for force in rest}.values())
+        number, made = as_cuts(cuts)
+        expected = [forecast(learnt, some) for some in made]
+        mean, sd = (np.concatenate([getattr(one, k) for one in expected]) for k in ("mean", "sd"))
+        return [
+            _check(component, some, mean[at, QUANTITY[component]], sd[at, QUANTITY[component]])
+            for component in self._felt
+            if (some := [force for force in rest if force.component == component])
+            and (at := [number[force.cut_id] for force in some])
+        ]
 
 
-def _curve(component: str, cuts: SensedCuts) -> LearningCurve:
-    """Learn from the first 1, 2, … cuts: the belief after each."""
-    count = np.arange(1, len(cuts.force_N) + 1)
-    beliefs = [learn(cuts.part(slice(0, int(n)))).belief for n in count]
-    return LearningCurve(
-        component=component,
-        n=count.astype(np.float64),
-        mean=np.array([b.mean[:2] for b in beliefs]),
-        sd=np.array([np.sqrt(np.diag(b.covariance)[:2]) for b in beliefs]),
-    )
-
-
-def _check(component: str, cuts: SensedCuts) -> PredictedSensed:
-    """Learn from the oldest cuts and predict what the drives feel in the newest ones."""
-    first = max(2, int(LEARNT_SHARE * len(cuts.force_N)))
-    learnt = learn(cuts.part(slice(0, first)))
-    rest = cuts.part(slice(first, None))
-    mean, sd = forward.force_N(rest.feed_mm, rest.depth_mm, learnt)
-    half = NORMAL_95 * np.sqrt(sd**2 + rest.sd_N**2)
+def _check(
+    component: str, forces: list[models.SensedForce], mean: Array, sd: Array
+) -> PredictedSensed:
+    """Return felt forces (n,) beside what was expected of them."""
+    felt_N = np.array([force.value_N for force in forces], dtype=np.float64)
+    felt_sd_N = np.array([force.sd_N for force in forces], dtype=np.float64)
+    half = NORMAL_95 * np.hypot(sd, felt_sd_N)
     return PredictedSensed(
         component=component,
-        label=[
-            f"{depth:g} mm deep, {feed:g} mm/rev"
-            for depth, feed in zip(rest.depth_mm, rest.feed_mm, strict=True)
-        ],
+        label=[_cut_words(force.cut) for force in forces],
         predicted_N=mean,
         low_N=mean - half,
         high_N=mean + half,
-        sensed_N=rest.force_N,
-        sensed_sd_N=rest.sd_N,
+        sensed_N=felt_N,
+        sensed_sd_N=felt_sd_N,
     )
 
 
+def _cut_words(cut: models.Cut) -> str:
+    """Return how deep and how fast a cut was fed."""
+    said = [
+        f"{cut.conditions[channel]:g} {unit}"
+        for channel, unit in (("cutting.depth", "mm deep"), ("cutting.feed", "mm feed"))
+        if channel in cut.conditions
+    ]
+    return ", ".join([cut.operation or "turn", *said])
+
+
 def _headline(
-    checks: list[PredictedSensed], parameters: list[models.CuttingParameters]
+    checks: list[PredictedSensed], parameters: models.CuttingParameters
 ) -> tuple[tuple[str, str], ...]:
     inside = sum(int(np.sum((c.sensed_N >= c.low_N) & (c.sensed_N <= c.high_N))) for c in checks)
     total = sum(len(c.sensed_N) for c in checks)
@@ -166,7 +210,7 @@ def _headline(
     return (
         ("Predicted against felt, median difference", f"{100 * float(np.median(off)):.1f} %"),
         ("Felt forces inside their 95 % interval", f"{inside} of {total}"),
-        ("Cuts learnt from", str(max(row.n_cuts for row in parameters))),
+        ("Cuts learnt from", str(parameters.n_cuts)),
     )
 
 

@@ -9,13 +9,19 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.agent.beliefs import LAW, as_belief, chain
 from autodb.agent.calibrations import as_calibration
-from autodb.agent.refreshing import chain, pair_name
-from autodb.cutting.law import COMPONENTS, PARAMETER_UNITS, PARAMETERS
+from autodb.agent.refreshing import pair_name
+from autodb.cutting import shear
 from autodb.errors import UnusableInput, near
 from autodb.fitting import NORMAL_95
 from autodb.sensing.forms import kept
 from autodb.store import Store, models
+
+ARMAREGO = ("shear_stress", "friction_angle", "chip_ratio", "K_te", "K_re")
+EARLIER_LAWS = {
+    "linear_edge_nose": (("K_c", "N/mm²"), ("K_e", "N/mm"), ("K_n", "N")),
+}
 
 
 @dataclass
@@ -67,23 +73,21 @@ def _sensed(session: Session, row: models.SensedForce) -> Node:
 
 
 def _parameters(session: Session, row: models.CuttingParameters) -> Node:
-    values = ", ".join(
-        f"{name} {mean:.1f} ± {row.covariance[i][i] ** 0.5:.1f} {unit}"
-        for i, (name, unit, mean) in enumerate(
-            zip(PARAMETERS, PARAMETER_UNITS, row.mean, strict=True)
-        )
-    )
+    said = _belief(row) if row.law == LAW else _earlier_law(row)
     node = Node(
-        f"parameters {row.id}: {pair_name(row.pair)}, {row.operation}, "
-        f"force.{row.component} version {row.version}: {values}, {row.n_cuts} cuts"
+        f"parameters {row.id}: {pair_name(row.pair)}, {said}, version {row.version}, "
+        f"{row.n_cuts} cuts"
     )
+    if row.started_from is not None:
+        begun = [] if row.relative is None else [_parameters(session, row.relative)]
+        node.sources.append(Node(f"began as: {row.started_from}", begun))
     forces = [force for version in chain(row) for force in version.forces]
     by_recording: dict[int, list[models.SensedForce]] = {}
     for force in forces:
         by_recording.setdefault(force.cut.recording_id, []).append(force)
     for some in by_recording.values():
         source = _recording(session, some[0].cut.recording)
-        cuts = ", ".join(f"{force.cut.number:g}" for force in some)
+        cuts = ", ".join(dict.fromkeys(f"{force.cut.number:g}" for force in some))
         source.sources.append(Node(f"cuts {cuts}"))
         node.sources.append(source)
     felt_by = {force.calibration.id: force.calibration for force in forces if force.calibration}
@@ -91,11 +95,33 @@ def _parameters(session: Session, row: models.CuttingParameters) -> Node:
     return node
 
 
+def _belief(row: models.CuttingParameters) -> str:
+    """Return the five numbers of the law with their 95 % intervals."""
+    law = as_belief(row).law
+    half = NORMAL_95 * np.sqrt(np.diag(law.covariance))
+    low, middle, high = (shear.named(law.mean + step * half) for step in (-1.0, 0.0, 1.0))
+    units = {one.name: one.unit for one in shear.PARAMETERS}
+    return ", ".join(
+        f"{name} {middle[name]:.3g} ({low[name]:.3g} to {high[name]:.3g}) {units[name]}".rstrip()
+        for name in ARMAREGO
+    )
+
+
+def _earlier_law(row: models.CuttingParameters) -> str:
+    """Return the numbers of a law that earlier versions kept for each operation and component."""
+    sd = np.sqrt(np.diag(np.array(row.covariance)))
+    values = ", ".join(
+        f"{name} {mean:.1f} ± {one:.1f} {unit}"
+        for (name, unit), mean, one in zip(EARLIER_LAWS[row.law], row.mean, sd, strict=True)
+    )
+    return f"{row.operation}, force.{row.component}: {values}"
+
+
 def _prediction(session: Session, row: models.Prediction) -> Node:
     node = Node(f"prediction {row.id}: job '{row.job['name']}'")
     for cut in row.cuts:
         name = cut["name"] or f"{cut['speed_rpm']:.0f} rpm"
-        for component in COMPONENTS:
+        for component in "xyz":
             force = cut[f"force_{component}_N"]
             if force is not None:
                 interval = f"{force['value']:.0f} N ({force['low']:.0f} to {force['high']:.0f})"

@@ -1,5 +1,6 @@
 """`predict`, `explain`, `trace`, `demo`: what a machine answers."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,9 +24,10 @@ if TYPE_CHECKING:
     from rich.tree import Tree
 
     from autodb.agent.explaining import AgainstMachine, KeptCause, Key
+    from autodb.agent.predicting import Behind
     from autodb.agent.tracing import Node
     from autodb.explain import Explained
-    from autodb.forward import Interval
+    from autodb.forward import Interval, PredictedCut
     from autodb.records import CutTable, Recording
 
 JobFile = Annotated[
@@ -72,38 +74,49 @@ def predict(job: JobFile, machine: MachineName, json: Json = False, db: Database
 
         say(TypeAdapter(Predicted).dump_json(answer, indent=1).decode())
         return
-    rows = table(
-        f"Job '{asked.name}': {asked.material} / {asked.tool}",
-        "cut", ">rpm", ">m/min", ">force.x N", ">force.y N", ">force.z N", ">torque N·m",
-        ">power W",
-    )  # fmt: skip
-    for cut in answer.cuts:
-        rows.add_row(
-            cut.name,
-            f"{cut.speed_rpm:.0f}",
-            f"{cut.speed_m_min:.0f}",
-            *(interval(v) for v in (cut.force_x_N, cut.force_y_N, cut.force_z_N)),
-            interval(cut.torque_N_m),
-            interval(cut.power_W),
-        )
-    show(rows)
+    show_predicted(f"Job '{asked.name}': {asked.material} / {asked.tool}", answer.cuts)
     for one in answer.exceeds:
         say(f"cut {one.cut} '{answer.cuts[one.cut - 1].name}': {one.statement}")
     for note in answer.notes:
         say(note)
-    behind = ", ".join(
-        f"{operation} force.{component} v{version} ({n} cuts)"
-        for operation, found in answer.behind.items()
-        for component, (version, n) in found.items()
-    )
-    say(f"95 % intervals; behind it: {behind}")
+    say(f"95 % intervals; behind it: {behind_words(answer.behind)}")
     say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")
 
 
-def interval(value: "Interval | None") -> str:
-    """Return 'value (low to high)', or that the component is not sensed."""
-    if value is None:
-        return "not sensed"
+def behind_words(behind: "Behind") -> str:
+    """Return on how many cuts and which version of a pair's parameters an answer rests."""
+    if behind.parameters is None:
+        return "no cut of this pair"
+    return f"{behind.cuts} cuts, version {behind.version} (parameters {behind.parameters})"
+
+
+def show_predicted(title: str, cuts: "Sequence[PredictedCut]") -> None:
+    """Print predicted cuts; of mills, the peaks within a turn below the means."""
+    rows = table(
+        title, "cut", ">rpm", ">m/min", ">force.x N", ">force.y N", ">force.z N", ">torque N·m",
+        ">power W",
+    )  # fmt: skip
+    for cut in cuts:
+        forces = {"x": cut.force_x_N, "y": cut.force_y_N, "z": cut.force_z_N}
+        rows.add_row(
+            cut.name,
+            f"{cut.speed_rpm:.0f}",
+            f"{cut.speed_m_min:.0f}",
+            *(interval(v) + (" *" if axis == cut.passive else "") for axis, v in forces.items()),
+            interval(cut.torque_N_m),
+            interval(cut.power_W),
+        )
+        if cut.peaks is not None:
+            peaks = cut.peaks
+            largest = (peaks.force_x_N, peaks.force_y_N, peaks.force_z_N, peaks.torque_N_m)
+            rows.add_row("  peak in a turn", "", "", *(interval(v) for v in largest), "")
+    show(rows)
+    if any(cut.passive for cut in cuts):
+        say("* passive: no drive feels it; from the law alone")
+
+
+def interval(value: "Interval") -> str:
+    """Return 'value (low to high)'."""
     digits = 0 if abs(value.value) >= 100 else 1
     return f"{value.value:.{digits}f} ({value.low:.{digits}f} to {value.high:.{digits}f})"
 

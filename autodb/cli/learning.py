@@ -258,7 +258,7 @@ def refresh(machine: MachineName, db: Database = None) -> None:
         say("nothing new: every cut is sensed and every pair is up to date")
     else:
         say(f"{done.sensed} forces sensed, {done.not_sensed} not sensed")
-    for pair, component, version, n in done.versions:
-        say(f"{pair}: force.{component} version {version} from {n} cuts")
+    for pair, version, n in done.versions:
+        say(f"{pair}: version {version} from {n} cuts")
     for sentence in done.set_aside:
         say(f"set aside: {sentence}")

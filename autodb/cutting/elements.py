@@ -118,12 +118,14 @@ def force_gradient(theta: Array, elements: Elements) -> Array:
 def force_parts(theta: Array, elements: Elements) -> Array:
     """Return what the tangential forces of elements make of the sums, and what is across them.
 
-    (n, 5, 2), in forces' columns: what a law that is off by a share in either is off by.
+    (n, 5, 3), in forces' columns: what a law that is off by a share in either is off by; and, last,
+    one that is off in the direction of what is across, by a radian from the radial up the tool's
+    axis.
     """
     tangential, radial, up = _across_axis(theta, elements)
     none = np.zeros_like(tangential)
-    parts = _summed(elements, tangential, none, none), _summed(elements, none, radial, up)
-    return np.stack(parts, axis=-1)
+    parts = (tangential, none, none), (none, radial, up), (none, -up, radial)
+    return np.stack([_summed(elements, *part) for part in parts], axis=-1)
 
 
 def _across_axis(theta: Values, elements: Elements) -> tuple[Values, Values, Values]:

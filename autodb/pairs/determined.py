@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import NAMES, PARAMETERS
 from autodb.fitting import update
-from autodb.pairs.belief import CUT_SHARE, OWN, Belief
-from autodb.pairs.learning import FORCE
+from autodb.pairs.belief import OWN, Belief
+from autodb.pairs.learning import own_variance
 from autodb.pairs.observed import CHIP, Cuts, Observed
 
 Array = NDArray[np.float64]
@@ -80,10 +80,9 @@ def _left_after(belief: Belief, trial: Trial, k: int) -> float:
     """Return which share of a number's sd a trial would leave."""
     observed = trial.observed
     theta = belief.law.mean
-    parts = observed.parts(theta)
-    share = belief.scatter.share**2 + CUT_SHARE**2
-    noise = np.sqrt(observed.sd**2 + parts[:, :FORCE] ** 2 @ share)
-    after = update(belief.law, observed.slopes(theta), parts.sum(axis=1), noise)
+    noise = np.sqrt(observed.sd**2 + own_variance(belief.scatter, observed.off(theta)))
+    expected = observed.parts(theta).sum(axis=1)
+    after = update(belief.law, observed.slopes(theta), expected, noise)
     return float(np.sqrt(after.covariance[k, k] / belief.law.covariance[k, k]))
 
 

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import force_gradient, force_parts, forces
-from autodb.pairs.belief import CUT_SHARE, OWN, Belief, law_error
+from autodb.pairs.belief import OWN, Belief, law_error
+from autodb.pairs.learning import own_variance
 from autodb.pairs.observed import Cuts
 
 Array = NDArray[np.float64]
@@ -22,7 +23,8 @@ class Forecast:
     """Of cuts (n,): force x, y, z [N], torque [N·m] and power [W], columns of mean and sd (n, 5).
 
     ``own`` (n, 5): what of the variance is one cut's own, never to be learnt; ``slopes`` (n, 5, p):
-    derivatives of the means by the belief's state and, behind it, the law's error in the operation.
+    derivatives of the means by the belief's state and, behind it, the law's error in the operation
+    and those of what is assumed of the cuts.
     """
 
     mean: Array
@@ -34,14 +36,24 @@ class Forecast:
 def forecast(belief: Belief, cuts: Cuts) -> Forecast:
     """Return what is expected of cuts."""
     error = law_error(cuts.operation)
-    known = belief.also((error,))
+    known = belief.also((error, *cuts.assumed))
     place = known.columns(error.key)
     theta = known.state.mean[:OWN]
-    parts = force_parts(theta, cuts.elements)
+    whole, parts = forces(theta, cuts.elements).all, force_parts(theta, cuts.elements)
     slopes = np.zeros((cuts.elements.count, 5, len(known.state.mean)))
     slopes[:, :, :OWN] = force_gradient(theta, cuts.elements)
     slopes[:, :, place] = parts
-    mean = forces(theta, cuts.elements).all + parts @ known.state.mean[place]
+    mean = whole + parts @ known.state.mean[place]
+
+    # What is assumed of the cuts: what one standard deviation of it changes
+    as_assumed = slopes[:, :, :OWN].copy()
+    for one in cuts.variants:
+        at = known.columns(one.key).start
+        off = known.state.mean[at]
+        slopes[:, :, at] = forces(theta, one.elements).all - whole
+        mean += slopes[:, :, at] * off
+        if off:
+            slopes[:, :, :OWN] += off * (force_gradient(theta, one.elements) - as_assumed)
     open_ = np.einsum("nqi,ij,nqj->nq", slopes, known.state.covariance, slopes)
-    own = parts**2 @ (belief.scatter.share**2 + CUT_SHARE**2)
+    own = own_variance(belief.scatter, parts)
     return Forecast(mean, np.sqrt(open_ + own), own, slopes)

@@ -4,7 +4,10 @@ Maximum of the posterior of law and shared errors, readings linearised anew at e
 
     y = F(θ) (1 + C δ) + L(θ) λ + ε,  ε ~ N(0, sd² + Σ (share · part of F)²),  θ, δ, λ ~ prior
 
-δ errors of calibrations, λ the shares by which the law is off in an operation, L the parts of F.
+δ errors of calibrations, λ the shares and the direction by which the law is off in an operation, L
+the parts of F and F turned.
+What is assumed of cuts (an entering angle nobody stated) is one more such error: its column is what
+one standard deviation of it changes.
 
 A step that does not raise the posterior is halved. The share that cuts scatter by is learnt along
 with it, one step of expectation and maximisation a batch, so that a batch and the same cuts one
@@ -19,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting import Gaussian, update
-from autodb.pairs.belief import CUT_SHARE, OWN, Belief, Scatter, law_error
+from autodb.pairs.belief import CUT_DIRECTION_RAD, CUT_SHARE, OWN, Belief, Scatter, law_error
 from autodb.pairs.observed import Observed
 
 Array = NDArray[np.float64]
@@ -60,7 +63,7 @@ def expected_of(belief: Belief, observed: Observed) -> tuple[Array, Array]:
 def _met(belief: Belief, observed: Observed) -> "tuple[Belief, _Model]":
     """Return a belief that has met what readings share, and the readings as its functions."""
     laws = tuple(law_error(operation) for operation in observed.operations)
-    known = belief.also((*observed.shared, *laws))
+    known = belief.also((*observed.shared, *laws, *observed.assumed))
     return known, _Model(known, observed)
 
 
@@ -70,11 +73,18 @@ class _Model:
     def __init__(self, belief: Belief, observed: Observed) -> None:
         self.observed = observed
         self._gains = np.zeros((len(observed.value), len(belief.state.mean) - OWN))
+        self._shifts = np.zeros_like(self._gains)
         begin = 0
         for one in observed.shared:
-            width = len(one.covariance)
-            self._gains[:, _behind(belief, one.key)] = observed.common[:, begin : begin + width]
-            begin += width
+            columns = slice(begin, begin + len(one.covariance))
+            place = _behind(belief, one.key)
+            self._gains[:, place] = observed.common[:, columns]
+            if observed.shift is not None:
+                self._shifts[:, place] = observed.shift[:, columns]
+            begin = columns.stop
+        self._assumed = [
+            (_behind(belief, one.key).start, observed.as_if(one.key)) for one in observed.assumed
+        ]
         self._laws = [
             (_behind(belief, law_error(name).key), observed.within(name)[:, None])
             for name in observed.operations
@@ -83,20 +93,29 @@ class _Model:
     def expected(self, state: Array) -> Array:
         """Return the readings expected (m,)."""
         parts = self.observed.parts(state[:OWN])
-        return np.asarray(parts.sum(axis=1) + self._shared(parts) @ state[OWN:])
+        return np.asarray(parts.sum(axis=1) + self._shared(parts, state[:OWN]) @ state[OWN:])
 
     def design(self, state: Array) -> Array:
         """Return derivatives (m, p) of the readings by the state."""
         theta = state[:OWN]
-        felt = 1.0 + self._gains @ state[OWN:]
-        shared = self._shared(self.observed.parts(theta))
-        return np.column_stack([self.observed.slopes(theta) * felt[:, None], shared])
+        errors = state[OWN:]
+        felt = 1.0 + self._gains @ errors
+        as_assumed = self.observed.slopes(theta)
+        slopes = as_assumed * felt[:, None]
+        for place, other in self._assumed:
+            if errors[place]:
+                slopes += errors[place] * (other.slopes(theta) - as_assumed)
+        return np.column_stack([slopes, self._shared(self.observed.parts(theta), theta)])
 
-    def _shared(self, parts: Array) -> Array:
+    def _shared(self, parts: Array, theta: Array) -> Array:
         """Return derivatives (m, k) of the readings, in parts (m, 3), by what they share."""
-        columns = np.asarray(self._gains * parts.sum(axis=1)[:, None])
+        whole = parts.sum(axis=1)
+        columns = np.asarray(self._gains * whole[:, None] + self._shifts)
+        off = self.observed.off(theta)
         for place, inside in self._laws:
-            columns[:, place] = np.where(inside, parts[:, :FORCE], 0.0)
+            columns[:, place] = np.where(inside, off, 0.0)
+        for place, other in self._assumed:
+            columns[:, place] = other.parts(theta).sum(axis=1) - whole
         return columns
 
     def variances(self, state: Array, share: Array | float) -> Array:
@@ -105,8 +124,17 @@ class _Model:
 
     def noise(self, state: Array, scatter: Scatter) -> Array:
         """Return the sd (m,): the sensor's, the law's from chip to chip, the repeated cut's."""
-        own = self.variances(state, np.hypot(scatter.share, CUT_SHARE)).sum(axis=1)
+        own = own_variance(scatter, self.observed.off(state[:OWN]))
         return np.asarray(np.sqrt(self.observed.sd**2 + own))
+
+
+def own_variance(scatter: Scatter, off: Array) -> Array:
+    """Return the variance (...,) that is one cut's own, of what errors of the law change (..., 3).
+
+    What repeats scatter by, and what the law is off from one chip to another.
+    """
+    share = np.append(scatter.share**2 + CUT_SHARE**2, CUT_DIRECTION_RAD**2)
+    return np.asarray(off**2 @ share)
 
 
 def _behind(belief: Belief, key: str) -> slice:

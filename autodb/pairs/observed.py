@@ -1,7 +1,7 @@
 """What was felt of cuts: force x, y, z, torque, power, chip thickness, any of them, with errors."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -19,11 +19,34 @@ UNITS = ("N", "N", "N", "N·m", "W", "mm")
 
 
 @dataclass(frozen=True)
+class Variant:
+    """Elements as they were if something that is not known, ``key``, were off by its sd."""
+
+    key: str
+    elements: Elements
+
+
+@dataclass(frozen=True)
 class Cuts:
-    """Cuts of one pair in one operation, as elements of the edge."""
+    """Cuts of one pair in one operation, as elements of the edge.
+
+    ``variants``: of each quantity that is assumed, because nobody stated it, what one standard
+    deviation of it makes of the elements.
+    """
 
     operation: str
     elements: Elements
+    variants: tuple[Variant, ...] = ()
+
+    @property
+    def assumed(self) -> tuple[Shared, ...]:
+        """Errors of what is assumed, in standard deviations."""
+        return tuple(Shared(one.key, np.eye(1)) for one in self.variants)
+
+    def as_if(self, key: str) -> "Cuts":
+        """Return the cuts as they were if an assumed quantity were off by its sd."""
+        other = next((one.elements for one in self.variants if one.key == key), self.elements)
+        return replace(self, elements=other)
 
 
 @dataclass(frozen=True)
@@ -34,7 +57,8 @@ class Observed:
     unit. ``common`` (m, k): by which share of what is expected the errors of the calibrations
     ``shared``, in their order, move the readings: 1 for a gain's. Of what is expected, not of what
     was read: noise that is read too low would say that the gain is low, and many noisy readings
-    would together pull the force down (Peelle's puzzle).
+    would together pull the force down (Peelle's puzzle). ``shift`` (m, k): by how much, in the
+    reading's own unit, they move it beyond that, as an offset's does; None: not at all.
     """
 
     cuts: tuple[Cuts, ...]
@@ -44,6 +68,17 @@ class Observed:
     sd: Array
     common: Array
     shared: tuple[Shared, ...] = ()
+    shift: Array | None = None
+
+    @property
+    def assumed(self) -> tuple[Shared, ...]:
+        """Errors of what is assumed of the cuts, each once."""
+        found = {error.key: error for one in self.cuts for error in one.assumed}
+        return tuple(found.values())
+
+    def as_if(self, key: str) -> "Observed":
+        """Return the readings of cuts of which an assumed quantity is off by its sd."""
+        return replace(self, cuts=tuple(one.as_if(key) for one in self.cuts))
 
     @property
     def operations(self) -> tuple[str, ...]:
@@ -56,11 +91,18 @@ class Observed:
         In parts: force along the cutting speed, force across it, thickness of a chip.
         """
         force = self.quantity != CHIP
-        both = self._of(partial(force_parts, theta))[self.cut, self.quantity % CHIP]
         chip = np.zeros(len(self.cut))
         if not force.all():
             chip = self._of(partial(_chip_mm, theta))[self.cut]
-        return np.column_stack([np.where(force[:, None], both, 0.0), np.where(force, 0.0, chip)])
+        return np.column_stack([self.off(theta)[:, :2], np.where(force, 0.0, chip)])
+
+    def off(self, theta: Array) -> Array:
+        """Return what errors of the law change (m, 3): shares along and across, a direction, rad.
+
+        A chip's thickness has none of them.
+        """
+        parts = self._of(partial(force_parts, theta))[self.cut, self.quantity % CHIP]
+        return np.where((self.quantity != CHIP)[:, None], parts, 0.0)
 
     def slopes(self, theta: Array) -> Array:
         """Return derivatives (m, p) of the readings by the coordinates (p,)."""

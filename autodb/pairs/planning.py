@@ -73,7 +73,8 @@ def propose(
     where every candidate may exceed a limit.
     """
     laws = (law_error(candidates.operation), law_error(targets.operation))
-    known = belief.also((*(one.gain for one in sensed), *laws))
+    assumed = (*candidates.assumed, *targets.assumed)
+    known = belief.also((*(one.gain for one in sensed), *laws, *assumed))
     tried, asked = forecast(known, candidates), forecast(known, targets)
     left = np.sqrt(_variance_left(known, tried, asked, sensed))
     size = np.maximum(np.abs(asked.mean), TINY_N)

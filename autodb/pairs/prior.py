@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import NAMES, PARAMETERS, Edge
 from autodb.fitting import Gaussian
-from autodb.pairs.belief import P1_SCATTER, Belief, Shared
+from autodb.pairs.belief import CALIBRATION, OWN, P1_SCATTER, REFERENCES, Belief, Shared
 from autodb.pairs.learning import learn
 from autodb.pairs.observed import Cuts, Observed, X, Y
 
@@ -90,17 +90,20 @@ def of_relative(belief: Belief) -> Belief:
     """Return what the belief about a pair says of one of the same material and another tool.
 
     What belongs to the material is believed by RELATIVE more standard deviations of what any metal
-    leaves open, what belongs to the tool's edge as of any metal.
+    leaves open, what belongs to the tool's edge as of any metal. Errors of the machine's
+    calibrations stay tied to it: they are the same ones, whatever the tool.
     """
-    law, any_ = belief.law, any_metal().law
-    wider = law.covariance + RELATIVE**2 * any_.covariance
-    mean = law.mean.copy()
+    kept = tuple(one for one in belief.shared if one.key.startswith((CALIBRATION, REFERENCES)))
+    rows = np.concatenate([np.arange(OWN), *(np.r_[belief.columns(one.key)] for one in kept)])
+    mean, wider = belief.state.mean[rows], belief.state.covariance[np.ix_(rows, rows)]
+    any_ = any_metal().law
+    wider[:OWN, :OWN] += RELATIVE**2 * any_.covariance
     for name in OF_EDGE:
         k = NAMES.index(name)
         mean[k] = any_.mean[k]
         wider[k], wider[:, k] = 0.0, 0.0
         wider[k, k] = any_.covariance[k, k]
-    return Belief(Gaussian(mean, wider), (), belief.scatter, 0)
+    return Belief(Gaussian(mean, wider), kept, belief.scatter, 0)
 
 
 def _as_readings(card: Card) -> Observed:

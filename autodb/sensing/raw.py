@@ -203,6 +203,8 @@ def _conditions(recording: Recording, cut: slice) -> dict[str, float]:
         "t": float(recording.t_s[cut.start]),
         "cutting.feed": side.feed_mm_rev or side.feed_mm_tooth,
         "cutting.depth": side.depth_mm,
+        "cutting.width": side.width_mm,
+        "cutting.direction": side.feed_direction_deg,
         "spindle.speed": side.speed_rpm,
         "work.diameter": side.work_diameter_mm,
     }

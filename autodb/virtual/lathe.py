@@ -113,6 +113,11 @@ def cut_row(
     return ranges, {f"force.{axis}": float(read_N[i]) for i, axis in enumerate("xyz")}
 
 
+def feed_deg(cut: Cut) -> float:
+    """Direction of the feed: 0 along the axis to the chuck, 90 to the centre."""
+    return 90.0 if cut.operation == "face" else cut.inward_deg
+
+
 def cut_table(
     lathe: Lathe,
     pair: Pair,
@@ -138,9 +143,10 @@ def table_of(
     *,
     pause_s: float = 60.0,
 ) -> dict[str, NDArray[Any]]:
-    """The same of cuts that may each be of another pair."""
+    """The same of cuts that may each be of another pair; with tapers, each cut's feed direction."""
     rows = []
     start_s = 0.0
+    profiled = any(cut.operation == "taper" for _, cut in work)
     for number, (pair, cut) in enumerate(work, start=1):
         share = spindle_share(lathe.spindle, seed, start_s + 0.5 * cut.duration_s)
         ranges, force = cut_row(lathe, pair, cut, seed=(seed, number), share=share)
@@ -154,6 +160,7 @@ def table_of(
                 "cutting.speed": cut.speed_m_min,
                 "cutting.feed": cut.feed_mm,
                 "cutting.depth": cut.depth_mm,
+                **({"cutting.direction": feed_deg(cut)} if profiled else {}),
                 "work.diameter": cut.diameter_mm,
                 "spindle.speed": cut.spindle_rpm,
                 "tool.edge": cut.tool_edge,

@@ -92,11 +92,12 @@ class Form(Protocol):
     def scaling(self, coefficients: Array) -> Array:
         """Return how the coefficients (p,) change, per share, when the whole target is scaled."""
 
-    def expected(self, slopes: Array, law: Array) -> Array:
-        """Return slopes (n, p) freed of the current's noise: as columns of a law (n, k) make them.
+    def moves(self, coefficients: Array, slopes: Array, value: Array) -> tuple[Array, Array]:
+        """Return how the coefficients' errors move readings (n,): a shift and a share, each (n, p).
 
-        Their noise is the sensed force's own noise, and a force regressed on itself would put every
-        scatter down to the calibration.
+        By ``slopes`` (n, p) at the value that was read; the share is of the value that a law
+        expects. Noise of a current is noise of both, and a force that is put down to its own
+        scatter would put every scatter down to the calibration.
         """
 
     def beyond(self, felt: Felt) -> Array:
@@ -115,16 +116,14 @@ def varies(speed: Array) -> bool:
     return known and float(speed.max()) > NARROWEST * float(speed.min())
 
 
-def freed_of_noise(slopes: Array, law: Array, *, first: int) -> Array:
-    """Return slopes (n, p) of which column ``first`` and those after it contain the current.
+def moved(slopes: Array, value: Array, *, idle: Array, first: int) -> tuple[Array, Array]:
+    """Return ``Form.moves`` where slopes from column ``first`` on follow the current.
 
-    That column is put as the law (n, k) expects it; the others are it times what is known without
-    noise: a speed, or the logarithm of a current.
+    ``idle`` (n,): value without a current. What is above it, they follow.
     """
-    freed = slopes.copy()
-    current = freed[:, first].copy()
-    there = current != 0
-    expected = law @ np.linalg.lstsq(law, current, rcond=None)[0]
-    share = np.where(there, expected / np.where(there, current, 1.0), 1.0)
-    freed[:, first:] *= share[:, None]
-    return freed
+    above = value - idle
+    shift, share = slopes.copy(), np.zeros_like(slopes)
+    felt = above != 0
+    share[felt, first:] = slopes[felt, first:] / above[felt, None]
+    shift[felt, first:] = -share[felt, first:] * idle[felt, None]
+    return shift, share

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from autodb import anfis, fitting
 from autodb.anfis.premises import Premises, design
 from autodb.anfis.scaling import Scaling
-from autodb.sensing.forms.form import Array, Felt, Law
+from autodb.sensing.forms.form import Array, Felt, Law, moved
 
 SETS = 2
 """Fuzzy sets of each input; more are not held by as many cuts as a shop has."""
@@ -101,13 +101,9 @@ class Fuzzy:
         constant = np.arange(len(coefficients)) % (len(self.inputs) + 1) == 0
         return np.asarray(coefficients + constant * scale.output_middle / scale.output_size)
 
-    def expected(self, slopes: Array, law: Array) -> Array:
-        """Return slopes (n, p) freed of the current's noise: as columns of a law (n, k) make them.
-
-        Every rule's share follows the current, so all of them are regressed on the law.
-        """
-        columns = np.column_stack([np.ones(len(law)), law])
-        return np.asarray(columns @ np.linalg.lstsq(columns, slopes, rcond=None)[0])
+    def moves(self, coefficients: Array, slopes: Array, value: Array) -> tuple[Array, Array]:  # noqa: ARG002
+        """Return shift and share (n, p): every rule follows the current, so all is a share."""
+        return moved(slopes, value, idle=np.zeros_like(value), first=0)
 
     def beyond(self, felt: Felt) -> Array:
         """Return the standard deviation (n,) to add outside the box: the output's for each one of

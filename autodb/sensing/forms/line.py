@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.sensing.forms.form import Felt, Law, freed_of_noise, varies
+from autodb.sensing.forms.form import Felt, Law, moved, varies
 from autodb.sensing.forms.noisy import freed
 
 Array = NDArray[np.float64]
@@ -48,9 +48,9 @@ class Line:
         """Return the coefficients: all of them scale."""
         return coefficients
 
-    def expected(self, slopes: Array, law: Array) -> Array:
-        """Return slopes (n, p) freed of the current's noise, as a law's columns (n, k) make it."""
-        return freed_of_noise(slopes, law, first=1)
+    def moves(self, coefficients: Array, slopes: Array, value: Array) -> tuple[Array, Array]:
+        """Return shift and share (n, p): the constant shifts, what the current makes is a share."""
+        return moved(slopes, value, idle=coefficients[0] * slopes[:, 0], first=1)
 
     def beyond(self, felt: Felt) -> Array:
         """Return zeros: a law holds as far as it goes."""

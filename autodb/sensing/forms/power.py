@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from autodb import fitting
 from autodb.sensing.forms.curved import fitted
-from autodb.sensing.forms.form import Felt, Law, freed_of_noise, varies
+from autodb.sensing.forms.form import Felt, Law, moved, varies
 
 Array = NDArray[np.float64]
 
@@ -84,9 +84,9 @@ class Power:
         """Return the change of ln a0: it alone scales."""
         return np.asarray(np.eye(len(coefficients))[0])
 
-    def expected(self, slopes: Array, law: Array) -> Array:
-        """Return slopes (n, p) freed of the current's noise, as a law's columns (n, k) make it."""
-        return freed_of_noise(slopes, law, first=0)
+    def moves(self, coefficients: Array, slopes: Array, value: Array) -> tuple[Array, Array]:  # noqa: ARG002
+        """Return shift and share (n, p): without a current there is nothing, so all is a share."""
+        return moved(slopes, value, idle=np.zeros_like(value), first=0)
 
     def beyond(self, felt: Felt) -> Array:
         """Return zeros: a law holds as far as it goes."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.sensing.forms.curved import fitted
-from autodb.sensing.forms.form import Felt, Form, Law, freed_of_noise
+from autodb.sensing.forms.form import Felt, Form, Law, moved
 
 Array = NDArray[np.float64]
 
@@ -21,16 +21,12 @@ LEAST_SPAN_C = 3.0
 
 
 class Warmed:
-    """Coefficients of ``form`` at 20 °C, then k, 1/K.
-
-    From column ``current_from`` on the form's slopes contain the current.
-    """
+    """Coefficients of ``form`` at 20 °C, then k, 1/K."""
 
     margin = 1.0
 
-    def __init__(self, form: Form, *, current_from: int) -> None:
+    def __init__(self, form: Form) -> None:
         self.form = form
-        self.current_from = current_from
         self.kind = f"{form.kind}-warmed"
         self.label = f"{form.label}, gain by temperature"
 
@@ -61,9 +57,11 @@ class Warmed:
         """Return how the form's coefficients scale; k does not."""
         return np.append(self.form.scaling(coefficients[:-1]), 0.0)
 
-    def expected(self, slopes: Array, law: Array) -> Array:
-        """Return slopes (n, p) freed of the current's noise, as a law's columns (n, k) make it."""
-        return freed_of_noise(slopes, law, first=self.current_from)
+    def moves(self, coefficients: Array, slopes: Array, value: Array) -> tuple[Array, Array]:
+        """Return shift and share (n, p) as the form has them; k's is a share of the whole."""
+        shift, share = self.form.moves(coefficients[:-1], slopes[:, :-1], value)
+        of_k = moved(slopes[:, -1:], value, idle=np.zeros_like(value), first=0)
+        return np.column_stack([shift, of_k[0]]), np.column_stack([share, of_k[1]])
 
     def beyond(self, felt: Felt) -> Array:
         """Return what the form adds where the cuts never were."""

@@ -14,6 +14,8 @@ channel_model_recording = link("channel_model_recording", "channel_model", "reco
 channel_model_mismatch = link("channel_model_mismatch", "channel_model", "mismatch")
 """The mismatches that a version's new terms came from: the version is what confirming them made."""
 cutting_parameters_force = link("cutting_parameters_force", "cutting_parameters", "sensed_force")
+EVERY = "every"
+"""Operation and component of parameters that hold for all of them."""
 fleet_prior_parameters = link("fleet_prior_parameters", "fleet_prior", "cutting_parameters")
 
 
@@ -48,10 +50,15 @@ class ChannelModel(Base):
 
 
 class CuttingParameters(Base):
-    """One version of a pair's cutting law for one operation and force component on one machine.
+    """One version of a machine's belief about a pair: coordinates of ``law``, and their covariance.
 
-    ``forces`` are the sensed forces this version added to ``previous``; without a previous version
-    it starts from ``prior``, or from nothing known. ``undone_at``: when the version was taken back.
+    ``operation`` and ``component`` are EVERY: a law of edge elements holds for all of them; earlier
+    versions of autodb kept a law for each, with its ``process_share`` and ``misfit_N``. ``state``:
+    the process state that it is of; NULL: the usual one. ``shared``: errors behind the coordinates,
+    by key with the covariance that they began with; ``scatter``: share and weight of its parts.
+    ``forces``: what this version added to ``previous``; without a previous version it starts from
+    ``prior``, or from what ``started_from`` says, ``relative`` where that is another pair.
+    ``undone_at``: when the version was taken back.
     """
 
     __tablename__ = "cutting_parameters"
@@ -71,17 +78,28 @@ class CuttingParameters(Base):
     state: Mapped[str | None]
     mean: Mapped[list[Any]]
     covariance: Mapped[list[Any]]
-    process_share: Mapped[float]
-    misfit_N: Mapped[float]
+    process_share: Mapped[float | None]
+    misfit_N: Mapped[float | None]
+    shared: Mapped[list[Any] | None]
+    scatter: Mapped[dict[str, Any] | None]
     n_cuts: Mapped[int]
     previous_id: Mapped[int | None] = mapped_column(ForeignKey("cutting_parameters.id"))
     prior_id: Mapped[int | None] = mapped_column(
         ForeignKey("fleet_prior.id", name="fk_cutting_parameters_prior")
     )
+    started_from: Mapped[str | None]
+    relative_id: Mapped[int | None] = mapped_column(
+        ForeignKey("cutting_parameters.id", name="fk_cutting_parameters_relative")
+    )
     created_at: Mapped[str] = mapped_column(default=now)
     undone_at: Mapped[str | None]
     pair: Mapped[Pair] = relationship()
-    previous: Mapped["CuttingParameters | None"] = relationship(remote_side="CuttingParameters.id")
+    previous: Mapped["CuttingParameters | None"] = relationship(
+        foreign_keys=previous_id, remote_side="CuttingParameters.id"
+    )
+    relative: Mapped["CuttingParameters | None"] = relationship(
+        foreign_keys=relative_id, remote_side="CuttingParameters.id"
+    )
     prior: Mapped["FleetPrior | None"] = relationship()
     forces: Mapped[list[SensedForce]] = relationship(secondary=cutting_parameters_force)
 

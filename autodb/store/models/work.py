@@ -11,7 +11,8 @@ TOOL_KINDS = ("turning_insert", "end_mill", "drill")
 class Tool(Base):
     """One tool, by name, with the geometry that is known.
 
-    ``kappa_deg``: entering angle κ_r; ``rake_deg``: normal rake in the holder.
+    ``kappa_deg``: entering angle κ_r; ``rake_deg``: normal rake in the holder; ``included_deg``:
+    angle between an insert's two edges.
     """
 
     __tablename__ = "tool"
@@ -32,6 +33,7 @@ class Tool(Base):
     kappa_deg: Mapped[float | None]
     rake_deg: Mapped[float | None]
     inclination_deg: Mapped[float | None]
+    included_deg: Mapped[float | None]
     properties: Mapped[list["ToolProperty"]] = relationship(order_by="ToolProperty.code")
 
 

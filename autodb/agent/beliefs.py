@@ -1,0 +1,140 @@
+"""Beliefs about pairs as the database keeps them, and where one starts that is new."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from sqlalchemy import ColumnElement, func, select
+from sqlalchemy.orm import Session
+
+from autodb.errors import UnusableInput
+from autodb.fitting import Gaussian
+from autodb.pairs import conventional
+from autodb.pairs.belief import Belief, Scatter, Shared
+from autodb.pairs.prior import any_metal, of_relative
+from autodb.store import models
+from autodb.store.models.learning import EVERY
+
+LAW = "thin_shear_zone"
+
+
+def as_belief(row: models.CuttingParameters) -> Belief:
+    """Return a stored version as a belief; raises UnusableInput for an earlier law's."""
+    if row.shared is None or row.scatter is None:
+        raise UnusableInput(
+            f"parameters {row.id} are of an earlier law ({row.law}); 'autodb refresh' learns the "
+            "pair anew"
+        )
+    return Belief(
+        state=Gaussian(np.array(row.mean), np.array(row.covariance)),
+        shared=tuple(Shared(one["key"], np.array(one["covariance"])) for one in row.shared),
+        scatter=Scatter(np.array(row.scatter["share"]), np.array(row.scatter["weight"])),
+        cuts=row.n_cuts,
+    )
+
+
+def columns_of(belief: Belief) -> dict[str, Any]:
+    """Return what a version keeps of a belief, by column."""
+    return {
+        "law": LAW,
+        "operation": EVERY,
+        "component": EVERY,
+        "mean": belief.state.mean.tolist(),
+        "covariance": belief.state.covariance.tolist(),
+        "shared": [
+            {"key": one.key, "covariance": one.covariance.tolist()} for one in belief.shared
+        ],
+        "scatter": {
+            "share": belief.scatter.share.tolist(),
+            "weight": belief.scatter.weight.tolist(),
+        },
+        "n_cuts": belief.cuts,
+    }
+
+
+def latest(
+    session: Session, machine_id: int, pair_id: int, state: str | None = None
+) -> models.CuttingParameters | None:
+    """Return the newest version of a pair's belief in a process state that was not taken back."""
+    return session.scalar(
+        select(models.CuttingParameters)
+        .where(
+            *_of_pair(machine_id, pair_id),
+            models.CuttingParameters.state.is_(None)
+            if state is None
+            else models.CuttingParameters.state == state,
+            models.CuttingParameters.undone_at.is_(None),
+        )
+        .order_by(models.CuttingParameters.version.desc())
+        .limit(1)
+    )
+
+
+def newest_version(session: Session, machine_id: int, pair_id: int) -> int:
+    """Return the highest version number in use, also of versions taken back; 0: none yet."""
+    newest = select(func.max(models.CuttingParameters.version))
+    return session.scalar(newest.where(*_of_pair(machine_id, pair_id))) or 0
+
+
+def _of_pair(machine_id: int, pair_id: int) -> tuple[ColumnElement[bool], ...]:
+    return (
+        models.CuttingParameters.machine_id == machine_id,
+        models.CuttingParameters.pair_id == pair_id,
+        models.CuttingParameters.law == LAW,
+    )
+
+
+def chain(parameters: models.CuttingParameters) -> list[models.CuttingParameters]:
+    """Return a version and those it was built on, newest first."""
+    versions = [parameters]
+    while versions[-1].previous is not None:
+        versions.append(versions[-1].previous)
+    return versions
+
+
+@dataclass(frozen=True)
+class Start:
+    """What is believed of a pair before any of its cuts, and from what.
+
+    ``row``: the related pair's parameters, where it is from one.
+    """
+
+    belief: Belief
+    said: str | None
+    row: models.CuttingParameters | None = None
+
+
+def start_of(session: Session, machine_id: int, material: str, tool: str) -> Start:
+    """Return where a pair starts that a machine has not cut.
+
+    From the same material with another tool on this machine, where there is such a pair that did
+    not begin from a relative itself (two would begin from each other, and each take its own cuts
+    for the other's); else from conventional values of the material; else from what any metal may
+    have.
+    """
+    related = _related(session, machine_id, material, tool)
+    if related is not None:
+        name = f"{related.pair.material.name} / {related.pair.tool.name}"
+        said = f"{name}, the same material with another tool ({related.n_cuts} cuts)"
+        return Start(of_relative(as_belief(related)), said, related)
+    try:
+        handbook = conventional.named(material)
+    except UnusableInput:
+        said = f"what any metal may have: no conventional values of '{material}'"
+        return Start(any_metal(), said)
+    return Start(conventional.believed(handbook), f"conventional values of {handbook.name}")
+
+
+def _related(
+    session: Session, machine_id: int, material: str, tool: str
+) -> models.CuttingParameters | None:
+    """Return the newest parameters of the most-cut pair of a material and another tool."""
+    pairs = session.scalars(
+        select(models.Pair)
+        .join(models.Material)
+        .join(models.Tool)
+        .where(models.Material.name == material, models.Tool.name != tool)
+    )
+    found = [latest(session, machine_id, pair.id) for pair in pairs]
+    own = [row for row in found if row is not None and row.relative_id is None]
+    return max(own, key=lambda row: row.n_cuts, default=None)

@@ -1,0 +1,119 @@
+"""A tool from what is stated of its geometry; what nobody stated is assumed, and how far it is off.
+
+The usual tool stands in for what is not known, with a standard deviation of what shops use. Forces
+are worked out with the usual value and with one a standard deviation off; the difference is an
+error that all cuts of the tool share (``autodb.pairs``).
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from autodb.cutting.drill import WEB_SHARE, Drill
+from autodb.cutting.endmill import EndMill
+from autodb.cutting.insert import Insert
+from autodb.errors import UnusableInput
+
+Tool = TypeVar("Tool", Insert, EndMill, Drill)
+
+
+@dataclass(frozen=True)
+class Usual:
+    """What a quantity of a tool's geometry is taken for where it is not stated, and its sd."""
+
+    name: str
+    value: float
+    sd: float
+    unit: str
+
+
+INSERT = (
+    Usual("nose_radius_mm", 0.8, 0.4, "mm"),
+    Usual("kappa_deg", 93.0, 5.0, "°"),
+    Usual("rake_deg", -3.0, 6.0, "°"),
+    Usual("inclination_deg", -4.0, 4.0, "°"),
+    Usual("included_deg", 75.0, 15.0, "°"),
+)
+"""Chosen: inserts of 55 to 80° in holders that turn to a shoulder, double-sided or single-sided;
+the repeated cut of P1 has 0.8 mm and 93°."""
+END_MILL = (
+    Usual("helix_deg", 35.0, 6.0, "°"),
+    Usual("corner_radius_mm", 0.1, 0.1, "mm"),
+    Usual("rake_deg", 8.0, 5.0, "°"),
+)
+"""Chosen: solid carbide end mills of catalogues have helices of 30 to 45° and rakes of 4 to 14°."""
+DRILL = (
+    Usual("point_angle_deg", 130.0, 10.0, "°"),
+    Usual("helix_deg", 30.0, 4.0, "°"),
+    Usual("web_share", WEB_SHARE, 0.04, "of the diameter"),
+)
+"""Chosen: points of 118° (high-speed steel) to 140° (carbide)."""
+
+
+@dataclass(frozen=True)
+class Assumed(Generic[Tool]):
+    """A tool, and what of it is assumed; ``made`` makes one of other numbers."""
+
+    tool: Tool
+    usual: tuple[Usual, ...]
+    numbers: dict[str, float]
+    made: Callable[[Mapping[str, float]], Tool]
+
+    def variants(self) -> Iterator[tuple[Usual, Tool]]:
+        """Give the tool with each of what is assumed a standard deviation off."""
+        for one in self.usual:
+            yield one, self.made({**self.numbers, one.name: one.value + one.sd})
+
+
+def insert_of(stated: Mapping[str, float]) -> Assumed[Insert]:
+    """Return an insert in its holder from what is stated of it, by name."""
+    return _assumed(stated, INSERT, lambda n: Insert(**{one.name: n[one.name] for one in INSERT}))
+
+
+def end_mill_of(stated: Mapping[str, float]) -> Assumed[EndMill]:
+    """Return an end mill; raises UnusableInput without its diameter and number of teeth."""
+    _need(stated, "diameter_mm", "teeth")
+
+    def made(n: Mapping[str, float]) -> EndMill:
+        return EndMill(
+            diameter_mm=n["diameter_mm"],
+            teeth=int(n["teeth"]),
+            helix_deg=n["helix_deg"],
+            corner_radius_mm=min(n["corner_radius_mm"], 0.5 * n["diameter_mm"]),
+            rake_deg=n["rake_deg"],
+        )
+
+    return _assumed(stated, END_MILL, made)
+
+
+def drill_of(stated: Mapping[str, float]) -> Assumed[Drill]:
+    """Return a two-lip drill; raises UnusableInput without its diameter, or with other lips."""
+    _need(stated, "diameter_mm")
+    if stated.get("teeth", 2) != 2:
+        raise UnusableInput(f"a drill with {stated['teeth']:g} lips; one with 2 would work")
+
+    def made(n: Mapping[str, float]) -> Drill:
+        web_mm = n["web_share"] * n["diameter_mm"]
+        return Drill(n["diameter_mm"], n["point_angle_deg"], n["helix_deg"], web_mm)
+
+    return _assumed(stated, DRILL, made)
+
+
+def _assumed(
+    stated: Mapping[str, float],
+    usual: tuple[Usual, ...],
+    made: Callable[[Mapping[str, float]], Tool],
+) -> Assumed[Tool]:
+    numbers = {**{one.name: one.value for one in usual}, **stated}
+    return Assumed(
+        made(numbers), tuple(one for one in usual if one.name not in stated), numbers, made
+    )
+
+
+def _need(stated: Mapping[str, float], *names: str) -> None:
+    lacking = [name for name in names if name not in stated]
+    if lacking:
+        raise UnusableInput(
+            f"the tool's {' and '.join(lacking)} is not known; a tool file that states it would "
+            "work"
+        )

@@ -1,0 +1,187 @@
+"""Cuts as people state them - operation, feed, depth, speed, tool - as elements of the edge.
+
+What is not stated and may be assumed is: geometry of the tool, and the cutting speed. It becomes a
+variant of the cuts, an error that they share; what cannot be assumed is named.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting import drill, endmill, insert, tools, turning
+from autodb.cutting.elements import Elements
+from autodb.cutting.shear import SPEED_M_MIN
+from autodb.pairs.observed import Cuts, Variant
+
+Array = NDArray[np.float64]
+Conditions = Mapping[str, float]
+"""Of one cut: what is stated of it, by channel of a cut table."""
+
+FEED, DEPTH, WIDTH = "cutting.feed", "cutting.depth", "cutting.width"
+SPEED, RPM, DIAMETER = "cutting.speed", "spindle.speed", "work.diameter"
+DIRECTION, RAMP, HOLE = "cutting.direction", "cutting.ramp", "pocket.diameter"
+OFF = 2.0
+"""Factor by which an assumed cutting speed may be off. Chosen."""
+
+
+@dataclass(frozen=True)
+class Stated:
+    """Cuts (n,) of one operation: channels by name, NaN where a cut does not state one."""
+
+    rows: Sequence[Conditions]
+
+    def __getitem__(self, name: str) -> Array:
+        return np.array([row.get(name, np.nan) for row in self.rows])
+
+    def given(self, name: str, otherwise: float) -> Array:
+        """Return a channel with ``otherwise`` where a cut does not state it."""
+        values = self[name]
+        return np.where(np.isfinite(values), values, otherwise)
+
+
+Made = Callable[[Mapping[str, float], Stated], tuple[Elements, list[Variant]]]
+"""What makes elements and variants of a tool's numbers and cuts."""
+Band = Callable[[float, Stated], tuple[Array, Array]]
+"""What says which band across the feed a mill of a diameter is engaged in, mm."""
+
+
+@dataclass(frozen=True)
+class Operation:
+    """An operation: the kind of tool that makes it, and the channels that it needs of a cut."""
+
+    name: str
+    kind: str
+    needs: tuple[str, ...]
+    made: Made
+
+    def lacking(self, conditions: Conditions) -> tuple[str, ...]:
+        """Return the channels that a cut does not state and that cannot be assumed."""
+        return tuple(name for name in self.needs if name not in conditions)
+
+    def cuts(self, tool: Mapping[str, float], rows: Sequence[Conditions], *, called: str) -> Cuts:
+        """Return cuts (n,) with a tool called so, its numbers by name; mills: means over a turn.
+
+        Raises UnusableInput where the tool cannot make them.
+        """
+        elements, variants = self.made(tool, Stated(rows))
+        named = tuple(replace(one, key=f"{called}: {one.key}") for one in variants)
+        return Cuts(self.name, elements, named)
+
+
+def speed_m_min(stated: Stated) -> Array:
+    """Return cutting speeds (n,) as stated, or of spindle speed and diameter; NaN: neither."""
+    by_spindle = turning.speed_m_min(stated[DIAMETER], stated[RPM])
+    return np.where(np.isfinite(stated[SPEED]), stated[SPEED], by_spindle)
+
+
+def turned(stated: Stated, inward_deg: Array) -> insert.Turned:
+    """Return turned cuts (n,) that feed ``inward_deg`` off the axis; speed NaN: not stated."""
+    inward = np.radians(inward_deg)
+    facing = inward > insert.STEEPEST_RAD
+    diameter, depth = stated.given(DIAMETER, 0.0), stated[DEPTH]
+    radius = turning.effective_radius_mm(diameter, depth, facing=facing)
+    return insert.Turned(stated[FEED], depth, speed_m_min(stated), radius, inward)
+
+
+def milled(mill: endmill.EndMill, stated: Stated, band: Band) -> endmill.Milled:
+    """Return milled cuts (n,); one that does not state its direction feeds along +x."""
+    low, high = band(mill.diameter_mm, stated)
+    return endmill.Milled(
+        feed_mm=stated[FEED],
+        depth_mm=stated[DEPTH],
+        speed_rpm=stated[RPM],
+        low_mm=low,
+        high_mm=high,
+        direction_rad=np.radians(stated.given(DIRECTION, 0.0)),
+        ramp_rad=np.radians(stated.given(RAMP, 0.0)),
+    )
+
+
+def _turns(inward_deg: Callable[[Stated], Array]) -> Made:
+    def made(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[Variant]]:
+        assumed = tools.insert_of(tool)
+        cuts = turned(stated, inward_deg(stated))
+        known = np.isfinite(cuts.speed_m_min)
+        cuts, faster = (
+            replace(cuts, speed_m_min=np.where(known, cuts.speed_m_min, speed))
+            for speed in (SPEED_M_MIN, OFF * SPEED_M_MIN)
+        )
+        variants = [
+            Variant(usual.name, insert.elements_of(other, cuts))
+            for usual, other in assumed.variants()
+        ]
+        if not known.all():
+            variants.append(Variant("cutting speed", insert.elements_of(assumed.tool, faster)))
+        return insert.elements_of(assumed.tool, cuts), variants
+
+    return made
+
+
+def _mills(band: Band) -> Made:
+    def made(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[Variant]]:
+        assumed = tools.end_mill_of(tool)
+        cuts = milled(assumed.tool, stated, band)
+        variants = [
+            Variant(usual.name, endmill.averaged(other, cuts))
+            for usual, other in assumed.variants()
+        ]
+        return endmill.averaged(assumed.tool, cuts), variants
+
+    return made
+
+
+def _drills(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[Variant]]:
+    assumed = tools.drill_of(tool)
+    cuts = drill.Drilled(stated[FEED], stated[RPM])
+    variants = [
+        Variant(usual.name, drill.elements_of(other, cuts)) for usual, other in assumed.variants()
+    ]
+    return drill.elements_of(assumed.tool, cuts), variants
+
+
+def slot(diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
+    """Return the band of a slot as wide as the mill."""
+    whole = np.full(len(stated.rows), 0.5 * diameter_mm)
+    return -whole, whole
+
+
+def side_up(diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
+    """Return the band of side milling against the feed."""
+    return endmill.up(diameter_mm, stated[WIDTH])
+
+
+def side_down(diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
+    """Return the band of side milling with the feed."""
+    return endmill.down(diameter_mm, stated[WIDTH])
+
+
+def pocket(diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
+    """Return the band of widening a round pocket to ``pocket.diameter`` by the width."""
+    after = 0.5 * stated[HOLE]
+    return endmill.pocket(
+        diameter_mm, hole_mm=after - stated[WIDTH], path_mm=after - 0.5 * diameter_mm
+    )
+
+
+BANDS: dict[str, Band] = {
+    "slot": slot, "side-up": side_up, "side-down": side_down, "ramp": slot, "pocket": pocket,
+}  # fmt: skip
+_TURNED, _MILLED = (FEED, DEPTH), (FEED, DEPTH, RPM)
+INSERT, END_MILL, DRILL = "turning_insert", "end_mill", "drill"
+OPERATIONS = (
+    Operation("turn", INSERT, _TURNED, _turns(lambda stated: 0.0 * stated[FEED])),
+    Operation("face", INSERT, _TURNED, _turns(lambda stated: 0.0 * stated[FEED] + 90.0)),
+    Operation("taper", INSERT, (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
+    Operation("contour", INSERT, (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
+    Operation("slot", END_MILL, _MILLED, _mills(slot)),
+    Operation("side-up", END_MILL, (*_MILLED, WIDTH), _mills(side_up)),
+    Operation("side-down", END_MILL, (*_MILLED, WIDTH), _mills(side_down)),
+    Operation("ramp", END_MILL, (*_MILLED, RAMP), _mills(slot)),
+    Operation("pocket", END_MILL, (*_MILLED, WIDTH, HOLE), _mills(pocket)),
+    Operation("drill", DRILL, (FEED, RPM), _drills),
+)
+BY_NAME = {operation.name: operation for operation in OPERATIONS}
+UNSAID = "turn"
+"""What a cut counts as that does not say its operation."""
