@@ -1,7 +1,6 @@
 """Parameters are learnt and used per operation; what stands still is not sensed, never zero."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -120,7 +119,7 @@ def test_a_version_taken_back_is_not_used_and_its_number_not_given_again(learnt:
         for row in session.scalars(select(models.CuttingParameters)):
             row.undone_at = "2026-01-01T00:00:00+00:00"
     store.close()
-    assert "has not learnt" in learnt("predict", _job(FACE), "--machine", "lathe-1").err
+    assert "has not learnt" in learnt("predict", _job(FACE), "--machine", "lathe-1").out
     assert "carbide insert: version 2" in learnt("refresh", "--machine", "lathe-1").out
 
 

@@ -7,7 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import forward
-from autodb.agent.beliefs import as_belief, chain, latest, start_of
+from autodb.agent.beliefs import LAW, as_belief, chain, latest, start_of
 from autodb.agent.felt import numbers_of, operation_of
 from autodb.agent.machines import as_file, find_machine
 from autodb.errors import UnusableInput
@@ -120,6 +120,7 @@ def _refuse_earlier_law(session: Session, owner: models.Machine, pair: models.Pa
         .where(
             models.CuttingParameters.machine_id == owner.id,
             models.CuttingParameters.pair_id == pair.id,
+            models.CuttingParameters.law != LAW,
         )
         .limit(1)
     )
