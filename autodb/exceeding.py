@@ -58,12 +58,19 @@ def exceeding(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> tup
 
 
 def beyond(predicted: Interval, limit: float) -> float:
-    """Return the probability that a predicted value is larger in size than a limit."""
-    sd = (predicted.high - predicted.low) / (2.0 * NORMAL_95)
-    if sd == 0.0:
-        return float(abs(predicted.value) > limit)
-    normal = NormalDist(predicted.value, sd)
-    return (1.0 - normal.cdf(limit)) + normal.cdf(-limit)
+    """Return the probability that a predicted value is larger in size than a limit.
+
+    Each side of the value is a normal's with that side's half of the interval.
+    """
+    above = _beyond(limit - predicted.value, predicted.high - predicted.value)
+    return above + _beyond(limit + predicted.value, predicted.value - predicted.low)
+
+
+def _beyond(off: float, half: float) -> float:
+    """Return the probability to be off by more, with half a 95 % interval that wide."""
+    if half == 0.0:
+        return float(off < 0.0)
+    return 1.0 - NormalDist().cdf(NORMAL_95 * off / half)
 
 
 def _force(cut: PredictedCut | Peaks, axis: str) -> Interval | None:

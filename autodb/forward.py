@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 STEPS = 360
 """Moments of a turn among which a milling cut's peaks are looked for."""
+ALL = 0.999
+"""Share of a force from which on it is taken to be all along the cutting speed."""
 SLICE_MM = 0.2
 """Height of a mill's slices then. Chosen: a peak is off by less than 0.5 % of what 0.05 mm give."""
 
@@ -131,9 +133,23 @@ def _peaks(belief: Belief, tool: ToolOf, operation: str, conditions: Conditions)
 
 
 def _intervals(expected: Forecast, at: int) -> list[Interval]:
-    """Return force x, y, z, torque and power of one cut with their 95 % intervals."""
-    half = NORMAL_95 * expected.sd[at]
+    """Return force x, y, z, torque and power of one cut with their 95 % intervals.
+
+    Torque and power, and a force that is all along the cutting speed, have one sign: their
+    logarithm is taken as normal, so that what is hardly known is not said to pull.
+    """
+    made, sd = expected.mean[at], expected.sd[at]
+    one_sign = np.array([*(expected.along[at] >= ALL), True, True])
     return [
-        Interval(float(mean), float(mean - h), float(mean + h))
-        for mean, h in zip(expected.mean[at], half, strict=True)
+        _of_one_sign(float(mean), float(one)) if signed else _normal(float(mean), float(one))
+        for mean, one, signed in zip(made, sd, one_sign, strict=True)
     ]
+
+
+def _normal(mean: float, sd: float) -> Interval:
+    return Interval(mean, mean - NORMAL_95 * sd, mean + NORMAL_95 * sd)
+
+
+def _of_one_sign(mean: float, sd: float) -> Interval:
+    factor = float(np.exp(NORMAL_95 * sd / abs(mean))) if mean else 1.0
+    return Interval(mean, *sorted((mean / factor, mean * factor)))

@@ -120,8 +120,8 @@ def machine_page() -> Page:
         verdict="R² 0.11 is below 0.8",
     )
     n = np.arange(1.0, 9.0)
-    sd = np.stack([600.0 / n, 40.0 / n], axis=1)
-    mean = np.stack([2000.0 + 0.5 * sd[:, 0], 60.0 + 0.5 * sd[:, 1]], axis=1)
+    sd = 600.0 / n
+    mean = 2000.0 + 0.5 * sd
     sensed_N = np.where(np.arange(12) == 3, np.nan, force_N + 5.0)
     check = PredictedSensed(
         component="y",
@@ -138,7 +138,7 @@ def machine_page() -> Page:
         headline=(("Off by", "2.71 %"),),
         calibrations=(calibration,),
         drive_terms=(("Dry friction", "2.10 ± 0.02 A", "the same at every speed"),),
-        learning=(LearningCurve("y", n, mean, sd),),
+        learning=(LearningCurve("y", "<cut>", n, mean, sd),),
         checks=(check,),
         job_name="shaft-17",
         job_columns=("Force X", "Force Y"),
@@ -391,10 +391,10 @@ def test_pairs_of_numbers_share_their_decimals_and_show_their_width() -> None:
 
 def test_a_learning_plot_holds_the_last_band() -> None:
     curve = machine_page().learning[0]
-    low, high = tightening(curve.mean[:, 0], curve.sd[:, 0])
-    assert low < curve.mean[-1, 0] - 2.0 * curve.sd[-1, 0]
-    assert high > curve.mean[-1, 0] + 2.0 * curve.sd[-1, 0]
-    assert high < curve.mean[0, 0] + 2.0 * curve.sd[0, 0]
+    low, high = tightening(curve.mean, curve.sd)
+    assert low < curve.mean[-1] - 2.0 * curve.sd[-1]
+    assert high > curve.mean[-1] + 2.0 * curve.sd[-1]
+    assert high < curve.mean[0] + 2.0 * curve.sd[0]
 
 
 def test_every_term_has_shop_words() -> None:

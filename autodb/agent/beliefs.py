@@ -70,6 +70,20 @@ def latest(
     )
 
 
+def learnt(session: Session, machine_id: int) -> list[models.CuttingParameters]:
+    """Return the newest version of every pair that a machine has learnt, in its usual state."""
+    pairs = session.scalars(
+        select(models.CuttingParameters.pair_id)
+        .where(
+            models.CuttingParameters.machine_id == machine_id,
+            models.CuttingParameters.law == LAW,
+        )
+        .distinct()
+    )
+    found = [latest(session, machine_id, pair) for pair in pairs]
+    return [row for row in found if row is not None]
+
+
 def newest_version(session: Session, machine_id: int, pair_id: int) -> int:
     """Return the highest version number in use, also of versions taken back; 0: none yet."""
     newest = select(func.max(models.CuttingParameters.version))
@@ -90,6 +104,11 @@ def chain(parameters: models.CuttingParameters) -> list[models.CuttingParameters
     while versions[-1].previous is not None:
         versions.append(versions[-1].previous)
     return versions
+
+
+def pair_name(pair: models.Pair) -> str:
+    """Return 'material / tool'."""
+    return f"{pair.material.name} / {pair.tool.name}"
 
 
 @dataclass(frozen=True)
@@ -114,9 +133,8 @@ def start_of(session: Session, machine_id: int, material: str, tool: str) -> Sta
     """
     related = _related(session, machine_id, material, tool)
     if related is not None:
-        name = f"{related.pair.material.name} / {related.pair.tool.name}"
-        said = f"{name}, the same material with another tool ({related.n_cuts} cuts)"
-        return Start(of_relative(as_belief(related)), said, related)
+        said = f"{pair_name(related.pair)}, the same material with another tool"
+        return Start(of_relative(as_belief(related)), f"{said} ({related.n_cuts} cuts)", related)
     try:
         handbook = conventional.named(material)
     except UnusableInput:

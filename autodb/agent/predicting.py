@@ -7,7 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import forward
-from autodb.agent.beliefs import LAW, as_belief, chain, latest, start_of
+from autodb.agent.beliefs import LAW, as_belief, chain, latest, learnt, pair_name, start_of
 from autodb.agent.felt import numbers_of, operation_of
 from autodb.agent.machines import as_file, find_machine
 from autodb.errors import UnusableInput
@@ -91,7 +91,7 @@ def predict_job(store: Store, machine: str, job: Job) -> Predicted:
             job=job,
             cuts=cuts,
             behind=known.behind,
-            notes=tuple(_notes(known, job)),
+            notes=(*_not_learnt(session, owner, known, job), *_notes(known, job)),
             exceeds=exceeding(cuts, limits),
         )
 
@@ -131,12 +131,17 @@ def _refuse_earlier_law(session: Session, owner: models.Machine, pair: models.Pa
         )
 
 
-def _notes(known: Known, job: Job) -> Iterable[str]:
+def _not_learnt(session: Session, owner: models.Machine, known: Known, job: Job) -> Iterable[str]:
+    """Say what stands in for a pair that the machine has not learnt, and what it has learnt."""
     if not known.own:
+        pairs = ", ".join(pair_name(row.pair) for row in learnt(session, owner.id))
         yield (
-            f"this machine has not learnt {job.material} / {job.tool}: predicted from "
-            f"{known.behind.started_from}"
+            f"{owner.name} has not learnt {job.material} / {job.tool}: predicted from "
+            f"{known.behind.started_from}; it has learnt: {pairs or 'no pair yet'}"
         )
+
+
+def _notes(known: Known, job: Job) -> Iterable[str]:
     yield from assumed(known, job.cut)
     if known.own and known.row is not None:
         yield from _outside(known.row, job)

@@ -18,6 +18,7 @@ from autodb.agent.beliefs import (
     columns_of,
     latest,
     newest_version,
+    pair_name,
     start_of,
 )
 from autodb.agent.calibrations import as_calibration, current_calibrations
@@ -85,11 +86,6 @@ def _say_refused(current: Calibrations, done: Refreshed) -> None:
         if not row.offered:
             called = as_calibration(row).called
             done.set_aside.append(f"axis {called}: its calibration is {row.verdict}")
-
-
-def pair_name(pair: models.Pair) -> str:
-    """Return 'material / tool'."""
-    return f"{pair.material.name} / {pair.tool.name}"
 
 
 def _sense(session: Session, machine_id: int, current: Calibrations, done: Refreshed) -> None:

@@ -9,9 +9,8 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.beliefs import LAW, as_belief, chain
+from autodb.agent.beliefs import LAW, as_belief, chain, pair_name
 from autodb.agent.calibrations import as_calibration
-from autodb.agent.refreshing import pair_name
 from autodb.cutting import shear
 from autodb.errors import UnusableInput, near
 from autodb.fitting import NORMAL_95

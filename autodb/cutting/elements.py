@@ -128,6 +128,12 @@ def force_parts(theta: Array, elements: Elements) -> Array:
     return np.stack([_summed(elements, *part) for part in parts], axis=-1)
 
 
+def engaged_mm(elements: Elements) -> Array:
+    """Return the length of the engaged edge of each cut, or at each moment, mm (n,)."""
+    shape = np.broadcast_shapes(elements.edge.thickness_mm.shape, elements.width_mm.shape)
+    return _of_cuts(elements, np.broadcast_to(elements.width_mm, shape))
+
+
 def _across_axis(theta: Values, elements: Elements) -> tuple[Values, Values, Values]:
     """Return the elements' forces, N: tangential, radial and along the tool's axis."""
     h, width = elements.edge.thickness_mm, elements.width_mm

@@ -57,19 +57,24 @@ class Shared:
 def law_error(operation: str) -> Shared:
     """Return how far the law may be off in an operation: along and across, and in direction, rad.
 
-    2.5 % each: chosen, where Aksu, Celebi and Budak 2016 find orthogonal tests transformed to
-    oblique edges about 10 % off before anything was learnt of such an edge. A drill's thrust, which
-    its chisel edge makes most of, 20 %: chosen. Where the thrust points depends on where the chip
-    flows, which grooves and breakers of the rake face turn: DIRECTION_RAD.
+    Then by how much each grows with the logarithm of the engaged edge (GROWS). 2.5 % each: chosen,
+    where Aksu, Celebi and Budak 2016 find orthogonal tests transformed to oblique edges about 10 %
+    off before anything was learnt of such an edge. A drill's thrust, which its chisel edge makes
+    most of, 20 %: chosen. Where the thrust points depends on where the chip flows, which grooves
+    and breakers of the rake face turn: DIRECTION_RAD.
     """
-    along, across = LAW_SHARES.get(operation, (0.025, 0.025))
-    return Shared(f"law, {operation}", np.diag([along**2, across**2, DIRECTION_RAD**2]))
+    shares = LAW_SHARES.get(operation, (0.025, 0.025))
+    sd = np.array([*shares, DIRECTION_RAD, *GROWS])
+    return Shared(f"law, {operation}", np.diag(sd**2))
 
 
 LAW_SHARES = {"drill": (0.05, 0.2)}
 DIRECTION_RAD = 0.15
 """Chosen: laws of chip flow over a nose are off by 5 to 10° where they were measured (Young, Mathew
 and Oxley 1987)."""
+GROWS = (0.05, 0.05, 0.1)
+"""Shares and rad by a factor e of the engaged edge. Chosen: a tenth, and 12°, between an eighth of
+a deep cut's edge and all of it."""
 CALIBRATION, REFERENCES = "calibration", "references"
 """What keys of errors begin with that are the machine's, whatever the pair."""
 

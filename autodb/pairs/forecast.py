@@ -10,12 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import force_gradient, force_parts, forces
+from autodb.cutting.elements import force_gradient, forces
 from autodb.pairs.belief import OWN, Belief, law_error
 from autodb.pairs.learning import own_variance
-from autodb.pairs.observed import Cuts
+from autodb.pairs.observed import Cuts, off_law
 
 Array = NDArray[np.float64]
+
+
+TINY_N = 1e-9
+"""Size of a force below which there is none."""
 
 
 @dataclass(frozen=True)
@@ -24,13 +28,15 @@ class Forecast:
 
     ``own`` (n, 5): what of the variance is one cut's own, never to be learnt; ``slopes`` (n, 5, p):
     derivatives of the means by the belief's state and, behind it, the law's error in the operation
-    and those of what is assumed of the cuts.
+    and those of what is assumed of the cuts. ``along`` (n, 3): share of each force that is along
+    the cutting speed.
     """
 
     mean: Array
     sd: Array
     own: Array
     slopes: Array
+    along: Array
 
 
 def forecast(belief: Belief, cuts: Cuts) -> Forecast:
@@ -39,7 +45,7 @@ def forecast(belief: Belief, cuts: Cuts) -> Forecast:
     known = belief.also((error, *cuts.assumed))
     place = known.columns(error.key)
     theta = known.state.mean[:OWN]
-    whole, parts = forces(theta, cuts.elements).all, force_parts(theta, cuts.elements)
+    whole, parts = forces(theta, cuts.elements).all, off_law(theta, cuts.elements)
     slopes = np.zeros((cuts.elements.count, 5, len(known.state.mean)))
     slopes[:, :, :OWN] = force_gradient(theta, cuts.elements)
     slopes[:, :, place] = parts
@@ -56,4 +62,6 @@ def forecast(belief: Belief, cuts: Cuts) -> Forecast:
             slopes[:, :, :OWN] += off * (force_gradient(theta, one.elements) - as_assumed)
     open_ = np.einsum("nqi,ij,nqj->nq", slopes, known.state.covariance, slopes)
     own = own_variance(belief.scatter, parts)
-    return Forecast(mean, np.sqrt(open_ + own), own, slopes)
+    along, across = np.abs(parts[:, :3, 0]), np.abs(parts[:, :3, 1])
+    along = along / np.maximum(along + across, TINY_N)
+    return Forecast(mean, np.sqrt(open_ + own), own, slopes, along)

@@ -129,12 +129,12 @@ class _Model:
 
 
 def own_variance(scatter: Scatter, off: Array) -> Array:
-    """Return the variance (...,) that is one cut's own, of what errors of the law change (..., 3).
+    """Return the variance (...,) that is one cut's own, of what errors of the law change (..., 6).
 
     What repeats scatter by, and what the law is off from one chip to another.
     """
     share = np.append(scatter.share**2 + CUT_SHARE**2, CUT_DIRECTION_RAD**2)
-    return np.asarray(off**2 @ share)
+    return np.asarray(off[..., : len(share)] ** 2 @ share)
 
 
 def _behind(belief: Belief, key: str) -> slice:

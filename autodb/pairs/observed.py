@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting import shear
-from autodb.cutting.elements import Elements, force_gradient, force_parts
+from autodb.cutting.elements import Elements, engaged_mm, force_gradient, force_parts
 from autodb.cutting.shear import Edge, Values
 from autodb.pairs.belief import Shared
 
@@ -97,12 +97,9 @@ class Observed:
         return np.column_stack([self.off(theta)[:, :2], np.where(force, 0.0, chip)])
 
     def off(self, theta: Array) -> Array:
-        """Return what errors of the law change (m, 3): shares along and across, a direction, rad.
-
-        A chip's thickness has none of them.
-        """
-        parts = self._of(partial(force_parts, theta))[self.cut, self.quantity % CHIP]
-        return np.where((self.quantity != CHIP)[:, None], parts, 0.0)
+        """Return what errors of the law change (m, 6), as ``off_law`` does; of a chip nothing."""
+        changed = self._of(partial(off_law, theta))[self.cut, self.quantity % CHIP]
+        return np.where((self.quantity != CHIP)[:, None], changed, 0.0)
 
     def slopes(self, theta: Array) -> Array:
         """Return derivatives (m, p) of the readings by the coordinates (p,)."""
@@ -119,6 +116,19 @@ class Observed:
 
     def _of(self, what: Callable[[Elements], Array]) -> Array:
         return np.concatenate([what(one.elements) for one in self.cuts])
+
+
+def off_law(theta: Array, elements: Elements) -> Array:
+    """Return what errors of the law change in force x, y, z, torque and power (n, 5, 6).
+
+    Shares of what is along and across the cutting speed, and the direction of what is across, rad;
+    then the same by how they grow with the logarithm of the engaged edge over 1 mm: a law that
+    leaves out what a nose does is off by another share in a shallow cut than in a deep one.
+    """
+    parts = force_parts(theta, elements)
+    length = engaged_mm(elements)
+    grown = np.log(np.where(length > 0.0, length, 1.0))
+    return np.concatenate([parts, parts * grown[:, None, None]], axis=-1)
 
 
 def _chip_slopes(theta: Array, elements: Elements) -> Array:
