@@ -72,10 +72,9 @@ def _sensed(session: Session, row: models.SensedForce) -> Node:
 
 
 def _parameters(session: Session, row: models.CuttingParameters) -> Node:
-    said = _belief(row) if row.law == LAW else _earlier_law(row)
     node = Node(
-        f"parameters {row.id}: {pair_name(row.pair)}, {said}, version {row.version}, "
-        f"{row.n_cuts} cuts"
+        f"parameters {row.id}: {pair_name(row.pair)}, version {row.version}, {row.n_cuts} cuts",
+        [Node(_belief(row) if row.law == LAW else _earlier_law(row))],
     )
     if row.started_from is not None:
         begun = [] if row.relative is None else [_parameters(session, row.relative)]
