@@ -64,13 +64,13 @@ def explain_with_machine(
         owner = find_machine(session, machine)
         if isinstance(table, CutTable):
             cuts = session.get_one(models.Recording, imported.recording_id).cuts
-            sensed, predicted = simulate_cuts(session, owner, list(cuts))
+            sensed, predicted = expected_and_sensed(session, owner, list(cuts))
             explained = explain(sensed, predicted, includes=["shear", "edge_force"])
         else:
             moves = signed(table, owner)
             simulated, parts = _simulate_axes(session, owner.id, moves)
             explained = explain(moves, simulated, includes=parts)
-    return AgainstMachine(explained, _keep(store, imported.recording_id, explained))
+    return AgainstMachine(explained, keep(store, imported.recording_id, explained))
 
 
 def _simulate_axes(
@@ -101,7 +101,7 @@ def _simulate_axes(
     return Recording(path=recording.path, channels={"t": recording.t_s, **found}), parts
 
 
-def simulate_cuts(
+def expected_and_sensed(
     session: Session, owner: models.Machine, cuts: list[models.Cut]
 ) -> tuple[CutTable, CutTable]:
     """Return the sensed forces of cuts, and the forces that the pairs' beliefs expect.
@@ -155,7 +155,7 @@ def _expected(
     return [kept[k] for k in order], np.array([forces[k] for k in order]).reshape(-1, 3)
 
 
-def _keep(store: Store, recording_id: int, explained: Explained) -> dict[Key, KeptCause]:
+def keep(store: Store, recording_id: int, explained: Explained) -> dict[Key, KeptCause]:
     """Keep every cause that is not there yet as an open mismatch; return where all of them are."""
     with store.writing() as session:
         old = session.scalars(

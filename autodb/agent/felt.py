@@ -12,11 +12,12 @@ from sqlalchemy.orm import Session
 from autodb.agent.calibrations import as_calibration
 from autodb.agent.importing import cuts_as_table
 from autodb.errors import UnusableInput
-from autodb.pairs.belief import CALIBRATION, REFERENCES, Shared
+from autodb.pairs.belief import CALIBRATION, DAY, REFERENCES, Shared
 from autodb.pairs.determined import CHIP_SHARE
 from autodb.pairs.engaged import BY_NAME, UNSAID
 from autodb.pairs.observed import CHIP, Cuts, Observed, X, Y, Z
 from autodb.sensing.chosen import choose
+from autodb.sensing.error_kinds import day_moves
 from autodb.store import models
 
 Array = NDArray[np.float64]
@@ -156,12 +157,13 @@ class _Readings:
     """Forces (m,) felt by calibrations, and how the errors of these move them.
 
     What the reference forces have in a calibration is an error of its own, which all calibrations
-    of a component on them share.
+    of a component on them share; and what is a day's, each recording has for itself.
     """
 
     def __init__(self, forces: Sequence[models.SensedForce]) -> None:
         self.value_N = np.array([f.value_N for f in forces], dtype=np.float64)
         self.sd_N = np.array([f.sd_N for f in forces], dtype=np.float64)
+        self._recordings = np.array([f.cut.recording_id for f in forces])
         self._moved: dict[str, tuple[Shared, Array, Array]] = {}
         rows = {f.calibration.id: f.calibration for f in forces if f.calibration is not None}
         for row in rows.values():
@@ -177,19 +179,23 @@ class _Readings:
     ) -> None:
         calibration = as_calibration(row)
         coefficients, form = calibration.coefficients, calibration.form
-        p, own = len(coefficients), calibration.shared_covariance
+        kinds, scaling, p = calibration.errors, form.scaling(coefficients), len(coefficients)
         shift, share = form.moves(coefficients, common[:, :p], self.value_N[felt])
-        if calibration.errors.reference_share > 0.0:
-            references = calibration.errors.reference_share * form.scaling(coefficients)
-            own[:p, :p] -= np.outer(references, references)
-            error = Shared(f"{REFERENCES} {row.component}", np.eye(1))
-            moved = (shift @ references)[:, None], (share @ references)[:, None]
-            self._add(error, felt, *moved)
-        offset = common[:, p:]
-        shift, share = (
-            np.column_stack([shift, offset]), np.column_stack([share, np.zeros_like(offset)])
-        )  # fmt: skip
+        own = calibration.covariance + kinds.standing(scaling)
         self._add(Shared(f"{CALIBRATION} {row.id}", own), felt, shift, share)
+        if kinds.reference_share > 0.0:
+            references = kinds.reference_share * scaling
+            error = Shared(f"{REFERENCES} {row.component}", np.eye(1))
+            self._add(error, felt, *((one @ references)[:, None] for one in (shift, share)))
+
+        # A day's offset and gain: the offset moves what was read by the derivative kept with it
+        offset = common[:, p:] if common.shape[1] > p else np.zeros((len(common), 1))
+        shift = np.column_stack([shift, offset]) @ day_moves(scaling)
+        share = np.column_stack([share, 0.0 * offset]) @ day_moves(scaling)
+        for recording in sorted(set(self._recordings[felt].tolist())):
+            there = felt & (self._recordings == recording)
+            error = Shared(f"{DAY} of calibration {row.id}, recording {recording}", kinds.of_a_day)
+            self._add(error, there, shift[there[felt]], share[there[felt]])
 
     def _add(self, error: Shared, felt: NDArray[np.bool_], shift: Array, share: Array) -> None:
         none = np.zeros((len(felt), len(error.covariance)))

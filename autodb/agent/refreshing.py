@@ -4,48 +4,38 @@ One pass is one transaction: killed in the middle, the database is as it was, an
 the whole work again.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from sqlalchemy import Select, exists, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.beliefs import (
-    Start,
-    as_belief,
-    chain,
-    columns_of,
-    latest,
-    newest_version,
-    pair_name,
-    start_of,
-)
+from autodb.agent.beliefs import pair_name
 from autodb.agent.calibrations import as_calibration, current_calibrations
-from autodb.agent.felt import Calibrations, Felt, as_observed, forces_of_pair
+from autodb.agent.felt import Calibrations, forces_of_pair
 from autodb.agent.importing import cuts_as_table
+from autodb.agent.learning import learn_pair
 from autodb.agent.machines import find_machine
-from autodb.errors import UnusableInput
-from autodb.pairs.learning import learn
-from autodb.pairs.observed import Observed
+from autodb.agent.states import open_mismatches
 from autodb.sensing.chosen import sense_each
 from autodb.store import Store, models
 
-AT_ONCE = 200
-"""Cuts of a pair up to which all of them are learnt at once when there are new ones; beyond, the
-new ones change the belief. Chosen: a second's work."""
 RANGE_ESTIMATOR = "range"
 NO_ESTIMATOR = "none"
 
 
 @dataclass
 class Refreshed:
-    """What a refresh did: forces; versions as (pair, version, cuts behind it)."""
+    """What a refresh did: forces; versions as (pair, version, cuts behind it); what
+    stands aside, and the mismatches opened for it.
+    """
 
     sensed: int = 0
     not_sensed: int = 0
     versions: list[tuple[str, int, int]] = field(default_factory=list)
     set_aside: list[str] = field(default_factory=list)
+    mismatches: list[str] = field(default_factory=list)
 
 
 def refresh(
@@ -53,9 +43,12 @@ def refresh(
 ) -> Refreshed:
     """Sense the forces of every cut not sensed yet with the newest calibrations; update the pairs.
 
+    Cuts that are not of a pair's usual state are explained, and mismatches opened for them.
+
     Raises UnusableInput for an unknown machine.
     """
     done = Refreshed()
+    odd: list[int] = []
     with store.writing() as session:
         owner = find_machine(session, machine)
         felt: dict[str, Calibrations] = {}
@@ -77,7 +70,12 @@ def refresh(
         for pair in session.scalars(_pairs(owner.id)):
             if progress:
                 progress(f"updating {pair_name(pair)}")
-            _update_pair(session, owner.id, pair, list(felt.values()), done)
+            found = forces_of_pair(session, owner.id, pair, list(felt.values()))
+            outcome = learn_pair(session, owner.id, found)
+            done.versions += outcome.versions
+            done.set_aside += outcome.set_aside
+            odd += outcome.odd
+    done.mismatches += open_mismatches(store, machine, odd, progress=progress or (lambda _: None))
     return done
 
 
@@ -159,74 +157,3 @@ def _pairs(machine_id: int) -> Select[models.Pair]:
         .distinct()
     )
     return select(models.Pair).where(models.Pair.id.in_(ids)).order_by(models.Pair.id)
-
-
-def _update_pair(
-    session: Session,
-    machine_id: int,
-    pair: models.Pair,
-    felt: Sequence[Calibrations],
-    done: Refreshed,
-) -> None:
-    """Add a version when the pair has forces that its last one has not seen.
-
-    It builds on the last one where that one's forces all count still, and learns a pair of few
-    cuts from the start again: what the law bends between them is then linearised once.
-    """
-    found = forces_of_pair(session, machine_id, pair, felt)
-    _say_left_out(pair, found, done)
-    last = latest(session, machine_id, pair.id)
-    seen = seen_by(last)
-    builds_on = bool(seen) and seen <= {force.id for force in found.forces}
-    fresh = [force for force in found.forces if not builds_on or force.id not in seen]
-    if not fresh:
-        return
-    try:
-        start, readings = _readings(session, machine_id, found, fresh, last)
-        learnt = learn(start.belief, readings)
-    except UnusableInput as error:
-        done.set_aside.append(f"{pair_name(pair)}: {error}")
-        return
-    version = newest_version(session, machine_id, pair.id) + 1
-    session.add(
-        models.CuttingParameters(
-            machine_id=machine_id,
-            pair_id=pair.id,
-            version=version,
-            started_from=start.said,
-            relative=start.row,
-            previous=last if builds_on else None,
-            forces=fresh,
-            **columns_of(learnt),
-        )
-    )
-    done.versions.append((pair_name(pair), version, learnt.cuts))
-
-
-def _readings(
-    session: Session,
-    machine_id: int,
-    found: Felt,
-    fresh: list[models.SensedForce],
-    last: models.CuttingParameters | None,
-) -> tuple[Start, Observed]:
-    """Return the belief to learn from, and the readings that it has not learnt."""
-    new = {force.id for force in fresh}
-    known = {force.cut_id for force in found.forces if force.id not in new}
-    if last is not None and len(known) >= AT_ONCE:
-        start = Start(as_belief(last), last.started_from, last.relative)
-        return start, as_observed(fresh, known=known)
-    pair = found.pair
-    start = start_of(session, machine_id, pair.material.name, pair.tool.name)
-    return start, as_observed(found.forces)
-
-
-def _say_left_out(pair: models.Pair, found: Felt, done: Refreshed) -> None:
-    for reason, cuts in found.left_out.items():
-        done.set_aside.append(f"{pair_name(pair)}: {cuts} cuts not learnt from: {reason}")
-
-
-def seen_by(parameters: models.CuttingParameters | None) -> set[int]:
-    """Return the sensed forces that a version and those before it learnt from."""
-    versions = [] if parameters is None else chain(parameters)
-    return {force.id for version in versions for force in version.forces}

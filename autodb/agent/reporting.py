@@ -134,7 +134,9 @@ class _History:
         if cuts not in self._learnt:
             kept = set(self._cuts[:cuts])
             some = [force for force in self._forces if force.cut_id in kept]
-            self._learnt[cuts] = learn(self._start, as_observed(some)) if some else self._start
+            self._learnt[cuts] = (
+                learn(self._start, as_observed(some)).past() if some else self._start
+            )
         return self._learnt[cuts]
 
     def curves(self, job: Job) -> list[LearningCurve]:

@@ -262,3 +262,8 @@ def refresh(machine: MachineName, db: Database = None) -> None:
         say(f"{pair}: version {version} from {n} cuts")
     for sentence in done.set_aside:
         say(f"set aside: {sentence}")
+    for sentence in done.mismatches:
+        say(sentence)
+    if done.mismatches:
+        say("'autodb machine confirm NUMBER' keeps a cause that holds; of 5 such cuts it makes a "
+            "state of the pair")  # fmt: skip

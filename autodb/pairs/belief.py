@@ -77,6 +77,8 @@ GROWS = (0.05, 0.05, 0.1)
 a deep cut's edge and all of it."""
 CALIBRATION, REFERENCES = "calibration", "references"
 """What keys of errors begin with that are the machine's, whatever the pair."""
+DAY = "day"
+"""What keys of errors begin with that only the cuts of one day share."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,15 @@ class Belief:
                 return slice(begin, begin + len(one.covariance))
             begin += len(one.covariance)
         raise KeyError(key)
+
+    def past(self) -> "Belief":
+        """Return the belief without the errors of days: no later cut shares them."""
+        kept = tuple(one for one in self.shared if not one.key.startswith(DAY))
+        if len(kept) == len(self.shared):
+            return self
+        rows = np.concatenate([np.arange(OWN), *(np.r_[self.columns(one.key)] for one in kept)])
+        state = Gaussian(self.state.mean[rows], self.state.covariance[np.ix_(rows, rows)])
+        return replace(self, state=state, shared=kept)
 
     def also(self, others: tuple[Shared, ...]) -> "Belief":
         """Return the belief with errors that it has not met yet."""

@@ -106,6 +106,17 @@ def of_relative(belief: Belief) -> Belief:
     return Belief(Gaussian(mean, wider), kept, belief.scatter, 0)
 
 
+def of_state(belief: Belief) -> Belief:
+    """Return what the belief about a pair says of it in another process state.
+
+    As of a relative, but for the edge, which is the same tool's: all numbers are believed by
+    RELATIVE more standard deviations of what any metal leaves open.
+    """
+    wider = belief.state.covariance.copy()
+    wider[:OWN, :OWN] += RELATIVE**2 * any_metal().law.covariance
+    return Belief(Gaussian(belief.state.mean, wider), belief.shared, belief.scatter, 0)
+
+
 def _as_readings(card: Card) -> Observed:
     count = len(card.thickness_mm)
     forces = [card.tangential] if card.thrust is None else [card.tangential, card.thrust]

@@ -52,9 +52,31 @@ class ErrorKinds:
         by_share = share * np.outer(scaling, scaling)
         if self.group is None:
             return np.asarray(by_share)
-        moves = np.zeros((len(scaling) + 1, 2))
-        moves[-1, 0], moves[:-1, 1] = 1.0, scaling
+        moves = day_moves(scaling)
         return np.pad(by_share, (0, 1)) + moves @ self.group @ moves.T
+
+    def standing(self, scaling: Array) -> Array:
+        """Return the covariance (p, p) of what all days share but reference forces.
+
+        Half of ``gain_share``: a difference of two days is that of the calibration's day too.
+        """
+        return np.asarray(0.5 * self.gain_share**2 * np.outer(scaling, scaling))
+
+    @property
+    def of_a_day(self) -> Array:
+        """Covariance (2, 2) of the offset and the share of gain that are one day's alone.
+
+        All by which groups differ, and the other half of ``gain_share``.
+        """
+        group = np.zeros((2, 2)) if self.group is None else self.group
+        return group + np.diag([0.0, 0.5 * self.gain_share**2])
+
+
+def day_moves(scaling: Array) -> Array:
+    """Return how a day's offset and gain move coefficients (p,) and the offset after them."""
+    moves = np.zeros((len(scaling) + 1, 2))
+    moves[-1, 0], moves[:-1, 1] = 1.0, scaling
+    return moves
 
 
 @dataclass(frozen=True)

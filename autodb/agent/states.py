@@ -1,0 +1,190 @@
+"""Process states: cuts that are not of a pair's usual state are kept out of it, and named.
+
+The same inputs can cut in another state: a built-up edge, a worn edge, an inclusion. A cut whose
+forces are less probable than 1 in 1000 (``autodb.pairs.surprise``) does not bend the pair. Its
+recording is explained against what was expected; where a person confirms the cause, and enough of
+its cuts stand aside, they become a state of the pair with a belief of its own.
+"""
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb.agent.beliefs import latest
+from autodb.agent.explaining import expected_and_sensed, keep
+from autodb.agent.felt import as_observed
+from autodb.agent.machines import find_machine
+from autodb.errors import UnusableInput
+from autodb.explain import Explained, explain
+from autodb.explain.suspects import UNKNOWN
+from autodb.pairs.belief import Belief
+from autodb.pairs.learning import learn
+from autodb.pairs.surprise import surprise
+from autodb.store import Store, models
+
+ENOUGH = 8
+"""Cuts that a belief rests on before it takes others for surprising. Chosen."""
+PERSISTS = 5
+"""Cuts that make a state. Chosen."""
+EXPLAINED = 10
+"""Cuts of a recording from which on its differences are looked into. Chosen."""
+Forces = list[models.SensedForce]
+
+
+@dataclass(frozen=True)
+class Sorted:
+    """Forces of a pair's usual state, and those of cuts that are not of it."""
+
+    usual: Forces
+    odd: Forces
+
+
+@dataclass(frozen=True)
+class Looked:
+    """Recordings, by id, that were looked at before: what is left of them stands ``aside`` still,
+    or was ``cleared`` by a person who rejected every cause.
+    """
+
+    aside: Collection[int] = ()
+    cleared: Collection[int] = ()
+
+
+def looked_at(session: Session, recordings: Collection[int]) -> Looked:
+    """Return what became of recordings of which some cuts were learnt and others stood aside."""
+    rows = session.execute(
+        select(models.Mismatch.recording_id, models.Mismatch.status).where(
+            models.Mismatch.recording_id.in_(recordings),
+            models.Mismatch.channel.startswith("force."),
+        )
+    ).all()
+    holds = {recording for recording, status in rows if status != "rejected"}
+    return Looked(holds, {recording for recording, _ in rows} - holds)
+
+
+def sorted_out(
+    start: Belief, forces: Sequence[models.SensedForce], *, looked: Looked | None = None
+) -> Sorted:
+    """Return which forces are of the usual state, learnt recording by recording from ``start``.
+
+    The first recordings of a pair, up to ENOUGH cuts, are what its usual state is. Raises
+    UnusableInput where the pair's tool cannot make the cuts.
+    """
+    known = looked or Looked()
+    belief, kept, odd = start, Forces(), Forces()
+    for some in _by_recording(forces):
+        recording = some[0].cut.recording_id
+        surprising = set[int]()
+        if recording in known.aside:
+            surprising = {force.cut_id for force in some}
+        elif recording not in known.cleared and belief.cuts >= ENOUGH:
+            surprising = _surprising(belief, some)
+        usual = [force for force in some if force.cut_id not in surprising]
+        odd += [force for force in some if force.cut_id in surprising]
+        kept += usual
+        if usual:
+            belief = learn(belief, as_observed(usual)).past()
+    return Sorted(kept, odd)
+
+
+def _by_recording(forces: Sequence[models.SensedForce]) -> list[Forces]:
+    found: dict[int, Forces] = {}
+    for force in forces:
+        found.setdefault(force.cut.recording_id, []).append(force)
+    return list(found.values())
+
+
+def _surprising(belief: Belief, forces: Forces) -> set[int]:
+    """Return the cuts, by id, that are not of a belief's state."""
+    observed = as_observed(forces)
+    cut_ids = {int(at): force.cut_id for at, force in zip(observed.cut, forces, strict=False)}
+    found = surprise(belief, observed)
+    return {cut_ids[k] for k, odd in enumerate(found.implausible) if odd}
+
+
+def states_of(session: Session, machine_id: int, pair_id: int) -> list[models.CuttingParameters]:
+    """Return the newest version of each state of a pair but the usual one."""
+    names = session.scalars(
+        select(models.CuttingParameters.state)
+        .where(
+            models.CuttingParameters.machine_id == machine_id,
+            models.CuttingParameters.pair_id == pair_id,
+            models.CuttingParameters.state.is_not(None),
+        )
+        .distinct()
+    )
+    rows = [latest(session, machine_id, pair_id, name) for name in names.all()]
+    return [row for row in rows if row is not None]
+
+
+def named_states(session: Session, odd: Forces) -> dict[str, Forces]:
+    """Return the cuts that stand aside by the cause that was confirmed for their recording.
+
+    Only where there are PERSISTS of them.
+    """
+    confirmed = select(models.Mismatch).where(
+        models.Mismatch.recording_id.in_({force.cut.recording_id for force in odd}),
+        models.Mismatch.status == "confirmed",
+        models.Mismatch.channel.startswith("force."),
+        models.Mismatch.confirmed_term != UNKNOWN,
+    )
+    states: dict[str, Forces] = {}
+    for row in session.scalars(confirmed.order_by(models.Mismatch.id)):
+        name = str(row.confirmed_term)
+        own = [force for force in odd if force.cut.recording_id == row.recording_id]
+        states[name] = [*states.get(name, []), *(f for f in own if f not in states.get(name, []))]
+    return {
+        name: forces
+        for name, forces in states.items()
+        if len({force.cut_id for force in forces}) >= PERSISTS
+    }
+
+
+def open_mismatches(
+    store: Store,
+    machine: str,
+    odd_cuts: Sequence[int],
+    *,
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[str]:
+    """Explain the recordings of cuts that stand aside, and keep what is found as mismatches.
+
+    A recording that has mismatches of forces already is left as it is. Returns what to say.
+    """
+    with store.reading() as session:
+        cuts = session.scalars(select(models.Cut).where(models.Cut.id.in_(odd_cuts))).all()
+        recordings = {cut.recording_id: cut.recording.path for cut in cuts}
+        known = set(
+            session.scalars(
+                select(models.Mismatch.recording_id).where(
+                    models.Mismatch.recording_id.in_(recordings),
+                    models.Mismatch.channel.startswith("force."),
+                )
+            )
+        )
+    said = []
+    for recording_id in recordings.keys() - known:
+        progress(f"explaining {recordings[recording_id]}")
+        explained = _explained(store, machine, recording_id)
+        if explained is not None:
+            kept = keep(store, recording_id, explained)
+            said += [
+                f"mismatch {row.number}: {channel}: {term} ({kind})"
+                for (channel, term, kind), row in kept.items()
+            ]
+    return said
+
+
+def _explained(store: Store, machine: str, recording_id: int) -> Explained | None:
+    """Explain all cuts of a recording against what was expected; None: too few, or none felt."""
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        cuts = list(session.get_one(models.Recording, recording_id).cuts)
+        if len(cuts) < EXPLAINED:
+            return None
+        try:
+            sensed, expected = expected_and_sensed(session, owner, cuts)
+        except UnusableInput:
+            return None
+        return explain(sensed, expected, includes=["shear", "edge_force"])
