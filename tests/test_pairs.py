@@ -16,7 +16,7 @@ from autodb.pairs.determined import chip_thickness, undetermined
 from autodb.pairs.forecast import forecast
 from autodb.pairs.learning import learn
 from autodb.pairs.observed import CHIP, Cuts, Observed, Y, Z
-from autodb.pairs.planning import Limits, Sensed, propose
+from autodb.pairs.planning import Limits, Sensed, gain, propose
 from autodb.pairs.prior import Card, any_metal, of_card, of_relative
 from autodb.pairs.surprise import surprise
 from autodb.pairs.told import merged, told, undone
@@ -200,7 +200,7 @@ def test_the_cut_proposed_is_the_best_and_within_limits() -> None:
     grid = np.stack(np.meshgrid([0.1, 0.2, 0.4], [1.0, 3.0], [80.0, 250.0]), -1).reshape(-1, 3)
     candidates = turn(grid[:, 0], grid[:, 1], grid[:, 2])
     targets = cuts_of(9, 3)
-    sensed = tuple(Sensed(q, SD_N, g) for q, g in zip((Y, Z), GAIN, strict=True))
+    sensed = tuple(Sensed(q, SD_N, (gain(g),)) for q, g in zip((Y, Z), GAIN, strict=True))
     best = propose(belief, candidates, targets, sensed=sensed, quantities=(Y, Z))
     assert best is not None
     left = []

@@ -122,7 +122,7 @@ def as_observed(forces: Sequence[models.SensedForce], *, known: Container[int] =
     """
     cuts = list({force.cut_id: force.cut for force in forces}.values())
     number, made = as_cuts(cuts)
-    felt = _Readings(forces)
+    felt = Readings(forces)
     thick = [c for c in cuts if CHIP_THICKNESS in c.conditions and c.id not in known]
     chip_mm = np.array([c.conditions[CHIP_THICKNESS] for c in thick], dtype=np.float64)
     none = np.zeros((len(thick), felt.share.shape[1]))
@@ -153,7 +153,7 @@ def as_cuts(cuts: Sequence[models.Cut]) -> tuple[dict[int, int], tuple[Cuts, ...
     return number, tuple(made)
 
 
-class _Readings:
+class Readings:
     """Forces (m,) felt by calibrations, and how the errors of these move them.
 
     What the reference forces have in a calibration is an error of its own, which all calibrations

@@ -26,15 +26,30 @@ MAY_EXCEED = 0.05
 
 
 @dataclass(frozen=True)
+class Moved:
+    """An error that readings share: by which share of them, and by how much beyond (k,), it moves
+    them; under the key that cuts felt before have.
+    """
+
+    error: Shared
+    share: Array
+    shift: Array
+
+
+def gain(error: Shared) -> Moved:
+    """Return an error of a gain: all of a reading scales."""
+    return Moved(error, np.ones(1), np.zeros(1))
+
+
+@dataclass(frozen=True)
 class Sensed:
     """A component that a machine feels: which (0 to 4: force x, y, z, torque, power), sd of its
-    sensing, and the error of its calibration's gain, a share, under the key that cuts felt by it
-    have.
+    sensing, and the errors of its calibration.
     """
 
     quantity: int
     sd: float
-    gain: Shared
+    errors: tuple[Moved, ...]
 
 
 @dataclass(frozen=True)
@@ -72,9 +87,31 @@ def propose(
     Least is the mean over targets and quantities of the variance over the force's square. None
     where every candidate may exceed a limit.
     """
+    left, worth = weighed(
+        belief, candidates, targets, sensed=sensed, quantities=quantities, limits=limits
+    )
+    best = int(np.argmin(worth))
+    return Proposal(best, left[best]) if np.isfinite(worth[best]) else None
+
+
+def weighed(
+    belief: Belief,
+    candidates: Cuts,
+    targets: Cuts,
+    *,
+    sensed: tuple[Sensed, ...],
+    quantities: tuple[int, ...],
+    limits: Limits | None = None,
+) -> tuple[Array, Array]:
+    """Return the sd of the targets (candidates, targets, 5) after each candidate, and their worth.
+
+    Worth (candidates,) is the mean over targets and quantities of the variance over the force's
+    square; infinite of a cut that may exceed a limit.
+    """
     laws = (law_error(candidates.operation), law_error(targets.operation))
     assumed = (*candidates.assumed, *targets.assumed)
-    known = belief.also((*(one.gain for one in sensed), *laws, *assumed))
+    shared = (moved.error for one in sensed for moved in one.errors)
+    known = belief.also((*shared, *laws, *assumed))
     tried, asked = forecast(known, candidates), forecast(known, targets)
     left = np.sqrt(_variance_left(known, tried, asked, sensed))
     size = np.maximum(np.abs(asked.mean), TINY_N)
@@ -82,8 +119,7 @@ def propose(
     if limits is not None:
         risky = np.any(limits.exceeded(tried) > MAY_EXCEED, axis=1)
         worth = np.where(risky, np.inf, worth)
-    best = int(np.argmin(worth))
-    return Proposal(best, left[best]) if np.isfinite(worth[best]) else None
+    return left, worth
 
 
 def _variance_left(
@@ -93,7 +129,9 @@ def _variance_left(
     felt = [one.quantity for one in sensed]
     slopes = tried.slopes[:, felt].copy()
     for k, one in enumerate(sensed):
-        slopes[:, k, known.columns(one.gain.key)] = tried.mean[:, one.quantity, None]
+        for moved in one.errors:
+            by = moved.share * tried.mean[:, one.quantity, None] + moved.shift
+            slopes[:, k, known.columns(moved.error.key)] = by
     noise = np.array([one.sd for one in sensed]) ** 2 + tried.own[:, felt]
     spread = slopes @ known.state.covariance
     sums = spread @ np.swapaxes(slopes, 1, 2) + noise[:, :, None] * np.eye(len(felt))

@@ -18,7 +18,7 @@ from autodb.pairs.belief import Belief, law_error
 from autodb.pairs.forecast import forecast
 from autodb.pairs.learning import learn
 from autodb.pairs.observed import Cuts
-from autodb.pairs.planning import Sensed, propose
+from autodb.pairs.planning import Sensed, gain, propose
 from autodb.prove import pair_ours
 from autodb.prove.curve_case import JUDGED, Case, off
 from autodb.prove.pair_cuts import (
@@ -88,8 +88,8 @@ def proposed(belief: Belief, case: Case, _: int) -> TurnedCut:
     """Return the cut that `propose` takes."""
     noise = sensing(case.pair)
     sensed = tuple(
-        Sensed(pair_ours.QUANTITY[c], float(noise[c]), gain)
-        for c, gain in zip(JUDGED, GAINS, strict=True)
+        Sensed(pair_ours.QUANTITY[c], float(noise[c]), (gain(error),))
+        for c, error in zip(JUDGED, GAINS, strict=True)
     )
     may_be = Cuts(TURN.name, pair_ours.elements(case.pair, CANDIDATES))
     found = propose(belief, may_be, _asked(case), sensed=sensed, quantities=QUANTITIES)
