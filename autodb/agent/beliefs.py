@@ -1,5 +1,6 @@
 """Beliefs about pairs as the database keeps them, and where one starts that is new."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,11 +26,23 @@ def as_belief(row: models.CuttingParameters) -> Belief:
             f"parameters {row.id} are of an earlier law ({row.law}); 'autodb refresh' learns the "
             "pair anew"
         )
+    return belief_of(row.mean, row.covariance, row.shared, row.scatter, cuts=row.n_cuts)
+
+
+def belief_of(
+    mean: list[Any],
+    covariance: list[Any],
+    shared: list[Any],
+    scatter: Mapping[str, Any],
+    *,
+    cuts: int,
+) -> Belief:
+    """Return the belief that a version's columns keep."""
     return Belief(
-        state=Gaussian(np.array(row.mean), np.array(row.covariance)),
-        shared=tuple(Shared(one["key"], np.array(one["covariance"])) for one in row.shared),
-        scatter=Scatter(np.array(row.scatter["share"]), np.array(row.scatter["weight"])),
-        cuts=row.n_cuts,
+        state=Gaussian(np.array(mean), np.array(covariance)),
+        shared=tuple(Shared(one["key"], np.array(one["covariance"])) for one in shared),
+        scatter=Scatter(np.array(scatter["share"]), np.array(scatter["weight"])),
+        cuts=cuts,
     )
 
 
