@@ -52,7 +52,7 @@ _LEARNT_FROM = (
 
 def learnt_from(session: Session, parameters_id: int) -> LearntFrom:
     """Return what the cuts of a version and of those before it were."""
-    rows = session.execute(_LEARNT_FROM, {"newest": parameters_id}).all()
+    rows = session.connection().execute(_LEARNT_FROM, {"newest": parameters_id}).all()
     ranges = {}
     for k, name in enumerate(CHANNELS):
         low = [row[2 * k + 1] for row in rows if row[2 * k + 1] is not None]

@@ -81,7 +81,11 @@ class Shelf:
 
         Raises UnusableInput naming near ones where it knows none of that name.
         """
-        rows = self._session.execute(_LISTED, {"machine": self._owner.id, "law": LAW}).all()
+        rows = (
+            self._session.connection()
+            .execute(_LISTED, {"machine": self._owner.id, "law": LAW})
+            .all()
+        )
         listed = [Listed(*row) for row in rows]
         self._refuse_unknown("material", material, {one.material for one in listed})
         self._refuse_unknown("tool", tool, {one.tool for one in listed})
@@ -99,7 +103,7 @@ class Shelf:
 
     def _known(self, material: str, tool: str) -> Known:
         asked = {"machine": self._owner.id, "material": material, "tool": tool, "law": LAW}
-        row = self._session.execute(_LEARNT, asked).first()
+        row = self._session.connection().execute(_LEARNT, asked).first()
         if row is None:
             return known_of(self._session, self._owner, material, tool)
         return _as_known(row, tool)

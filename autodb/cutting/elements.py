@@ -132,11 +132,10 @@ def linearised(theta: Array, elements: Elements) -> tuple[Array, Array, Array]:
     its value.
     """
     stepped = _stepped(theta, elements)
-    parts = _parts(*(np.real(one[0]) for one in stepped))
-    both = (
-        np.concatenate([part, np.imag(one) / shear.STEP])
-        for part, one in zip(parts, stepped, strict=True)
-    )
+    both = np.empty((3, 3 + len(theta), *stepped[0].shape[1:]))
+    both[:, :3] = _parts(*(one[0].real for one in stepped))
+    for k in range(3):
+        np.divide(stepped[k].imag, shear.STEP, out=both[k, 3:])
     summed = np.moveaxis(_summed(elements, *both), 0, -1)
     return summed[..., 0] + summed[..., 1], summed[..., :3], summed[..., 3:]
 
@@ -147,14 +146,13 @@ def _stepped(theta: Array, elements: Elements) -> tuple[Values, Values, Values]:
     return _across_axis(shear.stepped(theta, axes=axes), elements)
 
 
-def _parts(tangential: Array, radial: Array, up: Array) -> tuple[Array, Array, Array]:
-    """Return tangential, radial and upward forces (3, …) of the parts that may be off alone."""
-    none = np.zeros_like(tangential)
-    return (
-        np.stack([tangential, none, none]),
-        np.stack([none, radial, -up]),
-        np.stack([none, up, radial]),
-    )
+def _parts(tangential: Array, radial: Array, up: Array) -> Array:
+    """Return tangential, radial and upward forces (3, 3, …) of the parts that may be off alone."""
+    parts = np.zeros((3, 3, *tangential.shape))
+    parts[0, 0] = tangential
+    parts[1, 1], parts[2, 1] = radial, up
+    parts[1, 2], parts[2, 2] = -up, radial
+    return parts
 
 
 def _across_axis(theta: Values, elements: Elements) -> tuple[Values, Values, Values]:
