@@ -180,10 +180,8 @@ def _outside(made: LearntFrom, cuts: Sequence[JobCut], tool: ToolOf) -> Iterable
                 continue
             value, (low, high) = stated[channel], made.ranges[channel]
             if not low * 0.999 <= value <= high * 1.001:
-                yield (
-                    f"cut {number} '{asked.name}': {what} {value:g} {unit} was never cut "
-                    f"({low:g} to {high:g} {unit})"
-                )
+                which = f"cut {number} '{asked.name}': " if asked.name or len(cuts) > 1 else ""
+                yield (f"{which}{what} {value:g} {unit} was never cut ({low:g} to {high:g} {unit})")
 
 
 def _pair(session: Session, material: str, tool: str) -> models.Pair | None:

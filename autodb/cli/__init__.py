@@ -14,6 +14,7 @@ from autodb.cli import (
     identifying,
     keeping,
     learning,
+    looking_up,
     proving,
     reconstructing,
     scaling,
@@ -44,6 +45,7 @@ app.command("scale")(scaling.scale)
 app.command("reconstruct")(reconstructing.reconstruct)
 app.command("refresh")(learning.refresh)
 app.command("predict")(answers.predict)
+app.command("lookup")(looking_up.lookup)
 app.command("explain")(answers.explain)
 app.command("trace")(answers.trace)
 app.command("doctor")(keeping.doctor)

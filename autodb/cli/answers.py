@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Protocol
 
 import typer
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from autodb.agent.explaining import AgainstMachine, KeptCause, Key
     from autodb.agent.predicting import Behind
     from autodb.agent.tracing import Node
+    from autodb.exceeding import Exceeding
     from autodb.explain import Explained
     from autodb.forward import Interval, PredictedCut
     from autodb.records import CutTable, Recording
@@ -75,12 +76,34 @@ def predict(job: JobFile, machine: MachineName, json: Json = False, db: Database
         say(TypeAdapter(Predicted).dump_json(answer, indent=1).decode())
         return
     show_predicted(f"Job '{asked.name}': {asked.material} / {asked.tool}", answer.cuts)
+    say_answer(answer.cuts, answer)
+    say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")
+
+
+class Answer(Protocol):
+    """What comes with predicted cuts, asked for by a job or alone."""
+
+    @property
+    def behind(self) -> "Behind":
+        """On what the answer rests."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a planner has to know of it."""
+
+    @property
+    def exceeds(self) -> "tuple[Exceeding, ...]":
+        """The limits that a cut may exceed."""
+
+
+def say_answer(cuts: "Sequence[PredictedCut]", answer: Answer) -> None:
+    """Print below predicted cuts which limits they may exceed, the notes, and what is behind it."""
     for one in answer.exceeds:
-        say(f"cut {one.cut} '{answer.cuts[one.cut - 1].name}': {one.statement}")
+        name = cuts[one.cut - 1].name
+        say(f"cut {one.cut} '{name}': {one.statement}" if name else one.statement)
     for note in answer.notes:
         say(note)
     say(f"95 % intervals; behind it: {behind_words(answer.behind)}")
-    say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")
 
 
 def behind_words(behind: "Behind") -> str:
@@ -99,7 +122,7 @@ def show_predicted(title: str, cuts: "Sequence[PredictedCut]") -> None:
     for cut in cuts:
         forces = {"x": cut.force_x_N, "y": cut.force_y_N, "z": cut.force_z_N}
         rows.add_row(
-            cut.name,
+            cut.name or cut.operation,
             f"{cut.speed_rpm:.0f}",
             f"{cut.speed_m_min:.0f}",
             *(interval(v) + (" *" if axis == cut.passive else "") for axis, v in forces.items()),
