@@ -8,11 +8,12 @@ import numpy as np
 from sqlalchemy import ColumnElement, func, select
 from sqlalchemy.orm import Session
 
+from autodb.agent.imported_cards import imported_card
 from autodb.errors import UnusableInput
 from autodb.fitting import Gaussian
 from autodb.pairs import conventional
 from autodb.pairs.belief import Belief, Scatter, Shared
-from autodb.pairs.prior import any_metal, of_relative
+from autodb.pairs.prior import any_metal, of_card, of_relative
 from autodb.store import models
 from autodb.store.models.learning import EVERY
 
@@ -122,14 +123,17 @@ def start_of(session: Session, machine_id: int, material: str, tool: str) -> Sta
 
     From the same material with another tool on this machine, where there is such a pair that did
     not begin from a relative itself (two would begin from each other, and each take its own cuts
-    for the other's); else from conventional values of the material; else from what any metal may
-    have.
+    for the other's); else from the material's card that was imported last; else from conventional
+    values of the material that ship; else from what any metal may have.
     """
     related = _related(session, machine_id, material, tool)
     if related is not None:
         name = f"{related.pair.material.name} / {related.pair.tool.name}"
         said = f"{name}, the same material with another tool ({related.n_cuts} cuts)"
         return Start(of_relative(as_belief(related)), said, related)
+    card = imported_card(session, machine_id, material)
+    if card is not None:
+        return Start(of_card(card.card), f"imported card of {card.material} ({card.source})")
     try:
         handbook = conventional.named(material)
     except UnusableInput:

@@ -9,7 +9,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from pydantic_core import from_json
-from sqlalchemy import ColumnElement, Row, Select, String, bindparam, func, select, type_coerce
+from sqlalchemy import (
+    ColumnElement,
+    Executable,
+    Row,
+    Select,
+    String,
+    bindparam,
+    func,
+    select,
+    type_coerce,
+)
 from sqlalchemy.orm import Session, aliased
 
 from autodb import forward
@@ -65,7 +75,7 @@ class Shelf:
         Raises UnusableInput where the tool cannot make it, or the pair was learnt under an earlier
         law only.
         """
-        known = self._known(material, tool)
+        known = self.known(material, tool)
         (found,) = forward.predict(known.belief, known.tool, [cut])
         return LookedUp(
             material=material,
@@ -75,6 +85,17 @@ class Shelf:
             notes=tuple(notes(self._session, known, Wanted(material, tool, [cut]))),
             exceeds=exceeding([found], self._limits),
         )
+
+    def known(self, material: str, tool: str) -> Known:
+        """Return what the machine knows of a pair, learnt or not.
+
+        Raises UnusableInput where the pair was learnt under an earlier law only.
+        """
+        asked = {"machine": self._owner.id, "material": material, "tool": tool, "law": LAW}
+        row = self._session.connection().execute(_LEARNT, asked).first()
+        if row is None:
+            return known_of(self._session, self._owner, material, tool)
+        return _as_known(row, tool)
 
     def pairs(self, material: str | None = None, tool: str | None = None) -> list[Listed]:
         """Return the pairs that the machine has learnt, all or those of a material or a tool.
@@ -100,13 +121,6 @@ class Shelf:
         raise UnusableInput(
             f"machine '{self._owner.name}' has learnt no pair of {what} '{name}'{hint}"
         )
-
-    def _known(self, material: str, tool: str) -> Known:
-        asked = {"machine": self._owner.id, "material": material, "tool": tool, "law": LAW}
-        row = self._session.connection().execute(_LEARNT, asked).first()
-        if row is None:
-            return known_of(self._session, self._owner, material, tool)
-        return _as_known(row, tool)
 
 
 def _as_known(row: Row[Any], tool: str) -> Known:
@@ -148,7 +162,7 @@ def _learnt() -> Select[Any]:
     )
 
 
-def _listed() -> Select[Any]:
+def _listed() -> Executable:
     """Return the query of the newest belief of every pair, by material and tool."""
     other = aliased(_Parameters)
     newest = (
@@ -156,7 +170,7 @@ def _listed() -> Select[Any]:
         .where(other.pair_id == _Parameters.pair_id, *_usual(other))
         .scalar_subquery()
     )
-    query: Select[Any] = (
+    return (
         select(
             models.Material.name,
             models.Tool.name,
@@ -170,7 +184,6 @@ def _listed() -> Select[Any]:
         .where(*_usual(_Parameters), _Parameters.version == newest)
         .order_by(models.Material.name, models.Tool.name)
     )
-    return query
 
 
 _LEARNT, _LISTED = _learnt(), _listed()
