@@ -183,6 +183,12 @@ def limits_of(machine: models.Machine) -> dict[str, Limits]:
     return {axis.name: _limits(axis) for axis in machine.axes}
 
 
+def limits_of_machine(store: Store, name: str) -> dict[str, Limits]:
+    """Return the limits of a machine by its name; raises UnusableInput where there is none."""
+    with store.reading() as session:
+        return limits_of(find_machine(session, name))
+
+
 def _limits(axis: models.Axis) -> Limits:
     return Limits(**{key: getattr(axis, column) for key, column in _LIMITS.items()})
 

@@ -24,11 +24,12 @@ if TYPE_CHECKING:
     from rich.tree import Tree
 
     from autodb.agent.explaining import AgainstMachine, KeptCause, Key
-    from autodb.agent.predicting import Behind
+    from autodb.agent.predicting import Behind, Predicted
     from autodb.agent.tracing import Node
     from autodb.exceeding import Exceeding
     from autodb.explain import Explained
     from autodb.forward import Interval, PredictedCut
+    from autodb.machinefile import Limits
     from autodb.records import CutTable, Recording
 
 JobFile = Annotated[
@@ -60,14 +61,35 @@ Kind = Annotated[
 ]
 
 
-def predict(job: JobFile, machine: MachineName, json: Json = False, db: Database = None) -> None:
+def predict(
+    job: JobFile,
+    machine: MachineName,
+    csv: Annotated[
+        Path | None,
+        typer.Option("--csv", metavar="FILE", help="Write the answer as a table: FILE.csv."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FILE", help="Write the answer as a picture: FILE.html."),
+    ] = None,
+    json: Json = False,
+    db: Database = None,
+) -> None:
     """Predict forces, torque and power of a job's cuts, with 95 % intervals."""
+    from autodb.agent.machines import limits_of_machine
     from autodb.agent.predicting import predict_job
     from autodb.jobs import read_job
+    from autodb.store.copies import check_target
 
+    if csv is not None:
+        check_target(csv, suffix=".csv", option="--csv")
+    if plot is not None:
+        check_target(plot, suffix=".html", option="--plot")
     asked = read_job(job)
     with opened(db) as store:
         answer = predict_job(store, machine, asked)
+        limits = limits_of_machine(store, machine)
+    _write_predicted(answer, limits, csv, plot)
     if json:
         from pydantic import TypeAdapter
 
@@ -77,7 +99,25 @@ def predict(job: JobFile, machine: MachineName, json: Json = False, db: Database
         return
     show_predicted(f"Job '{asked.name}': {asked.material} / {asked.tool}", answer.cuts)
     say_answer(answer.cuts, answer)
+    for what, path in (("table", csv), ("picture", plot)):
+        if path is not None:
+            say(f"{what}: {path}")
     say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")
+
+
+def _write_predicted(
+    answer: "Predicted", limits: "dict[str, Limits]", csv: Path | None, plot: Path | None
+) -> None:
+    from autodb.store.copies import write_text
+
+    if csv is not None:
+        from autodb.predictedfile import as_csv
+
+        write_text(csv, as_csv(answer.cuts, limits))
+    if plot is not None:
+        from autodb.predictedpage import render
+
+        write_text(plot, render(answer, limits))
 
 
 class Answer(Protocol):

@@ -119,9 +119,9 @@ def _export_cards(
     from autodb.agent.made_cards import made_cards
     from autodb.errors import UnusableInput
     from autodb.pairs.cards import as_csv
-    from autodb.store.copies import check_file, write_text
+    from autodb.store.copies import check_target, write_text
 
-    check_file(path, (".csv",), "material cards are FILE.csv")
+    check_target(path, suffix=".csv", option="--cards")
     if machine is None:
         raise UnusableInput("--cards needs --machine NAME: cards are of what a machine has learnt")
     with opened(db) as store, store.reading() as session:

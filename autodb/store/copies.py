@@ -6,7 +6,7 @@ whole. Killed at any moment, the target is what it was before or what it is to b
 
 import os
 import sqlite3
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -169,16 +169,13 @@ def needs_folder(target: Path) -> None:
         raise UnusableInput(f"{target.parent}: no such folder; one that is there would work")
 
 
-def check_file(target: Path, endings: Sequence[str], are: str) -> None:
-    """Raise UnusableInput where no file could be written to ``target``; ``are``: what its kind is.
-
-    So that a name that cannot be used is refused before anything is done.
-    """
-    if target.suffix not in endings:
-        raise UnusableInput(f"{target}: {are}")
-    if target.is_dir():
-        raise UnusableInput(f"{target}: is a folder; the name of a file would work")
-    needs_folder(target)
+def check_target(path: Path, *, suffix: str, option: str) -> None:
+    """Raise UnusableInput where a file could not be written to ``path``."""
+    if path.suffix != suffix:
+        raise UnusableInput(f"{option}: {path} does not end in {suffix}; FILE{suffix} would work")
+    if path.is_dir():
+        raise UnusableInput(f"{path}: is a folder; {option} needs the name of a file")
+    needs_folder(path)
 
 
 def write_text(target: Path, text: str) -> None:
