@@ -21,6 +21,8 @@ NAMED = 24
 FAR = 3.0
 """A limit this many times beyond what is predicted would press it flat: only the title says it.
 Chosen."""
+GAP = 0.06
+"""What is left between two quantities, a share of the picture."""
 SIDE = 0.12
 """How far a mill's peaks stand beside its means, in cuts."""
 
@@ -48,7 +50,7 @@ def render(answer: Predicted, limits: Mapping[str, Limits]) -> str:
 
 def _plot(answer: Predicted, limits: Mapping[str, Limits]) -> object:
     titles = [_title(one, one.limit(limits)) for one in QUANTITIES]
-    made = figures.figure(titles, x_title="Cut", shares=[1.0] * len(titles))
+    made = figures.figure(titles, x_title="Cut", shares=[1.0] * len(titles), gap=GAP)
     for row, one in enumerate(QUANTITIES, start=1):
         traces = _traces(one, answer)
         for trace in traces:
@@ -58,6 +60,7 @@ def _plot(answer: Predicted, limits: Mapping[str, Limits]) -> object:
     if len(numbers) <= NAMED:
         names = [figures.plain(cut.name) or str(k) for k, cut in enumerate(answer.cuts, start=1)]
         made.update_xaxes(tickmode="array", tickvals=numbers, ticktext=names)
+    made.update_yaxes(rangemode="tozero")
     made.update_xaxes(range=[0.5, len(numbers) + 0.5])
     label = f"predicted force, torque and power of {len(numbers)} cuts with 95 % intervals"
     return figures.as_html(made, "predicted", height_px=PLOT_PX * len(titles), label=label)
