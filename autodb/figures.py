@@ -191,13 +191,18 @@ def points(x: Array, y: Array, *, tone: str, name: str, **more: Any) -> go.Scatt
 # Figures
 
 
-def figure(titles: Sequence[str], *, x_title: str, shares: Sequence[float] = (1.0,)) -> go.Figure:
-    """Return empty plots one above the other over one x axis; a title above each names y."""
+def figure(
+    titles: Sequence[str], *, x_title: str, shares: Sequence[float] = (1.0,), gap: float = 0.12
+) -> go.Figure:
+    """Return empty plots one above the other over one x axis; a title above each names y.
+
+    ``gap``: what is left between two, a share of the whole.
+    """
     made = make_subplots(
         rows=len(titles),
         cols=1,
         shared_xaxes=True,
-        vertical_spacing=0.12,
+        vertical_spacing=gap,
         row_heights=list(shares),
     )
     made.update_layout(

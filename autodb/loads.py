@@ -11,24 +11,14 @@ from pyarrow import csv
 from autodb import __version__, figures
 from autodb.agent.reconstructing import Felt
 from autodb.channels import LINEAR_AXES
-from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
 from autodb.sensing.reconstruct import Load
-from autodb.store.copies import hidden, needs_folder, replace_by
+from autodb.store.copies import hidden, replace_by
 
 Array = NDArray[np.float64]
 
 MARKS = ("standing", "turned", "outside", "braking", "at_limit")
 PLOT_PX = 420
-
-
-def check_target(path: Path, *, suffix: str, option: str) -> None:
-    """Raise UnusableInput where a file could not be written to ``path``."""
-    if path.suffix != suffix:
-        raise UnusableInput(f"{option}: {path} does not end in {suffix}; FILE{suffix} would work")
-    if path.is_dir():
-        raise UnusableInput(f"{path}: is a folder; {option} needs the name of a file")
-    needs_folder(path)
 
 
 def write_table(t_s: Array, felt: Sequence[Felt], path: Path) -> None:

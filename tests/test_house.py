@@ -18,9 +18,9 @@ from tests.conftest import ROOT, Cli
 
 HEAVY = {"numpy", "pandas", "scipy", "pyarrow", "plotly", "sqlalchemy", "pydantic", "pint", "torch"}
 COMMANDS = {
-    "init", "machine", "import", "calibrate", "identify", "refresh", "predict", "explain", "trace",
-    "doctor", "backup", "restore", "export", "demo", "prove", "standard", "sweep", "reconstruct",
-    "scale",
+    "init", "machine", "import", "calibrate", "identify", "refresh", "predict", "lookup", "explain",
+    "trace", "doctor", "backup", "restore", "export", "demo", "prove", "standard", "sweep",
+    "reconstruct", "scale",
 }  # fmt: skip
 MODULES = sorted(
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
@@ -89,7 +89,7 @@ def test_help_lists_what_is_built(cli: Cli) -> None:
     text = cli("--help").out
     listed = set(re.findall(r"│ ([a-z]+) ", text))
     assert listed & COMMANDS == COMMANDS
-    for later in ("serve", "schedule", "fleet", "lookup"):
+    for later in ("serve", "schedule", "fleet", "plan"):
         assert not re.search(rf"│ {later} ", text)
 
 

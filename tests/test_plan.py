@@ -62,7 +62,7 @@ def test_it_keeps_to_the_ranges_and_the_limits(calibrated: Cli) -> None:
         assert 0.1 <= cut["feed_mm_rev"] <= 0.2
         assert 150 <= cut["speed_m_min"] <= 160
     free = _plan(calibrated)
-    _limit_the_spindle(calibrated, 8.0)
+    _limit_the_spindle(calibrated, 3.0)
     bound = _plan(calibrated)
     assert bound["too_much"] > 0
     assert bound["proposed"] != free["proposed"]

@@ -1,5 +1,6 @@
 """Beliefs about pairs as the database keeps them, and where one starts that is new."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,11 +8,12 @@ import numpy as np
 from sqlalchemy import ColumnElement, func, select
 from sqlalchemy.orm import Session
 
+from autodb.agent.imported_cards import imported_card
 from autodb.errors import UnusableInput
 from autodb.fitting import Gaussian
 from autodb.pairs import conventional
 from autodb.pairs.belief import Belief, Scatter, Shared
-from autodb.pairs.prior import any_metal, of_relative
+from autodb.pairs.prior import any_metal, of_card, of_relative
 from autodb.store import models
 from autodb.store.models.learning import EVERY
 
@@ -25,11 +27,23 @@ def as_belief(row: models.CuttingParameters) -> Belief:
             f"parameters {row.id} are of an earlier law ({row.law}); 'autodb refresh' learns the "
             "pair anew"
         )
+    return belief_of(row.mean, row.covariance, row.shared, row.scatter, cuts=row.n_cuts)
+
+
+def belief_of(
+    mean: list[Any],
+    covariance: list[Any],
+    shared: list[Any],
+    scatter: Mapping[str, Any],
+    *,
+    cuts: int,
+) -> Belief:
+    """Return the belief that a version's columns keep."""
     return Belief(
-        state=Gaussian(np.array(row.mean), np.array(row.covariance)),
-        shared=tuple(Shared(one["key"], np.array(one["covariance"])) for one in row.shared),
-        scatter=Scatter(np.array(row.scatter["share"]), np.array(row.scatter["weight"])),
-        cuts=row.n_cuts,
+        state=Gaussian(np.array(mean), np.array(covariance)),
+        shared=tuple(Shared(one["key"], np.array(one["covariance"])) for one in shared),
+        scatter=Scatter(np.array(scatter["share"]), np.array(scatter["weight"])),
+        cuts=cuts,
     )
 
 
@@ -70,18 +84,22 @@ def latest(
     )
 
 
-def learnt(session: Session, machine_id: int) -> list[models.CuttingParameters]:
-    """Return the newest version of every pair that a machine has learnt, in its usual state."""
-    pairs = session.scalars(
-        select(models.CuttingParameters.pair_id)
+def learnt_pairs(session: Session, machine_id: int) -> list[str]:
+    """Return the names of the pairs that a machine has learnt."""
+    rows = session.execute(
+        select(models.Material.name, models.Tool.name)
+        .select_from(models.CuttingParameters)
+        .join(models.Pair, models.Pair.id == models.CuttingParameters.pair_id)
+        .join(models.Material, models.Material.id == models.Pair.material_id)
+        .join(models.Tool, models.Tool.id == models.Pair.tool_id)
         .where(
             models.CuttingParameters.machine_id == machine_id,
             models.CuttingParameters.law == LAW,
+            models.CuttingParameters.undone_at.is_(None),
         )
         .distinct()
     )
-    found = [latest(session, machine_id, pair) for pair in pairs]
-    return [row for row in found if row is not None]
+    return [f"{material} / {tool}" for material, tool in rows]
 
 
 def newest_version(session: Session, machine_id: int, pair_id: int) -> int:
@@ -128,13 +146,16 @@ def start_of(session: Session, machine_id: int, material: str, tool: str) -> Sta
 
     From the same material with another tool on this machine, where there is such a pair that did
     not begin from a relative itself (two would begin from each other, and each take its own cuts
-    for the other's); else from conventional values of the material; else from what any metal may
-    have.
+    for the other's); else from the material's card that was imported last; else from conventional
+    values of the material that ship; else from what any metal may have.
     """
     related = _related(session, machine_id, material, tool)
     if related is not None:
         said = f"{pair_name(related.pair)}, the same material with another tool"
         return Start(of_relative(as_belief(related)), f"{said} ({related.n_cuts} cuts)", related)
+    card = imported_card(session, machine_id, material)
+    if card is not None:
+        return Start(of_card(card.card), f"imported card of {card.material} ({card.source})")
     try:
         handbook = conventional.named(material)
     except UnusableInput:

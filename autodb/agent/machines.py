@@ -178,13 +178,27 @@ def as_file(machine: models.Machine) -> MachineFile:
     )
 
 
+def limits_of(machine: models.Machine) -> dict[str, Limits]:
+    """Return what the axes of a machine may carry and where they may go, by name."""
+    return {axis.name: _limits(axis) for axis in machine.axes}
+
+
+def limits_of_machine(store: Store, name: str) -> dict[str, Limits]:
+    """Return the limits of a machine by its name; raises UnusableInput where there is none."""
+    with store.reading() as session:
+        return limits_of(find_machine(session, name))
+
+
+def _limits(axis: models.Axis) -> Limits:
+    return Limits(**{key: getattr(axis, column) for key, column in _LIMITS.items()})
+
+
 def _as_axis_file(axis: models.Axis) -> AxisFile:
-    limits = Limits(**{key: getattr(axis, column) for key, column in _LIMITS.items()})
     constant = None
     if axis.torque_constant_N_m_A is not None:
         constant = Reference(**{key: getattr(axis, column) for key, column in _CONSTANT.items()})
     own = {name: getattr(axis, name) for name in _AXIS}
-    return AxisFile(**own, limits=limits, torque_constant_N_m_A=constant)
+    return AxisFile(**own, limits=_limits(axis), torque_constant_N_m_A=constant)
 
 
 def signed(recording: Recording, machine: models.Machine) -> Recording:

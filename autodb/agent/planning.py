@@ -13,7 +13,7 @@ from autodb import forward
 from autodb.agent.beliefs import start_of
 from autodb.agent.calibrations import current_calibrations
 from autodb.agent.felt import QUANTITY, Readings
-from autodb.agent.machines import as_file, find_machine
+from autodb.agent.machines import find_machine, limits_of
 from autodb.agent.predicting import Known, known_of
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
@@ -94,7 +94,7 @@ def plan(store: Store, machine: str, job: Job, *, ranges: Ranges | None = None) 
         known = known_of(session, owner, job.material, job.tool)
         sensed = _sensed(session, owner)
         start = start_of(session, owner.id, job.material, job.tool).belief
-        limits = {name: axis.limits for name, axis in as_file(owner).axes.items()}
+        limits = dict(limits_of(owner))
     search = _Search(known, job, sensed)
     candidates = list(_candidates(job, ranges or {}))
     order, worth = search.ranked(candidates)

@@ -7,19 +7,20 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import forward
-from autodb.agent.beliefs import LAW, as_belief, chain, latest, learnt, pair_name, start_of
-from autodb.agent.felt import numbers_of, operation_of
-from autodb.agent.machines import as_file, find_machine
-from autodb.errors import UnusableInput
+from autodb.agent.beliefs import LAW, as_belief, latest, learnt_pairs, start_of
+from autodb.agent.felt import numbers_of
+from autodb.agent.learnt_from import LearntFrom, learnt_from
+from autodb.agent.machines import find_machine, limits_of
+from autodb.cutting import tools
+from autodb.errors import UnusableInput, near
 from autodb.exceeding import Exceeding, exceeding
 from autodb.forward import PredictedCut, ToolOf
 from autodb.jobs import Job, JobCut
 from autodb.pairs.belief import Belief
-from autodb.pairs.engaged import BY_NAME
-from autodb.pairs.observed import Variant
+from autodb.pairs.engaged import BY_NAME, DEPTH, FEED
 from autodb.store import Store, models
 
-RANGES = (("cutting.depth", "depth", "mm"), ("cutting.feed", "feed", "mm"))
+RANGES = ((DEPTH, "depth", "mm"), (FEED, "feed", "mm"))
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,15 @@ class Predicted:
     behind: Behind
     notes: tuple[str, ...] = ()
     exceeds: tuple[Exceeding, ...] = ()
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Cuts that a planner asks for of a pair."""
+
+    material: str
+    tool: str
+    cuts: Sequence[JobCut]
 
 
 @dataclass(frozen=True)
@@ -85,14 +95,13 @@ def predict_job(store: Store, machine: str, job: Job) -> Predicted:
         )
         session.add(stored)
         session.flush()
-        limits = {name: axis.limits for name, axis in as_file(owner).axes.items()}
         return Predicted(
             prediction_id=stored.id,
             job=job,
             cuts=cuts,
             behind=known.behind,
-            notes=(*_not_learnt(session, owner, known, job), *_notes(known, job)),
-            exceeds=exceeding(cuts, limits),
+            notes=tuple(notes(session, owner, known, Wanted(job.material, job.tool, job.cut))),
+            exceeds=exceeding(cuts, limits_of(owner)),
         )
 
 
@@ -131,63 +140,49 @@ def _refuse_earlier_law(session: Session, owner: models.Machine, pair: models.Pa
         )
 
 
-def _not_learnt(session: Session, owner: models.Machine, known: Known, job: Job) -> Iterable[str]:
-    """Say what stands in for a pair that the machine has not learnt, and what it has learnt."""
+def notes(session: Session, owner: models.Machine, known: Known, wanted: Wanted) -> Iterable[str]:
+    """Say what a planner has to know of an answer: from what it is, what is assumed, what is far.
+
+    Far are depths, feeds and operations that the pair's own cuts do not hold.
+    """
     if not known.own:
-        pairs = ", ".join(pair_name(row.pair) for row in learnt(session, owner.id))
+        name, learnt = f"{wanted.material} / {wanted.tool}", learnt_pairs(session, owner.id)
+        hint = near(name, learnt) if learnt else ""
         yield (
-            f"{owner.name} has not learnt {job.material} / {job.tool}: predicted from "
-            f"{known.behind.started_from}; it has learnt: {pairs or 'no pair yet'}"
+            f"{owner.name} has not learnt {name}{hint}: predicted from {known.behind.started_from}"
         )
-
-
-def _notes(known: Known, job: Job) -> Iterable[str]:
-    yield from assumed(known, job.cut)
-    if known.own and known.row is not None:
-        yield from _outside(known.row, job)
+    yield from assumed(known, wanted.cuts)
+    if known.behind.parameters is not None:
+        made = learnt_from(session, known.behind.parameters)
+        yield from _outside(made, wanted.cuts, known.tool)
 
 
 def assumed(known: Known, cuts: Sequence[JobCut]) -> Iterable[str]:
     """Say which geometry of the tool is assumed because nobody stated it."""
-    names = [
-        one.key
-        for operation in dict.fromkeys(cut.operation for cut in cuts)
-        for one in _assumed_in(known.tool, next(c for c in cuts if c.operation == operation))
-    ]
+    kinds = dict.fromkeys(BY_NAME[cut.operation].kind for cut in cuts)
+    names = [one.name for kind in kinds for one in tools.assumed_of(kind, known.tool.numbers)]
     if names:
-        listed = ", ".join(dict.fromkeys(name.partition(": ")[2] for name in names))
+        listed = ", ".join(dict.fromkeys(names))
         yield (
             f"assumed of {known.tool.name}, because nobody stated it: {listed}; a tool file would "
             "narrow the intervals"
         )
 
 
-def _assumed_in(tool: ToolOf, cut: JobCut) -> Iterable[Variant]:
-    made = BY_NAME[cut.operation].cuts(
-        tool.numbers, [cut.conditions(tool.diameter_mm)], called=tool.name
-    )
-    return made.variants
-
-
-def _outside(row: models.CuttingParameters, job: Job) -> Iterable[str]:
+def _outside(made: LearntFrom, cuts: Sequence[JobCut], tool: ToolOf) -> Iterable[str]:
     """Say which cuts lie outside the depths, feeds and operations that the pair was learnt from."""
-    cuts = {force.cut_id: force.cut for version in chain(row) for force in version.forces}.values()
-    made = {operation_of(cut) for cut in cuts}
-    for operation in dict.fromkeys(cut.operation for cut in job.cut):
-        if operation not in made:
+    for operation in dict.fromkeys(cut.operation for cut in cuts):
+        if operation not in made.operations:
             yield f"operation '{operation}' was never cut: from the law alone, wider"
-    for number, asked in enumerate(job.cut, start=1):
-        stated = asked.conditions(row.pair.tool.diameter_mm)
+    for number, asked in enumerate(cuts, start=1):
+        stated = asked.conditions(tool.diameter_mm)
         for channel, what, unit in RANGES:
-            values = [cut.conditions[channel] for cut in cuts if channel in cut.conditions]
-            if channel not in stated or not values:
+            if channel not in stated or channel not in made.ranges:
                 continue
-            value, low, high = stated[channel], min(values), max(values)
+            value, (low, high) = stated[channel], made.ranges[channel]
             if not low * 0.999 <= value <= high * 1.001:
-                yield (
-                    f"cut {number} '{asked.name}': {what} {value:g} {unit} was never cut "
-                    f"({low:g} to {high:g} {unit})"
-                )
+                which = f"cut {number} '{asked.name}': " if asked.name or len(cuts) > 1 else ""
+                yield (f"{which}{what} {value:g} {unit} was never cut ({low:g} to {high:g} {unit})")
 
 
 def _pair(session: Session, material: str, tool: str) -> models.Pair | None:

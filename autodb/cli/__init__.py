@@ -14,6 +14,7 @@ from autodb.cli import (
     identifying,
     keeping,
     learning,
+    looking_up,
     planning,
     proving,
     reconstructing,
@@ -45,6 +46,7 @@ app.command("scale")(scaling.scale)
 app.command("reconstruct")(reconstructing.reconstruct)
 app.command("refresh")(learning.refresh)
 app.command("predict")(answers.predict)
+app.command("lookup")(looking_up.lookup)
 app.command("plan")(planning.plan)
 app.command("explain")(answers.explain)
 app.command("trace")(answers.trace)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Protocol
 
 import typer
 
@@ -24,10 +24,12 @@ if TYPE_CHECKING:
     from rich.tree import Tree
 
     from autodb.agent.explaining import AgainstMachine, KeptCause, Key
-    from autodb.agent.predicting import Behind
+    from autodb.agent.predicting import Behind, Predicted
     from autodb.agent.tracing import Node
+    from autodb.exceeding import Exceeding
     from autodb.explain import Explained
     from autodb.forward import Interval, PredictedCut
+    from autodb.machinefile import Limits
     from autodb.records import CutTable, Recording
 
 JobFile = Annotated[
@@ -59,14 +61,35 @@ Kind = Annotated[
 ]
 
 
-def predict(job: JobFile, machine: MachineName, json: Json = False, db: Database = None) -> None:
+def predict(
+    job: JobFile,
+    machine: MachineName,
+    csv: Annotated[
+        Path | None,
+        typer.Option("--csv", metavar="FILE", help="Write the answer as a table: FILE.csv."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FILE", help="Write the answer as a picture: FILE.html."),
+    ] = None,
+    json: Json = False,
+    db: Database = None,
+) -> None:
     """Predict forces, torque and power of a job's cuts, with 95 % intervals."""
+    from autodb.agent.machines import limits_of_machine
     from autodb.agent.predicting import predict_job
     from autodb.jobs import read_job
+    from autodb.store.copies import check_target
 
+    if csv is not None:
+        check_target(csv, suffix=".csv", option="--csv")
+    if plot is not None:
+        check_target(plot, suffix=".html", option="--plot")
     asked = read_job(job)
     with opened(db) as store:
         answer = predict_job(store, machine, asked)
+        limits = limits_of_machine(store, machine)
+    _write_predicted(answer, limits, csv, plot)
     if json:
         from pydantic import TypeAdapter
 
@@ -75,12 +98,52 @@ def predict(job: JobFile, machine: MachineName, json: Json = False, db: Database
         say(TypeAdapter(Predicted).dump_json(answer, indent=1).decode())
         return
     show_predicted(f"Job '{asked.name}': {asked.material} / {asked.tool}", answer.cuts)
+    say_answer(answer.cuts, answer)
+    for what, path in (("table", csv), ("picture", plot)):
+        if path is not None:
+            say(f"{what}: {path}")
+    say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")
+
+
+def _write_predicted(
+    answer: "Predicted", limits: "dict[str, Limits]", csv: Path | None, plot: Path | None
+) -> None:
+    from autodb.store.copies import write_text
+
+    if csv is not None:
+        from autodb.predictedfile import as_csv
+
+        write_text(csv, as_csv(answer.cuts, limits))
+    if plot is not None:
+        from autodb.predictedpage import render
+
+        write_text(plot, render(answer, limits))
+
+
+class Answer(Protocol):
+    """What comes with predicted cuts, asked for by a job or alone."""
+
+    @property
+    def behind(self) -> "Behind":
+        """On what the answer rests."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a planner has to know of it."""
+
+    @property
+    def exceeds(self) -> "tuple[Exceeding, ...]":
+        """The limits that a cut may exceed."""
+
+
+def say_answer(cuts: "Sequence[PredictedCut]", answer: Answer) -> None:
+    """Print below predicted cuts which limits they may exceed, the notes, and what is behind it."""
     for one in answer.exceeds:
-        say(f"cut {one.cut} '{answer.cuts[one.cut - 1].name}': {one.statement}")
+        name = cuts[one.cut - 1].name
+        say(f"cut {one.cut} '{name}': {one.statement}" if name else one.statement)
     for note in answer.notes:
         say(note)
     say(f"95 % intervals; behind it: {behind_words(answer.behind)}")
-    say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")
 
 
 def behind_words(behind: "Behind") -> str:
@@ -99,7 +162,7 @@ def show_predicted(title: str, cuts: "Sequence[PredictedCut]") -> None:
     for cut in cuts:
         forces = {"x": cut.force_x_N, "y": cut.force_y_N, "z": cut.force_z_N}
         rows.add_row(
-            cut.name,
+            cut.name or cut.operation,
             f"{cut.speed_rpm:.0f}",
             f"{cut.speed_m_min:.0f}",
             *(interval(v) + (" *" if axis == cut.passive else "") for axis, v in forces.items()),

@@ -158,7 +158,7 @@ def _show_masses(masses: "Mapping[str, Mass]") -> None:
 def _check(update: bool, machine: str | None, page: Path | None) -> None:
     """Refuse options that do not go together, before anything is fitted."""
     from autodb.errors import UnusableInput
-    from autodb.loads import check_target
+    from autodb.store.copies import check_target
 
     if update and machine is None:
         raise UnusableInput(

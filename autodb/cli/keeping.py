@@ -71,16 +71,68 @@ def restore(
 
 
 def export(
-    folder: Annotated[Path, typer.Argument(help="New folder for the tables.")],
+    folder: Annotated[Path | None, typer.Argument(help="New folder for the tables.")] = None,
     machine: Annotated[
         str | None, typer.Option("--machine", help="Only what belongs to this machine.")
+    ] = None,
+    cards: Annotated[
+        Path | None,
+        typer.Option(
+            "--cards",
+            metavar="FILE",
+            help="Write what the machine knows of its materials as Kienzle cards (CSV) instead.",
+        ),
+    ] = None,
+    material: Annotated[
+        str | None, typer.Option("--material", help="Only the card of this material.")
+    ] = None,
+    tool: Annotated[
+        str | None, typer.Option("--tool", help="Only cards of pairs with this tool.")
     ] = None,
     db: Database = None,
 ) -> None:
     """Write every table as Parquet, with a manifest; 'autodb restore' takes the folder back."""
+    from autodb.errors import UnusableInput
+
+    if (folder is None) == (cards is None):
+        raise UnusableInput("give either a folder for the tables or --cards FILE.csv")
+    if cards is not None:
+        _export_cards(cards, machine, material, tool, db)
+        return
+    if material is not None or tool is not None:
+        raise UnusableInput("--material and --tool go with --cards")
+    _export_tables(Path(str(folder)), machine, db)
+
+
+def _export_tables(folder: Path, machine: str | None, db: str | None) -> None:
     from autodb.store.exports import export as run
 
     with opened(db) as store, working(f"exporting to {folder.name}") as progress:
         done = run(store, folder, machine=machine, progress=progress)
     total = sum(entry.rows for entry in done.tables.values())
     say(f"{folder}: {total} rows of {len(done.tables)} tables, schema {done.schema_revision}")
+
+
+def _export_cards(
+    path: Path, machine: str | None, material: str | None, tool: str | None, db: str | None
+) -> None:
+    from autodb.agent.made_cards import made_cards
+    from autodb.errors import UnusableInput
+    from autodb.pairs.cards import as_csv
+    from autodb.store.copies import check_target, write_text
+
+    check_target(path, suffix=".csv", option="--cards")
+    if machine is None:
+        raise UnusableInput("--cards needs --machine NAME: cards are of what a machine has learnt")
+    with opened(db) as store, store.reading() as session:
+        made = made_cards(session, machine, material, tool)
+    write_text(path, as_csv(made.cards))
+    rows = table(f"Cards in {path}", "material", ">k_c1.1 N/mm²", ">m_c", "source")
+    for card in made.cards:
+        k, bounds = card.k_c11, card.m_c_bounds
+        m_c = "" if bounds is None else f" ({bounds[0]:.3f} to {bounds[1]:.3f})"
+        size = f"{k.value:.0f} ({k.lower:.0f} to {k.upper:.0f})"
+        rows.add_row(card.material, size, f"{card.m_c:.3f}{m_c}", card.source)
+    show(rows)
+    for line in made.left_out:
+        say(f"left out: {line}")

@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from autodb.standard import Protocol
     from autodb.store import Store
 
-Files = Annotated[list[Path], typer.Argument(readable=False, help="Recordings or cut tables.")]
+Files = Annotated[
+    list[Path], typer.Argument(readable=False, help="Recordings, cut tables or material cards.")
+]
 ProtocolName = Annotated[
     str | None,
     typer.Option("--protocol", help="Standard cuts whose reference forces to use: name or file."),
@@ -55,16 +57,38 @@ SHOWN = 12
 def import_(
     files: Files, machine: OptionalMachine = None, columns: Columns = None, db: Database = None
 ) -> None:
-    """Import recordings and cut tables; each file enters once. Without --machine only look."""
-    from autodb.agent.gathering import each_used
+    """Import recordings and cut tables; each file enters once. Without --machine only look.
 
+    Material cards (CSV) belong to no machine and enter without it.
+    """
+    from autodb.agent.gathering import each_used
+    from autodb.pairs.cards import is_card
+
+    cards = [file for file in files if is_card(file)]
+    recordings = [file for file in files if file not in cards]
+    if cards:
+        with opened(db) as store:
+            for file in cards:
+                _import_cards(store, file)
     if machine is None:
-        for file in files:
+        for file in recordings:
             _look(file, columns)
-        say("not stored: give --machine NAME to keep it")
-        return
-    with opened(db) as store:
-        each_used(files, lambda file: _import(store, file, machine, columns), tell=say)
+        if recordings:
+            say("not stored: give --machine NAME to keep it")
+    elif recordings:
+        with opened(db) as store:
+            each_used(recordings, lambda file: _import(store, file, machine, columns), tell=say)
+
+
+def _import_cards(store: "Store", file: Path) -> None:
+    """Import a table of material cards and say what became of each."""
+    from autodb.agent.imported_cards import import_cards
+
+    for card in import_cards(store, file):
+        what = "already there" if card.already_there else "imported"
+        if card.replaced:
+            what = f"replaces the one of this source: {'; '.join(card.replaced)}"
+        say(f"{file.name}: card of {card.material} ({card.source}): {what}")
 
 
 def _import(store: "Store", file: Path, machine: str, columns: Path | None) -> int:

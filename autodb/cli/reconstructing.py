@@ -91,8 +91,8 @@ def reconstruct(
 ) -> None:
     """Reconstruct the load on each axis: its drive's effort less friction, inertia and weight."""
     from autodb.errors import UnusableInput
-    from autodb.loads import check_target, render, write_table
-    from autodb.store.copies import write_text
+    from autodb.loads import render, write_table
+    from autodb.store.copies import check_target, write_text
 
     if (machine is None) == (moves is None):
         raise UnusableInput("give either --machine NAME or --moves FILE: what moving an axis takes")

@@ -110,9 +110,8 @@ def _blocks(elements: Elements) -> Iterator[Elements]:
 
 def force_gradient(theta: Array, elements: Elements) -> Array:
     """Return derivatives (n, 5, p) of force x, y, z, torque and power by the coordinates."""
-    axes = 2 if elements.of is None else 1
-    slopes = shear.gradient(lambda t: np.stack(_across_axis(t, elements)), theta, axes=axes)
-    return np.stack([_summed(elements, *slopes[:, p]) for p in range(len(theta))], axis=-1)
+    slopes = (np.imag(one) / shear.STEP for one in _stepped(theta, elements))
+    return np.moveaxis(_summed(elements, *slopes), 0, -1)
 
 
 def force_parts(theta: Array, elements: Elements) -> Array:
@@ -122,10 +121,38 @@ def force_parts(theta: Array, elements: Elements) -> Array:
     one that is off in the direction of what is across, by a radian from the radial up the tool's
     axis.
     """
-    tangential, radial, up = _across_axis(theta, elements)
-    none = np.zeros_like(tangential)
-    parts = (tangential, none, none), (none, radial, up), (none, -up, radial)
-    return np.stack([_summed(elements, *part) for part in parts], axis=-1)
+    parts = _parts(*_across_axis(theta, elements))
+    return np.moveaxis(_summed(elements, *parts), 0, -1)
+
+
+def linearised(theta: Array, elements: Elements) -> tuple[Array, Array, Array]:
+    """Return forces (n, 5), their ``force_parts`` and ``force_gradient``, worked out together.
+
+    The law is evaluated once, at coordinates stepped along the imaginary axis, whose real part is
+    its value.
+    """
+    stepped = _stepped(theta, elements)
+    both = np.empty((3, 3 + len(theta), *stepped[0].shape[1:]))
+    both[:, :3] = _parts(*(one[0].real for one in stepped))
+    for k in range(3):
+        np.divide(stepped[k].imag, shear.STEP, out=both[k, 3:])
+    summed = np.moveaxis(_summed(elements, *both), 0, -1)
+    return summed[..., 0] + summed[..., 1], summed[..., :3], summed[..., 3:]
+
+
+def _stepped(theta: Array, elements: Elements) -> tuple[Values, Values, Values]:
+    """Return forces across the axis of elements (p, …), each coordinate stepped in turn."""
+    axes = 2 if elements.of is None else 1
+    return _across_axis(shear.stepped(theta, axes=axes), elements)
+
+
+def _parts(tangential: Array, radial: Array, up: Array) -> Array:
+    """Return tangential, radial and upward forces (3, 3, …) of the parts that may be off alone."""
+    parts = np.zeros((3, 3, *tangential.shape))
+    parts[0, 0] = tangential
+    parts[1, 1], parts[2, 1] = radial, up
+    parts[1, 2], parts[2, 2] = -up, radial
+    return parts
 
 
 def engaged_mm(elements: Elements) -> Array:
@@ -153,23 +180,24 @@ def _across_axis(theta: Values, elements: Elements) -> tuple[Values, Values, Val
 
 
 def _summed(elements: Elements, tangential: Array, radial: Array, up: Array) -> Array:
-    """Return force x, y, z in machine axes, torque and power, summed over each cut: (n, 5)."""
+    """Return force x, y, z in machine axes, torque and power, summed over each cut: (…, n, 5)."""
     sin_phi, cos_phi = elements.phi
-    in_tool = (
-        sin_phi * radial - cos_phi * tangential,
-        cos_phi * radial + sin_phi * tangential,
-        up,
-        tangential * elements.radius_mm / 1000.0,
-        tangential * elements.edge.speed_m_min / 60.0,
-    )
-    whole = np.column_stack([_of_cuts(elements, one) for one in in_tool])
-    turned = np.broadcast_to(elements.frames, (elements.count, 3, 3))
-    whole[:, :3] = np.einsum("nk,nkj->nj", whole[:, :3], turned)
+    across = sin_phi * radial - cos_phi * tangential
+    summed = _of_cuts(elements, across)
+    whole = np.empty((*summed.shape, 5))
+    whole[..., 0] = summed
+    whole[..., 1] = _of_cuts(elements, cos_phi * radial + sin_phi * tangential)
+    whole[..., 2] = _of_cuts(elements, up)
+    whole[..., 3] = _of_cuts(elements, tangential * elements.radius_mm) / 1000.0
+    whole[..., 4] = _of_cuts(elements, tangential * elements.edge.speed_m_min) / 60.0
+    whole[..., :3] = np.matmul(whole[..., None, :3], elements.frames)[..., 0, :]
     return whole
 
 
 def _of_cuts(elements: Elements, values: Array) -> Array:
-    """Return the sums (n,) of values of the elements."""
+    """Return the sums (…, n) of values of the elements."""
     if elements.of is None:
-        return np.asarray(values.sum(axis=-1))
-    return np.asarray(np.bincount(elements.of, values, elements.count), dtype=np.float64)
+        return np.asarray(np.add.reduce(values, axis=-1))
+    rows = values.reshape(-1, values.shape[-1])
+    summed = np.array([np.bincount(elements.of, row, elements.count) for row in rows])
+    return summed.reshape(*values.shape[:-1], elements.count)

@@ -76,23 +76,24 @@ def elements_of(insert: Insert, cuts: Turned, *, on_nose: int = ON_NOSE) -> Elem
     height = nose * (1.0 - np.cos(entering))
     full = cuts.depth_mm >= height
     ends = np.where(
-        full, entering, np.arccos(np.clip(1.0 - cuts.depth_mm / max(nose, 1e-12), -1, 1))
+        full, entering, np.arccos(np.maximum(1.0 - cuts.depth_mm / max(nose, 1e-12), -1.0))
     )
 
     # The nose in steps of one angle, each element at the angle that has the chip's mean thickness
-    edges = ends[:, None] * np.linspace(0.0, 1.0, on_nose + 1)
-    step = edges[:, 1:] - edges[:, :-1]
-    angle = np.column_stack([0.5 * (edges[:, 1:] + edges[:, :-1]), entering])
-    straight = np.where(full, (cuts.depth_mm - height) / np.sin(entering), 0.0)
-    width = np.column_stack([nose * step, straight])
-    sinc = np.sin(0.5 * step) / (0.5 * step)
-    thin = cuts.feed_mm[:, None] * np.sin(angle)
-    thin[:, :-1] *= sinc
+    step = ends / on_nose
+    angle, width = np.empty((2, len(ends), on_nose + 1))
+    angle[:, :-1] = step[:, None] * (np.arange(on_nose) + 0.5)
+    angle[:, -1] = entering
+    width[:, :-1] = (nose * step)[:, None]
+    width[:, -1] = np.where(full, (cuts.depth_mm - height) / np.sin(entering), 0.0)
+    sin, cos = np.sin(angle), np.cos(angle)
+    thin = cuts.feed_mm[:, None] * sin
+    thin[:, :-1] *= (np.sin(0.5 * step) / (0.5 * step))[:, None]
 
     ones = np.ones((1, 1))
     area = thin * width
-    mean = np.stack([(area * np.sin(angle)).sum(axis=1), (area * np.cos(angle)).sum(axis=1)])
-    mean /= np.hypot(*mean)
+    along, across = (area * sin).sum(axis=1), (area * cos).sum(axis=1)
+    whole = np.hypot(along, across)
     return Elements(
         count=len(angle),
         of=None,
@@ -103,11 +104,11 @@ def elements_of(insert: Insert, cuts: Turned, *, on_nose: int = ON_NOSE) -> Elem
             ones * np.radians(insert.inclination_deg),
         ),
         width_mm=width,
-        kappa=(np.sin(angle), np.cos(angle)),
+        kappa=(sin, cos),
         phi=(ones, 0.0 * ones),
         radius_mm=cuts.radius_mm[:, None],
         frames=_frames(cuts.inward_rad),
-        flow=(mean[0][:, None], mean[1][:, None]),
+        flow=((along / whole)[:, None], (across / whole)[:, None]),
     )
 
 
@@ -129,8 +130,10 @@ def _entering(insert: Insert, inward_rad: Array) -> Array:
 def _frames(inward_rad: Array) -> Array:
     """Return rows feed, tangential and off the surface in machine axes (n, 3, 3)."""
     dives = inward_rad <= STEEPEST_RAD
-    zero = np.zeros_like(inward_rad)
+    side = np.where(dives, 1.0, -1.0)
     sin, cos = np.sin(inward_rad), np.cos(inward_rad)
-    feed = np.column_stack([-sin, zero, -cos])
-    off = np.column_stack([cos, zero, -sin]) * np.where(dives, 1.0, -1.0)[:, None]
-    return np.stack([feed, np.broadcast_to(TANGENTIAL, feed.shape), off], axis=1)
+    rows = np.zeros((len(inward_rad), 3, 3))
+    rows[:, 0, 0], rows[:, 0, 2] = -sin, -cos
+    rows[:, 1] = TANGENTIAL
+    rows[:, 2, 0], rows[:, 2, 2] = side * cos, -side * sin
+    return rows

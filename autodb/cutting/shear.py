@@ -205,5 +205,10 @@ def gradient(function: Callable[[Values], Values], theta: Array, *, axes: int) -
     By a step of each coordinate along the imaginary axis, all steps at once, exact to rounding: the
     function must be analytic, and take coordinates (p, …) that each have axes in front of its own.
     """
-    stepped = theta[:, None] + 1j * STEP * np.eye(len(theta))
-    return np.imag(function(stepped.reshape(len(theta), len(theta), *(1,) * axes))) / STEP
+    return np.imag(function(stepped(theta, axes=axes))) / STEP
+
+
+def stepped(theta: Array, *, axes: int) -> Values:
+    """Return coordinates (p, p, …), the last ``axes`` of length 1: each stepped in its own row."""
+    each = theta[:, None] + 1j * STEP * np.eye(len(theta))
+    return each.reshape(len(theta), len(theta), *(1,) * axes)

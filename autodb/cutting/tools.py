@@ -7,7 +7,7 @@ error that all cuts of the tool share (``autodb.pairs``).
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from autodb.cutting.drill import WEB_SHARE, Drill
 from autodb.cutting.endmill import EndMill
@@ -97,6 +97,16 @@ def drill_of(stated: Mapping[str, float]) -> Assumed[Drill]:
         return Drill(n["diameter_mm"], n["point_angle_deg"], n["helix_deg"], web_mm)
 
     return _assumed(stated, DRILL, made)
+
+
+OF_KIND: dict[str, Callable[[Mapping[str, float]], Assumed[Any]]] = {
+    "turning_insert": insert_of, "end_mill": end_mill_of, "drill": drill_of,
+}  # fmt: skip
+
+
+def assumed_of(kind: str, stated: Mapping[str, float]) -> tuple[Usual, ...]:
+    """Return what is assumed of a tool of a kind, of which some numbers are stated."""
+    return OF_KIND[kind](stated).usual
 
 
 def _assumed(

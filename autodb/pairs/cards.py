@@ -23,6 +23,8 @@ from autodb.units import RAW, conversion
 STEEPEST_RAKE_DEG = 60.0
 """Beyond any insert or mill. Chosen."""
 UNIT = "N/mm²"
+MARK = "k_c1.1"
+"""The column that a file is told by."""
 LABELS = ("material", "k_c1.1_unit", "source")
 NEEDED = ("k_c1.1", "lower", "upper", "m_c", "rake_deg")
 OPTIONAL = ("m_c_lower", "m_c_upper", "speed_m_min", "thinnest_mm", "thickest_mm")
@@ -84,6 +86,14 @@ def _table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows([columns, *rows])
     return text.getvalue()
+
+
+def is_card(path: Path) -> bool:
+    """Say whether a file is a table of Kienzle cards, by its header; one that is not there is none.
+
+    Raises UnusableInput where a CSV file has no header that can be read.
+    """
+    return path.suffix == ".csv" and path.is_file() and MARK in open_csv(path)[0].columns
 
 
 def read_cards(path: Path) -> tuple[KienzleCard, ...]:

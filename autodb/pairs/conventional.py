@@ -49,7 +49,7 @@ def materials(folder: Path | None = None) -> tuple[Material, ...]:
     for path in sorted(place.glob("*.toml")):
         material = read_toml(path, Material)
         for name in material.names:
-            other = known.setdefault(_plain(name), path)
+            other = known.setdefault(plain(name), path)
             if other != path:
                 raise UnusableInput(
                     f"{path}: name: '{name}' is in {other.name} already; one file a material "
@@ -66,13 +66,13 @@ def named(name: str, folder: Path | None = None) -> Material:
     """
     there = materials(folder)
     for material in there:
-        if _plain(name) in map(_plain, material.names):
+        if plain(name) in map(plain, material.names):
             return material
     names = [one for material in there for one in material.names]
     raise UnusableInput(f"no conventional values of '{name}'{near(name, names)}")
 
 
-def _plain(name: str) -> str:
+def plain(name: str) -> str:
     """Return a name without case, blanks and dashes: Ti-6Al-4V is Ti6Al4V."""
     return "".join(c for c in name.casefold() if c not in " -_")
 

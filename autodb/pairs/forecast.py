@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import force_gradient, forces
+from autodb.cutting.elements import force_gradient, forces, linearised
 from autodb.pairs.belief import OWN, Belief, law_error
 from autodb.pairs.learning import own_variance
-from autodb.pairs.observed import Cuts, off_law
+from autodb.pairs.observed import Cuts, with_growth
 
 Array = NDArray[np.float64]
 
@@ -45,21 +45,21 @@ def forecast(belief: Belief, cuts: Cuts) -> Forecast:
     known = belief.also((error, *cuts.assumed))
     place = known.columns(error.key)
     theta = known.state.mean[:OWN]
-    whole, parts = forces(theta, cuts.elements).all, off_law(theta, cuts.elements)
+    whole, parts, by_law = linearised(theta, cuts.elements)
+    parts = with_growth(parts, cuts.elements)
     slopes = np.zeros((cuts.elements.count, 5, len(known.state.mean)))
-    slopes[:, :, :OWN] = force_gradient(theta, cuts.elements)
+    slopes[:, :, :OWN] = by_law
     slopes[:, :, place] = parts
     mean = whole + parts @ known.state.mean[place]
 
     # What is assumed of the cuts: what one standard deviation of it changes
-    as_assumed = slopes[:, :, :OWN].copy()
     for one in cuts.variants:
         at = known.columns(one.key).start
         off = known.state.mean[at]
         slopes[:, :, at] = forces(theta, one.elements).all - whole
         mean += slopes[:, :, at] * off
         if off:
-            slopes[:, :, :OWN] += off * (force_gradient(theta, one.elements) - as_assumed)
+            slopes[:, :, :OWN] += off * (force_gradient(theta, one.elements) - by_law)
     open_ = np.einsum("nqi,ij,nqj->nq", slopes, known.state.covariance, slopes)
     own = own_variance(belief.scatter, parts)
     along, across = np.abs(parts[:, :3, 0]), np.abs(parts[:, :3, 1])

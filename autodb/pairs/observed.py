@@ -125,7 +125,11 @@ def off_law(theta: Array, elements: Elements) -> Array:
     then the same by how they grow with the logarithm of the engaged edge over 1 mm: a law that
     leaves out what a nose does is off by another share in a shallow cut than in a deep one.
     """
-    parts = force_parts(theta, elements)
+    return with_growth(force_parts(theta, elements), elements)
+
+
+def with_growth(parts: Array, elements: Elements) -> Array:
+    """Return parts of forces (n, 5, 3), and behind them how they grow with the engaged edge."""
     length = engaged_mm(elements)
     grown = np.log(np.where(length > 0.0, length, 1.0))
     return np.concatenate([parts, parts * grown[:, None, None]], axis=-1)

@@ -169,6 +169,15 @@ def needs_folder(target: Path) -> None:
         raise UnusableInput(f"{target.parent}: no such folder; one that is there would work")
 
 
+def check_target(path: Path, *, suffix: str, option: str) -> None:
+    """Raise UnusableInput where a file could not be written to ``path``."""
+    if path.suffix != suffix:
+        raise UnusableInput(f"{option}: {path} does not end in {suffix}; FILE{suffix} would work")
+    if path.is_dir():
+        raise UnusableInput(f"{path}: is a folder; {option} needs the name of a file")
+    needs_folder(path)
+
+
 def write_text(target: Path, text: str) -> None:
     """Write a file whole or not at all; an earlier one of that name is replaced."""
     with hidden(target) as part:

@@ -1,0 +1,62 @@
+"""What the cuts behind a belief were: their operations, and the ranges of what they state."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from sqlalchemy import bindparam, func, select
+from sqlalchemy.orm import Session
+
+from autodb.pairs.engaged import DEPTH, FEED, UNSAID
+from autodb.store import models
+from autodb.store.models.learning import cutting_parameters_force
+
+CHANNELS = (DEPTH, FEED)
+"""What a cut's ranges are kept of."""
+
+
+@dataclass(frozen=True)
+class LearntFrom:
+    """``operations`` that were cut; ``ranges``: lowest and highest of a channel, where stated."""
+
+    operations: frozenset[str]
+    ranges: Mapping[str, tuple[float, float]]
+
+
+_Parameters, _Cut = models.CuttingParameters, models.Cut
+_versions = (
+    select(_Parameters.id, _Parameters.previous_id)
+    .where(_Parameters.id == bindparam("newest"))
+    .cte("versions", recursive=True)
+)
+_versions = _versions.union_all(
+    select(_Parameters.id, _Parameters.previous_id).join(
+        _versions, _Parameters.id == _versions.c.previous_id
+    )
+)
+_stated = [_Cut.conditions[name].as_float() for name in CHANNELS]
+_LEARNT_FROM = (
+    select(
+        func.coalesce(_Cut.operation, UNSAID),
+        *(end(one) for one in _stated for end in (func.min, func.max)),
+    )
+    .select_from(_versions)
+    .join(
+        cutting_parameters_force, cutting_parameters_force.c.cutting_parameters_id == _versions.c.id
+    )
+    .join(models.SensedForce, models.SensedForce.id == cutting_parameters_force.c.sensed_force_id)
+    .join(_Cut, _Cut.id == models.SensedForce.cut_id)
+    .group_by(func.coalesce(_Cut.operation, UNSAID))
+)
+"""Of a version and those it was built on, one row an operation."""
+
+
+def learnt_from(session: Session, parameters_id: int) -> LearntFrom:
+    """Return what the cuts of a version and of those before it were."""
+    rows = session.connection().execute(_LEARNT_FROM, {"newest": parameters_id}).all()
+    ranges = {}
+    for k, name in enumerate(CHANNELS):
+        low = [row[2 * k + 1] for row in rows if row[2 * k + 1] is not None]
+        high = [row[2 * k + 2] for row in rows if row[2 * k + 2] is not None]
+        if low:
+            ranges[name] = (min(low), max(high))
+    return LearntFrom(frozenset(row[0] for row in rows), ranges)

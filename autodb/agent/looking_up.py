@@ -1,0 +1,189 @@
+"""Look up: forces, torque and power of one cut of a pair, and which pairs a machine knows.
+
+Nothing is stored. A pair that the machine has learnt takes one query, by indices; of its belief the
+JSON text is read as it lies in the row. Every other pair is found as `autodb predict` finds it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic_core import from_json
+from sqlalchemy import (
+    ColumnElement,
+    Executable,
+    Row,
+    Select,
+    String,
+    bindparam,
+    func,
+    select,
+    type_coerce,
+)
+from sqlalchemy.orm import Session, aliased
+
+from autodb import forward
+from autodb.agent.beliefs import LAW, belief_of
+from autodb.agent.felt import GEOMETRY
+from autodb.agent.machines import find_machine, limits_of
+from autodb.agent.predicting import Behind, Known, Wanted, known_of, notes
+from autodb.errors import UnusableInput, near
+from autodb.exceeding import Exceeding, exceeding
+from autodb.forward import PredictedCut, ToolOf
+from autodb.jobs import JobCut
+from autodb.store import models
+
+_Parameters = models.CuttingParameters
+_JSON = ("mean", "covariance", "shared", "scatter")
+_NUMBERS = ("id", "version", "n_cuts", "started_from")
+
+
+@dataclass(frozen=True)
+class LookedUp:
+    """What one cut will take, on what that rests, and the limits that it may exceed."""
+
+    material: str
+    tool: str
+    cut: PredictedCut
+    behind: Behind
+    notes: tuple[str, ...]
+    exceeds: tuple[Exceeding, ...]
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A pair that a machine knows: the newest version of its belief, cuts behind it, and when."""
+
+    material: str
+    tool: str
+    cuts: int
+    version: int
+    learnt_at: str
+
+
+class Shelf:
+    """What one machine knows, read in one session. Raises UnusableInput for an unknown machine."""
+
+    def __init__(self, session: Session, machine: str) -> None:
+        self._session = session
+        self._owner = find_machine(session, machine)
+        self._limits = limits_of(self._owner)
+
+    def look_up(self, material: str, tool: str, cut: JobCut) -> LookedUp:
+        """Return what a cut of a pair will take.
+
+        Raises UnusableInput where the tool cannot make it, or the pair was learnt under an earlier
+        law only.
+        """
+        known = self.known(material, tool)
+        (found,) = forward.predict(known.belief, known.tool, [cut])
+        return LookedUp(
+            material=material,
+            tool=tool,
+            cut=found,
+            behind=known.behind,
+            notes=tuple(notes(self._session, self._owner, known, Wanted(material, tool, [cut]))),
+            exceeds=exceeding([found], self._limits),
+        )
+
+    def known(self, material: str, tool: str) -> Known:
+        """Return what the machine knows of a pair, learnt or not.
+
+        Raises UnusableInput where the pair was learnt under an earlier law only.
+        """
+        asked = {"machine": self._owner.id, "material": material, "tool": tool, "law": LAW}
+        row = self._session.connection().execute(_LEARNT, asked).first()
+        if row is None:
+            return known_of(self._session, self._owner, material, tool)
+        return _as_known(row, tool)
+
+    def pairs(self, material: str | None = None, tool: str | None = None) -> list[Listed]:
+        """Return the pairs that the machine has learnt, all or those of a material or a tool.
+
+        Raises UnusableInput naming near ones where it knows none of that name.
+        """
+        rows = (
+            self._session.connection()
+            .execute(_LISTED, {"machine": self._owner.id, "law": LAW})
+            .all()
+        )
+        listed = [Listed(*row) for row in rows]
+        self._refuse_unknown("material", material, {one.material for one in listed})
+        self._refuse_unknown("tool", tool, {one.tool for one in listed})
+        return [
+            one for one in listed if material in (None, one.material) and tool in (None, one.tool)
+        ]
+
+    def _refuse_unknown(self, what: str, name: str | None, known: set[str]) -> None:
+        if name is None or name in known:
+            return
+        hint = near(name, sorted(known)) if known else "; 'autodb refresh' learns pairs"
+        raise UnusableInput(
+            f"machine '{self._owner.name}' has learnt no pair of {what} '{name}'{hint}"
+        )
+
+
+def _as_known(row: Row[Any], tool: str) -> Known:
+    number, version, cuts, started_from, *rest = tuple[Any, ...](row)
+    belief = belief_of(*(from_json(text) for text in rest[: len(_JSON)]), cuts=cuts)
+    geometry = zip(GEOMETRY, rest[len(_JSON) :], strict=True)
+    numbers = {name: value for name, value in geometry if value is not None}
+    return Known(belief, ToolOf(tool, numbers), Behind(number, version, cuts, started_from), None)
+
+
+def _usual(table: Any) -> Sequence[ColumnElement[bool]]:
+    """Return which versions are a machine's beliefs in the usual state of its pairs."""
+    return (
+        table.machine_id == bindparam("machine"),
+        table.law == bindparam("law"),
+        table.state.is_(None),
+        table.undone_at.is_(None),
+    )
+
+
+def _learnt() -> Select[Any]:
+    """Return the query of a pair's newest belief, with its tool's geometry."""
+    return (
+        select(
+            *(getattr(_Parameters, name) for name in _NUMBERS),
+            *(type_coerce(getattr(_Parameters, name), String) for name in _JSON),
+            *(getattr(models.Tool, name) for name in GEOMETRY),
+        )
+        .join(models.Pair, models.Pair.id == _Parameters.pair_id)
+        .join(models.Material, models.Material.id == models.Pair.material_id)
+        .join(models.Tool, models.Tool.id == models.Pair.tool_id)
+        .where(
+            models.Material.name == bindparam("material"),
+            models.Tool.name == bindparam("tool"),
+            *_usual(_Parameters),
+        )
+        .order_by(_Parameters.version.desc())
+        .limit(1)
+    )
+
+
+def _listed() -> Executable:
+    """Return the query of the newest belief of every pair, by material and tool."""
+    other = aliased(_Parameters)
+    newest = (
+        select(func.max(other.version))
+        .where(other.pair_id == _Parameters.pair_id, *_usual(other))
+        .scalar_subquery()
+    )
+    return (
+        select(
+            models.Material.name,
+            models.Tool.name,
+            _Parameters.n_cuts,
+            _Parameters.version,
+            _Parameters.created_at,
+        )
+        .join(models.Pair, models.Pair.id == _Parameters.pair_id)
+        .join(models.Material, models.Material.id == models.Pair.material_id)
+        .join(models.Tool, models.Tool.id == models.Pair.tool_id)
+        .where(*_usual(_Parameters), _Parameters.version == newest)
+        .order_by(models.Material.name, models.Tool.name)
+    )
+
+
+_LEARNT, _LISTED = _learnt(), _listed()
