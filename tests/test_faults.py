@@ -15,7 +15,7 @@ from autodb.errors import UnusableInput
 from autodb.machinefile import MachineFile
 from autodb.records import CutTable, Recording
 from autodb.records.mistaken import Mistake, Radius
-from autodb.sensing import faults, raw
+from autodb.sensing import faults, ranges, raw
 from autodb.sensing.faults.travel import pass_steps_mm
 from autodb.sidefile import SideFile
 from autodb.standard import Protocol
@@ -48,6 +48,31 @@ def as_table(columns: dict[str, NDArray[np.generic]]) -> CutTable:
     numbers = {n: v.astype(np.float64) for n, v in columns.items() if n not in TEXTS}
     texts = {n: [str(v) for v in columns[n]] for n in TEXTS}
     return CutTable(path=Path("cuts.csv"), channels=numbers, texts=texts)
+
+
+KEPT: dict[tuple[object, ...], ranges.Calibration] = {}
+
+
+@pytest.fixture
+def calibrated_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An axis is fitted once for the same cuts, whatever is done to the other axes' currents.
+
+    Which axes are calibrated, and on what, is asked in every test; how well is tested elsewhere.
+    """
+    calibrate = ranges.calibrate
+
+    def once(
+        table: CutTable, axis: str, *, force_N: Array | None = None, reference_share: float = 0.0
+    ) -> ranges.Calibration:
+        others = tuple(f"{other}.current" for other in AXES if other != axis)
+        own = {n: v.tobytes() for n, v in table.channels.items() if not n.startswith(others)}
+        force = None if force_N is None else force_N.tobytes()
+        key = (axis, reference_share, force, *own.items(), str(table.texts))
+        if key not in KEPT:
+            KEPT[key] = calibrate(table, axis, force_N=force_N, reference_share=reference_share)
+        return KEPT[key]
+
+    monkeypatch.setattr(ranges, "calibrate", once)
 
 
 def forces_of(table: CutTable) -> dict[str, Array]:
@@ -104,6 +129,7 @@ def unplugged(table: CutTable, axis: str, seed: int, level_A: float) -> CutTable
     return replace(table, channels={**table.channels, **dict(zip(names, noise, strict=True))})
 
 
+@pytest.mark.usefixtures("calibrated_once")
 @pytest.mark.parametrize("level_A", [0.0, 0.05, 1.0])
 @pytest.mark.parametrize("axis", AXES)
 def test_a_sensor_that_gives_nothing_is_named_alone(axis: str, level_A: float) -> None:
@@ -321,6 +347,7 @@ def test_with_references_a_factor_of_four_is_named(unit: str) -> None:
         assert f"as if {mistake}; {mistake.remedy}" in check.sentence
 
 
+@pytest.mark.usefixtures("calibrated_once")
 @pytest.mark.parametrize(
     "mistake",
     [
@@ -366,6 +393,7 @@ def test_a_reference_of_cuts_that_were_not_made_stops_no_other_axis() -> None:
     assert "no reference for force.x yet" in left_out[0]
 
 
+@pytest.mark.usefixtures("calibrated_once")
 def test_an_unplugged_sensor_is_told_with_a_protocol() -> None:
     for seed in SEEDS:
         table = lathe_cuts(seed)
@@ -411,6 +439,7 @@ def test_two_exchanged_cuts_are_named() -> None:
     assert named >= 55
 
 
+@pytest.mark.usefixtures("calibrated_once")
 def test_exchanged_cuts_of_a_protocol_are_named() -> None:
     """What the log calls cut i was cut j: its currents are the other's. 55 of 60 at least."""
     named = 0

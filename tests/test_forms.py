@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.fitting import Undetermined
-from autodb.sensing.choosing import chosen, left_out, nested
+from autodb.sensing.choosing import FOLDS, best, left_out, nested, tried
 from autodb.sensing.forms import (
     FEED_FORMS,
     LAWS,
@@ -119,8 +119,9 @@ def test_the_true_form_is_chosen_and_errors_left_out_are_those_of_the_noise(
     noise = 0.02 * float(np.std(target))
     groups = np.repeat(np.arange(20), 6)
     target = target + noise * np.random.default_rng(4).standard_normal(N)
-    assert chosen(forms, felt, target, groups, folds=10) is truth
-    errors = nested(forms, felt, target, groups)
+    trials = tried(forms, felt, target, groups, folds=FOLDS)
+    assert best(trials, groups).form is truth
+    errors = nested(trials, felt, target, groups)
     assert 0.8 * noise < float(np.sqrt(np.mean(errors**2))) < 1.3 * noise
     if truth is not LINE:
         worse = left_out(LINE, felt, target, groups, folds=20)

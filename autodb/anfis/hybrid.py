@@ -36,15 +36,16 @@ class Hybrid:
         low, high = limits(start, rows.x)
         here = start.at(np.clip(start.vector, low, high))
         point = projected(fitted, here)
-        told, step, changed = Learned.begin(here, point.consequents, fitted, judged), self.step, 0
+        told = Learned.begin(here, point.consequents, point.left, judged)
+        step, changed = self.step, 0
         for epoch in range(self.epochs):
-            gradient = -2.0 * changes(fitted, here, point)[0].T @ point.residual[: len(fitted.x)]
+            gradient = -2.0 * changes(fitted, here, point)[0].T @ point.left
             size = float(np.linalg.norm(gradient))
             if size == 0.0:
                 break
             here = start.at(np.clip(here.vector - step * gradient / size, low, high))
             point = projected(fitted, here)
-            told = told.then(here, point.consequents, fitted, judged)
+            told = told.then(here, point.consequents, point.left, judged)
             factor = factor_of(told.errors[changed:])
             if factor != 1.0:
                 step, changed = step * factor, epoch + 1

@@ -38,15 +38,21 @@ class Learned:
         return self.steps - self.best
 
     @classmethod
-    def begin(cls, premises: Premises, consequents: Array, fitted: Rows, judged: Rows) -> "Learned":
-        """Return the course before the first step."""
+    def begin(
+        cls, premises: Premises, consequents: Array, left: Array, judged: Rows | None
+    ) -> "Learned":
+        """Return the course before the first step; arguments as of ``then``."""
         first = cls(premises, (), ())
-        return first.then(premises, consequents, fitted, judged)
+        return first.then(premises, consequents, left, judged)
 
-    def then(self, premises: Premises, consequents: Array, fitted: Rows, judged: Rows) -> "Learned":
-        """Return the course with one more step: premises and their consequents (p,)."""
-        error = error_of(premises, consequents, fitted)
-        outside = error if judged is fitted else error_of(premises, consequents, judged)
+    def then(
+        self, premises: Premises, consequents: Array, left: Array, judged: Rows | None
+    ) -> "Learned":
+        """Return the course with one more step: premises, their consequents (p,), and what these
+        leave of the fitted rows (n,). ``judged``: rows held out, None where none are.
+        """
+        error = rms(left)
+        outside = error if judged is None else error_of(premises, consequents, judged)
         better = outside < min(self.judged, default=np.inf)
         return replace(
             self,
@@ -58,10 +64,14 @@ class Learned:
 
 def error_of(premises: Premises, consequents: Array, rows: Rows) -> float:
     """Return the root mean square of what consequents less the plane (p,) leave, scaled."""
-    left = rows.left - design(premises, rows.x) @ consequents
+    return rms(rows.left - design(premises, rows.x) @ consequents)
+
+
+def rms(left: Array) -> float:
+    """Return the root mean square of residuals (n,)."""
     return float(np.sqrt(np.mean(left**2)))
 
 
-def apart(rows: Rows, held: NDArray[np.bool_]) -> tuple[Rows, Rows]:
-    """Return the rows to fit and the rows to judge by: the same ones where none is held out."""
-    return (rows.pick(~held), rows.pick(held)) if held.any() else (rows, rows)
+def apart(rows: Rows, held: NDArray[np.bool_]) -> tuple[Rows, Rows | None]:
+    """Return the rows to fit and the rows held out to judge by, None where none is."""
+    return (rows.pick(~held), rows.pick(held)) if held.any() else (rows, None)

@@ -25,8 +25,9 @@ HALF_HEIGHT = float(np.sqrt(2.0 * np.log(2.0)))
 class Membership:
     """A family of fuzzy sets; the last of its ``count`` parameters is the centre.
 
-    ``logarithm`` gives ln μ (n, m) of x (n,) and parameters (m, count); ``slopes`` gives
-    d ln μ / d parameter, (count, n, m). All parameters but the centre are positive. ``around``
+    ``logarithm`` gives ln μ (m, n) of x (n,) and parameters (m, count); ``slopes`` gives
+    d ln μ / d parameter, (count, m, n): a row each, as sums over few sets or rules of many rows are
+    slow otherwise. All parameters but the centre are positive. ``around``
     gives the parameters (count,) of a centre and a half width at half height. The family depends
     on x − centre only, so d ln μ/dx is minus the slope of the centre. ``lowest`` and ``highest``
     (count,) bound what is learned: in scaled inputs, so that centres stay in the training range.
@@ -40,10 +41,14 @@ class Membership:
     highest: tuple[float, ...]
 
 
+def _columns(parameters: Array) -> Array:
+    return parameters.T[:, :, None]
+
+
 def _bell_exponent(x: Array, parameters: Array) -> Array:
-    a, b, c = parameters.T
+    a, b, c = _columns(parameters)
     with np.errstate(divide="ignore"):
-        return np.asarray(2.0 * b * np.log(np.abs((x[:, None] - c) / a)))
+        return np.asarray(2.0 * b * np.log(np.abs((x - c) / a)))
 
 
 def _bell(x: Array, parameters: Array) -> Array:
@@ -51,25 +56,24 @@ def _bell(x: Array, parameters: Array) -> Array:
 
 
 def _bell_slopes(x: Array, parameters: Array) -> Array:
-    a, b, c = parameters.T
+    a, b, c = _columns(parameters)
     exponent = _bell_exponent(x, parameters)
     outside = np.exp(-np.logaddexp(0.0, -exponent))  # 1 − μ
     centred = np.isneginf(exponent)
-    off = np.where(centred, 1.0, x[:, None] - c)
     by_a = 2.0 * b / a * outside
     by_b = -np.where(centred, 0.0, exponent) * outside / b
-    by_c = np.where(centred, 0.0, 2.0 * b * outside / off)
+    by_c = np.where(centred, 0.0, 2.0 * b * outside / np.where(centred, 1.0, x - c))
     return np.stack([by_a, by_b, by_c])
 
 
 def _gauss(x: Array, parameters: Array) -> Array:
-    sd, c = parameters.T
-    return np.asarray(-0.5 * ((x[:, None] - c) / sd) ** 2)
+    sd, c = _columns(parameters)
+    return np.asarray(-0.5 * ((x - c) / sd) ** 2)
 
 
 def _gauss_slopes(x: Array, parameters: Array) -> Array:
-    sd, c = parameters.T
-    off = (x[:, None] - c) / sd
+    sd, c = _columns(parameters)
+    off = (x - c) / sd
     return np.stack([off**2 / sd, off / sd])
 
 

@@ -4,8 +4,8 @@ Inputs are scaled here (``autodb.anfis.scaling``): the training range of each is
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import product
+from dataclasses import dataclass
+from itertools import accumulate, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,10 +41,12 @@ class Premises:
 
     def at(self, vector: Array) -> "Premises":
         """Return the same rules with other parameters (q,)."""
-        ends = np.cumsum([one.size for one in self.sets])
-        parts = np.split(vector, ends[:-1])
-        sets = tuple(part.reshape(one.shape) for part, one in zip(parts, self.sets, strict=True))
-        return replace(self, sets=sets)
+        ends = accumulate(one.size for one in self.sets)
+        sets = tuple(
+            vector[end - one.size : end].reshape(one.shape)
+            for end, one in zip(ends, self.sets, strict=True)
+        )
+        return Premises(self.membership, sets, self.rules)
 
 
 def grid(counts: Sequence[int], membership: Membership = BELL) -> Premises:
@@ -120,15 +122,16 @@ def limits(premises: Premises, x: Array) -> tuple[Array, Array]:
 
 
 def shares(premises: Premises, x: Array) -> Array:
-    """Return each rule's normalised firing strength (n, R) at scaled inputs (n, d); rows sum to 1.
+    """Return each rule's normalised firing strength (R, n) at scaled inputs (n, d); columns sum to
+    1.
 
     Product of the memberships over their sum over all rules (Jang 1993, layers 2 and 3).
     """
-    logarithm = np.zeros((len(x), len(premises.rules)))
+    logarithm = np.zeros((len(premises.rules), len(x)))
     for j, sets in enumerate(premises.sets):
-        logarithm += premises.membership.logarithm(x[:, j], sets)[:, premises.rules[:, j]]
-    strength = np.exp(logarithm - logarithm.max(axis=1, keepdims=True))
-    return np.asarray(strength / strength.sum(axis=1, keepdims=True))
+        logarithm += premises.membership.logarithm(x[:, j], sets)[premises.rules[:, j]]
+    strength = np.exp(logarithm - logarithm.max(axis=0))
+    return np.asarray(strength / strength.sum(axis=0))
 
 
 def design(premises: Premises, x: Array) -> Array:
@@ -136,17 +139,18 @@ def design(premises: Premises, x: Array) -> Array:
 
     Times the consequents it is Jang's layers 4 and 5.
     """
-    planes = np.column_stack([np.ones(len(x)), x])
-    return np.asarray((shares(premises, x)[:, :, None] * planes[:, None, :]).reshape(len(x), -1))
+    planes = np.vstack([np.ones(len(x)), x.T])
+    columns = shares(premises, x)[:, None, :] * planes
+    return np.ascontiguousarray(columns.reshape(-1, len(x)).T)
 
 
 def input_slopes(premises: Premises, x: Array, along: int) -> Array:
     """Return d design / d x_along (n, R · (d + 1)): times the consequents, the output's slope."""
     share = shares(premises, x)
     sets, asked = premises.sets[along], premises.rules[:, along]
-    own = -premises.membership.slopes(x[:, along], sets)[-1][:, asked]
-    change = share * (own - np.sum(share * own, axis=1, keepdims=True))
-    planes = np.column_stack([np.ones(len(x)), x])
-    rows = change[:, :, None] * planes[:, None, :]
-    rows[:, :, 1 + along] += share
-    return np.asarray(rows.reshape(len(x), -1))
+    own = -premises.membership.slopes(x[:, along], sets)[-1][asked]
+    change = share * (own - np.sum(share * own, axis=0))
+    planes = np.vstack([np.ones(len(x)), x.T])
+    columns = change[:, None, :] * planes
+    columns[:, 1 + along] += share
+    return np.ascontiguousarray(columns.reshape(-1, len(x)).T)

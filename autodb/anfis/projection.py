@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import qr, solve_triangular
+from scipy.linalg.lapack import dgeqrf, dorgqr, dtrtrs
 
 from autodb.anfis.learned import Learned, apart
 from autodb.anfis.premises import Premises, design, limits
@@ -43,6 +43,11 @@ class Projected:
     design: Array
     q: Array
     r: Array
+
+    @property
+    def left(self) -> Array:
+        """What the rows have left, (n,)."""
+        return self.residual[: len(self.design)]
 
     @property
     def cost(self) -> float:
@@ -69,7 +74,8 @@ class Projection:
         fitted, judged = apart(rows, held)
         free = free_of(start, rows.x)
         search = _Search.begin(fitted, free)
-        told = Learned.begin(free.at(search.here), search.point.consequents, fitted, judged)
+        point = search.point
+        told = Learned.begin(search.premises, point.consequents, point.left, judged)
         slow = 0
         while told.steps < self.most_steps:
             after = search.after(fitted, free)
@@ -77,7 +83,8 @@ class Projection:
                 break
             gain = 1.0 - after.cost / search.cost
             search, slow = after, slow + 1 if gain < self.smallest_gain else 0
-            told = told.then(free.at(search.here), search.point.consequents, fitted, judged)
+            point = search.point
+            told = told.then(search.premises, point.consequents, point.left, judged)
             if slow >= self.idle or (held.any() and told.stale >= self.patience):
                 break
         return told
@@ -85,25 +92,21 @@ class Projection:
 
 @dataclass(frozen=True)
 class Free:
-    """Premises as they are searched: logarithms of widths and slopes, centres as they are."""
+    """Premises as they are searched: logarithms of widths and slopes, centres as they are.
+
+    ``low``, ``high`` and ``start`` (q,) are what is searched at the limits and before the first
+    step.
+    """
 
     premises: Premises
     centre: NDArray[np.bool_]
     low: Array
     high: Array
-
-    def vector(self, natural: Array) -> Array:
-        """Return what is searched (q,) for the parameters of the sets (q,)."""
-        return np.where(self.centre, natural, np.log(np.where(self.centre, 1.0, natural)))
-
-    @property
-    def start(self) -> Array:
-        """Parameters (q,) of the sets before the first step."""
-        return np.clip(self.premises.vector, self.low, self.high)
+    start: Array
 
     def leash(self, rows: Rows, here: Array) -> Array:
         """Return the weighed distance from the start, (q,)."""
-        return np.asarray(np.sqrt(rows.leash) * (here - self.vector(self.start)))
+        return np.asarray(np.sqrt(rows.leash) * (here - self.start))
 
     def at(self, free: Array) -> Premises:
         """Return the premises at what is searched (q,)."""
@@ -111,9 +114,8 @@ class Free:
             np.where(self.centre, free, np.exp(np.where(self.centre, 0.0, free)))
         )
 
-    def jacobian(self, rows: Rows, here: Array, point: Projected) -> Array:
+    def jacobian(self, rows: Rows, premises: Premises, point: Projected) -> Array:
         """Return d residual / d searched, (n + p, q)."""
-        premises = self.at(here)
         return jacobian(rows, premises, point) * np.where(self.centre, 1.0, premises.vector)
 
 
@@ -121,14 +123,25 @@ def free_of(start: Premises, x: Array) -> Free:
     """Return the search space of premises over scaled inputs (n, d)."""
     count = start.membership.count
     low, high = limits(start, x)
-    return Free(start, np.arange(len(low)) % count == count - 1, low, high)
+    centre = np.arange(len(low)) % count == count - 1
+    began = start.at(np.clip(start.vector, low, high))
+    searched = (_searched(natural, centre) for natural in (low, high, began.vector))
+    return Free(began, centre, *searched)
+
+
+def _searched(natural: Array, centre: NDArray[np.bool_]) -> Array:
+    """Return what is searched (q,) for the parameters of the sets (q,)."""
+    return np.where(centre, natural, np.log(np.where(centre, 1.0, natural)))
 
 
 @dataclass(frozen=True)
 class _Search:
-    """Where the search is: vector (q,), what is computed there, damping, largest columns (q,)."""
+    """Where the search is: vector (q,), its premises, what is computed there, damping, largest
+    columns (q,).
+    """
 
     here: Array
+    premises: Premises
     point: Projected
     damping: float
     largest: Array
@@ -138,13 +151,14 @@ class _Search:
     @classmethod
     def begin(cls, rows: Rows, free: Free) -> "_Search":
         """Return the search at its start."""
-        point = projected(rows, free.premises.at(free.start))
-        here = free.vector(free.start)
-        return cls(here, point, DAMPING, np.zeros(len(here)), point.cost)
+        point = projected(rows, free.premises)
+        return cls(
+            free.start, free.at(free.start), point, DAMPING, np.zeros(len(free.start)), point.cost
+        )
 
     def after(self, rows: Rows, free: Free) -> "_Search | None":
         """Return the next place with a lower cost; None where no step leads to one."""
-        low, high = free.vector(free.low), free.vector(free.high)
+        low, high = free.low, free.high
         change, left = self._linearised(rows, free)
         uphill = change.T @ left
         blocked = ((self.here <= low) & (uphill > 0)) | ((self.here >= high) & (uphill < 0))
@@ -153,17 +167,19 @@ class _Search:
         damping = self.damping
         while damping < MOST_DAMPING:
             there = np.clip(self.here + _step(change, left, largest, damping), low, high)
-            point = projected(rows, free.at(there))
+            premises = free.at(there)
+            point = projected(rows, premises)
             cost = point.cost + float(np.sum(free.leash(rows, there) ** 2))
             if cost < self.cost:
-                return _Search(there, point, max(damping / 5.0, LEAST_DAMPING), largest, cost)
+                damping = max(damping / 5.0, LEAST_DAMPING)
+                return _Search(there, premises, point, damping, largest, cost)
             damping *= 4.0
         return None
 
     def _linearised(self, rows: Rows, free: Free) -> tuple[Array, Array]:
         """Return the Jacobian and the residual here, the leash's rows below."""
         held = np.sqrt(rows.leash) * np.eye(len(self.here))
-        change = np.vstack([free.jacobian(rows, self.here, self.point), held])
+        change = np.vstack([free.jacobian(rows, self.premises, self.point), held])
         return change, np.concatenate([self.point.residual, free.leash(rows, self.here)])
 
 
@@ -172,17 +188,26 @@ def projected(rows: Rows, premises: Premises) -> Projected:
     columns = design(premises, rows.x)
     p = columns.shape[1]
     whole = np.vstack([columns, np.sqrt(rows.ridge) * np.eye(p)])
-    q, r = qr(whole, mode="economic", check_finite=False)
-    found = solve_triangular(r, q[: len(columns)].T @ rows.left, check_finite=False)
+    q, r = _factored(whole)
+    found = dtrtrs(r.T, q[: len(columns)].T @ rows.left, lower=1, trans=1)[0]
     residual = np.concatenate([rows.left, np.zeros(p)]) - whole @ found
     return Projected(found, residual, columns, q, r)
+
+
+def _factored(whole: Array) -> tuple[Array, Array]:
+    """Return Q (n, p) and R (p, p) of columns that are never rank deficient.
+
+    LAPACK itself, as for so few columns what ``scipy.linalg.qr`` does around it takes longer.
+    """
+    packed, tau, _, _ = dgeqrf(whole)
+    return dorgqr(packed, tau)[0], np.triu(packed[: whole.shape[1]])
 
 
 def jacobian(rows: Rows, premises: Premises, point: Projected) -> Array:
     """Return d residual / d premises.vector, (n + p, q), exactly."""
     ahead, back = changes(rows, premises, point)
     moved = np.vstack([ahead, np.zeros((len(back), ahead.shape[1]))])
-    across = solve_triangular(point.r, back, trans="T", check_finite=False)
+    across = dtrtrs(point.r.T, back, lower=1)[0]
     return np.asarray(point.q @ (point.q.T @ moved - across) - moved)
 
 
@@ -190,16 +215,17 @@ def changes(rows: Rows, premises: Premises, point: Projected) -> tuple[Array, Ar
     """Return (∂Φ/∂ψ) θ (n, q) and (∂Φ/∂ψ)ᵀ r (p, q) of every parameter of the premises."""
     n, p = point.design.shape
     columns, left = point.design, point.residual[:n]
-    by_rule = (columns * point.consequents).reshape(n, len(premises.rules), -1).sum(axis=2)
-    share = columns[:, :: rows.x.shape[1] + 1]
+    by_rule = (columns * point.consequents).T.reshape(len(premises.rules), -1, n).sum(axis=1)
+    whole = by_rule.sum(axis=0)
+    share = np.ascontiguousarray(columns.T[:: rows.x.shape[1] + 1])
     ahead, back = [], []
     for j, sets in enumerate(premises.sets):
         slopes = premises.membership.slopes(rows.x[:, j], sets)
         for m in range(len(sets)):
             asking = premises.rules[:, j] == m
-            part = share[:, asking].sum(axis=1)
-            slope = slopes[:, :, m].T
-            own = by_rule[:, asking].sum(axis=1) - part * by_rule.sum(axis=1)
+            part = share[asking].sum(axis=0)
+            slope = slopes[:, m].T.copy()
+            own = by_rule[asking].sum(axis=0) - part * whole
             ahead.append(slope * own[:, None])
             weighed = slope * left[:, None]
             asked = np.repeat(asking, p // len(asking))[:, None]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg.lapack import dpotrf, dpotrs
 from scipy.optimize import minimize
 from scipy.signal import lfilter
 
@@ -139,9 +139,12 @@ def _ridge(equations: _Equations, log_ratios: Array) -> Array:
 def _restricted_likelihood(equations: _Equations, log_ratios: Array) -> float:
     """Return −2 ln of the restricted likelihood, up to a constant, σ² profiled out."""
     p, free = equations.columns, equations.rows - equations.columns
-    factor = cho_factor(equations.gram + np.diag(_ridge(equations, log_ratios)))
-    rss = equations.total - float(equations.right @ cho_solve(factor, equations.right))
-    determinant = 2.0 * float(np.sum(np.log(np.diag(factor[0]))))
+    ridge = _ridge(equations, log_ratios)
+    factor, failed = dpotrf(equations.gram + np.diag(ridge), clean=False)
+    if failed:
+        raise np.linalg.LinAlgError(f"the equations' minor {failed} is not positive definite")
+    rss = equations.total - float(equations.right @ dpotrs(factor, equations.right)[0])
+    determinant = 2.0 * float(np.sum(np.log(np.diag(factor))))
     determinant += 2.0 * float(np.sum(np.log(equations.scale[p:])))
     determinant += float(np.sum(log_ratios[equations.group]))
     return free * float(np.log(max(rss, 1e-300))) + determinant

@@ -75,21 +75,31 @@ def left_out(form: Form, felt: Felt, target: Array, groups: Groups, *, folds: in
     """
     errors = np.empty_like(target)
     for held in _folds(groups, folds):
-        law = form.fit(felt.at(~held), target[~held])
-        errors[held] = target[held] - law.form.value(law.coefficients, felt.at(held))
+        errors[held] = _errors(form, felt, target, held)
     return errors
 
 
-def nested(forms: Sequence[Form], felt: Felt, target: Array, groups: Groups) -> Array:
+def _errors(form: Form, felt: Felt, target: Array, held: NDArray[np.bool_]) -> Array:
+    """Return target − estimate of the rows held out, estimated from the others."""
+    law = form.fit(felt.at(~held), target[~held])
+    return target[held] - law.form.value(law.coefficients, felt.at(held))
+
+
+def nested(trials: Sequence[Trial], felt: Felt, target: Array, groups: Groups) -> Array:
     """Return target − estimate (n,), also the form chosen without the group's fold.
+
+    ``trials`` of the forms on the same cuts and FOLDS: what a form errs where a fold is left out is
+    known from these. A form that not all folds hold is fitted where one chooses it.
 
     Source: Stone 1974, Cross-validatory choice and assessment of statistical predictions.
     """
     errors = np.empty_like(target)
+    forms = [trial.form for trial in trials]
     for held in _folds(groups, FOLDS):
         rest, known = felt.at(~held), target[~held]
-        law = chosen(forms, rest, known, groups[~held], folds=INNER_FOLDS).fit(rest, known)
-        errors[held] = target[held] - law.form.value(law.coefficients, felt.at(held))
+        form = chosen(forms, rest, known, groups[~held], folds=INNER_FOLDS)
+        whole = next(trial.errors for trial in trials if trial.form is form)
+        errors[held] = _errors(form, felt, target, held) if whole is None else whole[held]
     return errors
 
 

@@ -215,7 +215,7 @@ def calibrate(
     trials = tried(forms, sound.felt, sound.target, sound.groups, folds=FOLDS)
     form = best(trials, sound.groups).form
     law = form.fit(sound.felt, sound.target)
-    scores = _scores(nested(forms, sound.felt, sound.target, sound.groups), sound)
+    scores = _scores(nested(trials, sound.felt, sound.target, sound.groups), sound)
     estimate = law.form.value(law.coefficients, sound.felt)
     slopes, off = law.form.slopes(law.coefficients, sound.felt), sound.target - estimate
     order = np.argsort(sound.cut)

@@ -39,8 +39,8 @@ def _off_neighbours(values: Array, groups: NDArray[np.generic]) -> Array:
     off = np.zeros_like(values)
     width = 2 * TRANSIENT_WINDOW + 1
     for group in np.unique(groups):
-        rows = np.flatnonzero(groups == group)
-        for k, row in enumerate(rows):
-            first = max(0, min(k - TRANSIENT_WINDOW, len(rows) - width))
-            off[row] = values[row] - np.median(values[rows[first : first + width]])
+        own = values[groups == group]
+        windows = np.lib.stride_tricks.sliding_window_view(own, min(width, len(own)))
+        centre = np.clip(np.arange(len(own)) - TRANSIENT_WINDOW, 0, len(windows) - 1)
+        off[groups == group] = own - np.median(windows, axis=1)[centre]
     return off
