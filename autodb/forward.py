@@ -50,7 +50,8 @@ class PredictedCut:
     """What one cut will take; of a mill, the mean over a turn, and ``peaks``.
 
     Of turning, speeds, torque and power are those at the largest diameter. ``passive``: the
-    component that no drive of the machine feels, known from the law alone.
+    component that no drive of the machine feels, known from the law alone. ``state``: the process
+    state that it is predicted in; None: the pair's usual one.
     """
 
     name: str
@@ -64,6 +65,7 @@ class PredictedCut:
     power_W: Interval
     peaks: Peaks | None = None
     passive: str | None = None
+    state: str | None = None
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ Operation = Literal[
 ]
 OPERATIONS: tuple[str, ...] = get_args(Operation)
 SPEEDS = ("speed_rpm", "speed_m_min")
-ANY_CUT = ("name", "operation", *SPEEDS)
+ANY_CUT = ("name", "operation", *SPEEDS, "cutting_time_s", "flank_wear_mm")
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,7 @@ class JobCut(Section):
     Turning: ``diameter_mm`` is the machined diameter at the tool tip, ``end_diameter_mm`` the one
     at the end of a cut whose radius changes, ``length_mm`` how far it goes along the axis;
     ``depth_mm`` lies across the feed. Milling: ``direction_deg`` of the feed from +x towards +y.
+    ``cutting_time_s`` on the edge before the cut and ``flank_wear_mm`` tell the state of the edge.
     """
 
     name: str = ""
@@ -65,6 +66,8 @@ class JobCut(Section):
     direction_deg: Finite | None = None
     ramp_deg: Positive | None = None
     pocket_diameter_mm: Positive | None = None
+    cutting_time_s: NotNegative | None = None
+    flank_wear_mm: NotNegative | None = None
     speed_rpm: Positive | None = None
     speed_m_min: Positive | None = None
 
@@ -125,6 +128,8 @@ class JobCut(Section):
             "cutting.direction": self.inward_deg if turns else self.direction_deg,
             "cutting.ramp": self.ramp_deg,
             "pocket.diameter": self.pocket_diameter_mm,
+            "tool.cutting_time": self.cutting_time_s,
+            "tool.flank_wear": self.flank_wear_mm,
             "work.diameter": diameter if turns else None,
             "spindle.speed": rpm,
             "cutting.speed": rpm * per_rev_m,

@@ -1,5 +1,6 @@
 """Cuts that are not of a pair's usual state stand aside, are explained, and become a state."""
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -80,6 +81,40 @@ def test_worn_cuts_stand_aside_are_named_and_once_confirmed_are_a_state(worn: Cl
     assert not state["cuts"] & (first["cuts"] | second["cuts"])
     assert "usual state" not in worn("refresh", "--machine", "lathe-1").out
     assert len(_rows()) == 3
+
+    # A worn edge's look-up is the state's, a fresh one's the usual
+    fresh, late = (_force(worn, cutting_time) for cutting_time in (0, _late_s()))
+    assert (fresh["state"], late["state"]) == (None, "tool_wear")
+    assert late["force_y_N"]["value"] > 1.1 * fresh["force_y_N"]["value"]
+
+
+def _late_s() -> float:
+    """Return a time on the edge that only cuts of another state have: the latest of them."""
+    store = open_store(URL)
+    with store.reading() as session:
+        rows = session.scalars(select(models.CuttingParameters)).all()
+        times = {
+            state: max(
+                float(force.cut.conditions["tool.cutting_time"])
+                for row in rows
+                if row.state == state
+                for force in row.forces
+            )
+            for state in (None, "tool_wear")
+        }
+    store.close()
+    assert times["tool_wear"] > times[None]
+    return times["tool_wear"]
+
+
+def _force(cli: Cli, cutting_time: float) -> dict[str, Any]:
+    done = cli(
+        "lookup", "--machine", "lathe-1", "--material", "steel bar", "--tool", "carbide insert",
+        "--diameter", 50, "--depth", 1.5, "--feed", 0.2, "--speed", 220, "--cutting-time",
+        cutting_time, "--json",
+    )  # fmt: skip
+    found: dict[str, Any] = json.loads(done.out)["cut"]
+    return found
 
 
 def test_rejected_they_are_learnt_after_all(worn: Cli) -> None:

@@ -139,7 +139,11 @@ def sources(session: Session, _progress: Progress) -> Outcome:
             & force.estimator_id.is_(None),
         ),
         ("cutting_parameters", parameters.id, ~parameters.forces.any()),
-        ("prediction", models.Prediction.id, ~models.Prediction.parameters.any()),
+        (
+            "prediction",
+            models.Prediction.id,
+            ~models.Prediction.parameters.any() & models.Prediction.started_from.is_(None),
+        ),
         ("fleet_prior", models.FleetPrior.id, ~models.FleetPrior.parameters.any()),
     )
     return _none_of(

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from sqlalchemy import bindparam, func, select
 from sqlalchemy.orm import Session
 
-from autodb.pairs.engaged import DEPTH, FEED, UNSAID
+from autodb.pairs.engaged import CUTTING_TIME, DEPTH, FEED, FLANK_WEAR, SPEED, UNSAID
 from autodb.store import models
 from autodb.store.models.learning import cutting_parameters_force
 
-CHANNELS = (DEPTH, FEED)
+CHANNELS = (DEPTH, FEED, SPEED, CUTTING_TIME, FLANK_WEAR)
 """What a cut's ranges are kept of."""
 
 

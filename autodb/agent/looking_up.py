@@ -22,11 +22,11 @@ from sqlalchemy import (
 )
 from sqlalchemy.orm import Session, aliased
 
-from autodb import forward
+from autodb.agent import in_state
 from autodb.agent.beliefs import LAW, belief_of
 from autodb.agent.felt import GEOMETRY
 from autodb.agent.machines import find_machine, limits_of
-from autodb.agent.predicting import Behind, Known, Wanted, known_of, notes
+from autodb.agent.predicting import Behind, Known, Wanted, known_of, notes, said_of_states
 from autodb.errors import UnusableInput, near
 from autodb.exceeding import Exceeding, exceeding
 from autodb.forward import PredictedCut, ToolOf
@@ -76,13 +76,17 @@ class Shelf:
         law only.
         """
         known = self.known(material, tool)
-        (found,) = forward.predict(known.belief, known.tool, [cut])
+        number = known.behind.parameters
+        (found,), _ = in_state.predict(self._session, number, known.belief, known.tool, [cut])
         return LookedUp(
             material=material,
             tool=tool,
             cut=found,
             behind=known.behind,
-            notes=tuple(notes(self._session, self._owner, known, Wanted(material, tool, [cut]))),
+            notes=(
+                *notes(self._session, self._owner, known, Wanted(material, tool, [cut])),
+                *said_of_states([found]),
+            ),
             exceeds=exceeding([found], self._limits),
         )
 

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb import forward
+from autodb.agent import in_state
 from autodb.agent.beliefs import LAW, as_belief, latest, learnt_pairs, start_of
 from autodb.agent.felt import numbers_of
 from autodb.agent.learnt_from import LearntFrom, learnt_from
@@ -86,12 +86,14 @@ def predict_job(store: Store, machine: str, job: Job) -> Predicted:
     with store.writing() as session:
         owner = find_machine(session, machine)
         known = known_of(session, owner, job.material, job.tool)
-        cuts = forward.predict(known.belief, known.tool, job.cut)
+        number = known.behind.parameters
+        cuts, states = in_state.predict(session, number, known.belief, known.tool, job.cut)
         stored = models.Prediction(
             machine_id=owner.id,
             job=job.model_dump(mode="json"),
             cuts=[asdict(cut) for cut in cuts],
-            parameters=[known.row] if known.row is not None else [],
+            started_from=None if known.own else known.behind.started_from,
+            parameters=[*([known.row] if known.row is not None else []), *states],
         )
         session.add(stored)
         session.flush()
@@ -100,7 +102,10 @@ def predict_job(store: Store, machine: str, job: Job) -> Predicted:
             job=job,
             cuts=cuts,
             behind=known.behind,
-            notes=tuple(notes(session, owner, known, Wanted(job.material, job.tool, job.cut))),
+            notes=(
+                *notes(session, owner, known, Wanted(job.material, job.tool, job.cut)),
+                *said_of_states(cuts),
+            ),
             exceeds=exceeding(cuts, limits_of(owner)),
         )
 
@@ -155,6 +160,16 @@ def notes(session: Session, owner: models.Machine, known: Known, wanted: Wanted)
     if known.behind.parameters is not None:
         made = learnt_from(session, known.behind.parameters)
         yield from _outside(made, wanted.cuts, known.tool)
+
+
+def said_of_states(cuts: Sequence[PredictedCut]) -> Iterable[str]:
+    """Say which cuts are predicted in another process state than the usual one."""
+    for number, cut in enumerate(cuts, start=1):
+        if cut.state is not None:
+            yield (
+                f"cut {number} '{cut.name}': in the state '{cut.state}', which its speed or the "
+                "wear of its edge implies"
+            )
 
 
 def assumed(known: Known, cuts: Sequence[JobCut]) -> Iterable[str]:

@@ -41,7 +41,7 @@ def machine_page(store: Store, machine: str, prediction_id: int) -> Page:
     with store.reading() as session:
         owner = find_machine(session, machine)
         prediction = session.get_one(models.Prediction, prediction_id)
-        (parameters,) = prediction.parameters
+        parameters = next(row for row in prediction.parameters if row.state is None)
         history = _History(session, owner, parameters)
         checks = history.checks()
         return Page(

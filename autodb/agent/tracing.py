@@ -124,6 +124,8 @@ def _prediction(session: Session, row: models.Prediction) -> Node:
             if force is not None:
                 interval = f"{force['value']:.0f} N ({force['low']:.0f} to {force['high']:.0f})"
                 node.sources.append(Node(f"cut '{name}': force.{component} {interval}"))
+    if row.started_from is not None:
+        node.sources.append(Node(f"the pair was not learnt: {row.started_from}"))
     node.sources += [_parameters(session, p) for p in row.parameters]
     return node
 

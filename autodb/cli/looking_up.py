@@ -17,6 +17,7 @@ OPTIONS = {
     "length_mm": "--length", "depth_mm": "--depth", "width_mm": "--width", "feed_mm_rev": "--feed",
     "feed_mm_tooth": "--feed", "direction_deg": "--direction", "ramp_deg": "--ramp",
     "pocket_diameter_mm": "--pocket-diameter", "speed_m_min": "--speed", "speed_rpm": "--rpm",
+    "cutting_time_s": "--cutting-time", "flank_wear_mm": "--flank-wear",
 }  # fmt: skip
 """Option of each key of a job's cut."""
 
@@ -63,6 +64,12 @@ def lookup(
     pocket_diameter: Annotated[
         float | None, _number("--pocket-diameter", "MM", "Diameter of a round pocket.")
     ] = None,
+    cutting_time: Annotated[
+        float | None, _number("--cutting-time", "S", "Time on the edge before the cut.")
+    ] = None,
+    flank_wear: Annotated[
+        float | None, _number("--flank-wear", "MM", "Flank wear of the edge.")
+    ] = None,
     json: Json = False,
     db: Database = None,
 ) -> None:
@@ -74,7 +81,8 @@ def lookup(
         "--operation": operation, "--diameter": diameter, "--depth": depth, "--width": width,
         "--feed": feed, "--speed": speed, "--rpm": rpm, "--end-diameter": end_diameter,
         "--length": length, "--direction": direction, "--ramp": ramp,
-        "--pocket-diameter": pocket_diameter,
+        "--pocket-diameter": pocket_diameter, "--cutting-time": cutting_time,
+        "--flank-wear": flank_wear,
     }  # fmt: skip
     stated = {option: value for option, value in given.items() if value is not None}
     cut = _cut(stated) if stated else None

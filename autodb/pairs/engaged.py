@@ -22,6 +22,7 @@ Conditions = Mapping[str, float]
 FEED, DEPTH, WIDTH = "cutting.feed", "cutting.depth", "cutting.width"
 SPEED, RPM, DIAMETER = "cutting.speed", "spindle.speed", "work.diameter"
 DIRECTION, RAMP, HOLE = "cutting.direction", "cutting.ramp", "pocket.diameter"
+CUTTING_TIME, FLANK_WEAR = "tool.cutting_time", "tool.flank_wear"
 OFF = 2.0
 """Factor by which an assumed cutting speed may be off. Chosen."""
 

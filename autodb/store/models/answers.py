@@ -13,13 +13,17 @@ prediction_parameters = link("prediction_parameters", "prediction", "cutting_par
 
 
 class Prediction(Base):
-    """One predicted job: the job as it was asked, the answer as it was given."""
+    """One predicted job: the job as it was asked, the answer as it was given.
+
+    ``started_from``: what stood in for a pair that the machine had not learnt.
+    """
 
     __tablename__ = "prediction"
     id: Mapped[int] = mapped_column(primary_key=True)
     machine_id: Mapped[int] = mapped_column(ForeignKey("machine.id"), index=True)
     job: Mapped[dict[str, Any]]
     cuts: Mapped[list[Any]]
+    started_from: Mapped[str | None]
     created_at: Mapped[str] = mapped_column(default=now)
     parameters: Mapped[list[CuttingParameters]] = relationship(secondary=prediction_parameters)
 

@@ -23,8 +23,8 @@ def upgrade() -> None:
         table.add_column(sa.Column("started_from", sa.String(), nullable=True))
         table.add_column(sa.Column("relative_id", sa.Integer(), nullable=True))
         table.create_foreign_key(RELATIVE, "cutting_parameters", ["relative_id"], ["id"])
-    with op.batch_alter_table("tool") as table:
-        table.add_column(sa.Column("included_deg", sa.Double(), nullable=True))
+    op.add_column("tool", sa.Column("included_deg", sa.Double(), nullable=True))
+    op.add_column("prediction", sa.Column("started_from", sa.String(), nullable=True))
 
 
 def downgrade() -> None:
@@ -44,8 +44,9 @@ def downgrade() -> None:
         op.get_bind().execute(sa.text(statement), {"law": LAW})
     for number in set(predictions):
         op.get_bind().execute(sa.text("DELETE FROM prediction WHERE id = :id"), {"id": number})
-    with op.batch_alter_table("tool") as table:
-        table.drop_column("included_deg")
+    op.execute("DELETE FROM prediction WHERE started_from IS NOT NULL")
+    op.drop_column("prediction", "started_from")
+    op.drop_column("tool", "included_deg")
     with op.batch_alter_table("cutting_parameters") as table:
         table.drop_constraint(RELATIVE, type_="foreignkey")
         for name in ("relative_id", "started_from", "scatter", "shared"):
