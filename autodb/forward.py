@@ -18,8 +18,13 @@ from autodb.pairs.observed import Cuts, Variant
 
 Array = NDArray[np.float64]
 
+QUANTITIES = {"x": 0, "y": 1, "z": 2}
 STEPS = 360
 """Moments of a turn among which a milling cut's peaks are looked for."""
+PASSIVE_RAD = 0.2
+"""Standard deviation of the thrust's direction, which no force that is felt tells where one of its
+components is passive. Chosen: laws of chip flow over a nose are off by 5 to 10° (Young, Mathew and
+Oxley 1987), and breakers and inclinations of inserts turn the chip further."""
 ALL = 0.999
 """Share of a force from which on it is taken to be all along the cutting speed."""
 SLICE_MM = 0.2
@@ -88,8 +93,10 @@ def predict(belief: Belief, tool: ToolOf, cuts: Sequence[JobCut]) -> tuple[Predi
         some = {k: cut for k, cut in enumerate(cuts) if cut.operation == name}
         rows = [cut.conditions(tool.diameter_mm) for cut in some.values()]
         expected = forecast(belief, BY_NAME[name].cuts(tool.numbers, rows, called=tool.name))
+        passive = QUANTITIES.get(PASSIVE_AXIS.get(name, ""))
         for at, (k, cut) in enumerate(some.items()):
-            found[k] = _predicted(belief, tool, cut, rows[at], _intervals(expected, at))
+            means = _intervals(expected, at, passive=passive)
+            found[k] = _predicted(belief, tool, cut, rows[at], means)
     return tuple(found[k] for k in range(len(cuts)))
 
 
@@ -134,13 +141,16 @@ def _peaks(belief: Belief, tool: ToolOf, operation: str, conditions: Conditions)
     return Peaks(*(_intervals(expected, k)[k] for k in range(4)))
 
 
-def _intervals(expected: Forecast, at: int) -> list[Interval]:
+def _intervals(expected: Forecast, at: int, *, passive: int | None = None) -> list[Interval]:
     """Return force x, y, z, torque and power of one cut with their 95 % intervals.
 
+    ``passive``: the force that is not felt, wider by what is not known of the thrust's direction.
     Torque and power, and a force that is all along the cutting speed, have one sign: their
     logarithm is taken as normal, so that what is hardly known is not said to pull.
     """
-    made, sd = expected.mean[at], expected.sd[at]
+    made, sd = expected.mean[at], expected.sd[at].copy()
+    if passive is not None:
+        sd[passive] = np.hypot(sd[passive], PASSIVE_RAD * expected.turned[at, passive])
     one_sign = np.array([*(expected.along[at] >= ALL), True, True])
     return [
         _of_one_sign(float(mean), float(one)) if signed else _normal(float(mean), float(one))

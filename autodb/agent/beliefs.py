@@ -1,7 +1,7 @@
 """Beliefs about pairs as the database keeps them, and where one starts that is new."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from autodb.agent.imported_cards import imported_card
 from autodb.errors import UnusableInput
 from autodb.fitting import Gaussian
 from autodb.pairs import conventional
-from autodb.pairs.belief import Belief, Scatter, Shared
+from autodb.pairs.belief import Belief, OffLaw, Scatter, Shared
 from autodb.pairs.prior import any_metal, of_card, of_relative
 from autodb.store import models
 from autodb.store.models.learning import EVERY
@@ -44,6 +44,7 @@ def belief_of(
         shared=tuple(Shared(one["key"], np.array(one["covariance"])) for one in shared),
         scatter=Scatter(np.array(scatter["share"]), np.array(scatter["weight"])),
         cuts=cuts,
+        off_law=OffLaw(**{**scatter["off_law"], "grow": tuple(scatter["off_law"]["grow"])}),
     )
 
 
@@ -61,6 +62,7 @@ def columns_of(belief: Belief) -> dict[str, Any]:
         "scatter": {
             "share": belief.scatter.share.tolist(),
             "weight": belief.scatter.weight.tolist(),
+            "off_law": asdict(belief.off_law),
         },
         "n_cuts": belief.cuts,
     }

@@ -17,7 +17,7 @@ from autodb.agent.beliefs import (
 from autodb.agent.felt import Felt, as_observed
 from autodb.agent.states import Forces, looked_at, named_states, sorted_out, states_of
 from autodb.errors import UnusableInput
-from autodb.pairs.learning import learn
+from autodb.pairs.learning import learn, learn_choosing
 from autodb.pairs.prior import of_state
 from autodb.store import models
 
@@ -126,7 +126,7 @@ class _Pair:
             start = Start(as_belief(base), base.started_from, base.relative)
             learnt = learn(start.belief, as_observed(fresh, known=known)).past()
         else:
-            learnt = learn(start.belief, as_observed([*before, *fresh])).past()
+            learnt = learn_choosing(start.belief, as_observed([*before, *fresh])).past()
         version = newest_version(self._session, self._machine_id, self._found.pair.id) + 1
         self._session.add(
             models.CuttingParameters(

@@ -20,7 +20,7 @@ from autodb.page import CalibrationPlot, JobRow, LearningCurve, Page, PredictedS
 from autodb.pairs.belief import Belief
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
-from autodb.pairs.learning import learn
+from autodb.pairs.learning import learn_choosing
 from autodb.sensing import ranges
 from autodb.sensing.holds import ANY, holds_of
 from autodb.store import Store, models
@@ -135,7 +135,7 @@ class _History:
             kept = set(self._cuts[:cuts])
             some = [force for force in self._forces if force.cut_id in kept]
             self._learnt[cuts] = (
-                learn(self._start, as_observed(some)).past() if some else self._start
+                learn_choosing(self._start, as_observed(some)).past() if some else self._start
             )
         return self._learnt[cuts]
 

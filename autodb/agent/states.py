@@ -20,7 +20,7 @@ from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.explain.suspects import UNKNOWN
 from autodb.pairs.belief import Belief
-from autodb.pairs.learning import learn
+from autodb.pairs.learning import learn, learn_choosing
 from autodb.pairs.surprise import surprise
 from autodb.store import Store, models
 
@@ -84,7 +84,8 @@ def sorted_out(
         odd += [force for force in some if force.cut_id in surprising]
         kept += usual
         if usual:
-            belief = learn(belief, as_observed(usual)).past()
+            taught = learn if belief.cuts else learn_choosing
+            belief = taught(belief, as_observed(usual)).past()
     return Sorted(kept, odd)
 
 

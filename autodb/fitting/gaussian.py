@@ -32,5 +32,6 @@ def update(prior: Gaussian, design: Array, values: Array, noise_sd: Array) -> Ga
     told = design.T @ weighted * np.outer(unit, unit)
     covariance = np.linalg.solve(np.eye(len(unit)) + known @ told, known) * np.outer(unit, unit)
     covariance = 0.5 * (covariance + covariance.T)
+    covariance[size == 0.0] = covariance[:, size == 0.0] = 0.0
     mean = prior.mean + covariance @ (weighted.T @ (values - design @ prior.mean))
     return Gaussian(mean, covariance)

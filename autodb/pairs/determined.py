@@ -80,7 +80,9 @@ def _left_after(belief: Belief, trial: Trial, k: int) -> float:
     """Return which share of a number's sd a trial would leave."""
     observed = trial.observed
     theta = belief.law.mean
-    noise = np.sqrt(observed.sd**2 + own_variance(belief.scatter, observed.off(theta)))
+    noise = np.sqrt(
+        observed.sd**2 + own_variance(belief.scatter, belief.off_law, observed.off(theta))
+    )
     expected = observed.parts(theta).sum(axis=1)
     after = update(belief.law, observed.slopes(theta), expected, noise)
     return float(np.sqrt(after.covariance[k, k] / belief.law.covariance[k, k]))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import force_gradient, forces, linearised
-from autodb.pairs.belief import OWN, Belief, law_error
+from autodb.pairs.belief import OWN, Belief
 from autodb.pairs.learning import own_variance
 from autodb.pairs.observed import Cuts, with_growth
 
@@ -29,7 +29,7 @@ class Forecast:
     ``own`` (n, 5): what of the variance is one cut's own, never to be learnt; ``slopes`` (n, 5, p):
     derivatives of the means by the belief's state and, behind it, the law's error in the operation
     and those of what is assumed of the cuts. ``along`` (n, 3): share of each force that is along
-    the cutting speed.
+    the cutting speed; ``turned`` (n, 3): what a radian of the direction of the rest changes.
     """
 
     mean: Array
@@ -37,11 +37,12 @@ class Forecast:
     own: Array
     slopes: Array
     along: Array
+    turned: Array
 
 
 def forecast(belief: Belief, cuts: Cuts) -> Forecast:
     """Return what is expected of cuts."""
-    error = law_error(cuts.operation)
+    error = belief.law_error(cuts.operation)
     known = belief.also((error, *cuts.assumed))
     place = known.columns(error.key)
     theta = known.state.mean[:OWN]
@@ -61,7 +62,7 @@ def forecast(belief: Belief, cuts: Cuts) -> Forecast:
         if off:
             slopes[:, :, :OWN] += off * (force_gradient(theta, one.elements) - by_law)
     open_ = np.einsum("nqi,ij,nqj->nq", slopes, known.state.covariance, slopes)
-    own = own_variance(belief.scatter, parts)
+    own = own_variance(belief.scatter, belief.off_law, parts)
     along, across = np.abs(parts[:, :3, 0]), np.abs(parts[:, :3, 1])
     along = along / np.maximum(along + across, TINY_N)
-    return Forecast(mean, np.sqrt(open_ + own), own, slopes, along)
+    return Forecast(mean, np.sqrt(open_ + own), own, slopes, along, parts[:, :3, 2])

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting import Gaussian, update
-from autodb.pairs.belief import CUT_DIRECTION_RAD, CUT_SHARE, OWN, Belief, Scatter, law_error
+from autodb.pairs.belief import CUT_SHARE, FAR, OWN, Belief, OffLaw, Scatter
 from autodb.pairs.observed import Observed
 
 Array = NDArray[np.float64]
@@ -35,6 +35,8 @@ ROUNDS = 20
 HALVINGS = 8
 TINY = 1e-12
 """Square of a part, N², below which there is none."""
+SURER = 20.0
+"""Odds from which on a law is taken to be far off. Chosen: what is usual for strong evidence."""
 CLOSE = 1e-3
 """Change of the state in its own standard deviations at which it has settled."""
 
@@ -51,6 +53,34 @@ def learn(belief: Belief, observed: Observed) -> Belief:
     )
 
 
+def learn_choosing(belief: Belief, observed: Observed) -> Belief:
+    """Return the belief after a pair's first readings: of a law near, or FAR off if they say so.
+
+    They say so where the evidence for it is more than SURER times as large.
+    """
+    far = replace(belief, off_law=FAR)
+    held, let_go = learn(belief, observed), learn(far, observed)
+    odds = evidence(far, let_go, observed) - evidence(belief, held, observed)
+    return let_go if odds > np.log(SURER) else held
+
+
+def evidence(before: Belief, after: Belief, observed: Observed) -> float:
+    """Return the logarithm of the probability of readings, but for a constant.
+
+    After Laplace: at the posterior's maximum, times the share of the prior that it leaves.
+    """
+    prior, model = _met(before, observed)
+    active = np.diag(prior.state.covariance) > 0
+    rows = np.ix_(active, active)
+    wide, narrow = (one.state.covariance[rows] for one in (prior, after))
+    noise = model.noise(after.state.mean, after.scatter)
+    left = (observed.value - model.expected(after.state.mean)) / noise
+    off = (after.state.mean - prior.state.mean)[active]
+    misfit = left @ left + off @ np.linalg.solve(wide, off)
+    volume = np.linalg.slogdet(wide)[1] - np.linalg.slogdet(narrow)[1]
+    return float(-0.5 * (misfit + 2.0 * np.sum(np.log(noise)) + volume))
+
+
 def expected_of(belief: Belief, observed: Observed) -> tuple[Array, Array]:
     """Return what a belief expects of readings before they are learnt: (m,), covariance (m, m)."""
     known, model = _met(belief, observed)
@@ -62,7 +92,7 @@ def expected_of(belief: Belief, observed: Observed) -> tuple[Array, Array]:
 
 def _met(belief: Belief, observed: Observed) -> "tuple[Belief, _Model]":
     """Return a belief that has met what readings share, and the readings as its functions."""
-    laws = tuple(law_error(operation) for operation in observed.operations)
+    laws = tuple(belief.law_error(operation) for operation in observed.operations)
     known = belief.also((*observed.shared, *laws, *observed.assumed))
     return known, _Model(known, observed)
 
@@ -72,6 +102,7 @@ class _Model:
 
     def __init__(self, belief: Belief, observed: Observed) -> None:
         self.observed = observed
+        self._off_law = belief.off_law
         self._gains = np.zeros((len(observed.value), len(belief.state.mean) - OWN))
         self._shifts = np.zeros_like(self._gains)
         begin = 0
@@ -86,7 +117,7 @@ class _Model:
             (_behind(belief, one.key).start, observed.as_if(one.key)) for one in observed.assumed
         ]
         self._laws = [
-            (_behind(belief, law_error(name).key), observed.within(name)[:, None])
+            (_behind(belief, belief.law_error(name).key), observed.within(name)[:, None])
             for name in observed.operations
         ]
 
@@ -124,16 +155,16 @@ class _Model:
 
     def noise(self, state: Array, scatter: Scatter) -> Array:
         """Return the sd (m,): the sensor's, the law's from chip to chip, the repeated cut's."""
-        own = own_variance(scatter, self.observed.off(state[:OWN]))
+        own = own_variance(scatter, self._off_law, self.observed.off(state[:OWN]))
         return np.asarray(np.sqrt(self.observed.sd**2 + own))
 
 
-def own_variance(scatter: Scatter, off: Array) -> Array:
+def own_variance(scatter: Scatter, law: OffLaw, off: Array) -> Array:
     """Return the variance (...,) that is one cut's own, of what errors of the law change (..., 6).
 
     What repeats scatter by, and what the law is off from one chip to another.
     """
-    share = np.append(scatter.share**2 + CUT_SHARE**2, CUT_DIRECTION_RAD**2)
+    share = np.append(scatter.share**2 + CUT_SHARE**2, law.cut_direction_rad**2)
     return np.asarray(off[..., : len(share)] ** 2 @ share)
 
 

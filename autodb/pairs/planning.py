@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from autodb.pairs.belief import Belief, Shared, law_error
+from autodb.pairs.belief import Belief, Shared
 from autodb.pairs.forecast import Forecast, forecast
 from autodb.pairs.observed import Cuts
 
@@ -108,7 +108,7 @@ def weighed(
     Worth (candidates,) is the mean over targets and quantities of the variance over the force's
     square; infinite of a cut that may exceed a limit.
     """
-    laws = (law_error(candidates.operation), law_error(targets.operation))
+    laws = (belief.law_error(candidates.operation), belief.law_error(targets.operation))
     assumed = (*candidates.assumed, *targets.assumed)
     shared = (moved.error for one in sensed for moved in one.errors)
     known = belief.also((*shared, *laws, *assumed))

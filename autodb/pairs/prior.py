@@ -5,7 +5,7 @@ or a linear edge do, and how far the material at hand may be off it, at every th
 from one to another. It enters as readings of an orthogonal edge.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,7 +103,7 @@ def of_relative(belief: Belief) -> Belief:
         mean[k] = any_.mean[k]
         wider[k], wider[:, k] = 0.0, 0.0
         wider[k, k] = any_.covariance[k, k]
-    return Belief(Gaussian(mean, wider), kept, belief.scatter, 0)
+    return Belief(Gaussian(mean, wider), kept, belief.scatter, 0, belief.off_law)
 
 
 def of_state(belief: Belief) -> Belief:
@@ -114,7 +114,7 @@ def of_state(belief: Belief) -> Belief:
     """
     wider = belief.state.covariance.copy()
     wider[:OWN, :OWN] += RELATIVE**2 * any_metal().law.covariance
-    return Belief(Gaussian(belief.state.mean, wider), belief.shared, belief.scatter, 0)
+    return replace(belief, state=Gaussian(belief.state.mean, wider), cuts=0)
 
 
 def _as_readings(card: Card) -> Observed:

@@ -6,7 +6,7 @@ either's cuts told, and a batch is undone by taking away what it told. Exact for
 the state; what the law bends between is as close as the linearisation (a test says how close).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,9 +63,9 @@ def _changed(belief: Belief, batch: Told, sign: float) -> Belief:
     precision[np.ix_(rows, rows)] += sign * batch.precision
     weighted[rows] += sign * batch.weighted
     sums = _sums(known.scatter) + sign * batch.scatter
-    return Belief(
+    return replace(
+        known,
         state=_normal(precision, weighted, known.state),
-        shared=known.shared,
         scatter=Scatter(np.sqrt(sums[1] / sums[0]), sums[0]),
         cuts=known.cuts + int(sign) * batch.cuts,
     )

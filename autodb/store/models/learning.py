@@ -55,7 +55,8 @@ class CuttingParameters(Base):
     ``operation`` and ``component`` are EVERY: a law of edge elements holds for all of them; earlier
     versions of autodb kept a law for each, with its ``process_share`` and ``misfit_N``. ``state``:
     the process state that it is of; NULL: the usual one. ``shared``: errors behind the coordinates,
-    by key with the covariance that they began with; ``scatter``: share and weight of its parts.
+    by key with the covariance that they began with; ``scatter``: share and weight of its parts,
+    and how far the law may be off.
     ``forces``: what this version added to ``previous``; without a previous version it starts from
     ``prior``, or from what ``started_from`` says, ``relative`` where that is another pair.
     ``undone_at``: when the version was taken back.
