@@ -37,20 +37,26 @@ class Interval:
 
 @dataclass(frozen=True)
 class Peaks:
-    """The largest forces and torque, by size, within a turn of a mill."""
+    """The largest forces and torque, by size, within a turn of a mill or along a program's line.
+
+    ``speed_rpm``: the fastest along a line; None of a mill, which turns at one speed.
+    """
 
     force_x_N: Interval
     force_y_N: Interval
     force_z_N: Interval
     torque_N_m: Interval
+    speed_rpm: float | None = None
 
 
 @dataclass(frozen=True)
 class PredictedCut:
     """What one cut will take; of a mill, the mean over a turn, and ``peaks``.
 
-    Of turning, speeds, torque and power are those at the largest diameter. ``passive``: the
-    component that no drive of the machine feels, known from the law alone.
+    Of turning, speeds, torque and power are those at the largest diameter. Of a program's line,
+    forces, torque and power are means in time along it, speeds those at its largest diameter, and
+    ``peaks`` the largest. ``passive``: the component that no drive of the machine feels, known from
+    the law alone.
     """
 
     name: str
@@ -64,6 +70,11 @@ class PredictedCut:
     power_W: Interval
     peaks: Peaks | None = None
     passive: str | None = None
+
+    @property
+    def of_what(self) -> str:
+        """Of what its peaks are the largest."""
+        return "in a turn" if self.operation in BANDS else "along the line"
 
 
 @dataclass(frozen=True)
@@ -87,7 +98,7 @@ def predict(belief: Belief, tool: ToolOf, cuts: Sequence[JobCut]) -> tuple[Predi
         rows = [cut.conditions(tool.diameter_mm) for cut in some.values()]
         expected = forecast(belief, BY_NAME[name].cuts(tool.numbers, rows, called=tool.name))
         for at, (k, cut) in enumerate(some.items()):
-            found[k] = _predicted(belief, tool, cut, rows[at], _intervals(expected, at))
+            found[k] = _predicted(belief, tool, cut, rows[at], intervals(expected, at))
     return tuple(found[k] for k in range(len(cuts)))
 
 
@@ -129,10 +140,11 @@ def _peaks(belief: Belief, tool: ToolOf, operation: str, conditions: Conditions)
         Variant(f"{tool.name}: {usual.name}", there(other)) for usual, other in assumed.variants()
     )
     expected = forecast(belief, Cuts(operation, there(assumed.tool), variants))
-    return Peaks(*(_intervals(expected, k)[k] for k in range(4)))
+    x, y, z, torque = (intervals(expected, k)[k] for k in range(4))
+    return Peaks(x, y, z, torque)
 
 
-def _intervals(expected: Forecast, at: int) -> list[Interval]:
+def intervals(expected: Forecast, at: int) -> list[Interval]:
     """Return force x, y, z, torque and power of one cut with their 95 % intervals.
 
     Torque and power, and a force that is all along the cutting speed, have one sign: their

@@ -39,8 +39,27 @@ class Forecast:
     along: Array
 
 
-def forecast(belief: Belief, cuts: Cuts) -> Forecast:
-    """Return what is expected of cuts."""
+@dataclass(frozen=True)
+class Shares:
+    """Steps (m,) that follow each other in cuts (n,), the shares that they have in their cut.
+
+    ``begins`` (n,): the first step of each cut, rising from 0; ``share`` (m,) sums to 1 in a cut.
+    """
+
+    begins: NDArray[np.intp]
+    share: Array
+
+    def means(self, values: Array) -> Array:
+        """Return means (n, ...) over each cut of values (m, ...) of its steps."""
+        weighted = np.moveaxis(np.moveaxis(values, 0, -1) * self.share, -1, 0)
+        return np.asarray(np.add.reduceat(weighted, self.begins, axis=0))
+
+
+def forecast(belief: Belief, cuts: Cuts, over: Shares | None = None) -> Forecast:
+    """Return what is expected of cuts; with ``over`` of the means over steps, which ``cuts`` are.
+
+    The steps of a cut share all errors, what is its own too.
+    """
     error = law_error(cuts.operation)
     known = belief.also((error, *cuts.assumed))
     place = known.columns(error.key)
@@ -60,6 +79,8 @@ def forecast(belief: Belief, cuts: Cuts) -> Forecast:
         mean += slopes[:, :, at] * off
         if off:
             slopes[:, :, :OWN] += off * (force_gradient(theta, one.elements) - by_law)
+    if over is not None:
+        mean, slopes, parts = (over.means(values) for values in (mean, slopes, parts))
     open_ = np.einsum("nqi,ij,nqj->nq", slopes, known.state.covariance, slopes)
     own = own_variance(belief.scatter, parts)
     along, across = np.abs(parts[:, :3, 0]), np.abs(parts[:, :3, 1])
