@@ -24,7 +24,7 @@ from autodb.pairs.engaged import DEPTH, DIAMETER, DIRECTION, FEED, RPM, SPEED, C
 
 Array = NDArray[np.float64]
 
-MOST = 50
+MOST = 32
 """Steps of a line beyond which they are joined. Chosen: means of cones and arcs are off by less
 than 0.1 % of what all steps give (a test)."""
 ALIKE = 1e-6
