@@ -6,7 +6,8 @@ from math import atan2, degrees, pi
 from pathlib import Path
 from typing import Literal, get_args
 
-from pydantic import model_validator
+from pydantic import ConfigDict, Field, model_validator
+from pydantic.config import JsonDict
 
 from autodb.errors import UnusableInput
 from autodb.pairs.engaged import BY_NAME, END_MILL, INSERT
@@ -149,6 +150,11 @@ class JobCut(Section):
         return tool_diameter_mm
 
 
+def _either(*keys: str) -> JsonDict:
+    """Return what a schema says of a section that has exactly one of some keys."""
+    return {"oneOf": [{"required": [key]} for key in keys]}
+
+
 class JobProgram(Section):
     """A turning program in place of cuts, and the stock that it meets.
 
@@ -158,6 +164,8 @@ class JobProgram(Section):
     program is read where it does not say; left out: as the machine file says. ``sha256``: of the
     program's file; another one is refused.
     """
+
+    model_config = ConfigDict(json_schema_extra=_either("stock_diameter_mm", "stock"))
 
     file: str
     stock_diameter_mm: Positive | None = None
@@ -186,16 +194,18 @@ class JobProgram(Section):
 class Job(Section):
     """A job: machine, material, tool, and its cuts in order or the program that makes them."""
 
+    model_config = ConfigDict(json_schema_extra=_either("cut", "program"))
+
     name: str
     material: str
     tool: str
-    cut: tuple[JobCut, ...] = ()
+    cut: tuple[JobCut, ...] = Field(default=(), min_length=1)
     program: JobProgram | None = None
 
     @model_validator(mode="after")
     def _cuts_or_a_program(self) -> "Job":
         if bool(self.cut) == (self.program is not None):
-            raise ValueError("give either [[cut]], one or more, or [program], and only one of them")
+            raise ValueError("give either [[cut]] or [program], and only one of them")
         return self
 
 

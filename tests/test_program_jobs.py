@@ -165,7 +165,7 @@ def test_a_line_that_the_edge_cannot_follow_is_named(tmp_path: Path) -> None:
         _predict(found)
 
 
-BOTH = "give either [[cut]], one or more, or [program], and only one of them"
+BOTH = "give either [[cut]] or [program], and only one of them"
 STOCKS = "program: give either stock_diameter_mm (a bar) or stock, and only one of them"
 JOBS = {
     "neither": ("", BOTH),

@@ -144,9 +144,10 @@ def _cuts(known: Known, job: Job, program: programs.Followed | None) -> tuple[Pr
 
 def _stored(job: Job, program: programs.Followed | None) -> dict[str, Any]:
     """Return a job as it is kept: of a program with the checksum of what was read."""
-    stored = job.model_dump(mode="json")
-    if program is not None:
-        stored["program"]["sha256"] = program.sha256
+    if program is None:
+        return job.model_dump(mode="json")
+    stored = job.model_dump(mode="json", exclude={"cut"})
+    stored["program"]["sha256"] = program.sha256
     return stored
 
 
