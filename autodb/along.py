@@ -5,13 +5,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from autodb.cutting.elements import forces
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
 from autodb.forward import Interval, Peaks, PredictedCut, ToolOf, intervals
 from autodb.pairs.belief import Belief
 from autodb.pairs.engaged import BY_NAME, RPM, SPEED, Conditions
-from autodb.pairs.forecast import Forecast, Shares, forecast
+from autodb.pairs.forecast import Forecast, Shares, expected, forecast
 from autodb.pairs.observed import Cuts
 from autodb.programs import Line
 
@@ -47,7 +46,7 @@ def _expected(
     means = forecast(belief, steps, Shares(begins[:-1], share))
 
     deepest = [row for line in lines for row in line.deepest]
-    size = np.abs(forces(belief.law.mean, _cuts(tool, lines, deepest, source).elements).all)
+    size = np.abs(expected(belief, _cuts(tool, lines, deepest, source)))
     largest = [
         begin + int(np.argmax(size[begin:end, quantity]))
         for begin, end in pairwise(begins.tolist())
@@ -77,9 +76,9 @@ def _refused(tool: ToolOf, lines: Sequence[Line]) -> int:
     return lines[-1].number
 
 
-def _peaks(line: Line, expected: Forecast, at: int) -> Peaks:
+def _peaks(line: Line, at_peak: Forecast, at: int) -> Peaks:
     first = QUANTITIES * at
-    x, y, z, torque = (intervals(expected, first + k)[k] for k in range(QUANTITIES))
+    x, y, z, torque = (intervals(at_peak, first + k)[k] for k in range(QUANTITIES))
     return Peaks(x, y, z, torque, speed_rpm=line.fastest_rpm)
 
 

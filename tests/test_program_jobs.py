@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,13 @@ from numpy.testing import assert_allclose
 from autodb import along, forward, programs
 from autodb.errors import UnusableInput
 from autodb.exceeding import exceeding
+from autodb.fitting import Gaussian
 from autodb.forward import Interval, PredictedCut, ToolOf
 from autodb.jobs import JobCut, JobProgram, read_job
 from autodb.machinefile import Limits
+from autodb.pairs.belief import law_error
+from autodb.pairs.engaged import BY_NAME
+from autodb.pairs.forecast import expected, forecast
 from tests.conftest import Cli
 from tests.test_forward import INSERT, known
 
@@ -137,6 +142,26 @@ def test_units_and_diameter_are_the_jobs_else_the_machines_else_mm(tmp_path: Pat
     stated = {**thin, "diameter": True}
     both = programs.follow(JobProgram.model_validate(stated), units="inch", diameter=False)
     assert_allclose(both.lines[0].widest["work.diameter"], 2.2)
+
+
+def test_the_largest_is_what_is_expected_there_not_what_the_law_says(tmp_path: Path) -> None:
+    """Where the pair's law was learnt to be off by the engaged edge: a forecast's means, alone."""
+    found = _follow(tmp_path, PROFILE)
+    belief = known().also((law_error("turn"), law_error("contour")))
+    mean = belief.state.mean.copy()
+    mean[belief.columns(law_error("turn").key)] = [0.1, -0.2, 0.1, 0.05, -0.4, 0.3]
+    off = replace(belief, state=Gaussian(mean, belief.state.covariance))
+    for tool in (INSERT, ToolOf("unknown", {})):
+        rows = found.lines[0].steps + found.lines[1].steps
+        cuts = BY_NAME["turn"].cuts(tool.numbers, rows, called=tool.name)
+        some = off.also(cuts.assumed)
+        moved = replace(some, state=Gaussian(some.state.mean + 0.01, some.state.covariance))
+        assert_allclose(expected(moved, cuts), forecast(moved, cuts).mean, rtol=1e-9, atol=1e-9)
+    for line in along.predict_lines(off, INSERT, found.lines[-1:], source="p.nc"):
+        assert line.peaks is not None
+        for name in FORCES:
+            most, mean_of = getattr(line.peaks, name).value, getattr(line, name).value
+            assert abs(most) >= abs(mean_of) * (1 - SAME)
 
 
 REFUSED = {

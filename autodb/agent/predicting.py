@@ -242,7 +242,9 @@ def _outside(made: LearntFrom, cuts: Sequence[Asked], tool: ToolOf) -> Iterable[
             if not (low * 0.999 <= least and most <= high * 1.001):
                 value = most if most > high * 1.001 else least
                 which = f"cut {number} '{asked.name}': " if asked.name or len(cuts) > 1 else ""
-                yield (f"{which}{what} {value:g} {unit} was never cut ({low:g} to {high:g} {unit})")
+                yield (
+                    f"{which}{what} {value:.4g} {unit} was never cut ({low:g} to {high:g} {unit})"
+                )
 
 
 def _pair(session: Session, material: str, tool: str) -> models.Pair | None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import force_gradient, forces, linearised
+from autodb.cutting.elements import force_gradient, force_parts, forces, linearised
 from autodb.pairs.belief import OWN, Belief, law_error
 from autodb.pairs.learning import own_variance
 from autodb.pairs.observed import Cuts, with_growth
@@ -53,6 +53,21 @@ class Shares:
         """Return means (n, ...) over each cut of values (m, ...) of its steps."""
         weighted = np.moveaxis(np.moveaxis(values, 0, -1) * self.share, -1, 0)
         return np.asarray(np.add.reduceat(weighted, self.begins, axis=0))
+
+
+def expected(belief: Belief, cuts: Cuts) -> Array:
+    """Return the means alone of a forecast (n, 5), without its derivatives."""
+    error = law_error(cuts.operation)
+    known = belief.also((error, *cuts.assumed))
+    theta = known.state.mean[:OWN]
+    parts = force_parts(theta, cuts.elements)
+    whole = parts[..., 0] + parts[..., 1]
+    mean = whole + with_growth(parts, cuts.elements) @ known.state.mean[known.columns(error.key)]
+    for one in cuts.variants:
+        off = known.state.mean[known.columns(one.key).start]
+        if off:
+            mean += off * (forces(theta, one.elements).all - whole)
+    return np.asarray(mean)
 
 
 def forecast(belief: Belief, cuts: Cuts, over: Shares | None = None) -> Forecast:
