@@ -1,7 +1,8 @@
 """How likely a predicted cut goes beyond what a machine's axes and spindle give.
 
-A prediction is a normal force, of a mill its peak within a turn; its probability beyond a limit in
-either direction follows. A spindle speed is asked for, not predicted: above its limit it is sure.
+A prediction is a normal force, of a mill its peak within a turn, of a program's line the largest
+along it; its probability beyond a limit in either direction follows. A spindle speed is asked for,
+not predicted: above its limit it is sure.
 """
 
 from collections.abc import Mapping, Sequence
@@ -52,7 +53,7 @@ def exceeding(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> tup
                     if chance >= WORTH_SAYING:
                         found.append(Exceeding(number, axis, limit, unit, chance))
             fastest = most.speed_rpm if axis == SPINDLE else None
-            if fastest is not None and cut.speed_rpm > fastest:
+            if fastest is not None and _fastest_rpm(cut) > fastest:
                 found.append(Exceeding(number, axis, fastest, "rpm", 1.0))
     return tuple(found)
 
@@ -75,6 +76,11 @@ def _beyond(off: float, half: float) -> float:
 
 def _force(cut: PredictedCut | Peaks, axis: str) -> Interval | None:
     return {"x": cut.force_x_N, "y": cut.force_y_N, "z": cut.force_z_N}.get(axis)
+
+
+def _fastest_rpm(cut: PredictedCut) -> float:
+    along = None if cut.peaks is None else cut.peaks.speed_rpm
+    return cut.speed_rpm if along is None else along
 
 
 def _percent(probability: float) -> str:

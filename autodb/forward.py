@@ -18,7 +18,8 @@ from autodb.pairs.observed import Cuts, Variant
 
 Array = NDArray[np.float64]
 
-QUANTITIES = {"x": 0, "y": 1, "z": 2}
+COLUMNS = {"x": 0, "y": 1, "z": 2}
+"""Columns of a forecast that are forces, by component."""
 STEPS = 360
 """Moments of a turn among which a milling cut's peaks are looked for."""
 PASSIVE_RAD = 0.2
@@ -42,21 +43,26 @@ class Interval:
 
 @dataclass(frozen=True)
 class Peaks:
-    """The largest forces and torque, by size, within a turn of a mill."""
+    """The largest forces and torque, by size, within a turn of a mill or along a program's line.
+
+    ``speed_rpm``: the fastest along a line; None of a mill, which turns at one speed.
+    """
 
     force_x_N: Interval
     force_y_N: Interval
     force_z_N: Interval
     torque_N_m: Interval
+    speed_rpm: float | None = None
 
 
 @dataclass(frozen=True)
 class PredictedCut:
     """What one cut will take; of a mill, the mean over a turn, and ``peaks``.
 
-    Of turning, speeds, torque and power are those at the largest diameter. ``passive``: the
-    component that no drive of the machine feels, known from the law alone. ``state``: the process
-    state that it is predicted in; None: the pair's usual one.
+    Of turning, speeds, torque and power are those at the largest diameter. Of a program's line,
+    forces, torque and power are means in time along it, speeds those at its largest diameter, and
+    ``peaks`` the largest. ``passive``: the component that no drive of the machine feels, known from
+    the law alone. ``state``: the process state that it is predicted in; None: the pair's usual one.
     """
 
     name: str
@@ -71,6 +77,11 @@ class PredictedCut:
     peaks: Peaks | None = None
     passive: str | None = None
     state: str | None = None
+
+    @property
+    def of_what(self) -> str:
+        """Of what its peaks are the largest."""
+        return "in a turn" if self.operation in BANDS else "along the line"
 
 
 @dataclass(frozen=True)
@@ -93,9 +104,9 @@ def predict(belief: Belief, tool: ToolOf, cuts: Sequence[JobCut]) -> tuple[Predi
         some = {k: cut for k, cut in enumerate(cuts) if cut.operation == name}
         rows = [cut.conditions(tool.diameter_mm) for cut in some.values()]
         expected = forecast(belief, BY_NAME[name].cuts(tool.numbers, rows, called=tool.name))
-        passive = QUANTITIES.get(PASSIVE_AXIS.get(name, ""))
+        passive = COLUMNS.get(PASSIVE_AXIS.get(name, ""))
         for at, (k, cut) in enumerate(some.items()):
-            means = _intervals(expected, at, passive=passive)
+            means = intervals(expected, at, passive=passive)
             found[k] = _predicted(belief, tool, cut, rows[at], means)
     return tuple(found[k] for k in range(len(cuts)))
 
@@ -138,10 +149,11 @@ def _peaks(belief: Belief, tool: ToolOf, operation: str, conditions: Conditions)
         Variant(f"{tool.name}: {usual.name}", there(other)) for usual, other in assumed.variants()
     )
     expected = forecast(belief, Cuts(operation, there(assumed.tool), variants))
-    return Peaks(*(_intervals(expected, k)[k] for k in range(4)))
+    x, y, z, torque = (intervals(expected, k)[k] for k in range(4))
+    return Peaks(x, y, z, torque)
 
 
-def _intervals(expected: Forecast, at: int, *, passive: int | None = None) -> list[Interval]:
+def intervals(expected: Forecast, at: int, *, passive: int | None = None) -> list[Interval]:
     """Return force x, y, z, torque and power of one cut with their 95 % intervals.
 
     ``passive``: the force that is not felt, wider by what is not known of the thrust's direction.

@@ -1,11 +1,13 @@
-"""Job files (TOML): the cuts of a part that a planner wants forces for."""
+"""Job files (TOML): the cuts, or the turning program, that a planner wants forces for."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import atan2, degrees, pi
 from pathlib import Path
 from typing import Literal, get_args
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
+from pydantic.config import JsonDict
 
 from autodb.errors import UnusableInput
 from autodb.pairs.engaged import BY_NAME, END_MILL, INSERT
@@ -136,6 +138,11 @@ class JobCut(Section):
         }
         return {name: value for name, value in stated.items() if value is not None}
 
+    def ranges(self, tool_diameter_mm: float | None) -> Mapping[str, tuple[float, float]]:
+        """Return lowest and highest of what is stated, by channel: the same in one cut."""
+        stated = self.conditions(tool_diameter_mm)
+        return {channel: (value, value) for channel, value in stated.items()}
+
     def _cutting_diameter_mm(self, tool_diameter_mm: float | None) -> float:
         if self.diameter_mm is not None:
             return max(self.diameter_mm, self.end_diameter_mm or 0.0)
@@ -148,18 +155,72 @@ class JobCut(Section):
         return tool_diameter_mm
 
 
+def _either(*keys: str) -> JsonDict:
+    """Return what a schema says of a section that has exactly one of some keys."""
+    return {"oneOf": [{"required": [key]} for key in keys]}
+
+
+class JobProgram(Section):
+    """A turning program in place of cuts, and the stock that it meets.
+
+    ``file``: in a job file relative to it. The stock is a bar, ``stock_diameter_mm``, with its face
+    at ``stock_face_mm`` (0), or ``stock``: pairs of z (rising to the face, a z twice is a shoulder)
+    and diameter, mm; behind the first the stock goes on. ``units`` and ``diameter``: how the
+    program is read where it does not say; left out: as the machine file says. ``sha256``: of the
+    program's file; another one is refused.
+    """
+
+    model_config = ConfigDict(json_schema_extra=_either("stock_diameter_mm", "stock"))
+
+    file: str
+    stock_diameter_mm: Positive | None = None
+    stock_face_mm: Finite | None = None
+    stock: tuple[tuple[Finite, NotNegative], ...] | None = None
+    units: Literal["mm", "inch"] | None = None
+    diameter: bool | None = None
+    sha256: str | None = None
+
+    @model_validator(mode="after")
+    def _one_stock(self) -> "JobProgram":
+        if (self.stock_diameter_mm is None) == (self.stock is None):
+            raise ValueError("give either stock_diameter_mm (a bar) or stock, and only one of them")
+        if self.stock is None:
+            return self
+        if self.stock_face_mm is not None:
+            raise ValueError("stock_face_mm goes with stock_diameter_mm; stock says where it ends")
+        z_mm = [z for z, _ in self.stock]
+        if z_mm != sorted(z_mm) or len(set(z_mm)) < 2:
+            raise ValueError(
+                "stock: [z_mm, diameter_mm] at two places or more, z rising, would work"
+            )
+        return self
+
+
 class Job(Section):
-    """A job: machine, material, tool, and its cuts in order."""
+    """A job: machine, material, tool, and its cuts in order or the program that makes them."""
+
+    model_config = ConfigDict(json_schema_extra=_either("cut", "program"))
 
     name: str
     material: str
     tool: str
-    cut: tuple[JobCut, ...] = Field(min_length=1)
+    cut: tuple[JobCut, ...] = Field(default=(), min_length=1)
+    program: JobProgram | None = None
+
+    @model_validator(mode="after")
+    def _cuts_or_a_program(self) -> "Job":
+        if bool(self.cut) == (self.program is not None):
+            raise ValueError("give either [[cut]] or [program], and only one of them")
+        return self
 
 
 def read_job(path: Path) -> Job:
-    """Read and check a job file.
+    """Read and check a job file; a program's file is then relative to the working folder.
 
     Raises UnusableInput with file and key.
     """
-    return read_toml(path, Job)
+    job = read_toml(path, Job)
+    if job.program is None:
+        return job
+    program = job.program.model_copy(update={"file": str(path.parent / job.program.file)})
+    return job.model_copy(update={"program": program})

@@ -24,7 +24,7 @@ Chosen."""
 GAP = 0.06
 """What is left between two quantities, a share of the picture."""
 SIDE = 0.12
-"""How far a mill's peaks stand beside its means, in cuts."""
+"""How far peaks stand beside their means, in cuts."""
 
 
 def render(answer: Predicted, limits: Mapping[str, Limits]) -> str:
@@ -41,7 +41,7 @@ def render(answer: Predicted, limits: Mapping[str, Limits]) -> str:
         ],
         notes=answer.notes,
         passive=any(cut.passive for cut in answer.cuts),
-        peaks=any(cut.peaks for cut in answer.cuts),
+        peaks=", ".join(dict.fromkeys(cut.of_what for cut in answer.cuts if cut.peaks)),
         plot=_plot(answer, limits),
         prediction=answer.prediction_id,
         version=__version__,
@@ -73,7 +73,7 @@ def _title(one: Quantity, limit: float | None) -> str:
 
 
 def _traces(one: Quantity, answer: Predicted) -> list[go.Scatter]:
-    """Return the means, and of mills the peaks beside them; warned of where a limit may go."""
+    """Return the means, and the peaks beside them; warned of where a limit may go."""
     warned = {(each.cut, each.axis) for each in answer.exceeds if each.unit == one.unit}
     marks: dict[tuple[str, str], list[tuple[float, Interval, str]]] = {}
     for number, cut in enumerate(answer.cuts, start=1):
@@ -81,7 +81,7 @@ def _traces(one: Quantity, answer: Predicted) -> list[go.Scatter]:
         tone = "warn" if (number, one.axis) in warned else "corrected"
         for found, name, aside in (
             (one.of(cut), "mean" if peak else "predicted", -SIDE if peak else 0.0),
-            (peak, "peak in a turn", SIDE),
+            (peak, f"peak {cut.of_what}", SIDE),
         ):
             if found is not None:
                 marks.setdefault((name, tone), []).append((number + aside, found, cut.name))

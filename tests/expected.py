@@ -1,9 +1,11 @@
 """Learns each sample job from its recordings and predicts it.
 
-`python -m tests.expected` writes every `sample_jobs/JOB/expected.json` anew; a test compares.
+`python -m tests.expected` writes every `sample_jobs/JOB/expected.json` anew, or those of
+the jobs that are named; a test compares.
 """
 
 import json
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -22,14 +24,17 @@ from autodb.machinefile import LATHE
 from autodb.store import create_store, open_store
 
 _SHAFT = "stepped_shaft/recordings/"
+_FIRST_WEEK = tuple(
+    _SHAFT + name for name in ("standard-cuts.csv", "standard-cut-raw.parquet", "shop-week-1.csv")
+)
 LEARNT_FROM = {
-    "stepped_shaft": tuple(
-        _SHAFT + name
-        for name in ("standard-cuts.csv", "standard-cut-raw.parquet", "shop-week-1.csv")
-    ),
+    "stepped_shaft": _FIRST_WEEK,
     "facing": (f"{_SHAFT}standard-cuts.csv", "facing/recordings/facing-week.csv"),
     "contour": (f"{_SHAFT}standard-cuts.csv", "contour/recordings/contour-week.csv"),
+    "nc_profile": _FIRST_WEEK,
 }
+OF_CUTS = tuple(job for job in LEARNT_FROM if job != "nc_profile")
+"""Jobs whose cuts have one condition each; a program's lines have not."""
 MACHINE = "lathe-1"
 DIGITS = 6
 
@@ -73,5 +78,5 @@ def _write(job: str) -> None:
 
 
 if __name__ == "__main__":
-    for name in LEARNT_FROM:
+    for name in sys.argv[1:] or LEARNT_FROM:
         _write(name)

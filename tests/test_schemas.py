@@ -17,6 +17,7 @@ from tests.conftest import ROOT, Cli
 JOBS = ROOT / "sample_jobs"
 SAMPLES = [
     ("job", JOBS / "stepped_shaft" / "job.toml"),
+    ("job", JOBS / "nc_profile" / "job.toml"),
     ("machine", JOBS / "stepped_shaft" / "machine.toml"),
     ("tool", JOBS / "stepped_shaft" / "tool.toml"),
     ("standard_cuts", ROOT / "calibration" / "turning-aluminium.toml"),

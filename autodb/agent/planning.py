@@ -86,9 +86,14 @@ def plan(store: Store, machine: str, job: Job, *, ranges: Ranges | None = None) 
     """Return the cuts that would narrow a job's predicted forces most.
 
     ``ranges``: of ``feed``, ``depth`` (mm) and ``speed`` (m/min) that may be tried. Raises
-    UnusableInput for an unknown machine, one that feels nothing, and where every cut may exceed a
-    limit.
+    UnusableInput for a job that is a program, an unknown machine, one that feels nothing, and where
+    every cut may exceed a limit.
     """
+    if job.program is not None:
+        raise UnusableInput(
+            f"job '{job.name}': a plan is made for cuts; a job with [[cut]] in place of [program] "
+            "would work"
+        )
     with store.reading() as session:
         owner = find_machine(session, machine)
         known = known_of(session, owner, job.material, job.tool)

@@ -1,21 +1,23 @@
 """Predict a job from what the machine believes of its pair, and keep what was answered."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from typing import Any, Protocol
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb import along, programs
 from autodb.agent import in_state
 from autodb.agent.beliefs import LAW, as_belief, latest, learnt_pairs, start_of
 from autodb.agent.felt import numbers_of
 from autodb.agent.learnt_from import LearntFrom, learnt_from
-from autodb.agent.machines import find_machine, limits_of
+from autodb.agent.machines import as_file, find_machine, limits_of
 from autodb.cutting import tools
 from autodb.errors import UnusableInput, near
 from autodb.exceeding import Exceeding, exceeding
 from autodb.forward import PredictedCut, ToolOf
-from autodb.jobs import Job, JobCut
+from autodb.jobs import Job
 from autodb.pairs.belief import Belief
 from autodb.pairs.engaged import BY_NAME, DEPTH, FEED
 from autodb.store import Store, models
@@ -39,7 +41,10 @@ class Behind:
 
 @dataclass(frozen=True)
 class Predicted:
-    """The answer for a job: a row per cut; ``exceeds``: limits that a cut may go beyond."""
+    """The answer for a job: a row per cut, or line of a program that cuts.
+
+    ``exceeds``: limits that a cut may go beyond.
+    """
 
     prediction_id: int
     job: Job
@@ -49,13 +54,28 @@ class Predicted:
     exceeds: tuple[Exceeding, ...] = ()
 
 
+class Asked(Protocol):
+    """A cut, or a line of a program, that a planner asks for."""
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+
+    @property
+    def operation(self) -> str:
+        """What it is."""
+
+    def ranges(self, tool_diameter_mm: float | None) -> Mapping[str, tuple[float, float]]:
+        """Return from where to where what is stated of it goes, by channel."""
+
+
 @dataclass(frozen=True)
 class Wanted:
     """Cuts that a planner asks for of a pair."""
 
     material: str
     tool: str
-    cuts: Sequence[JobCut]
+    cuts: Sequence[Asked]
 
 
 @dataclass(frozen=True)
@@ -80,17 +100,19 @@ def predict_job(store: Store, machine: str, job: Job) -> Predicted:
     """Predict every cut of a job; the prediction is stored with the parameters it used.
 
     A pair that the machine has not cut is predicted from a related one or from conventional values,
-    and the notes say so. Raises UnusableInput for an unknown machine, or where the tool cannot make
-    a cut.
+    and the notes say so. Raises UnusableInput for an unknown machine, a program that is broken, or
+    where the tool cannot make a cut.
     """
+    program = _followed(store, machine, job)
+    asked = job.cut if program is None else program.lines
     with store.writing() as session:
         owner = find_machine(session, machine)
         known = known_of(session, owner, job.material, job.tool)
-        number = known.behind.parameters
-        cuts, states = in_state.predict(session, number, known.belief, known.tool, job.cut)
+        cuts, states = _cuts(session, known, job, program)
+        wanted = Wanted(job.material, job.tool, asked)
         stored = models.Prediction(
             machine_id=owner.id,
-            job=job.model_dump(mode="json"),
+            job=_stored(job, program),
             cuts=[asdict(cut) for cut in cuts],
             started_from=None if known.own else known.behind.started_from,
             parameters=[*([known.row] if known.row is not None else []), *states],
@@ -103,11 +125,57 @@ def predict_job(store: Store, machine: str, job: Job) -> Predicted:
             cuts=cuts,
             behind=known.behind,
             notes=(
-                *notes(session, owner, known, Wanted(job.material, job.tool, job.cut)),
+                *notes(session, owner, known, wanted),
                 *said_of_states(cuts),
+                *_of_program(program, job.tool, cuts),
             ),
             exceeds=exceeding(cuts, limits_of(owner)),
         )
+
+
+def _followed(store: Store, machine: str, job: Job) -> programs.Followed | None:
+    """Return a job's program followed through its stock; None where the job lists cuts."""
+    if job.program is None:
+        return None
+    with store.reading() as session:
+        file = as_file(find_machine(session, machine))
+    return programs.follow(job.program, units=file.units, diameter=file.diameter)
+
+
+def _cuts(
+    session: Session, known: Known, job: Job, program: programs.Followed | None
+) -> tuple[tuple[PredictedCut, ...], list[models.CuttingParameters]]:
+    """Return the cuts predicted, and the parameters of other process states that were used.
+
+    A program's lines are predicted in the usual state.
+    """
+    if program is None:
+        number = known.behind.parameters
+        return in_state.predict(session, number, known.belief, known.tool, job.cut)
+    lines = along.predict_lines(known.belief, known.tool, program.lines, source=program.source)
+    return lines, []
+
+
+def _stored(job: Job, program: programs.Followed | None) -> dict[str, Any]:
+    """Return a job as it is kept: of a program with the checksum of what was read."""
+    if program is None:
+        return job.model_dump(mode="json")
+    stored = job.model_dump(mode="json", exclude={"cut"})
+    stored["program"]["sha256"] = program.sha256
+    return stored
+
+
+def _of_program(
+    program: programs.Followed | None, tool: str, cuts: Sequence[PredictedCut]
+) -> Iterable[str]:
+    """Say how long a program cuts, what of its tools counts, and which line has a high peak."""
+    if program is None:
+        return
+    lines = f"{len(cuts)} lines" if len(cuts) > 1 else "1 line"
+    yield f"{lines} cut for {program.cutting_s:.1f} s, of {program.fed_s:.1f} s at a feed"
+    if len(program.tools) > 1:
+        yield f"cuts with tools {', '.join(program.tools)}: all predicted as {tool}"
+    yield from along.peaked(cuts)
 
 
 def known_of(session: Session, owner: models.Machine, material: str, tool: str) -> Known:
@@ -172,7 +240,7 @@ def said_of_states(cuts: Sequence[PredictedCut]) -> Iterable[str]:
             )
 
 
-def assumed(known: Known, cuts: Sequence[JobCut]) -> Iterable[str]:
+def assumed(known: Known, cuts: Sequence[Asked]) -> Iterable[str]:
     """Say which geometry of the tool is assumed because nobody stated it."""
     kinds = dict.fromkeys(BY_NAME[cut.operation].kind for cut in cuts)
     names = [one.name for kind in kinds for one in tools.assumed_of(kind, known.tool.numbers)]
@@ -184,20 +252,23 @@ def assumed(known: Known, cuts: Sequence[JobCut]) -> Iterable[str]:
         )
 
 
-def _outside(made: LearntFrom, cuts: Sequence[JobCut], tool: ToolOf) -> Iterable[str]:
+def _outside(made: LearntFrom, cuts: Sequence[Asked], tool: ToolOf) -> Iterable[str]:
     """Say which cuts lie outside the depths, feeds and operations that the pair was learnt from."""
     for operation in dict.fromkeys(cut.operation for cut in cuts):
         if operation not in made.operations:
             yield f"operation '{operation}' was never cut: from the law alone, wider"
     for number, asked in enumerate(cuts, start=1):
-        stated = asked.conditions(tool.diameter_mm)
+        stated = asked.ranges(tool.diameter_mm)
         for channel, what, unit in RANGES:
             if channel not in stated or channel not in made.ranges:
                 continue
-            value, (low, high) = stated[channel], made.ranges[channel]
-            if not low * 0.999 <= value <= high * 1.001:
+            (least, most), (low, high) = stated[channel], made.ranges[channel]
+            if not (low * 0.999 <= least and most <= high * 1.001):
+                value = most if most > high * 1.001 else least
                 which = f"cut {number} '{asked.name}': " if asked.name or len(cuts) > 1 else ""
-                yield (f"{which}{what} {value:g} {unit} was never cut ({low:g} to {high:g} {unit})")
+                yield (
+                    f"{which}{what} {value:.4g} {unit} was never cut ({low:g} to {high:g} {unit})"
+                )
 
 
 def _pair(session: Session, material: str, tool: str) -> models.Pair | None:

@@ -140,7 +140,12 @@ class _History:
         return self._learnt[cuts]
 
     def curves(self, job: Job) -> list[LearningCurve]:
-        """Return what was expected of the job's first cut, of each component that was felt."""
+        """Return what was expected of the job's first cut, of each component that was felt.
+
+        A program has no cut of one condition, and so no curves.
+        """
+        if not job.cut:
+            return []
         cut, tool = job.cut[0], self._pair.tool
         stated = [cut.conditions(tool.diameter_mm)]
         asked = BY_NAME[cut.operation].cuts(numbers_of(tool), stated, called=tool.name)

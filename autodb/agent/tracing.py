@@ -117,6 +117,9 @@ def _earlier_law(row: models.CuttingParameters) -> str:
 
 def _prediction(session: Session, row: models.Prediction) -> Node:
     node = Node(f"prediction {row.id}: job '{row.job['name']}'")
+    program = row.job.get("program")
+    if program is not None:
+        node.sources.append(Node(f"program {program['file']}, sha256 {program['sha256'][:12]}"))
     for cut in row.cuts:
         name = cut["name"] or f"{cut['speed_rpm']:.0f} rpm"
         for component in "xyz":

@@ -154,7 +154,7 @@ def behind_words(behind: "Behind") -> str:
 
 
 def show_predicted(title: str, cuts: "Sequence[PredictedCut]") -> None:
-    """Print predicted cuts; of mills, the peaks within a turn below the means."""
+    """Print predicted cuts; the peaks of mills and of a program's lines below the means."""
     rows = table(
         title, "cut", ">rpm", ">m/min", ">force.x N", ">force.y N", ">force.z N", ">torque N·m",
         ">power W",
@@ -172,7 +172,7 @@ def show_predicted(title: str, cuts: "Sequence[PredictedCut]") -> None:
         if cut.peaks is not None:
             peaks = cut.peaks
             largest = (peaks.force_x_N, peaks.force_y_N, peaks.force_z_N, peaks.torque_N_m)
-            rows.add_row("  peak in a turn", "", "", *(interval(v) for v in largest), "")
+            rows.add_row(f"  peak {cut.of_what}", "", "", *(interval(v) for v in largest), "")
     show(rows)
     if any(cut.passive for cut in cuts):
         say("* passive: no drive feels it; from the law alone")

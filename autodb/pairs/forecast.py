@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import force_gradient, forces, linearised
+from autodb.cutting.elements import force_gradient, force_parts, forces, linearised
 from autodb.pairs.belief import OWN, Belief
 from autodb.pairs.learning import own_variance
 from autodb.pairs.observed import Cuts, with_growth
@@ -40,8 +40,42 @@ class Forecast:
     turned: Array
 
 
-def forecast(belief: Belief, cuts: Cuts) -> Forecast:
-    """Return what is expected of cuts."""
+@dataclass(frozen=True)
+class Shares:
+    """Steps (m,) that follow each other in cuts (n,), the shares that they have in their cut.
+
+    ``begins`` (n,): the first step of each cut, rising from 0; ``share`` (m,) sums to 1 in a cut.
+    """
+
+    begins: NDArray[np.intp]
+    share: Array
+
+    def means(self, values: Array) -> Array:
+        """Return means (n, ...) over each cut of values (m, ...) of its steps."""
+        weighted = np.moveaxis(np.moveaxis(values, 0, -1) * self.share, -1, 0)
+        return np.asarray(np.add.reduceat(weighted, self.begins, axis=0))
+
+
+def expected(belief: Belief, cuts: Cuts) -> Array:
+    """Return the means alone of a forecast (n, 5), without its derivatives."""
+    error = belief.law_error(cuts.operation)
+    known = belief.also((error, *cuts.assumed))
+    theta = known.state.mean[:OWN]
+    parts = force_parts(theta, cuts.elements)
+    whole = parts[..., 0] + parts[..., 1]
+    mean = whole + with_growth(parts, cuts.elements) @ known.state.mean[known.columns(error.key)]
+    for one in cuts.variants:
+        off = known.state.mean[known.columns(one.key).start]
+        if off:
+            mean += off * (forces(theta, one.elements).all - whole)
+    return np.asarray(mean)
+
+
+def forecast(belief: Belief, cuts: Cuts, over: Shares | None = None) -> Forecast:
+    """Return what is expected of cuts; with ``over`` of the means over steps, which ``cuts`` are.
+
+    The steps of a cut share all errors, what is its own too.
+    """
     error = belief.law_error(cuts.operation)
     known = belief.also((error, *cuts.assumed))
     place = known.columns(error.key)
@@ -61,6 +95,8 @@ def forecast(belief: Belief, cuts: Cuts) -> Forecast:
         mean += slopes[:, :, at] * off
         if off:
             slopes[:, :, :OWN] += off * (force_gradient(theta, one.elements) - by_law)
+    if over is not None:
+        mean, slopes, parts = (over.means(values) for values in (mean, slopes, parts))
     open_ = np.einsum("nqi,ij,nqj->nq", slopes, known.state.covariance, slopes)
     own = own_variance(belief.scatter, belief.off_law, parts)
     along, across = np.abs(parts[:, :3, 0]), np.abs(parts[:, :3, 1])

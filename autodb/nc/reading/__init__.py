@@ -13,7 +13,12 @@ from autodb.nc.reading.moves import (
     Revolutions,
     Speed,
 )
-from autodb.nc.reading.program import TurningProgram, read_program, turning_program
+from autodb.nc.reading.program import (
+    TurningProgram,
+    program_text,
+    read_program,
+    turning_program,
+)
 
 __all__ = [
     "Arc",
@@ -28,6 +33,7 @@ __all__ = [
     "Revolutions",
     "Speed",
     "TurningProgram",
+    "program_text",
     "read_program",
     "turning_program",
 ]

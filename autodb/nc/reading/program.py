@@ -29,13 +29,17 @@ def read_program(
     path: Path, *, diameter: bool = True, inch: bool = False, block_skip: bool = False
 ) -> TurningProgram:
     """Return the moves of a program's file; see `turning_program`."""
+    return turning_program(
+        program_text(path), source=str(path), diameter=diameter, inch=inch, block_skip=block_skip
+    )
+
+
+def program_text(path: Path) -> str:
+    """Return the text of a program's file; raises UnusableInput where there is none."""
     try:
-        text = path.read_bytes().decode("utf-8-sig", errors="replace")
+        return path.read_bytes().decode("utf-8-sig", errors="replace")
     except OSError as error:
         raise UnusableInput(f"{path}: {error.strerror}; an NC program would work") from error
-    return turning_program(
-        text, source=str(path), diameter=diameter, inch=inch, block_skip=block_skip
-    )
 
 
 def turning_program(
