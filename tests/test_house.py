@@ -19,8 +19,8 @@ from tests.conftest import ROOT, Cli
 
 HEAVY = {"numpy", "pandas", "scipy", "pyarrow", "plotly", "sqlalchemy", "pydantic", "pint", "torch"}
 COMMANDS = {
-    "init", "machine", "import", "calibrate", "identify", "refresh", "predict", "lookup", "explain",
-    "trace", "doctor", "backup", "restore", "export", "demo", "prove", "standard", "sweep",
+    "init", "machine", "import", "calibrate", "identify", "refresh", "predict", "plan", "lookup",
+    "explain", "trace", "doctor", "backup", "restore", "export", "demo", "prove", "standard", "sweep",
     "reconstruct", "scale",
 }  # fmt: skip
 MODULES = sorted(
@@ -94,7 +94,7 @@ def test_help_lists_what_is_built(cli: Cli) -> None:
     text = cli("--help").out
     listed = set(re.findall(r"│ ([a-z]+) ", text))
     assert listed & COMMANDS == COMMANDS
-    for later in ("serve", "schedule", "fleet", "plan"):
+    for later in ("serve", "schedule", "fleet"):
         assert not re.search(rf"│ {later} ", text)
 
 
