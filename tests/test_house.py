@@ -20,8 +20,8 @@ from tests.conftest import ROOT, Cli
 HEAVY = {"numpy", "pandas", "scipy", "pyarrow", "plotly", "sqlalchemy", "pydantic", "pint", "torch"}
 COMMANDS = {
     "init", "machine", "import", "calibrate", "identify", "refresh", "predict", "plan", "lookup",
-    "explain", "trace", "doctor", "backup", "restore", "export", "demo", "prove", "standard", "sweep",
-    "reconstruct", "scale",
+    "explain", "trace", "doctor", "backup", "restore", "export", "demo", "prove", "standard",
+    "sweep", "reconstruct", "scale",
 }  # fmt: skip
 MODULES = sorted(
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")

@@ -14,6 +14,7 @@ from autodb.agent.felt import QUANTITY, as_cuts, as_observed, numbers_of
 from autodb.agent.importing import cuts_as_table
 from autodb.agent.machines import find_machine
 from autodb.agent.tracing import Node, trace
+from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.fitting import NORMAL_95
 from autodb.jobs import Job
 from autodb.page import CalibrationPlot, JobRow, LearningCurve, Page, PredictedSensed
@@ -140,7 +141,7 @@ class _History:
         return self._learnt[cuts]
 
     def curves(self, job: Job) -> list[LearningCurve]:
-        """Return what was expected of the job's first cut, of each component that was felt.
+        """Return what was expected of the job's first cut, of each component that it lets be felt.
 
         A program has no cut of one condition, and so no curves.
         """
@@ -160,6 +161,7 @@ class _History:
                 sd=np.array([one.sd[0, QUANTITY[component]] for one in expected]),
             )
             for component in self._felt
+            if component != PASSIVE_AXIS.get(cut.operation)
         ]
 
     def checks(self) -> list[PredictedSensed]:
