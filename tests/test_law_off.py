@@ -1,0 +1,143 @@
+"""What a belief makes of a law that is off, of geometry that is assumed, and of errors of days."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+from autodb.cutting.elements import engaged_mm, force_parts, forces
+from autodb.cutting.insert import Insert, Turned, elements_of
+from autodb.pairs.belief import DAY, FAR, NEAR, OWN, Belief, Shared
+from autodb.pairs.engaged import BY_NAME
+from autodb.pairs.forecast import forecast
+from autodb.pairs.learning import evidence, learn, learn_choosing
+from autodb.pairs.observed import Cuts, Observed, X, Y, Z
+from autodb.pairs.prior import Card, of_card
+
+Array = NDArray[np.float64]
+
+TOOL = Insert(0.8, 95.0, -6.0, -6.0, 80.0)
+NUMBERS = {
+    "nose_radius_mm": 0.8, "kappa_deg": 95.0, "rake_deg": -6.0, "inclination_deg": -6.0,
+    "included_deg": 80.0,
+}  # fmt: skip
+THICK = np.array([0.05, 0.1, 0.2, 0.4])
+PRIOR = of_card(Card(THICK, 1800.0 * THICK**0.75, 900.0 * THICK**0.6, level=0.12, shape=0.05))
+
+
+def cuts_of(count: int, seed: int) -> Cuts:
+    """Return cuts that are turned, from shallower than the nose is round to deep."""
+    rng = np.random.default_rng(seed)
+    feed, depth = rng.uniform(0.08, 0.4, count), np.exp(rng.uniform(np.log(0.3), np.log(4), count))
+    one = np.ones(count)
+    return Cuts("turn", elements_of(TOOL, Turned(feed, depth, 100.0 * one, 20.0 * one, 0.0 * one)))
+
+
+def felt(cuts: Cuts, value: Array, *, sd_N: float = 5.0) -> Observed:
+    """Return readings (n, 3) of force x, y, z."""
+    count = len(value)
+    return Observed(
+        (cuts,), np.tile(np.arange(count), 3), np.repeat([X, Y, Z], count), value.T.ravel(),
+        np.full(3 * count, sd_N), np.zeros((3 * count, 0)),
+    )  # fmt: skip
+
+
+def _true(seed: int) -> Array:
+    law = PRIOR.law
+    drawn = np.random.default_rng(seed).multivariate_normal(law.mean, 0.25 * law.covariance)
+    return np.asarray(drawn)
+
+
+def _scattered(force_N: Array, seed: int) -> Array:
+    rng = np.random.default_rng(seed)
+    return force_N * (1.0 + 0.02 * rng.standard_normal(force_N.shape))
+
+
+def test_a_law_that_holds_is_taken_to_hold() -> None:
+    cuts = cuts_of(24, 1)
+    found = learn_choosing(
+        PRIOR, felt(cuts, _scattered(forces(_true(2), cuts.elements).force_N, 3))
+    )
+    assert found.off_law == NEAR
+
+
+def test_a_thrust_that_turns_with_the_depth_speaks_for_a_law_far_off() -> None:
+    """By 0.5 rad a factor e of the engaged edge: the far law is taken, and holds what comes."""
+    theta, cuts, ahead = _true(2), cuts_of(24, 1), cuts_of(40, 9)
+
+    def turned(some: Cuts) -> Array:
+        whole, parts = forces(theta, some.elements).force_N, force_parts(theta, some.elements)
+        return whole + 0.5 * np.log(engaged_mm(some.elements))[:, None] * parts[:, :3, 2]
+
+    observed = felt(cuts, _scattered(turned(cuts), 3))
+    found = learn_choosing(PRIOR, observed)
+    assert found.off_law == FAR
+    assert evidence(replace(PRIOR, off_law=FAR), found, observed) > evidence(
+        PRIOR, learn(PRIOR, observed), observed
+    )
+    near, far = (
+        np.mean(np.abs(one.mean[:, X] - turned(ahead)[:, X]) < 1.96 * one.sd[:, X])
+        for one in (forecast(learn(PRIOR, observed), ahead), forecast(found, ahead))
+    )
+    assert far > 0.85
+    assert far > near
+
+
+def test_geometry_that_is_assumed_is_learnt_with_the_pair() -> None:
+    """An entering angle 5° off what is assumed: after cuts the belief knows, and faces as it is."""
+    theta = _true(4)
+    rows = [
+        {"cutting.feed": f, "cutting.depth": d, "cutting.speed": 100.0, "work.diameter": 40.0}
+        for f in (0.1, 0.2, 0.4)
+        for d in (0.5, 1.0, 2.0, 4.0)
+    ]
+    true = BY_NAME["turn"].cuts({**NUMBERS, "kappa_deg": 98.0}, rows, called="tool")
+    assert not true.variants
+    bare = {name: value for name, value in NUMBERS.items() if name != "kappa_deg"}
+    assumed = BY_NAME["turn"].cuts(bare, rows, called="tool")
+    assert [one.key for one in assumed.variants] == ["tool: kappa_deg"]
+    value = _scattered(forces(theta, true.elements).force_N, 5)
+    found = learn(PRIOR, felt(assumed, value))
+    place = found.columns("tool: kappa_deg").start
+    sd = np.sqrt(found.state.covariance[place, place])
+    assert sd < 0.8
+    assert abs(found.state.mean[place] - 1.0) < 3.0 * sd, "98° is one sd over 93°"
+    expected = forecast(found, assumed)
+    held = (
+        np.abs(expected.mean[:, :3] - forces(theta, true.elements).force_N)
+        < 1.96 * expected.sd[:, :3]
+    )
+    assert held.mean() > 0.85
+
+
+def test_what_a_day_adds_is_forgotten_and_leaves_the_rest_as_it_was() -> None:
+    cuts = cuts_of(6, 1)
+    value = 1.1 * forces(_true(2), cuts.elements).force_N
+    day = Shared(f"{DAY} 1", np.array([[0.05**2]]))
+    gain = Shared("calibration 1", np.array([[0.03**2]]))
+    observed = replace(felt(cuts, value), common=np.ones((18, 2)), shared=(day, gain))
+    after = learn(PRIOR, observed)
+    past = after.past()
+    assert {one.key for one in after.shared} - {one.key for one in past.shared} == {day.key}
+    assert_allclose(past.law.mean, after.law.mean)
+    assert_allclose(past.law.covariance, after.law.covariance)
+    kept, was = past.columns(gain.key), after.columns(gain.key)
+    assert_allclose(past.state.covariance[:OWN, kept], after.state.covariance[:OWN, was])
+    assert isinstance(past, Belief)
+    assert past.past() is past
+
+
+def test_an_offset_moves_a_reading_by_itself() -> None:
+    """Readings all 40 N too high: an offset's error is found, and no force is."""
+    cuts = cuts_of(30, 1)
+    true = forces(_true(2), cuts.elements).force_N
+    offset = Shared("calibration 1", np.array([[50.0**2]]))
+    observed = replace(
+        felt(cuts, true + 40.0), common=np.zeros((90, 1)), shared=(offset,), shift=np.ones((90, 1))
+    )
+    found = learn(PRIOR, observed)
+    place = found.columns(offset.key).start
+    sd = np.sqrt(found.state.covariance[place, place])
+    assert sd < 25.0
+    assert abs(found.state.mean[place] - 40.0) < 3.0 * sd
