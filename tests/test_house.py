@@ -146,7 +146,7 @@ def test_the_wheel_holds_the_kits_and_nothing_else(tmp_path: Path) -> None:
         assert part in names
     allowed = re.compile(
         r"autodb/(?!_assets).*\.(py|typed|j2)|autodb/_assets/(calibration|schema|sample_jobs)/.*"
-        r"\.(py|mako|toml|csv|parquet|json|md)|autodb-[^/]+\.dist-info/.*"
+        r"\.(py|mako|toml|csv|parquet|json|md|nc)|autodb-[^/]+\.dist-info/.*"
     )
     assert [name for name in names if not allowed.fullmatch(name)] == []
 
