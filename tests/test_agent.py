@@ -263,7 +263,7 @@ def test_a_pair_never_cut_is_predicted_from_what_is_nearest_and_says_so(
 
 BAD_JOBS = [
     ("", "name: Field required"),
-    ('name = "a"\nmaterial = "b"\ntool = "c"\n', "cut: Field required"),
+    ('name = "a"\nmaterial = "b"\ntool = "c"\n', "give either [[cut]] or [program]"),
     (
         'name = "a"\nmaterial = "b"\ntool = "c"\n[[cut]]\ndiameter_mm = 50\ndepth_mm = -1\n'
         "feed_mm_rev = 0.2\nspeed_rpm = 900\n",
