@@ -84,8 +84,7 @@ class _Pair:
             return []
         pair = self._found.pair
         start = start_of(self._session, self._machine_id, pair.material.name, pair.tool.name)
-        begun = {force.cut.recording_id for force in forces if force.id in seen}
-        looked = looked_at(self._session, begun)
+        looked = looked_at(self._session, [force for force in forces if force.id in seen])
         belief = start.belief if base is None else as_belief(base)
         parted = sorted_out(belief, fresh, looked=looked)
         self._add(start, base, parted.usual)

@@ -43,16 +43,20 @@ class Sorted:
 
 @dataclass(frozen=True)
 class Looked:
-    """Recordings, by id, that were looked at before: what is left of them stands ``aside`` still,
-    or was ``cleared`` by a person who rejected every cause.
+    """Recordings, by id, of which cuts were learnt before: what is left of them stood aside then,
+    and does still, but where they are ``cleared`` by a person who rejected every cause.
+
+    ``learnt``: those cuts, by id; another of their forces may be new.
     """
 
-    aside: Collection[int] = ()
+    begun: Collection[int] = ()
+    learnt: Collection[int] = ()
     cleared: Collection[int] = ()
 
 
-def looked_at(session: Session, recordings: Collection[int]) -> Looked:
-    """Return what became of recordings of which some cuts were learnt and others stood aside."""
+def looked_at(session: Session, seen: Sequence[models.SensedForce]) -> Looked:
+    """Return what became of the recordings of forces that were learnt."""
+    recordings = {force.cut.recording_id for force in seen}
     rows = session.execute(
         select(models.Mismatch.recording_id, models.Mismatch.status).where(
             models.Mismatch.recording_id.in_(recordings),
@@ -60,7 +64,8 @@ def looked_at(session: Session, recordings: Collection[int]) -> Looked:
         )
     ).all()
     holds = {recording for recording, status in rows if status != "rejected"}
-    return Looked(holds, {recording for recording, _ in rows} - holds)
+    cleared = {recording for recording, _ in rows} - holds
+    return Looked(recordings, {force.cut_id for force in seen}, cleared)
 
 
 def sorted_out(
@@ -76,8 +81,8 @@ def sorted_out(
     for some in _by_recording(forces):
         recording = some[0].cut.recording_id
         surprising = set[int]()
-        if recording in known.aside:
-            surprising = {force.cut_id for force in some}
+        if recording in known.begun and recording not in known.cleared:
+            surprising = {force.cut_id for force in some} - set(known.learnt)
         elif recording not in known.cleared and belief.cuts >= ENOUGH:
             surprising = _surprising(belief, some)
         usual = [force for force in some if force.cut_id not in surprising]
