@@ -70,7 +70,9 @@ def explain_with_machine(
             moves = signed(table, owner)
             simulated, parts = _simulate_axes(session, owner.id, moves)
             explained = explain(moves, simulated, includes=parts)
-    return AgainstMachine(explained, keep(store, imported.recording_id, explained))
+    with store.writing() as session:
+        kept = keep(session, imported.recording_id, explained)
+    return AgainstMachine(explained, kept)
 
 
 def _simulate_axes(
@@ -155,22 +157,21 @@ def _expected(
     return [kept[k] for k in order], np.array([forces[k] for k in order]).reshape(-1, 3)
 
 
-def keep(store: Store, recording_id: int, explained: Explained) -> dict[Key, KeptCause]:
+def keep(session: Session, recording_id: int, explained: Explained) -> dict[Key, KeptCause]:
     """Keep every cause that is not there yet as an open mismatch; return where all of them are."""
-    with store.writing() as session:
-        old = session.scalars(
-            select(models.Mismatch).where(models.Mismatch.recording_id == recording_id)
-        )
-        known = {(row.channel, row.confirmed_term or row.term, row.kind): row for row in old}
-        found = [
-            ((channel, cause.term, cause.kind), _row(recording_id, channel, answer, cause))
-            for channel, answer in explained.explanation.channels.items()
-            for cause in answer.missing
-        ]
-        rows = {key: known.get(key, row) for key, row in found}
-        session.add_all(rows.values())
-        session.flush()
-        return {key: KeptCause(row.id, row.status) for key, row in rows.items()}
+    old = session.scalars(
+        select(models.Mismatch).where(models.Mismatch.recording_id == recording_id)
+    )
+    known = {(row.channel, row.confirmed_term or row.term, row.kind): row for row in old}
+    found = [
+        ((channel, cause.term, cause.kind), _row(recording_id, channel, answer, cause))
+        for channel, answer in explained.explanation.channels.items()
+        for cause in answer.missing
+    ]
+    rows = {key: known.get(key, row) for key, row in found}
+    session.add_all(rows.values())
+    session.flush()
+    return {key: KeptCause(row.id, row.status) for key, row in rows.items()}
 
 
 def _now_called(row: models.Mismatch) -> str:

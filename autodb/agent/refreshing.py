@@ -75,7 +75,8 @@ def refresh(
             done.versions += outcome.versions
             done.set_aside += outcome.set_aside
             odd += outcome.odd
-    done.mismatches += open_mismatches(store, machine, odd, progress=progress or (lambda _: None))
+        tell = progress or (lambda _: None)
+        done.mismatches += open_mismatches(session, owner, odd, progress=tell)
     return done
 
 

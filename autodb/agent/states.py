@@ -15,14 +15,13 @@ from sqlalchemy.orm import Session
 from autodb.agent.beliefs import latest
 from autodb.agent.explaining import expected_and_sensed, keep
 from autodb.agent.felt import as_observed
-from autodb.agent.machines import find_machine
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.explain.suspects import UNKNOWN
 from autodb.pairs.belief import Belief
 from autodb.pairs.learning import learn, learn_choosing
 from autodb.pairs.surprise import surprise
-from autodb.store import Store, models
+from autodb.store import models
 
 ENOUGH = 8
 """Cuts that a belief rests on before it takes others for surprising. Chosen."""
@@ -148,8 +147,8 @@ def named_states(session: Session, odd: Forces) -> dict[str, Forces]:
 
 
 def open_mismatches(
-    store: Store,
-    machine: str,
+    session: Session,
+    owner: models.Machine,
     odd_cuts: Sequence[int],
     *,
     progress: Callable[[str], None] = lambda _: None,
@@ -158,39 +157,36 @@ def open_mismatches(
 
     A recording that has mismatches of forces already is left as it is. Returns what to say.
     """
-    with store.reading() as session:
-        cuts = session.scalars(select(models.Cut).where(models.Cut.id.in_(odd_cuts))).all()
-        recordings = {cut.recording_id: cut.recording.path for cut in cuts}
-        known = set(
-            session.scalars(
-                select(models.Mismatch.recording_id).where(
-                    models.Mismatch.recording_id.in_(recordings),
-                    models.Mismatch.channel.startswith("force."),
-                )
+    cuts = session.scalars(select(models.Cut).where(models.Cut.id.in_(odd_cuts))).all()
+    recordings = {cut.recording_id: cut.recording for cut in cuts}
+    known = set(
+        session.scalars(
+            select(models.Mismatch.recording_id).where(
+                models.Mismatch.recording_id.in_(recordings),
+                models.Mismatch.channel.startswith("force."),
             )
         )
+    )
     said = []
-    for recording_id in recordings.keys() - known:
-        progress(f"explaining {recordings[recording_id]}")
-        explained = _explained(store, machine, recording_id)
+    for recording_id in sorted(recordings.keys() - known):
+        progress(f"explaining {recordings[recording_id].path}")
+        explained = _explained(session, owner, recordings[recording_id])
         if explained is not None:
-            kept = keep(store, recording_id, explained)
             said += [
                 f"mismatch {row.number}: {channel}: {term} ({kind})"
-                for (channel, term, kind), row in kept.items()
+                for (channel, term, kind), row in keep(session, recording_id, explained).items()
             ]
     return said
 
 
-def _explained(store: Store, machine: str, recording_id: int) -> Explained | None:
+def _explained(
+    session: Session, owner: models.Machine, recording: models.Recording
+) -> Explained | None:
     """Explain all cuts of a recording against what was expected; None: too few, or none felt."""
-    with store.reading() as session:
-        owner = find_machine(session, machine)
-        cuts = list(session.get_one(models.Recording, recording_id).cuts)
-        if len(cuts) < EXPLAINED:
-            return None
-        try:
-            sensed, expected = expected_and_sensed(session, owner, cuts)
-        except UnusableInput:
-            return None
-        return explain(sensed, expected, includes=["shear", "edge_force"])
+    if len(recording.cuts) < EXPLAINED:
+        return None
+    try:
+        sensed, expected = expected_and_sensed(session, owner, list(recording.cuts))
+    except UnusableInput:
+        return None
+    return explain(sensed, expected, includes=["shear", "edge_force"])
