@@ -26,50 +26,64 @@ def _number(option: str, metavar: str, what: str) -> Any:
     return typer.Option(option, metavar=metavar, help=what)
 
 
+Material = Annotated[str | None, typer.Option("--material", help="Work material.")]
+ToolName = Annotated[str | None, typer.Option("--tool", help="Name of the tool.")]
+Operation = Annotated[
+    str | None,
+    typer.Option(
+        "--operation",
+        help="What the cut is: turn, face, taper, contour, slot, side-up, side-down, ramp, "
+        "pocket or drill; turn where none is given.",
+    ),
+]
+Diameter = Annotated[
+    float | None, _number("--diameter", "MM", "Machined diameter at the tool tip, of turning.")
+]
+Depth = Annotated[float | None, _number("--depth", "MM", "Depth of cut.")]
+Width = Annotated[
+    float | None, _number("--width", "MM", "Width of cut, of side milling and pockets.")
+]
+Feed = Annotated[float | None, _number("--feed", "MM", "Feed a revolution; of milling, a tooth.")]
+Speed = Annotated[float | None, _number("--speed", "M/MIN", "Cutting speed.")]
+Rpm = Annotated[float | None, _number("--rpm", "RPM", "Spindle speed instead.")]
+EndDiameter = Annotated[
+    float | None, _number("--end-diameter", "MM", "Diameter at the end of the cut.")
+]
+Length = Annotated[
+    float | None, _number("--length", "MM", "How far a taper or contour goes along the axis.")
+]
+Direction = Annotated[
+    float | None,
+    _number("--direction", "DEG", "Feed of a mill from +x towards +y; of turning, inwards."),
+]
+Ramp = Annotated[float | None, _number("--ramp", "DEG", "Angle of a ramp.")]
+PocketDiameter = Annotated[
+    float | None, _number("--pocket-diameter", "MM", "Diameter of a round pocket.")
+]
+CuttingTime = Annotated[
+    float | None, _number("--cutting-time", "S", "Time on the edge before the cut.")
+]
+FlankWear = Annotated[float | None, _number("--flank-wear", "MM", "Flank wear of the edge.")]
+
+
 def lookup(
     machine: MachineName,
-    material: Annotated[str | None, typer.Option("--material", help="Work material.")] = None,
-    tool: Annotated[str | None, typer.Option("--tool", help="Name of the tool.")] = None,
-    operation: Annotated[
-        str | None,
-        typer.Option(
-            "--operation",
-            help="What the cut is: turn, face, taper, contour, slot, side-up, side-down, ramp, "
-            "pocket or drill; turn where none is given.",
-        ),
-    ] = None,
-    diameter: Annotated[
-        float | None, _number("--diameter", "MM", "Machined diameter at the tool tip, of turning.")
-    ] = None,
-    depth: Annotated[float | None, _number("--depth", "MM", "Depth of cut.")] = None,
-    width: Annotated[
-        float | None, _number("--width", "MM", "Width of cut, of side milling and pockets.")
-    ] = None,
-    feed: Annotated[
-        float | None, _number("--feed", "MM", "Feed a revolution; of milling, a tooth.")
-    ] = None,
-    speed: Annotated[float | None, _number("--speed", "M/MIN", "Cutting speed.")] = None,
-    rpm: Annotated[float | None, _number("--rpm", "RPM", "Spindle speed instead.")] = None,
-    end_diameter: Annotated[
-        float | None, _number("--end-diameter", "MM", "Diameter at the end of the cut.")
-    ] = None,
-    length: Annotated[
-        float | None, _number("--length", "MM", "How far a taper or contour goes along the axis.")
-    ] = None,
-    direction: Annotated[
-        float | None,
-        _number("--direction", "DEG", "Feed of a mill from +x towards +y; of turning, inwards."),
-    ] = None,
-    ramp: Annotated[float | None, _number("--ramp", "DEG", "Angle of a ramp.")] = None,
-    pocket_diameter: Annotated[
-        float | None, _number("--pocket-diameter", "MM", "Diameter of a round pocket.")
-    ] = None,
-    cutting_time: Annotated[
-        float | None, _number("--cutting-time", "S", "Time on the edge before the cut.")
-    ] = None,
-    flank_wear: Annotated[
-        float | None, _number("--flank-wear", "MM", "Flank wear of the edge.")
-    ] = None,
+    material: Material = None,
+    tool: ToolName = None,
+    operation: Operation = None,
+    diameter: Diameter = None,
+    depth: Depth = None,
+    width: Width = None,
+    feed: Feed = None,
+    speed: Speed = None,
+    rpm: Rpm = None,
+    end_diameter: EndDiameter = None,
+    length: Length = None,
+    direction: Direction = None,
+    ramp: Ramp = None,
+    pocket_diameter: PocketDiameter = None,
+    cutting_time: CuttingTime = None,
+    flank_wear: FlankWear = None,
     json: Json = False,
     db: Database = None,
 ) -> None:
