@@ -1,6 +1,7 @@
 """Shared fixtures: where the real recordings are, and the command line in-process."""
 
 import os
+import shutil
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # two workers share two cores
 
@@ -85,6 +86,60 @@ def cli(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
         return Ran(code, text.out, text.err)
 
     return call
+
+
+Once = Callable[[Callable[[], None]], Path]
+
+
+@pytest.fixture(scope="session")
+def filled() -> dict[str, Path]:
+    """Return the folders that ``once`` has had filled in this process, by what filled them."""
+    return {}
+
+
+@pytest.fixture
+def once(
+    filled: dict[str, Path],
+    tmp_path_factory: pytest.TempPathFactory,
+    monkeypatch: pytest.MonkeyPatch,
+) -> Once:
+    """Return a function that goes to a working folder as something left it that runs only once.
+
+    The folder is the same each time, so that paths kept in a database hold; it is set back first.
+    """
+
+    def call(fill: Callable[[], None]) -> Path:
+        name = f"{fill.__module__}.{fill.__qualname__}"
+        if name not in filled:
+            filled[name] = tmp_path_factory.mktemp("once")
+            (filled[name] / "folder").mkdir()
+            monkeypatch.chdir(filled[name] / "folder")
+            fill()
+            shutil.copytree(filled[name] / "folder", filled[name] / "as-left")
+            return filled[name] / "folder"
+        folder = filled[name] / "folder"
+        shutil.rmtree(folder)
+        shutil.copytree(filled[name] / "as-left", folder)
+        monkeypatch.chdir(folder)
+        return folder
+
+    return call
+
+
+@pytest.fixture
+def standard_learnt(cli: Cli, sample_jobs: Path, once: Once) -> Cli:
+    """Return the command line on a lathe that has learnt the cuts that it is calibrated on."""
+
+    def learn() -> None:
+        recordings = sample_jobs / "stepped_shaft" / "recordings"
+        cli("init")
+        cli("machine", "add", "lathe-1")
+        cli("import", recordings / "standard-cuts.csv", "--machine", "lathe-1")
+        cli("calibrate", "--machine", "lathe-1")
+        assert cli("refresh", "--machine", "lathe-1").code == 0
+
+    once(learn)
+    return cli
 
 
 @pytest.fixture

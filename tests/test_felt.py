@@ -71,14 +71,9 @@ def test_a_law_of_the_sample_has_every_form() -> None:
 
 
 @pytest.fixture
-def learnt(cli: Cli, sample_jobs: Path) -> Iterator[Session]:
+def learnt(standard_learnt: Cli) -> Iterator[Session]:
     """Give the database of a lathe that has learnt turning and facing."""
-    recordings = sample_jobs / "stepped_shaft" / "recordings"
-    cli("init")
-    cli("machine", "add", "lathe-1")
-    cli("import", recordings / "standard-cuts.csv", "--machine", "lathe-1")
-    cli("calibrate", "--machine", "lathe-1")
-    assert cli("refresh", "--machine", "lathe-1").code == 0
+    del standard_learnt
     store = open_store(URL)
     with store.reading() as session:
         yield session

@@ -20,7 +20,7 @@ from autodb.store import create_store, head, models, open_store
 from autodb.store.copies import backup
 from autodb.store.exports import read_manifest
 from autodb.store.restoring import restore
-from tests.conftest import ROOT, Cli
+from tests.conftest import ROOT, Cli, Once
 
 DB = Path("autodb.sqlite3")
 URL = "sqlite:///autodb.sqlite3"
@@ -34,22 +34,25 @@ def _content(path: Path) -> dict[str, list[tuple[Any, ...]]]:
 
 
 @pytest.fixture
-def recordings(cli: Cli, sample_jobs: Path, tmp_path: Path) -> Path:
+def recordings(cli: Cli, sample_jobs: Path, once: Once) -> Path:
     """Return a folder of our own with recordings that the machine in the database has learnt."""
-    source = sample_jobs / "stepped_shaft" / "recordings"
-    folder = tmp_path / "recordings"
-    folder.mkdir()
-    for name in ("standard-cuts.csv", "air-moves.csv"):
-        shutil.copy(source / name, folder / name)
-    cli("init")
-    cli("machine", "add", "lathe-1", "--file", sample_jobs / "stepped_shaft" / "machine.toml")
-    cli("import", *sorted(folder.iterdir()), "--machine", "lathe-1")
-    cli("calibrate", "--machine", "lathe-1")
-    cli("identify", folder / "air-moves.csv", "--machine", "lathe-1")
-    cli("refresh", "--machine", "lathe-1")
-    job = sample_jobs / "stepped_shaft" / "job.toml"
-    assert cli("predict", job, "--machine", "lathe-1").code == 0
-    return folder
+
+    def learn() -> None:
+        source = sample_jobs / "stepped_shaft" / "recordings"
+        folder = Path("recordings").absolute()
+        folder.mkdir()
+        for name in ("standard-cuts.csv", "air-moves.csv"):
+            shutil.copy(source / name, folder / name)
+        cli("init")
+        cli("machine", "add", "lathe-1", "--file", sample_jobs / "stepped_shaft" / "machine.toml")
+        cli("import", *sorted(folder.iterdir()), "--machine", "lathe-1")
+        cli("calibrate", "--machine", "lathe-1")
+        cli("identify", folder / "air-moves.csv", "--machine", "lathe-1")
+        cli("refresh", "--machine", "lathe-1")
+        job = sample_jobs / "stepped_shaft" / "job.toml"
+        assert cli("predict", job, "--machine", "lathe-1").code == 0
+
+    return once(learn) / "recordings"
 
 
 def _fill_what_nothing_writes_yet() -> None:

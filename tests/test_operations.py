@@ -26,15 +26,9 @@ TURN = (
 
 
 @pytest.fixture
-def learnt(cli: Cli, sample_jobs: Path) -> Cli:
+def learnt(standard_learnt: Cli) -> Cli:
     """Return the command line on a machine that has learnt turning and facing."""
-    recordings = sample_jobs / "stepped_shaft" / "recordings"
-    cli("init")
-    cli("machine", "add", "lathe-1")
-    cli("import", recordings / "standard-cuts.csv", "--machine", "lathe-1")
-    cli("calibrate", "--machine", "lathe-1")
-    assert cli("refresh", "--machine", "lathe-1").code == 0
-    return cli
+    return standard_learnt
 
 
 def _predict(learnt: Cli, text: str) -> dict[str, Any]:
