@@ -1,6 +1,6 @@
 """`python -m benchmarks.lookups`: a look-up in a database of 100 000 pairs, on one core.
 
-Every pair has a belief of SIZE coordinates and shared errors, dense and with all digits, drawn from
+Every pair has a belief of coordinates and shared errors, dense and with all digits, drawn from
 seeds; a few of them are kept over and over, as text, because drawing them is not what is timed. The
 database takes about 4 GB in a temporary folder (TMPDIR), and some minutes to fill. Beside each
 look-up the same row is read by its primary key and nothing done with it. Timed are an insert whose
@@ -38,7 +38,6 @@ PAIRS, TOOLS, BELIEFS = 100_000, 100, 50
 LOOK_UPS, WARM_UPS = 2000, 50
 P50_MS = 2.0
 """Target of a look-up of a cut with an insert whose geometry is stated."""
-SIZE = 40
 MACHINE = "m"
 
 
@@ -73,14 +72,13 @@ def drawn(rng: np.random.Generator) -> Belief:
     met = tuple(law_error(name) for name in ("turn", "face", "drill"))
     felt = tuple(Shared(f"calibration {k}", 1e-4 * np.eye(4)) for k in range(3))
     known = any_metal().also((*met, *felt, Shared("references", np.eye(2))))
-    if len(known.state.mean) != SIZE:
-        raise ValueError(f"a belief has {len(known.state.mean)} numbers, not {SIZE}")
+    size = len(known.state.mean)
     sd = 0.1 * np.sqrt(np.diag(known.state.covariance))
-    loads = rng.normal(size=(SIZE, SIZE))
+    loads = rng.normal(size=(size, size))
     covariance = loads @ loads.T
-    size = np.sqrt(np.diag(covariance))
-    covariance *= np.outer(sd / size, sd / size)
-    mean = known.state.mean + sd * rng.normal(size=SIZE)
+    drawn_sd = np.sqrt(np.diag(covariance))
+    covariance *= np.outer(sd / drawn_sd, sd / drawn_sd)
+    mean = known.state.mean + sd * rng.normal(size=size)
     return Belief(Gaussian(mean, covariance), known.shared, known.scatter, 60)
 
 
@@ -189,5 +187,6 @@ if __name__ == "__main__":
         database = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(folder) / "many.sqlite3"
         if not database.exists():
             fill(database)
-        print(f"{PAIRS} pairs, {database.stat().st_size / 1e9:.1f} GB")
+        numbers = len(drawn(np.random.default_rng(1)).state.mean)
+        print(f"{PAIRS} pairs of {numbers} numbers, {database.stat().st_size / 1e9:.1f} GB")
         measure(database)

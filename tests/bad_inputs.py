@@ -161,6 +161,11 @@ def _faced_in_diameters(folder: Path) -> None:
     _database(folder)
 
 
+def _unmeasured(folder: Path) -> None:
+    (folder / "cuts.csv").write_text("cut,t,cutting.feed\n1,0,0.2\n2,9,0.2\n")
+    _database(folder)
+
+
 def _database(folder: Path) -> None:
     """A database with one lathe."""
     url = f"sqlite:///{folder / 'autodb.sqlite3'}"
@@ -324,6 +329,10 @@ CALIBRATIONS = (
     Case(
         "X logged as a diameter", "autodb import cut.parquet --machine lathe-1",
         _faced_in_diameters,
+    ),
+    Case(
+        "cuts of which nothing was measured", "autodb import cuts.csv --machine lathe-1",
+        _unmeasured,
     ),
 )  # fmt: skip
 AXES = (

@@ -32,6 +32,8 @@ _CONDITION_PREFIXES = (
     "chip.",
     "z.position",
 )
+CHIP = "chip.thickness"
+"""A condition of a cut that is measured all the same."""
 
 
 @dataclass(frozen=True)
@@ -171,6 +173,7 @@ def _cuts(
         return None, ()
     table = holding[0].read()
     cuts, notes = (table, ()) if isinstance(table, CutTable) else _raw_cut(table, progress)
+    _refuse_unmeasured(cuts)
     faults.refuse(source.path, faults.checks_of_units(cuts, tuple(COMPONENT_OF_AXIS)))
     return cuts, notes
 
@@ -189,6 +192,20 @@ def _pair_names(table: CutTable, row: int) -> tuple[str, str]:
     return material, texts.get("tool") or table.side.tool.name or ""
 
 
+def _refuse_unmeasured(table: CutTable) -> None:
+    """Raise UnusableInput where a table says how was cut, and nothing that was felt."""
+    felt = [name for name in table.channels if name != "cut" and not _is_condition(name)]
+    if not felt and CHIP not in table:
+        raise UnusableInput(
+            f"{table.path}: nothing measured of its cuts; a column like y.current.range, force.z "
+            f"or {CHIP} would work{table.near('force.z')}"
+        )
+
+
+def _is_condition(name: str) -> bool:
+    return name.startswith(_CONDITION_PREFIXES) or name == "t"
+
+
 def _cut_row(table: CutTable, row: int, signs: dict[str, int]) -> models.Cut:
     row_of = {name: float(channel[row]) for name, channel in table.channels.items()}
     values = {name: value for name, value in row_of.items() if np.isfinite(value)}
@@ -196,7 +213,7 @@ def _cut_row(table: CutTable, row: int, signs: dict[str, int]) -> models.Cut:
     conditions: dict[str, float | str] = {
         name: value
         for name, value in values.items()
-        if name.startswith(_CONDITION_PREFIXES) or name == "t"
+        if _is_condition(name)
     }
     if EDGE in texts:
         conditions[EDGE] = texts[EDGE]

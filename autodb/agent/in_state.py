@@ -7,7 +7,7 @@ of them inside a state's range and outside the usual state's is taken to be in t
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from sqlalchemy import select
+from sqlalchemy import Select, bindparam, select
 from sqlalchemy.orm import Session, aliased
 
 from autodb import forward
@@ -63,20 +63,23 @@ def _inside(value: float, ends: tuple[float, float]) -> bool:
 
 def _others(session: Session, parameters: int) -> list[models.CuttingParameters]:
     """Return the newest version of each state of a pair but the usual one, the most cut first."""
-    usual = aliased(models.CuttingParameters)
-    rows = session.scalars(
-        select(models.CuttingParameters)
-        .join(
-            usual,
-            (usual.machine_id == models.CuttingParameters.machine_id)
-            & (usual.pair_id == models.CuttingParameters.pair_id),
-        )
-        .where(
-            usual.id == parameters,
-            models.CuttingParameters.state.is_not(None),
-            models.CuttingParameters.undone_at.is_(None),
-        )
-        .order_by(models.CuttingParameters.version)
-    )
+    numbers = session.connection().execute(_OF_OTHER_STATES, {"usual": parameters}).scalars().all()
+    rows = [session.get_one(models.CuttingParameters, number) for number in numbers]
     newest = {row.state: row for row in rows}
     return sorted(newest.values(), key=lambda row: -row.n_cuts)
+
+
+def _of_other_states() -> Select[int]:
+    """Return the query of a pair's versions in other states than the usual one, oldest first."""
+    usual, other = (aliased(models.CuttingParameters) for _ in range(2))
+    same_pair = (usual.machine_id == other.machine_id) & (usual.pair_id == other.pair_id)
+    return (
+        select(other.id)
+        .join(usual, same_pair)
+        .where(usual.id == bindparam("usual"), other.state.is_not(None), other.undone_at.is_(None))
+        .order_by(other.version)
+    )
+
+
+_OF_OTHER_STATES = _of_other_states()
+"""Made once: a look-up asks it each time."""
