@@ -211,9 +211,7 @@ def _cut_row(table: CutTable, row: int, signs: dict[str, int]) -> models.Cut:
     values = {name: value for name, value in row_of.items() if np.isfinite(value)}
     texts = {name: column[row] for name, column in table.texts.items() if column[row]}
     conditions: dict[str, float | str] = {
-        name: value
-        for name, value in values.items()
-        if _is_condition(name)
+        name: value for name, value in values.items() if _is_condition(name)
     }
     if EDGE in texts:
         conditions[EDGE] = texts[EDGE]

@@ -1,0 +1,1 @@
+"""Explain a milled cut: the forces of its teeth over time."""

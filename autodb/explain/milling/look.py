@@ -1,0 +1,149 @@
+"""Look for the effects that a milled waveform holds."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.cutting.rivals import settled
+from autodb.explain.milling.bench import Bench, Quiet
+from autodb.explain.milling.runout import fitted_out
+from autodb.explain.milling.scans import proposals
+from autodb.explain.milling.suspects import suspects
+from autodb.explain.milling.waves import Waves, tilted, waves_of
+from autodb.explain.milling.world import Tilted, World, own_columns
+from autodb.explain.search import Found, Search
+from autodb.explain.suspects import Choice, Suspect
+from autodb.records import Recording
+
+Array = NDArray[np.float64]
+
+ROUNDS = 4
+EDGED = 0.02
+"""Share of a simulation's squares from which on what no chip changes counts as its edge's."""
+BAR = 3.0
+STILL = 0.02
+"""Share by which teeth stand out otherwise, from which on their columns are built anew."""
+SMALLEST_MM = 2e-4
+SMOOTH_S = 0.02
+
+
+@dataclass(frozen=True)
+class Looked:
+    """What was found, with the world and the bench that it was found on."""
+
+    world: World
+    bench: Bench
+    search: Search
+    found: Found
+    quiet: Quiet
+
+
+def look(recording: Recording, simulation: dict[str, Array], includes: list[str] | None) -> Looked:
+    """Return the effects that force components of a recording hold beside a simulation (n,)."""
+    edged = includes is None or "edge_force" in includes
+    waves = waves_of(recording, simulation, edged=edged)
+    measured = np.array([recording[name] for name in waves.names])
+    world = World(
+        waves=waves,
+        has_edge=_has_edge(waves, includes),
+        tilted=_tilted(recording),
+    )
+    return _looked(world, measured)
+
+
+def _has_edge(waves: Waves, includes: list[str] | None) -> bool:
+    if includes is not None:
+        return "edge_force" in includes
+    edge = waves.seen(waves.teeth.forces(waves.law.of_edge))
+    return bool(np.sum(edge**2) > EDGED * np.sum(waves.simulation**2))
+
+
+def _tilted(recording: Recording) -> Tilted | None:
+    """Return how a table is tilted, and its rates, smoothed over SMOOTH_S; None: still."""
+    zero = np.zeros(len(recording))
+    a, c = (recording.get(f"{name}.angle") for name in "ac")
+    tilt, turn = np.radians(zero if a is None else a), np.radians(zero if c is None else c)
+    if np.ptp(tilt) == 0.0 and np.ptp(turn) == 0.0:
+        return None
+    step = 1.0 / recording.rate_hz
+    window = max(3, round(SMOOTH_S / step))
+    smooth = np.hanning(window + 2)[1:-1]
+    smooth /= smooth.sum()
+
+    def rate(values: Array) -> Array:
+        padded = np.pad(values, window, mode="edge")
+        return np.gradient(np.convolve(padded, smooth, mode="same")[window:-window], step)
+
+    about_x = np.array([np.cos(turn), np.sin(turn), zero])
+    omega = rate(tilt) * about_x + rate(turn) * np.array([[0.0], [0.0], [1.0]])
+    faster = np.array([rate(one) for one in omega])
+    return Tilted(tilted(tilt, turn), omega, faster)
+
+
+def _looked(world: World, measured: Array) -> Looked:
+    bench, standing = _laid_out(world, measured)
+    quiet = bench.quiet(bench.everything(standing))
+    scanned = proposals(world, bench.left(bench.chosen(()), quiet), quiet, 0)
+    quiet = bench.quiet(bench.everything([*standing, *scanned]))
+    found = Found()
+    for number in range(1, ROUNDS + 1):
+        every = [replace(s, bar=s.bar + BAR) for s in (*standing, *scanned)]
+        search = Search(bench.products(every, quiet), every)
+        before, found = found.keys, _predicting(bench, search, quiet)
+        if not found.choices:
+            break
+        world, moved = _stood_out(world, bench, found)
+        if moved:
+            bench, standing = _laid_out(world, measured)
+        quiet = bench.quiet(
+            bench.everything(standing) if moved else bench.chosen(found.choices, detail=True)
+        )
+        if not moved and found.keys == before:
+            break
+        kept = [c.suspect for c in found.choices if c.suspect.scanned]
+        known = {s.key: s for s in standing}
+        chosen = [
+            Choice(known.get(c.suspect.key, c.suspect), c.rung)
+            for c in found.choices
+            if c.rung < len(known.get(c.suspect.key, c.suspect).rungs)
+        ]
+        left = bench.left(bench.chosen(chosen), quiet)
+        scanned = [*kept, *proposals(world, left, quiet, number)]
+    return Looked(world, bench, search, found, quiet)
+
+
+def _laid_out(world: World, measured: Array) -> tuple[Bench, list[Suspect]]:
+    difference = measured - world.waves.simulation
+    return Bench(difference, own_columns(world)), suspects(world)
+
+
+def _predicting(bench: Bench, search: Search, quiet: Quiet) -> Found:
+    """Return the best set of which every effect helps to predict stretches of time left out."""
+    found = search.cleared(settled(search, search.best()))
+    while found.choices:
+        whole = _squares(bench, found.choices, quiet)
+        without = [_squares(bench, found.without(c.suspect.key), quiet) for c in found.choices]
+        weakest = int(np.argmin(without))
+        if without[weakest] > whole:
+            return found
+        search.bar(found.choices[weakest])
+        found = search.cleared(settled(search, search.best()))
+    return found
+
+
+def _squares(bench: Bench, choices: tuple[Choice, ...], quiet: Quiet) -> float:
+    return float(np.sum(bench.held_out(choices, quiet)[1] ** 2))
+
+
+def _stood_out(world: World, bench: Bench, found: Found) -> tuple[World, bool]:
+    """Return the world with teeth standing out as found, and whether they do otherwise by now."""
+    if "runout" not in found.keys:
+        return replace(world, out=None), world.out is not None
+    known = () if world.out is None else found.without("runout")
+    columns = bench.chosen(known)
+    out = fitted_out(world, bench.difference, columns)
+    before = np.zeros(len(out.mm)) if world.out is None else np.array(world.out.mm)
+    now = np.array(out.mm)
+    moved = np.max(np.abs(now - before)) > STILL * max(float(np.max(np.abs(now))), SMALLEST_MM)
+    return (replace(world, out=out), True) if moved else (world, False)

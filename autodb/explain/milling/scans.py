@@ -1,0 +1,171 @@
+"""Suspects that must be looked for in what a fit leaves: other material, tones, bands."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.milling.bench import Quiet
+from autodb.explain.milling.rungs import kept, rung
+from autodb.explain.milling.world import World
+from autodb.explain.suspects import Rung, Suspect, spline
+
+Array = NDArray[np.float64]
+
+BINS = 200
+SHORTEST, LONGEST = 0.02, 0.6
+"""Shares of the time in the work that a stretch of other material lasts at least and at most."""
+ALONG = 0.1
+"""A tone this near a multiple of the spindle's frequency, shares of it, is the spindle's."""
+LOWEST_HZ = 20.0
+TONES = 3
+"""Tones that are looked for in what a fit leaves, the strongest first."""
+ENVELOPES = (1, 4, 8)
+"""Coefficients of a tone's slow course of size and phase."""
+BANDS = (2.5, 40.0)
+"""How often bands come round in the work."""
+
+
+def proposals(world: World, left: Array, quiet: Quiet, number: int) -> list[Suspect]:
+    """Return what a residual (C, n) points to."""
+    white = quiet(left[:, :, None]).reshape(world.components, -1)
+    found = [_stretch(world, left, number), *_tones(world, white, number)]
+    return [*found, _bands(world, left, number)]
+
+
+def _stretch(world: World, left: Array, number: int) -> Suspect:
+    """Return the stretch in which a factor on all forces explains most."""
+    sd = np.std(left, axis=1, keepdims=True)
+    rows = np.flatnonzero(world.waves.teeth.engaged > 0.0)
+    force, rest = (world.simulated / sd)[:, rows], (left / sd)[:, rows]
+    product = np.concatenate([[0.0], np.cumsum(np.sum(force * rest, axis=0))])
+    power = np.concatenate([[0.0], np.cumsum(np.sum(force**2, axis=0))])
+    edges = np.unique(np.linspace(0, len(rows), BINS + 1).astype(np.intp))
+    start, end = _strongest(product, power, edges, len(rows))
+    t = world.waves.t_s
+    return hard_spot(world, float(t[rows[start]]), float(t[rows[end - 1]]), number)
+
+
+def _strongest(product: Array, power: Array, edges: NDArray[np.intp], n: int) -> tuple[int, int]:
+    a, b = edges[:, None], edges[None, :]
+    span = b - a
+    inside = power[b] - power[a]
+    rest = np.maximum(inside * (1.0 - inside / power[-1]), 1e-9 * power[-1])
+    mean = product[-1] * inside / power[-1]
+    gain = (product[b] - product[a] - mean) ** 2 / rest
+    gain = np.where((span < SHORTEST * n) | (span > LONGEST * n), -np.inf, gain)
+    i, j = np.unravel_index(int(np.argmax(gain)), gain.shape)
+    return int(edges[i]), int(edges[j])
+
+
+def hard_spot(world: World, start_s: float, end_s: float, number: int) -> Suspect:
+    """Return the suspect of harder or softer material from one time to another."""
+    u = (world.waves.t_s - start_s) / max(end_s - start_s, 1e-9)
+    shape = {"start": start_s, "end": end_s}
+    courses = []
+    for soft in (0.02, 0.15, 0.4):
+        rise = np.clip(np.minimum(u + 0.5 * soft, 1.0 + 0.5 * soft - u) / soft, 0.0, 1.0)
+        courses.append(rise**2 * (3.0 - 2.0 * rise))
+    courses.append(np.where((u > 0) & (u < 1), np.sin(np.pi * np.clip(u, 0.0, 1.0)), 0.0))
+    rungs = tuple(
+        rung((world.simulated * course)[:, :, None], shape, tries=BINS * 4) for course in courses
+    )
+    knots = spline(np.clip(u, -0.2, 1.2), 9) * ((u > -0.2) & (u < 1.2))[:, None]
+    return Suspect(
+        f"hard_spot {number}",
+        "hard_spot",
+        rungs,
+        ("t",),
+        detail=kept(world.simulated[:, :, None] * knots),
+        interval=(start_s, end_s),
+        scanned=True,
+    )
+
+
+def _tones(world: World, white: Array, number: int) -> list[Suspect]:
+    """Return the strongest tones that are no multiple of the spindle's turn."""
+    n = white.shape[1]
+    rate = (len(world.waves.t_s) - 1) / (world.waves.t_s[-1] - world.waves.t_s[0])
+    angle = world.waves.teeth.angle_rad
+    turns = float(
+        abs(angle[-1] - angle[0]) / (2.0 * np.pi) / (world.waves.t_s[-1] - world.waves.t_s[0])
+    )
+    window = np.hanning(n)
+    power = np.sum(np.abs(np.fft.rfft(white * window, axis=1)) ** 2, axis=0)
+    frequency = np.fft.rfftfreq(n, 1.0 / rate)
+    multiples = np.arange(1, 1 + int(2.0 * rate / turns)) * turns
+    folded = np.abs(multiples - rate * np.round(multiples / rate))
+    near = np.min(np.abs(frequency[:, None] - np.unique(folded)[None, :]), axis=1)
+    first = np.abs(frequency - turns * np.round(frequency / turns))
+    power = np.where(
+        (first < ALONG * turns) | (near < 1.5 / (n / rate)) | (frequency < LOWEST_HZ), 0.0, power
+    )
+    found: list[Suspect] = []
+    for k in range(TONES):
+        at = int(np.argmax(power))
+        if power[at] <= 0.0:
+            break
+        found += tone(world, float(frequency[at]), f"{number}.{k}", tries=n // 2)
+        power[np.abs(frequency - frequency[at]) < 8.0 / (n / rate)] = 0.0
+    return found
+
+
+def tone(world: World, frequency_Hz: float, number: str, *, tries: int) -> list[Suspect]:
+    """Return the suspects of a tone: chatter, in the work only, or a hum that air holds too."""
+    t, engaged = world.waves.t_s, world.waves.teeth.engaged
+    angle = 2.0 * np.pi * frequency_Hz * t
+    waves = np.column_stack([np.cos(angle), np.sin(angle)])
+    count = world.components
+
+    def on_all(course: Array) -> Array:
+        """Columns (C, n, C · p) of courses (n, p)."""
+        made = np.zeros((count, len(t), count, course.shape[1]))
+        for i in range(count):
+            made[i, :, i] = course
+        return made.reshape(count, len(t), -1)
+
+    def ladder(over: Array, inside: Array) -> list[Rung]:
+        rungs = []
+        for knots in ENVELOPES:
+            slow = spline(over, knots) if knots > 3 else np.ones((len(t), 1))
+            course = (waves[:, :, None] * (slow * inside[:, None])[:, None, :]).reshape(len(t), -1)
+            rungs.append(rung(on_all(course), {"frequency": frequency_Hz}, tries=tries))
+        return rungs
+
+    chatter = ladder(world.worn, engaged)
+    hum = ladder(world.time, np.ones(len(t)))
+    return [
+        Suspect(f"chatter {number}", "chatter", tuple(chatter), ("t",), scanned=True),
+        Suspect(f"unknown tone {number}", "unknown", tuple(hum[:1]), ("t",), bar=6.0, scanned=True),
+    ]
+
+
+def _bands(world: World, left: Array, number: int) -> Suspect:
+    """Return the factor on all forces that comes round in the work and explains most."""
+    rows = np.flatnonzero(world.waves.teeth.engaged > 0.0)
+    product = np.sum((world.simulated * left)[:, rows], axis=0)
+    power = np.sum((world.simulated**2)[:, rows], axis=0)
+    u = world.worn[rows]
+    best, found = 0.0, BANDS[0]
+    for count in np.arange(*BANDS, 0.125):
+        wave = np.exp(2j * np.pi * count * u)
+        waves = np.stack([wave.real, wave.imag])
+        inner = (waves * power) @ waves.T
+        right = waves @ product
+        gain = float(right @ np.linalg.solve(inner, right))
+        if gain > best:
+            best, found = gain, float(count)
+    course = np.zeros((len(world.worn), 4))
+    for k in (1, 2):
+        wave = np.exp(2j * np.pi * k * found * world.worn)
+        course[:, 2 * k - 2], course[:, 2 * k - 1] = wave.real, wave.imag
+    shape = {"turns": found}
+    rungs = tuple(
+        rung(
+            world.simulated[:, :, None] * course[:, :width],
+            shape,
+            tries=int((BANDS[1] - BANDS[0]) / 0.125),
+        )
+        for width in (2, 4)
+    )
+    return Suspect(
+        f"unknown bands {number}", "unknown", rungs, ("x.position",), bar=6.0, scanned=True
+    )

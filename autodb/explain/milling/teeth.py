@@ -1,0 +1,148 @@
+"""The teeth of a mill in the work: which slices of them cut at each row, and what a law makes.
+
+A law is three functions of the uncut chip: tangential, radial and axial force a millimetre of edge.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Law = Callable[[Array], tuple[Array, Array, Array]]
+"""Force a mm of edge, tangential, radial, axial (m,) of chips (m,) mm."""
+
+TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True)
+class Mill:
+    """A mill and its cut.
+
+    ``twist_rad``: how far the top of the engaged edge lags behind its tip; ``arc``: the angles at
+    which a tooth comes into the work and leaves it; ``slices`` of the engaged edge.
+    """
+
+    teeth: int
+    twist_rad: float
+    depth_mm: float
+    feed_mm: float
+    arc: tuple[float, float]
+    direction_rad: float = 0.0
+    slices: int = 24
+
+
+@dataclass(frozen=True)
+class StandsOut:
+    """How far each tooth stands out; ``missed``: where one cuts nothing the next finds its chip.
+
+    Simulations leave that out; teeth do not.
+    """
+
+    mm: tuple[float, ...]
+    missed: bool = True
+
+
+@dataclass(frozen=True)
+class Slices:
+    """Slices (m,) of one tooth that cut: ``row`` of each among ``rows``, φ, and their width."""
+
+    rows: int
+    row: NDArray[np.intp]
+    sin: Array
+    cos: Array
+    width_mm: float
+
+    def forces(self, made: tuple[Array, Array, Array]) -> Array:
+        """Return x, y, z in the feed's frame (3, n) of forces a mm: tangential, radial, axial."""
+        t, r, a = (self.width_mm * one for one in made)
+        ways = (-t * self.cos - r * self.sin, t * self.sin - r * self.cos, a)
+        return np.array([np.bincount(self.row, one, self.rows) for one in ways])
+
+
+@dataclass(frozen=True)
+class Teeth:
+    """A mill at rows (n,): the angle of tooth 0, which of them cut, and how far it is in the work.
+
+    ``engaged`` (n,): 0 outside the work; ``reach`` (n,): way into the work over the radius: below 1
+    a tooth cuts only where it has reached the work.
+    """
+
+    mill: Mill
+    angle_rad: Array
+    engaged: Array
+    reach: Array
+
+    @cached_property
+    def _slices(self) -> list[Slices]:
+        count = self.mill.slices
+        height = (np.arange(count) + 0.5) / count
+        return [self._cutting(j, height, self.mill.depth_mm / count) for j in self._each]
+
+    @cached_property
+    def _top(self) -> list[Slices]:
+        return [self._cutting(j, np.ones(1), 1.0) for j in self._each]
+
+    @property
+    def _each(self) -> range:
+        return range(self.mill.teeth)
+
+    def _cutting(self, tooth: int, height: Array, width_mm: float) -> Slices:
+        """Return the slices of a tooth at shares of the depth that cut."""
+        mill, rows = self.mill, np.flatnonzero(self.engaged > 0.0)
+        tip = self.angle_rad[rows] - tooth * TURN / mill.teeth
+        phi = np.mod(tip[:, None] - mill.twist_rad * height, TURN)
+        sin = np.sin(phi)
+        inside = (phi >= mill.arc[0]) & (phi <= mill.arc[1])
+        inside &= sin >= 1.0 - self.reach[rows, None]
+        row = rows[np.nonzero(inside)[0]]
+        return Slices(len(self.engaged), row, sin[inside], np.cos(phi[inside]), width_mm)
+
+    def moments(self, of_chip: Callable[[Array], Array]) -> Array:
+        """Return sums over all slices (k, 3, n) of functions of the chip (k, m) times its width.
+
+        Times cos φ, sin φ and 1: what forces of any law that is a sum of them are made of.
+        """
+        found: Array | float = 0.0
+        for slices in self._slices:
+            values = slices.width_mm * of_chip(self.mill.feed_mm * slices.sin)
+            ways = (slices.cos, slices.sin, np.ones(len(slices.sin)))
+            found = found + np.array(
+                [
+                    [np.bincount(slices.row, one * way, slices.rows) for way in ways]
+                    for one in values
+                ]
+            )
+        return np.asarray(found)
+
+    def forces(self, law: Law, out: StandsOut | None = None) -> Array:
+        """Return forces (3, n) in the feed's frame; ``out``: how far each tooth stands out."""
+        return np.asarray(np.sum([self.of_tooth(j, law, out) for j in self._each], axis=0))
+
+    def of_tooth(self, tooth: int, law: Law, out: StandsOut | None = None) -> Array:
+        """Return the forces of one tooth (3, n)."""
+        slices = self._slices[tooth]
+        return slices.forces(self._made(law, slices, tooth, out))
+
+    def top(self, law: Law, out: StandsOut | None = None) -> Array:
+        """Return what a millimetre more of depth adds (3, n)."""
+        added = [s.forces(self._made(law, s, j, out)) for j, s in enumerate(self._top)]
+        return np.asarray(np.sum(added, axis=0))
+
+    def _made(
+        self, law: Law, slices: Slices, tooth: int, out: StandsOut | None
+    ) -> tuple[Array, Array, Array]:
+        """Return forces a mm of slices: none where the teeth before left no chip."""
+        way = self.mill.feed_mm * slices.sin
+        if out is None:
+            return law(way)
+        left = [
+            k * way + out.mm[tooth] - out.mm[(tooth - k) % self.mill.teeth]
+            for k in range(1, 1 + (self.mill.teeth if out.missed else 1))
+        ]
+        chip = np.minimum.reduce(left)
+        cuts = chip > 0.0
+        t, r, a = law(np.maximum(chip, 0.0))
+        return t * cuts, r * cuts, a * cuts
