@@ -15,8 +15,7 @@ from autodb.explain.milling.waves import FORCES, mill_of, waves_of
 from autodb.prove.explain_oracle import verdict
 from autodb.records import Recording, read
 from autodb.sidefile import SideFile
-from autodb.virtual.concealed.case import Case
-from autodb.virtual.concealed.mill_cases import draw_mill
+from autodb.virtual.concealed.mill_cases import MillCase, draw_mill
 from autodb.virtual.concealed.plan import DEVELOPMENT
 
 Array = NDArray[np.float64]
@@ -92,15 +91,15 @@ def test_a_line_is_not_whitened_away() -> None:
     assert np.std(whitener(tone)) == pytest.approx(np.std(tone), rel=0.1)
 
 
-def _case(kind: str, seed: int, clarity: float) -> Case:
+def _case(kind: str, seed: int, clarity: float) -> MillCase:
     return draw_mill(seed, (kind,) if kind else (), clarity, family=DEVELOPMENT)
 
 
-def _read(case: Case) -> Recording:
+def _read(case: MillCase) -> Recording:
     return Recording(Path("case.csv"), case.channels, side=SideFile.model_validate(case.side))
 
 
-def _looked(case: Case) -> Looked:
+def _looked(case: MillCase) -> Looked:
     simulation = {name: case.simulation[name] for name in FORCES}
     return look(_read(case), simulation, list(case.includes))
 

@@ -3,8 +3,8 @@
 Arrays end in samples or cuts (n,); those of a case with several channels are (channels, n).
 """
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,7 @@ class Case:
     `mistuned` in one term or `refitted` to this recording. ``interval``: stretch (s, or cut
     numbers) of a hidden effect that has one. ``own``: columns (p, ..., n) of the terms that the
     simulation includes. ``whitened`` makes the true noise white; ``rivals`` are all effects that
-    could be hidden, at all shapes. ``side``: what its side file says of the tool and the cut.
+    could be hidden, at all shapes.
     """
 
     seed: int
@@ -64,7 +64,6 @@ class Case:
     own: Array
     whitened: Callable[[Array], Array]
     rivals: Callable[[], Iterable[Rival]]
-    side: Mapping[str, Mapping[str, float | str]] = field(default_factory=dict)
 
     @property
     def table(self) -> bool:

@@ -1,6 +1,7 @@
 """Milled cuts with hidden effects, each of a size that shows as clearly as wanted."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,7 +19,14 @@ from autodb.virtual.concealed.milling import (
 FORCES = ("force.x", "force.y", "force.z")
 
 
-def draw_mill(seed: int, kinds: Sequence[str], wanted: float, *, family: int) -> Case:
+@dataclass(frozen=True)
+class MillCase(Case):
+    """A case with what its side file says of tool and cut."""
+
+    side: Mapping[str, Mapping[str, float | str]]
+
+
+def draw_mill(seed: int, kinds: Sequence[str], wanted: float, *, family: int) -> MillCase:
     """The milled cut of a seed: these kinds of MILL_KINDS hidden, each with clarity ``wanted``.
 
     Clarity is over x, y and z together. Cut, law, effects, noise and simulation have streams of
@@ -46,7 +54,7 @@ def draw_mill(seed: int, kinds: Sequence[str], wanted: float, *, family: int) ->
     tuning = str(kept.choice(TUNINGS))
     simulation = simulated(kept, included, columns, measured, tuning)
     stretches = [effect.interval(world) for effect in drawn]
-    return Case(
+    return MillCase(
         seed=seed,
         kind="+".join(kinds) or "nothing",
         wanted=wanted,
