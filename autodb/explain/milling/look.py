@@ -1,5 +1,6 @@
 """Look for the effects that a milled waveform holds."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -82,35 +83,47 @@ def _tilted(recording: Recording) -> Tilted | None:
 
 
 def _looked(world: World, measured: Array) -> Looked:
+    """Return what is found in rounds, each with what scans find in what the last one left.
+
+    Noise comes from everything at first, then from what the found set leaves. Where teeth stand out
+    otherwise than the columns were made for, these are made anew and the round counts for no more.
+    """
     bench, standing = _laid_out(world, measured)
     quiet = bench.quiet(bench.everything(standing))
     scanned = proposals(world, bench.left(bench.chosen(()), quiet), quiet, 0)
     quiet = bench.quiet(bench.everything([*standing, *scanned]))
-    found = Found()
+    found: tuple[str, ...] | None = None
     for number in range(1, ROUNDS + 1):
-        every = [replace(s, bar=s.bar + BAR) for s in (*standing, *scanned)]
-        search = Search(bench.products(every, quiet), every)
-        before, found = found.keys, _predicting(bench, search, quiet)
-        if not found.choices:
+        looked = _searched(world, bench, quiet, (*standing, *scanned))
+        choices = looked.found.choices
+        world, moved = _stood_out(world, bench, looked.found)
+        if number == ROUNDS or (not moved and looked.found.keys in ((), found)):
             break
-        world, moved = _stood_out(world, bench, found)
+        found = looked.found.keys
         if moved:
             bench, standing = _laid_out(world, measured)
+            choices = _anew(choices, standing)
         quiet = bench.quiet(
-            bench.everything(standing) if moved else bench.chosen(found.choices, detail=True)
+            bench.everything(standing) if moved else bench.chosen(choices, detail=True)
         )
-        if not moved and found.keys == before:
-            break
-        kept = [c.suspect for c in found.choices if c.suspect.scanned]
-        known = {s.key: s for s in standing}
-        chosen = [
-            Choice(known.get(c.suspect.key, c.suspect), c.rung)
-            for c in found.choices
-            if c.rung < len(known.get(c.suspect.key, c.suspect).rungs)
-        ]
-        left = bench.left(bench.chosen(chosen), quiet)
-        scanned = [*kept, *proposals(world, left, quiet, number)]
-    return Looked(world, bench, search, found, quiet)
+        left = bench.left(bench.chosen(choices), quiet)
+        scanned = [one for one in scanned if one.key in looked.found.keys]
+        scanned += proposals(world, left, quiet, number)
+    return looked
+
+
+def _searched(world: World, bench: Bench, quiet: Quiet, every: Sequence[Suspect]) -> Looked:
+    """Return the best set of suspects on a bench."""
+    asked = [replace(one, bar=one.bar + BAR) for one in every]
+    search = Search(bench.products(asked, quiet), asked)
+    return Looked(world, bench, search, _predicting(bench, search, quiet), quiet)
+
+
+def _anew(choices: Sequence[Choice], standing: Sequence[Suspect]) -> tuple[Choice, ...]:
+    """Return choices of suspects that were made anew, in the shapes that they have now."""
+    known = {one.key: one for one in standing}
+    now = [Choice(known.get(c.suspect.key, c.suspect), c.rung) for c in choices]
+    return tuple(one for one in now if one.rung < len(one.suspect.rungs))
 
 
 def _laid_out(world: World, measured: Array) -> tuple[Bench, list[Suspect]]:
