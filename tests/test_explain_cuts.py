@@ -170,7 +170,7 @@ def _cause(answers: dict[str, ChannelAnswer], term: str, channel: str) -> Cause:
     return next(c for c in answers[channel].missing if c.term == term)
 
 
-def _within(found: Value, truth: float, *, rtol: float) -> None:
+def _assert_within(found: Value, truth: float, *, rtol: float) -> None:
     assert found.low <= found.value <= found.high
     assert_allclose(found.value, truth, rtol=rtol)
 
@@ -208,7 +208,7 @@ def test_an_edge_force_left_out_is_named_on_thin_chips() -> None:
     answers = _answers(pair, ["shear"])
     assert "edge_force" in _missing(answers)
     found = _cause(answers, "edge_force", "force.y").parameters["coefficient"]
-    _within(found, EDGE_N_MM["force.y"], rtol=0.1)
+    _assert_within(found, EDGE_N_MM["force.y"], rtol=0.1)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -258,7 +258,7 @@ def test_a_hard_spot_says_which_cuts() -> None:
     table = _table(3)
     answers = _answers(_pair(table, _hard_spot(table), seed=3), BOTH)
     cause = _cause(answers, "hard_spot", "force.y")
-    _within(cause.parameters["factor"], 1.2, rtol=0.02)
+    _assert_within(cause.parameters["factor"], 1.2, rtol=0.02)
     ((first, last),) = answers["force.y"].where.intervals
     assert abs(first - 61.0) <= 1.0
     assert abs(last - 84.0) <= 1.0
@@ -276,9 +276,9 @@ def test_wear_has_a_rate_for_each_edge() -> None:
 def test_parameters_are_those_of_the_truth() -> None:
     table = _table(3)
     depth = _cause(_answers(_pair(table, _depth(table), seed=3), BOTH), "depth_error", "force.y")
-    _within(depth.parameters["error"], 0.06, rtol=0.12)
+    _assert_within(depth.parameters["error"], 0.06, rtol=0.12)
     nose = _cause(_answers(_pair(table, _nose(table), seed=3), BOTH), "nose_radius", "force.z")
-    _within(nose.parameters["radius"], truths.RADIUS_MM, rtol=0.25)
+    _assert_within(nose.parameters["radius"], truths.RADIUS_MM, rtol=0.25)
 
 
 def test_terms_the_simulation_has_are_mistuned() -> None:

@@ -53,7 +53,7 @@ def _cuts(text: str, *, diameter: bool = True) -> list[Linear | Arc]:
     return [m for m in _moves(text, diameter=diameter) if isinstance(m, Linear | Arc)]
 
 
-def _same(ours: list[Linear | Arc], theirs: list[Linear | Arc], atol: float) -> None:
+def _assert_same(ours: list[Linear | Arc], theirs: list[Linear | Arc], atol: float) -> None:
     """Assert equal kinds, ends, centres, feeds and speeds, mm."""
     assert [type(move) for move in ours] == [type(move) for move in theirs]
     for mine, other in zip(ours, theirs, strict=True):
@@ -125,7 +125,7 @@ SAID = {
 
 @pytest.mark.parametrize("body", SAID.values(), ids=SAID)
 def test_one_contour_said_otherwise_is_the_same(body: str) -> None:
-    _same(_cuts(HEAD + body), _cuts(CONTOUR), 1e-9)
+    _assert_same(_cuts(HEAD + body), _cuts(CONTOUR), 1e-9)
 
 
 def test_increments_inches_and_radii_are_the_same() -> None:
@@ -147,13 +147,13 @@ def test_increments_inches_and_radii_are_the_same() -> None:
         ends[1:], 25.4, 2
     )
     known = _cuts(CONTOUR)
-    _same(_cuts(system_b + absolute), known, 1e-9)
-    _same(_cuts(system_b + stepped), known, 1e-9)
-    _same(_cuts(system_b + inches), known, 1e-8)  # ten decimals of an inch
+    _assert_same(_cuts(system_b + absolute), known, 1e-9)
+    _assert_same(_cuts(system_b + stepped), known, 1e-9)
+    _assert_same(_cuts(system_b + inches), known, 1e-8)  # ten decimals of an inch
     radii = f"G0 X12 Z2 F0.2\n{program(ends[1:], 1, 1)}"
-    _same(_cuts(system_b + radii, diameter=False), known, 1e-9)
-    _same(_cuts(f"DIAMOF\n{system_b}{radii}"), known, 1e-9)
-    _same(_cuts(f"DIAMON\n{system_b}{absolute}", diameter=False), known, 1e-9)
+    _assert_same(_cuts(system_b + radii, diameter=False), known, 1e-9)
+    _assert_same(_cuts(f"DIAMOF\n{system_b}{radii}"), known, 1e-9)
+    _assert_same(_cuts(f"DIAMON\n{system_b}{absolute}", diameter=False), known, 1e-9)
 
 
 def test_feeds_and_speeds_are_kept_as_they_were_said() -> None:

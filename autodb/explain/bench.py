@@ -32,6 +32,13 @@ def reduced(values: Array, factor: int) -> Array:
     return np.asarray(total / factor)
 
 
+def fewest_first(blocks: Sequence[Array], room: int) -> list[Array]:
+    """Return blocks of columns (..., p), those with the fewest first, as many as have room."""
+    ordered = sorted(blocks, key=lambda block: block.shape[-1])
+    total = np.cumsum([block.shape[-1] for block in ordered])
+    return [block for block, sum_ in zip(ordered, total, strict=True) if sum_ <= room]
+
+
 class Bench:
     """A difference (n,) = recording − simulation, the simulation's own columns, and suspects.
 
@@ -110,11 +117,8 @@ class Bench:
             self.detail(s) if s.detail else self.columns((s.key, len(s.rungs) - 1), s.rungs[-1])
             for s in suspects
         ]
-        rich.sort(key=lambda block: block.shape[1])
         room = len(self._difference) // ROWS_A_COLUMN - self._own.shape[1]
-        total = np.cumsum([block.shape[1] for block in rich])
-        kept = (block for block, sum_ in zip(rich, total, strict=True) if sum_ <= room)
-        return beside(self._own, *kept)
+        return beside(self._own, *fewest_first(rich, room))
 
     def reduce(self, values: Array) -> Array:
         """Return columns (n,) or (n, p) at the working rate, (m, p), each contiguous in memory."""

@@ -8,6 +8,7 @@ from operator import add
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.bench import ROWS_A_COLUMN, fewest_first
 from autodb.explain.evidence import Products
 from autodb.explain.milling.noise import variance_of, whitener_of
 from autodb.explain.noise import Whitener
@@ -18,7 +19,6 @@ from autodb.explain.suspects import Choice, Rung, Suspect
 Array = NDArray[np.float64]
 
 BLOCKS, FOLDS = 40, 5
-ROWS_A_COLUMN = 10
 
 
 @dataclass(frozen=True)
@@ -83,11 +83,8 @@ class Bench:
             else self.columns((s.key, len(s.rungs) - 1), s.rungs[-1])
             for s in suspects
         ]
-        rich.sort(key=lambda block: block.shape[-1])
         room = self.difference.size // ROWS_A_COLUMN - self._own.shape[-1]
-        total = np.cumsum([block.shape[-1] for block in rich])
-        kept = [block for block, sum_ in zip(rich, total, strict=True) if sum_ <= room]
-        return np.concatenate([self._own, *kept], axis=-1)
+        return np.concatenate([self._own, *fewest_first(rich, room)], axis=-1)
 
     def quiet(self, columns: Array) -> Quiet:
         """Return the noise that columns leave, each component by itself, fitted twice."""

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from autodb.virtual.concealed import mill_effects as milled
+from autodb.virtual.concealed import mill_table_effects as on_table
 from autodb.virtual.concealed.case import Array
 from autodb.virtual.concealed.mill_effects import MillEffect, Three
 from autodb.virtual.concealed.milling import MillWorld
@@ -230,23 +231,23 @@ def _heats(world: MillWorld) -> Iterator[MillEffect]:
 
 def _weighs(rng: Generator, world: MillWorld) -> MillEffect:
     del rng, world
-    return milled.Weighs()
+    return on_table.Weighs()
 
 
 def _weights(world: MillWorld) -> Iterator[MillEffect]:
     if np.any(world.cut.a_rad):
-        yield milled.Weighs()
+        yield on_table.Weighs()
 
 
 def _swings(rng: Generator, world: MillWorld) -> MillEffect:
     del world
     x, y, z = rng.choice([-1.0, 1.0], 3) * rng.uniform(0.05, 0.25, 3)
-    return milled.Swings((float(x), float(y), float(z)))
+    return on_table.Swings((float(x), float(y), float(z)))
 
 
 def _swung(world: MillWorld) -> Iterator[MillEffect]:
     if np.any(world.cut.a_rad) or np.any(world.cut.c_rad):
-        yield milled.Swings(EVEN)
+        yield on_table.Swings(EVEN)
 
 
 def _gain(rng: Generator, world: MillWorld) -> MillEffect:
