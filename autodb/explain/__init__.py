@@ -7,7 +7,7 @@ from autodb.channels import FORCES, axis_of, effort_channels
 from autodb.errors import UnusableInput, near
 from autodb.explain.answer import ChannelAnswer, Explained, Explanation, Trace
 from autodb.explain.axis import explain_axis
-from autodb.explain.process import explain_cuts
+from autodb.explain.process import explain_cuts, explain_waves
 from autodb.records import CutTable, Recording
 from autodb.sensing.protocol import default_protocol
 from autodb.terms.vocabulary import VOCABULARY
@@ -49,8 +49,9 @@ def explain(
     if isinstance(recording, CutTable):
         found = _cuts(recording, simulation, shared, order, names)
     else:
-        found = _axes(recording, simulation, shared, order, includes)
-        notes += [note for channel in found for note in _derived(recording, axis_of(channel))]
+        found = _over_time(recording, simulation, shared, order, includes)
+        efforts = effort_channels(list(found))
+        notes += [note for channel in efforts for note in _derived(recording, axis_of(channel))]
     explanation = Explanation(
         recording=str(recording.path), channels={n: answer for n, (answer, _) in found.items()}
     )
@@ -102,30 +103,42 @@ def _rows(recording: Recording | CutTable, simulation: Recording | CutTable) -> 
     return np.asarray(place, dtype=np.intp)
 
 
-def _axes(
+def _over_time(
     recording: Recording,
     simulation: Recording | CutTable,
     shared: list[str],
     order: NDArray[np.intp],
     includes: Includes,
 ) -> dict[str, tuple[ChannelAnswer, Trace]]:
-    efforts = effort_channels(shared)
-    if not efforts and any(name in FORCES for name in shared):
-        raise UnusableInput(
-            f"{recording.path}: force waveforms over time are not explained by this version; an "
-            "axis current or drive force over time, or a table of cuts, would work"
-        )
-    wanted = effort_channels([name for name in simulation.channels if name not in shared])
-    if not efforts and wanted:
+    """Explain drive efforts each by itself, and the force components together."""
+    efforts, forces = effort_channels(shared), [name for name in FORCES if name in shared]
+    missing = [name for name in simulation.channels if name not in shared]
+    wanted = [*effort_channels(missing), *(name for name in FORCES if name in missing)]
+    if not efforts and not forces and wanted:
         raise UnusableInput(
             f"{recording.path}: no channel '{wanted[0]}', which the simulation has"
             f"{near(wanted[0], list(recording.channels))}"
         )
-    if not efforts:
+    if not efforts and not forces:
         raise UnusableInput(
-            f"{simulation.path}: no drive effort in common with the recording "
-            f"({', '.join(shared) or 'nothing'}); an axis current, or a table of cuts, would work"
+            f"{simulation.path}: no drive effort or force in common with the recording "
+            f"({', '.join(shared) or 'nothing'}); an axis current, or force.x, would work"
         )
+    found = _axes(recording, simulation, efforts, order, includes)
+    if forces:
+        parts = {n: simulation[n][order] for n in forces}
+        names = sorted(set().union(*includes.values())) if isinstance(includes, dict) else includes
+        found |= explain_waves(recording, parts, names)
+    return found
+
+
+def _axes(
+    recording: Recording,
+    simulation: Recording | CutTable,
+    efforts: list[str],
+    order: NDArray[np.intp],
+    includes: Includes,
+) -> dict[str, tuple[ChannelAnswer, Trace]]:
     if not isinstance(includes, dict):
         return {n: explain_axis(recording, simulation[n][order], n, includes) for n in efforts}
     parts = {n: {term: part[order] for term, part in includes[n].items()} for n in efforts}

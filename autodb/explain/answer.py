@@ -95,7 +95,10 @@ class Considered:
 
 @dataclass(frozen=True)
 class Trace:
-    """The arrays behind a channel's answer: x is time [s] or cut number, all of shape (n,)."""
+    """The arrays behind a channel's answer: x is time [s] or cut number, all of shape (n,).
+
+    ``close_up``: of a waveform, from when to when some turns are worth a close look.
+    """
 
     x_name: Literal["t", "cut"]
     x: Array
@@ -104,6 +107,7 @@ class Trace:
     corrected: Array
     regime_signals: dict[str, Array] = field(default_factory=dict)
     considered: tuple[Considered, ...] = ()
+    close_up: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -24,21 +24,18 @@ from autodb.explain.cutting.retuned import retuned
 from autodb.explain.cutting.rivals import Standing, standing
 from autodb.explain.cutting.table import Stack
 from autodb.explain.cutting.words import shape_words
+from autodb.explain.entries import is_undecided, named, undecided
 from autodb.explain.fit import rms
 from autodb.explain.locate import regimes
 from autodb.explain.suspects import UNKNOWN, Choice
 from autodb.fitting import NORMAL_95
 from autodb.records import CutTable
-from autodb.terms import TERMS, Term
+from autodb.terms import TERMS
 
 Array = NDArray[np.float64]
 
 THIN_CHIP_MM = 0.03
 """Uncut chip thickness below which edge force and size effect differ (physics of section 8)."""
-LIKELY = 0.6
-"""A name less likely than this is not given: it is `unknown`, with the names that it could be."""
-LEAST = 0.3
-"""The same for a name beside others that are known to look like it: three such share one table."""
 FELT = 9.0
 """Fall of the sum of squares by an effect in one component, above which it is felt there."""
 
@@ -90,12 +87,15 @@ class _Told:
         size = self._size(number, component)
         if not choice.suspect.named:
             return _unnamed(self, number, choice, component, size)
-        if (sure.like < LIKELY or sure.confidence < LEAST) and sure.near:
-            return _undecided(choice, sure, size, self.apart(choice))
+        if is_undecided(sure):
+            return undecided(choice, sure, size, where="These cuts", apart=self.apart(choice))
         others = tuple(c for c in self.choices if c is not choice)
         effect = Effect(self.stack, self.own, choice, others)
         values = {"size": size, **parameters(effect, component)}
-        return _named(choice, sure, self.includes, values, self.apart(choice))
+        statement = next(t.statement for t in TERMS if t.name == choice.suspect.term)
+        return named(
+            choice, sure, statement, values, includes=self.includes, apart=self.apart(choice)
+        )
 
     def apart(self, choice: Choice) -> str | None:
         """Return the cuts that would tell an effect from its nearest rivals."""
@@ -196,56 +196,6 @@ def _name(choice: Choice) -> str:
     if choice.suspect.named:
         return choice.suspect.term
     return f"what depends on {' and '.join(choice.suspect.variables)}"
-
-
-def _called(name: str) -> Term:
-    return next(term for term in TERMS if term.name == name)
-
-
-def _named(
-    choice: Choice,
-    sure: Standing,
-    includes: frozenset[str],
-    values: dict[str, Value],
-    apart: str | None,
-) -> Cause:
-    term, size = _called(choice.suspect.term), values["size"]
-    again = term.name in includes
-    left_out = (
-        "The simulation has it with another size" if again else "The simulation leaves it out"
-    )
-    return Cause(
-        term=term.name,
-        kind="mistuned" if again else "missing",
-        confidence=sure.confidence,
-        statement=(
-            f"{term.statement} {left_out}: up to {size.value:.3g} N "
-            f"({size.low:.3g} to {size.high:.3g})."
-        ),
-        parameters=values,
-        alternatives=sure.near,
-        variables=choice.suspect.variables,
-        to_tell_apart=apart,
-    )
-
-
-def _undecided(choice: Choice, sure: Standing, size: Value, apart: str | None) -> Cause:
-    """Return an entry without a name where several names are about as likely."""
-    names = (choice.suspect.term, *sure.near)
-    words = ", ".join(name.replace("_", " ") for name in names)
-    return Cause(
-        term=UNKNOWN,
-        kind="missing",
-        confidence=1.0 - sure.confidence,
-        statement=(
-            f"Something of up to {size.value:.3g} N is missing that may be any of: {words}. "
-            "These cuts do not tell which."
-        ),
-        parameters={"size": size},
-        alternatives=names,
-        variables=choice.suspect.variables,
-        to_tell_apart=apart,
-    )
 
 
 def _unnamed(told: _Told, number: int, choice: Choice, component: int, size: Value) -> Cause:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from autodb.explain.bench import ROWS_A_COLUMN, fewest_first
 from autodb.explain.evidence import Products
 from autodb.explain.milling.noise import variance_of, whitener_of
+from autodb.explain.milling.rungs import columns_of
 from autodb.explain.noise import Whitener
 from autodb.explain.normal import Normal, normal
 from autodb.explain.search import DETAIL
@@ -30,11 +31,14 @@ class Quiet:
 
     def __call__(self, columns: Array) -> Array:
         """Return white rows (C · m, p) of columns (C, n, p)."""
-        white = [
+        return np.concatenate(self.each(columns))
+
+    def each(self, columns: Array) -> list[Array]:
+        """Return the white rows (m, ...) of each component of columns (C, n, ...)."""
+        return [
             whitener(one) / sd
             for whitener, sd, one in zip(self.whiteners, self.sd, columns, strict=True)
         ]
-        return np.concatenate(white)
 
 
 class Bench:
@@ -52,7 +56,7 @@ class Bench:
     def columns(self, key: tuple[str, int], rung: Rung) -> Array:
         """Return a shape's columns (C, n, p), built once."""
         if key not in self._kept:
-            self._kept[key] = rung.law(**rung.shape)
+            self._kept[key] = columns_of(rung)
         return self._kept[key]
 
     def detail(self, suspect: Suspect) -> Array:

@@ -25,3 +25,8 @@ def kept(columns: Array) -> Callable[..., Array]:
 def _as_is(columns: Array, **shape: float) -> Array:
     del shape
     return columns
+
+
+def columns_of(shape: Rung) -> Array:
+    """Return a shape's columns (C, n, p)."""
+    return np.asarray(shape.law(**shape.shape))

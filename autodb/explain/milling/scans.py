@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 BINS = 200
 SHORTEST, LONGEST = 0.02, 0.6
 """Shares of the time in the work that a stretch of other material lasts at least and at most."""
+SOFT = (0.02, 0.15, 0.4)
 ALONG = 0.1
 """A tone this near a multiple of the spindle's frequency, shares of it, is the spindle's."""
 LOWEST_HZ = 20.0
@@ -58,15 +59,11 @@ def _strongest(product: Array, power: Array, edges: NDArray[np.intp], n: int) ->
 
 def hard_spot(world: World, start_s: float, end_s: float, number: int) -> Suspect:
     """Return the suspect of harder or softer material from one time to another."""
-    u = (world.waves.t_s - start_s) / max(end_s - start_s, 1e-9)
+    u = _along(world, start_s, end_s)
     shape = {"start": start_s, "end": end_s}
-    courses = []
-    for soft in (0.02, 0.15, 0.4):
-        rise = np.clip(np.minimum(u + 0.5 * soft, 1.0 + 0.5 * soft - u) / soft, 0.0, 1.0)
-        courses.append(rise**2 * (3.0 - 2.0 * rise))
-    courses.append(np.where((u > 0) & (u < 1), np.sin(np.pi * np.clip(u, 0.0, 1.0)), 0.0))
     rungs = tuple(
-        rung((world.simulated * course)[:, :, None], shape, tries=BINS * 4) for course in courses
+        rung(harder(world, start_s, end_s, number), shape, names=("factor",), tries=BINS * 4)
+        for number in range(len(SOFT) + 1)
     )
     knots = spline(np.clip(u, -0.2, 1.2), 9) * ((u > -0.2) & (u < 1.2))[:, None]
     return Suspect(
@@ -78,6 +75,26 @@ def hard_spot(world: World, start_s: float, end_s: float, number: int) -> Suspec
         interval=(start_s, end_s),
         scanned=True,
     )
+
+
+def _along(world: World, start_s: float, end_s: float) -> Array:
+    """Return the way through a stretch at every row, 0 at its start, 1 at its end (n,)."""
+    return np.asarray((world.waves.t_s - start_s) / max(end_s - start_s, 1e-9))
+
+
+def harder(world: World, start_s: float, end_s: float, number: int) -> Array:
+    """Return what material once as hard again adds over a stretch (C, n, 1).
+
+    ``number``: how its ends rise, by shares SOFT of the stretch, or all of it as an arch.
+    """
+    u = _along(world, start_s, end_s)
+    if number == len(SOFT):
+        course = np.where((u > 0) & (u < 1), np.sin(np.pi * np.clip(u, 0.0, 1.0)), 0.0)
+    else:
+        soft = SOFT[number]
+        rise = np.clip(np.minimum(u + 0.5 * soft, 1.0 + 0.5 * soft - u) / soft, 0.0, 1.0)
+        course = rise**2 * (3.0 - 2.0 * rise)
+    return np.asarray((world.simulated * course)[:, :, None])
 
 
 def _tones(world: World, white: Array, number: int) -> list[Suspect]:
@@ -113,21 +130,13 @@ def tone(world: World, frequency_Hz: float, number: str, *, tries: int) -> list[
     t, engaged = world.waves.t_s, world.waves.teeth.engaged
     angle = 2.0 * np.pi * frequency_Hz * t
     waves = np.column_stack([np.cos(angle), np.sin(angle)])
-    count = world.components
-
-    def on_all(course: Array) -> Array:
-        """Columns (C, n, C · p) of courses (n, p)."""
-        made = np.zeros((count, len(t), count, course.shape[1]))
-        for i in range(count):
-            made[i, :, i] = course
-        return made.reshape(count, len(t), -1)
 
     def ladder(over: Array, inside: Array) -> list[Rung]:
         rungs = []
         for knots in ENVELOPES:
             slow = spline(over, knots) if knots > 3 else np.ones((len(t), 1))
             course = (waves[:, :, None] * (slow * inside[:, None])[:, None, :]).reshape(len(t), -1)
-            rungs.append(rung(on_all(course), {"frequency": frequency_Hz}, tries=tries))
+            rungs.append(rung(on_each(world, course), {"frequency": frequency_Hz}, tries=tries))
         return rungs
 
     chatter = ladder(world.worn, engaged)
@@ -136,6 +145,15 @@ def tone(world: World, frequency_Hz: float, number: str, *, tries: int) -> list[
         Suspect(f"chatter {number}", "chatter", tuple(chatter), ("t",), scanned=True),
         Suspect(f"unknown tone {number}", "unknown", tuple(hum[:1]), ("t",), bar=6.0, scanned=True),
     ]
+
+
+def on_each(world: World, course: Array) -> Array:
+    """Return columns (C, n, C · p) of courses (n, p), free in each component."""
+    count, n = world.components, len(course)
+    made = np.zeros((count, n, count, course.shape[1]))
+    for i in range(count):
+        made[i, :, i] = course
+    return made.reshape(count, n, -1)
 
 
 def _bands(world: World, left: Array, number: int) -> Suspect:

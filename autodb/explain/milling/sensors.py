@@ -38,16 +38,16 @@ def _gains(world: World) -> Iterator[Suspect]:
     for i, name in enumerate(world.waves.names):
         course = world.simulated[i][:, None]
         rungs = (
-            rung(_in_one(world, course, i), names=("factor",)),
-            rung(_in_one(world, course * world.time[:, None], i)),
-            rung(_in_one(world, course * curve, i)),
-            rung(_in_one(world, course * np.column_stack([one, curve]), i)),
+            rung(in_one(world, course, i), names=("factor",)),
+            rung(in_one(world, course * world.time[:, None], i)),
+            rung(in_one(world, course * curve, i)),
+            rung(in_one(world, course * np.column_stack([one, curve]), i)),
         )
-        detail = kept(_in_one(world, course * curve, i))
+        detail = kept(in_one(world, course * curve, i))
         yield Suspect(f"gain {name}", "gain", rungs, ("t",), detail=detail)
 
 
-def _in_one(world: World, course: Array, component: int) -> Array:
+def in_one(world: World, course: Array, component: int) -> Array:
     """Return a course (n, k) in one component (C, n, k)."""
     made = np.zeros((*world.simulated.shape, course.shape[-1]))
     made[component] = course
@@ -56,7 +56,7 @@ def _in_one(world: World, course: Array, component: int) -> Array:
 
 def _in_some(world: World, course: Array) -> list[Array]:
     """Return columns of a course (n, k) in each component alone, and in all of them."""
-    each = [_in_one(world, course, i) for i in range(world.components)]
+    each = [in_one(world, course, i) for i in range(world.components)]
     return [*each, np.concatenate(each, axis=-1)] if len(each) > 1 else each
 
 
@@ -101,7 +101,7 @@ def _crosstalk(world: World) -> Suspect:
     count = world.components
     pairs = [(i, j) for i in range(count) for j in range(count) if i != j]
     made = np.concatenate(
-        [_in_one(world, world.simulated[j][:, None], i) for i, j in pairs], axis=-1
+        [in_one(world, world.simulated[j][:, None], i) for i, j in pairs], axis=-1
     )
     both = [[k for k, pair in enumerate(pairs) if set(pair) == {i, j}] for i, j in pairs if i < j]
     rungs = [

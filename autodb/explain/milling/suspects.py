@@ -68,7 +68,11 @@ def _size_effect(world: World) -> Suspect:
         for fades in (True, False)
     ]
     rungs += [
-        rung(world.cut(partial(_logarithm, law=law))[:, :, None], allowed=negative),
+        rung(
+            world.cut(partial(_logarithm, law=law))[:, :, None],
+            names=("exponent",),
+            allowed=negative,
+        ),
         rung(world.bumps),
     ]
     return Suspect(
@@ -97,7 +101,13 @@ def _wear(world: World) -> Suspect:
     """The edge's force grows while the mill cuts: evenly, faster at first, or at last."""
     names, tries = ("rate", "radial", "axial"), len(world.edges) * len(GROWTHS)
     rungs = [
-        rung(ways * (world.worn**power)[:, None], names=names, tries=tries, allowed=positive)
+        rung(
+            ways * (world.worn**power)[:, None],
+            {"power": power},
+            names=names,
+            tries=tries,
+            allowed=positive,
+        )
         for ways in world.edges
         for power in GROWTHS
     ]
