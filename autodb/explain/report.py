@@ -6,6 +6,7 @@ that has a shell of its own.
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -103,7 +104,7 @@ def explanation_fragment(explained: Explained) -> str:
     ]
     words = (verdict, certainty, term_words, move_words, parameter_words)
     where = (where_words, regime_words, bars)
-    plots = (over_time, located, against_signals, ranked, candidate_words, drawn_words)
+    plots = (over_time, located, close_up, against_signals, ranked, candidate_words, drawn_words)
     return str(
         figures.fragment(
             "_explanation.html.j2",
@@ -294,9 +295,22 @@ def located(
     for number, (low, high) in enumerate(_stretches(answer, trace), start=1):
         around = AROUND * (high - low)
         near = part(trace, low - around, high + around)
-        plot = _stretch(channel, answer, near, number, shaded=(low, high))
+        label = f"{channel['words']}: the stretch where the mismatch sits"
+        name = f"located-{number}"
+        plot = _near(channel, answer, near, name, label=label, shaded=[(low, high)])
         found.append((plot, drawn_words(len(near.x))))
     return found
+
+
+def close_up(
+    channel: dict[str, str], answer: ChannelAnswer, trace: Trace
+) -> list[tuple[Markup, str | None]]:
+    """Draw the turns of a waveform that are worth a close look, with what ``drawn_words`` says."""
+    if trace.close_up is None:
+        return []
+    near = part(trace, *trace.close_up)
+    label = f"{channel['words']}: some turns of the spindle"
+    return [(_near(channel, answer, near, "turns", label=label), drawn_words(len(near.x)))]
 
 
 def part(trace: Trace, low: float, high: float) -> Trace:
@@ -312,20 +326,20 @@ def part(trace: Trace, low: float, high: float) -> Trace:
     )
 
 
-def _stretch(
+def _near(
     channel: dict[str, str],
     answer: ChannelAnswer,
     near: Trace,
-    number: int,
+    name: str,
     *,
-    shaded: tuple[float, float],
+    label: str,
+    shaded: Sequence[tuple[float, float]] = (),
 ) -> Markup:
     made = figures.figure([f"{channel['words']} [{answer.unit}]"], x_title=_x_title(near))
-    figures.shade(made, [shaded])
-    for name, values, _ in _curves(answer, near):
-        made.add_trace(_curve(near, values, name))
-    label = f"{channel['words']}: the stretch where the mismatch sits"
-    return figures.as_html(made, f"{channel['id']}-located-{number}", height_px=340, label=label)
+    figures.shade(made, shaded)
+    for tone, values, _ in _curves(answer, near):
+        made.add_trace(_curve(near, values, tone))
+    return figures.as_html(made, f"{channel['id']}-{name}", height_px=340, label=label)
 
 
 def _curves(answer: ChannelAnswer, trace: Trace) -> list[tuple[str, Array, Array | None]]:
