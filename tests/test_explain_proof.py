@@ -5,6 +5,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -27,7 +28,7 @@ from autodb.prove.explain_score import (
 from autodb.prove.explain_score import recovery as recovery_of
 from autodb.prove.explain_summary import NOTHING, Summary, confusion, effects, limits
 from autodb.prove.found import markdown
-from autodb.prove.proofs import CONCEALED, PROOFS, Proof, begin, carry_out, proof
+from autodb.prove.proofs import CONCEALED, CONCEALED_MILLS, PROOFS, Proof, begin, carry_out, proof
 from autodb.prove.score import exact_interval
 from autodb.virtual.concealed.case import Case, Hidden, Rival
 from autodb.virtual.concealed.plan import Planned, draw
@@ -135,7 +136,7 @@ def _answer(*causes: tuple[str, str, float, tuple[str, ...]]) -> ChannelAnswer:
 
 def _scored(hidden: tuple[str, ...], *named: Named, wanted: float = 20.0) -> Scored:
     return Scored(
-        seed=1, kind="+".join(hidden), table=False, wanted=wanted, reached=True, tuning="true",
+        seed=1, kind="+".join(hidden), place="axis", wanted=wanted, reached=True, tuning="true",
         terms=hidden, clarities=(wanted,) * len(hidden), margin=100.0, decidable=True,
         best_recovery=0.2, named=named, recovery=0.25,
     )  # fmt: skip
@@ -361,10 +362,15 @@ def test_a_refused_case_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (one.refused, one.named, one.recovery) == ("too short", (), None)
 
 
-def test_the_generator_is_all_that_draws_a_case() -> None:
+@pytest.mark.parametrize(
+    ("drawn_by", "digested"), [("plan", CONCEALED), ("mill_plan", CONCEALED_MILLS)]
+)
+def test_the_generator_is_all_that_draws_a_case(
+    drawn_by: str, digested: tuple[ModuleType, ...]
+) -> None:
     """What a drawn case is made of, module by module, is what a table's digest is taken of."""
     package = "autodb.virtual.concealed"
-    used, ahead = {package}, [f"{package}.plan"]
+    used, ahead = {package}, [f"{package}.{drawn_by}"]
     while ahead:
         name = ahead.pop()
         used.add(name)
@@ -374,7 +380,7 @@ def test_the_generator_is_all_that_draws_a_case() -> None:
                 names = [f"{package}.{alias.name}" for alias in node.names]
                 ahead += [str(node.module)] if node.module != package else names
         ahead = [one for one in ahead if one not in used]
-    assert {module.__name__ for module in CONCEALED} == used
+    assert {module.__name__ for module in digested} == used
 
 
 def test_the_command_proves_explanations(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:

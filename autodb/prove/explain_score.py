@@ -8,6 +8,7 @@ import numpy as np
 from autodb.explain.answer import ChannelAnswer, Explained
 from autodb.prove.explain_oracle import rms, verdict
 from autodb.virtual.concealed.case import UNKNOWN, Case
+from autodb.virtual.concealed.mill_cases import MillCase
 
 Interval = tuple[float, float]
 
@@ -26,6 +27,7 @@ class Named:
 class Scored:
     """A case, what its oracle says, and the answer.
 
+    ``place``: an `axis`, a table of `cuts`, or the waveform of a `mill`.
     ``clarities`` in the order of ``terms``; ``named``: entries of kind `missing`; ``overlap``:
     shared length of stretches over that of both, None without a true one; ``recovery``: rms error
     of the corrected channel over that of the simulation, None without error; ``margin`` and
@@ -35,7 +37,7 @@ class Scored:
 
     seed: int
     kind: str
-    table: bool
+    place: str
     wanted: float
     reached: bool
     tuning: str
@@ -82,7 +84,7 @@ def unanswered(case: Case) -> Scored:
     return Scored(
         seed=case.seed,
         kind=case.kind,
-        table=case.table,
+        place=_place(case),
         wanted=case.wanted,
         reached=case.reached,
         tuning=case.tuning,
@@ -92,6 +94,12 @@ def unanswered(case: Case) -> Scored:
         decidable=judged.decidable,
         best_recovery=judged.recovery,
     )
+
+
+def _place(case: Case) -> str:
+    if isinstance(case, MillCase):
+        return "mill"
+    return "cuts" if case.table else "axis"
 
 
 def entries(answers: Mapping[str, ChannelAnswer]) -> tuple[Named, ...]:

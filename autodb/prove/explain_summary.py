@@ -199,8 +199,7 @@ def effects(every: Sequence[Scored]) -> tuple[EffectRow, ...]:
 
 def group(one: Scored) -> str:
     """Return where the effect is hidden, and which: a kind alone, or how many together."""
-    place = "cuts" if one.table else "axis"
-    return f"{place}: {one.kind if len(one.terms) == 1 else f'{len(one.terms)} effects'}"
+    return f"{one.place}: {one.kind if len(one.terms) == 1 else f'{len(one.terms)} effects'}"
 
 
 def _effect(name: str, clarity: float, every: Sequence[Scored]) -> EffectRow:

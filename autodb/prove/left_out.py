@@ -7,13 +7,21 @@ from autodb.errors import UnusableInput
 from autodb.explain import explain
 from autodb.prove.explain_score import Scored, entries, overlap, recovery, stretches, unanswered
 from autodb.records import CutTable, Recording
+from autodb.sidefile import SideFile
 from autodb.virtual.concealed.case import Case
+from autodb.virtual.concealed.mill_cases import MillCase
+from autodb.virtual.concealed.mill_plan import draw_planned_mill
 from autodb.virtual.concealed.plan import draw
 
 
 def run(seed: int) -> list[Scored]:
     """Draw the case of a seed, explain it and score the answer."""
     return [answered(draw(seed))]
+
+
+def run_mill(seed: int) -> list[Scored]:
+    """Draw the milled cut of a seed, explain its waveform and score the answer."""
+    return [answered(draw_planned_mill(seed))]
 
 
 def answered(case: Case) -> Scored:
@@ -42,6 +50,9 @@ def answered(case: Case) -> Scored:
 def tables(case: Case) -> tuple[Recording | CutTable, Recording | CutTable]:
     """Return recording and simulation of a case as they are read from files."""
     paths = Path(f"case-{case.seed}.csv"), Path(f"case-{case.seed}-simulation.csv")
+    if isinstance(case, MillCase):
+        side = SideFile.model_validate(case.side)
+        return Recording(paths[0], case.channels, side=side), Recording(paths[1], case.simulation)
     if not case.table:
         return Recording(paths[0], case.channels), Recording(paths[1], case.simulation)
     texts = {"operation": ["turn"] * len(case.channels["cut"])}

@@ -58,6 +58,14 @@ from autodb.virtual import (
     reference_milling,
     reference_moves,
 )
+from autodb.virtual.concealed import (
+    mill_cases,
+    mill_effects,
+    mill_families,
+    mill_plan,
+    mill_table_effects,
+    milling,
+)
 
 J = TypeVar("J")
 ROOT = Path(autodb.__file__).parent
@@ -88,6 +96,15 @@ CONCEALED = tuple(
 )
 
 
+CONCEALED_MILLS = (
+    *CONCEALED,
+    mill_cases,
+    mill_effects,
+    mill_families,
+    mill_plan,
+    mill_table_effects,
+    milling,
+)
 REFERENCE_AXIS = (curves, motion, noise, reference_axis, reference_friction, reference_moves)
 REFERENCE_MILL = (
     curves,
@@ -151,6 +168,16 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=explain_summary.summary_of,
         read=explain_summary.Summary.from_json,
         generator=CONCEALED,
+    ),
+    Proof(
+        name="explain-milling",
+        what="explain names what a milled waveform's simulation left out, and nothing else",
+        runs=192,
+        run=left_out.run_mill,
+        kept=TypeAdapter(Finished[Scored]),
+        score=explain_summary.summary_of,
+        read=explain_summary.Summary.from_json,
+        generator=CONCEALED_MILLS,
     ),
     Proof(
         name="calibration",
