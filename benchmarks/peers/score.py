@@ -101,7 +101,7 @@ def _score(
         seed=truth.seed,
         method=method,
         kind=truth.kind,
-        table=truth.table,
+        table=truth.place == "cuts",
         decidable=truth.decidable,
         hidden=truth.terms,
         named=named,
