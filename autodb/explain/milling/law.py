@@ -12,8 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.milling.teeth import Law
-
 Array = NDArray[np.float64]
 Ways = Sequence[int]
 
@@ -81,17 +79,6 @@ def rubbing(chip_mm: Array, round_mm: float) -> Array:
     if round_mm:
         return -np.expm1(-np.maximum(chip_mm, 0.0) / round_mm)
     return (chip_mm > 0.0).astype(np.float64)
-
-
-def only(law: Law, way: int) -> Law:
-    """Return a law in one way alone."""
-
-    def alone(chip_mm: Array) -> tuple[Array, Array, Array]:
-        made = law(chip_mm)
-        t, r, a = (made[k] if k == way else np.zeros_like(chip_mm) for k in range(3))
-        return t, r, a
-
-    return alone
 
 
 NOTHING = ReadLaw(np.zeros((3, 1)), np.ones((3, 1)), np.zeros(3), 0.0)

@@ -3,7 +3,7 @@
 A law is three functions of the uncut chip: tangential, radial and axial force a millimetre of edge.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -58,8 +58,28 @@ class Slices:
     def forces(self, made: tuple[Array, Array, Array]) -> Array:
         """Return x, y, z in the feed's frame (3, n) of forces a mm: tangential, radial, axial."""
         t, r, a = (self.width_mm * one for one in made)
-        ways = (-t * self.cos - r * self.sin, t * self.sin - r * self.cos, a)
-        return np.array([np.bincount(self.row, one, self.rows) for one in ways])
+        return np.array(
+            [
+                self._summed(-t * self.cos - r * self.sin),
+                self._summed(t * self.sin - r * self.cos),
+                self._summed(a),
+            ]
+        )
+
+    def ways(self, made: tuple[Array, Array, Array]) -> Array:
+        """Return the same of each way alone, tangential, radial and axial (3, 3, n)."""
+        t, r, a = (self.width_mm * one for one in made)
+        none = np.zeros(self.rows)
+        return np.array(
+            [
+                [self._summed(-t * self.cos), self._summed(t * self.sin), none],
+                [self._summed(-r * self.sin), self._summed(-r * self.cos), none],
+                [none, none, self._summed(a)],
+            ]
+        )
+
+    def _summed(self, values: Array) -> Array:
+        return np.asarray(np.bincount(self.row, values, self.rows), dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -100,14 +120,21 @@ class Teeth:
         row = rows[np.nonzero(inside)[0]]
         return Slices(len(self.engaged), row, sin[inside], np.cos(phi[inside]), width_mm)
 
-    def moments(self, of_chip: Callable[[Array], Array]) -> Array:
+    def chips(self, out: StandsOut | None = None) -> list[Array]:
+        """Return the uncut chip of each tooth's slices (m,) mm: 0 where none is left to cut."""
+        return [self._chip(slices, j, out) for j, slices in enumerate(self._slices)]
+
+    def moments(
+        self, of_chip: Callable[[Array], Array], chips: Sequence[Array] | None = None
+    ) -> Array:
         """Return sums over all slices (k, 3, n) of functions of the chip (k, m) times its width.
 
         Times cos φ, sin φ and 1: what forces of any law that is a sum of them are made of.
+        ``chips``: those of teeth that stand out.
         """
         found: Array | float = 0.0
-        for slices in self._slices:
-            values = slices.width_mm * of_chip(self.mill.feed_mm * slices.sin)
+        for slices, chip in zip(self._slices, chips or self.chips(), strict=True):
+            values = slices.width_mm * of_chip(chip) * (chip > 0.0)
             ways = (slices.cos, slices.sin, np.ones(len(slices.sin)))
             found = found + np.array(
                 [
@@ -119,30 +146,44 @@ class Teeth:
 
     def forces(self, law: Law, out: StandsOut | None = None) -> Array:
         """Return forces (3, n) in the feed's frame; ``out``: how far each tooth stands out."""
-        return np.asarray(np.sum([self.of_tooth(j, law, out) for j in self._each], axis=0))
+        return self.forces_at(law, self.chips(out))
+
+    def forces_at(self, law: Law, chips: Sequence[Array]) -> Array:
+        """Return forces (3, n) of teeth that cut chips."""
+        pairs = zip(self._slices, chips, strict=True)
+        return np.asarray(
+            np.sum([slices.forces(_made(law, chip)) for slices, chip in pairs], axis=0)
+        )
+
+    def ways_at(self, law: Law, chips: Sequence[Array]) -> Array:
+        """Return the same of each way alone, tangential, radial and axial (3, 3, n)."""
+        pairs = zip(self._slices, chips, strict=True)
+        return np.asarray(np.sum([slices.ways(_made(law, chip)) for slices, chip in pairs], axis=0))
 
     def of_tooth(self, tooth: int, law: Law, out: StandsOut | None = None) -> Array:
         """Return the forces of one tooth (3, n)."""
         slices = self._slices[tooth]
-        return slices.forces(self._made(law, slices, tooth, out))
+        return slices.forces(_made(law, self._chip(slices, tooth, out)))
 
     def top(self, law: Law, out: StandsOut | None = None) -> Array:
         """Return what a millimetre more of depth adds (3, n)."""
-        added = [s.forces(self._made(law, s, j, out)) for j, s in enumerate(self._top)]
+        added = [s.forces(_made(law, self._chip(s, j, out))) for j, s in enumerate(self._top)]
         return np.asarray(np.sum(added, axis=0))
 
-    def _made(
-        self, law: Law, slices: Slices, tooth: int, out: StandsOut | None
-    ) -> tuple[Array, Array, Array]:
-        """Return forces a mm of slices: none where the teeth before left no chip."""
+    def _chip(self, slices: Slices, tooth: int, out: StandsOut | None) -> Array:
+        """Return the chips of a tooth (m,): 0 where the teeth before left none."""
         way = self.mill.feed_mm * slices.sin
         if out is None:
-            return law(way)
+            return np.maximum(way, 0.0)
         left = [
             k * way + out.mm[tooth] - out.mm[(tooth - k) % self.mill.teeth]
             for k in range(1, 1 + (self.mill.teeth if out.missed else 1))
         ]
-        chip = np.minimum.reduce(left)
-        cuts = chip > 0.0
-        t, r, a = law(np.maximum(chip, 0.0))
-        return t * cuts, r * cuts, a * cuts
+        return np.asarray(np.maximum(np.minimum.reduce(left), 0.0))
+
+
+def _made(law: Law, chip: Array) -> tuple[Array, Array, Array]:
+    """Return forces a mm of slices: none of no chip."""
+    t, r, a = law(chip)
+    cuts = chip > 0.0
+    return t * cuts, r * cuts, a * cuts

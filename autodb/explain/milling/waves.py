@@ -42,6 +42,8 @@ ENTRY = 0.3
 """Share of the time in the work, its first, in which the mill may still come in."""
 IN_STEP = 6
 """Coefficients of what an angle that was not recorded is off by, and rounds to find it."""
+STEPPED = 2000
+"""Rows, at most about twice as many, by which this is found."""
 NUDGE_RAD = 1e-3
 REACH = 0.15
 """By how much of the radius the mill may come in earlier or later than its first force says."""
@@ -334,18 +336,17 @@ def _in_step(waves: Waves, rows: NDArray[np.intp]) -> Waves:
     t = waves.t_s
     u = 2.0 * (t - t[0]) / (t[-1] - t[0]) - 1.0
     course = np.polynomial.legendre.legvander(u, IN_STEP - 1)
+    rows = rows[:: max(1, len(rows) // STEPPED)]
     for _ in range(IN_STEP):
-        law = _fitted(_rows(waves, rows)).law
-        waves = replace(waves, law=law)
-        nudged = replace(waves.teeth, angle_rad=waves.teeth.angle_rad + NUDGE_RAD)
-        now = waves.seen(waves.teeth.forces(waves.law.whole))
-        slope = (waves.seen(nudged.forces(waves.law.whole)) - now) / NUDGE_RAD
-        left = waves.simulation - now
-        columns = (slope[:, :, None] * course)[:, rows].reshape(-1, IN_STEP)
-        off = np.linalg.lstsq(columns, left[:, rows].ravel(), rcond=1e-6)[0]
-        waves = replace(
-            waves, teeth=replace(waves.teeth, angle_rad=waves.teeth.angle_rad + course @ off)
-        )
+        some = _fitted(_rows(waves, rows))
+        law, teeth = some.law.whole, some.teeth
+        nudged = replace(teeth, angle_rad=teeth.angle_rad + NUDGE_RAD)
+        now = some.seen(teeth.forces(law))
+        slope = (some.seen(nudged.forces(law)) - now) / NUDGE_RAD
+        columns = (slope[:, :, None] * course[rows]).reshape(-1, IN_STEP)
+        off = np.linalg.lstsq(columns, (some.simulation - now).ravel(), rcond=1e-6)[0]
+        angle = waves.teeth.angle_rad + course @ off
+        waves = replace(waves, law=some.law, teeth=replace(waves.teeth, angle_rad=angle))
     return waves
 
 

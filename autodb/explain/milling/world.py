@@ -7,20 +7,22 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.milling.law import only, rubbing
+from autodb.explain.milling.law import in_ways, rubbing
 from autodb.explain.milling.teeth import Law, StandsOut
 from autodb.explain.milling.waves import Waves
 from autodb.explain.suspects import spline
 
 Array = NDArray[np.float64]
 Over = Callable[[Array], Array]
-"""Force a mm of edge over the chip's thickness."""
+"""Forces a mm of edge (k, m) of chips (m,)."""
 
 WAYS = ("tangential", "radial", "axial")
 ROUND_MM = (0.0, 0.004, 0.012)
 """Chips at which two thirds of an edge's force act, of a rounded edge."""
 BUMPS = 5
 """Smooth functions that any other is summed up of, of the chip's thickness."""
+FINE = 1025
+"""Points between which these are taken as straight."""
 RESTS = 1e-12
 """Share of a simulation's squares below which what its waves leave of it is nothing."""
 
@@ -84,7 +86,12 @@ class World:
 
     def cut(self, law: Law) -> Array:
         """Return what a law makes of the chips as they are (C, n)."""
-        return self.waves.seen(self.waves.teeth.forces(law, self.out))
+        return self.waves.seen(self.waves.teeth.forces_at(law, self.chips))
+
+    @cached_property
+    def chips(self) -> list[Array]:
+        """The chips of each tooth's slices (m,) mm."""
+        return self.waves.teeth.chips(self.out)
 
     @cached_property
     def shear_ways(self) -> Array:
@@ -103,41 +110,35 @@ class World:
 
     def _ways(self, law: Law) -> Array:
         """Return what a law makes in each way alone (C, n, 3)."""
-        return np.stack([self.cut(only(law, way)) for way in range(3)], axis=-1)
+        ways = self.waves.seen(self.waves.teeth.ways_at(law, self.chips))
+        return np.ascontiguousarray(np.moveaxis(ways, 0, -1))
 
     @cached_property
     def edges(self) -> tuple[Array, ...]:
         """Edge forces of 1 N/mm (C, n, 3): of a sharp edge, and of rounded ones."""
-        return tuple(self._each_way(partial(rubbing, round_mm=round_mm)) for round_mm in ROUND_MM)
+        return tuple(np.split(self._each_way(_rubbed), len(ROUND_MM), axis=-1))
 
     @cached_property
     def bumps(self) -> Array:
         """Smooth functions of the chip, each way (C, n, 3 · BUMPS)."""
-        feed = self.waves.teeth.mill.feed_mm
-        free = [
-            self._each_way(partial(_bump, number=number, feed_mm=feed)) for number in range(BUMPS)
-        ]
-        return np.concatenate(free, axis=-1)
+        return self._each_way(partial(_bumps, feed_mm=self.waves.teeth.mill.feed_mm))
 
     def _each_way(self, over: Over) -> Array:
-        """Return what a function of the chip, N/mm, makes each way (C, n, 3)."""
-        return self._ways(_alike(over))
+        """Return what functions of the chip, N/mm, make each way (C, n, k · 3)."""
+        ways = self.waves.seen(in_ways(self.waves.teeth.moments(over, self.chips)))
+        made = np.moveaxis(ways, (0, 1), (-2, -1))
+        return np.ascontiguousarray(made.reshape(*made.shape[:2], -1))
 
 
-def _alike(over: Over) -> Law:
-    """Return a law that is one function of the chip in all ways."""
-
-    def law(chip_mm: Array) -> tuple[Array, Array, Array]:
-        made = over(chip_mm)
-        return made, made, made
-
-    return law
+def _rubbed(chip_mm: Array) -> Array:
+    return np.array([rubbing(chip_mm, round_mm) for round_mm in ROUND_MM])
 
 
-def _bump(chip_mm: Array, *, number: int, feed_mm: float) -> Array:
-    """Return one of BUMPS smooth functions of the chip, finer where it is thin."""
+def _bumps(chip_mm: Array, *, feed_mm: float) -> Array:
+    """Return smooth functions of the chip (BUMPS, m), finer where it is thin."""
+    grid = np.linspace(0.0, 1.0, FINE)
     u = np.sqrt(np.clip(chip_mm / feed_mm, 0.0, 1.0))
-    return spline(u, BUMPS, np.linspace(0.0, 1.0, 64))[:, number]
+    return np.array([np.interp(u, grid, one) for one in spline(grid, BUMPS).T])
 
 
 def own_columns(world: World) -> dict[str, Array]:
