@@ -23,6 +23,7 @@ from autodb.explain.milling.fit import Fit, fit, noise_sd
 from autodb.explain.milling.look import Looked
 from autodb.explain.milling.own import retuned
 from autodb.explain.milling.parameters import Effect, of_one, shared, value
+from autodb.explain.milling.suspects import OWN_WAYS
 from autodb.explain.milling.words import STATEMENTS, told_apart
 from autodb.explain.suspects import UNKNOWN, Choice
 from autodb.records import Recording
@@ -94,8 +95,8 @@ class Told:
         """Return the causes seen in one component: named ones, unnamed ones, re-tuned own terms."""
         causes = [
             self._cause(number, component)
-            for number in range(len(self.choices))
-            if self.felt[number, component]
+            for number, choice in enumerate(self.choices)
+            if choice.suspect.key != OWN_WAYS and self.felt[number, component]
         ]
         causes.sort(key=lambda cause: cause.term == UNKNOWN)
         return (*causes, *retuned(self.looked, self.fit, component))

@@ -7,6 +7,7 @@ from autodb.explain.answer import Cause
 from autodb.explain.milling.fit import Fit
 from autodb.explain.milling.look import Looked
 from autodb.explain.milling.parameters import value
+from autodb.explain.milling.suspects import OWN_WAYS
 
 Array = NDArray[np.float64]
 
@@ -20,13 +21,24 @@ TERMS = ("shear", "edge_force")
 
 def retuned(looked: Looked, fitted: Fit, component: int) -> list[Cause]:
     """Return the own terms that are off in one component, judged in all of them together."""
-    names = list(looked.bench.own)
     found = []
     for term in TERMS:
-        places = [k for k, name in enumerate(names) if name.split(" ")[0] == term]
+        places = _places(looked, fitted, term)
         if places and _worth(fitted, places) > WORTH:
             found += _cause(term, fitted, places, component)
     return found
+
+
+def _places(looked: Looked, fitted: Fit, term: str) -> list[int]:
+    """Return where the factor of an own term is among the coefficients, then those of its ways."""
+    places = [k for k, name in enumerate(looked.bench.own) if name == term]
+    for choice, at in zip(looked.found.choices, fitted.places, strict=True):
+        if choice.suspect.key == OWN_WAYS and places:
+            start = at.start
+            for name, count in choice.shape.shape.items():
+                places += range(start, start + int(count)) if name == term else []
+                start += int(count)
+    return places
 
 
 def _worth(fitted: Fit, places: list[int]) -> float:
@@ -41,7 +53,7 @@ def _cause(term: str, fitted: Fit, places: list[int], component: int) -> list[Ca
     """Return the entry of an own term in one component; none where it hardly changes there."""
     columns = fitted.columns[component][:, places]
     change, spread = fitted.coefficients[places], fitted.covariance[np.ix_(places, places)]
-    base, part = columns.sum(axis=1), columns @ change
+    base, part = columns[:, 0], columns @ change
     share = base @ columns / max(float(base @ base), 1e-300)
     factor = value(1.0 + float(share @ change), float(np.sqrt(share @ spread @ share)), "1")
     off = abs(factor.value - 1.0)

@@ -19,6 +19,7 @@ from autodb.explain.suspects import Suspect, negative, positive, spline
 
 Array = NDArray[np.float64]
 
+OWN_WAYS = "shear ways"
 THIN_MM = (0.006, 0.012, 0.025, 0.05)
 """Chips at which what thin ones take more has fallen to a third, or to half. Chosen."""
 GROWTHS = (1.0, 0.5, 2.0)
@@ -34,6 +35,7 @@ UNKNOWN_BAR = 6.0
 def suspects(world: World) -> list[Suspect]:
     """Return every suspect but those that scans find."""
     found = [
+        own_ways(world),
         None if world.has_edge else _edge_force(world),
         _size_effect(world),
         _wear(world),
@@ -44,6 +46,22 @@ def suspects(world: World) -> list[Suspect]:
         *_unknown(world),
     ]
     return [one for one in found if one is not None]
+
+
+def own_ways(world: World) -> Suspect:
+    """The simulation's own terms are off by another factor tangentially, or axially, than radially.
+
+    It is a choice of the search, not always free: most simulations have the ways of a term in
+    proportion, and an effect as small as a wrong depth hides behind factors that are all free.
+    ``shape`` says how many columns are of which term.
+    """
+    shear, edge = (ways[..., [0, 2]] for ways in (world.shear_ways, world.edge_ways))
+    rungs = [rung(shear, {"shear": 2, "edge_force": 0}, tries=3)]
+    if world.has_edge:
+        rungs.append(rung(edge, {"shear": 0, "edge_force": 2}, tries=3))
+        both = np.concatenate([shear, edge], axis=-1)
+        rungs.append(rung(both, {"shear": 2, "edge_force": 2}, tries=3))
+    return Suspect(OWN_WAYS, "shear", tuple(rungs))
 
 
 def _edge_force(world: World) -> Suspect:

@@ -40,8 +40,12 @@ SLICE_MM = (0.05, 0.1, 0.2, 0.25)
 """Numbers and heights of slices that simulations cut an edge into."""
 ENTRY = 0.3
 """Share of the time in the work, its first, in which the mill may still come in."""
-IN_STEP = 6
-"""Coefficients of what an angle that was not recorded is off by, and rounds to find it."""
+MOSTLY = 0.4
+"""Share of the time in the work after which a curve would be drawn on too far before."""
+IN_STEP = (2, 4, 6)
+"""Coefficients of what an angle that was not recorded is off by, one after the other, …"""
+STEPS = 4
+"""… and rounds to find them."""
 STEPPED = 2000
 """Rows, at most about twice as many, by which this is found."""
 NUDGE_RAD = 1e-3
@@ -89,14 +93,13 @@ def waves_of(recording: Recording, simulation: Mapping[str, Array], *, edged: bo
             Waves(
                 names,
                 recording.t_s,
-                Teeth(mill, angle, engaged, reach),
+                Teeth(mill, _angle(recording, mill, forces, engaged, reach), engaged, reach),
                 frames,
                 NOTHING,
                 forces,
                 0.0,
             )
         )
-        for angle in _angles(recording, mill, forces, engaged)
         for reach in _reaches(recording, mill, engaged)
         for frames in _frames(recording, mill, names)
     ]
@@ -156,16 +159,20 @@ def _engaged(forces: Array) -> Array:
     return engaged
 
 
-def _angles(recording: Recording, mill: Mill, forces: Array, engaged: Array) -> list[Array]:
+def _angle(recording: Recording, mill: Mill, forces: Array, engaged: Array, reach: Array) -> Array:
     """Return the angle of tooth 0 (n,), rad, as recorded; else as the simulation's teeth pass."""
     recorded = recording.get("spindle.angle")
     if recorded is not None:
-        return [np.radians(recorded)]
-    return [_heard(recording, mill, forces, engaged)]
+        return np.radians(recorded)
+    return _heard(recording, mill, forces, engaged, reach)
 
 
-def _heard(recording: Recording, mill: Mill, forces: Array, engaged: Array) -> Array:
-    """Return the angle that the passing of teeth in a simulation tells, up to a constant."""
+def _heard(recording: Recording, mill: Mill, forces: Array, engaged: Array, reach: Array) -> Array:
+    """Return the angle that the passing of teeth in a simulation tells, up to a constant.
+
+    It is told where all of the arc is in the work, and goes on from there: by a line where that is
+    but a part of the cut.
+    """
     speed = recording.get("spindle.speed")
     rpm = recording.side.cut.speed_rpm if speed is None else float(np.median(speed))
     if rpm is None:
@@ -181,9 +188,11 @@ def _heard(recording: Recording, mill: Mill, forces: Array, engaged: Array) -> A
     slow = (strongest - strongest.mean()) * turning
     window = max(3, round(3.0 / (passing * float(np.median(np.diff(t))))))
     smooth = np.convolve(slow, np.hanning(window + 2), mode="same")
-    steady = slice(int(ENTRY * len(rows)), len(rows) - window)
+    first = max(int(ENTRY * len(rows)), int(np.searchsorted(reach[rows], 1.0)))
+    steady = slice(min(first, 2 * len(rows) // 3), len(rows) - window)
     phase = np.unwrap(np.angle(smooth[steady]))
-    course = np.polynomial.Polynomial.fit(t[rows][steady], phase, 3)
+    degree = 3 if first < MOSTLY * len(rows) else 1
+    course = np.polynomial.Polynomial.fit(t[rows][steady], phase, degree)
     slope = course.deriv()
     low, high = t[rows][steady][[0, -1]]
     inside = np.clip(t, low, high)
@@ -300,8 +309,8 @@ def _seen_in_some(waves: Waves, rows: NDArray[np.intp] | None = None) -> Waves:
     return replace(waves, law=some.law, fits=some.fits)
 
 
-def _sliced(waves: Waves) -> Waves:
-    """Return waves with as many slices as the simulation's edge was cut into."""
+def _sliced(waves: Waves, rows: NDArray[np.intp] | None = None) -> Waves:
+    """Return waves with as many slices as the simulation's edge has, by all or some rows."""
     mill = waves.teeth.mill
     if mill.twist_rad == 0.0:
         return waves
@@ -310,18 +319,23 @@ def _sliced(waves: Waves) -> Waves:
         replace(waves, teeth=replace(waves.teeth, mill=replace(mill, slices=count)))
         for count in sorted(counts)
     )
-    return max((_seen_in_some(one) for one in tried), key=lambda one: one.fits)
+    return max((_seen_in_some(one, rows) for one in tried), key=lambda one: one.fits)
 
 
 def _listened(waves: Waves) -> Waves:
     """Return waves whose angle, which was not recorded, is what the simulation's teeth tell.
 
-    First of all teeth in the work, then also while the mill comes in.
+    First of all teeth in the work, then also while the mill comes in: what is off by little there
+    may be off by much where nothing has been looked at yet, so that a line comes before a curve.
     """
     inside = np.flatnonzero(waves.teeth.engaged > 0.0)
     steady = _steady(waves)
-    found = _sliced(_in_step(_turned(waves, steady), steady))
-    return _fitted(_in_step(_entered(_in_step(found, steady)), inside))
+    line, *curves = IN_STEP
+    found = _sliced(_in_step(_turned(waves, steady), steady, line), steady)
+    found = _entered(_in_step(found, steady, line))
+    for curve in (line, *curves):
+        found = _in_step(found, inside, curve)
+    return _fitted(found)
 
 
 def _steady(waves: Waves) -> NDArray[np.intp]:
@@ -331,19 +345,19 @@ def _steady(waves: Waves) -> NDArray[np.intp]:
     return steady if len(steady) >= LOOKED else inside[2 * len(inside) // 3 :]
 
 
-def _in_step(waves: Waves, rows: NDArray[np.intp]) -> Waves:
-    """Return waves whose angle is in step with the simulation at some rows."""
+def _in_step(waves: Waves, rows: NDArray[np.intp], coefficients: int) -> Waves:
+    """Return waves whose angle, put right by a curve, is in step with the simulation at rows."""
     t = waves.t_s
     u = 2.0 * (t - t[0]) / (t[-1] - t[0]) - 1.0
-    course = np.polynomial.legendre.legvander(u, IN_STEP - 1)
+    course = np.polynomial.legendre.legvander(u, coefficients - 1)
     rows = rows[:: max(1, len(rows) // STEPPED)]
-    for _ in range(IN_STEP):
+    for _ in range(STEPS):
         some = _fitted(_rows(waves, rows))
         law, teeth = some.law.whole, some.teeth
         nudged = replace(teeth, angle_rad=teeth.angle_rad + NUDGE_RAD)
         now = some.seen(teeth.forces(law))
         slope = (some.seen(nudged.forces(law)) - now) / NUDGE_RAD
-        columns = (slope[:, :, None] * course[rows]).reshape(-1, IN_STEP)
+        columns = (slope[:, :, None] * course[rows]).reshape(-1, coefficients)
         off = np.linalg.lstsq(columns, (some.simulation - now).ravel(), rcond=1e-6)[0]
         angle = waves.teeth.angle_rad + course @ off
         waves = replace(waves, law=some.law, teeth=replace(waves.teeth, angle_rad=angle))

@@ -16,7 +16,6 @@ Array = NDArray[np.float64]
 Over = Callable[[Array], Array]
 """Forces a mm of edge (k, m) of chips (m,)."""
 
-WAYS = ("tangential", "radial", "axial")
 ROUND_MM = (0.0, 0.004, 0.012)
 """Chips at which two thirds of an edge's force act, of a rounded edge."""
 BUMPS = 5
@@ -142,12 +141,12 @@ def _bumps(chip_mm: Array, *, feed_mm: float) -> Array:
 
 
 def own_columns(world: World) -> dict[str, Array]:
-    """Return the simulation's own terms (C, n), tangential, radial and axial: shear, its edge if it
-    has one, and what its waves leave of it.
+    """Return the simulation's own terms (C, n): shear, its edge if it has one, and what its waves
+    leave of it.
     """
-    own = {f"shear {way}": world.shear_ways[..., k] for k, way in enumerate(WAYS)}
+    own = {"shear": world.shear_ways.sum(axis=-1)}
     if world.has_edge:
-        own |= {f"edge_force {way}": world.edge_ways[..., k] for k, way in enumerate(WAYS)}
+        own["edge_force"] = world.edge_ways.sum(axis=-1)
     rest = world.simulated - sum(own.values())
     if np.sum(rest**2) > RESTS * np.sum(world.simulated**2):
         own["rest"] = rest
