@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.cutting.rivals import settled
 from autodb.explain.milling.bench import Bench, Quiet
+from autodb.explain.milling.deeper import DEPTH, fitted_error
 from autodb.explain.milling.runout import fitted_out
 from autodb.explain.milling.scans import proposals
 from autodb.explain.milling.suspects import suspects
@@ -85,8 +86,9 @@ def _tilted(recording: Recording) -> Tilted | None:
 def _looked(world: World, measured: Array) -> Looked:
     """Return what is found in rounds, each with what scans find in what the last one left.
 
-    Noise comes from everything at first, then from what the found set leaves. Where teeth stand out
-    otherwise than the columns were made for, these are made anew and the round counts for no more.
+    Noise comes from everything at first, then from what the found set leaves. Where teeth stand
+    out, or the depth is off, otherwise than the columns were made for, these are made anew and the
+    round counts for no more.
     """
     bench, standing = _laid_out(world, measured)
     quiet = bench.quiet(bench.everything(standing))
@@ -96,7 +98,7 @@ def _looked(world: World, measured: Array) -> Looked:
     for number in range(1, ROUNDS + 1):
         looked = _searched(world, bench, quiet, (*standing, *scanned))
         choices = looked.found.choices
-        world, moved = _stood_out(world, bench, looked.found)
+        world, moved = _seen_anew(world, bench, looked.found, quiet)
         if number == ROUNDS or (not moved and looked.found.keys in ((), found)):
             break
         found = looked.found.keys
@@ -147,6 +149,17 @@ def _predicting(bench: Bench, search: Search, quiet: Quiet) -> Found:
 
 def _squares(bench: Bench, choices: tuple[Choice, ...], quiet: Quiet) -> float:
     return float(np.sum(bench.held_out(choices, quiet)[1] ** 2))
+
+
+def _seen_anew(world: World, bench: Bench, found: Found, quiet: Quiet) -> tuple[World, bool]:
+    """Return the world as what was found has it, and whether its columns are others by now."""
+    world, moved = _stood_out(world, bench, found)
+    if DEPTH not in found.keys:
+        return replace(world, deeper_mm=None), moved or world.deeper_mm is not None
+    error_mm = fitted_error(world, bench, found, quiet)
+    before = world.deeper_mm or 0.0
+    moved |= abs(error_mm - before) > STILL * abs(error_mm)
+    return replace(world, deeper_mm=error_mm), moved
 
 
 def _stood_out(world: World, bench: Bench, found: Found) -> tuple[World, bool]:

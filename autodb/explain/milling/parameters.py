@@ -174,7 +174,8 @@ def _hard_spot(effect: Effect) -> dict[str, Value]:
 
 
 def _depth(effect: Effect) -> dict[str, Value]:
-    return _values(effect, columns_of(effect.choice.shape), ("error",), "mm")
+    rung = effect.choice.shape
+    return _values(effect, columns_of(rung), rung.names, "mm")
 
 
 def _deflection(effect: Effect) -> dict[str, Value]:

@@ -120,9 +120,24 @@ def _tones(world: World, white: Array, number: int) -> list[Suspect]:
         at = int(np.argmax(power))
         if power[at] <= 0.0:
             break
-        found += tone(world, float(frequency[at]), f"{number}.{k}", tries=n // 2)
+        exact = _sharpened(white, rate, float(frequency[at]))
+        found += tone(world, exact, f"{number}.{k}", tries=n // 2)
         power[np.abs(frequency - frequency[at]) < 8.0 / (n / rate)] = 0.0
     return found
+
+
+def _sharpened(white: Array, rate_Hz: float, near_Hz: float) -> float:
+    """Return the frequency, between those of the transform, at which white rows (C, n) have most.
+
+    A line half a step off would look as if it swelled and faded.
+    """
+    rows = np.arange(white.shape[1])
+    window = np.hanning(len(rows))
+    step = rate_Hz / len(rows)
+    tried = near_Hz + step * np.linspace(-1.0, 1.0, 41)
+    waves = np.exp(-2j * np.pi * tried[:, None] / rate_Hz * rows)
+    power = np.sum(np.abs((white * window) @ waves.T) ** 2, axis=0)
+    return float(tried[int(np.argmax(power))])
 
 
 def tone(world: World, frequency_Hz: float, number: str, *, tries: int) -> list[Suspect]:

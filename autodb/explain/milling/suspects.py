@@ -20,10 +20,14 @@ from autodb.explain.suspects import Suspect, negative, positive, spline
 Array = NDArray[np.float64]
 
 OWN_WAYS = "shear ways"
+WAYS_OFF = ((0,), (1,), (2,), (0, 2))
+"""Ways that may be off beside the others of a term: one, or all of them."""
 THIN_MM = (0.006, 0.012, 0.025, 0.05)
 """Chips at which what thin ones take more has fallen to a third, or to half. Chosen."""
 GROWTHS = (1.0, 0.5, 2.0)
 """Powers of the time in the work that wear goes with. Chosen."""
+DEEPER_MM = (0.003, 0.01, 0.03, 0.1, 0.3)
+"""Errors of depth whose waves are worked out, less and more. Chosen."""
 GIVES = (None, 0.3, 1.0)
 """Shares of the largest force at which giving way levels off; None: it does not. Chosen."""
 NUDGE_MM = 2e-4
@@ -49,18 +53,24 @@ def suspects(world: World) -> list[Suspect]:
 
 
 def own_ways(world: World) -> Suspect:
-    """The simulation's own terms are off by another factor tangentially, or axially, than radially.
+    """The simulation's own terms are off by another factor one way than the others.
 
     It is a choice of the search, not always free: most simulations have the ways of a term in
     proportion, and an effect as small as a wrong depth hides behind factors that are all free.
     ``shape`` says how many columns are of which term.
     """
-    shear, edge = (ways[..., [0, 2]] for ways in (world.shear_ways, world.edge_ways))
-    rungs = [rung(shear, {"shear": 2, "edge_force": 0}, tries=3)]
+    ways = (world.shear_ways, world.edge_ways)
+    of: list[tuple[tuple[int, ...], tuple[int, ...]]] = [(kept, ()) for kept in WAYS_OFF]
     if world.has_edge:
-        rungs.append(rung(edge, {"shear": 0, "edge_force": 2}, tries=3))
-        both = np.concatenate([shear, edge], axis=-1)
-        rungs.append(rung(both, {"shear": 2, "edge_force": 2}, tries=3))
+        of += [((), kept) for kept in WAYS_OFF] + [(WAYS_OFF[-1], WAYS_OFF[-1])]
+    rungs = [
+        rung(
+            np.concatenate([ways[0][..., list(shear)], ways[1][..., list(edge)]], axis=-1),
+            {"shear": len(shear), "edge_force": len(edge)},
+            tries=len(of),
+        )
+        for shear, edge in of
+    ]
     return Suspect(OWN_WAYS, "shear", tuple(rungs))
 
 
@@ -191,9 +201,26 @@ def nudged(world: World, out: StandsOut) -> Array:
 
 
 def _depth(world: World) -> Suspect:
+    """Another depth: what a little more adds at the top, and what the slices of one much off do.
+
+    Slices that a simulation cuts an edge into come into the work and leave it one by one.
+    """
     top = world.waves.seen(world.waves.teeth.top(world.waves.law.whole, world.out))
-    shape = rung(top[:, :, None], names=("depth",))
-    return Suspect("depth_error", "depth_error", (shape,), ("spindle.angle",))
+    depth_mm = world.waves.teeth.mill.depth_mm
+    errors = [e for one in DEEPER_MM for e in (-one, one) if abs(e) < 0.5 * depth_mm]
+    errors += [] if world.deeper_mm is None else [world.deeper_mm]
+    rungs = [rung(top[:, :, None], names=("error",), tries=len(errors))]
+    for error in errors:
+        column = deeper(world, error)[:, :, None] / error
+        rungs.append(rung(column, {"error": error}, names=("error",), tries=len(errors)))
+    return Suspect("depth_error", "depth_error", tuple(rungs), ("spindle.angle",))
+
+
+def deeper(world: World, error_mm: float) -> Array:
+    """Return what a depth that is off changes (C, n)."""
+    teeth, law = world.waves.teeth, world.waves.law.whole
+    more = teeth.deeper(error_mm)
+    return world.waves.seen(more.forces(law, world.out)) - world.cut(law)
 
 
 def _deflection(world: World) -> Suspect:

@@ -4,7 +4,7 @@ A law is three functions of the uncut chip: tangential, radial and axial force a
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -159,6 +159,13 @@ class Teeth:
         """Return the same of each way alone, tangential, radial and axial (3, 3, n)."""
         pairs = zip(self._slices, chips, strict=True)
         return np.asarray(np.sum([slices.ways(_made(law, chip)) for slices, chip in pairs], axis=0))
+
+    def deeper(self, error_mm: float) -> "Teeth":
+        """Return the same teeth at another depth, in as many slices."""
+        mill = self.mill
+        by = 1.0 + error_mm / mill.depth_mm
+        deeper = replace(mill, depth_mm=mill.depth_mm * by, twist_rad=mill.twist_rad * by)
+        return Teeth(deeper, self.angle_rad, self.engaged, self.reach)
 
     def of_tooth(self, tooth: int, law: Law, out: StandsOut | None = None) -> Array:
         """Return the forces of one tooth (3, n)."""

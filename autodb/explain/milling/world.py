@@ -39,13 +39,15 @@ class Tilted:
 class World:
     """A simulation's waves, rows (n,) of C components.
 
-    ``has_edge``: the simulation has an edge force; ``out``: how far each tooth stands out, where
-    that was found; ``tilted``: how the table is, None: it stands still.
+    ``has_edge``: the simulation has an edge force; ``out``: how far each tooth stands out, and
+    ``deeper_mm`` how far the depth is off, where that was found; ``tilted``: how the table is,
+    None: it stands still.
     """
 
     waves: Waves
     has_edge: bool
     out: StandsOut | None = None
+    deeper_mm: float | None = None
     tilted: Tilted | None = None
 
     @property
