@@ -226,6 +226,8 @@ TRYOUT_MODELLED = {
     "axis-5": "cogging",
     "cuts-1": "tool_wear",
     "cuts-2": None,
+    "mill-1": "runout",
+    "mill-2": None,
 }
 
 
@@ -245,14 +247,6 @@ def test_foreign_recordings(cli: Cli, tryout: Path, name: str) -> None:
     if truth["interval"]:
         (found,) = channels["x.current"]["where"]["intervals"]
         assert_allclose(found, truth["interval"], atol=0.1)
-
-
-def test_milling_waveforms_are_refused(refused: Callable[..., str], tryout: Path) -> None:
-    line = refused(
-        "explain", tryout / "mill-1" / "recording.csv",
-        "--simulation", tryout / "mill-1" / "simulation.csv",
-    )  # fmt: skip
-    assert "force waveforms over time are not explained" in line
 
 
 def test_scalar_and_array_agree() -> None:
