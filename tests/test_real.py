@@ -1,7 +1,6 @@
 """The two real recordings, at the figures published for them or found on them."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np

@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.explain.answer import ChannelAnswer, Considered, FitQuality, Trace, Where
+from autodb.explain.answer import ChannelAnswer, Considered, Trace, Where
 from autodb.explain.axis_causes import causes
 from autodb.explain.axis_friction import friction_suspects, warmup
 from autodb.explain.axis_loads import load_suspects, sensor_suspects
 from autodb.explain.axis_signals import NO_PARTS, READ_OFF, AxisSignals, axis_signals
 from autodb.explain.axis_unknown import unknown_suspects
 from autodb.explain.bench import Bench, reduced
-from autodb.explain.fit import quality, rms
+from autodb.explain.fit import SAME, no_difference, quality, rms
 from autodb.explain.fitted import fit
 from autodb.explain.inquiry import Inquiry, inquire
 from autodb.explain.locate import regimes
@@ -73,8 +73,8 @@ def explain_axis(
         },
     )
     difference = measured - simulation
-    if rms(difference) <= 1e-9 * max(rms(measured), rms(simulation)):
-        return _alike(unit), trace
+    if rms(difference) <= SAME * max(rms(measured), rms(simulation)):
+        return no_difference(unit), trace
     own = _own_columns(signals, includes)
     bench = Bench(difference, own, _factor(recording))
     inquiry = inquire(bench, AxisField(signals, bench))
@@ -189,14 +189,6 @@ def _considered(inquiry: Inquiry) -> tuple[Considered, ...]:
         )
         for key, value in sorted(worth.items(), key=lambda item: -item[1])
     )
-
-
-def _alike(unit: str) -> ChannelAnswer:
-    """Return the answer where recording and simulation are the same numbers."""
-    nothing = FitQuality(
-        rms_before=0.0, rms_after=0.0, heldout_before=0.0, heldout_after=0.0, noise_floor=0.0
-    )
-    return ChannelAnswer(unit=unit, mismatch=False, where=Where(), missing=(), fit=nothing)
 
 
 def _check(recording: Recording, channel: str, measured: Array, simulation: Array) -> None:

@@ -3,11 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer import FitQuality
+from autodb.explain.answer import ChannelAnswer, FitQuality, Where
 from autodb.explain.normal import solved
 
 Array = NDArray[np.float64]
 
+SAME = 1e-9
+"""Share of a channel's rms below which a difference from it is none."""
 FOLDS = 5
 BLOCKS = 40
 
@@ -15,6 +17,14 @@ BLOCKS = 40
 def rms(values: Array) -> float:
     """Return the root mean square."""
     return float(np.sqrt(np.mean(values**2)))
+
+
+def no_difference(unit: str) -> ChannelAnswer:
+    """Return the answer where recording and simulation are the same numbers."""
+    nothing = FitQuality(
+        rms_before=0.0, rms_after=0.0, heldout_before=0.0, heldout_after=0.0, noise_floor=0.0
+    )
+    return ChannelAnswer(unit=unit, mismatch=False, where=Where(), missing=(), fit=nothing)
 
 
 def held_out(columns: Array, difference: Array, values: Array, *, gap: int, free: int) -> Array:

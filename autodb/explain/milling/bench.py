@@ -20,6 +20,8 @@ from autodb.explain.suspects import Choice, Rung, Suspect
 Array = NDArray[np.float64]
 
 BLOCKS, FOLDS = 40, 5
+SILENT = 1e-9
+"""Share of a component's largest force that its noise is at least: numbers have digits."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,8 @@ class Bench:
         for _ in range(2):
             whiteners = tuple(whitener_of(one) for one in left)
             sd = tuple(
-                float(np.sqrt(variance_of(w, one))) for w, one in zip(whiteners, left, strict=True)
+                max(float(np.sqrt(variance_of(w, one))), SILENT * float(np.max(np.abs(own))))
+                for w, one, own in zip(whiteners, left, self._own, strict=True)
             )
             quiet = Quiet(whiteners, sd)
             left = self.left(columns, quiet)

@@ -1,0 +1,204 @@
+"""explain on the forces of a mill: known numbers come back, files, pages, refused inputs."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.typing import NDArray
+
+from autodb.explain import explain
+from autodb.explain.answer import Cause, Explained
+from autodb.explain.milling.teeth import Mill, StandsOut, Teeth
+from autodb.explain.milling.words import APART, STATEMENTS, told_apart
+from autodb.explain.report import explanation_fragment
+from autodb.records import Recording
+from autodb.sidefile import SideFile
+from autodb.terms.vocabulary import CUTTING, TABLE
+from autodb.virtual.concealed.mill_families import MILL_KINDS
+from tests.conftest import Cli
+
+Array = NDArray[np.float64]
+
+RATE_HZ, RPM, FEED, DEPTH, DIAMETER, TEETH = 4000.0, 2400.0, 0.06, 2.0, 10.0, 4
+SIDE: dict[str, dict[str, float | str]] = {
+    "tool": {"diameter_mm": DIAMETER, "teeth": TEETH, "helix_deg": 30.0},
+    "cut": {
+        "operation": "side-up", "depth_mm": DEPTH, "width_mm": 3.0, "feed_mm_tooth": FEED,
+        "speed_rpm": RPM,
+    },
+}  # fmt: skip
+K_N_MM2, EDGE_N_MM = (1800.0, 600.0, 300.0), (20.0, 25.0, 3.0)
+NOISE_N = 4.0
+T = np.arange(0.0, 0.9, 1.0 / RATE_HZ)
+ANGLE = 2.0 * np.pi * RPM / 60.0 * T
+INSIDE = (T > 0.1) & (T < 0.8)
+MILL = Mill(
+    TEETH,
+    float(DEPTH * np.tan(np.radians(30.0)) / (0.5 * DIAMETER)),
+    DEPTH,
+    FEED,
+    (0.0, float(np.arccos(1.0 - 2.0 * 3.0 / DIAMETER))),
+    slices=20,
+)
+SENDS = Teeth(MILL, ANGLE, INSIDE.astype(np.float64), np.ones(len(T)))
+
+
+def _law(chip_mm: Array) -> tuple[Array, Array, Array]:
+    pairs = zip(K_N_MM2, EDGE_N_MM, strict=True)
+    t, r, a = (k * chip_mm + edge * (chip_mm > 0.0) for k, edge in pairs)
+    return t, r, a
+
+
+def _shear(chip_mm: Array) -> tuple[Array, Array, Array]:
+    t, r, a = (k * chip_mm for k in K_N_MM2)
+    return t, r, a
+
+
+def _table(forces: Array) -> dict[str, Array]:
+    return {"t": T, **{f"force.{axis}": forces[i] for i, axis in enumerate("xyz")}}
+
+
+def _recording(forces: Array, *, angle: bool = True) -> Recording:
+    noise = NOISE_N * np.random.default_rng(11).standard_normal(forces.shape)
+    turned = {"spindle.angle": np.degrees(ANGLE)} if angle else {}
+    side = SideFile.model_validate(SIDE)
+    return Recording(Path("cut.csv"), {**_table(forces + noise), **turned}, side=side)
+
+
+def _explained(forces: Array, simulated: Array, *, angle: bool = True) -> Explained:
+    simulation = Recording(Path("simulation.csv"), _table(simulated))
+    return explain(_recording(forces, angle=angle), simulation)
+
+
+def _causes(explained: Explained, channel: str) -> dict[str, Cause]:
+    return {cause.term: cause for cause in explained.explanation.channels[channel].missing}
+
+
+def _holds(cause: Cause, name: str, truth: float, *, within: float) -> bool:
+    """Say whether a number is right within a share of it, or five standard deviations."""
+    found = cause.parameters[name]
+    return abs(found.value - truth) <= max(within * abs(truth), 2.6 * (found.high - found.low) / 2)
+
+
+PLAIN = SENDS.forces(_law)
+
+
+def test_how_far_each_tooth_stands_out() -> None:
+    out = (0.012, -0.004, -0.009, 0.001)
+    explained = _explained(SENDS.forces(_law, StandsOut(out)), PLAIN)
+    for channel in ("force.x", "force.y"):
+        causes = _causes(explained, channel)
+        assert set(causes) == {"runout"}
+        mean = float(np.mean(out))
+        for tooth, mm in enumerate(out):
+            assert _holds(causes["runout"], f"tooth {tooth}", mm - mean, within=0.03)
+    trace = explained.traces["force.y"]
+    assert np.std(trace.recording - trace.corrected) == pytest.approx(NOISE_N, rel=0.05)
+
+
+def test_chatter_and_a_hard_stretch_beside_each_other() -> None:
+    """The stretch is 10 % harder; the tone is no multiple of 40 Hz, nor of one folded at 4 kHz."""
+    hard = 1.0 + 0.1 * ((T > 0.4) & (T < 0.55))
+    ring = 6.0 * np.sin(2.0 * np.pi * 713.3 * T) * INSIDE
+    forces = PLAIN * hard + np.array([1.0, 0.6, 0.2])[:, None] * ring
+    explained = _explained(forces, PLAIN)
+    causes = _causes(explained, "force.x")
+    assert set(causes) == {"chatter", "hard_spot"}
+    assert _holds(causes["chatter"], "frequency", 713.3, within=1e-4)
+    assert _holds(causes["hard_spot"], "factor", 1.1, within=0.01)
+    assert _holds(causes["hard_spot"], "start", 0.4, within=0.02)
+    assert _holds(causes["hard_spot"], "end", 0.55, within=0.02)
+    (stretch,) = explained.explanation.channels["force.x"].where.intervals
+    np.testing.assert_allclose(stretch, (0.4, 0.55), atol=0.02)
+
+
+def test_an_edge_left_out_and_a_sensor_that_wanders_angle_unrecorded() -> None:
+    """The simulation has no edge force; the sensor of x drifts by 9 N/s, in air too."""
+    forces = PLAIN + np.array([9.0, 0.0, 0.0])[:, None] * T
+    explained = _explained(forces, SENDS.forces(_shear), angle=False)
+    causes = _causes(explained, "force.x")
+    assert set(causes) == {"edge_force", "sensor_drift"}
+    assert _holds(causes["edge_force"], "coefficient", EDGE_N_MM[0], within=0.05)
+    assert _holds(causes["edge_force"], "radial", EDGE_N_MM[1], within=0.05)
+    assert _holds(causes["sensor_drift"], "rate", 9.0, within=0.03)
+    assert "sensor_drift" not in _causes(explained, "force.y")
+
+
+def test_a_depth_that_is_off_and_own_terms_that_are() -> None:
+    """Cut 0.1 mm deeper than simulated, of material that is 6 % harder tangentially.
+
+    What a millimetre more of depth adds is the simulation's, so that its error is right to as much.
+    """
+    tangential = np.array([1.06, 1.0, 1.0])
+
+    def harder(chip_mm: Array) -> tuple[Array, Array, Array]:
+        t, r, a = (
+            factor * k * chip_mm + edge * (chip_mm > 0.0)
+            for factor, k, edge in zip(tangential, K_N_MM2, EDGE_N_MM, strict=True)
+        )
+        return t, r, a
+
+    explained = _explained(SENDS.deeper(0.1).forces(harder), PLAIN)
+    causes = _causes(explained, "force.y")
+    assert {name for name, cause in causes.items() if cause.kind == "missing"} == {"depth_error"}
+    assert _holds(causes["depth_error"], "error", 0.1, within=0.12)
+    assert causes["shear"].kind == "mistuned"
+
+
+def test_the_same_numbers_twice_are_no_mismatch() -> None:
+    simulation = Recording(Path("simulation.csv"), _table(PLAIN))
+    explained = explain(replace(_recording(PLAIN), channels=dict(_table(PLAIN))), simulation)
+    assert not any(answer.mismatch for answer in explained.explanation.channels.values())
+    assert "Some turns" not in explanation_fragment(explained)
+
+
+def test_every_effect_has_its_words() -> None:
+    assert set(STATEMENTS) == set(MILL_KINDS) - {"outside"}
+    assert {name for pair in APART for name in pair} <= CUTTING | TABLE
+
+
+def test_what_would_tell_two_apart_is_said_once() -> None:
+    said = told_apart("runout", ["depth_error", "chatter", "gain"])
+    assert said is not None
+    assert said.count(".") == 2
+    assert told_apart("chatter", ["gain"]) is None
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("mill")
+    recording = _recording(SENDS.forces(_law, StandsOut((0.01, -0.01, 0.01, -0.01))))
+    pd.DataFrame(recording.channels).to_csv(folder / "cut.csv", index=False)
+    pd.DataFrame(_table(PLAIN)).to_csv(folder / "simulation.csv", index=False)
+    lines = [
+        f"[{table}]\n" + "\n".join(f"{key} = {json.dumps(value)}" for key, value in values.items())
+        for table, values in SIDE.items()
+    ]
+    (folder / "cut.toml").write_text("\n".join(lines))
+    return folder
+
+
+def test_the_command_explains_a_mill(cli: Cli, files: Path, tmp_path: Path) -> None:
+    done = cli(
+        "explain", files / "cut.csv", "--simulation", files / "simulation.csv",
+        "--out", tmp_path / "answer",
+    )  # fmt: skip
+    assert done.code == 0
+    assert done.out.count("runout (missing") >= 2
+    corrected = pd.read_csv(tmp_path / "answer" / "corrected.csv")
+    assert list(corrected) == ["t", "force.x", "force.y", "force.z"]
+    page = (tmp_path / "answer" / "report.html").read_text()
+    assert "Some turns of the spindle, close up" in page
+
+
+def test_a_side_file_without_the_mill_is_refused(
+    refused: Callable[..., str], files: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "cut.csv").write_bytes((files / "cut.csv").read_bytes())
+    line = refused("explain", tmp_path / "cut.csv", "--simulation", files / "simulation.csv")
+    assert "[tool] diameter_mm" in line
+    assert "would work" in line
