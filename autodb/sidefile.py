@@ -51,6 +51,8 @@ class RecordingSection(Section):
     start: str | None = None
     coolant: str | None = None
     gear_range: str | None = None
+    sensor: str | None = None
+    calibration: str | None = None
     spindle_state: Literal["cold", "warm"] | None = None
     diameter: bool = False
 
