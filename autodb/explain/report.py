@@ -188,10 +188,14 @@ def certainty(cause: Cause) -> tuple[str, int]:
 
     All five only from 95 %.
     """
-    probability = cause.confidence
+    return certainty_words(cause.confidence), max(1, int(5.0 * cause.confidence + 0.25))
+
+
+def certainty_words(probability: float) -> str:
+    """Return a probability in words with per cent."""
     words = next(words for least, words in CERTAINTY if probability >= least)
     percent = "over 99" if probability > 0.99 else f"{100.0 * probability:.0f}"
-    return f"{words}, {percent} %", max(1, int(5.0 * probability + 0.25))
+    return f"{words}, {percent} %"
 
 
 def where_words(answer: ChannelAnswer, trace: Trace | None) -> list[str]:
