@@ -99,6 +99,21 @@ def test_a_limit_one_way_is_saturation(side: float) -> None:
     assert_allclose(cause.parameters["limit"].value, limit, rtol=0.05)
 
 
+@pytest.mark.parametrize("share", [0.6, 0.0])
+def test_what_is_recorded_while_the_drive_brakes(share: float) -> None:
+    """A heavy slide gives power back: its drive shows 60 % of the effort then, or nothing."""
+    channels, parts = air_moves(5)
+    simulation = np.asarray(sum(parts.values())) - parts["gravity"] + 5.0 * parts["inertia"]
+    noise = channels["x.current"] - np.asarray(sum(parts.values()))
+    brakes = simulation * channels["x.velocity"] < 0.0
+    current = simulation * np.where(brakes, share, 1.0) + noise
+    answer = _explained({**channels, "x.current": current}, simulation)
+    (cause,) = [c for c in answer.missing if c.kind == "missing"]
+    assert (cause.term, cause.variables) == ("unknown", ("x.velocity", "x.acceleration"))
+    assert "braking" in cause.statement
+    assert answer.fit.heldout_after < 1.1 * answer.fit.noise_floor
+
+
 def test_a_slow_ripple_in_time_is_found_under_slow_noise() -> None:
     channels, parts = air_moves(6)
     t = channels["t"]

@@ -6,7 +6,17 @@ from scipy.special import expit
 
 from autodb.explain.axis_friction import turning_columns
 from autodb.explain.axis_signals import AxisSignals
-from autodb.explain.suspects import Rung, Suspect, ladder, near_one, positive, spline, swings
+from autodb.explain.axis_unknown import BAR
+from autodb.explain.suspects import (
+    UNKNOWN,
+    Rung,
+    Suspect,
+    ladder,
+    near_one,
+    positive,
+    spline,
+    swings,
+)
 from autodb.terms.drive import compliance
 from autodb.terms.sensor import lag
 
@@ -145,7 +155,7 @@ def sensor_suspects(s: AxisSignals) -> list[Suspect]:
     """
     if not np.any(s.effort):
         return [drift(s)]
-    return [gain(s), drift(s), shift(s), clipping(s), lost_sign(s)]
+    return [gain(s), drift(s), shift(s), clipping(s), lost_sign(s), braking(s)]
 
 
 def gain(s: AxisSignals) -> Suspect:
@@ -176,6 +186,29 @@ def gain(s: AxisSignals) -> Suspect:
         "gain", "gain", tuple(rungs), ("t",),
         detail=lambda: s.effort[:, None] * spline(run, 14), excludes=frozenset({"warmup"}),
     )  # fmt: skip
+
+
+def braking(s: AxisSignals) -> Suspect:
+    """While the drive brakes, power flows back, and another share of the effort is recorded.
+
+    Losses add to what a motor draws and take away from what it gives back, and a meter that knows
+    one direction shows nothing then.
+    """
+    brakes = s.effort * s.velocity < 0.0
+    less = Rung(lambda: s.effort * brakes, names=("share_while_braking",))
+    nothing = Rung(
+        lambda: -s.simulation * brakes,
+        names=("share",),
+        allowed=near_one,
+        through=lambda columns: columns * ~brakes[:, None],
+    )
+    return Suspect(
+        "braking, with effort against the motion",
+        UNKNOWN,
+        (less, nothing),
+        (s.channel("velocity"), s.channel("acceleration")),
+        bar=BAR,
+    )
 
 
 def _run(s: AxisSignals) -> Array:
