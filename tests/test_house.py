@@ -21,7 +21,7 @@ HEAVY = {"numpy", "pandas", "scipy", "pyarrow", "plotly", "sqlalchemy", "pydanti
 COMMANDS = {
     "init", "machine", "import", "calibrate", "identify", "refresh", "predict", "plan", "lookup",
     "explain", "trace", "doctor", "backup", "restore", "export", "demo", "prove", "standard",
-    "sweep", "reconstruct", "scale",
+    "sweep", "reconstruct", "scale", "mismatch",
 }  # fmt: skip
 MODULES = sorted(
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")

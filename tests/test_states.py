@@ -78,7 +78,7 @@ def test_worn_cuts_stand_aside_are_named_and_once_confirmed_are_a_state(worn: Cl
     assert len(_rows()) == 2
 
     # Confirmed they are a state, and the usual one is as it was
-    assert worn("machine", "confirm", "1").code == 0
+    assert worn("mismatch", "confirm", "1").code == 0
     assert "carbide insert, tool_wear: version 3" in worn("refresh", "--machine", "lathe-1").out
     first, second, state = _rows()
     assert state["state"] == "tool_wear"
@@ -125,7 +125,7 @@ def test_rejected_they_are_learnt_after_all(worn: Cli) -> None:
     worn("refresh", "--machine", "lathe-1")
     before = _rows()[-1]
     for number in (1, 2):
-        assert worn("machine", "reject", number).code == 0
+        assert worn("mismatch", "reject", number).code == 0
     assert "version 3 from 108 cuts" in worn("refresh", "--machine", "lathe-1").out
     assert not _rows()[-1]["cuts"] & before["cuts"]
 

@@ -84,13 +84,13 @@ def confirm(
     its recording is not there any more, or its moves do not excite the term: it then stays open.
     """
     with store.reading() as session:
-        row = _row(session, number)
+        row = mismatch(session, number)
         wanted = _wanted(row, term)
         if _is_decided(row, "confirmed", wanted):
             return _decided(session, row, wanted, already=True)
         step = _fit(session, row, wanted, progress) if wanted in IDENTIFIABLE else None
     with store.writing() as session:
-        row = _row(session, number)
+        row = mismatch(session, number)
         if _is_decided(row, "confirmed", wanted):  # another process was faster
             return _decided(session, row, wanted, already=True)
         version = _keep_version(session, row, step) if step else None
@@ -108,18 +108,19 @@ def confirm(
 def reject(store: Store, number: int, *, by: str | None = None) -> Decided:
     """Reject a mismatch. Raises UnusableInput when there is none, or it was confirmed."""
     with store.writing() as session:
-        row = _row(session, number)
+        row = mismatch(session, number)
         already = _is_decided(row, "rejected", None)
         if not already:
             _decide(row, "rejected", by)
         return _decided(session, row, row.term, already=already)
 
 
-def _row(session: Session, number: int) -> models.Mismatch:
+def mismatch(session: Session, number: int) -> models.Mismatch:
+    """Return a mismatch; raises UnusableInput when there is none of that number."""
     row = session.get(models.Mismatch, number)
     if row is None:
         raise UnusableInput(
-            f"there is no mismatch {number}; 'autodb machine mismatches NAME' lists a machine's"
+            f"there is no mismatch {number}; 'autodb mismatch list NAME' lists a machine's"
         )
     return row
 

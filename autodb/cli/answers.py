@@ -228,8 +228,8 @@ def explain(
     _say_causes(explained, kept)
     say(f"report: {folder / 'report.html'}")
     if any(cause.status == "open" for cause in kept.values()):
-        say("keep a cause that holds on the machine: 'autodb machine confirm NUMBER', or drop it: "
-            "'autodb machine reject NUMBER'")  # fmt: skip
+        say("keep a cause that holds on the machine: 'autodb mismatch confirm NUMBER', or drop it: "
+            "'autodb mismatch reject NUMBER'")  # fmt: skip
 
 
 def _say_doubts(measured: "Recording | CutTable") -> None:

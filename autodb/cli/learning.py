@@ -289,5 +289,5 @@ def refresh(machine: MachineName, db: Database = None) -> None:
     for sentence in done.mismatches:
         say(sentence)
     if done.mismatches:
-        say("'autodb machine confirm NUMBER' keeps a cause that holds; of 5 such cuts it makes a "
+        say("'autodb mismatch confirm NUMBER' keeps a cause that holds; of 5 such cuts it makes a "
             "state of the pair")  # fmt: skip
