@@ -20,6 +20,7 @@ from autodb.agent.deciding import confirm, reject
 from autodb.agent.identifying import newest_model, stored_terms
 from autodb.agent.machines import find_machine
 from autodb.errors import UnusableInput
+from autodb.explain.advice import advice
 from autodb.records import Recording, read
 from autodb.sensing import drives
 from autodb.sensing.axis_model import Beliefs, Identified
@@ -115,6 +116,9 @@ def test_the_next_prediction_contains_what_was_confirmed(machine: Cli) -> None:
     assert "status: open" in shown
     assert "made:" not in shown
     assert "A·s/mm" in shown
+    told = advice("asymmetry")
+    assert f"advice: {told.check} ({told.source})" in shown
+    assert f"asymmetry: {told.check}\n" in said
     shutil.copy("autodb.sqlite3", "undecided.sqlite3")
     done = machine("mismatch", "confirm", 1, "--by", "Ann")
     assert "x.current: version 2 of machine 'mill', started from version 1" in done.out

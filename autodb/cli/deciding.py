@@ -82,6 +82,8 @@ def show_(number: Number, db: Database = None) -> None:
 
 def _told(row: "Mismatch") -> "Iterator[tuple[str, str]]":
     """Return what is kept of a mismatch, a line each: what it is and its text."""
+    from autodb.explain.advice import advice
+
     yield "term", f"{row.term} ({row.kind}, {100 * row.confidence:.0f} % sure)"
     yield "statement", row.statement
     yield "where", "; ".join(_places(row)) or "all along the recording"
@@ -93,6 +95,8 @@ def _told(row: "Mismatch") -> "Iterator[tuple[str, str]]":
     yield "status", _status(row) + (f" on {row.decided_at}" if row.decided_at else "")
     for made in row.models:
         yield "made", f"{made.channel} version {made.version} (model {made.id})"
+    told = advice(row.confirmed_term or row.term)
+    yield "advice", f"{told.check} ({told.source})"
 
 
 def _places(row: "Mismatch") -> "Iterator[str]":
