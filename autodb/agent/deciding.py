@@ -7,6 +7,7 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.agent.beliefs import as_belief, pair_name
 from autodb.agent.identifying import (
     KeptModel,
     Refit,
@@ -18,10 +19,13 @@ from autodb.agent.identifying import (
 )
 from autodb.agent.importing import files_of
 from autodb.agent.machines import find_machine, signed
+from autodb.agent.refreshing import learn_confirmed
+from autodb.agent.wearing import wear_words
 from autodb.channels import effort_channels
 from autodb.checksums import checksum
 from autodb.errors import UnusableInput, near
 from autodb.explain.suspects import UNKNOWN
+from autodb.pairs.belief import WEAR
 from autodb.records import Recording, open_as_stored
 from autodb.sensing.axis_model import IdentifiedTerm
 from autodb.sensing.drives import IDENTIFIABLE, cross_test
@@ -35,7 +39,8 @@ class Decided:
     """A mismatch as it stands after a decision; ``kept``: the version that holds the term now.
 
     ``error_before``: relative error of the version before on the mismatch' recording, ``error`` of
-    ``kept``; None without a version. ``alternatives``: those that a model could hold; ``stale``:
+    ``kept``; None without a version. ``pairs``: the versions of pairs that hold the term, in words.
+    ``alternatives``: those that a model could hold; ``stale``:
     numbers of the channel's open mismatches, found before ``kept`` was there.
     """
 
@@ -47,9 +52,15 @@ class Decided:
     already: bool
     alternatives: tuple[str, ...] = ()
     kept: KeptModel | None = None
+    pairs: tuple[str, ...] = ()
     error_before: float | None = None
     error: float | None = None
     stale: tuple[int, ...] = ()
+
+    @property
+    def of_cuts(self) -> bool:
+        """Whether it was found in the forces of cuts."""
+        return self.channel.startswith("force.")
 
 
 def mismatches(session: Session, machine: str, *, decided: bool) -> Sequence[models.Mismatch]:
@@ -77,7 +88,8 @@ def confirm(
     """Confirm a mismatch, as it is named or as one of its alternatives (``term``).
 
     A term that belongs to the machine is fitted to the mismatch' recording together with those of
-    the channel's newest version, which makes the next version; decision and version are written
+    the channel's newest version, which makes the next version; wear found in forces is told with
+    the law from the cuts of each of the recording's pairs. Decision and version are written
     together. Any other belongs to its recording: only the decision is kept.
 
     Raises UnusableInput when there is no such mismatch or alternative, it was decided otherwise,
@@ -97,12 +109,23 @@ def confirm(
         row.confirmed_term = wanted
         _decide(row, "confirmed", by)
         done = _decided(session, row, wanted, already=False)
+        if done.of_cuts and wanted == WEAR:
+            session.flush()
+            done = replace(done, pairs=_in_pairs(learn_confirmed(session, row, progress)))
         open_ones = mismatches(session, done.machine, decided=False)
         stale = tuple(one.id for one in open_ones if one.channel == row.channel)
     if step is None or version is None:
         return done
     kept = KeptModel(step.refit.model, version, step.refit.parent, step.refit.already_there)
     return replace(done, kept=kept, error_before=step.before, error=step.after, stale=stale)
+
+
+def _in_pairs(versions: Sequence[models.CuttingParameters]) -> tuple[str, ...]:
+    return tuple(
+        f"{pair_name(row.pair)}: version {row.version} from {row.n_cuts} cuts: "
+        f"{wear_words(as_belief(row))}"
+        for row in versions
+    )
 
 
 def reject(store: Store, number: int, *, by: str | None = None) -> Decided:

@@ -95,6 +95,9 @@ def _told(row: "Mismatch") -> "Iterator[tuple[str, str]]":
     yield "status", _status(row) + (f" on {row.decided_at}" if row.decided_at else "")
     for made in row.models:
         yield "made", f"{made.channel} version {made.version} (model {made.id})"
+    for held in row.parameters_of_pairs:
+        pair = f"{held.pair.material.name} / {held.pair.tool.name}"
+        yield "made", f"{pair} version {held.version} (parameters {held.id})"
     told = advice(row.confirmed_term or row.term)
     yield "advice", f"{told.check} ({told.source})"
 
@@ -128,13 +131,20 @@ def _status(row: "Mismatch") -> str:
 
 @mismatch.command()
 def confirm(number: Number, as_: As = None, by: By = None, db: Database = None) -> None:
-    """Confirm a cause: a term of the machine becomes part of its model, as the next version."""
+    """Confirm a cause: a term of the machine becomes part of its model, as the next version.
+
+    Wear becomes part of what is known of the work-tool pair.
+    """
     from autodb.agent.deciding import confirm as run
 
     with working(f"confirming mismatch {number}") as progress, opened(db) as store:
         done = run(store, number, term=as_, by=by, progress=progress)
     if done.already:
         say(f"mismatch {number}: already confirmed as {done.term}")
+    elif done.pairs:
+        say(f"mismatch {number}: {done.term} confirmed")
+        for version in done.pairs:
+            say(version)
     elif done.kept is None:
         say(f"mismatch {number}: {done.term} confirmed; {_why_no_version(done)}")
     else:
@@ -144,6 +154,11 @@ def confirm(number: Number, as_: As = None, by: By = None, db: Database = None) 
 def _why_no_version(done: "Decided") -> str:
     if done.term == "unknown" and done.alternatives:
         return f"no model changes; --as {' or --as '.join(done.alternatives)} would put it into one"
+    if done.of_cuts and done.term != "unknown":
+        return (
+            f"of five such cuts that stand aside 'autodb refresh --machine {done.machine}' makes a "
+            "state of the pair"
+        )
     return "it belongs to this recording, no model changes"
 
 

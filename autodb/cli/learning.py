@@ -289,5 +289,7 @@ def refresh(machine: MachineName, db: Database = None) -> None:
     for sentence in done.mismatches:
         say(sentence)
     if done.mismatches:
-        say("'autodb mismatch confirm NUMBER' keeps a cause that holds; of 5 such cuts it makes a "
-            "state of the pair")  # fmt: skip
+        say(
+            "'autodb mismatch confirm NUMBER' keeps a cause that holds: tool_wear enters the pair's "
+            "parameters; of 5 cuts of another the next refresh makes a state"
+        )
