@@ -275,7 +275,7 @@ def test_all_that_is_kept_of_a_mismatch_is_shown(machine: Cli) -> None:
     )  # fmt: skip
     shown = machine("mismatch", "show", number).out
     for text in (
-        f"mismatch {number}: x.current of ", "a.csv", "term: unknown (missing, 90 % sure)",
+        f"mismatch {number}: x.current of recording 1: a.csv", "term: unknown (missing, 90 % sure)",
         "statement: It differs.", "where: from 83.9 to 110.7 s; x.position 310 to 480 mm, 71 %",
         "depends on: x.position", "or: asymmetry, gain", "to tell them apart: Move back.",
         "status: open",

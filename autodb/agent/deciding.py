@@ -25,7 +25,6 @@ from autodb.channels import effort_channels
 from autodb.checksums import checksum
 from autodb.errors import UnusableInput, near
 from autodb.explain.suspects import UNKNOWN
-from autodb.pairs.belief import WEAR
 from autodb.records import Recording, open_as_stored
 from autodb.sensing.axis_model import IdentifiedTerm
 from autodb.sensing.drives import IDENTIFIABLE, cross_test
@@ -89,8 +88,9 @@ def confirm(
 
     A term that belongs to the machine is fitted to the mismatch' recording together with those of
     the channel's newest version, which makes the next version; wear found in forces is told with
-    the law from the cuts of each of the recording's pairs. Decision and version are written
-    together. Any other belongs to its recording: only the decision is kept.
+    the law from the cuts of each of the recording's pairs, and of five cuts that stand aside for
+    another cause a state of the pair is learnt. Decision and version are written together. Any
+    other belongs to its recording: only the decision is kept.
 
     Raises UnusableInput when there is no such mismatch or alternative, it was decided otherwise,
     its recording is not there any more, or its moves do not excite the term: it then stays open.
@@ -109,7 +109,7 @@ def confirm(
         row.confirmed_term = wanted
         _decide(row, "confirmed", by)
         done = _decided(session, row, wanted, already=False)
-        if done.of_cuts and wanted == WEAR:
+        if done.of_cuts and wanted != UNKNOWN:
             session.flush()
             done = replace(done, pairs=_in_pairs(learn_confirmed(session, row, progress)))
         open_ones = mismatches(session, done.machine, decided=False)
@@ -122,7 +122,9 @@ def confirm(
 
 def _in_pairs(versions: Sequence[models.CuttingParameters]) -> tuple[str, ...]:
     return tuple(
-        f"{pair_name(row.pair)}: version {row.version} from {row.n_cuts} cuts: "
+        f"{pair_name(row.pair)}, {row.state}: version {row.version} from {row.n_cuts} cuts"
+        if row.state is not None
+        else f"{pair_name(row.pair)}: version {row.version} from {row.n_cuts} cuts: "
         f"{wear_words(as_belief(row))}"
         for row in versions
     )

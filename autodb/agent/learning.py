@@ -18,12 +18,12 @@ from autodb.agent.beliefs import (
 from autodb.agent.felt import Felt, as_observed
 from autodb.agent.states import (
     Forces,
+    causes_of,
     implausible,
     looked_at,
     named_states,
     sorted_out,
     states_of,
-    worn_causes,
     worn_forces,
 )
 from autodb.errors import UnusableInput
@@ -105,7 +105,7 @@ class _Pair:
         that wear was found in; but those of them that are not of the usual state with wear either.
         """
         last = self._latest()
-        causes = worn_causes(self._session, self._found.forces)
+        causes = causes_of(self._session, self._found.forces, WEAR)
         if last is None or not causes:
             return
         recordings, known = (
@@ -190,7 +190,9 @@ class _Pair:
             assert usual is not None  # without one there is no other state
             start = Start(of_state(as_belief(usual)), f"the usual state, version {usual.version}")
             base = self._still_counting(self._latest(name), self._found.forces)
-            self._add(start, base, fresh, name)
+            known = seen_by(base)
+            cuts = [*fresh, *(force for force in self._found.forces if force.id in known)]
+            self._add(start, base, fresh, name, causes_of(self._session, cuts, name))
         named = {force.cut_id for forces in states.values() for force in forces}
         self._done.odd += sorted({force.cut_id for force in odd} - named)
 

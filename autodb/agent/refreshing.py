@@ -78,7 +78,8 @@ def learn_confirmed(
         )
     session.flush()
     session.refresh(row)
-    return list({made.pair_id: made for made in row.parameters_of_pairs}.values())
+    made = {(one.pair_id, one.state): one for one in row.parameters_of_pairs}
+    return list(made.values())
 
 
 def _felt(

@@ -76,16 +76,16 @@ def looked_at(
     return Looked(recordings - anew, {force.cut_id for force in seen}, cleared)
 
 
-def worn_causes(
-    session: Session, forces: Sequence[models.SensedForce]
+def causes_of(
+    session: Session, forces: Sequence[models.SensedForce], term: str
 ) -> Sequence[models.Mismatch]:
-    """Return the mismatches confirmed as wear that were found in the recordings of forces."""
+    """Return the mismatches confirmed as a term that were found in the recordings of forces."""
     recordings = {force.cut.recording_id for force in forces}
     query = select(models.Mismatch).where(
         models.Mismatch.recording_id.in_(recordings),
         models.Mismatch.status == "confirmed",
         models.Mismatch.channel.startswith("force."),
-        models.Mismatch.confirmed_term == WEAR,
+        models.Mismatch.confirmed_term == term,
     )
     return session.scalars(query.order_by(models.Mismatch.id)).all()
 

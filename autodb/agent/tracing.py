@@ -77,9 +77,11 @@ def _parameters(session: Session, row: models.CuttingParameters) -> Node:
         f"{_named(row)}, {row.n_cuts} cuts",
         [Node(_belief(row) if row.law == LAW else _earlier_law(row))],
     )
+    causes = [_cause(session, mismatch) for mismatch in row.mismatches]
     if row.terms is not None:
-        causes = [_cause(session, mismatch) for mismatch in row.mismatches]
         node.sources.append(Node(wear_words(as_belief(row)), causes))
+    elif row.state is not None:
+        node.sources.append(Node(f"of the state '{row.state}'", causes))
     if row.started_from is not None:
         begun = [] if row.relative is None else [_parameters(session, row.relative)]
         node.sources.append(Node(f"began as: {row.started_from}", begun))

@@ -56,10 +56,8 @@ def list_(
 
 
 def _cells(row: "Mismatch") -> tuple[str, ...]:
-    from pathlib import Path
-
     return (
-        str(row.id), Path(row.recording.path).name, row.channel, row.term,
+        str(row.id), _name(row.recording.path), row.channel, row.term,
         ", ".join(row.alternatives or ()), row.kind, f"{100 * row.confidence:.0f}",
         _status(row), row.statement,
     )  # fmt: skip
@@ -72,12 +70,21 @@ def show_(number: Number, db: Database = None) -> None:
 
     with opened(db) as store, store.reading() as session:
         row = find(session, number)
-        say(f"mismatch {row.id}: {row.channel} of {row.recording.path}")
+        recording = row.recording
+        say(
+            f"mismatch {row.id}: {row.channel} of recording {recording.id}: {_name(recording.path)}"
+        )
         for what, text in _told(row):
             say(f"{what}: {text}")
         rows = _numbers(row)
     if rows.row_count:
         show(rows)
+
+
+def _name(path: str) -> str:
+    from pathlib import Path
+
+    return Path(path).name
 
 
 def _told(row: "Mismatch") -> "Iterator[tuple[str, str]]":
@@ -133,7 +140,8 @@ def _status(row: "Mismatch") -> str:
 def confirm(number: Number, as_: As = None, by: By = None, db: Database = None) -> None:
     """Confirm a cause: a term of the machine becomes part of its model, as the next version.
 
-    Wear becomes part of what is known of the work-tool pair.
+    Wear found in forces becomes part of what is known of the work-tool pair, of five cuts that
+    stand aside for another cause a state of it.
     """
     from autodb.agent.deciding import confirm as run
 
@@ -155,10 +163,7 @@ def _why_no_version(done: "Decided") -> str:
     if done.term == "unknown" and done.alternatives:
         return f"no model changes; --as {' or --as '.join(done.alternatives)} would put it into one"
     if done.of_cuts and done.term != "unknown":
-        return (
-            f"of five such cuts that stand aside 'autodb refresh --machine {done.machine}' makes a "
-            "state of the pair"
-        )
+        return "no pair changes: fewer than five of its cuts stand aside from what was expected"
     return "it belongs to this recording, no model changes"
 
 

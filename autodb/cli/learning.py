@@ -290,6 +290,6 @@ def refresh(machine: MachineName, db: Database = None) -> None:
         say(sentence)
     if done.mismatches:
         say(
-            "'autodb mismatch confirm NUMBER' keeps a cause that holds: tool_wear enters the pair's "
-            "parameters; of 5 cuts of another the next refresh makes a state"
+            "'autodb mismatch confirm NUMBER' keeps a cause that holds: tool_wear enters the "
+            "pair's parameters, 5 cuts of another make a state of the pair"
         )
