@@ -8,15 +8,21 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from numpy.typing import NDArray
 from pyarrow import csv
 from sqlalchemy import select
 
+from autodb.agent.beliefs import as_belief
+from autodb.fitting import NORMAL_95
 from autodb.pairs.belief import DAY
+from autodb.pairs.engaged import BY_NAME
+from autodb.pairs.forecast import forecast
 from autodb.sensing.error_kinds import ErrorKinds, day_moves
 from autodb.store import models, open_store
 from autodb.virtual.process import STEEL, Cut, mean_forces_N
 from tests.conftest import ROOT, Cli, Once
 
+Array = NDArray[np.float64]
 URL = "sqlite:///autodb.sqlite3"
 
 
@@ -207,6 +213,11 @@ def test_confirmed_wear_is_in_the_next_prediction(
     for key in ("torque_N_m", "power_W"):
         assert_allclose(late[key]["value"] / fresh[key]["value"], grown, rtol=0.01)
 
+    # So are those of other edges, none of them seen: how far off in the mean, and how many inside
+    bias, inside = _of_unseen_edges()
+    assert_allclose(bias, 0.0, atol=0.05)
+    assert inside.min() >= 0.9
+
     # It is said, and where it came from
     assert [note for note in notes if "cut 2 'late': its edge has cut 1200 s before; tool_" in note]
     assert not [note for note in notes if "cut 1 'fresh'" in note]
@@ -231,6 +242,35 @@ def test_confirmed_wear_is_in_the_next_prediction(
         "36 cuts not learnt from: its edges wear, and they do not state tool.cutting_time" in said
     )
     assert len(_rows()) == 2
+
+
+def _of_unseen_edges() -> tuple[Array, Array]:
+    """Compare worn cuts of six edges, past 900 s, with the newest belief: force y and z.
+
+    Returns by what share it is off in the mean, and the share inside the 95 % intervals, (2,).
+    """
+    rng, rows, true = np.random.default_rng(20260101), [], []
+    for edge in range(6):
+        for seconds in np.linspace(900.0, 1250.0, 7).tolist():
+            feed, speed = rng.uniform(0.1, 0.4), rng.uniform(150.0, 280.0)
+            depth, diameter = rng.uniform(1.0, 2.5), rng.uniform(40.0, 80.0)
+            rows.append({
+                "cutting.feed": feed, "cutting.depth": depth, "cutting.speed": speed,
+                "work.diameter": diameter, "tool.cutting_time": seconds,
+            })  # fmt: skip
+            cut = Cut(
+                speed, feed, depth, diameter, "turn", f"unseen-{edge}", seconds, 0.0, "steel bar"
+            )
+            true.append(mean_forces_N(STEEL, cut)[1:])
+    store = open_store(URL)
+    with store.reading() as session:
+        newest = select(models.CuttingParameters).order_by(models.CuttingParameters.id.desc())
+        belief = as_belief(session.scalars(newest.limit(1)).one())
+    store.close()
+    found = forecast(belief, BY_NAME["turn"].cuts({}, rows, called="carbide insert"))
+    off = found.mean[:, 1:3] - np.array(true)
+    bias = (off / np.array(true)).mean(axis=0)
+    return bias, (np.abs(off) < NORMAL_95 * found.sd[:, 1:3]).mean(axis=0)
 
 
 def _without_time(name: Path, to: Path) -> None:
