@@ -222,7 +222,8 @@ class _Pair:
             learnt = learn(start.belief, observed).past()
         else:
             observed = as_observed([*before, *fresh], wear=start.belief.wear)
-            near = None if base is None or start.belief.wear is None else as_belief(base)
+            last = None if start.belief.wear is None else base or self._latest(state)
+            near = None if last is None else as_belief(last)
             learnt = learn_choosing(start.belief, observed, near=near).past()
         self._keep(start, base, fresh, learnt, state=state, causes=causes)
 
