@@ -1,6 +1,9 @@
 """Cuts that are not of a pair's usual state stand aside, are explained, and become a state."""
 
+import contextlib
 import json
+import shutil
+import sqlite3
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -18,7 +21,7 @@ from autodb.pairs.belief import DAY
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
 from autodb.sensing.error_kinds import ErrorKinds, day_moves
-from autodb.store import models, open_store
+from autodb.store import migrate, models, open_store
 from autodb.virtual.process import STEEL, Cut, mean_forces_N
 from tests.conftest import ROOT, Cli, Once
 
@@ -233,6 +236,14 @@ def test_confirmed_wear_is_in_the_next_prediction(
     assert "was confirmed as tool_wear by Ann" in refused("mismatch", "reject", number)
     assert len(_rows()) == 2
     assert worn("doctor").code == 0
+
+    # Under the schema before, what holds wear is forgotten with what was predicted from it
+    shutil.copy("autodb.sqlite3", "down.sqlite3")
+    migrate("sqlite:///down.sqlite3", "0006")
+    with contextlib.closing(sqlite3.connect("down.sqlite3")) as down:
+        assert down.execute("SELECT version FROM cutting_parameters").fetchall() == [(1,)]
+        assert down.execute("SELECT id FROM prediction").fetchall() == [(1,)]
+        assert down.execute("PRAGMA foreign_key_check").fetchall() == []
 
     # Cuts that do not say how worn their edge was would be taken for other work
     _without_time(Path("shop-week-1.csv"), tmp_path / "unsaid.csv")
