@@ -12,7 +12,7 @@ from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.fitting import NORMAL_95
 from autodb.jobs import JobCut
 from autodb.pairs.belief import Belief
-from autodb.pairs.engaged import BANDS, BY_NAME, Conditions, Stated, milled
+from autodb.pairs.engaged import BANDS, BY_NAME, CUTTING_TIME, Conditions, Stated, milled
 from autodb.pairs.forecast import Forecast, forecast
 from autodb.pairs.observed import Cuts, Variant
 
@@ -148,7 +148,9 @@ def _peaks(belief: Belief, tool: ToolOf, operation: str, conditions: Conditions)
     variants = tuple(
         Variant(f"{tool.name}: {usual.name}", there(other)) for usual, other in assumed.variants()
     )
-    expected = forecast(belief, Cuts(operation, there(assumed.tool), variants))
+    worn_s = conditions.get(CUTTING_TIME, 0.0)
+    worn = np.full(len(moments), worn_s) if worn_s else None
+    expected = forecast(belief, Cuts(operation, there(assumed.tool), variants, worn))
     x, y, z, torque = (intervals(expected, k)[k] for k in range(4))
     return Peaks(x, y, z, torque)
 

@@ -293,6 +293,7 @@ OTHERS = (
         "job with an unknown key", "autodb predict job.toml --machine lathe-1",
         _job("feed_mm_rev = 0.2", "speed_rpm = 900", "feed_mm = 3"),
     ),
+    Case("mismatch that is not there", "autodb mismatch confirm 7", _database),
     Case("no database yet", "autodb machine list", lambda folder: folder),
     Case("not a database", "autodb machine list", _text("autodb.sqlite3", "text " * 300)),
 )  # fmt: skip

@@ -77,7 +77,7 @@ STEPS: tuple[tuple[str, Callable[[Store], None]], ...] = (
     ("import", _import),
     ("calibrate", _calibrate),
     ("refresh", _refresh),
-    ("machine confirm", _confirm),
+    ("mismatch confirm", _confirm),
 )
 
 

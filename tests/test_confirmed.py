@@ -20,6 +20,7 @@ from autodb.agent.deciding import confirm, reject
 from autodb.agent.identifying import newest_model, stored_terms
 from autodb.agent.machines import find_machine
 from autodb.errors import UnusableInput
+from autodb.explain.advice import advice
 from autodb.records import Recording, read
 from autodb.sensing import drives
 from autodb.sensing.axis_model import Beliefs, Identified
@@ -106,12 +107,20 @@ def test_the_next_prediction_contains_what_was_confirmed(machine: Cli) -> None:
     second, third = written("b.csv", 2), written("c.csv", 3)
     said = machine("explain", second, "--machine", "mill").out
     assert "  mismatch 1: asymmetry (missing, 99 % sure): " in said
-    assert "'autodb machine confirm NUMBER'" in said
-    listed = machine("machine", "mismatches", "mill").out
+    assert "'autodb mismatch confirm NUMBER'" in said
+    listed = machine("mismatch", "list", "mill").out
     assert "asymmetry" in listed
     assert "open" in listed
+    shown = machine("mismatch", "show", 1).out
+    assert "term: asymmetry (missing, 99 % sure)" in shown
+    assert "status: open" in shown
+    assert "made:" not in shown
+    assert "A·s/mm" in shown
+    told = advice("asymmetry")
+    assert f"advice: {told.check} ({told.source})" in shown
+    assert f"asymmetry: {told.check}\n" in said
     shutil.copy("autodb.sqlite3", "undecided.sqlite3")
-    done = machine("machine", "confirm", 1, "--by", "Ann")
+    done = machine("mismatch", "confirm", 1, "--by", "Ann")
     assert "x.current: version 2 of machine 'mill', started from version 1" in done.out
     truth = {"level": LEVEL, "coefficient": SLOPE}
     for term in (t for t in stored(2) if t.term == "asymmetry"):
@@ -129,6 +138,9 @@ def test_the_next_prediction_contains_what_was_confirmed(machine: Cli) -> None:
     # where it came from
     assert "asymmetry (missing, confirmed by Ann on" in machine("trace", "model", 2).out
     assert "it made model 2: x.current version 2" in machine("trace", "mismatch", 1).out
+    shown = machine("mismatch", "show", 1).out
+    assert "status: confirmed by Ann on " in shown
+    assert "made: x.current version 2 (model 2)" in shown
     assert machine("doctor").code == 0
 
 
@@ -137,17 +149,17 @@ def test_what_was_found_before_a_new_version_is_said(machine: Cli) -> None:
     number = mismatch(second, machine, "asymmetry")
     other = mismatch(second, machine, "lag")
     elsewhere = mismatch(second, machine, "lag", channel="y.current")
-    done = machine("machine", "confirm", number).out
+    done = machine("mismatch", "confirm", number).out
     assert f"still open, found before this version: {other}; 'autodb explain" in done
     assert str(elsewhere) not in done.rpartition("still open")[2]
 
 
 def test_a_confirmed_term_of_another_size_is_mistuned(machine: Cli) -> None:
     number = mismatch(written("b.csv", 2), machine, "asymmetry")
-    machine("machine", "confirm", number)
+    machine("mismatch", "confirm", number)
     later = machine("explain", written("c.csv", 3, uneven=2.0), "--machine", "mill")
     assert f"mismatch {number + 1}: asymmetry (mistuned, " in later.out
-    done = machine("machine", "confirm", number + 1)
+    done = machine("mismatch", "confirm", number + 1)
     assert "version 3 of machine 'mill', started from version 2" in done.out
     assert "moved since version 2: asymmetry level" in done.out
     level = next(t for t in stored(3) if (t.term, t.parameter) == ("asymmetry", "level"))
@@ -159,10 +171,10 @@ def test_a_term_found_where_the_model_came_from(machine: Cli) -> None:
     written("b.csv", 2)
     machine("identify", "b.csv", "--machine", "mill")
     number = mismatch(Path("b.csv"), machine, "asymmetry")
-    done = machine("machine", "confirm", number)
+    done = machine("mismatch", "confirm", number)
     assert "version 3 of machine 'mill', started from version 1" in done.out
     again = mismatch(Path("b.csv"), machine, "asymmetry")
-    assert "version 3 of machine 'mill': already there" in machine("machine", "confirm", again).out
+    assert "version 3 of machine 'mill': already there" in machine("mismatch", "confirm", again).out
     assert "version 3" in machine("trace", "mismatch", again).out
 
 
@@ -216,22 +228,22 @@ def test_moves_one_way_do_not_excite_it_and_the_mismatch_stays_open(
     table["t"] = np.arange(moving.sum()) / 250.0
     csv.write_csv(pa.table({**table, "x.current": effort(channels, 3)[moving]}), "one-way.csv")
     number = mismatch(Path("one-way.csv"), machine, "asymmetry")
-    line = refused("machine", "confirm", number)
+    line = refused("mismatch", "confirm", number)
     assert f"mismatch {number} stays open: one-way.csv does not excite asymmetry; asymmetry" in line
     assert "both directions" in line
-    assert "open" in machine("machine", "mismatches", "mill").out
+    assert "open" in machine("mismatch", "list", "mill").out
     assert stored(1)
 
 
 def test_what_belongs_to_a_recording_changes_no_model(machine: Cli, refused: Refused) -> None:
     load = mismatch(Path("a.csv"), machine, "external_load")
-    done = machine("machine", "confirm", load)
+    done = machine("mismatch", "confirm", load)
     assert done.out == (
         f"mismatch {load}: external_load confirmed; "
         "it belongs to this recording, no model changes\n"
     )
-    assert machine("machine", "confirm", load).out.endswith("already confirmed as external_load\n")
-    assert "was confirmed as external_load on" in refused("machine", "reject", load)
+    assert machine("mismatch", "confirm", load).out.endswith("already confirmed as external_load\n")
+    assert "was confirmed as external_load on" in refused("mismatch", "reject", load)
     assert stored(1)
     assert machine("doctor").code == 0
 
@@ -240,39 +252,58 @@ def test_unknown_gets_its_name_later(machine: Cli, refused: Refused) -> None:
     others = ["asymmetry", "gain"]
     number = mismatch(written("b.csv", 2), machine, "unknown", alternatives=others)
     assert "may be unknown or asymmetry or gain, not 'asymetry' (did you mean asymmetry" in refused(
-        "machine", "confirm", number, "--as", "asymetry"
+        "mismatch", "confirm", number, "--as", "asymetry"
     )
-    said = machine("machine", "confirm", number).out
+    said = machine("mismatch", "confirm", number).out
     assert said.endswith("no model changes; --as asymmetry would put it into one\n")
-    done = machine("machine", "confirm", number, "--as", "asymmetry", "--by", "Ann")
+    done = machine("mismatch", "confirm", number, "--as", "asymmetry", "--by", "Ann")
     assert "version 2 of machine 'mill'" in done.out
     assert (
         "already confirmed as asymmetry"
-        in machine("machine", "confirm", number, "--as", "asymmetry").out
+        in machine("mismatch", "confirm", number, "--as", "asymmetry").out
     )
-    assert "as asymmetry by Ann" in refused("machine", "confirm", number, "--as", "gain")
-    assert "confirmed as asymmetry by Ann" in machine("machine", "mismatches", "mill", "--all").out
+    assert "as asymmetry by Ann" in refused("mismatch", "confirm", number, "--as", "gain")
+    assert "confirmed as asymmetry by Ann" in machine("mismatch", "list", "mill", "--all").out
+
+
+def test_all_that_is_kept_of_a_mismatch_is_shown(machine: Cli) -> None:
+    number = mismatch(
+        Path("a.csv"), machine, "unknown", alternatives=["asymmetry", "gain"],
+        parameters={"size": {"value": 0.42, "low": 0.4, "high": 0.44, "unit": "A"}},
+        variables=["x.position"], intervals=[[83.9, 110.7]], to_tell_apart="Move back.",
+        regime=[{"signal": "x.position", "low": 310.0, "high": 480.0, "share": 0.71}],
+    )  # fmt: skip
+    shown = machine("mismatch", "show", number).out
+    for text in (
+        f"mismatch {number}: x.current of recording 1: a.csv", "term: unknown (missing, 90 % sure)",
+        "statement: It differs.", "where: from 83.9 to 110.7 s; x.position 310 to 480 mm, 71 %",
+        "depends on: x.position", "or: asymmetry, gain", "to tell them apart: Move back.",
+        "status: open",
+    ):  # fmt: skip
+        assert text in shown
+    assert "size 0.42 0.4 0.44 A" in " ".join(shown.split())
 
 
 def test_a_rejected_cause_stays_rejected(machine: Cli, refused: Refused) -> None:
     number = mismatch(Path("a.csv"), machine, "asymmetry")
-    assert machine("machine", "reject", number).out == f"mismatch {number}: asymmetry rejected\n"
-    assert machine("machine", "reject", number).out == f"mismatch {number}: already rejected\n"
-    assert f"mismatch {number} was rejected on" in refused("machine", "confirm", number)
-    assert "no open mismatch" in machine("machine", "mismatches", "mill").out
-    assert "rejected" in machine("machine", "mismatches", "mill", "--all").out
+    assert machine("mismatch", "reject", number).out == f"mismatch {number}: asymmetry rejected\n"
+    assert machine("mismatch", "reject", number).out == f"mismatch {number}: already rejected\n"
+    assert f"mismatch {number} was rejected on" in refused("mismatch", "confirm", number)
+    assert "no open mismatch" in machine("mismatch", "list", "mill").out
+    assert "rejected" in machine("mismatch", "list", "mill", "--all").out
     assert stored(1)
 
 
 def test_what_is_not_there(machine: Cli, refused: Refused) -> None:
-    assert "there is no mismatch 7; 'autodb machine mismatches NAME'" in refused(
-        "machine", "confirm", 7
+    assert "there is no mismatch 7; 'autodb mismatch list NAME'" in refused(
+        "mismatch", "confirm", 7
     )
-    assert "there is no mismatch 7" in refused("machine", "reject", 7)
-    assert "no machine 'mil' (did you mean mill" in refused("machine", "mismatches", "mil")
+    assert "there is no mismatch 7" in refused("mismatch", "reject", 7)
+    assert "there is no mismatch 7" in refused("mismatch", "show", 7)
+    assert "no machine 'mil' (did you mean mill" in refused("mismatch", "list", "mil")
     number = mismatch(written("b.csv", 2), machine, "asymmetry")
     Path("b.csv").write_text("something else")
-    assert f"mismatch {number} stays open: " in refused("machine", "confirm", number)
+    assert f"mismatch {number} stays open: " in refused("mismatch", "confirm", number)
     assert stored(1)
 
 
@@ -284,7 +315,7 @@ def test_a_recording_with_names_of_its_own_is_read_as_it_was_imported(machine: C
     machine("import", "b.csv", "--machine", "mill", "--columns", "names.toml")
     Path("names.toml").unlink()
     number = mismatch(Path("b.csv"), machine, "asymmetry")
-    assert "version 2" in machine("machine", "confirm", number).out
+    assert "version 2" in machine("mismatch", "confirm", number).out
 
 
 def test_of_two_at_once_one_decides(machine: Cli) -> None:
@@ -316,7 +347,7 @@ def test_of_two_at_once_one_decides(machine: Cli) -> None:
 
 def test_the_doctor_misses_the_version_of_a_confirmed_cause(machine: Cli) -> None:
     number = mismatch(written("b.csv", 2), machine, "asymmetry")
-    machine("machine", "confirm", number)
+    machine("mismatch", "confirm", number)
     assert machine("doctor").code == 0
     store = open_store(URL)
     with store.writing() as session:
@@ -344,7 +375,7 @@ def test_uneven_friction_of_the_real_axis(
         for line in said.splitlines()
         if ": asymmetry (missing" in line
     )
-    assert "version 2 of machine 'mill'" in cli("machine", "confirm", number).out
+    assert "version 2 of machine 'mill'" in cli("mismatch", "confirm", number).out
     other = read(pulses, columns=columns)
     assert isinstance(other, Recording)
     protocol = drives.identify(other).protocol

@@ -78,6 +78,7 @@ def _fill_what_nothing_writes_yet() -> None:
         session.add_all([prior, done, mismatch])
         session.flush()
         mismatch.models = [session.get_one(models.ChannelModel, 1)]
+        mismatch.parameters_of_pairs = [session.get_one(models.CuttingParameters, 1)]
         session.get_one(models.Calibration, 1).repeats = [session.get_one(models.Cut, 1)]
         session.add_all([
             models.SensedWaveform(

@@ -12,7 +12,7 @@ from autodb.agent.imported_cards import imported_card
 from autodb.errors import UnusableInput
 from autodb.fitting import Gaussian
 from autodb.pairs import conventional
-from autodb.pairs.belief import Belief, OffLaw, Scatter, Shared
+from autodb.pairs.belief import WEAR, Belief, OffLaw, Scatter, Shared, Wear
 from autodb.pairs.prior import any_metal, of_card, of_relative
 from autodb.store import models
 from autodb.store.models.learning import EVERY
@@ -27,7 +27,8 @@ def as_belief(row: models.CuttingParameters) -> Belief:
             f"parameters {row.id} are of an earlier law ({row.law}); 'autodb refresh' learns the "
             "pair anew"
         )
-    return belief_of(row.mean, row.covariance, row.shared, row.scatter, cuts=row.n_cuts)
+    columns = (row.mean, row.covariance, row.shared, row.scatter, row.terms)
+    return belief_of(*columns, cuts=row.n_cuts)
 
 
 def belief_of(
@@ -35,6 +36,7 @@ def belief_of(
     covariance: list[Any],
     shared: list[Any],
     scatter: Mapping[str, Any],
+    terms: Mapping[str, Any] | None,
     *,
     cuts: int,
 ) -> Belief:
@@ -45,7 +47,13 @@ def belief_of(
         scatter=Scatter(np.array(scatter["share"]), np.array(scatter["weight"])),
         cuts=cuts,
         off_law=OffLaw(**{**scatter["off_law"], "grow": tuple(scatter["off_law"]["grow"])}),
+        wear=_wear(terms[WEAR]) if terms and WEAR in terms else None,
     )
+
+
+def _wear(kept: Mapping[str, Any]) -> Wear:
+    along, across = kept["size"]
+    return Wear(kept["power"], kept["reference_s"], kept["between"], (along, across))
 
 
 def columns_of(belief: Belief) -> dict[str, Any]:
@@ -64,6 +72,7 @@ def columns_of(belief: Belief) -> dict[str, Any]:
             "weight": belief.scatter.weight.tolist(),
             "off_law": asdict(belief.off_law),
         },
+        "terms": None if belief.wear is None else {WEAR: asdict(belief.wear)},
         "n_cuts": belief.cuts,
     }
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.agent.beliefs import as_belief, pair_name
 from autodb.agent.identifying import (
     KeptModel,
     Refit,
@@ -18,6 +19,8 @@ from autodb.agent.identifying import (
 )
 from autodb.agent.importing import files_of
 from autodb.agent.machines import find_machine, signed
+from autodb.agent.refreshing import learn_confirmed
+from autodb.agent.wearing import wear_words
 from autodb.channels import effort_channels
 from autodb.checksums import checksum
 from autodb.errors import UnusableInput, near
@@ -35,7 +38,8 @@ class Decided:
     """A mismatch as it stands after a decision; ``kept``: the version that holds the term now.
 
     ``error_before``: relative error of the version before on the mismatch' recording, ``error`` of
-    ``kept``; None without a version. ``alternatives``: those that a model could hold; ``stale``:
+    ``kept``; None without a version. ``pairs``: the versions of pairs that hold the term, in words.
+    ``alternatives``: those that a model could hold; ``stale``:
     numbers of the channel's open mismatches, found before ``kept`` was there.
     """
 
@@ -47,9 +51,15 @@ class Decided:
     already: bool
     alternatives: tuple[str, ...] = ()
     kept: KeptModel | None = None
+    pairs: tuple[str, ...] = ()
     error_before: float | None = None
     error: float | None = None
     stale: tuple[int, ...] = ()
+
+    @property
+    def of_cuts(self) -> bool:
+        """Whether it was found in the forces of cuts."""
+        return self.channel.startswith("force.")
 
 
 def mismatches(session: Session, machine: str, *, decided: bool) -> Sequence[models.Mismatch]:
@@ -77,26 +87,31 @@ def confirm(
     """Confirm a mismatch, as it is named or as one of its alternatives (``term``).
 
     A term that belongs to the machine is fitted to the mismatch' recording together with those of
-    the channel's newest version, which makes the next version; decision and version are written
-    together. Any other belongs to its recording: only the decision is kept.
+    the channel's newest version, which makes the next version; wear found in forces is told with
+    the law from the cuts of each of the recording's pairs, and of five cuts that stand aside for
+    another cause a state of the pair is learnt. Decision and version are written together. Any
+    other belongs to its recording: only the decision is kept.
 
     Raises UnusableInput when there is no such mismatch or alternative, it was decided otherwise,
     its recording is not there any more, or its moves do not excite the term: it then stays open.
     """
     with store.reading() as session:
-        row = _row(session, number)
+        row = mismatch(session, number)
         wanted = _wanted(row, term)
         if _is_decided(row, "confirmed", wanted):
             return _decided(session, row, wanted, already=True)
         step = _fit(session, row, wanted, progress) if wanted in IDENTIFIABLE else None
     with store.writing() as session:
-        row = _row(session, number)
+        row = mismatch(session, number)
         if _is_decided(row, "confirmed", wanted):  # another process was faster
             return _decided(session, row, wanted, already=True)
         version = _keep_version(session, row, step) if step else None
         row.confirmed_term = wanted
         _decide(row, "confirmed", by)
         done = _decided(session, row, wanted, already=False)
+        if done.of_cuts and wanted != UNKNOWN:
+            session.flush()
+            done = replace(done, pairs=_in_pairs(learn_confirmed(session, row, progress)))
         open_ones = mismatches(session, done.machine, decided=False)
         stale = tuple(one.id for one in open_ones if one.channel == row.channel)
     if step is None or version is None:
@@ -105,21 +120,32 @@ def confirm(
     return replace(done, kept=kept, error_before=step.before, error=step.after, stale=stale)
 
 
+def _in_pairs(versions: Sequence[models.CuttingParameters]) -> tuple[str, ...]:
+    return tuple(
+        f"{pair_name(row.pair)}, {row.state}: version {row.version} from {row.n_cuts} cuts"
+        if row.state is not None
+        else f"{pair_name(row.pair)}: version {row.version} from {row.n_cuts} cuts: "
+        f"{wear_words(as_belief(row))}"
+        for row in versions
+    )
+
+
 def reject(store: Store, number: int, *, by: str | None = None) -> Decided:
     """Reject a mismatch. Raises UnusableInput when there is none, or it was confirmed."""
     with store.writing() as session:
-        row = _row(session, number)
+        row = mismatch(session, number)
         already = _is_decided(row, "rejected", None)
         if not already:
             _decide(row, "rejected", by)
         return _decided(session, row, row.term, already=already)
 
 
-def _row(session: Session, number: int) -> models.Mismatch:
+def mismatch(session: Session, number: int) -> models.Mismatch:
+    """Return a mismatch; raises UnusableInput when there is none of that number."""
     row = session.get(models.Mismatch, number)
     if row is None:
         raise UnusableInput(
-            f"there is no mismatch {number}; 'autodb machine mismatches NAME' lists a machine's"
+            f"there is no mismatch {number}; 'autodb mismatch list NAME' lists a machine's"
         )
     return row
 

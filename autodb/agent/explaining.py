@@ -19,6 +19,7 @@ from autodb.channels import effort_channels
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.explain.answer import Cause, ChannelAnswer
+from autodb.pairs.belief import WEAR
 from autodb.pairs.forecast import forecast
 from autodb.records import CutTable, Recording
 from autodb.sensing import chosen
@@ -64,8 +65,8 @@ def explain_with_machine(
         owner = find_machine(session, machine)
         if isinstance(table, CutTable):
             cuts = session.get_one(models.Recording, imported.recording_id).cuts
-            sensed, predicted = expected_and_sensed(session, owner, list(cuts))
-            explained = explain(sensed, predicted, includes=["shear", "edge_force"])
+            sensed, predicted, has = expected_and_sensed(session, owner, list(cuts))
+            explained = explain(sensed, predicted, includes=has)
         else:
             moves = signed(table, owner)
             simulated, parts = _simulate_axes(session, owner.id, moves)
@@ -105,13 +106,14 @@ def _simulate_axes(
 
 def expected_and_sensed(
     session: Session, owner: models.Machine, cuts: list[models.Cut]
-) -> tuple[CutTable, CutTable]:
-    """Return the sensed forces of cuts, and the forces that the pairs' beliefs expect.
+) -> tuple[CutTable, CutTable, list[str]]:
+    """Return the sensed forces of cuts, those that the pairs' beliefs expect, and what terms these
+    have.
 
     Both hold the components that are sensed in every cut; cuts of pairs not learnt yet, and those
     whose forces cannot be worked out, are left out. Raises UnusableInput when nothing is left.
     """
-    kept, expected_N = _expected(session, owner, cuts)
+    kept, expected_N, has = _expected(session, owner, cuts)
     if not kept:
         raise UnusableInput("no cut of a work-tool pair that the machine has learnt; refresh first")
     table = cuts_as_table(kept, path=Path(kept[0].recording.path))
@@ -134,19 +136,26 @@ def expected_and_sensed(
     return (
         CutTable(path=table.path, channels={**known, **sensed}, texts=table.texts),
         CutTable(path=table.path, channels={"cut": table.cut, **predicted}),
+        has,
     )
 
 
 def _expected(
     session: Session, owner: models.Machine, cuts: list[models.Cut]
-) -> tuple[list[models.Cut], Array]:
-    """Return the cuts of pairs that the machine has learnt, and the forces x, y, z expected, N."""
+) -> tuple[list[models.Cut], Array, list[str]]:
+    """Return the cuts of pairs that the machine has learnt, and the forces x, y, z expected, N.
+
+    And the terms that these have: wear where a pair's belief has it.
+    """
+    has = ["shear", "edge_force"]
     kept: list[models.Cut] = []
     forces: list[Array] = []
     for pair_id in dict.fromkeys(cut.pair_id for cut in cuts if usable(cut)):
         row = None if pair_id is None else latest(session, owner.id, pair_id)
         if row is not None:
             belief = as_belief(row)
+            if belief.wear is not None and WEAR not in has:
+                has.append(WEAR)
             number, made = as_cuts([cut for cut in cuts if cut.pair_id == pair_id and usable(cut)])
             means = np.concatenate([forecast(belief, some).mean[:, :3] for some in made])
             for cut in cuts:
@@ -154,7 +163,7 @@ def _expected(
                     kept.append(cut)
                     forces.append(means[number[cut.id]])
     order = np.argsort([cut.number for cut in kept], kind="stable")
-    return [kept[k] for k in order], np.array([forces[k] for k in order]).reshape(-1, 3)
+    return [kept[k] for k in order], np.array([forces[k] for k in order]).reshape(-1, 3), has
 
 
 def keep(session: Session, recording_id: int, explained: Explained) -> dict[Key, KeptCause]:

@@ -12,10 +12,11 @@ from sqlalchemy.orm import Session
 from autodb.agent.calibrations import as_calibration
 from autodb.agent.importing import cuts_as_table
 from autodb.errors import UnusableInput
-from autodb.pairs.belief import CALIBRATION, DAY, REFERENCES, Shared
+from autodb.pairs.belief import CALIBRATION, DAY, REFERENCES, Shared, Wear
 from autodb.pairs.determined import CHIP_SHARE
 from autodb.pairs.engaged import BY_NAME, UNSAID
 from autodb.pairs.observed import CHIP, Cuts, Observed, X, Y, Z
+from autodb.pairs.worn import with_wear
 from autodb.sensing.chosen import choose
 from autodb.sensing.error_kinds import day_moves
 from autodb.store import models
@@ -114,11 +115,16 @@ def _unusable(cut: models.Cut) -> str | None:
     return f"{operation.name} without {' and '.join(lacking)}" if lacking else None
 
 
-def as_observed(forces: Sequence[models.SensedForce], *, known: Container[int] = ()) -> Observed:
+def as_observed(
+    forces: Sequence[models.SensedForce],
+    *,
+    wear: Wear | None = None,
+    known: Container[int] = (),
+) -> Observed:
     """Return forces of one pair's cuts, felt by calibrations, as readings of it.
 
-    With the chips that were measured of the cuts, but of those ``known`` before, by id. Raises
-    UnusableInput where the pair's tool cannot make the cuts.
+    With the chips that were measured of the cuts, but of those ``known`` before, by id; ``wear``:
+    how the pair's edges wear. Raises UnusableInput where the pair's tool cannot make the cuts.
     """
     cuts = list({force.cut_id: force.cut for force in forces}.values())
     number, made = as_cuts(cuts)
@@ -126,7 +132,7 @@ def as_observed(forces: Sequence[models.SensedForce], *, known: Container[int] =
     thick = [c for c in cuts if CHIP_THICKNESS in c.conditions and c.id not in known]
     chip_mm = np.array([c.conditions[CHIP_THICKNESS] for c in thick], dtype=np.float64)
     none = np.zeros((len(thick), felt.share.shape[1]))
-    return Observed(
+    observed = Observed(
         cuts=made,
         cut=np.array([number[f.cut_id] for f in forces] + [number[c.id] for c in thick], np.intp),
         quantity=np.array([QUANTITY[f.component] for f in forces] + [CHIP] * len(thick), np.intp),
@@ -136,6 +142,7 @@ def as_observed(forces: Sequence[models.SensedForce], *, known: Container[int] =
         shared=felt.shared,
         shift=np.vstack([felt.shift, none]),
     )
+    return with_wear(observed, wear)
 
 
 def as_cuts(cuts: Sequence[models.Cut]) -> tuple[dict[int, int], tuple[Cuts, ...]]:

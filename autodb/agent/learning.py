@@ -1,6 +1,7 @@
 """What the newest forces of one pair change: its belief, its process states, what stands aside."""
 
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 from sqlalchemy.orm import Session
 
@@ -15,12 +16,27 @@ from autodb.agent.beliefs import (
     start_of,
 )
 from autodb.agent.felt import Felt, as_observed
-from autodb.agent.states import Forces, looked_at, named_states, sorted_out, states_of
+from autodb.agent.states import (
+    Forces,
+    causes_of,
+    implausible,
+    looked_at,
+    named_states,
+    sorted_out,
+    states_of,
+    worn_forces,
+)
 from autodb.errors import UnusableInput
+from autodb.pairs.belief import WEAR, Belief
+from autodb.pairs.engaged import CUTTING_TIME
 from autodb.pairs.learning import learn, learn_choosing
 from autodb.pairs.prior import of_state
+from autodb.pairs.worn import told
 from autodb.store import models
 
+LOOKED = 2
+"""Times that worn cuts are looked at for those that are not of the state with wear either: the
+second finds those that only others, which it leaves out, had made so. Chosen."""
 AT_ONCE = 200
 """Cuts of a pair up to which all of them are learnt at once when there are new ones; beyond, the
 new ones change the belief. Chosen: a second's work."""
@@ -37,20 +53,29 @@ class Outcome:
     set_aside: list[str] = field(default_factory=list)
 
 
-def learn_pair(session: Session, machine_id: int, found: Felt) -> Outcome:
-    """Add versions where a pair has forces that its last ones have not seen.
+def learn_pair(
+    session: Session,
+    machine_id: int,
+    found: Felt,
+    *,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Outcome:
+    """Add versions where a pair has forces that its last ones have not seen, or a confirmed cause.
 
-    A version builds on the last one where that one's forces all count still.
+    A version builds on the last one where that one's forces all count still; one with a cause that
+    the last had not stands alone.
     """
-    return _Pair(session, machine_id, found).learnt()
+    return _Pair(session, machine_id, found, progress).learnt()
 
 
 class _Pair:
     """One pair on one machine, and the forces that count of it."""
 
-    def __init__(self, session: Session, machine_id: int, found: Felt) -> None:
+    def __init__(
+        self, session: Session, machine_id: int, found: Felt, progress: Callable[[str], None]
+    ) -> None:
         self._session, self._machine_id, self._found = session, machine_id, found
-        self._name = pair_name(found.pair)
+        self._name, self._progress = pair_name(found.pair), progress
         self._done = Outcome()
 
     def learnt(self) -> Outcome:
@@ -59,6 +84,7 @@ class _Pair:
         for reason, cuts in self._found.left_out.items():
             said.append(f"{self._name}: {cuts} cuts not learnt from: {reason}")
         try:
+            self._with_wear()
             self._other_states(self._usual_state())
         except UnusableInput as error:
             said.append(f"{self._name}: {error}")
@@ -72,33 +98,101 @@ class _Pair:
     def _latest(self, state: str | None = None) -> models.CuttingParameters | None:
         return latest(self._session, self._machine_id, self._found.pair.id, state)
 
+    def _with_wear(self) -> None:
+        """Add a version with wear in it where it was confirmed and the last one has it not.
+
+        It is told with the law, from the cuts that the last has learnt and those of the recordings
+        that wear was found in; but those of them that are not of the usual state with wear either.
+        """
+        last = self._latest()
+        causes = causes_of(self._session, self._found.forces, WEAR)
+        if last is None or not causes:
+            return
+        recordings, known = (
+            {row.recording_id for row in some} for some in (causes, last.mismatches)
+        )
+        if recordings <= known:
+            last.mismatches = list(causes)
+            return
+        seen = seen_by(last)
+        usual = self._but_of_states(but=WEAR)
+        worn = [
+            force
+            for force in worn_forces(causes, usual)
+            if force.cut.recording_id in recordings or force.id in seen
+        ]
+        if not worn:
+            return
+        start = self._start()
+        before = replace(start.belief, off_law=as_belief(last).off_law)
+        observed = as_observed(worn)
+        learnt = told(before, observed, near=as_belief(last), progress=self._progress)
+        before, kept = replace(before, wear=learnt.wear), worn
+        for _ in range(LOOKED):
+            aside = implausible(learnt.past(), worn)
+            now = [force for force in worn if force.id in seen or force.cut_id not in aside]
+            if now == kept:
+                break
+            kept, near = now, learnt
+            learnt = learn(before, as_observed(kept, wear=learnt.wear), near=near)
+        self._keep(start, None, kept, learnt.past(), causes=causes)
+
+    def _start(self) -> Start:
+        pair = self._found.pair
+        return start_of(self._session, self._machine_id, pair.material.name, pair.tool.name)
+
     def _usual_state(self) -> Forces:
         """Learn what is of the usual state; return the forces of no state yet."""
-        states = states_of(self._session, self._machine_id, self._found.pair.id)
-        elsewhere = {force_id for state in states for force_id in seen_by(state)}
-        forces = [force for force in self._found.forces if force.id not in elsewhere]
-        base = self._still_counting(self._latest(), forces)
+        last = self._latest()
+        wear = None if last is None else as_belief(last).wear
+        forces = self._but_of_states(but=None if wear is None else WEAR)
+        if wear is not None:
+            forces = self._of_known_wear(forces)
+        base = self._still_counting(last, forces)
         seen = seen_by(base)
         fresh = [force for force in forces if force.id not in seen]
         if not fresh:
             return []
-        pair = self._found.pair
-        start = start_of(self._session, self._machine_id, pair.material.name, pair.tool.name)
-        looked = looked_at(self._session, [force for force in forces if force.id in seen])
+        start = self._start()
+        start = replace(start, belief=replace(start.belief, wear=wear))
+        looked = looked_at(
+            self._session, [force for force in forces if force.id in seen], worn=wear is not None
+        )
         belief = start.belief if base is None else as_belief(base)
         parted = sorted_out(belief, fresh, looked=looked)
-        self._add(start, base, parted.usual)
+        self._add(start, base, parted.usual, causes=[] if last is None else last.mismatches)
         return parted.odd
+
+    def _but_of_states(self, *, but: str | None) -> Forces:
+        """Return the forces that no other state than ``but`` has learnt."""
+        states = states_of(self._session, self._machine_id, self._found.pair.id)
+        elsewhere = {n for state in states if state.state != but for n in seen_by(state)}
+        return [force for force in self._found.forces if force.id not in elsewhere]
+
+    def _of_known_wear(self, forces: Forces) -> Forces:
+        """Return the forces of cuts that say how worn their edge was; say how many do not."""
+        kept = [force for force in forces if CUTTING_TIME in force.cut.conditions]
+        cuts = {force.cut_id for force in forces} - {force.cut_id for force in kept}
+        if cuts:
+            self._done.set_aside.append(
+                f"{self._name}: {len(cuts)} cuts not learnt from: its edges wear, and "
+                f"they do not state {CUTTING_TIME}"
+            )
+        return kept
 
     def _other_states(self, odd: Forces) -> None:
         """Learn states from cuts whose cause was confirmed; note the cuts that stand aside."""
         usual = self._latest()
         states = named_states(self._session, odd) if usual is not None else {}
+        if usual is not None and as_belief(usual).wear is not None:
+            states.pop(WEAR, None)
         for name, fresh in states.items():
             assert usual is not None  # without one there is no other state
             start = Start(of_state(as_belief(usual)), f"the usual state, version {usual.version}")
             base = self._still_counting(self._latest(name), self._found.forces)
-            self._add(start, base, fresh, name)
+            known = seen_by(base)
+            cuts = [*fresh, *(force for force in self._found.forces if force.id in known)]
+            self._add(start, base, fresh, name, causes_of(self._session, cuts, name))
         named = {force.cut_id for forces in states.values() for force in forces}
         self._done.odd += sorted({force.cut_id for force in odd} - named)
 
@@ -114,6 +208,7 @@ class _Pair:
         base: models.CuttingParameters | None,
         fresh: Forces,
         state: str | None = None,
+        causes: Sequence[models.Mismatch] = (),
     ) -> None:
         """Add a version that has learnt ``fresh`` beside what ``base`` has."""
         if not fresh:
@@ -123,9 +218,25 @@ class _Pair:
         known = {force.cut_id for force in before}
         if base is not None and len(known) >= AT_ONCE:
             start = Start(as_belief(base), base.started_from, base.relative)
-            learnt = learn(start.belief, as_observed(fresh, known=known)).past()
+            observed = as_observed(fresh, wear=start.belief.wear, known=known)
+            learnt = learn(start.belief, observed).past()
         else:
-            learnt = learn_choosing(start.belief, as_observed([*before, *fresh])).past()
+            observed = as_observed([*before, *fresh], wear=start.belief.wear)
+            last = None if start.belief.wear is None else base or self._latest(state)
+            near = None if last is None else as_belief(last)
+            learnt = learn_choosing(start.belief, observed, near=near).past()
+        self._keep(start, base, fresh, learnt, state=state, causes=causes)
+
+    def _keep(
+        self,
+        start: Start,
+        base: models.CuttingParameters | None,
+        fresh: Forces,
+        learnt: Belief,
+        *,
+        state: str | None = None,
+        causes: Sequence[models.Mismatch] = (),
+    ) -> None:
         version = newest_version(self._session, self._machine_id, self._found.pair.id) + 1
         self._session.add(
             models.CuttingParameters(
@@ -137,6 +248,7 @@ class _Pair:
                 relative=start.row,
                 previous=base,
                 forces=fresh,
+                mismatches=list(causes),
                 **columns_of(learnt),
             )
         )

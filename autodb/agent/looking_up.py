@@ -27,6 +27,7 @@ from autodb.agent.beliefs import LAW, belief_of
 from autodb.agent.felt import GEOMETRY
 from autodb.agent.machines import find_machine, limits_of
 from autodb.agent.predicting import Behind, Known, Wanted, known_of, notes, said_of_states
+from autodb.agent.wearing import said_of_wear
 from autodb.errors import UnusableInput, near
 from autodb.exceeding import Exceeding, exceeding
 from autodb.forward import PredictedCut, ToolOf
@@ -34,7 +35,7 @@ from autodb.jobs import JobCut
 from autodb.store import models
 
 _Parameters = models.CuttingParameters
-_JSON = ("mean", "covariance", "shared", "scatter")
+_JSON = ("mean", "covariance", "shared", "scatter", "terms")
 _NUMBERS = ("id", "version", "n_cuts", "started_from")
 
 
@@ -86,6 +87,7 @@ class Shelf:
             notes=(
                 *notes(self._session, self._owner, known, Wanted(material, tool, [cut])),
                 *said_of_states([found]),
+                *said_of_wear(known.belief, known.tool, [cut], [found]),
             ),
             exceeds=exceeding([found], self._limits),
         )
@@ -129,7 +131,8 @@ class Shelf:
 
 def _as_known(row: Row[Any], tool: str) -> Known:
     number, version, cuts, started_from, *rest = tuple[Any, ...](row)
-    belief = belief_of(*(from_json(text) for text in rest[: len(_JSON)]), cuts=cuts)
+    kept: list[Any] = [None if text is None else from_json(text) for text in rest[: len(_JSON)]]
+    belief = belief_of(*kept, cuts=cuts)
     geometry = zip(GEOMETRY, rest[len(_JSON) :], strict=True)
     numbers = {name: value for name, value in geometry if value is not None}
     return Known(belief, ToolOf(tool, numbers), Behind(number, version, cuts, started_from), None)

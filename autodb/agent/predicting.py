@@ -13,6 +13,7 @@ from autodb.agent.beliefs import LAW, as_belief, latest, learnt_pairs, start_of
 from autodb.agent.felt import numbers_of
 from autodb.agent.learnt_from import LearntFrom, learnt_from
 from autodb.agent.machines import as_file, find_machine, limits_of
+from autodb.agent.wearing import said_of_wear
 from autodb.cutting import tools
 from autodb.errors import UnusableInput, near
 from autodb.exceeding import Exceeding, exceeding
@@ -127,6 +128,7 @@ def predict_job(store: Store, machine: str, job: Job) -> Predicted:
             notes=(
                 *notes(session, owner, known, wanted),
                 *said_of_states(cuts),
+                *said_of_wear(known.belief, known.tool, job.cut, cuts),
                 *_of_program(program, job.tool, cuts),
             ),
             exceeds=exceeding(cuts, limits_of(owner)),

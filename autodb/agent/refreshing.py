@@ -51,33 +51,57 @@ def refresh(
     odd: list[int] = []
     with store.writing() as session:
         owner = find_machine(session, machine)
-        felt: dict[str, Calibrations] = {}
-        for axis in owner.axes:
-            current = current_calibrations(session, owner.id, axis.name)
-            _say_refused(current, done)
-            if any(row.offered for row in current):
-                component = current[0].component
-                if progress:
-                    progress(f"sensing force.{component} from {axis.name}")
-                _sense(session, owner.id, current, done)
-                felt[component] = current
-        if not felt:
-            done.set_aside.append(
-                "no calibration is offered: nothing can be sensed ('calibrate' first)"
-            )
-        _note_unsensed(session, owner.id, felt, done)
-        session.flush()
+        tell = progress or (lambda _: None)
+        felt = _felt(session, owner, done, tell)
         for pair in session.scalars(_pairs(owner.id)):
-            if progress:
-                progress(f"updating {pair_name(pair)}")
-            found = forces_of_pair(session, owner.id, pair, list(felt.values()))
-            outcome = learn_pair(session, owner.id, found)
+            tell(f"updating {pair_name(pair)}")
+            found = forces_of_pair(session, owner.id, pair, felt)
+            outcome = learn_pair(session, owner.id, found, progress=tell)
             done.versions += outcome.versions
             done.set_aside += outcome.set_aside
             odd += outcome.odd
-        tell = progress or (lambda _: None)
         done.mismatches += open_mismatches(session, owner, odd, progress=tell)
     return done
+
+
+def learn_confirmed(
+    session: Session, row: models.Mismatch, progress: Callable[[str], None]
+) -> list[models.CuttingParameters]:
+    """Learn the pairs of a confirmed mismatch' recording; return their newest that hold it."""
+    owner = session.get_one(models.Machine, row.recording.machine_id)
+    felt = _felt(session, owner, Refreshed(), progress)
+    pairs = {cut.pair_id: cut.pair for cut in row.recording.cuts if cut.pair is not None}
+    for _, pair in sorted(pairs.items(), key=lambda one: one[0] or 0):
+        progress(f"updating {pair_name(pair)}")
+        learn_pair(
+            session, owner.id, forces_of_pair(session, owner.id, pair, felt), progress=progress
+        )
+    session.flush()
+    session.refresh(row)
+    made = {(one.pair_id, one.state): one for one in row.parameters_of_pairs}
+    return list(made.values())
+
+
+def _felt(
+    session: Session, owner: models.Machine, done: Refreshed, progress: Callable[[str], None]
+) -> list[Calibrations]:
+    """Sense what was not sensed yet; return the calibrations of each axis that feels force."""
+    felt: dict[str, Calibrations] = {}
+    for axis in owner.axes:
+        current = current_calibrations(session, owner.id, axis.name)
+        _say_refused(current, done)
+        if any(row.offered for row in current):
+            component = current[0].component
+            progress(f"sensing force.{component} from {axis.name}")
+            _sense(session, owner.id, current, done)
+            felt[component] = current
+    if not felt:
+        done.set_aside.append(
+            "no calibration is offered: nothing can be sensed ('calibrate' first)"
+        )
+    _note_unsensed(session, owner.id, felt, done)
+    session.flush()
+    return list(felt.values())
 
 
 def _say_refused(current: Calibrations, done: Refreshed) -> None:

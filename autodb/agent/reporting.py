@@ -1,5 +1,6 @@
 """Gather what a machine's report page shows from the database."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -126,9 +127,11 @@ class _History:
         self._cuts = list(dict.fromkeys(force.cut_id for force in self._forces))
         self._pair = row.pair
         pair = row.pair
-        self._start = start_of(session, owner.id, pair.material.name, pair.tool.name).belief
+        start = start_of(session, owner.id, pair.material.name, pair.tool.name).belief
+        newest = as_belief(row)
+        self._start = replace(start, wear=newest.wear)
         self._felt = sorted({force.component for force in forces})
-        self._learnt = {len(self._cuts): as_belief(row)}
+        self._learnt = {len(self._cuts): newest}
 
     def _after(self, cuts: int) -> Belief:
         """Return what was believed after the oldest cuts."""
@@ -136,7 +139,9 @@ class _History:
             kept = set(self._cuts[:cuts])
             some = [force for force in self._forces if force.cut_id in kept]
             self._learnt[cuts] = (
-                learn_choosing(self._start, as_observed(some)).past() if some else self._start
+                learn_choosing(self._start, as_observed(some, wear=self._start.wear)).past()
+                if some
+                else self._start
             )
         return self._learnt[cuts]
 

@@ -18,7 +18,8 @@ from autodb.agent.felt import as_observed
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.explain.suspects import UNKNOWN
-from autodb.pairs.belief import Belief
+from autodb.pairs.belief import WEAR, Belief
+from autodb.pairs.engaged import CUTTING_TIME
 from autodb.pairs.learning import learn, learn_choosing
 from autodb.pairs.surprise import surprise
 from autodb.store import models
@@ -53,18 +54,52 @@ class Looked:
     cleared: Collection[int] = ()
 
 
-def looked_at(session: Session, seen: Sequence[models.SensedForce]) -> Looked:
-    """Return what became of the recordings of forces that were learnt."""
+def looked_at(
+    session: Session, seen: Sequence[models.SensedForce], *, worn: bool = False
+) -> Looked:
+    """Return what became of the recordings of forces that were learnt.
+
+    Where wear is in the belief (``worn``), those that it was confirmed for are looked at anew.
+    """
     recordings = {force.cut.recording_id for force in seen}
     rows = session.execute(
-        select(models.Mismatch.recording_id, models.Mismatch.status).where(
+        select(
+            models.Mismatch.recording_id, models.Mismatch.status, models.Mismatch.confirmed_term
+        ).where(
             models.Mismatch.recording_id.in_(recordings),
             models.Mismatch.channel.startswith("force."),
         )
     ).all()
-    holds = {recording for recording, status in rows if status != "rejected"}
-    cleared = {recording for recording, _ in rows} - holds
-    return Looked(recordings, {force.cut_id for force in seen}, cleared)
+    holds = {row.recording_id for row in rows if row.status != "rejected"}
+    cleared = {row.recording_id for row in rows} - holds
+    anew = {row.recording_id for row in rows if worn and row.confirmed_term == WEAR}
+    return Looked(recordings - anew, {force.cut_id for force in seen}, cleared)
+
+
+def causes_of(
+    session: Session, forces: Sequence[models.SensedForce], term: str
+) -> Sequence[models.Mismatch]:
+    """Return the mismatches confirmed as a term that were found in the recordings of forces."""
+    recordings = {force.cut.recording_id for force in forces}
+    query = select(models.Mismatch).where(
+        models.Mismatch.recording_id.in_(recordings),
+        models.Mismatch.status == "confirmed",
+        models.Mismatch.channel.startswith("force."),
+        models.Mismatch.confirmed_term == term,
+    )
+    return session.scalars(query.order_by(models.Mismatch.id)).all()
+
+
+def worn_forces(causes: Sequence[models.Mismatch], forces: Forces) -> Forces:
+    """Return the forces of cuts that state how long their edge has cut.
+
+    None where those of the causes' recordings are fewer than PERSISTS, or all at the same time.
+    """
+    stated = [force for force in forces if CUTTING_TIME in force.cut.conditions]
+    recordings = {row.recording_id for row in causes}
+    of_cause = {f.cut_id: f.cut for f in stated if f.cut.recording_id in recordings}
+    times = {float(cut.conditions[CUTTING_TIME]) for cut in of_cause.values()}
+    return stated if len(of_cause) >= PERSISTS and len(times) > 1 else []
 
 
 def sorted_out(
@@ -83,13 +118,13 @@ def sorted_out(
         if recording in known.begun and recording not in known.cleared:
             surprising = {force.cut_id for force in some} - set(known.learnt)
         elif recording not in known.cleared and belief.cuts >= ENOUGH:
-            surprising = _surprising(belief, some)
+            surprising = implausible(belief, some)
         usual = [force for force in some if force.cut_id not in surprising]
         odd += [force for force in some if force.cut_id in surprising]
         kept += usual
         if usual:
             taught = learn if belief.cuts else learn_choosing
-            belief = taught(belief, as_observed(usual)).past()
+            belief = taught(belief, as_observed(usual, wear=belief.wear)).past()
     return Sorted(kept, odd)
 
 
@@ -100,9 +135,9 @@ def _by_recording(forces: Sequence[models.SensedForce]) -> list[Forces]:
     return list(found.values())
 
 
-def _surprising(belief: Belief, forces: Forces) -> set[int]:
+def implausible(belief: Belief, forces: Forces) -> set[int]:
     """Return the cuts, by id, that are not of a belief's state."""
-    observed = as_observed(forces)
+    observed = as_observed(forces, wear=belief.wear)
     cut_ids = {int(at): force.cut_id for at, force in zip(observed.cut, forces, strict=False)}
     found = surprise(belief, observed)
     return {cut_ids[k] for k, odd in enumerate(found.implausible) if odd}
@@ -186,7 +221,7 @@ def _explained(
     if len(recording.cuts) < EXPLAINED:
         return None
     try:
-        sensed, expected = expected_and_sensed(session, owner, list(recording.cuts))
+        sensed, expected, has = expected_and_sensed(session, owner, list(recording.cuts))
     except UnusableInput:
         return None
-    return explain(sensed, expected, includes=["shear", "edge_force"])
+    return explain(sensed, expected, includes=has)

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.beliefs import LAW, as_belief, chain, pair_name
 from autodb.agent.calibrations import as_calibration
+from autodb.agent.wearing import wear_words
 from autodb.cutting import shear
 from autodb.errors import UnusableInput, near
 from autodb.fitting import NORMAL_95
@@ -73,9 +74,14 @@ def _sensed(session: Session, row: models.SensedForce) -> Node:
 
 def _parameters(session: Session, row: models.CuttingParameters) -> Node:
     node = Node(
-        f"parameters {row.id}: {pair_name(row.pair)}, version {row.version}, {row.n_cuts} cuts",
+        f"{_named(row)}, {row.n_cuts} cuts",
         [Node(_belief(row) if row.law == LAW else _earlier_law(row))],
     )
+    causes = [_cause(session, mismatch) for mismatch in row.mismatches]
+    if row.terms is not None:
+        node.sources.append(Node(wear_words(as_belief(row)), causes))
+    elif row.state is not None:
+        node.sources.append(Node(f"of the state '{row.state}'", causes))
     if row.started_from is not None:
         begun = [] if row.relative is None else [_parameters(session, row.relative)]
         node.sources.append(Node(f"began as: {row.started_from}", begun))
@@ -91,6 +97,10 @@ def _parameters(session: Session, row: models.CuttingParameters) -> Node:
     felt_by = {force.calibration.id: force.calibration for force in forces if force.calibration}
     node.sources += [_calibration(session, calibration) for calibration in felt_by.values()]
     return node
+
+
+def _named(row: models.CuttingParameters) -> str:
+    return f"parameters {row.id}: {pair_name(row.pair)}, version {row.version}"
 
 
 def _belief(row: models.CuttingParameters) -> str:
@@ -179,6 +189,7 @@ def _mismatch(session: Session, row: models.Mismatch) -> Node:
     """A mismatch leads to its recording, and to the version that confirming it made."""
     node = _cause(session, row)
     node.sources += [Node(f"confirmed, it made {_version(model)}") for model in row.models]
+    node.sources += [Node(f"confirmed, it is in {_named(row)}") for row in row.parameters_of_pairs]
     return node
 
 

@@ -228,8 +228,8 @@ def explain(
     _say_causes(explained, kept)
     say(f"report: {folder / 'report.html'}")
     if any(cause.status == "open" for cause in kept.values()):
-        say("keep a cause that holds on the machine: 'autodb machine confirm NUMBER', or drop it: "
-            "'autodb machine reject NUMBER'")  # fmt: skip
+        say("keep a cause that holds on the machine: 'autodb mismatch confirm NUMBER', or drop it: "
+            "'autodb mismatch reject NUMBER'")  # fmt: skip
 
 
 def _say_doubts(measured: "Recording | CutTable") -> None:
@@ -260,6 +260,8 @@ def _against_machine(
 
 
 def _say_causes(explained: "Explained", kept: "dict[Key, KeptCause]") -> None:
+    from autodb.explain.advice import advice
+
     for channel, answer in explained.explanation.channels.items():
         if not answer.mismatch:
             before = f"{answer.fit.rms_before:.3g} {answer.unit}"
@@ -275,6 +277,9 @@ def _say_causes(explained: "Explained", kept: "dict[Key, KeptCause]") -> None:
             row = kept.get((channel, cause.term, cause.kind))
             say(f"  {_numbered(row)}{cause.term} ({cause.kind}, {100 * cause.confidence:.0f} % sure"
                 f"{other}): {cause.statement}")  # fmt: skip
+    answers = explained.explanation.channels.values()
+    for term in dict.fromkeys(cause.term for answer in answers for cause in answer.missing):
+        say(f"{term}: {advice(term).check}")
 
 
 def _numbered(row: "KeptCause | None") -> str:

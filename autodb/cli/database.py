@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from autodb.store import models
 
 machine = typer.Typer(
-    help="Machines: their axes, and the causes found on them that a person decides on.",
+    help="Machines: their axes and what their files state.",
     no_args_is_help=True,
 )
 

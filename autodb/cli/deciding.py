@@ -1,15 +1,25 @@
-"""`machine mismatches`, `confirm`, `reject`: a person's word on what explain found."""
+"""`mismatch`: what explain found on a machine, listed, shown, and a person's word on it."""
 
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from autodb.channels import unit_of
 from autodb.cli._common import Database, opened, say, show, table, working
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rich.table import Table
+
     from autodb.agent.deciding import Decided
     from autodb.agent.identifying import KeptModel
     from autodb.store.models import Mismatch
+
+mismatch = typer.Typer(
+    help="Causes that explain found on a machine: list, show, confirm, reject.",
+    no_args_is_help=True,
+)
 
 Number = Annotated[int, typer.Argument(help="Number of the mismatch.", min=1, max=2**63 - 1)]
 By = Annotated[str | None, typer.Option("--by", metavar="WHO", help="Who says so.")]
@@ -21,7 +31,8 @@ As = Annotated[
 ]
 
 
-def mismatches(
+@mismatch.command("list")
+def list_(
     name: Annotated[str, typer.Argument(help="Name of the machine.")],
     all_: Annotated[bool, typer.Option("--all", help="Also those decided on.")] = False,
     db: Database = None,
@@ -45,25 +56,103 @@ def mismatches(
 
 
 def _cells(row: "Mismatch") -> tuple[str, ...]:
-    from pathlib import Path
-
-    called = f" as {row.confirmed_term}" if row.confirmed_term not in (None, row.term) else ""
-    who = f" by {row.decided_by}" if row.decided_by else ""
     return (
-        str(row.id), Path(row.recording.path).name, row.channel, row.term,
+        str(row.id), _name(row.recording.path), row.channel, row.term,
         ", ".join(row.alternatives or ()), row.kind, f"{100 * row.confidence:.0f}",
-        f"{row.status}{called}{who}", row.statement,
+        _status(row), row.statement,
     )  # fmt: skip
 
 
+@mismatch.command("show")
+def show_(number: Number, db: Database = None) -> None:
+    """Show all that is kept of a mismatch: its numbers, where it sits, what else it may be."""
+    from autodb.agent.deciding import mismatch as find
+
+    with opened(db) as store, store.reading() as session:
+        row = find(session, number)
+        recording = row.recording
+        say(
+            f"mismatch {row.id}: {row.channel} of recording {recording.id}: {_name(recording.path)}"
+        )
+        for what, text in _told(row):
+            say(f"{what}: {text}")
+        rows = _numbers(row)
+    if rows.row_count:
+        show(rows)
+
+
+def _name(path: str) -> str:
+    from pathlib import Path
+
+    return Path(path).name
+
+
+def _told(row: "Mismatch") -> "Iterator[tuple[str, str]]":
+    """Return what is kept of a mismatch, a line each: what it is and its text."""
+    from autodb.explain.advice import advice
+
+    yield "term", f"{row.term} ({row.kind}, {100 * row.confidence:.0f} % sure)"
+    yield "statement", row.statement
+    yield "where", "; ".join(_places(row)) or "all along the recording"
+    if row.variables:
+        yield "depends on", ", ".join(row.variables)
+    if row.alternatives:
+        yield "or", ", ".join(row.alternatives)
+        yield "to tell them apart", row.to_tell_apart or "no simple move or cut is known that would"
+    yield "status", _status(row) + (f" on {row.decided_at}" if row.decided_at else "")
+    for made in row.models:
+        yield "made", f"{made.channel} version {made.version} (model {made.id})"
+    for held in row.parameters_of_pairs:
+        pair = f"{held.pair.material.name} / {held.pair.tool.name}"
+        yield "made", f"{pair} version {held.version} (parameters {held.id})"
+    told = advice(row.confirmed_term or row.term)
+    yield "advice", f"{told.check} ({told.source})"
+
+
+def _places(row: "Mismatch") -> "Iterator[str]":
+    """Return the stretches and regimes in which a mismatch sits."""
+    what, unit = ("cuts", "") if row.recording.kind == "cuts" else ("from", " s")
+    for low, high in row.intervals or ():
+        yield f"{what} {low:g} to {high:g}{unit}"
+    for one in row.regime or ():
+        unit = f" {known}" if (known := unit_of(one["signal"])) else ""
+        yield (
+            f"{one['signal']} {one['low']:.4g} to {one['high']:.4g}{unit}, "
+            f"{100 * one['share']:.0f} % of it"
+        )
+
+
+def _numbers(row: "Mismatch") -> "Table":
+    rows = table("Its numbers", "parameter", ">value", ">95 % from", ">to", "unit")
+    for name, value in row.parameters.items():
+        numbers = (f"{value[key]:.4g}" for key in ("value", "low", "high"))
+        rows.add_row(name, *numbers, value["unit"])
+    return rows
+
+
+def _status(row: "Mismatch") -> str:
+    called = f" as {row.confirmed_term}" if row.confirmed_term not in (None, row.term) else ""
+    who = f" by {row.decided_by}" if row.decided_by else ""
+    return f"{row.status}{called}{who}"
+
+
+@mismatch.command()
 def confirm(number: Number, as_: As = None, by: By = None, db: Database = None) -> None:
-    """Confirm a cause: a term of the machine becomes part of its model, as the next version."""
+    """Confirm a cause: a term of the machine becomes part of its model, as the next version.
+
+    Wear found in forces becomes part of what is known of the work-tool pair, of five cuts that
+    stand aside for another cause a state of it.
+    """
     from autodb.agent.deciding import confirm as run
 
     with working(f"confirming mismatch {number}") as progress, opened(db) as store:
         done = run(store, number, term=as_, by=by, progress=progress)
     if done.already:
         say(f"mismatch {number}: already confirmed as {done.term}")
+    elif done.pairs:
+        say(f"mismatch {number}: {done.term} confirmed")
+        for version in done.pairs:
+            say(version)
     elif done.kept is None:
         say(f"mismatch {number}: {done.term} confirmed; {_why_no_version(done)}")
     else:
@@ -73,6 +162,8 @@ def confirm(number: Number, as_: As = None, by: By = None, db: Database = None) 
 def _why_no_version(done: "Decided") -> str:
     if done.term == "unknown" and done.alternatives:
         return f"no model changes; --as {' or --as '.join(done.alternatives)} would put it into one"
+    if done.of_cuts and done.term != "unknown":
+        return "no pair changes: fewer than five of its cuts stand aside from what was expected"
     return "it belongs to this recording, no model changes"
 
 
@@ -99,6 +190,7 @@ def _show_version(done: "Decided", kept: "KeptModel") -> None:
         say(f"still open, found before this version: {numbers}; {again}")
 
 
+@mismatch.command()
 def reject(number: Number, by: By = None, db: Database = None) -> None:
     """Reject a cause: it was looked at, and does not hold on the machine."""
     from autodb.agent.deciding import reject as run

@@ -289,5 +289,7 @@ def refresh(machine: MachineName, db: Database = None) -> None:
     for sentence in done.mismatches:
         say(sentence)
     if done.mismatches:
-        say("'autodb machine confirm NUMBER' keeps a cause that holds; of 5 such cuts it makes a "
-            "state of the pair")  # fmt: skip
+        say(
+            "'autodb mismatch confirm NUMBER' keeps a cause that holds: tool_wear enters the "
+            "pair's parameters, 5 cuts of another make a state of the pair"
+        )

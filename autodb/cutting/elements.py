@@ -155,6 +155,24 @@ def _parts(tangential: Array, radial: Array, up: Array) -> Array:
     return parts
 
 
+def edge_parts(elements: Elements) -> Array:
+    """Return what 1 N/mm more of the edge's own force makes of force x, y, z, torque, power.
+
+    (n, 5, 3): of its force along the cutting speed, of that across the edge; and, last, what the
+    direction of the latter changes, by a radian from the radial up the tool's axis.
+    """
+    sin, cos = elements.kappa
+    shape = np.broadcast_shapes(
+        *(one.shape for one in (elements.edge.thickness_mm, elements.width_mm, sin))
+    )
+    width = np.broadcast_to(elements.width_mm, shape)
+    tangential, radial, up = np.zeros((3, 3, *shape))
+    tangential[0] = width
+    radial[1], up[1] = -sin * width, cos * width
+    radial[2], up[2] = -up[1], radial[1]
+    return np.moveaxis(_summed(elements, tangential, radial, up), 0, -1)
+
+
 def engaged_mm(elements: Elements) -> Array:
     """Return the length of the engaged edge of each cut, or at each moment, mm (n,)."""
     shape = np.broadcast_shapes(elements.edge.thickness_mm.shape, elements.width_mm.shape)

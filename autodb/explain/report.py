@@ -15,6 +15,7 @@ from markupsafe import Markup
 
 from autodb import figures
 from autodb.channels import unit_of
+from autodb.explain.advice import advice
 from autodb.explain.answer import (
     Array,
     Cause,
@@ -102,7 +103,7 @@ def explanation_fragment(explained: Explained) -> str:
         }
         for n, (name, answer) in enumerate(explained.explanation.channels.items(), start=1)
     ]
-    words = (verdict, certainty, term_words, move_words, parameter_words)
+    words = (verdict, certainty, term_words, move_words, parameter_words, advice)
     where = (where_words, regime_words, bars)
     plots = (over_time, located, close_up, against_signals, ranked, candidate_words, drawn_words)
     return str(

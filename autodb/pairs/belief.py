@@ -93,21 +93,57 @@ CALIBRATION, REFERENCES = "calibration", "references"
 """What keys of errors begin with that are the machine's, whatever the pair."""
 DAY = "day"
 """What keys of errors begin with that only the cuts of one day share."""
+WEAR, EDGE = "tool_wear", "wear of edge"
+"""Key of what wear adds to an edge's force; what keys begin with of what one edge wears otherwise.
+"""
+
+
+@dataclass(frozen=True)
+class Wear:
+    """Each mm of a worn edge takes w (T/T_r)^``power`` N more, of both force along and across.
+
+    T cutting time of the edge, T_r ``reference_s``. w, N/mm, stands in a belief's state under WEAR,
+    along the cutting speed and across the edge; edges differ by the share ``between`` of ``size``,
+    which is w as it was when that share was told.
+    """
+
+    power: float
+    reference_s: float
+    between: float = 0.0
+    size: tuple[float, float] = (0.0, 0.0)
+
+    def grown(self, worn_s: Array) -> Array:
+        """Return what is reached of w after cutting times."""
+        return np.asarray((worn_s / self.reference_s) ** self.power)
+
+
+WORN = Shared(WEAR, np.diag([300.0**2, 300.0**2]))
+"""What wear may add, N/mm, before it is told. Chosen: several times the edge force of any fresh
+edge."""
 
 
 @dataclass(frozen=True)
 class Belief:
-    """``state``: the law's coordinates, then the errors of each of ``shared`` in their order."""
+    """``state``: the law's coordinates, then the errors of each of ``shared`` in their order.
+
+    ``wear``: how the edge's force grows with its cutting time; None: not told.
+    """
 
     state: Gaussian
     shared: tuple[Shared, ...]
     scatter: Scatter
     cuts: int
     off_law: OffLaw = NEAR
+    wear: Wear | None = None
 
     def law_error(self, operation: str) -> Shared:
         """Return how far the law may be off in an operation."""
         return law_error(operation, self.off_law)
+
+    @property
+    def open_terms(self) -> tuple[Shared, ...]:
+        """What the terms beside the law may be before they are told."""
+        return () if self.wear is None else (WORN,)
 
     @property
     def law(self) -> Gaussian:
@@ -124,8 +160,8 @@ class Belief:
         raise KeyError(key)
 
     def past(self) -> "Belief":
-        """Return the belief without the errors of days: no later cut shares them."""
-        kept = tuple(one for one in self.shared if not one.key.startswith(DAY))
+        """Return the belief without the errors of days and of edges: no later cut shares them."""
+        kept = tuple(one for one in self.shared if not one.key.startswith((DAY, EDGE)))
         if len(kept) == len(self.shared):
             return self
         rows = np.concatenate([np.arange(OWN), *(np.r_[self.columns(one.key)] for one in kept)])

@@ -22,7 +22,7 @@ Conditions = Mapping[str, float]
 FEED, DEPTH, WIDTH = "cutting.feed", "cutting.depth", "cutting.width"
 SPEED, RPM, DIAMETER = "cutting.speed", "spindle.speed", "work.diameter"
 DIRECTION, RAMP, HOLE = "cutting.direction", "cutting.ramp", "pocket.diameter"
-CUTTING_TIME, FLANK_WEAR = "tool.cutting_time", "tool.flank_wear"
+CUTTING_TIME, FLANK_WEAR, EDGE = "tool.cutting_time", "tool.flank_wear", "tool.edge"
 OFF = 2.0
 """Factor by which an assumed cutting speed may be off. Chosen."""
 
@@ -64,11 +64,15 @@ class Operation:
     def cuts(self, tool: Mapping[str, float], rows: Sequence[Conditions], *, called: str) -> Cuts:
         """Return cuts (n,) with a tool called so, its numbers by name; mills: means over a turn.
 
-        Raises UnusableInput where the tool cannot make them.
+        A cut that does not state how long its edge has cut counts as one with a fresh edge. Raises
+        UnusableInput where the tool cannot make them.
         """
-        elements, variants = self.made(tool, Stated(rows))
+        stated = Stated(rows)
+        elements, variants = self.made(tool, stated)
         named = tuple(replace(one, key=f"{called}: {one.key}") for one in variants)
-        return Cuts(self.name, elements, named)
+        worn_s = stated.given(CUTTING_TIME, 0.0)
+        edges = tuple(str(row[EDGE]) if EDGE in row else None for row in rows)
+        return Cuts(self.name, elements, named, worn_s if worn_s.any() else None, edges)
 
 
 def speed_m_min(stated: Stated) -> Array:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import force_gradient, force_parts, forces, linearised
-from autodb.pairs.belief import OWN, Belief
+from autodb.cutting.elements import edge_parts, force_gradient, force_parts, forces, linearised
+from autodb.pairs.belief import OWN, WEAR, Belief
 from autodb.pairs.learning import own_variance
 from autodb.pairs.observed import Cuts, with_growth
 
@@ -59,7 +59,7 @@ class Shares:
 def expected(belief: Belief, cuts: Cuts) -> Array:
     """Return the means alone of a forecast (n, 5), without its derivatives."""
     error = belief.law_error(cuts.operation)
-    known = belief.also((error, *cuts.assumed))
+    known = belief.also((error, *cuts.assumed, *belief.open_terms))
     theta = known.state.mean[:OWN]
     parts = force_parts(theta, cuts.elements)
     whole = parts[..., 0] + parts[..., 1]
@@ -68,7 +68,34 @@ def expected(belief: Belief, cuts: Cuts) -> Array:
         off = known.state.mean[known.columns(one.key).start]
         if off:
             mean += off * (forces(theta, one.elements).all - whole)
-    return np.asarray(mean)
+    return np.asarray(mean + worn(known, cuts).mean)
+
+
+@dataclass(frozen=True)
+class Worn:
+    """What wear adds to cuts (n,): means (n, 5), their variance of edges that differ (n, 5).
+
+    ``slopes`` (n, 5, 2) by w along and across the edge; ``turned`` (n, 3): what a radian of the
+    direction of the latter changes in forces.
+    """
+
+    mean: Array
+    own: Array
+    slopes: Array
+    turned: Array
+
+
+def worn(belief: Belief, cuts: Cuts) -> Worn:
+    """Return what wear adds to cuts; nothing to fresh edges, or where none was told."""
+    count = cuts.elements.count
+    if belief.wear is None or cuts.worn_s is None:
+        none = np.zeros((count, 5))
+        return Worn(none, none, np.zeros((count, 5, 2)), none[:, :3])
+    grown = edge_parts(cuts.elements) * belief.wear.grown(cuts.worn_s)[:, None, None]
+    size = belief.state.mean[belief.columns(WEAR)]
+    mean = grown[..., :2] @ size
+    own = (belief.wear.between * (grown[..., :2] @ np.array(belief.wear.size))) ** 2
+    return Worn(mean, own, grown[..., :2], grown[:, :3, 2] * size[1])
 
 
 def forecast(belief: Belief, cuts: Cuts, over: Shares | None = None) -> Forecast:
@@ -77,7 +104,7 @@ def forecast(belief: Belief, cuts: Cuts, over: Shares | None = None) -> Forecast
     The steps of a cut share all errors, what is its own too.
     """
     error = belief.law_error(cuts.operation)
-    known = belief.also((error, *cuts.assumed))
+    known = belief.also((error, *cuts.assumed, *belief.open_terms))
     place = known.columns(error.key)
     theta = known.state.mean[:OWN]
     whole, parts, by_law = linearised(theta, cuts.elements)
@@ -95,10 +122,17 @@ def forecast(belief: Belief, cuts: Cuts, over: Shares | None = None) -> Forecast
         mean += slopes[:, :, at] * off
         if off:
             slopes[:, :, :OWN] += off * (force_gradient(theta, one.elements) - by_law)
+    wear = worn(known, cuts)
+    mean = mean + wear.mean
+    if belief.wear is not None:
+        slopes[:, :, known.columns(WEAR)] = wear.slopes
     if over is not None:
+        if cuts.worn_s is not None:
+            raise TypeError("wear along the steps of a cut is not worked out")
         mean, slopes, parts = (over.means(values) for values in (mean, slopes, parts))
     open_ = np.einsum("nqi,ij,nqj->nq", slopes, known.state.covariance, slopes)
-    own = own_variance(belief.scatter, belief.off_law, parts)
+    own = own_variance(belief.scatter, belief.off_law, parts) + (wear.own if over is None else 0.0)
     along, across = np.abs(parts[:, :3, 0]), np.abs(parts[:, :3, 1])
     along = along / np.maximum(along + across, TINY_N)
-    return Forecast(mean, np.sqrt(open_ + own), own, slopes, along, parts[:, :3, 2])
+    turned = parts[:, :3, 2] + (wear.turned if over is None else 0.0)
+    return Forecast(mean, np.sqrt(open_ + own), own, slopes, along, turned)

@@ -32,6 +32,9 @@ FORCE = 2
 SCATTERED = 3
 """Times that scatter and state are fitted in turn."""
 ROUNDS = 20
+CLOSE_BY = 1
+"""Steps from a belief that is close. Chosen: where much is assumed of a tool, far from each other
+two maxima may say nearly the same, and what is learnt beside stays at the one where it was."""
 HALVINGS = 8
 TINY = 1e-12
 """Square of a part, N², below which there is none."""
@@ -41,25 +44,42 @@ CLOSE = 1e-3
 """Change of the state in its own standard deviations at which it has settled."""
 
 
-def learn(belief: Belief, observed: Observed) -> Belief:
-    """Return the belief after readings."""
+def learn(belief: Belief, observed: Observed, *, near: Belief | None = None) -> Belief:
+    """Return the belief after readings.
+
+    ``near``: one that is close to it, from which the maximum is looked for; it tells nothing else.
+    """
     prior, model = _met(belief, observed)
     scatter, state = prior.scatter, prior.state
+    if near is not None:
+        scatter, state = near.scatter, Gaussian(_begun(prior, near), prior.state.covariance)
+    rounds = ROUNDS if near is None else CLOSE_BY
     for _ in range(SCATTERED):
-        state = _settled(prior.state, state, model, scatter)
+        state = _settled(prior.state, state, model, scatter, rounds)
         scatter = _scatter(prior.scatter, state, model, scatter)
     return replace(
         prior, state=state, scatter=scatter, cuts=prior.cuts + len(np.unique(observed.cut))
     )
 
 
-def learn_choosing(belief: Belief, observed: Observed) -> Belief:
+def _begun(prior: Belief, near: Belief) -> Array:
+    """Return the state of a prior, with the numbers that a belief near has of it."""
+    mean = prior.state.mean.copy()
+    mean[:OWN] = near.state.mean[:OWN]
+    known = {one.key for one in near.shared}
+    for one in prior.shared:
+        if one.key in known:
+            mean[prior.columns(one.key)] = near.state.mean[near.columns(one.key)]
+    return mean
+
+
+def learn_choosing(belief: Belief, observed: Observed, *, near: Belief | None = None) -> Belief:
     """Return the belief after a pair's first readings: of a law near, or FAR off if they say so.
 
-    They say so where the evidence for it is more than SURER times as large.
+    They say so where the evidence for it is more than SURER times as large. ``near`` as in learn.
     """
     far = replace(belief, off_law=FAR)
-    held, let_go = learn(belief, observed), learn(far, observed)
+    held, let_go = learn(belief, observed, near=near), learn(far, observed, near=near)
     odds = evidence(far, let_go, observed) - evidence(belief, held, observed)
     return let_go if odds > np.log(SURER) else held
 
@@ -174,7 +194,9 @@ def _behind(belief: Belief, key: str) -> slice:
     return slice(columns.start - OWN, columns.stop - OWN)
 
 
-def _settled(prior: Gaussian, start: Gaussian, model: _Model, scatter: Scatter) -> Gaussian:
+def _settled(
+    prior: Gaussian, start: Gaussian, model: _Model, scatter: Scatter, rounds: int
+) -> Gaussian:
     """Return the normal belief at the maximum of the posterior."""
     mean, value = start.mean, model.observed.value
     noise = model.noise(mean, scatter)
@@ -188,7 +210,7 @@ def _settled(prior: Gaussian, start: Gaussian, model: _Model, scatter: Scatter) 
         return float(left @ left + off @ inverse @ off)
 
     best = misfit(mean)
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         design = model.design(mean)
         linear = value - model.expected(mean) + design @ mean
         posterior = update(prior, design, linear, noise)

@@ -31,12 +31,15 @@ class Cuts:
     """Cuts of one pair in one operation, as elements of the edge.
 
     ``variants``: of each quantity that is assumed, because nobody stated it, what one standard
-    deviation of it makes of the elements.
+    deviation of it makes of the elements. ``worn_s`` (n,): how long the edge of each had cut; None:
+    fresh edges. ``edges`` (n,): what they are called, where that is known.
     """
 
     operation: str
     elements: Elements
     variants: tuple[Variant, ...] = ()
+    worn_s: Array | None = None
+    edges: tuple[str | None, ...] = ()
 
     @property
     def assumed(self) -> tuple[Shared, ...]:

@@ -14,6 +14,7 @@ from autodb.store.models.learning import (
     channel_model_mismatch,
     channel_model_recording,
     cutting_parameters_force,
+    cutting_parameters_mismatch,
     fleet_prior_parameters,
 )
 from autodb.store.models.machine import Axis, GearRange, Machine
@@ -71,6 +72,7 @@ __all__ = [
     "channel_model_mismatch",
     "channel_model_recording",
     "cutting_parameters_force",
+    "cutting_parameters_mismatch",
     "estimator_recording",
     "estimator_source",
     "fleet_prior_parameters",

@@ -6,7 +6,12 @@ from sqlalchemy import CheckConstraint, ForeignKey, Index
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from autodb.store.models._base import Base, link, now
-from autodb.store.models.learning import ChannelModel, CuttingParameters, channel_model_mismatch
+from autodb.store.models.learning import (
+    ChannelModel,
+    CuttingParameters,
+    channel_model_mismatch,
+    cutting_parameters_mismatch,
+)
 from autodb.store.models.recording import Recording
 
 prediction_parameters = link("prediction_parameters", "prediction", "cutting_parameters")
@@ -32,7 +37,7 @@ class Mismatch(Base):
     """One difference between a recording and its simulation, named or unknown.
 
     ``confirmed_term``: what it was confirmed as, its term or an alternative; ``models``: the model
-    versions that confirming it made.
+    versions that confirming it made; ``parameters_of_pairs``: versions of pairs that hold it.
     """
 
     __tablename__ = "mismatch"
@@ -62,3 +67,8 @@ class Mismatch(Base):
     confirmed_term: Mapped[str | None]
     recording: Mapped[Recording] = relationship()
     models: Mapped[list[ChannelModel]] = relationship(secondary=channel_model_mismatch)
+    parameters_of_pairs: Mapped[list[CuttingParameters]] = relationship(
+        secondary=cutting_parameters_mismatch,
+        order_by=CuttingParameters.id,
+        back_populates="mismatches",
+    )

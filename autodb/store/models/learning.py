@@ -1,6 +1,6 @@
 """What is learnt: drive models, cutting parameters, and priors shared between machines."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import ForeignKey, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
@@ -10,10 +10,15 @@ from autodb.store.models.recording import Recording
 from autodb.store.models.sensing import SensedForce
 from autodb.store.models.work import Material, Pair
 
+if TYPE_CHECKING:
+    from autodb.store.models.answers import Mismatch
+
 channel_model_recording = link("channel_model_recording", "channel_model", "recording")
 channel_model_mismatch = link("channel_model_mismatch", "channel_model", "mismatch")
 """The mismatches that a version's new terms came from: the version is what confirming them made."""
 cutting_parameters_force = link("cutting_parameters_force", "cutting_parameters", "sensed_force")
+cutting_parameters_mismatch = link("cutting_parameters_mismatch", "cutting_parameters", "mismatch")
+"""The mismatches that a version's terms came from."""
 EVERY = "every"
 """Operation and component of parameters that hold for all of them."""
 fleet_prior_parameters = link("fleet_prior_parameters", "fleet_prior", "cutting_parameters")
@@ -56,7 +61,8 @@ class CuttingParameters(Base):
     versions of autodb kept a law for each, with its ``process_share`` and ``misfit_N``. ``state``:
     the process state that it is of; NULL: the usual one. ``shared``: errors behind the coordinates,
     by key with the covariance that they began with; ``scatter``: share and weight of its parts,
-    and how far the law may be off.
+    and how far the law may be off; ``terms``: effects beside the law that a person confirmed, by
+    name, what of each is no error in ``shared``; NULL: none.
     ``forces``: what this version added to ``previous``; without a previous version it starts from
     ``prior``, or from what ``started_from`` says, ``relative`` where that is another pair.
     ``undone_at``: when the version was taken back.
@@ -83,6 +89,7 @@ class CuttingParameters(Base):
     misfit_N: Mapped[float | None]
     shared: Mapped[list[Any] | None]
     scatter: Mapped[dict[str, Any] | None]
+    terms: Mapped[dict[str, Any] | None]
     n_cuts: Mapped[int]
     previous_id: Mapped[int | None] = mapped_column(ForeignKey("cutting_parameters.id"))
     prior_id: Mapped[int | None] = mapped_column(
@@ -103,6 +110,11 @@ class CuttingParameters(Base):
     )
     prior: Mapped["FleetPrior | None"] = relationship()
     forces: Mapped[list[SensedForce]] = relationship(secondary=cutting_parameters_force)
+    mismatches: Mapped[list["Mismatch"]] = relationship(
+        secondary=cutting_parameters_mismatch,
+        order_by="Mismatch.id",
+        back_populates="parameters_of_pairs",
+    )
 
 
 class FleetPrior(Base):

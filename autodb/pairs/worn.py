@@ -1,0 +1,99 @@
+"""Wear of a pair's edges: what it adds to their cuts' forces, and how it is told from readings.
+
+A worn edge rubs more: each mm of it takes w (T/T_r)^p N more along the cutting speed and across the
+edge, T its cutting time, which starts again at an edge change. Added as forces of the edge are, so
+that turning, milling and drilling, torque and power have it alike. w is learnt with the law, in one
+normal belief: what is wear is not taken for the material's force, nor the reverse. Edges wear
+differently: what one differs by is shared by its cuts and forgotten after them; of the next edge it
+is part of the interval.
+
+How it bends (p) and how much edges differ are those of a few tried that have the most evidence. The
+edge's force as Armarego has it: physics reference, section 6; growth with cutting time: section 8.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting.elements import edge_parts
+from autodb.pairs.belief import EDGE, WEAR, WORN, Belief, Shared, Wear
+from autodb.pairs.learning import evidence, learn
+from autodb.pairs.observed import CHIP, Cuts, Observed
+
+Array = NDArray[np.float64]
+
+POWERS = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0)
+"""Bends that are tried: from an edge that is soon blunt to one that breaks down late. Chosen."""
+BETWEEN = (0.1, 0.2, 0.4)
+"""Shares by which edges may differ that are tried, beside none. Chosen."""
+
+
+def with_wear(observed: Observed, wear: Wear | None) -> Observed:
+    """Return readings that also know what wear moves, of the pair and of each edge alone."""
+    if wear is None:
+        return observed
+    force = observed.quantity != CHIP
+    by_cut = np.concatenate([added_by(cuts, wear) for cuts in observed.cuts])
+    moved = by_cut[observed.cut, observed.quantity % CHIP] * force[:, None]
+    errors, columns = [WORN], [moved]
+    if wear.between > 0.0:
+        labels = [label for cuts in observed.cuts for label in _labels(cuts)]
+        of_reading = np.array([labels[k] or "" for k in observed.cut])
+        for label in dict.fromkeys(filter(None, labels)):
+            errors.append(Shared(f"{EDGE} {label}", np.array([[wear.between**2]])))
+            own = (of_reading == label) * (moved @ np.array(wear.size))
+            columns.append(own[:, None])
+    added = np.column_stack(columns)
+    shift = np.zeros_like(observed.common) if observed.shift is None else observed.shift
+    return replace(
+        observed,
+        shared=(*observed.shared, *errors),
+        common=np.column_stack([observed.common, np.zeros_like(added)]),
+        shift=np.column_stack([shift, added]),
+    )
+
+
+def _labels(cuts: Cuts) -> tuple[str | None, ...]:
+    return cuts.edges or (None,) * cuts.elements.count
+
+
+def added_by(cuts: Cuts, wear: Wear) -> Array:
+    """Return what 1 N/mm of wear, along and across, adds to the cuts' forces (n, 5, 2)."""
+    if cuts.worn_s is None:
+        return np.zeros((cuts.elements.count, 5, 2))
+    return edge_parts(cuts.elements)[..., :2] * wear.grown(cuts.worn_s)[:, None, None]
+
+
+def told(
+    start: Belief,
+    observed: Observed,
+    *,
+    near: Belief,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Belief:
+    """Return the belief after readings of edges that wear, from one that has no wear in it yet.
+
+    Its law is as far off as ``start`` says; ``near``: what was believed without wear, where the
+    search begins.
+    """
+    longest_s = max(float(c.worn_s.max()) for c in observed.cuts if c.worn_s is not None)
+
+    def after(wear: Wear) -> tuple[float, Belief]:
+        progress(f"wear as T^{wear.power:g}, edges differ by {100.0 * wear.between:.0f} %")
+        before, readings = replace(start, wear=wear), with_wear(observed, wear)
+        learnt = learn(before, readings, near=near)
+        return evidence(before, learnt, readings), learnt
+
+    bent = max((after(Wear(power, longest_s)) for power in POWERS), key=_surest)
+    wear = bent[1].wear
+    assert wear is not None
+    along, across = bent[1].state.mean[bent[1].columns(WEAR)]
+    size = (float(along), float(across))
+    apart = (after(replace(wear, between=share, size=size)) for share in BETWEEN)
+    return max((bent, *apart), key=_surest)[1]
+
+
+def _surest(tried: tuple[float, Belief]) -> float:
+    return tried[0]
