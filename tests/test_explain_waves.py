@@ -174,11 +174,18 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     recording = _recording(SENDS.forces(_law, StandsOut((0.01, -0.01, 0.01, -0.01))))
     pd.DataFrame(recording.channels).to_csv(folder / "cut.csv", index=False)
     pd.DataFrame(_table(PLAIN)).to_csv(folder / "simulation.csv", index=False)
-    lines = [
-        f"[{table}]\n" + "\n".join(f"{key} = {json.dumps(value)}" for key, value in values.items())
-        for table, values in SIDE.items()
-    ]
-    (folder / "cut.toml").write_text("\n".join(lines))
+    pd.DataFrame(_recording(PLAIN).channels).to_csv(folder / "other.csv", index=False)
+    for stem, tool in (("cut", "mill-7"), ("other", "mill-8")):
+        side: dict[str, dict[str, float | str]] = {
+            "recording": {"machine": "m-1", "work": "steel"}, **SIDE,
+        }  # fmt: skip
+        side["tool"] = {**SIDE["tool"], "name": tool}
+        lines = [
+            f"[{table}]\n"
+            + "\n".join(f"{key} = {json.dumps(value)}" for key, value in values.items())
+            for table, values in side.items()
+        ]
+        (folder / f"{stem}.toml").write_text("\n".join(lines))
     return folder
 
 
@@ -193,6 +200,34 @@ def test_the_command_explains_a_mill(cli: Cli, files: Path, tmp_path: Path) -> N
     assert list(corrected) == ["t", "force.x", "force.y", "force.z"]
     page = (tmp_path / "answer" / "report.html").read_text()
     assert "Some turns of the spindle, close up" in page
+
+
+def test_recordings_are_explained_together(cli: Cli, files: Path, tmp_path: Path) -> None:
+    done = cli(
+        "explain", files / "cut.csv", files / "other.csv", "--simulation",
+        files / "simulation.csv", "--simulation", files / "simulation.csv",
+        "--out", tmp_path / "both",
+    )  # fmt: skip
+    assert done.code == 0
+    assert "force.y: runout shows in 1 of 2 recordings and goes with the tool." in done.out
+    assert sorted(p.name for p in (tmp_path / "both").iterdir()) == [
+        "1-cut", "2-other", "together.html", "together.json",
+    ]  # fmt: skip
+    found = json.loads((tmp_path / "both" / "together.json").read_text())
+    assert [one["tool"] for one in found["recordings"]] == ["mill-7", "mill-8"]
+    assert {one["sits_in"][0]["factor"] for one in found["effects"]} == {"tool"}
+    page = (tmp_path / "both" / "together.html").read_text()
+    assert "mill-8" in page
+    assert "1-cut/report.html" in page
+
+
+def test_each_recording_needs_its_simulation(refused: Callable[..., str], files: Path) -> None:
+    line = refused(
+        "explain", files / "cut.csv", files / "other.csv",
+        "--simulation", files / "simulation.csv",
+    )  # fmt: skip
+    assert "2 recordings and 1 simulations" in line
+    assert "would" in line or "give --simulation" in line
 
 
 def test_a_side_file_without_the_mill_is_refused(

@@ -11,6 +11,7 @@ from autodb.cli import (
     answers,
     database,
     deciding,
+    explaining,
     identifying,
     keeping,
     learning,
@@ -45,7 +46,7 @@ app.command("refresh")(learning.refresh)
 app.command("predict")(answers.predict)
 app.command("lookup")(looking_up.lookup)
 app.command("plan")(planning.plan)
-app.command("explain")(answers.explain)
+app.command("explain")(explaining.explain)
 app.add_typer(deciding.mismatch, name="mismatch")
 app.command("trace")(answers.trace)
 app.command("doctor")(keeping.doctor)

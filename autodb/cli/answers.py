@@ -1,4 +1,4 @@
-"""`predict`, `explain`, `trace`, `demo`: what a machine answers."""
+"""`predict`, `trace`, `demo`: what a machine answers."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,13 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Protocol
 import typer
 
 from autodb.cli._common import (
-    Columns,
     Database,
-    Group,
     MachineName,
-    Resample,
     opened,
-    read_one,
     say,
     show,
     table,
@@ -23,36 +19,16 @@ from autodb.cli._common import (
 if TYPE_CHECKING:
     from rich.tree import Tree
 
-    from autodb.agent.explaining import AgainstMachine, KeptCause, Key
     from autodb.agent.predicting import Behind, Predicted
     from autodb.agent.tracing import Node
     from autodb.exceeding import Exceeding
-    from autodb.explain import Explained
     from autodb.forward import Interval, PredictedCut
     from autodb.machinefile import Limits
-    from autodb.records import CutTable, Recording
 
 JobFile = Annotated[
     Path, typer.Argument(readable=False, help="Job file (TOML) with the cuts to predict.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
-RecordingFile = Annotated[Path, typer.Argument(readable=False, help="The recording or cut table.")]
-Simulation = Annotated[
-    Path | None,
-    typer.Option(
-        "--simulation", readable=False, help="File with the same t or cut and its channels."
-    ),
-]
-Includes = Annotated[
-    str | None,
-    typer.Option("--includes", help="Terms that the simulation already has, with commas between."),
-]
-ModelOf = Annotated[
-    str | None, typer.Option("--machine", help="Use this machine's own stored models.")
-]
-OutFolder = Annotated[
-    Path | None, typer.Option("--out", help="Folder for the answer [default: ./NAME-explained].")
-]
 Kind = Annotated[
     str,
     typer.Argument(
@@ -182,110 +158,6 @@ def interval(value: "Interval") -> str:
     """Return 'value (low to high)'."""
     digits = 0 if abs(value.value) >= 100 else 1
     return f"{value.value:.{digits}f} ({value.low:.{digits}f} to {value.high:.{digits}f})"
-
-
-def explain(
-    recording: RecordingFile,
-    simulation: Simulation = None,
-    includes: Includes = None,
-    machine: ModelOf = None,
-    columns: Columns = None,
-    group: Group = None,
-    resample: Resample = None,
-    out: OutFolder = None,
-    json: Json = False,
-    db: Database = None,
-) -> None:
-    """Say what a simulation of a recording leaves out, where, and how the fit improves."""
-    from autodb.errors import UnusableInput
-    from autodb.explain.files import write_answer
-
-    if (simulation is None) == (machine is None):
-        raise UnusableInput("give either --simulation FILE or --machine NAME")
-    if machine is not None and (group is not None or resample is not None):
-        raise UnusableInput("--group and --resample go with --simulation")
-    if machine is not None and includes is not None:
-        raise UnusableInput("--includes goes with --simulation: a stored model says what it has")
-    with working(f"explaining {recording.name}") as progress:
-        if simulation is not None:
-            measured = read_one(recording, columns=columns, group=group, resample_hz=resample)
-            simulated = read_one(
-                simulation, columns=None, group=group, resample_hz=resample, like=measured
-            )
-            explained, kept = _against_file(measured, simulated, includes), {}
-            _say_doubts(measured)
-        else:
-            answer = _against_machine(str(machine), recording, columns, db)
-            explained, kept = answer.explained, answer.kept
-        progress("writing the report")
-        folder = out or Path(f"{recording.stem}-explained")
-        write_answer(explained, folder)
-    for note in explained.notes:
-        typer.echo(note, err=True)
-    if json:
-        say((folder / "explanation.json").read_text(encoding="utf-8").rstrip())
-        return
-    _say_causes(explained, kept)
-    say(f"report: {folder / 'report.html'}")
-    if any(cause.status == "open" for cause in kept.values()):
-        say("keep a cause that holds on the machine: 'autodb mismatch confirm NUMBER', or drop it: "
-            "'autodb mismatch reject NUMBER'")  # fmt: skip
-
-
-def _say_doubts(measured: "Recording | CutTable") -> None:
-    """Say what looks like a wrong unit or a clipped sensor; it is explained all the same."""
-    from autodb.records.plausible import doubts
-    from autodb.records.summary import summary_of
-
-    for doubt in doubts(summary_of(measured), measured.side):
-        typer.echo(f"doubtful: {measured.path}: {doubt}", err=True)
-
-
-def _against_file(
-    measured: "Recording | CutTable", simulated: "Recording | CutTable", includes: str | None
-) -> "Explained":
-    from autodb.explain import explain as run
-
-    names = None if includes is None else [n.strip() for n in includes.split(",") if n.strip()]
-    return run(measured, simulated, includes=names)
-
-
-def _against_machine(
-    machine: str, recording: Path, columns: Path | None, db: str | None
-) -> "AgainstMachine":
-    from autodb.agent.explaining import explain_with_machine
-
-    with opened(db) as store:
-        return explain_with_machine(store, machine, recording, columns=columns)
-
-
-def _say_causes(explained: "Explained", kept: "dict[Key, KeptCause]") -> None:
-    from autodb.explain.advice import advice
-
-    for channel, answer in explained.explanation.channels.items():
-        if not answer.mismatch:
-            before = f"{answer.fit.rms_before:.3g} {answer.unit}"
-            say(f"{channel}: no mismatch beyond noise (rms {before})")
-            continue
-        fit = answer.fit
-        say(
-            f"{channel}: held-out error {fit.heldout_before:.3g} → {fit.heldout_after:.3g} "
-            f"{answer.unit} (noise {fit.noise_floor:.3g})"
-        )
-        for cause in answer.missing:
-            other = f"; or {', '.join(cause.alternatives)}" if cause.alternatives else ""
-            row = kept.get((channel, cause.term, cause.kind))
-            say(f"  {_numbered(row)}{cause.term} ({cause.kind}, {100 * cause.confidence:.0f} % sure"
-                f"{other}): {cause.statement}")  # fmt: skip
-    answers = explained.explanation.channels.values()
-    for term in dict.fromkeys(cause.term for answer in answers for cause in answer.missing):
-        say(f"{term}: {advice(term).check}")
-
-
-def _numbered(row: "KeptCause | None") -> str:
-    if row is None:
-        return ""
-    return f"mismatch {row.number}{'' if row.status == 'open' else f', {row.status}'}: "
 
 
 def trace(
