@@ -1,11 +1,11 @@
 """From which cut on can an event of a day be told? An ideal judge, who knows noise and all forms.
 
-At cut k the judge sees the first k cuts. The other events are known to it and taken off; the
-event's true shape has a free size, the simulation's own terms are free in each component. Its rivals
-are nothing at all, and every other effect that a table of cuts may have, at every shape of
-`concealed.cut_families`, each component with a size of its own; so is the warm-up, by the machine's
-true cold. The event is decidable from the first cut on at which twice the log-likelihood of the
-truth is more than SURE above that of the best rival.
+At cut k the judge sees the first k cuts. It knows the true shape of the event and of all others that
+began by then, not their sizes; so the others, in each component, are free as the simulation's own
+terms are. The event's rivals are nothing at all, and every other effect that a table of cuts may
+have, at every shape of `concealed.cut_families`, each component with a size of its own; so is the
+warm-up, by the machine's true cold. The event is decidable from the first cut on at which twice the
+log-likelihood of the truth is more than SURE above that of the best rival.
 """
 
 from collections.abc import Callable, Iterator
@@ -22,6 +22,7 @@ from autodb.virtual.day import Day, Event
 
 FEWEST = 8
 """Cuts of the shortest table that is explained at all."""
+STRIDE = 8
 
 
 def decidable_from(day: Day, event: Event) -> int | None:
@@ -32,16 +33,24 @@ def decidable_from(day: Day, event: Event) -> int | None:
 def first_sure(case_at: Callable[[int], Case], begin: int, end: int) -> int | None:
     """Return the first count of cuts, from ``begin`` to ``end``, whose case is told for sure.
 
-    A margin is at most what the truth itself explains: rivals are looked at only beyond SURE.
+    Margins grow with the cuts but for scatter: of every STRIDE counts the last is looked at, and
+    each of those before it only where that one is sure.
     """
-    for count in range(max(begin, FEWEST), end + 1):
-        case = case_at(count)
-        if explained(case) <= SURE:
-            continue
-        margin = verdict(case).margin
-        if margin is not None and margin > SURE:
-            return count
+    at = max(begin, FEWEST)
+    while at <= end:
+        last = min(at + STRIDE - 1, end)
+        if sure(case_at(last)):
+            return next(count for count in range(at, last + 1) if sure(case_at(count)))
+        at = last + 1
     return None
+
+
+def sure(case: Case) -> bool:
+    """Say whether a case is told; its margin is at most what the truth itself explains."""
+    if explained(case) <= SURE:
+        return False
+    margin = verdict(case).margin
+    return margin is not None and margin > SURE
 
 
 def explained(case: Case) -> float:
@@ -56,7 +65,7 @@ def explained(case: Case) -> float:
 def case_of(day: Day, event: Event, count: int) -> Case:
     """Return an event alone in the first cuts of a day, as a case of one concealed effect."""
     rows = slice(0, count)
-    others = np.sum([other.part for other in day.events if other is not event], axis=0)
+    others = [apart(other.part[:, rows]) for other in day.events if other is not event]
     scatter, expected = day.scatter[:, rows], day.expected[:, rows]
     world = CutWorld(_first(day.cuts, count), day.world.law)
 
@@ -68,8 +77,8 @@ def case_of(day: Day, event: Event, count: int) -> Case:
         seed=day.seed, kind=event.name, wanted=0.0, reached=True, tuning="true",
         channels={}, simulation={}, includes=tuple(world.parts), explained=(),
         hidden=(Hidden(event.term, 1.0, 0.0, part),), interval=None,
-        measured=(day.measured - others)[:, rows], simulated=expected, truth=expected + part,
-        own=np.concatenate([apart(column) for column in world.parts.values()]),
+        measured=day.measured[:, rows], simulated=expected, truth=expected + part,
+        own=np.concatenate([*(apart(column) for column in world.parts.values()), *others]),
         whitened=whitened, rivals=lambda: rivals(world, day.cold[rows]),
     )  # fmt: skip
 
