@@ -1,15 +1,14 @@
 """From which cut on can an event of a day be told? An ideal judge, who knows noise and all forms.
 
-At cut k the judge sees the first k cuts. It knows the true shape of the event and of all others that
-began by then, not their sizes; so the others, in each component, are free as the simulation's own
-terms are. The event's rivals are nothing at all, and every other effect that a table of cuts may
+At cut k the judge sees the first k cuts. It knows the true shape of the event and of all others
+that began by then, not their sizes; so the others, in each component, are free as the simulation's
+own terms are. The event's rivals are nothing at all, and every other effect that a table of cuts may
 have, at every shape of `concealed.cut_families`, each component with a size of its own; so is the
 warm-up, by the machine's true cold. The event is decidable from the first cut on at which twice the
 log-likelihood of the truth is more than SURE above that of the best rival.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import fields, replace
 
 import numpy as np
 
@@ -56,9 +55,7 @@ def sure(case: Case) -> bool:
 def explained(case: Case) -> float:
     """Return what the true effect explains beside own columns: the fall of the sum of squares."""
     yardstick = Yardstick.beside(case.own, case.whitened)
-    part, target = yardstick.left(
-        np.array([case.hidden[0].part, case.measured - case.simulated])
-    )
+    part, target = yardstick.left(np.array([case.hidden[0].part, case.measured - case.simulated]))
     return float((part @ target) ** 2 / max(float(part @ part), 1e-300))
 
 
@@ -94,6 +91,15 @@ def rivals(world: CutWorld, cold: Array) -> Iterator[Rival]:
 
 def _first(cuts: Cuts, count: int) -> Cuts:
     """Return the first cuts of a day."""
-    arrays = {field.name: getattr(cuts, field.name) for field in fields(cuts)}
-    kept = {name: a[:count] for name, a in arrays.items() if isinstance(a, np.ndarray)}
-    return replace(cuts, **kept)
+    return Cuts(
+        t_s=cuts.t_s[:count],
+        duration_s=cuts.duration_s[:count],
+        speed_m_min=cuts.speed_m_min[:count],
+        feed_mm=cuts.feed_mm[:count],
+        depth_mm=cuts.depth_mm[:count],
+        diameter_mm=cuts.diameter_mm[:count],
+        z_mm=cuts.z_mm[:count],
+        edge=cuts.edge[:count],
+        used_s=cuts.used_s[:count],
+        labelled=cuts.labelled,
+    )

@@ -29,7 +29,7 @@ STEP = 20
 WITHIN = 10
 """Cuts after an event became decidable by which it must be named."""
 OVERLAPS = 0.5
-"""Share of its cuts, and of those named, that a run of harder cuts must have in common with them."""
+"""Share of a bar's cuts and of those named together that must be of both."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Told:
 
     ``decidable``: None where never, or so late that the day ends before its cut of decision;
     ``in_time``: named at the cut of decision, ``covered``: named then or among the alternatives;
-    ``named``: first explained cut at which it is named, ``stays``: first from which on it always is;
+    ``named``: first explained cut at which it is named, ``stays``: first cut from which on it is;
     ``kept``: share of explained cuts from ``named`` on at which it is.
     """
 
@@ -71,8 +71,8 @@ class Invented:
 class DayTold:
     """A day: its events, what was invented, how often it was explained, errors of prediction.
 
-    Errors are root mean squares over all cuts, N, of x, y, z: of the stored model alone, of what was
-    expected with the terms found before, and of what nobody can predict, the scatter.
+    Errors are root mean squares over all cuts, N, of x, y, z: of the stored model alone, of what
+    was expected with the terms found before, and of what nobody can predict, the scatter.
     """
 
     seed: int
@@ -156,7 +156,9 @@ def names_it(answers_now: Answers, event: Event, count: int) -> bool:
     that is above zero for sure, a run of harder cuts with cuts that are mostly its own.
     """
     return any(
-        cause.kind == "missing" and cause.term == event.term and _this_one(cause, answer, event, count)
+        cause.kind == "missing"
+        and cause.term == event.term
+        and _this_one(cause, answer, event, count)
         for answer in _felt(answers_now, event, count)
         for cause in answer.missing
     )

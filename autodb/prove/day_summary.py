@@ -1,4 +1,4 @@
-"""What walking through days found: when events are named, what is invented, how far terms predict."""
+"""What walks through days found: when events are named, what is invented, what terms predict."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

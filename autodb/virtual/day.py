@@ -24,6 +24,7 @@ from autodb.virtual.drives import Spindle
 from autodb.virtual.machine import Lathe
 
 CUTS, HOURS, CHANGES = 300, 12.0, 3
+FEWEST = 60  # three of the longest bars
 OPERATIONS = 5  # cuts of a part, each with its own conditions
 PARTS_A_BAR = (2, 3, 4)
 JOBS = 2  # another part from the middle of the day on
@@ -111,9 +112,11 @@ class Day:
 def draw_day(seed: int, *, count: int = CUTS, size: float = 1.0) -> Day:
     """The day of a seed; the same arguments give the same numbers.
 
-    ``count`` cuts in twelve hours (a multiple of what a bar takes is not needed); ``size`` scales
-    everything that happens; 0: nothing does.
+    ``count`` cuts in twelve hours, FEWEST at least; ``size`` scales everything that happens; 0:
+    nothing does.
     """
+    if count < FEWEST:
+        raise ValueError(f"{count} cuts are no day; {FEWEST} are")
     shop, made, happens, noisy = (np.random.default_rng([61, seed, k]) for k in range(4))
     cuts, bar = _cuts(shop, count)
     world = CutWorld(cuts, draw_law(made))
@@ -133,9 +136,10 @@ def _cuts(rng: np.random.Generator, count: int) -> tuple[Cuts, Array]:
     number = np.arange(count)
     job = (JOBS * number // count).astype(np.intp)
     operation = number % OPERATIONS
-    conditions = np.array([_part(rng) for _ in range(JOBS)])[job, operation].T
-    speed, feed, depth, diameter, duration = conditions
-    bar = 1.0 + number // (OPERATIONS * int(rng.choice(PARTS_A_BAR)))
+    conditions: Array = np.array([_part(rng) for _ in range(JOBS)], dtype=np.float64)
+    speed, feed, depth, diameter, duration = conditions[job, operation].T
+    cuts_a_bar = OPERATIONS * int(rng.choice(PARTS_A_BAR))
+    bar = np.asarray(1 + number // cuts_a_bar, dtype=np.float64)
     edge = _edges(rng, count)
     starts = _starts(rng, duration, bar, edge)
     used = np.cumsum(duration) - duration
@@ -231,7 +235,9 @@ def _wear(rng: np.random.Generator, world: CutWorld, size: float) -> list[Event]
     95 %.
     """
     cuts, found = world.cuts, []
-    per_mm = np.mean(world.base, axis=1) / np.mean(cuts.depth_mm) * WORN * rng.uniform(0.85, 1.15, 3)
+    per_mm = (
+        np.mean(world.base, axis=1) / np.mean(cuts.depth_mm) * WORN * rng.uniform(0.85, 1.15, 3)
+    )
     for edge in np.unique(cuts.edge):
         there = cuts.edge == edge
         spent = cuts.used_s + 0.5 * cuts.duration_s
@@ -248,7 +254,7 @@ def _wear(rng: np.random.Generator, world: CutWorld, size: float) -> list[Event]
 
 
 def _hard_bar(rng: np.random.Generator, force: Array, bar: Array, size: float) -> Event:
-    """One bar, neither the first nor the last, by a share of each component; cuts scatter by 2 %."""
+    """One bar, neither first nor last, by a share of each component; cuts scatter by 2 %."""
     which = float(rng.integers(2, int(bar.max())))
     share = size * rng.uniform(*HARDER) * rng.uniform(0.8, 1.2, 3)
     inside = (bar == which) * (1.0 + 0.02 * rng.standard_normal(bar.size))

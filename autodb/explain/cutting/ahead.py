@@ -1,9 +1,9 @@
 """What the effects found in a table of cuts give in the cuts that come next.
 
 Each goes on by the form that was fitted: wear by the cutting time of its edge, anew with an edge
-that is changed (of an edge that was not seen, the mean of those that were), a drift along the clock,
-a warm-up by what the machine does, a run of harder cuts if it reached the table's end. A curve keeps
-its last value beyond what was seen.
+that is changed (of an edge that was not seen, the mean of those that were), a drift along the
+clock, a warm-up by what the machine does, a run of harder cuts if it reached the table's end. A
+curve keeps its last value beyond what was seen.
 
 Sizes that the table hardly holds would run away there, so that two things are believed beforehand:
 edges of one table wear alike but for a spread, and the simulation's own terms are nearly right.
@@ -82,7 +82,8 @@ def _believed(looked: Looked, found: Fit) -> tuple[Array, Array]:
         if edges > 1:
             precision[at, at] = _alike(found, at, edges)
     factor = np.eye(len(precision)) + found.covariance @ precision
-    solved = np.linalg.solve(factor, np.column_stack([found.coefficients, found.covariance]))
+    both = np.column_stack([found.coefficients, found.covariance])
+    solved = np.asarray(np.linalg.solve(factor, both), dtype=np.float64)
     return solved[:, 0], solved[:, 1:]
 
 

@@ -73,8 +73,8 @@ def _factor(stack: Stack, cold: Array) -> Law:
 def coldness(stack: Stack, time_s: float, *, levelling: float = 0.0) -> Array:
     """Return how cold the machine is in each cut, 1 at the first one and 0 in steady work, (n,).
 
-    1 − s(1 + b)/(1 + b s), s the machine's warmth over that of steady work, b ``levelling``; T dw/dt
-    = 1 − w while it cuts and −w while it does not (see `terms.drive.warmup`).
+    1 − s(1 + b)/(1 + b s), s the machine's warmth over that of steady work, b ``levelling``;
+    T dw/dt = 1 − w while it cuts and −w while it does not (see `terms.drive.warmup`).
     """
     seen = stack.frame.known
     work = Work.of(seen)
@@ -146,4 +146,3 @@ def _rows(known: Conditions, rows: NDArray[np.intp]) -> Conditions:
         known.number[rows], known.t_s[rows], known.depth_mm[rows], None, None, None, {},
         None if time is None else time[rows],
     )  # fmt: skip
-
