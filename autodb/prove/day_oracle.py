@@ -1,11 +1,11 @@
 """From which cut on can an event of a day be told? An ideal judge, who knows noise and all forms.
 
 At cut k the judge sees the first k cuts. It knows the true shape of the event and of all others
-that began by then, not their sizes; so the others, in each component, are free as the simulation's
-own terms are. The event's rivals are nothing at all, and every other effect that a table of cuts may
-have, at every shape of `concealed.cut_families`, each component with a size of its own; so is the
-warm-up, by the machine's true cold. The event is decidable from the first cut on at which twice the
-log-likelihood of the truth is more than SURE above that of the best rival.
+that began by then, not their sizes; so the others, in each component, are free as the
+simulation's own terms are. The event's rivals are nothing at all, and every other effect that a
+table of cuts may have, at every shape of `concealed.cut_families`, each component with a size of
+its own; so is the warm-up, by the machine's true cold. The event is decidable from the first cut
+on at which twice the log-likelihood of the truth is more than SURE above that of the best rival.
 """
 
 from collections.abc import Callable, Iterator

@@ -5,6 +5,7 @@ predicted; and at every event's cut of decision, ten cuts after it became decida
 ten cuts" is judged at that cut and not at the next step. What comes later is never seen.
 """
 
+import gc
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -107,6 +108,7 @@ def walked(day: Day, *, step: int = STEP) -> DayTold:
         seen[at], further = explained(day, at, following)
         if following is not None:
             expected[:, following] = further
+        gc.collect()  # a search and its products hold each other, some 100 MB each time
     return DayTold(
         seed=day.seed,
         explained=len(seen),
