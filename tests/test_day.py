@@ -206,8 +206,13 @@ def test_without_a_pause_no_warm_up_is_looked_for() -> None:
 # Walking and summing up
 
 
-def _answer(term: str, *, edge: str = "", low: float = 1.0, stretch: tuple[float, float] | None = None,
-            others: tuple[str, ...] = ()) -> ChannelAnswer:  # fmt: skip
+Stretch = tuple[float, float] | None
+
+
+def _answer(
+    term: str, *, edge: str = "", low: float = 1.0, stretch: Stretch = None,
+    others: tuple[str, ...] = (),
+) -> ChannelAnswer:  # fmt: skip
     rate = Value(value=2.0, low=low, high=3.0, unit="N/s")
     cause = Cause(
         term=term, kind="missing", confidence=0.9, statement="", alternatives=others,
@@ -255,7 +260,6 @@ def test_a_short_day_of_large_effects_is_walked_through() -> None:
     by_name = {event.name: event for event in told.events}
     assert by_name["wear of edge 1"].named is not None
     assert told.better > 0.0
-    assert told == walked(_day(2.5, 60), step=30)
 
 
 def _told(name: str, *, decidable: int | None = 50, in_time: bool = True) -> Told:
