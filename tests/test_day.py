@@ -255,11 +255,15 @@ def test_an_edge_is_named_by_its_own_rate_and_a_bar_by_its_cuts() -> None:
 
 
 def test_a_short_day_of_large_effects_is_walked_through() -> None:
-    told = walked(_day(2.5, 60), step=30)
-    assert told.explained >= 2
-    by_name = {event.name: event for event in told.events}
-    assert by_name["wear of edge 1"].named is not None
-    assert told.better > 0.0
+    day = _day(2.5, 60)
+    (hard,) = [event for event in day.events if event.term == "hard_spot"]
+    others = np.sum([event.part for event in day.events if event is not hard], axis=0)
+    told = walked(replace(day, events=(hard,), measured=day.measured - others), step=30)
+    (bar,) = told.events
+    assert bar.decidable == max(hard.first, FEWEST)
+    assert bar.in_time
+    assert told.explained == 3  # after 30 and 60 cuts, and ten after the bar began
+    assert bar.named == 30
 
 
 def _told(name: str, *, decidable: int | None = 50, in_time: bool = True) -> Told:
