@@ -13,7 +13,7 @@ from autodb.prove.runs import Finished, Origin
 BETTER = 0.30
 """Share by which terms found must lower the error of predictions, on every day."""
 KINDS = (
-    ("warm-up", "warmup"),
+    ("warm-up", "warm-up"),
     ("wear of the first edge", "wear of edge 1"),
     ("wear after an edge change", "wear of edge"),
     ("hard bar", "hard bar"),
