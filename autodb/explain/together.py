@@ -180,7 +180,7 @@ def _located(
         for answer in answers
     ]
     quantity = _compared([cause for cause in found if cause is not None])
-    none = 1.0 if quantity == "factor" else 0.0
+    none = _none(quantity)
     noise = [answer[channel].fit.noise_floor if channel in answer else None for answer in answers]
     quietest = min(
         n for n, cause in zip(noise, found, strict=True) if cause is not None and n is not None
@@ -207,9 +207,23 @@ def _located(
 
 
 def _compared(causes: Sequence[Cause]) -> str:
-    """Return the parameter that is compared: the first of the law that all have, else the size."""
+    """Return the parameter that is compared: the first of the law that shows in all, else the size.
+
+    An axis that is off shows nothing of teeth that stand out in turn.
+    """
     laws = [name for name in causes[0].parameters if name != "size"]
-    return next((n for n in laws if all(n in c.parameters for c in causes)), "size")
+    return next((n for n in laws if all(_shows(n, c.parameters.get(n)) for c in causes)), "size")
+
+
+def _shows(name: str, value: Value | None) -> bool:
+    """Whether a parameter is there and its interval leaves out none."""
+    none = _none(name)
+    return value is not None and not value.low <= none <= value.high
+
+
+def _none(quantity: str) -> float:
+    """Return the value at which a parameter changes nothing."""
+    return 1.0 if quantity == "factor" else 0.0
 
 
 def _seen(setups: Sequence[Setup], values: Sequence[Value | None], term: str, none: float) -> _Seen:

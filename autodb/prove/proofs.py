@@ -21,6 +21,8 @@ from autodb.prove import (
     axis_summary,
     curve_run,
     curve_summary,
+    day_run,
+    day_summary,
     explain_summary,
     lathe_run,
     lathe_summary,
@@ -32,6 +34,7 @@ from autodb.prove import (
 )
 from autodb.prove.axis_run import Told
 from autodb.prove.curve_plans import Planned
+from autodb.prove.day_run import DayTold
 from autodb.prove.explain_score import Scored
 from autodb.prove.found import Found
 from autodb.prove.lathe_run import AxisErrors
@@ -40,6 +43,7 @@ from autodb.prove.score import Judged
 from autodb.virtual import (
     axes,
     curves,
+    day,
     drives,
     lathe,
     machine,
@@ -104,6 +108,15 @@ CONCEALED_MILLS = (
     mill_plan,
     mill_table_effects,
     milling,
+)
+DAY = (
+    day,
+    drives,
+    machine,
+    *(
+        import_module(f"autodb.virtual.concealed.{name}")
+        for name in ("case", "cut_effects", "cut_families", "cuts", "moves")
+    ),
 )
 REFERENCE_AXIS = (curves, motion, noise, reference_axis, reference_friction, reference_moves)
 REFERENCE_MILL = (
@@ -178,6 +191,16 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=explain_summary.summary_of,
         read=explain_summary.Summary.from_json,
         generator=CONCEALED_MILLS,
+    ),
+    Proof(
+        name="day",
+        what="a lathe's day: events named in time, none invented, next cuts predicted with terms",
+        runs=20,
+        run=day_run.run,
+        kept=TypeAdapter(Finished[DayTold]),
+        score=day_summary.summary_of,
+        read=day_summary.Summary.from_json,
+        generator=DAY,
     ),
     Proof(
         name="calibration",

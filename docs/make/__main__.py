@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 
 from autodb.prove.proofs import PROOFS
-from docs.make import blocks, commands, emps, frames, pair_peers, peers, proofs, terms, turning
+from docs.make import blocks, commands, day, emps, frames, pair_peers, peers, proofs, terms, turning
 
 DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
@@ -38,6 +38,7 @@ def main() -> None:
     proved = proofs.filled(PROOFS_PAGE.read_text("utf-8"), PROVED)
     PROOFS_PAGE.write_text(pair_peers.filled(peers.filled(proved)), "utf-8")
     frames.draw()
+    day.draw()
     for page in SAMPLE_PAGES:
         page.write_text(made(page, SAMPLE), "utf-8")
     missing = [path for path in REAL if not path.exists()]

@@ -79,7 +79,17 @@ def account(looked: Looked, choices: tuple[Choice, ...], there: Elsewhere) -> Ac
 
 def elsewhere(looked: Looked, known: Conditions, row: int) -> Elsewhere:
     """Return cuts that follow a table, like the cut in a row of it but for their conditions."""
-    stack = _stack(looked.stack, known, row)
+    return _built(looked, _stack(looked.stack, known, row))
+
+
+def following(looked: Looked, known: Conditions, simulation: Array) -> Elsewhere:
+    """Return cuts that follow a table and whose simulation (C, m) [N] is given."""
+    table = looked.stack
+    length = _scaled(table.edge_mm, table.known, known, 0, area=False)
+    return _built(looked, _with(table, known, simulation, length))
+
+
+def _built(looked: Looked, stack: Stack) -> Elsewhere:
     made = [*named(stack, frozenset(looked.own)), *families(stack)]
     return Elsewhere(stack, own_columns(stack, list(looked.own)), {s.key: s for s in made})
 
@@ -87,7 +97,11 @@ def elsewhere(looked: Looked, known: Conditions, row: int) -> Elsewhere:
 def _stack(table: Stack, known: Conditions, row: int) -> Stack:
     chip = _scaled(table.chip, table.known, known, row, area=True)
     length = _scaled(table.edge_mm, table.known, known, row, area=False)
-    simulation = chip + table.edge_N_mm[:, None] * length
+    return _with(table, known, chip + table.edge_N_mm[:, None] * length, length)
+
+
+def _with(table: Stack, known: Conditions, simulation: Array, length: Array) -> Stack:
+    """Return other cuts than a table's, by their simulation and what of the edge acts (C, m)."""
     return replace(
         table, known=known, recording=simulation, simulation=simulation, edge_mm=length,
         sd=_scatter(table, simulation), like=table,

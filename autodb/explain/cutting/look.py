@@ -132,8 +132,7 @@ def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> L
     proposed: list[Suspect] = []
     found, search = Found(), None
     for number in range(ROUNDS):
-        left = fit(stack, own, found.choices).left
-        more = library.proposals(stack, left, number)
+        more = _looked_for(stack, library, own, found, number)
         if number > 0 and not _helps(stack, own, found, more, freedom, known=known):
             break
         proposed += more
@@ -151,14 +150,33 @@ def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> L
     return Looked(stack, own, search, found)
 
 
+def _looked_for(
+    stack: Stack, library: Library, own: dict[str, Columns], found: Found, number: int
+) -> list[Suspect]:
+    """Return what is looked for in what a set leaves, and in what it leaves without scanned ones.
+
+    Scans of the first round see slow effects too: a run or a step found beside them may be another.
+    """
+    more = library.proposals(stack, fit(stack, own, found.choices).left, number)
+    standing = tuple(choice for choice in found.choices if choice.suspect.anew is None)
+    if 0 < len(standing) < len(found.choices):
+        more += library.proposals(stack, fit(stack, own, standing).left, ROUNDS + number)
+    return more
+
+
 def _helps(
     stack: Stack, own: dict[str, Columns], found: Found, more: list[Suspect], freedom: float,
     *, known: bool,
 ) -> bool:  # fmt: skip
-    """Return whether one of further suspects may join what was found: all others left aside."""
+    """Return whether a further suspect may join what was found, or stand in for one of it.
+
+    All others are left aside.
+    """
     suspects = [*(choice.suspect for choice in found.choices), *more]
     made = products(stack, list(own.values()), suspects, freedom=freedom, known=known)
-    return bool(TableSearch(made, tuple(suspects)).grown(found, tuple(suspects)))
+    search = TableSearch(made, tuple(suspects))
+    same = search.settled(found.choices)
+    return bool(search.grown(found, tuple(suspects))) or settled(search, same).score > same.score
 
 
 def _longer(search: TableSearch, found: Found) -> Found:

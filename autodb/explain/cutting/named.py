@@ -9,6 +9,7 @@ from autodb.explain.cutting.chip import (
 from autodb.explain.cutting.engaged import deflection_suspects, depth_suspects, nose_suspects
 from autodb.explain.cutting.sensors import drift_suspects, gain_suspects
 from autodb.explain.cutting.table import Stack
+from autodb.explain.cutting.warming import warming_suspects
 from autodb.explain.cutting.worn import wear_suspects
 from autodb.explain.suspects import Suspect
 
@@ -19,6 +20,6 @@ def named(stack: Stack, own: frozenset[str]) -> list[Suspect]:
         *edge_force_suspects(stack, own), *size_suspects(stack), *speed_suspects(stack),
         *band_suspects(stack), *wear_suspects(stack, own), *depth_suspects(stack),
         *nose_suspects(stack), *deflection_suspects(stack), *drift_suspects(stack),
-        *gain_suspects(stack),
+        *gain_suspects(stack), *warming_suspects(stack),
     ]  # fmt: skip
     return [suspect for suspect in found if suspect.rungs]

@@ -24,6 +24,7 @@ from autodb.explain.cutting.laws import (
 )
 from autodb.explain.cutting.profile import Beside, value
 from autodb.explain.cutting.table import Stack
+from autodb.explain.cutting.warming import TIMES_S, warming_columns
 from autodb.explain.suspects import Choice
 from autodb.fitting import NORMAL_95
 from autodb.terms.chip import size_effect, speed_softening
@@ -214,9 +215,35 @@ def _gain(effect: Effect, component: int) -> dict[str, Value]:
     return made
 
 
+def _warmup(effect: Effect, component: int) -> dict[str, Value]:
+    """Return the share of a cut's force that is sensed too much where that is most, and the time.
+
+    The time constant is of heating in cuts and cooling in pauses alike.
+    """
+    stack, choice = effect.stack, effect.choice
+    columns = choice.shape.law
+    assert isinstance(columns, Columns)
+    found, sd = effect.beside.coefficients(columns)
+    share = columns.raw()[component] / np.abs(stack.simulation[component])[:, None]
+    at = int(np.argmax(np.abs(share @ found)))
+    half = NORMAL_95 * float(np.sqrt(np.sum((share[at] * sd) ** 2)))
+
+    def make(log_time: float) -> Columns:
+        return warming_columns(stack, choice.rung, float(np.exp(log_time)))
+
+    low, high = np.log(TIMES_S[0] / 3.0), np.log(TIMES_S[-1] * 3.0)
+    log = effect.beside.profile(make, low, high, "1")
+    time_s = {key: float(np.exp(getattr(log, key))) for key in ("value", "low", "high")}
+    sign = float(stack.sign[component])
+    return {
+        "drop": value(sign * float(share[at] @ found), half, "1"),
+        "time_constant": Value(**time_s, unit="s"),
+    }
+
+
 READ: dict[str, Read] = {
     "edge_force": _edge_force, "size_effect": _size_effect, "speed_softening": _speed,
     "built_up_edge": _band, "tool_wear": _wear, "hard_spot": _hard_spot,
     "depth_error": _depth_error, "nose_radius": _nose, "deflection": _deflection,
-    "sensor_drift": _drift, "gain": _gain,
+    "sensor_drift": _drift, "gain": _gain, "warmup": _warmup,
 }  # fmt: skip

@@ -78,7 +78,7 @@ def _edge_rungs(stack: Stack, spent: Array, curve: Curve) -> list[Rung]:
     rungs = []
     for power in (1.0, *WEAR_POWERS):
         law = per_depth(stack, values_of(member * spent[:, None] ** power), edges)
-        rungs.append(grows(tied(stack, law, ratio), {"power": power}))
+        rungs.append(grows(tied(stack, law, ratio), {"power": power, "edges": float(edges)}))
     if cuts > 30 * edges:
         fresh = _fresh(curve)
 
@@ -88,7 +88,7 @@ def _edge_rungs(stack: Stack, spent: Array, curve: Curve) -> list[Rung]:
             return np.asarray(columns.reshape(-1, edges * curve.width))
 
         law = per_depth(stack, shape, edges * curve.width)
-        rungs.append(grows(tied(stack, law, ratio), {"curved": 1.0}))
+        rungs.append(grows(tied(stack, law, ratio), {"curved": 1.0, "edges": float(edges)}))
     return rungs
 
 
