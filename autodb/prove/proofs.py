@@ -185,7 +185,7 @@ PROOFS: tuple[Proof[Any], ...] = (
     Proof(
         name="explain-milling",
         what="explain names what a milled waveform's simulation left out, and nothing else",
-        runs=144,
+        runs=192,
         run=left_out.run_mill,
         kept=TypeAdapter(Finished[Scored]),
         score=explain_summary.summary_of,
