@@ -9,6 +9,7 @@ from autodb.explain.axis import AxisField
 from autodb.explain.axis_signals import axis_signals
 from autodb.explain.bench import Bench
 from autodb.explain.cutting.parameters import READ
+from autodb.explain.milling.words import STATEMENTS
 from autodb.explain.noise import Whitener
 from autodb.records import Recording
 
@@ -19,8 +20,8 @@ LOADED_S = (20.0, 30.0)
 
 @cache
 def names() -> frozenset[str]:
-    """Return the terms that explain can name as missing, in an axis effort or a table of cuts."""
-    return frozenset({*axis_names(), *READ})
+    """Return the terms that explain can name as missing: of an axis, of cuts, of a mill's forces."""
+    return frozenset({*axis_names(), *READ, *STATEMENTS})
 
 
 def axis_names() -> frozenset[str]:

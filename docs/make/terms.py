@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 
+from autodb.explain.milling.words import APART, STATEMENTS
 from autodb.terms import TERMS, Contribution, Parameter, Term
 from docs.make import explained
 
@@ -22,6 +23,7 @@ HEAD = (
     "| term | equation | parameters | at standstill | excited by | told apart from | source "
     "| named by explain |\n|---|---|---|---|---|---|---|---|"
 )
+MILL_HEAD = "| term | what it is | told apart from | named by explain |\n|---|---|---|---|"
 MANY = 4
 """Coefficients of a term that are listed one by one."""
 STANDING = {"position": 7.0, "angle_x": 0.5, "angle_z": 0.5}
@@ -40,7 +42,18 @@ def tables() -> str:
             parts += [f"As above: {', '.join(again)}.", ""]
         parts += [HEAD, *(_row(term) for term in new), ""]
         told |= {_name(term) for term in new}
-    return "\n".join(parts)
+    return "\n".join([*parts, "## Forces of a mill, over time", "", *_of_mills(), ""])
+
+
+def _of_mills() -> list[str]:
+    """Return the table of what is looked for in a waveform: on other chips, or in the sensor."""
+    rows = [MILL_HEAD]
+    for name, statement in STATEMENTS.items():
+        pairs = {other: words for pair, words in APART.items() for other in pair - {name}
+                 if name in pair}  # fmt: skip
+        apart = "<br>".join(f"`{other}`: {words}" for other, words in pairs.items())
+        rows.append(f"| `{name}` | {statement} | {apart} | yes |")
+    return rows
 
 
 def filled(page: str) -> str:
