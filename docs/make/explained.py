@@ -20,7 +20,7 @@ LOADED_S = (20.0, 30.0)
 
 @cache
 def names() -> frozenset[str]:
-    """Return the terms that explain can name as missing: of an axis, of cuts, of a mill's forces."""
+    """Return the terms that explain can name as missing: of an axis, of cuts, of a mill."""
     return frozenset({*axis_names(), *READ, *STATEMENTS})
 
 
