@@ -230,6 +230,15 @@ def test_each_recording_needs_its_simulation(refused: Callable[..., str], files:
     assert "would" in line or "give --simulation" in line
 
 
+def test_a_machine_has_no_model_of_a_mills_forces(
+    cli: Cli, refused: Callable[..., str], files: Path
+) -> None:
+    assert cli("init").code == 0
+    assert cli("machine", "add", "m-1").code == 0
+    line = refused("explain", files / "cut.csv", "--machine", "m-1")
+    assert "--simulation FILE with force.* would work" in line
+
+
 def test_a_side_file_without_the_mill_is_refused(
     refused: Callable[..., str], files: Path, tmp_path: Path
 ) -> None:

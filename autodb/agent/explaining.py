@@ -15,7 +15,7 @@ from autodb.agent.felt import QUANTITY, as_cuts, usable
 from autodb.agent.identifying import newest_model, off_law_of, stored_terms
 from autodb.agent.importing import cuts_as_table, import_file
 from autodb.agent.machines import find_machine, signed
-from autodb.channels import effort_channels
+from autodb.channels import FORCES, effort_channels
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.explain.answer import Cause, ChannelAnswer
@@ -98,8 +98,10 @@ def _simulate_axes(
                 for name in sorted({t.term for t in terms if t.sd is not None})
             }
     if not found:
+        forces = any(name in FORCES for name in recording.channels)
+        works = "--simulation FILE with force.*" if forces else "one made by 'autodb identify'"
         raise UnusableInput(
-            f"{recording.path}: the machine has no model of its axes; 'autodb identify' makes one"
+            f"{recording.path}: the machine has no model of its axes; {works} would work"
         )
     return Recording(path=recording.path, channels={"t": recording.t_s, **found}), parts
 
