@@ -114,8 +114,8 @@ DAY = (
     drives,
     machine,
     *(
-        import_module(f"autodb.virtual.concealed.{name}")
-        for name in ("case", "cut_effects", "cut_families", "cuts", "moves")
+        import_module(f"autodb.virtual.concealed{name}")
+        for name in ("", ".build", ".case", ".cut_effects", ".cut_families", ".cuts", ".moves")
     ),
 )
 REFERENCE_AXIS = (curves, motion, noise, reference_axis, reference_friction, reference_moves)
