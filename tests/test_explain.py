@@ -361,7 +361,9 @@ def test_what_does_not_fit_together_says_so(
     line = refused("explain", files[0], "--simulation", other)
     assert "no channel 'z.current', which the simulation has (did you mean x.current?)" in line
     csv.write_csv(pa.table({"t": simulation["t"], "x.position": simulation["t"]}), other)
-    assert "no drive effort in common" in refused("explain", files[0], "--simulation", other)
+    assert "no drive effort or force in common" in refused(
+        "explain", files[0], "--simulation", other
+    )
     line = refused("explain", files[0], "--simulation", files[1], "--includes", "colomb")
     assert "did you mean coulomb" in line
     few = {name: recording[name][:900] for name in ("t", "x.position", "x.current")}

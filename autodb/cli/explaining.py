@@ -70,8 +70,9 @@ def explain(
             simulated = read_one(
                 simulation[number], columns=None, group=group, resample_hz=resample, like=measured
             )
+            explained = _against_file(measured, simulated, includes)
             _say_doubts(measured)
-            return _setup(measured, None), _against_file(measured, simulated, includes), {}
+            return _setup(measured, None), explained, {}
         answer = _against_machine(str(machine), recordings[number], columns, db)
         measured = read_one(recordings[number], columns=columns, group=None, resample_hz=None)
         return _setup(measured, machine), answer.explained, answer.kept

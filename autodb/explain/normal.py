@@ -41,7 +41,7 @@ class Normal:
         ``weight`` (p,): what a squared coefficient costs, None: nothing.
         """
         inner = self.inner if weight is None else self.inner + np.diag(weight)
-        norm = np.sqrt(np.diag(inner))
+        norm = np.sqrt(np.maximum(np.diag(inner), 0.0))  # sums less sums round below none
         norm = np.where(norm > 0, norm, 1.0)
         scale = np.outer(norm, norm)
         return np.asarray(np.linalg.pinv(inner / scale, rcond=HELD, hermitian=True) / scale)
