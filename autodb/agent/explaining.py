@@ -1,6 +1,6 @@
 """The machine's own stored models as the simulation; what they leave out is kept as mismatches."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,8 @@ from autodb.agent.felt import QUANTITY, as_cuts, usable
 from autodb.agent.identifying import newest_model, off_law_of, stored_terms
 from autodb.agent.importing import cuts_as_table, import_file
 from autodb.agent.machines import find_machine, signed
+from autodb.agent.milling import HAS, expected_waves, known_pair
+from autodb.agent.predicting import Known
 from autodb.channels import FORCES, effort_channels
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
@@ -68,17 +70,64 @@ def explain_with_machine(
             sensed, predicted, has = expected_and_sensed(session, owner, list(cuts))
             explained = explain(sensed, predicted, includes=has)
         else:
-            moves = signed(table, owner)
-            simulated, parts = _simulate_axes(session, owner.id, moves)
-            explained = explain(moves, simulated, includes=parts)
+            explained = _over_time(session, owner, signed(table, owner))
     with store.writing() as session:
         kept = keep(session, imported.recording_id, explained)
     return AgainstMachine(explained, kept)
 
 
+def _over_time(session: Session, owner: models.Machine, recording: Recording) -> Explained:
+    """Explain a recording's drives against their models, its forces against its pair's belief.
+
+    Raises UnusableInput where the machine has neither.
+    """
+    simulated, parts = _simulate_axes(session, owner.id, recording)
+    forces = any(name in recording for name in FORCES)
+    if not simulated and not forces:
+        raise UnusableInput(
+            f"{recording.path}: the machine has no model of its axes; one made by "
+            "'autodb identify' would work"
+        )
+    found = []
+    if simulated:
+        found.append(explain(recording, _as_simulation(recording, simulated), includes=parts))
+    if forces:
+        try:
+            known = known_pair(session, owner, recording)
+        except UnusableInput as error:
+            if not found:
+                raise
+            found[0] = replace(found[0], notes=(*found[0].notes, f"forces not explained: {error}"))
+        else:
+            found.append(_waves(known, recording))
+    return _joined(found)
+
+
+def _waves(known: Known, recording: Recording) -> Explained:
+    """Explain a recording's forces against its pair's belief."""
+    waves = expected_waves(known, recording)
+    made = _as_simulation(waves.measured, waves.forces_N)
+    explained = explain(waves.measured, made, includes=list(HAS))
+    return replace(explained, notes=(*waves.notes, *explained.notes))
+
+
+def _joined(found: list[Explained]) -> Explained:
+    """Return explanations of channels of one recording as one."""
+    channels = {n: a for one in found for n, a in one.explanation.channels.items()}
+    return Explained(
+        found[0].explanation.model_copy(update={"channels": channels}),
+        {name: trace for one in found for name, trace in one.traces.items()},
+        tuple(note for one in found for note in one.notes),
+    )
+
+
+def _as_simulation(recording: Recording, simulated: dict[str, Array]) -> Recording:
+    return Recording(path=recording.path, channels={"t": recording.t_s, **simulated})
+
+
 def _simulate_axes(
     session: Session, machine_id: int, recording: Recording
-) -> tuple[Recording, dict[str, dict[str, Array]]]:
+) -> tuple[dict[str, Array], dict[str, dict[str, Array]]]:
     """Return what the newest channel models give for the recording's motion, and each term's part.
 
     A term's part is what would go with it. A term that no move excited has no number and gives
@@ -97,13 +146,7 @@ def _simulate_axes(
                 - predict_effort(recording, model.axis, [t for t in terms if t.term != name])
                 for name in sorted({t.term for t in terms if t.sd is not None})
             }
-    if not found:
-        forces = any(name in FORCES for name in recording.channels)
-        works = "--simulation FILE with force.*" if forces else "one made by 'autodb identify'"
-        raise UnusableInput(
-            f"{recording.path}: the machine has no model of its axes; {works} would work"
-        )
-    return Recording(path=recording.path, channels={"t": recording.t_s, **found}), parts
+    return found, parts
 
 
 def expected_and_sensed(

@@ -32,9 +32,9 @@ FORCES = ("force.x", "force.y", "force.z")
 FITS = 0.98
 """Share of a simulation's squares that its waves must give with the angle as it was recorded."""
 LOOKED = 600
+"""Rows by which angle and slices are chosen."""
 READ = 3000
 """Rows, the last in the work, that a law is read off."""
-"""Rows by which angle and slices are chosen."""
 SLICES = (*range(3, 41), 50, 60, 64, 80, 100)
 SLICE_MM = (0.05, 0.1, 0.2, 0.25)
 """Numbers and heights of slices that simulations cut an edge into."""
@@ -164,11 +164,11 @@ def _angle(recording: Recording, mill: Mill, forces: Array, engaged: Array, reac
     recorded = recording.get("spindle.angle")
     if recorded is not None:
         return np.radians(recorded)
-    return _heard(recording, mill, forces, engaged, reach)
+    return heard(recording, mill, forces, engaged, reach)
 
 
-def _heard(recording: Recording, mill: Mill, forces: Array, engaged: Array, reach: Array) -> Array:
-    """Return the angle that the passing of teeth in a simulation tells, up to a constant.
+def heard(recording: Recording, mill: Mill, forces: Array, engaged: Array, reach: Array) -> Array:
+    """Return the angle (n,), rad, that teeth passing in forces (C, n) tell, up to a constant.
 
     It is told where all of the arc is in the work, and goes on from there: by a line where that is
     but a part of the cut.
