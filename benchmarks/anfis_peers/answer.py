@@ -61,7 +61,7 @@ def anfis_py(x: Array, y: Array) -> Answer:
     for _ in range(3000):
         adam.zero_grad()
         loss = torch.mean((model(given).reshape(-1, 1) - wanted) ** 2)
-        loss.backward()
+        loss.backward()  # type: ignore[no-untyped-call]
         adam.step()
         rate.step()
     return lambda at: np.asarray(model(torch.tensor(at)).detach().numpy(), dtype=np.float64)

@@ -1,0 +1,1 @@
+"""Forces from drive signals by a network that remembers (LSTM); needs the extra `lstm`."""
