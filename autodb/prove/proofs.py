@@ -29,6 +29,7 @@ from autodb.prove import (
     left_out,
     mill_run,
     mill_summary,
+    network_summary,
     pair_run,
     summary,
 )
@@ -40,6 +41,7 @@ from autodb.prove.found import Found
 from autodb.prove.lathe_run import AxisErrors
 from autodb.prove.runs import Finished, Origin, append, digest, resume
 from autodb.prove.score import Judged
+from autodb.sensing.lstm import need_torch
 from autodb.virtual import (
     axes,
     curves,
@@ -61,6 +63,7 @@ from autodb.virtual import (
     reference_mill_moves,
     reference_milling,
     reference_moves,
+    reference_plan,
 )
 from autodb.virtual.concealed import (
     mill_cases,
@@ -161,6 +164,14 @@ class Proof(Generic[J]):
         )
 
 
+def _networks(seed: int) -> list[network_summary.Judged]:
+    """Run what needs PyTorch; raises UnusableInput where it is not installed."""
+    need_torch()
+    from autodb.prove import network_run
+
+    return network_run.run(seed)
+
+
 PROOFS: tuple[Proof[Any], ...] = (
     Proof(
         name="axis-intervals",
@@ -251,6 +262,16 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=mill_summary.forces_of,
         read=mill_summary.read_forces,
         generator=REFERENCE_MILL,
+    ),
+    Proof(
+        name="mill-networks",
+        what="forces in reference mills' cuts: the published network, and a grey box beside it",
+        runs=3,
+        run=_networks,
+        kept=TypeAdapter(Finished[network_summary.Judged]),
+        score=network_summary.summary_of,
+        read=network_summary.read,
+        generator=(*REFERENCE_MILL, reference_plan),
     ),
     Proof(
         name="pairs",

@@ -46,12 +46,12 @@ def motion(recording: Recording, axis: str, *, cutoff_hz: float) -> Motion:
     velocity = recording.get(f"{axis}.velocity")
     acceleration = recording.get(f"{axis}.acceleration")
     if velocity is not None and acceleration is not None:
-        return Motion(position, velocity, acceleration, _direction(velocity, _noise(velocity)))
+        return Motion(position, velocity, acceleration, _direction(velocity, noise_sd(velocity)))
     smooth, v, a = signals.derivatives(recording.t_s, position, cutoff_hz=cutoff_hz)
     if velocity is None:
         sense = _derived_direction(recording.t_s, position, v, cutoff_hz=cutoff_hz)
     else:
-        sense = _direction(velocity, _noise(velocity))
+        sense = _direction(velocity, noise_sd(velocity))
     return Motion(
         position=smooth if velocity is None else position,
         velocity=v if velocity is None else velocity,
@@ -68,7 +68,7 @@ def _direction(velocity: Array, noise: float) -> Array:
     return direction(velocity, standstill_mm_s=max(STANDSTILL_MM_S, NOISE_BAND * noise))
 
 
-def _noise(values: Array) -> float:
+def noise_sd(values: Array) -> float:
     """Return the sd of white noise in a signal: third differences hold hardly any motion, √20 σ."""
     return fitting.spread(np.diff(values, 3)) / float(np.sqrt(20.0))
 
@@ -80,7 +80,7 @@ def _derived_direction(t_s: Array, position: Array, filtered: Array, *, cutoff_h
     at f_c 2πσ·√(2 f_c³/(3 rate)). The plain one is used while its noise stays within standstill.
     """
     rate_hz = 1.0 / float(np.median(np.diff(t_s)))
-    sigma = _noise(position)
+    sigma = noise_sd(position)
     plain = sigma * rate_hz / np.sqrt(2.0)
     if NOISE_BAND * plain < STANDSTILL_MM_S:
         return direction(np.gradient(position, t_s))
@@ -118,7 +118,7 @@ def spindle_inputs(recording: Recording, spindle: str, *, cutoff_hz: float) -> d
     speed = recording[f"{spindle}.speed"]
     rate_hz = recording.rate_hz
     smooth = signals.lowpass(speed, rate_hz=rate_hz, cutoff_hz=cutoff_hz)
-    band = max(STANDSTILL_RPM, NOISE_BAND * _noise(speed))
+    band = max(STANDSTILL_RPM, NOISE_BAND * noise_sd(speed))
     return {
         "t": recording.t_s,
         "velocity": speed,

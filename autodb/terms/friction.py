@@ -90,21 +90,26 @@ def since_reversal(direction: Array, position_mm: Array) -> tuple[Array, Array]:
     return sense, np.asarray(way, dtype=np.float64)
 
 
-def presliding(direction: Array, position_mm: Array, *, distance_mm: float) -> Array:
+def presliding(
+    direction: Array, position_mm: Array, *, distance_mm: float, before: float = 0.0
+) -> Array:
     """Friction rises smoothly over a small way after a reversal and is held at standstill, (n,).
 
     The direction is replaced by z: dz/dx = (1 − z·sgn v)/s₀, solved between reversals,
     z = sgn v·(1 − (1 − sgn v·z₀)·exp(−way/s₀)) with z₀ where the last move ended; before the first
-    move z = 0. Source: P. Dahl 1968 (solid friction model, first-order form); P2 names the gap.
+    move z = ``before``, of a stream what its rows before left. Source: P. Dahl 1968 (solid friction
+    model, first-order form); P2 names the gap.
     """
     sense, way = since_reversal(direction, position_mm)
     edges = np.flatnonzero(np.diff(sense) != 0) + 1
     starts = np.concatenate([[0], edges, [len(sense)]])
-    state, before = np.zeros_like(sense), 0.0
+    state = np.zeros_like(sense)
     for begin, end in pairwise(starts):
         s = sense[begin]
         run = slice(begin, end)
-        state[run] = s * (1.0 - (1.0 - s * before) * np.exp(-way[run] / distance_mm)) if s else 0.0
+        state[run] = (
+            s * (1.0 - (1.0 - s * before) * np.exp(-way[run] / distance_mm)) if s else before
+        )
         before = float(state[end - 1])
     return state
 

@@ -1,1 +1,11 @@
-"""Forces from drive signals by a network that remembers (LSTM); needs the extra `lstm`."""
+"""Forces from drive signals by networks that remember (LSTM); needs the extra `lstm`."""
+
+from importlib.util import find_spec
+
+from autodb.errors import UnusableInput
+
+
+def need_torch() -> None:
+    """Raise UnusableInput, saying what to install, where PyTorch is not there."""
+    if find_spec("torch") is None:
+        raise UnusableInput("networks need PyTorch: pip install 'autodb[lstm]' would work")
