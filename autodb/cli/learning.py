@@ -50,6 +50,15 @@ CardFile = Annotated[
     ),
 ]
 
+Network = Annotated[
+    bool,
+    typer.Option(
+        "--network",
+        help="Train a network (LSTM) on recordings over time of drives and known forces, or of "
+        "moves in air; needs the extra lstm.",
+    ),
+]
+
 SHOWN = 12
 """Columns that are listed before the rest is only counted."""
 
@@ -142,9 +151,13 @@ def calibrate(
     columns: Columns = None,
     protocol: ProtocolName = None,
     card: CardFile = None,
+    network: Network = False,
     db: Database = None,
 ) -> None:
     """Fit current to force per axis, scored on groups left out; offered or refused by rule."""
+    if network:
+        _train(recordings or [], machine, columns, db, other=bool(protocol or card))
+        return
     from autodb.agent.moving import moved_over
     from autodb.errors import UnusableInput
     from autodb.standard import read_protocol
@@ -171,6 +184,43 @@ def calibrate(
         say("already there: the same cuts gave the same equations")
     if card is not None:
         _write_card(done, machine, chosen, moved, card)
+
+
+def _train(
+    files: list[Path],
+    machine: str | None,
+    columns: Path | None,
+    db: str | None,
+    *,
+    other: bool,
+) -> None:
+    """Train a network of a machine, and say how near it comes in what was left out."""
+    from autodb.agent.networks import train
+    from autodb.errors import UnusableInput
+
+    if machine is None or not files:
+        raise UnusableInput("--network needs --machine NAME and recordings over time")
+    if other:
+        raise UnusableInput("--protocol and --card go with cuts, not with --network")
+    with working(f"training on {len(files)} recordings") as progress, opened(db) as store:
+        done = train(
+            store, machine, files, columns=columns, folder=Path(".autodb-training"),
+            progress=progress,
+        )  # fmt: skip
+    rows = table(
+        f"Network {done.version} of {machine}: errors in what it was not trained on",
+        "force", ">network N", ">drive model N", ">within 95 %", ">up to Hz",
+    )  # fmt: skip
+    for one in done.scores:
+        rows.add_row(
+            one.component, f"{one.rmse_N:.3g}", f"{one.drive_rmse_N:.3g}",
+            f"{100.0 * one.held:.1f} %", f"{one.cutoff_hz:.3g}",
+        )  # fmt: skip
+    show(rows)
+    if done.on_air:
+        say("no force was recorded: trained on moves in air, whose force is taken as 0")
+    if done.already_there:
+        say("already there: the same recordings")
 
 
 def _calibrate_files(

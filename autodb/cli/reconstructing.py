@@ -31,12 +31,16 @@ class Estimator(StrEnum):
     """What reconstructs a force."""
 
     DRIVE = "drive"
+    LSTM = "lstm"
 
 
 Recording = Annotated[
     Path, typer.Argument(readable=False, help="A recording over time with position and effort.")
 ]
-By = Annotated[Estimator, typer.Option("--estimator", help="What the load is felt with.")]
+By = Annotated[
+    Estimator,
+    typer.Option("--estimator", help="What the load is felt with: drive models, or a network."),
+]
 Owner = Annotated[
     str | None, typer.Option("--machine", help="Machine whose newest models of its axes are used.")
 ]
@@ -74,7 +78,7 @@ Page = Annotated[
 
 def reconstruct(
     recording: Recording,
-    estimator: By = Estimator.DRIVE,  # noqa: ARG001 - there is one so far
+    estimator: By = Estimator.DRIVE,
     machine: Owner = None,
     moves: Moves = None,
     terms: Terms = None,
@@ -96,6 +100,8 @@ def reconstruct(
 
     if (machine is None) == (moves is None):
         raise UnusableInput("give either --machine NAME or --moves FILE: what moving an axis takes")
+    if estimator is Estimator.LSTM:
+        _check_network(machine, axis, observer=observer, newtons_per_ampere=newtons_per_ampere)
     if terms is not None and moves is None:
         raise UnusableInput("--terms goes with --moves: a machine's model has its own")
     out = out or Path(f"{recording.stem}-load.csv")
@@ -105,7 +111,9 @@ def reconstruct(
     how = _How(axis, bandwidth, observer, _scale(newtons_per_ampere))
     with working(f"reconstructing {recording.name}") as progress:
         cut = moves_of(recording, axis, columns, group, resample)
-        if moves is not None:
+        if estimator is Estimator.LSTM:
+            felt = _by_network(cut, machine or "", db, progress)
+        elif moves is not None:
             progress(f"identifying from {moves.name}")
             air = moves_of(moves, axis, columns, group, resample)
             felt = [_by_moves(cut, air, names_of(terms), how)]
@@ -119,6 +127,29 @@ def reconstruct(
     say(f"load: {out}")
     if page is not None:
         say(f"page: {page}")
+
+
+def _check_network(
+    machine: str | None, axis: str | None, *, observer: bool, newtons_per_ampere: float | None
+) -> None:
+    from autodb.errors import UnusableInput
+
+    if machine is None:
+        raise UnusableInput("--estimator lstm goes with --machine: a network is a machine's own")
+    if axis is not None or observer or newtons_per_ampere is not None:
+        raise UnusableInput(
+            "--axis, --observer and --newtons-per-ampere go with --estimator drive: a network "
+            "tells what it was trained to"
+        )
+
+
+def _by_network(
+    cut: "records.Recording", machine: str, db: str | None, progress: "Callable[[str], None]"
+) -> "list[Felt]":
+    from autodb.agent.networks import forces_on_machine
+
+    with opened(db) as store:
+        return forces_on_machine(store, machine, cut, progress=progress)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """A reference mill and its plan of 181 cuts: forces told by models, networks and all together."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,6 @@ from autodb.sensing.lstm import learning
 from autodb.sensing.lstm.drive_loads import AxisTables, Drive
 from autodb.sensing.lstm.greybox import GreyBox, Recorded
 from autodb.sensing.lstm.stream import forces
-from autodb.sensing.lstm.training import Plan
 from autodb.sensing.reconstruct import DriveModel, reconstruct
 from autodb.virtual.reference_mill import TRUTH_HZ, MillAxis, draw_mill, swept_axis
 from autodb.virtual.reference_mill_moves import AXES, RATE_HZ
@@ -85,10 +84,9 @@ def run(seed: int) -> list[NetTold | NetHeld | NetBand]:
     """Tell the test cuts of a seed's mill in every way."""
     machine = Machine.swept(seed)
     training, tests = machine.cuts(TRAINING), machine.cuts(TESTS)
-    box = _box(machine, training, learning.PLAN)
+    box = _box(machine, training)
     tables = box.tables(machine.drives)
-    few_plan = replace(learning.PLAN, epochs=EVERY * learning.PLAN.epochs)
-    few = _box(machine, training[::EVERY], few_plan)
+    few = _box(machine, training[::EVERY])
     few_tables = few.tables(machine.drives)
     together = _fusions(machine, box, tables, training)
     heard = [_heard(machine, box, tables, cut) for cut in tests]
@@ -122,12 +120,12 @@ def run(seed: int) -> list[NetTold | NetHeld | NetBand]:
     return [*errors, *held, *_bands(box, tests, told[GREY])]
 
 
-def _box(machine: Machine, cuts: Sequence[RecordedCut], plan: Plan) -> GreyBox:
+def _box(machine: Machine, cuts: Sequence[RecordedCut]) -> GreyBox:
     seen = [
         Recorded(_of_axes(cut.channels), {n: cut.force_N[AXES.index(n)] for n in SCORED})
         for cut in cuts
     ]
-    return learning.fit(seen, machine.drives, rate_hz=RATE_HZ, plan=plan)
+    return learning.fit(seen, machine.drives, rate_hz=RATE_HZ)
 
 
 def _of_axes(channels: Mapping[str, Array]) -> dict[str, Array]:

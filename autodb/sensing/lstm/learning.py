@@ -33,6 +33,9 @@ Array = NDArray[np.float64]
 CELLS, LAYERS, MEMBERS = 32, 2, 3
 """Size and number of the networks. Chosen."""
 PLAN = Plan(epochs=12, rate=5e-3, window=500, lead=50, batch=32, seed=1)
+"""Of many recordings; of few ones ``plan_of`` has smaller batches and more epochs."""
+STEPS = 500
+"""Steps of Adam that training takes at least. Chosen: about those of P0's 160 recordings."""
 BETA = 0.5
 LEFT_OUT = 8
 """Every so many recordings one is not trained on, but tells how far off the others are."""
@@ -46,21 +49,30 @@ def loss(made: Tensor, wanted: Tensor) -> Tensor:
     return told * sd.detach() ** (2.0 * BETA)
 
 
+def plan_of(recordings: Sequence[Recorded], plan: Plan = PLAN) -> Plan:
+    """Return a plan by which so many rows are trained on in STEPS steps at least."""
+    rows = sum(len(next(iter(one.channels.values()))) for one in recordings)
+    count = max(rows // plan.window, 1)
+    batch = min(plan.batch, max(4, count // 8))
+    return replace(plan, batch=batch, epochs=max(plan.epochs, -(-STEPS * batch // count)))
+
+
 def fit(
     recordings: Sequence[Recorded],
     drives: Mapping[str, Drive],
     *,
     rate_hz: float,
-    plan: Plan = PLAN,
+    plan: Plan | None = None,
     folder: Path | None = None,
     device: str = "cpu",
     progress: Callable[[int, int, float], None] = lambda _member, _epoch, _loss: None,
 ) -> GreyBox:
-    """Return a grey box trained on recordings with known forces.
+    """Return a grey box trained on recordings with known forces, as ``plan_of`` says if not told.
 
     Where none of the forces is anything but 0 it is trained on air. ``folder``: where training is
     kept to go on from; ``progress`` is told member, epochs done and their loss.
     """
+    plan = plan or plan_of(recordings)
     box = _untrained(recordings, drives, rate_hz)
     tables = box.tables(drives)
     loads = [loads_of(tables, one.channels) for one in recordings]

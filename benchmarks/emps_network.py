@@ -1,0 +1,49 @@
+"""Rebuild the load pulses of EMPS by a network trained on the file without them.
+
+    python -m benchmarks.emps_network DATA_EMPS.mat DATA_EMPS_PULSES.mat
+
+The network sees motion and place and learns what the drive model leaves of moves in air, in eight
+pieces with gaps of a second. Beside it the drive model alone, filtered alike.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from autodb import signals
+from autodb.sensing.drives import identify
+from autodb.sensing.lstm.drive_loads import Drive
+from autodb.sensing.lstm.greybox import loads_of
+from autodb.sensing.lstm.learning import fit
+from autodb.sensing.lstm.recordings import channels_of, known_of
+from autodb.sensing.lstm.stream import forces
+from autodb.sensing.reconstruct import DriveModel
+from benchmarks.emps_load import BANDWIDTHS_HZ, DIRECTED, ENDS_S, pulses_N, read
+
+
+def rows(air_path: Path, cut_path: Path) -> list[tuple[float, str, float]]:
+    """Return bandwidth, model and RMSE N of each way."""
+    air, cut, added = read(air_path, by_law=False), read(cut_path, by_law=True), pulses_N(cut_path)
+    drives = {"x": Drive(DriveModel.of(identify(air, terms=DIRECTED)), 1.0)}
+    known, _ = known_of([air], drives)
+    box = fit(known, drives, rate_hz=air.rate_hz)
+    tables, channels = box.tables(drives), channels_of(cut, drives)
+    told = {
+        "with asymmetry": -loads_of(tables, channels)["x"],
+        "and the network": forces(box, tables, channels).force_N[:, 0],
+    }
+    inner = slice(round(ENDS_S * cut.rate_hz), -round(ENDS_S * cut.rate_hz))
+    found = []
+    for hz in BANDWIDTHS_HZ:
+        truth = signals.lowpass(added, rate_hz=cut.rate_hz, cutoff_hz=hz)
+        for name, force in told.items():
+            passed = signals.lowpass(force, rate_hz=cut.rate_hz, cutoff_hz=hz)
+            found.append((hz, name, float(np.sqrt(np.mean((passed - truth)[inner] ** 2)))))
+    return found
+
+
+if __name__ == "__main__":
+    print("| bandwidth | model | RMSE |\n|---|---|---|")
+    for hz, name, rmse in rows(Path(sys.argv[1]), Path(sys.argv[2])):
+        print(f"| {hz:g} Hz | {name} | {rmse:.2f} N |")

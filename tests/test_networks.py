@@ -1,0 +1,131 @@
+"""The commands that train and use a machine's network, on a virtual axis of its own physics."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.typing import NDArray
+from scipy import signal
+
+from tests.conftest import Cli, Once, Ran
+
+torch = pytest.importorskip("torch")
+
+Array = NDArray[np.float64]
+
+RATE_HZ = 250.0
+FILES = tuple(Path(f"cut-{seed}.csv") for seed in range(8))
+
+
+def _table(seed: int, *, cuts: bool, seconds: float) -> pd.DataFrame:
+    """Draw an axis that goes there and back; its drive shows 0.8 of a cut's force."""
+    rng = np.random.default_rng([seed, 20])
+    t = np.arange(0.0, seconds, 1.0 / RATE_HZ)
+    turn = 2.0 * np.pi * np.cumsum(rng.uniform(0.2, 0.5) * (1.0 + 0.5 * np.sin(0.9 * t))) / RATE_HZ
+    x = 40.0 + 20.0 * np.sin(turn)
+    v = np.gradient(x, t)
+    moving_N = 0.1 * np.gradient(v, t) + 0.5 * v + 60.0 * np.tanh(v / 0.05) + 12.0
+    rough = signal.filtfilt(*signal.butter(2, 10.0, fs=RATE_HZ), rng.standard_normal(len(t)))
+    inside = (t > 0.7) & (t < seconds - 0.7)
+    force_N = (rng.uniform(60.0, 160.0) + 120.0 * rough) * inside * cuts
+    effort_N = moving_N - 0.8 * force_N + 3.0 * rng.standard_normal(len(t))
+    columns = {"t": t, "x.position": x, "x.velocity": v, "x.acceleration": np.gradient(v, t)}
+    return pd.DataFrame(columns | {"x.drive_force": effort_N, "force.x": force_N})
+
+
+def _write(path: Path, table: pd.DataFrame) -> Path:
+    table.to_csv(path, index=False, float_format="%.6f")
+    return path
+
+
+@pytest.fixture
+def trained(cli: Cli, once: Once, monkeypatch: pytest.MonkeyPatch) -> Cli:
+    """Return the command line on a machine with a network that was trained shortly."""
+    from autodb.sensing.lstm import learning
+
+    monkeypatch.setattr(learning, "STEPS", 150)
+    before_threads = torch.get_num_threads()
+
+    def make() -> None:
+        torch.set_num_threads(1)
+        cli("init")
+        cli("machine", "add", "mill-1")
+        air = _table(99, cuts=False, seconds=40.0).drop(columns="force.x")
+        made = cli("identify", _write(Path("air.csv"), air), "--machine", "mill-1")
+        assert made.code == 0, made.err
+        for seed, path in enumerate(FILES):
+            _write(path, _table(seed, cuts=True, seconds=6.0))
+        before = cli("reconstruct", FILES[0], "--machine", "mill-1", "--estimator", "lstm")
+        assert before.code == 2
+        assert "mill-1' has no network" in before.err
+        done = cli("calibrate", *FILES, "--machine", "mill-1", "--network")
+        assert done.code == 0, done.err
+        assert "Network 1 of mill-1" in done.out
+        assert not Path(".autodb-training").exists()
+
+        torch.set_num_threads(before_threads)
+
+    once(make)
+    return cli
+
+
+def _errors(ran: Ran, truth: pd.DataFrame) -> tuple[float, float]:
+    """Return RMSE and the share of rows within 95 % intervals."""
+    assert ran.code == 0, ran.err
+    told = pd.read_csv("new-load.csv")
+    off = told["force.x"] - truth["force.x"]
+    held = np.mean(np.abs(off) <= 1.96 * told["x.load.sd"])
+    return float(np.sqrt(np.mean(off**2))), float(held)
+
+
+def test_a_network_is_nearer_than_its_drive_model(trained: Cli) -> None:
+    """The drive shows four fifths of a force, which no move in air tells."""
+    new = _table(50, cuts=True, seconds=12.0)
+    path = _write(Path("new.csv"), new.drop(columns="force.x"))
+    drive, _ = _errors(
+        trained("reconstruct", path, "--machine", "mill-1", "--bandwidth", "50"), new
+    )
+    ran = trained(
+        "reconstruct", path, "--machine", "mill-1", "--estimator", "lstm", "--page", "page.html"
+    )
+    network, held = _errors(ran, new)
+    assert network < 0.7 * drive
+    assert held > 0.8
+    assert "network 1 of machine 'mill-1'" in ran.out
+    assert Path("page.html").exists()
+
+
+def test_the_same_recordings_again_are_already_there(trained: Cli) -> None:
+    again = trained("calibrate", *reversed(FILES), "--machine", "mill-1", "--network")
+    assert again.code == 0
+    assert "already there" in again.out
+    assert "Network 1" in again.out
+
+
+def test_what_a_network_cannot_take_is_refused_in_one_line(trained: Cli) -> None:
+    def refused(*arguments: str | os.PathLike[str]) -> str:
+        ran = trained(*arguments)
+        assert ran.code == 2
+        assert len(ran.err.strip().splitlines()) == 1
+        return ran.err
+
+    use = ("--machine", "mill-1", "--estimator", "lstm")
+    other = _table(51, cuts=True, seconds=6.0)
+    slow = _write(Path("slow.csv"), other.iloc[::2])
+    assert "125 Hz, and the network was trained at 250 Hz" in refused("reconstruct", slow, *use)
+    far = _write(Path("far.csv"), other.assign(**{"x.drive_force": 9.0 * other["x.drive_force"]}))
+    assert "was trained from" in refused("reconstruct", far, *use)
+    mute = _write(Path("mute.csv"), other.drop(columns="x.drive_force"))
+    assert "x.drive_force" in refused("reconstruct", mute, *use)
+    assert "--machine" in refused("reconstruct", FILES[0], "--estimator", "lstm")
+    assert "--observer" in refused("reconstruct", FILES[0], *use, "--observer")
+    train = ("--machine", "mill-1", "--network")
+    assert "has 250 Hz" in refused("calibrate", FILES[0], slow, *train)
+    lacks = _write(Path("lacks.csv"), other.drop(columns="force.x"))
+    assert "lacks.csv: no channel 'force.x'" in refused("calibrate", FILES[0], lacks, *train)
+    short = _write(Path("short.csv"), other.iloc[:900])
+    assert "too short to train on" in refused("calibrate", short, *train)
+    assert "--machine NAME" in refused("calibrate", FILES[0], "--network")
+    assert "--protocol" in refused("calibrate", FILES[0], *train, "--protocol", "x")
