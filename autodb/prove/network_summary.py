@@ -7,9 +7,11 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from autodb.prove.found import Table, percent, ratio
+from autodb.prove.mill_run import SCORED
 from autodb.prove.mill_summary import said
 from autodb.prove.published_mill import MEAN_N as FOUR_MEAN_N
 from autodb.prove.runs import Finished, Origin
+from autodb.prove.score import coverage_limits
 
 FOUR, DRIVE, NETWORK = "P0's four steps", "drive model", "P0's LSTM"
 GREY, FEW, FUSED = "grey box", "grey box, 20 recordings", "drive model and grey box"
@@ -27,8 +29,6 @@ GREY_RATIO, ORACLE_RATIO, FEW_RATIO = 0.6, 1.2, 1.0
 have; and of 20 recordings, times the network's of 160."""
 FUSED_RATIO, FUSED_SHARE = 1.10, 0.95
 """Times the better member's error that the fusion's may be, in what share of recordings."""
-COVERED = (0.93, 0.97)
-"""Share of rows that 95 % intervals may hold, pooled."""
 ABOVE = 1.0
 """Times the force's own power above the coherent band that may be told there."""
 
@@ -82,7 +82,10 @@ class WayRow:
 
 @dataclass(frozen=True)
 class HeldRow:
-    """Rows within 95 % intervals of a way on something, all recordings alike; median half width."""
+    """Rows within 95 % intervals of a way on something, all recordings alike; median half width.
+
+    Rows of a recording go together: it counts as one run.
+    """
 
     way: str
     of: str
@@ -149,14 +152,11 @@ class Networks:
                 f"≤ {ABOVE:g}", above <= ABOVE,
             ),
         ]  # fmt: skip
-        low, high = COVERED
-        found += [
-            (
-                f"rows within 95 % intervals, {row.way}: {row.of}", percent(row.share),
-                f"{percent(low)} to {percent(high)}", low <= row.share <= high,
-            )
-            for row in self.held
-        ]  # fmt: skip
+        for row in self.held:
+            low, high = coverage_limits(row.recordings)
+            what = f"rows within 95 % intervals, {row.way}: {row.of}"
+            limits = f"{percent(low)} to {percent(high)}"
+            found.append((what, percent(row.share), limits, low <= row.share <= high))
         return found
 
     def tables(self) -> tuple[Table, ...]:
@@ -175,7 +175,7 @@ class Networks:
             ),
             Table(
                 "95 % intervals",
-                ("way", "on", ">recordings and axes", ">rows within", ">median ± N"), held,
+                ("way", "on", ">recordings", ">rows within", ">median ± N"), held,
             ),
         )  # fmt: skip
 
@@ -222,7 +222,7 @@ def _held_rows(held: Sequence[NetHeld]) -> tuple[HeldRow, ...]:
         some = [one for one in held if (one.way, one.of) == (way, of)]
         share = float(np.mean([one.share for one in some]))
         width = float(np.median([one.width_N for one in some]))
-        found.append(HeldRow(way, of, len(some), share, width))
+        found.append(HeldRow(way, of, len(some) // len(SCORED), share, width))
     return tuple(found)
 
 

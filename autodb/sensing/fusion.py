@@ -13,7 +13,7 @@ Source: Aitken 1935 (generalised least squares).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,9 @@ ROWS = 200
 """Rows of each recording that are learnt from: it counts alike, however long it is."""
 SHRUNK = 0.05
 """Share by which correlations are drawn to none: few recordings tell them. Chosen."""
+NEARER = 0.98
+"""Times the error of the nearest sensor alone that several together must not exceed, in recordings
+left out in turn, to be believed. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -38,15 +41,21 @@ class Heard:
 
 @dataclass(frozen=True)
 class Fusion:
-    """How sensors (k,) of one component are put together; ``wider``: the factor on the answer's sd
-    that makes 95 % hold.
+    """How sensors (k,) of one component are put together.
+
+    ``told``: whether by the standard deviations that they tell, row by row, or by those that they
+    had; ``counts`` (k,): which count where they sense: a sensor that adds nothing waits until the
+    others do not. ``wider``: the factor on the answer's sd that makes 95 % hold.
     """
 
     names: tuple[str, ...]
     bias_N: Array
+    size_N: Array
     factor: Array
     correlation: Array
-    wider: float
+    told: bool
+    counts: tuple[bool, ...]
+    wider: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -61,26 +70,57 @@ class Fused:
 def learn(names: Sequence[str], heard: Sequence[Heard], known_N: Sequence[Array]) -> Fusion:
     """Return how sensors go together, from recordings whose force (n,) N was known.
 
-    Rows at which not all of them sense tell nothing of how they go together.
+    Ways that are tried, each on recordings left out in turn: all sensors by what they tell, all by
+    what they were, and each alone; several must be nearer than the nearest alone. Rows at which not
+    all sense tell nothing of how they go together.
     """
-    picked = [_picked(one, known) for one, known in zip(heard, known_N, strict=True)]
+    both = list(zip(heard, known_N, strict=True))
+    every = (True,) * len(names)
+    alone = [tuple(k == j for k in range(len(names))) for j in range(len(names))]
+    ways = [(True, every), (False, every), *((True, one) for one in alone)]
+    errors = [_left_out(names, both, told=told, counts=counts) for told, counts in ways]
+    together, single = int(np.argmin(errors[:2])), 2 + int(np.argmin(errors[2:]))
+    best = together if errors[together] <= NEARER * errors[single] else single
+    told, counts = ways[best]
+    begun = _learnt(names, both, told=told, counts=counts)
+    return replace(begun, wider=_wider(begun, both))
+
+
+Known = Sequence[tuple[Heard, Array]]
+
+
+def _left_out(names: Sequence[str], both: Known, *, told: bool, counts: tuple[bool, ...]) -> float:
+    """Return the mean error, N, in recordings that were left out in turn."""
+    errors = []
+    for k, (one, known) in enumerate(both):
+        made = fuse(_learnt(names, [*both[:k], *both[k + 1 :]], told=told, counts=counts), one)
+        errors.append(float(np.sqrt(np.nanmean((made.value_N - known) ** 2))))
+    return float(np.mean(errors))
+
+
+def _learnt(names: Sequence[str], both: Known, *, told: bool, counts: tuple[bool, ...]) -> Fusion:
+    picked = [_picked(one, known) for one, known in both]
     off = np.concatenate([off for off, _ in picked])
     sd = np.concatenate([sd for _, sd in picked])
-    bias = off.mean(axis=0)
-    share = (off - bias) / sd
-    factor = np.sqrt(np.mean(share**2, axis=0))
-    share = share / factor
+    several = sum(counts) > 1
+    bias = off.mean(axis=0) if several else np.zeros(len(names))
+    size = np.sqrt(np.mean((off - bias) ** 2, axis=0))
+    factor = np.sqrt(np.mean(((off - bias) / sd) ** 2, axis=0))
+    share = (off - bias) / (sd * factor if told else size)
     correlation = (1.0 - SHRUNK) * (share.T @ share) / len(share)
     np.fill_diagonal(correlation, 1.0)
-    begun = Fusion(tuple(names), bias, factor, correlation, 1.0)
+    return Fusion(tuple(names), bias, size, factor, correlation, told, counts)
+
+
+def _wider(begun: Fusion, both: Known) -> float:
+    """Return the factor on standard deviations that makes 95 % hold, each recording alike."""
     ratios = []
-    for one, known in zip(heard, known_N, strict=True):
+    for one, known in both:
         made = fuse(begun, one)
         sensed = np.isfinite(made.value_N)
-        off_N = np.abs(made.value_N - known)[sensed] / made.sd_N[sensed]
-        ratios.append(np.quantile(off_N, np.linspace(0.005, 0.995, 100)))
-    wider = float(np.quantile(np.concatenate(ratios), 0.95) / NORMAL_95)
-    return Fusion(tuple(names), bias, factor, correlation, wider)
+        off = np.abs(made.value_N - known)[sensed] / made.sd_N[sensed]
+        ratios.append(np.quantile(off, np.linspace(0.005, 0.995, 100)))
+    return float(np.quantile(np.concatenate(ratios), 0.95) / NORMAL_95)
 
 
 def _picked(heard: Heard, known_N: Array) -> tuple[Array, Array]:
@@ -96,11 +136,14 @@ def fuse(fusion: Fusion, heard: Heard) -> Fused:
     value, sd = np.full(count, np.nan), np.full(count, np.nan)
     weight = np.zeros((count, sensors))
     senses = np.isfinite(heard.value_N) & np.isfinite(heard.sd_N)
-    for pattern in np.unique(senses, axis=0):
+    counted = senses & np.array(fusion.counts)
+    # Where none of those senses that count, the others are what there is
+    used = np.where(counted.any(axis=1)[:, None], counted, senses)
+    for pattern in np.unique(used, axis=0):
         kept = np.flatnonzero(pattern)
         if not len(kept):
             continue
-        rows = np.flatnonzero((senses == pattern).all(axis=1))
+        rows = np.flatnonzero((used == pattern).all(axis=1))
         made = _put_together(fusion, heard, rows, kept)
         value[rows], sd[rows] = made[0], fusion.wider * made[1]
         weight[np.ix_(rows, kept)] = made[2]
@@ -112,12 +155,15 @@ def _put_together(
 ) -> tuple[Array, Array, Array]:
     """Return value and sd (r,) and weights (r, k) of rows at which the same sensors sense."""
     at = np.ix_(rows, kept)
-    sd = fusion.factor[kept] * heard.sd_N[at]
+    told = fusion.factor[kept] * heard.sd_N[at]
+    sd = told if fusion.told else np.broadcast_to(fusion.size_N[kept], told.shape)
     correlation = fusion.correlation[np.ix_(kept, kept)]
     covariance = sd[:, :, None] * correlation * sd[:, None, :]
     one = np.linalg.solve(covariance, np.ones((len(rows), len(kept), 1)))[..., 0]
     weight = np.maximum(one, 0.0)  # what is told is not extrapolated
     weight /= weight.sum(axis=1, keepdims=True)
     value = np.sum(weight * (heard.value_N[at] - fusion.bias_N[kept]), axis=1)
-    variance = np.einsum("ri,rij,rj->r", weight, covariance, weight)
+    # The answer is as unsure as what was told of it, whichever way the weights were found
+    own = told[:, :, None] * correlation * told[:, None, :]
+    variance = np.einsum("ri,rij,rj->r", weight, own, weight)
     return value, np.sqrt(variance), weight
