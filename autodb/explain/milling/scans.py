@@ -129,7 +129,7 @@ def _tones(world: World, white: Array, number: int) -> list[Suspect]:
     )
     found: list[Suspect] = []
     for k, widths in enumerate((*TONES * (LINE,), WIDE)):
-        at, width = _standing_out(power, len(white), widths)
+        at, width = standing_out(power, len(white), widths)
         if power[at] <= 0.0:
             break
         exact = float(frequency[at])
@@ -140,7 +140,7 @@ def _tones(world: World, white: Array, number: int) -> list[Suspect]:
     return found
 
 
-def _standing_out(power: Array, components: int, widths: Sequence[int]) -> tuple[int, int]:
+def standing_out(power: Array, components: int, widths: Sequence[int]) -> tuple[int, int]:
     """Return where power (f,) of white rows stands out most, and over how many frequencies.
 
     Twice the log-likelihood ratio of a sum P of k exponentially distributed powers of mean 1 is

@@ -35,7 +35,7 @@ def _one(world: World, beside: Beside, bench: Bench, choice: Choice, quiet: Quie
     suspect, made = choice.suspect, []
     for number, shape in enumerate(suspect.rungs):
         columns = bench.columns((suspect.key, number), shape)
-        course = _course(columns, beside.fitted(columns)[0], np.array(quiet.sd))
+        course = shared_course(columns, beside.fitted(columns)[0], np.array(quiet.sd))
         both = on_each(world, course)
         freedom = columns.shape[-1] // len(columns) + 2 * (len(columns) - 1)
         made.append((beside.gain(both) - AIC * freedom, rung(both, shape.shape)))
@@ -46,7 +46,7 @@ def _steadied(suspect: Suspect, shape: Rung) -> Suspect:
     return Suspect(f"{suspect.key} as one", suspect.term, (shape,), suspect.variables)
 
 
-def _course(columns: Array, coefficients: Array, sd: Array) -> Array:
+def shared_course(columns: Array, coefficients: Array, sd: Array) -> Array:
     """Return the course that all components share, and the same a quarter turn on (n, 2).
 
     ``columns`` (C, n, C · 2 K) of cosines, then sines, by K slow functions, ``coefficients``
