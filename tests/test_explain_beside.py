@@ -63,11 +63,11 @@ def test_components_share_the_course_of_one_vibration() -> None:
     columns = np.zeros((count, len(t), count, 2 * knots))
     for j in range(count):
         columns[j, :, j] = base
-    columns = columns.reshape(count, len(t), -1)
+    stacked = columns.reshape(count, len(t), -1)
     ways, e = (rng.normal(size=n) + 1j * rng.normal(size=n) for n in (count, knots))
     each = ways[:, None] * e
     coefficients = np.stack([each.real, -each.imag], axis=1).ravel()
-    found = shared_course(columns, coefficients, np.array([1.0, 2.0, 5.0]))
+    found = shared_course(stacked, coefficients, np.array([1.0, 2.0, 5.0]))
     for j in range(count):
-        part = columns[j] @ coefficients
+        part = stacked[j] @ coefficients
         np.testing.assert_allclose(found @ np.linalg.lstsq(found, part)[0], part, atol=1e-9)
