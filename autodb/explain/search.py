@@ -59,11 +59,17 @@ class Offer:
 
 
 class Search:
-    """The suspects, and the products of their columns in every shape."""
+    """The suspects, and the products of their columns in every shape.
 
-    def __init__(self, products: Products, suspects: Iterable[Suspect]) -> None:
+    ``faint``: share of what a set explains below which an effect of it is put down to the others.
+    """
+
+    def __init__(
+        self, products: Products, suspects: Iterable[Suspect], *, faint: float = FAINT
+    ) -> None:
         self.products = products
         self.suspects = tuple(suspects)
+        self.faint = faint
         self._barred: set[tuple[str, int]] = set()
         self._settled: dict[frozenset[str], Found] = {}
         self._singles = {s.key: self._of_one_column(s) for s in self.suspects}
@@ -224,7 +230,7 @@ class Search:
         for choice in found.choices:
             free = self.with_detail(found.without(choice.suspect.key))
             gain = free.gain(choice.key)
-            limit = max(MARGIN + self.penalty(choice), FAINT * total)
+            limit = max(MARGIN + self.penalty(choice), self.faint * total)
             worth.append(self._not_mistaken(found, choice, gain.evidence) - limit)
         return worth
 

@@ -60,7 +60,8 @@ class Suspect:
     are free in the final fit, so that what its shape gets wrong in passing does not pull its level.
     ``anew`` builds one that a scan found over other signals; None: it does not repeat.
     ``mistaken`` gives columns that it may be mistaken for: where they explain more beside it than
-    it does, it must be worth it beside them.
+    it does, it must be worth it beside them. ``sure``: its shape follows from what is recorded and
+    simulated alone.
     """
 
     key: str
@@ -75,11 +76,12 @@ class Suspect:
     loose: Callable[[], Array] | None = None
     anew: Callable[[Any], "Suspect"] | None = None
     mistaken: Callable[[], Array] | None = None
+    sure: bool = False
 
     @property
     def exact(self) -> bool:
-        """Whether it depends on nothing, like a constant: its law has no shape to get wrong."""
-        return not self.variables and self.detail is None
+        """Whether its law has no shape to get wrong, like a constant's, that depends on nothing."""
+        return self.sure or (not self.variables and self.detail is None)
 
     @property
     def named(self) -> bool:

@@ -24,6 +24,7 @@ from autodb.explain.milling.look import Looked
 from autodb.explain.milling.own import retuned
 from autodb.explain.milling.parameters import Effect, of_one, shared, value
 from autodb.explain.milling.suspects import OWN_WAYS
+from autodb.explain.milling.wandering import as_one
 from autodb.explain.milling.words import STATEMENTS, told_apart
 from autodb.explain.suspects import UNKNOWN, Choice
 from autodb.records import Recording
@@ -57,7 +58,12 @@ class Told:
     @cached_property
     def fit(self) -> Fit:
         """Own terms and effects fitted together."""
-        return fit(self.looked.bench, self.choices, self.looked.quiet)
+        ways = [one for one in self.looked.search.suspects if one.key == OWN_WAYS]
+        known = OWN_WAYS in self.looked.found.keys
+        beside = [] if known else [Choice(one, len(one.rungs) - 1) for one in ways]
+        looked = self.looked
+        choices = as_one(looked.world, looked.bench, looked.found, looked.quiet)
+        return fit(looked.bench, choices, looked.quiet, beside=beside)
 
     @cached_property
     def standing(self) -> list[Standing]:

@@ -126,6 +126,10 @@ class Bench:
             for number, rung in enumerate(suspect.rungs):
                 blocks[suspect.key, number] = self.columns((suspect.key, number), rung)
             blocks[suspect.key, DETAIL] = self.detail(suspect)
+        return self.inner(blocks, quiet)
+
+    def inner(self, blocks: dict[tuple[str, int], Array], quiet: Quiet) -> Products:
+        """Return the inner products of the white difference, own columns and blocks (C, n, p)."""
         whole = [self.difference[:, :, None], self._own, *blocks.values()]
         white = np.concatenate([quiet(block) for block in whole if block.shape[-1]], axis=1)
         return Products(

@@ -22,7 +22,8 @@ MEMORY = 4000
 class Fit:
     """Coefficients (p,), own terms' first, with their covariance (p, p), of ``columns`` (C, n, p).
 
-    ``places``: each effect's among the coefficients; ``own``: how many are own terms'.
+    ``places``: each effect's among the coefficients; ``own``: how many are own terms'. Coefficients
+    beyond the last effect's are ways of own terms.
     """
 
     columns: Array
@@ -42,19 +43,42 @@ class Fit:
         return np.asarray(self.columns @ self.coefficients)
 
 
-def fit(bench: Bench, choices: Sequence[Choice], quiet: Quiet) -> Fit:
-    """Fit own terms and effects; directions that the rows do not hold get nothing."""
-    columns = bench.chosen(choices)
+def fit(
+    bench: Bench, choices: Sequence[Choice], quiet: Quiet, *, beside: Sequence[Choice] = ()
+) -> Fit:
+    """Fit own terms and effects; directions that the rows do not hold get nothing.
+
+    ``beside``: own terms' ways, retuned too. Coefficients of these and of curves are drawn to none.
+    """
+    columns = bench.chosen([*choices, *beside])
     found = normal(quiet(columns), quiet(bench.difference[:, :, None])[:, 0])
+    weight = _drawn(bench, [*choices, *beside], quiet)
     widths = [bench.columns(c.key, c.shape).shape[-1] for c in choices]
     ends = np.cumsum([len(bench.own), *widths])
     return Fit(
         columns=columns,
-        coefficients=found.solved(),
-        covariance=found.inverse(),
+        coefficients=found.solved(weight),
+        covariance=found.inverse(weight),
         places=tuple(slice(int(a), int(b)) for a, b in pairwise(ends)),
         own=len(bench.own),
     )
+
+
+def _drawn(bench: Bench, choices: Sequence[Choice], quiet: Quiet) -> Array:
+    """Return what a squared coefficient costs, (p,) of own and chosen columns.
+
+    Own columns and plain laws cost nothing; of others the size is that of the greatest evidence.
+    """
+    products = bench.inner({c.key: bench.columns(c.key, c.shape) for c in choices}, quiet)
+    weights = [np.zeros(len(bench.own))]
+    for choice in choices:
+        norm = products.norm[products.places[choice.key]]
+        if choice.shape.names or len(norm) == 1:
+            weights.append(np.zeros(len(norm)))
+            continue
+        given = products.given([c.key for c in choices if c is not choice])
+        weights.append(norm**2 / given.gain(choice.key).size)
+    return np.concatenate(weights)
 
 
 def noise_sd(quiet: Quiet) -> Array:

@@ -11,10 +11,11 @@ from autodb.explain.milling.bench import Bench, Quiet
 from autodb.explain.milling.deeper import DEPTH, fitted_error
 from autodb.explain.milling.runout import fitted_out
 from autodb.explain.milling.scans import proposals
+from autodb.explain.milling.stretches import sharpened
 from autodb.explain.milling.suspects import suspects
 from autodb.explain.milling.waves import Waves, tilted, waves_of
 from autodb.explain.milling.world import Tilted, World, own_columns
-from autodb.explain.search import Found, Search
+from autodb.explain.search import FAINT, Found, Search
 from autodb.explain.suspects import Choice, Suspect
 from autodb.records import Recording
 
@@ -28,6 +29,9 @@ STILL = 0.02
 """Share by which teeth stand out otherwise, from which on their columns are built anew."""
 SMALLEST_MM = 2e-4
 SMOOTH_S = 0.02
+FAINTEST = 0.002
+"""`search.FAINT` of waves whose law is known exactly: shapes are then made of the very chips.
+Chosen."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,10 @@ def _looked(world: World, measured: Array) -> Looked:
     found: tuple[str, ...] | None = None
     for number in range(1, ROUNDS + 1):
         looked = _searched(world, bench, quiet, (*standing, *scanned))
-        choices = looked.found.choices
+        sharper = sharpened(world, bench, looked.found, quiet)
+        scanned = [sharper.get(one.key, one) for one in scanned]
+        bench.forget(sharper)
+        choices = _anew(looked.found.choices, scanned)
         world, moved = _seen_anew(world, bench, looked.found, quiet)
         if number == ROUNDS or (not moved and looked.found.keys in ((), found)):
             break
@@ -108,16 +115,31 @@ def _looked(world: World, measured: Array) -> Looked:
         quiet = bench.quiet(
             bench.everything(standing) if moved else bench.chosen(choices, detail=True)
         )
-        left = bench.left(bench.chosen(choices), quiet)
         scanned = [one for one in scanned if one.key in looked.found.keys]
-        scanned += proposals(world, left, quiet, number)
+        scanned += _scanned(world, bench, choices, quiet, number)
     return looked
+
+
+def _scanned(
+    world: World, bench: Bench, choices: Sequence[Choice], quiet: Quiet, number: int
+) -> list[Suspect]:
+    """Return what scans find in what choices leave, and in what those with a name alone leave.
+
+    Families follow a stretch that was not seen beside other effects, and nothing is left of it.
+    """
+    found = proposals(world, bench.left(bench.chosen(choices), quiet), quiet, number)
+    known = [choice for choice in choices if choice.suspect.named]
+    if len(known) < len(choices):
+        left = bench.left(bench.chosen(known), quiet)
+        found += proposals(world, left, quiet, ROUNDS + number)
+    return found
 
 
 def _searched(world: World, bench: Bench, quiet: Quiet, every: Sequence[Suspect]) -> Looked:
     """Return the best set of suspects on a bench."""
     asked = [replace(one, bar=one.bar + BAR) for one in every]
-    search = Search(bench.products(asked, quiet), asked)
+    faint = float(np.clip(1.0 - world.waves.fits, FAINTEST, FAINT))
+    search = Search(bench.products(asked, quiet), asked, faint=faint)
     return Looked(world, bench, search, _predicting(bench, search, quiet), quiet)
 
 

@@ -1,5 +1,7 @@
 """Suspects that must be looked for in what a fit leaves: other material, tones, bands."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,10 +18,15 @@ SHORTEST, LONGEST = 0.02, 0.6
 SOFT = (0.02, 0.15, 0.4)
 ALONG = 0.1
 """A tone this near a multiple of the spindle's frequency, shares of it, is the spindle's."""
+FOLDED = 1.0
+"""Multiples of the spindle's turn up to this many sampling rates are looked for where they fold to.
+Higher ones are weak; with those up to two rates an eighth of all frequencies was closed. Chosen."""
 LOWEST_HZ = 20.0
 TONES = 3
-"""Tones that are looked for in what a fit leaves, the strongest first."""
-ENVELOPES = (1, 4, 8)
+"""Tones that are looked for in what a fit leaves, the strongest first; and one that is wide."""
+LINE, WIDE = (1,), (3, 7, 15, 31)
+"""Frequencies side by side that a tone spreads over: one that is steady, one that wanders."""
+ENVELOPES = (1, 4, 8, 16)
 """Coefficients of a tone's slow course of size and phase."""
 BANDS = (2.5, 40.0)
 """How often bands come round in the work."""
@@ -28,21 +35,26 @@ BANDS = (2.5, 40.0)
 def proposals(world: World, left: Array, quiet: Quiet, number: int) -> list[Suspect]:
     """Return what a residual (C, n) points to."""
     white = quiet(left[:, :, None]).reshape(world.components, -1)
-    found = [_stretch(world, left, number), *_tones(world, white, number)]
-    return [*found, _bands(world, left, number)]
+    forced = quiet(world.simulated[:, :, None]).reshape(white.shape)
+    found = [_stretch(world, forced, white, number), *_tones(world, white, number)]
+    return [*found, _bands(world, forced, white, number)]
 
 
-def _stretch(world: World, left: Array, number: int) -> Suspect:
-    """Return the stretch in which a factor on all forces explains most."""
-    sd = np.std(left, axis=1, keepdims=True)
-    rows = np.flatnonzero(world.waves.teeth.engaged > 0.0)
-    force, rest = (world.simulated / sd)[:, rows], (left / sd)[:, rows]
+def _at_work(world: World, white: Array) -> NDArray[np.intp]:
+    """Return which of white rows (C, m), the recording's last ones, are in the work."""
+    return np.flatnonzero(world.waves.teeth.engaged[-white.shape[1] :] > 0.0)
+
+
+def _stretch(world: World, forced: Array, white: Array, number: int) -> Suspect:
+    """Return the stretch in which a factor on all forces, white rows (C, m), explains most."""
+    rows = _at_work(world, white)
+    force, rest = forced[:, rows], white[:, rows]
     product = np.concatenate([[0.0], np.cumsum(np.sum(force * rest, axis=0))])
     power = np.concatenate([[0.0], np.cumsum(np.sum(force**2, axis=0))])
     edges = np.unique(np.linspace(0, len(rows), BINS + 1).astype(np.intp))
     start, end = _strongest(product, power, edges, len(rows))
-    t = world.waves.t_s
-    return hard_spot(world, float(t[rows[start]]), float(t[rows[end - 1]]), number)
+    t = world.waves.t_s[-white.shape[1] :]
+    return hard_spot(world, float(t[rows[start]]), float(t[rows[end - 1]]), f"hard_spot {number}")
 
 
 def _strongest(product: Array, power: Array, edges: NDArray[np.intp], n: int) -> tuple[int, int]:
@@ -57,7 +69,7 @@ def _strongest(product: Array, power: Array, edges: NDArray[np.intp], n: int) ->
     return int(edges[i]), int(edges[j])
 
 
-def hard_spot(world: World, start_s: float, end_s: float, number: int) -> Suspect:
+def hard_spot(world: World, start_s: float, end_s: float, key: str) -> Suspect:
     """Return the suspect of harder or softer material from one time to another."""
     u = _along(world, start_s, end_s)
     shape = {"start": start_s, "end": end_s}
@@ -67,7 +79,7 @@ def hard_spot(world: World, start_s: float, end_s: float, number: int) -> Suspec
     )
     knots = spline(np.clip(u, -0.2, 1.2), 9) * ((u > -0.2) & (u < 1.2))[:, None]
     return Suspect(
-        f"hard_spot {number}",
+        key,
         "hard_spot",
         rungs,
         ("t",),
@@ -108,7 +120,7 @@ def _tones(world: World, white: Array, number: int) -> list[Suspect]:
     window = np.hanning(n)
     power = np.sum(np.abs(np.fft.rfft(white * window, axis=1)) ** 2, axis=0)
     frequency = np.fft.rfftfreq(n, 1.0 / rate)
-    multiples = np.arange(1, 1 + int(2.0 * rate / turns)) * turns
+    multiples = np.arange(1, 1 + int(FOLDED * rate / turns)) * turns
     folded = np.abs(multiples - rate * np.round(multiples / rate))
     near = np.min(np.abs(frequency[:, None] - np.unique(folded)[None, :]), axis=1)
     first = np.abs(frequency - turns * np.round(frequency / turns))
@@ -116,13 +128,36 @@ def _tones(world: World, white: Array, number: int) -> list[Suspect]:
         (first < ALONG * turns) | (near < 1.5 / (n / rate)) | (frequency < LOWEST_HZ), 0.0, power
     )
     found: list[Suspect] = []
-    for k in range(TONES):
-        at = int(np.argmax(power))
+    for k, widths in enumerate((*TONES * (LINE,), WIDE)):
+        at, width = standing_out(power, len(white), widths)
         if power[at] <= 0.0:
             break
-        exact = _sharpened(white, rate, float(frequency[at]))
+        exact = float(frequency[at])
+        if width == 1:
+            exact = _sharpened(white, rate, exact)
         found += tone(world, exact, f"{number}.{k}", tries=n // 2)
-        power[np.abs(frequency - frequency[at]) < 8.0 / (n / rate)] = 0.0
+        power[np.abs(frequency - frequency[at]) < (8.0 + width // 2) / (n / rate)] = 0.0
+    return found
+
+
+def standing_out(power: Array, components: int, widths: Sequence[int]) -> tuple[int, int]:
+    """Return where power (f,) of white rows stands out most, and over how many frequencies.
+
+    Twice the log-likelihood ratio of a sum P of k exponentially distributed powers of mean 1 is
+    2 (P - k - k ln(P/k)); frequencies with no power are left out.
+    """
+    open_ = power > 0.0
+    some = power / max(float(np.mean(power[open_])) / components, 1e-300) if open_.any() else power
+    best, found = -np.inf, (0, widths[0])
+    for width in widths:
+        window = np.ones(width)
+        total = np.convolve(some, window, mode="same")
+        count = components * np.maximum(np.convolve(open_, window, mode="same"), 1.0)
+        more = np.maximum(total / count, 1.0)
+        ratio = np.where(open_, count * (more - 1.0 - np.log(more)), -np.inf)
+        at = int(np.argmax(ratio))
+        if ratio[at] > best:
+            best, found = float(ratio[at]), (at, width)
     return found
 
 
@@ -171,12 +206,12 @@ def on_each(world: World, course: Array) -> Array:
     return made.reshape(count, n, -1)
 
 
-def _bands(world: World, left: Array, number: int) -> Suspect:
-    """Return the factor on all forces that comes round in the work and explains most."""
-    rows = np.flatnonzero(world.waves.teeth.engaged > 0.0)
-    product = np.sum((world.simulated * left)[:, rows], axis=0)
-    power = np.sum((world.simulated**2)[:, rows], axis=0)
-    u = world.worn[rows]
+def _bands(world: World, forced: Array, white: Array, number: int) -> Suspect:
+    """Return the factor on all forces, white rows, that comes round and explains most."""
+    rows = _at_work(world, white)
+    product = np.sum((forced * white)[:, rows], axis=0)
+    power = np.sum((forced**2)[:, rows], axis=0)
+    u = world.worn[-white.shape[1] :][rows]
     best, found = 0.0, BANDS[0]
     for count in np.arange(*BANDS, 0.125):
         wave = np.exp(2j * np.pi * count * u)

@@ -14,6 +14,7 @@ from autodb.explain.suspects import Suspect, spline
 Array = NDArray[np.float64]
 
 KNOTS = 5
+TILTS = ("a.angle", "c.angle")
 BENT, LEVELLED = (1.6, 2.4), (0.15, 0.3, 0.6)
 """Powers of time, and times over that of the recording in which it levels off, of a drift."""
 HEATED = (0.1, 0.2, 0.4, 0.8, 1.6)
@@ -109,7 +110,7 @@ def _crosstalk(world: World) -> Suspect:
         *(rung(made[..., two], tries=len(both)) for two in both),
         rung(made),
     ]
-    return Suspect("crosstalk", "crosstalk", tuple(rungs), world.waves.names)
+    return Suspect("crosstalk", "crosstalk", tuple(rungs), world.waves.names, sure=True)
 
 
 def _table(world: World, tilted: Tilted) -> Iterator[Suspect]:
@@ -118,11 +119,11 @@ def _table(world: World, tilted: Tilted) -> Iterator[Suspect]:
     weight = constants.g * (tilted.rotation[:, 2] - np.array([[0.0], [0.0], [1.0]]))
     if np.ptp(weight) > 0.0:
         shape = rung(weight[kept][:, :, None], names=("mass",))
-        yield Suspect("table_gravity", "table_gravity", (shape,), ("a.angle", "c.angle"))
+        yield Suspect("table_gravity", "table_gravity", (shape,), TILTS, sure=True)
     swung = np.stack([_swung(tilted, at)[kept] for at in np.eye(3)], axis=-1)
     if np.ptp(swung) > 0.0:
         shape = rung(swung, names=("mass_x", "mass_y", "mass_z"))
-        yield Suspect("table_inertia", "table_inertia", (shape,), ("a.angle", "c.angle"))
+        yield Suspect("table_inertia", "table_inertia", (shape,), TILTS, sure=True)
 
 
 def _swung(tilted: Tilted, at: Array) -> Array:
