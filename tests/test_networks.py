@@ -104,6 +104,19 @@ def test_the_same_recordings_again_are_already_there(trained: Cli) -> None:
     assert "Network 1" in again.out
 
 
+def test_sensors_lists_what_a_machine_feels_and_what_it_does_not(trained: Cli) -> None:
+    done = trained("sensors", "mill-1")
+    assert done.code == 0
+    (drive, network) = (line for line in done.out.splitlines() if "force.x" in line)
+    assert "drive model" in drive
+    assert "x.drive_force" in drive
+    assert "8 recordings" in network
+    assert "nothing feels force.y, force.z: not sensed" in done.out
+    trained("machine", "add", "mill-2")
+    assert "nothing feels force.x, force.y, force.z" in trained("sensors", "mill-2").out
+    assert "no machine 'mill-9'" in trained("sensors", "mill-9").err
+
+
 def test_what_a_network_cannot_take_is_refused_in_one_line(trained: Cli) -> None:
     def refused(*arguments: str | os.PathLike[str]) -> str:
         ran = trained(*arguments)
@@ -129,3 +142,16 @@ def test_what_a_network_cannot_take_is_refused_in_one_line(trained: Cli) -> None
     assert "too short to train on" in refused("calibrate", short, *train)
     assert "--machine NAME" in refused("calibrate", FILES[0], "--network")
     assert "--protocol" in refused("calibrate", FILES[0], *train, "--protocol", "x")
+
+
+def test_sensors_lists_calibrated_ranges_and_why_one_is_not_used(
+    cli: Cli, sample_jobs: Path
+) -> None:
+    recordings = sample_jobs / "stepped_shaft" / "recordings"
+    cli("init")
+    cli("machine", "add", "lathe-1")
+    cli("import", recordings / "standard-cuts.csv", "--machine", "lathe-1")
+    cli("calibrate", "--machine", "lathe-1")
+    lines = [line for line in cli("sensors", "lathe-1").out.splitlines() if "force." in line]
+    assert [line.split()[0] for line in lines] == ["force.x", "force.y", "force.z"]
+    assert all("current range" in line for line in lines)

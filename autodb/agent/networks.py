@@ -140,7 +140,7 @@ def _drives(session: Session, owner: models.Machine, recording: Recording) -> "d
 
 def _same(session: Session, machine: str, ids: Sequence[int]) -> Trained | None:
     """Return the newest version where it was trained on the same recordings."""
-    rows = _newest(session, find_machine(session, machine).id)
+    rows = newest_network(session, find_machine(session, machine).id)
     if not rows or {one.id for one in rows[0].recordings} != set(ids):
         return None
     from autodb.sensing.lstm.recordings import Scored
@@ -150,7 +150,7 @@ def _same(session: Session, machine: str, ids: Sequence[int]) -> Trained | None:
     return Trained(rows[0].version, len(ids), on_air, scores, already_there=True)
 
 
-def _newest(session: Session, machine_id: int) -> list[models.Estimator]:
+def newest_network(session: Session, machine_id: int) -> list[models.Estimator]:
     """Return the rows of the newest version, a component each."""
     own = (models.Estimator.machine_id == machine_id, models.Estimator.kind == KIND)
     newest = session.scalar(select(func.max(models.Estimator.version)).where(*own))
@@ -169,7 +169,7 @@ def _keep(
     from autodb.sensing.lstm.kept import of_bytes
 
     owner = find_machine(session, machine)
-    before = _newest(session, owner.id)
+    before = newest_network(session, owner.id)
     version = before[0].version + 1 if before else 1
     box = of_bytes(content).box
     shown = [*(f"load of {axis.name}" for axis in box.axes if box.hears), *box.seen]
@@ -214,7 +214,7 @@ def forces_on_machine(
 
     with store.reading() as session:
         owner = find_machine(session, machine)
-        rows = _newest(session, owner.id)
+        rows = newest_network(session, owner.id)
         if not rows:
             raise UnusableInput(
                 f"machine '{machine}' has no network; 'autodb calibrate CUT… --machine {machine} "

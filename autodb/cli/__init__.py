@@ -20,6 +20,7 @@ from autodb.cli import (
     proving,
     reconstructing,
     scaling,
+    sensing,
     standard,
     sweeping,
 )
@@ -42,6 +43,7 @@ app.command("sweep")(sweeping.sweep)
 app.command("identify")(identifying.identify)
 app.command("scale")(scaling.scale)
 app.command("reconstruct")(reconstructing.reconstruct)
+app.command("sensors")(sensing.sensors)
 app.command("refresh")(learning.refresh)
 app.command("predict")(answers.predict)
 app.command("lookup")(looking_up.lookup)
