@@ -196,7 +196,7 @@ def test_nothing_missing_where_nothing_is(milled: Cli, angle_deg: Array | None) 
 @pytest.mark.parametrize(
     ("side", "said"),
     [
-        (SIDE.replace('work = "C45"', ""), "work and [tool] name would work"),
+        (SIDE.replace('work = "C45"', ""), "a side file with [recording] work and [tool] name"),
         (SIDE.replace("C45", "Ti6Al4V"), "has not learnt Ti6Al4V / mill-10"),
         (SIDE.replace('operation = "side-up"', ""), "[cut] operation would work"),
         (SIDE.replace("depth_mm = 2.0", ""), "depth_mm"),

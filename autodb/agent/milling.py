@@ -61,8 +61,8 @@ def known_pair(session: Session, owner: models.Machine, recording: Recording) ->
     material, tool = recording.side.recording.work, recording.side.tool.name
     if material is None or tool is None:
         raise UnusableInput(
-            f"{recording.path}: its forces are of no known work-tool pair; a side file with "
-            "[recording] work and [tool] name would work, or --simulation FILE with force.*"
+            f"{recording.path}: its forces are of no known work-tool pair; --simulation FILE "
+            "with force.* would work, or a side file with [recording] work and [tool] name"
         )
     known = known_of(session, owner, material, tool)
     if not known.own:

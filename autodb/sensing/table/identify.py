@@ -1,0 +1,159 @@
+"""Zero, mass and lever arm of a table dynamometer from moves of the table without a cut.
+
+The zero from rest upright; the mass from what rest in other tilts adds, least squares over the
+rests (P4 section 4); the moments m r from what turning adds. A moment that no move excited is said
+by name: a component along the axis that turns shows only while another axis speeds up.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.errors import UnusableInput
+from autodb.records import Recording
+from autodb.sensing.table.kinematics import Kinematics
+from autodb.sensing.table.model import G_M_S2, TableModel, TableMotion, readings, table_motion
+
+Array = NDArray[np.float64]
+
+CUTOFF_HZ = 20.0
+"""Frequency up to which moves in air are looked at. Chosen: tables turn more slowly."""
+STILL_RAD_S = 0.002
+"""Rate below which an axis rests. Chosen."""
+SHORTEST_S, SETTLING_S = 0.5, 0.3
+"""Length of a rest that counts, and its first part, in which the table still swings. Chosen."""
+UPRIGHT, TILTED = 1e-4, 0.02
+"""1 − cos of the lean up to which a table is upright, and from which on it tells a mass (11°)."""
+TOLD_M = 0.01
+"""Standard deviation of a lever arm above which it is not told. Chosen."""
+BLOCK_S = 0.5
+"""Length of blocks whose errors are taken as independent."""
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A rest: mean reading and its scatter (3,), N, and what a kilogram adds there (3,)."""
+
+    mean_N: Array
+    sd_N: Array
+    per_kg: Array
+
+    @property
+    def lean(self) -> float:
+        """1 − cos of how far the sensor's z leans from upright."""
+        return float(-self.per_kg[2] / G_M_S2)
+
+
+@dataclass(frozen=True)
+class Turned:
+    """A recording: readings (3, n) and how the table moved."""
+
+    recording: Recording
+    read_N: Array
+    motion: TableMotion
+
+    def rests(self) -> Iterator[Rest]:
+        """Give every rest that is long enough, without its beginning."""
+        still = (np.abs(self.motion.rates) < STILL_RAD_S).all(axis=0)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(np.int8), [0]])))
+        rate_hz = self.recording.rate_hz
+        columns = self.motion.columns()
+        for begin, end in zip(edges[::2], edges[1::2], strict=True):
+            rows = slice(begin + round(SETTLING_S * rate_hz), end)
+            if end - begin >= (SHORTEST_S + SETTLING_S) * rate_hz:
+                read = self.read_N[:, rows]
+                yield Rest(read.mean(axis=1), read.std(axis=1), columns[:, rows, 0].mean(axis=1))
+
+
+def identify_table(
+    recordings: Sequence[Recording], kinematics: Kinematics, *, cutoff_hz: float = CUTOFF_HZ
+) -> TableModel:
+    """Return what recordings of moves without a cut tell of a table dynamometer.
+
+    Raises UnusableInput where no rest upright or no tilted one is among them, or a channel is
+    missing.
+    """
+    seen = [
+        Turned(
+            one,
+            readings(one, cutoff_hz=cutoff_hz),
+            table_motion(one, kinematics, cutoff_hz=cutoff_hz),
+        )
+        for one in recordings
+    ]
+    rests = [rest for one in seen for rest in one.rests()]
+    _refuse_untold(recordings[0], rests)
+    zero_N = np.mean([rest.mean_N for rest in rests if rest.lean < UPRIGHT], axis=0)
+    noise_N = np.sqrt(np.mean([rest.sd_N**2 for rest in rests], axis=0))
+    mass_kg, mass_sd = _mass(rests, zero_N)
+    moments, covariance, lacking = _moments(seen, zero_N, mass_kg)
+    whole = np.zeros((4, 4))
+    whole[0, 0], whole[1:, 1:] = mass_sd**2, covariance
+    return TableModel(
+        kinematics, zero_N, mass_kg, moments, whole, noise_N, cutoff_hz, tuple(lacking)
+    )
+
+
+def _refuse_untold(recording: Recording, rests: Sequence[Rest]) -> None:
+    if not any(rest.lean < UPRIGHT for rest in rests):
+        raise UnusableInput(
+            f"{recording.path}: the table never rests upright for {SHORTEST_S + SETTLING_S:g} s; a "
+            "rest there, which tells the sensor's zero, would work"
+        )
+    if not any(rest.lean > TILTED for rest in rests):
+        raise UnusableInput(
+            f"{recording.path}: the table never rests tilted by 12° or more; rests in some tilts, "
+            "which tell the mass, would work"
+        )
+
+
+def _mass(rests: Sequence[Rest], zero_N: Array) -> tuple[float, float]:
+    """Return the mass and its sd, each rest and component one reading."""
+    per_kg = np.concatenate([rest.per_kg for rest in rests])
+    added = np.concatenate([rest.mean_N - zero_N for rest in rests])
+    inner = float(per_kg @ per_kg)
+    mass = float(per_kg @ added) / inner
+    left = added - mass * per_kg
+    count = int(np.sum(np.abs(per_kg) > TILTED))
+    scatter = float(left @ left) / max(count - 1, 1)
+    return mass, float(np.sqrt(scatter / inner))
+
+
+def _moments(
+    seen: Sequence[Turned], zero_N: Array, mass_kg: float
+) -> tuple[Array, Array, list[str]]:
+    """Return moments (3,), their covariance (3, 3), and what no move told of them, in words."""
+    inner, right = np.zeros((3, 3)), np.zeros(3)
+    blocks = []
+    for one in seen:
+        columns = one.motion.columns()
+        left = one.read_N - zero_N[:, None] - mass_kg * columns[:, :, 0]
+        length = max(1, round(BLOCK_S * one.recording.rate_hz))
+        for begin in range(0, left.shape[1], length):
+            rows = slice(begin, begin + length)
+            swung, rest = columns[:, rows, 1:].reshape(-1, 3), left[:, rows].ravel()
+            inner += swung.T @ swung
+            right += swung.T @ rest
+            blocks.append((swung, rest))
+    if np.max(np.abs(inner)) == 0.0:
+        return np.zeros(3), np.zeros((3, 3)), [_untold(k) for k in range(3)]
+    moments = np.linalg.pinv(inner, rcond=1e-9) @ right
+    # Errors go together within a block: the covariance is that of the blocks' sums
+    pushes = np.array([swung.T @ (rest - swung @ moments) for swung, rest in blocks])
+    inverse = np.linalg.pinv(inner, rcond=1e-9)
+    covariance = inverse @ (pushes.T @ pushes) @ inverse
+    weak = np.diag(inner) < 1e-9 * np.max(np.diag(inner))
+    untold = weak | (np.sqrt(np.diag(covariance)) > TOLD_M * mass_kg)
+    moments = np.where(untold, 0.0, moments)
+    covariance[untold, :] = covariance[:, untold] = 0.0
+    return moments, covariance, [_untold(int(k)) for k in np.flatnonzero(untold)]
+
+
+def _untold(component: int) -> str:
+    name = "xyz"[component]
+    return (
+        f"the lever arm's {name} is not told: turn the table about an axis that is not along the "
+        f"sensor's {name}, with sharp starts and stops"
+    )
