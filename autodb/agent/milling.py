@@ -67,8 +67,8 @@ def known_pair(session: Session, owner: models.Machine, recording: Recording) ->
     known = known_of(session, owner, material, tool)
     if not known.own:
         raise UnusableInput(
-            f"{recording.path}: {owner.name} has not learnt {material} / {tool}; 'autodb refresh' "
-            "with cuts of this pair would work, or --simulation FILE with force.*"
+            f"{recording.path}: {owner.name} has not learnt {material} / {tool}; --simulation FILE "
+            "with force.* would work, or 'autodb refresh' with cuts of this pair"
         )
     return known
 

@@ -19,10 +19,8 @@ from autodb.prove.network_summary import (
     FUSED,
     GREY,
     KNOWN,
-    LIGHTER,
     NETWORK,
     OWN,
-    TOUGHER,
     NetBand,
     NetHeld,
     NetTold,
@@ -37,7 +35,6 @@ from autodb.sensing.lstm.stream import forces
 from autodb.sensing.reconstruct import DriveModel, reconstruct
 from autodb.virtual.reference_mill import TRUTH_HZ, MillAxis, draw_mill, swept_axis
 from autodb.virtual.reference_mill_moves import AXES, RATE_HZ
-from autodb.virtual.reference_milling import C45, LIGHT, TOUGH, Work
 from autodb.virtual.reference_plan import TESTS, TRAINING, Planned, RecordedCut, recorded
 
 Array = NDArray[np.float64]
@@ -70,9 +67,9 @@ class Machine:
             },
         )
 
-    def cuts(self, planned: Sequence[Planned], work: Work = C45) -> list[RecordedCut]:
+    def cuts(self, planned: Sequence[Planned]) -> list[RecordedCut]:
         """Record cuts of the plan."""
-        return [recorded(self.seed, self.mill, one, work) for one in planned]
+        return [recorded(self.seed, self.mill, one) for one in planned]
 
     @property
     def drives(self) -> dict[str, Drive]:
@@ -111,9 +108,6 @@ def run(seed: int) -> list[NetTold | NetHeld | NetBand]:
         *_held(GREY, OWN, tests, [one[1] for one in heard]),
         *_held(FUSED, OWN, tests, [_fused(together, one) for one in heard]),
     ]
-    for name, work in ((LIGHTER, LIGHT), (TOUGHER, TOUGH)):
-        cuts = machine.cuts(TESTS, work)
-        held += _held(GREY, name, cuts, [_grey(box, tables, cut) for cut in cuts])
     other = Machine.swept(seed + 500)
     cuts, theirs = other.cuts(TESTS), box.tables(other.drives)
     held += _held(GREY, ANOTHER, cuts, [_grey(box, theirs, cut) for cut in cuts])

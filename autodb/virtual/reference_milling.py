@@ -7,7 +7,6 @@ the normal of the feed towards the feed.
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,24 +20,6 @@ TEETH, RADIUS_MM = 4, 5.0  # P0 section 2.1
 HELIX_DEG = (38.0, 35.0, 38.0, 35.0)  # P0 section 2.1: variable helix; which tooth has which chosen
 CHIP_N_MM2 = {"tangential": 2150.0, "radial": 850.0, "axial": 300.0}  # chosen
 EDGE_N_MM = {"tangential": 20.0, "radial": 17.0}  # chosen
-
-
-@dataclass(frozen=True)
-class Work:
-    """What is cut: force a mm² of chip and a mm of edge, by direction."""
-
-    chip_N_mm2: Mapping[str, float]
-    edge_N_mm: Mapping[str, float]
-
-
-C45 = Work(CHIP_N_MM2, EDGE_N_MM)
-# Others, no real ones: lighter, and tougher with more thrust; chosen
-LIGHT = Work(
-    {"tangential": 900.0, "radial": 280.0, "axial": 130.0}, {"tangential": 9.0, "radial": 7.0}
-)
-TOUGH = Work(
-    {"tangential": 2500.0, "radial": 1250.0, "axial": 350.0}, {"tangential": 28.0, "radial": 30.0}
-)
 ORDERS = 12  # of the revolution: three of tooth passing
 GRID, SLICES = 720, 12
 DRILL_N = 55.0  # axial force of plunging at the feed of the pockets; chosen
@@ -61,7 +42,7 @@ class Engagement:
         return (0.0, covered) if self.up else (math.pi - covered, math.pi)
 
 
-def orders(cut: Engagement, work: Work = C45) -> Complex:
+def orders(cut: Engagement) -> Complex:
     """Fourier coefficients (3, ORDERS + 1) of the force along feed, normal, axis over a revolution.
 
     Force(theta) = Re sum c_k exp(i k theta). Chips are h = f sin(phi), and what the tooth runs out
@@ -78,21 +59,21 @@ def orders(cut: Engagement, work: Work = C45) -> Complex:
             phi = (theta - lag) % (2.0 * math.pi)
             chip = cut.feed_mm * np.sin(phi) + out[tooth] - out[tooth - 1]
             in_cut = (phi >= low) & (phi <= high) & (chip > 0.0)
-            total += _of_tooth(phi, chip, work) * (in_cut * cut.depth_mm / SLICES)
+            total += _of_tooth(phi, chip) * (in_cut * cut.depth_mm / SLICES)
     found = np.fft.rfft(total, axis=1)[:, : ORDERS + 1] / GRID
     found[:, 1:] *= 2.0
     return np.asarray(found, dtype=np.complex128)
 
 
-def _of_tooth(phi: Array, chip: Array, work: Work) -> Array:
+def _of_tooth(phi: Array, chip: Array) -> Array:
     """Force a mm of depth (3, n): F_x = -F_t cos - F_r sin, F_y = F_t sin - F_r cos."""
-    tangential = work.chip_N_mm2["tangential"] * chip + work.edge_N_mm["tangential"]
-    radial = work.chip_N_mm2["radial"] * chip + work.edge_N_mm["radial"]
+    tangential = CHIP_N_MM2["tangential"] * chip + EDGE_N_MM["tangential"]
+    radial = CHIP_N_MM2["radial"] * chip + EDGE_N_MM["radial"]
     return np.array(
         [
             -tangential * np.cos(phi) - radial * np.sin(phi),
             tangential * np.sin(phi) - radial * np.cos(phi),
-            work.chip_N_mm2["axial"] * chip,
+            CHIP_N_MM2["axial"] * chip,
         ]
     )
 
