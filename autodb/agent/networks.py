@@ -69,6 +69,7 @@ def train(
     need_torch()
     from autodb.sensing.lstm import learning
     from autodb.sensing.lstm.kept import to_bytes
+    from autodb.sensing.lstm.network import device
     from autodb.sensing.lstm.recordings import known_of, rate_of, scored
 
     recordings = [_read(path, columns) for path in files]
@@ -87,7 +88,7 @@ def train(
         return old
     plan = learning.plan_of(known)
     box = learning.fit(
-        known, drives, rate_hz=rate_hz, plan=plan, folder=folder,
+        known, drives, rate_hz=rate_hz, plan=plan, folder=folder, device=device(),
         progress=lambda member, epoch, _: progress(
             f"network {member + 1} of {learning.MEMBERS}, epoch {epoch} of {plan.epochs}"
         ),

@@ -24,7 +24,7 @@ from autodb.sensing.lstm.greybox import (
     loads_of,
     seen_of,
 )
-from autodb.sensing.lstm.network import Shape
+from autodb.sensing.lstm.network import Shape, Stacked
 from autodb.sensing.lstm.stream import forces
 from autodb.sensing.lstm.training import Plan, Rows, trained
 
@@ -82,17 +82,37 @@ def fit(
         for load, one in zip(loads, recordings, strict=True)
     ]
     scaled = _scaled(shown, left)
+    others = left_out(len(recordings))
     sequences = [
         Rows(*_later((x - scaled.middle) / scaled.size, r / scaled.told_N))
-        for x, r in zip(shown, left, strict=True)
+        for k, (x, r) in enumerate(zip(shown, left, strict=True))
+        if k not in others
     ]
-    others = left_out(len(recordings))
-    kept = [k for k in range(len(recordings)) if k not in others] or others
-    shape = Shape(shown[0].shape[1], 2 * len(box.components), CELLS, LAYERS)
-    members = tuple(
+    every = np.concatenate(shown)
+    box = replace(
+        box,
+        low=every.min(axis=0),
+        high=every.max(axis=0),
+        scaled=scaled,
+        members=_members(sequences, plan, folder, device, progress),
+        cutoff_hz=_coherent(box, loads, recordings),
+    )
+    return replace(box, wider=_wider(box, [recordings[k] for k in others], tables))
+
+
+def _members(
+    sequences: Sequence[Rows],
+    plan: Plan,
+    folder: Path | None,
+    device: str,
+    progress: Callable[[int, int, float], None],
+) -> tuple[Stacked, ...]:
+    """Return networks trained alike, from seeds of their own."""
+    inputs, outputs = sequences[0].inputs.shape[1], 2 * sequences[0].targets.shape[1]
+    return tuple(
         trained(
-            [sequences[k] for k in kept],
-            shape,
+            sequences,
+            Shape(inputs, outputs, CELLS, LAYERS),
             replace(plan, seed=plan.seed + number),
             loss,
             folder=folder,
@@ -101,20 +121,10 @@ def fit(
         ).to(torch.device("cpu"))
         for number in range(MEMBERS)
     )
-    every = np.concatenate(shown)
-    box = replace(
-        box,
-        low=every.min(axis=0),
-        high=every.max(axis=0),
-        scaled=scaled,
-        members=members,
-        cutoff_hz=_coherent(box, loads, recordings),
-    )
-    return replace(box, wider=_wider(box, [recordings[k] for k in others], tables))
 
 
 def left_out(count: int) -> list[int]:
-    """Return which of so many recordings ``fit`` does not train on, one at least."""
+    """Return which of so many recordings, two at least, ``fit`` does not train on."""
     return list(range(min(LEFT_OUT, count) - 1, count, LEFT_OUT))
 
 

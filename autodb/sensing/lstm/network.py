@@ -46,6 +46,11 @@ class Stacked(nn.Module):
         return self.head(self.last(hidden)), state
 
 
+def device() -> str:
+    """Return where networks are trained: on a GPU where there is one."""
+    return "cuda" if torch.cuda.is_available() else "cpu"
+
+
 def side_by_side(members: Sequence[Stacked]) -> Stacked:
     """Return one network that is several of one shape beside each other, their outputs in turn.
 
