@@ -168,7 +168,9 @@ def test_run_out_is_found_and_kept_as_a_mismatch(milled: Cli) -> None:
     for channel, answer in _answer(ran).items():
         missing = {c["term"]: c for c in answer["missing"] if c["kind"] == "missing"}
         if channel != "force.z":
-            assert set(missing) == {"runout"}
+            # The belief's edge fades under thin chips, this truth's does not: that may be said too
+            assert "runout" in missing
+            assert set(missing) <= {"runout", "size_effect"}
             out = missing["runout"]["parameters"]
             for tooth, mm in enumerate(OUT):
                 assert abs(out[f"tooth {tooth}"]["value"] - mm) < 0.0015
