@@ -37,9 +37,9 @@ bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks
 
 # every proof; killed in the middle it goes on where it was
-prove: $(VENV)/.core
+prove: $(VENV)/.dev
 	failed=0; \
-	for name in published-axis axis-field published-mill mill-forces axis-intervals pair-curve explain day; do \
+	for name in published-axis axis-field published-mill mill-forces mill-networks axis-intervals pair-curve explain day; do \
 	  $(BIN)/autodb prove $$name --out prove-out || failed=1; \
 	done; exit $$failed
 
