@@ -90,16 +90,18 @@ def since_reversal(direction: Array, position_mm: Array) -> tuple[Array, Array]:
     return sense, np.asarray(way, dtype=np.float64)
 
 
-def presliding(
-    direction: Array, position_mm: Array, *, distance_mm: float, before: float = 0.0
-) -> Array:
+def presliding(direction: Array, position_mm: Array, *, distance_mm: float) -> Array:
     """Friction rises smoothly over a small way after a reversal and is held at standstill, (n,).
 
     The direction is replaced by z: dz/dx = (1 − z·sgn v)/s₀, solved between reversals,
     z = sgn v·(1 − (1 − sgn v·z₀)·exp(−way/s₀)) with z₀ where the last move ended; before the first
-    move z = ``before``, of a stream what its rows before left. Source: P. Dahl 1968 (solid friction
-    model, first-order form); P2 names the gap.
+    move z = 0. Source: P. Dahl 1968 (solid friction model, first-order form); P2 names the gap.
     """
+    return slid(direction, position_mm, distance_mm=distance_mm, before=0.0)
+
+
+def slid(direction: Array, position_mm: Array, *, distance_mm: float, before: float) -> Array:
+    """Return z of ``presliding`` where it was ``before`` when the first row began."""
     sense, way = since_reversal(direction, position_mm)
     edges = np.flatnonzero(np.diff(sense) != 0) + 1
     starts = np.concatenate([[0], edges, [len(sense)]])

@@ -17,7 +17,7 @@ from autodb.sensing.axis_model import stored_parts
 from autodb.sensing.motion import NOISE_BAND, noise_sd
 from autodb.sensing.reconstruct import DriveModel
 from autodb.terms.channel import Part, predict
-from autodb.terms.friction import STANDSTILL_MM_S, direction, presliding, since_reversal
+from autodb.terms.friction import STANDSTILL_MM_S, direction, since_reversal, slid
 
 Array = NDArray[np.float64]
 Channels = Mapping[str, Array]
@@ -220,7 +220,7 @@ class AxisLoad:
         begun = self._turn[0] != 0.0
         sense = np.concatenate([[self._turn[0]], raw]) if begun else raw
         place = np.concatenate([[self._turn[1]], x]) if begun else x
-        z = presliding(sense, place, distance_mm=self._tables.slides_mm[0], before=self._before)
+        z = slid(sense, place, distance_mm=self._tables.slides_mm[0], before=self._before)
         turned, _ = since_reversal(sense, place)
         first = np.flatnonzero(np.diff(turned) != 0) + 1
         if len(first):
