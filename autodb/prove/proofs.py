@@ -32,6 +32,8 @@ from autodb.prove import (
     network_summary,
     pair_run,
     summary,
+    table_run,
+    table_summary,
 )
 from autodb.prove.axis_run import Told
 from autodb.prove.curve_plans import Planned
@@ -64,6 +66,7 @@ from autodb.virtual import (
     reference_milling,
     reference_moves,
     reference_plan,
+    reference_table,
 )
 from autodb.virtual.concealed import (
     mill_cases,
@@ -272,6 +275,16 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=network_summary.summary_of,
         read=network_summary.read,
         generator=(*REFERENCE_MILL, reference_plan),
+    ),
+    Proof(
+        name="table",
+        what="forces on tables that tilt, with sensors that chips heat: the published way, and ours",
+        runs=20,
+        run=table_run.run,
+        kept=TypeAdapter(Finished[table_summary.Judged]),
+        score=table_summary.summary_of,
+        read=table_summary.read,
+        generator=(reference_table,),
     ),
     Proof(
         name="pairs",

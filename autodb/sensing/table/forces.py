@@ -1,7 +1,7 @@
 """Process forces in machine axes from what a dynamometer on a table read.
 
-F_P = T⁻¹ (F_M − zero − F_G − F_CF − F_E − heat), P4 equation 8 with what it leaves out. Chips heat
-the sensor (P4 section 5.2): in each recording its drift, level · u with T du/dt = cutting − u
+F_P = T⁻¹ (S⁻¹ (F_M − zero) − F_G − F_CF − F_E − heat), P4 equation 8 with what it leaves out. Chips
+heat the sensor (P4 section 5.2): in each recording its drift, level · u with T du/dt = cutting − u
 (``terms.table.thermal_drift``), is told by the rows in which nothing is cut, each component by its
 own level, all by one time constant.
 """
@@ -43,7 +43,9 @@ class TableForces:
 
 @dataclass(frozen=True)
 class Heat:
-    """A drift (3, n), N, and the variance (3, n) of what is not known of it."""
+    """A drift (3, n), N, and the variance (3, n) of what is not known of it, with that of what air
+    leaves beside it.
+    """
 
     drift_N: Array
     variance: Array
@@ -71,19 +73,19 @@ def table_forces(
         )
     motion = table_motion(recording, model.kinematics, cutoff_hz=model.cutoff_hz)
     columns = motion.columns()
-    parameters = np.concatenate([[model.mass_kg], model.moment_kg_m])
-    known = columns @ parameters
+    known = model.added_N(columns)
     if removed_kg is not None:
         # What left the sensor weighs no more, upright neither
         known -= removed_kg * (columns[:, :, 0] + G_M_S2 * UP[:, None])
-    read = readings(recording, cutoff_hz=cutoff_hz)
-    left = read - model.zero_N[:, None] - known
+    left = model.felt_N(readings(recording, cutoff_hz=cutoff_hz)) - known
     heat = heat_of(left, cutting, recording.t_s)
-    by_model = np.einsum("cni,ij,cnj->cn", columns, model.covariance, columns)
-    share = np.sqrt(cutoff_hz / model.cutoff_hz) if cutoff_hz > model.cutoff_hz else 1.0
-    variance = by_model + (share * model.noise_N[:, None]) ** 2 + heat.variance
+    process = left - heat.drift_N
+    share = np.sqrt(max(1.0, cutoff_hz / model.cutoff_hz))
+    variance = model.variance(columns, process) + np.maximum(
+        (share * model.noise_N[:, None]) ** 2, heat.variance
+    )
     back = np.swapaxes(motion.rotation, 0, 1)
-    force = np.einsum("ijn,jn->in", back, left - heat.drift_N)
+    force = np.einsum("ijn,jn->in", back, process)
     sd = np.sqrt(np.einsum("ijn,jn->in", back**2, variance))
     return TableForces(force, sd, heat.drift_N, heat.time_constant_s, heat.why)
 
@@ -129,6 +131,7 @@ def _heated(
     alike = max(1.0, _together(rest))
     scatter = rest.var(axis=1) * alike
     variance = scatter[:, None] * np.einsum("ni,ij,nj->n", columns, inner, columns)
+    variance = variance + rest.var(axis=1)[:, None]
     return drift, variance, float(np.sum(rest**2)), time_s
 
 

@@ -1,8 +1,10 @@
 """Zero, mass and lever arm of a table dynamometer from moves of the table without a cut.
 
-The zero from rest upright; the mass from what rest in other tilts adds, least squares over the
-rests (P4 section 4); the moments m r from what turning adds. A moment that no move excited is said
-by name: a component along the axis that turns shows only while another axis speeds up.
+The zero from rest upright; mass and the sensor's matrix from what rest in other tilts adds, least
+squares over the rests (P4 section 4, with the mass alone): what a component reads of a weight that
+does not lie along it is crosstalk. How sensitive the sensor is as a whole cannot be told from the
+mass and stays as calibrated. Moments m r from what turning adds. A moment that no move excited is
+said by name: a component along the axis that turns shows only while another axis speeds up.
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,8 +28,13 @@ SHORTEST_S, SETTLING_S = 0.5, 0.3
 """Length of a rest that counts, and its first part, in which the table still swings. Chosen."""
 UPRIGHT, TILTED = 1e-4, 0.02
 """1 − cos of the lean up to which a table is upright, and from which on it tells a mass (11°)."""
+SHARE_SD, GAIN_SD = 0.03, 0.005
+"""Standard deviations of what a component reads of another (that of ``terms.table.crosstalk``),
+and of its own sensitivity, before anything was told. Chosen."""
 TOLD_M = 0.01
 """Standard deviation of a lever arm above which it is not told. Chosen."""
+STEPS = 6
+"""Of Gauss and Newton to mass and matrix, whose product is what rests tell."""
 BLOCK_S = 0.5
 """Length of blocks whose errors are taken as independent."""
 
@@ -87,13 +94,12 @@ def identify_table(
     _refuse_untold(recordings[0], rests)
     zero_N = np.mean([rest.mean_N for rest in rests if rest.lean < UPRIGHT], axis=0)
     noise_N = np.sqrt(np.mean([rest.sd_N**2 for rest in rests], axis=0))
-    mass_kg, mass_sd = _mass(rests, zero_N)
-    moments, covariance, lacking = _moments(seen, zero_N, mass_kg)
-    whole = np.zeros((4, 4))
-    whole[0, 0], whole[1:, 1:] = mass_sd**2, covariance
+    mass_kg, matrix, weighed = _weighed(rests, zero_N)
+    moments, swung, lacking = _moments(seen, zero_N, mass_kg, matrix)
     return TableModel(
-        kinematics, zero_N, mass_kg, moments, whole, noise_N, cutoff_hz, tuple(lacking)
-    )
+        kinematics, zero_N, mass_kg, matrix, weighed, moments, swung, noise_N, cutoff_hz,
+        tuple(lacking),
+    )  # fmt: skip
 
 
 def _refuse_untold(recording: Recording, rests: Sequence[Rest]) -> None:
@@ -109,27 +115,40 @@ def _refuse_untold(recording: Recording, rests: Sequence[Rest]) -> None:
         )
 
 
-def _mass(rests: Sequence[Rest], zero_N: Array) -> tuple[float, float]:
-    """Return the mass and its sd, each rest and component one reading."""
-    per_kg = np.concatenate([rest.per_kg for rest in rests])
-    added = np.concatenate([rest.mean_N - zero_N for rest in rests])
-    inner = float(per_kg @ per_kg)
-    mass = float(per_kg @ added) / inner
-    left = added - mass * per_kg
-    count = int(np.sum(np.abs(per_kg) > TILTED))
-    scatter = float(left @ left) / max(count - 1, 1)
-    return mass, float(np.sqrt(scatter / inner))
+def _weighed(rests: Sequence[Rest], zero_N: Array) -> tuple[float, Array, Array]:
+    """Return mass, matrix (3, 3) and the covariance (10, 10) of both, each rest one reading."""
+    per_kg = np.array([rest.per_kg for rest in rests])
+    added = np.array([rest.mean_N for rest in rests]) - zero_N
+    tilted = int(np.sum(np.array([rest.lean for rest in rests]) > TILTED))
+    mass = float(np.sum(per_kg * added) / np.sum(per_kg**2))
+    matrix, scatter = np.eye(3), np.var(added - mass * per_kg, axis=0)
+    prior_sd = np.where(np.eye(3) > 0.0, GAIN_SD, SHARE_SD).ravel()
+    prior = np.diag(np.concatenate([[0.0], prior_sd**-2]))
+    for _ in range(STEPS):
+        slopes = np.zeros((len(rests), 3, 10))
+        slopes[:, :, 0] = per_kg @ matrix.T
+        for i in range(3):
+            slopes[:, i, 1 + 3 * i : 4 + 3 * i] = mass * per_kg
+        left = added - mass * per_kg @ matrix.T
+        scatter = np.maximum(np.sum(left**2, axis=0) / max(tilted - 3, 1), 1e-12)
+        inner = np.einsum("rij,i,rik->jk", slopes, 1.0 / scatter, slopes) + prior
+        right = np.einsum("rij,i,ri->j", slopes, 1.0 / scatter, left)
+        right[1:] -= (matrix - np.eye(3)).ravel() / prior_sd**2
+        step = np.linalg.solve(inner, right)
+        mass, matrix = mass + float(step[0]), matrix + step[1:].reshape(3, 3)
+    return mass, matrix, np.linalg.inv(inner)
 
 
 def _moments(
-    seen: Sequence[Turned], zero_N: Array, mass_kg: float
+    seen: Sequence[Turned], zero_N: Array, mass_kg: float, matrix: Array
 ) -> tuple[Array, Array, list[str]]:
     """Return moments (3,), their covariance (3, 3), and what no move told of them, in words."""
     inner, right = np.zeros((3, 3)), np.zeros(3)
     blocks = []
     for one in seen:
         columns = one.motion.columns()
-        left = one.read_N - zero_N[:, None] - mass_kg * columns[:, :, 0]
+        felt = np.linalg.solve(matrix, one.read_N - zero_N[:, None])
+        left = felt - mass_kg * columns[:, :, 0]
         length = max(1, round(BLOCK_S * one.recording.rate_hz))
         for begin in range(0, left.shape[1], length):
             rows = slice(begin, begin + length)

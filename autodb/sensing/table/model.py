@@ -1,8 +1,10 @@
 """What of a table dynamometer's reading is not the process: zero, weight, inertia.
 
-F_M = T F_P + F_G + F_CF + F_E (P4 equation 3), tared upright with the mass m_0 on it:
-F_G = m g T e_z − m_0 g e_z (5), F_CF + F_E = ω × (ω × m r) + ω' × m r (6, 7), in the dynamometer's
-frame. Mass m and moments m r are linear in it.
+F_M = S (T F_P + F_G + F_CF + F_E) + zero (P4 equation 3 through the sensor's matrix S), tared
+upright with the mass m_0 on it: F_G = m g T e_z − m_0 g e_z (5), F_CF + F_E = ω × (ω × m r) +
+ω' × m r (6, 7), in the dynamometer's frame. Mass m and moments m r are linear in it. S is 1 but for
+shares of one component in another (``terms.table.crosstalk``), a sensor turned on its table, and
+components that are not as sensitive as their calibration says; P4 leaves it out.
 """
 
 from collections.abc import Mapping
@@ -30,18 +32,21 @@ UP = np.array([0.0, 0.0, 1.0])
 class TableModel:
     """What was identified of a table dynamometer.
 
-    ``zero_N`` (3,): reading upright and at rest; ``mass_kg`` on the sensor; ``moment_kg_m`` (3,):
-    mass times the place of its centre from the centre of rotation, in the dynamometer's frame;
-    ``covariance`` (4, 4) of mass and moments; ``noise_N`` (3,): what it leaves at rest, low-passed
-    at ``cutoff_hz``; ``not_excited``: what no move told, and the move that would, by sentence: its
-    moment is then 0.
+    ``zero_N`` (3,): reading upright and at rest; ``mass_kg`` on the sensor; ``matrix`` (3, 3): what
+    it reads of a force in each component; ``weighed`` (10, 10): covariance of the mass and the
+    matrix, row by row; ``moment_kg_m`` (3,): mass times the place of its centre from the centre of
+    rotation, in the dynamometer's frame, and their covariance ``swung`` (3, 3); ``noise_N`` (3,):
+    what it leaves at rest, low-passed at ``cutoff_hz``; ``not_excited``: what no move told, and the
+    move that would, by sentence: its moment is then 0.
     """
 
     kinematics: Kinematics
     zero_N: Array
     mass_kg: float
+    matrix: Array
+    weighed: Array
     moment_kg_m: Array
-    covariance: Array
+    swung: Array
     noise_N: Array
     cutoff_hz: float
     not_excited: tuple[str, ...] = ()
@@ -49,12 +54,37 @@ class TableModel:
     @property
     def mass_sd_kg(self) -> float:
         """Standard deviation of the mass."""
-        return float(np.sqrt(self.covariance[0, 0]))
+        return float(np.sqrt(self.weighed[0, 0]))
 
     @property
     def lever_m(self) -> Array:
         """Place (3,) of the mass' centre from the centre of rotation."""
         return self.moment_kg_m / self.mass_kg
+
+    def felt_N(self, reading_N: Array) -> Array:
+        """Return what the sensor felt (3, n) of what it read: without zero, through its matrix."""
+        return np.asarray(np.linalg.solve(self.matrix, reading_N - self.zero_N[:, None]))
+
+    def added_N(self, columns: Array) -> Array:
+        """Return what weight and turning add (3, n), of ``TableMotion.columns``."""
+        return np.asarray(columns @ np.concatenate([[self.mass_kg], self.moment_kg_m]))
+
+    def variance(self, columns: Array, process_N: Array) -> Array:
+        """Return the variance (3, n) of what was felt less what was added, of what was identified.
+
+        ``process_N`` (3, n): the force of the cut in the dynamometer's frame.
+        """
+        weight = columns[:, :, 0]
+        inverse = np.linalg.inv(self.matrix)
+        whole = process_N + self.mass_kg * weight
+        found = np.zeros_like(weight)
+        for i in range(3):
+            by_matrix = (inverse[i][:, None, None] * whole).reshape(9, -1)
+            slopes = np.concatenate([weight[i][None], by_matrix])
+            found[i] = np.einsum("kn,kl,ln->n", slopes, self.weighed, slopes)
+            swung = columns[i, :, 1:]
+            found[i] += np.einsum("nk,kl,nl->n", swung, self.swung, swung)
+        return found
 
     def to_json(self) -> dict[str, Any]:
         """Return it as JSON keeps it."""
@@ -62,8 +92,10 @@ class TableModel:
             "order": list(self.kinematics.order),
             "zero_N": self.zero_N.tolist(),
             "mass_kg": self.mass_kg,
+            "matrix": self.matrix.tolist(),
+            "weighed": self.weighed.tolist(),
             "moment_kg_m": self.moment_kg_m.tolist(),
-            "covariance": self.covariance.tolist(),
+            "swung": self.swung.tolist(),
             "noise_N": self.noise_N.tolist(),
             "cutoff_hz": self.cutoff_hz,
             "not_excited": list(self.not_excited),
@@ -76,8 +108,10 @@ class TableModel:
             kinematics=Kinematics(tuple(kept["order"])),
             zero_N=np.array(kept["zero_N"]),
             mass_kg=kept["mass_kg"],
+            matrix=np.array(kept["matrix"]),
+            weighed=np.array(kept["weighed"]),
             moment_kg_m=np.array(kept["moment_kg_m"]),
-            covariance=np.array(kept["covariance"]),
+            swung=np.array(kept["swung"]),
             noise_N=np.array(kept["noise_N"]),
             cutoff_hz=kept["cutoff_hz"],
             not_excited=tuple(kept["not_excited"]),
