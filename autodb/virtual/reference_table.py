@@ -290,7 +290,7 @@ def _revolution(depth_mm: float, width_mm: float) -> Array:
 
 def _scale() -> Array:
     """Return factors (3,) by which the mean range over the passes becomes P4's."""
-    ranges = np.mean([np.ptp(_revolution(*one), axis=1) for one in PASSES_MM], axis=0)
+    ranges: Array = np.mean([np.ptp(_revolution(*one), axis=1) for one in PASSES_MM], axis=0)
     return np.array(RANGES_N) / ranges
 
 
