@@ -24,15 +24,20 @@ PLOT_PX = 420
 def write_table(t_s: Array, felt: Sequence[Felt], path: Path) -> None:
     """Write t, and of each axis load, sd, state and force on the tool, as CSV; whole or not at all.
 
+    Of sensors that were put together also by what weight each made a row.
+
     ``t_s`` (n,). An earlier file of that name is replaced.
     """
     columns: dict[str, object] = {"t": t_s}
-    for load in (one.load for one in felt):
+    for one in felt:
+        load = one.load
         columns[f"{load.axis}.load"] = load.value
         columns[f"{load.axis}.load.sd"] = load.sd
         columns[f"{load.axis}.state"] = _states(load)
         if load.unit == "N" and load.axis in LINEAR_AXES:
             columns[f"force.{load.axis}"] = -load.value
+        for name, weight in one.weight.items():
+            columns[f"{load.axis}.weight.{name.replace(' ', '_')}"] = weight
     with hidden(path) as part:
         csv.write_csv(pa.table(columns), part)
         replace_by(part, path)
@@ -51,7 +56,7 @@ def render(name: str, t_s: Array, felt: Sequence[Felt]) -> str:
     """Return the page: one HTML file that loads nothing."""
     return figures.page(
         "loads.html.j2",
-        title=f"{name}: load from the drives",
+        title=f"{name}: load on the axes",
         name=name,
         version=__version__,
         axes=[_shown(t_s, one) for one in felt],
@@ -72,6 +77,7 @@ def _shown(t_s: Array, felt: Felt) -> dict[str, object]:
         "shares": [
             (mark.replace("_", " "), f"{100.0 * float(np.mean(getattr(load, mark))):.3g} %")
             for mark in MARKS
+            if getattr(load, mark).any()
         ],
     }
 
@@ -82,7 +88,9 @@ def rms(values: Array) -> float:
 
 
 def scale_words(felt: Felt) -> str:
-    """Say what made newtons of amperes, and how sure that is."""
+    """Say what made newtons of amperes, and how sure that is; of no drive, what there is to say."""
+    if felt.said is not None:
+        return felt.said
     if felt.scale is not None:
         percent = 100.0 * NORMAL_95 * felt.scale.share
         return (

@@ -7,7 +7,16 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.sensing.fusion import Fusion, Heard, fuse, learn
+from autodb.sensing.fusion import (
+    Fusion,
+    Heard,
+    disagreeing,
+    fuse,
+    independent,
+    learn,
+    trusting_less,
+    with_sensor,
+)
 
 Array = NDArray[np.float64]
 
@@ -106,3 +115,43 @@ def test_unsure_rows_count_less() -> None:
     weight = fuse(fusion, heard[0]).weight
     assert weight[:300, 0].min() > 0.8
     assert weight[300:, 0].max() < 0.2
+
+
+def test_a_sensor_that_starts_to_disagree_is_found_and_counts_less() -> None:
+    """Three sensors of 10 N each; one is off by 40 N from then on: it alone is named."""
+    names = ("drive", "network", "table")
+    fusion = learn(names, *_recordings(9, (10.0, 10.0, 10.0)))
+    heard, known = _recordings(10, (10.0, 10.0, 10.0))
+    assert [disagreeing(fusion, one) for one in heard] == [None] * 16
+    off = Heard(heard[0].value_N + np.array([0.0, 40.0, 0.0]), heard[0].sd_N)
+    apart = disagreeing(fusion, off)
+    assert apart is not None
+    assert apart.names == ("network",)
+    before, after = fuse(fusion, off), fuse(trusting_less(fusion, apart), off)
+    assert np.median(after.weight[:, 1]) < 0.4 * np.median(before.weight[:, 1])
+    errors = [float(np.sqrt(np.mean((m.value_N - known[0]) ** 2))) for m in (before, after)]
+    assert errors[1] < 0.7 * errors[0]
+
+
+def test_of_two_that_disagree_nobody_can_say_which() -> None:
+    fusion = learn(NAMES, *_recordings(11, (10.0, 10.0)))
+    heard, _ = _recordings(12, (10.0, 10.0))
+    off = Heard(heard[0].value_N + np.array([60.0, 0.0]), heard[0].sd_N)
+    apart = disagreeing(fusion, off)
+    assert apart is not None
+    assert apart.names == NAMES
+    before, after = fuse(fusion, off), fuse(trusting_less(fusion, apart), off)
+    assert np.median(after.sd_N) > 2.0 * np.median(before.sd_N)
+
+
+def test_one_more_sensor_is_believed_as_it_says() -> None:
+    """sds 10, 20 and 5: the third has 1/25 of 1/25 + 1/100 + 1/400, three quarters and more."""
+    fusion = with_sensor(learn(NAMES, *_recordings(13, (10.0, 20.0))), "third")
+    heard, known = _recordings(14, (10.0, 20.0, 5.0))
+    made = fuse(fusion, heard[0])
+    assert_allclose(np.median(made.weight, axis=0)[2], 0.04 / (0.04 + 0.01 + 0.0025), atol=0.05)
+    assert disagreeing(fusion, heard[0]) is None
+    assert _rms(fusion, heard, known) < 5.0
+    same = independent(("a", "b", "c"))
+    assert_allclose(np.median(fuse(same, heard[0]).weight, axis=0), np.array([4, 1, 16]) / 21)
+    assert Fusion.of_json(same.to_json()).to_json() == same.to_json()

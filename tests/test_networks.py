@@ -97,6 +97,31 @@ def test_a_network_is_nearer_than_its_drive_model(trained: Cli) -> None:
     assert Path("page.html").exists()
 
 
+def test_drive_model_and_network_together_are_no_worse_than_the_network(trained: Cli) -> None:
+    new = _table(52, cuts=True, seconds=12.0)
+    path = _write(Path("new.csv"), new.drop(columns="force.x"))
+    use = ("--machine", "mill-1", "--estimator")
+    network, _ = _errors(trained("reconstruct", path, *use, "lstm"), new)
+    ran = trained("reconstruct", path, *use, "fused")
+    both, held = _errors(ran, new)
+    assert both <= 1.05 * network
+    assert held > 0.8
+    assert "by weight" in ran.out
+    told = pd.read_csv("new-load.csv")
+    whole = told["x.weight.drive_model"] + told["x.weight.network"]
+    np.testing.assert_allclose(whole, 1.0)
+
+
+def test_several_axes_are_reconstructed_at_once(trained: Cli) -> None:
+    """A file with another axis' current needs no --axis where the machine says what it has."""
+    new = _table(53, cuts=True, seconds=8.0).drop(columns="force.x")
+    two = new.assign(**{"y.position": 0.0 * new["t"], "y.current": 0.1 + 0.0 * new["t"]})
+    path = _write(Path("two.csv"), two)
+    done = trained("reconstruct", path, "--machine", "mill-1", "--estimator", "lstm")
+    assert done.code == 0, done.err
+    assert list(pd.read_csv("two-load.csv"))[-1] == "force.x"
+
+
 def test_the_same_recordings_again_are_already_there(trained: Cli) -> None:
     again = trained("calibrate", *reversed(FILES), "--machine", "mill-1", "--network")
     assert again.code == 0
@@ -107,7 +132,8 @@ def test_the_same_recordings_again_are_already_there(trained: Cli) -> None:
 def test_sensors_lists_what_a_machine_feels_and_what_it_does_not(trained: Cli) -> None:
     done = trained("sensors", "mill-1")
     assert done.code == 0
-    (drive, network) = (line for line in done.out.splitlines() if "force.x" in line)
+    drive, network, together = (ln for ln in done.out.splitlines() if "force.x " in ln)
+    assert "drive model and network" in together
     assert "drive model" in drive
     assert "x.drive_force" in drive
     assert "8 recordings" in network

@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb import records
+from autodb.agent.dynamometers import table_on_machine, told_on_table
+from autodb.agent.estimators import FUSION, Fitted, keep, learnt_from, newest
 from autodb.agent.identifying import newest_model
 from autodb.agent.importing import import_file
 from autodb.agent.machines import find_machine, signed
-from autodb.agent.reconstructing import Felt, drive_model, known_scale
-from autodb.channels import LINEAR_AXES, axis_of, effort_channels
+from autodb.agent.reconstructing import Felt, drive_model, efforts_of, known_scale
+from autodb.channels import LINEAR_AXES, axis_of
 from autodb.errors import UnusableInput
 from autodb.records import Recording
 from autodb.sensing.lstm import need_torch
@@ -59,15 +60,17 @@ def train(
 ) -> Trained:
     """Train a network on recordings of a machine's drives with the forces that were known.
 
-    Where none has a force they are taken as moves in air. The recordings are imported; the same
-    ones again are said to be there already. ``folder``: where training is kept, so that it goes on
-    after a kill.
+    Where none has a force they are taken as moves in air. Forces of a table dynamometer that the
+    machine has are those on the tool, in machine axes, where angles of the table were recorded. The
+    recordings are imported; the same ones again are said to be there already. ``folder``: where
+    training is kept, so that it goes on after a kill.
 
     Raises UnusableInput without PyTorch, without drive models or newtons an ampere, and where
     recordings differ in channels or rate.
     """
     need_torch()
     from autodb.sensing.lstm import learning
+    from autodb.sensing.lstm.beside import together
     from autodb.sensing.lstm.kept import to_bytes
     from autodb.sensing.lstm.network import device
     from autodb.sensing.lstm.recordings import known_of, rate_of, scored
@@ -75,7 +78,7 @@ def train(
     recordings = [_read(path, columns) for path in files]
     with store.reading() as session:
         owner = find_machine(session, machine)
-        own = [signed(one, owner) for one in recordings]
+        own = [_in_machine_axes(session, owner, signed(one, owner)) for one in recordings]
         drives = _drives(session, owner, own[0])
     rate_hz = rate_of(own)
     known, on_air = known_of(own, drives)
@@ -94,10 +97,14 @@ def train(
         ),
     )  # fmt: skip
     scores = scored(box, drives, known)
+    progress("network and drive models together")
+    both = together(box, drives, known)
     with store.writing() as session:
         rows = [session.get_one(models.Recording, one) for one in dict.fromkeys(ids)]
         content = to_bytes(box, [row.sha256 for row in rows])
         version = _keep(session, machine, rows, content, scores)
+        fitted = {c: Fitted(o.fusion.to_json(), {"rmse_N": o.rmse_N}) for c, o in both.items()}
+        keep(session, find_machine(session, machine).id, FUSION, fitted, rows)
     if folder is not None:
         shutil.rmtree(folder, ignore_errors=True)
     return Trained(version, len(files), on_air, scores, already_there=False)
@@ -110,13 +117,24 @@ def _read(path: Path, columns: Path | None) -> Recording:
     return found
 
 
+def _in_machine_axes(session: Session, owner: models.Machine, recording: Recording) -> Recording:
+    """Return a recording whose forces, read on a table that turns, are those on the tool."""
+    known = table_on_machine(session, owner)
+    angles = [f"{axis}.angle" for axis in known[0].kinematics.order] if known else []
+    if known is None or not set(angles) <= set(recording.channels):
+        return recording
+    told = told_on_table(known[0], recording)
+    forces = {f"force.{c}": told.force_N[k] for k, c in enumerate("xyz")}
+    return replace(recording, channels={**recording.channels, **forces})
+
+
 def _drives(session: Session, owner: models.Machine, recording: Recording) -> "dict[str, Drive]":
     """Return the drive of each axis that the recording has an effort and the machine a model of."""
     from autodb.sensing.lstm.drive_loads import Drive
 
     found: dict[str, Drive] = {}
     axes = {axis.name: axis for axis in owner.axes}
-    for channel in effort_channels(list(recording.channels)):
+    for channel in efforts_of(recording):
         name = axis_of(channel)
         row = newest_model(session, owner.id, channel)
         if name not in LINEAR_AXES or row is None or row.errors is None:
@@ -141,22 +159,14 @@ def _drives(session: Session, owner: models.Machine, recording: Recording) -> "d
 
 def _same(session: Session, machine: str, ids: Sequence[int]) -> Trained | None:
     """Return the newest version where it was trained on the same recordings."""
-    rows = newest_network(session, find_machine(session, machine).id)
-    if not rows or {one.id for one in rows[0].recordings} != set(ids):
+    rows = newest(session, find_machine(session, machine).id, KIND)
+    if not learnt_from(rows, ids):
         return None
     from autodb.sensing.lstm.recordings import Scored
 
     scores = tuple(Scored(**row.scores) for row in rows)
     on_air = bool((rows[0].normalisation or {}).get("on_air"))
     return Trained(rows[0].version, len(ids), on_air, scores, already_there=True)
-
-
-def newest_network(session: Session, machine_id: int) -> list[models.Estimator]:
-    """Return the rows of the newest version, a component each."""
-    own = (models.Estimator.machine_id == machine_id, models.Estimator.kind == KIND)
-    newest = session.scalar(select(func.max(models.Estimator.version)).where(*own))
-    query = select(models.Estimator).where(*own, models.Estimator.version == newest)
-    return list(session.scalars(query.order_by(models.Estimator.component)))
 
 
 def _keep(
@@ -170,8 +180,6 @@ def _keep(
     from autodb.sensing.lstm.kept import of_bytes
 
     owner = find_machine(session, machine)
-    before = newest_network(session, owner.id)
-    version = before[0].version + 1 if before else 1
     box = of_bytes(content).box
     shown = [*(f"load of {axis.name}" for axis in box.axes if box.hears), *box.seen]
     normalisation = {
@@ -179,25 +187,14 @@ def _keep(
         "on_air": not box.hears,
         "seen": {n: [float(a), float(b)] for n, a, b in zip(shown, box.low, box.high, strict=True)},
     }
-    for number, one in enumerate(sorted(scores, key=lambda score: score.component)):
-        sha256 = hashlib.sha256(content).hexdigest()
-        network = {"sha256": sha256}
-        if number == 0:
-            network["npz"] = base64.b64encode(content).decode("ascii")
-        session.add(
-            models.Estimator(
-                machine_id=owner.id,
-                kind=KIND,
-                component=one.component,
-                version=version,
-                model=network,
-                normalisation=normalisation,
-                scores=asdict(one),
-                recordings=list(rows),
-            )
-        )
-    session.flush()
-    return version
+    network = {"sha256": hashlib.sha256(content).hexdigest()}
+    whole = network | {"npz": base64.b64encode(content).decode("ascii")}
+    ordered = sorted(scores, key=lambda score: score.component)
+    fitted = {
+        one.component: Fitted(network if number else whole, asdict(one), normalisation)
+        for number, one in enumerate(ordered)
+    }
+    return keep(session, owner.id, KIND, fitted, rows)
 
 
 def forces_on_machine(
@@ -215,7 +212,7 @@ def forces_on_machine(
 
     with store.reading() as session:
         owner = find_machine(session, machine)
-        rows = newest_network(session, owner.id)
+        rows = newest(session, owner.id, KIND)
         if not rows:
             raise UnusableInput(
                 f"machine '{machine}' has no network; 'autodb calibrate CUT… --machine {machine} "
@@ -242,5 +239,5 @@ def forces_on_machine(
         bandwidth_hz = min(float(box.cutoff_hz[k]), SLOWEST * own.rate_hz)
         load = reconstruct(own, drives[c].model, bandwidth_hz=bandwidth_hz)
         load = replace(load, unit="N", value=-told.force_N[:, k], sd=told.sd_N[:, k])
-        found.append(Felt(load, said, None))
+        found.append(Felt(load, said, None, said="told in newtons, as it was trained"))
     return found

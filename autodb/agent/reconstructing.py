@@ -1,10 +1,11 @@
 """Reconstruct the loads of a recording from its drives, with models identified from moves."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from math import pi
 
 import numpy as np
+from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -18,6 +19,8 @@ from autodb.sensing.axis_model import Identified
 from autodb.sensing.drive_errors import DriveErrors
 from autodb.sensing.reconstruct import DriveModel, Load, observe, reconstruct
 from autodb.store import Store, models
+
+Array = NDArray[np.float64]
 
 LEAST_SHARE = 0.05
 """A torque constant of a data sheet is no surer than ± 5 %, 95 % (physics reference, section 3)."""
@@ -41,12 +44,15 @@ class Felt:
     """Load of one axis, with the model that it comes from and what made newtons of amperes.
 
     ``scale`` is None where the effort was in newtons, or nothing is known that makes it so: then
-    the load stays in amperes.
+    the load stays in amperes. ``said``: of a sensor that is no drive, what is to be said of it;
+    ``weight`` (n,): of several put together, by how much each made a row.
     """
 
     load: Load
     model: str
     scale: Scale | None
+    said: str | None = None
+    weight: Mapping[str, Array] = field(default_factory=dict)
 
 
 def reconstruct_on_machine(
@@ -67,7 +73,7 @@ def reconstruct_on_machine(
     with store.reading() as session:
         owner = find_machine(session, machine)
         own = signed(recording, owner)
-        channels = _efforts(recording, axis)
+        channels = efforts_of(recording, axis)
         felt, without = [], []
         for channel in channels:
             row = newest_model(session, owner.id, channel)
@@ -104,7 +110,8 @@ def reconstruct_with(
     return _felt(load, f"identified from {moves}", scale)
 
 
-def _efforts(recording: Recording, axis: str | None) -> Sequence[str]:
+def efforts_of(recording: Recording, axis: str | None = None) -> Sequence[str]:
+    """Return the drives' efforts of an axis or all; raises UnusableInput where there is none."""
     found = [
         name
         for of in (effort_channels, rotary_efforts)

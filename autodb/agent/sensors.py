@@ -7,15 +7,18 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.calibrations import current_calibrations
+from autodb.agent.dynamometers import KIND as DYNAMOMETER
+from autodb.agent.estimators import FUSION, newest
 from autodb.agent.identifying import newest_model
 from autodb.agent.machines import find_machine
-from autodb.agent.networks import newest_network
+from autodb.agent.networks import KIND as LSTM
 from autodb.agent.reconstructing import known_scale
 from autodb.channels import LINEAR_AXES
 from autodb.sensing.ranges import COMPONENT_OF_AXIS
+from autodb.sensing.sensors import DRIVE, NETWORK, TABLE
 from autodb.store import models
 
-RANGE, DRIVE, NETWORK = "current range", "drive model", "network"
+RANGE, TOGETHER = "current range", "together"
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ def sensors_of(session: Session, machine: str) -> tuple[list[Sensor], list[str]]
     found = [
         *_ranges(session, owner),
         *_drives(session, owner),
-        *_networks(session, owner),
+        *_others(session, owner),
     ]
     found.sort(key=lambda one: one.force)
     felt = {one.force for one in found if one.why_not is None}
@@ -95,16 +98,32 @@ def _drives(session: Session, owner: models.Machine) -> Iterator[Sensor]:
         )
 
 
-def _networks(session: Session, owner: models.Machine) -> Iterator[Sensor]:
-    for row in newest_network(session, owner.id):
+def _others(session: Session, owner: models.Machine) -> Iterator[Sensor]:
+    """Give what senses forces over time beside drive models, and all of it together."""
+    for row in newest(session, owner.id, LSTM):
         air = (row.normalisation or {}).get("on_air")
-        yield Sensor(
-            force=f"force.{row.component}",
-            kind=NETWORK,
-            source=f"{len(row.recordings)} recordings",
-            version=row.version,
-            error=row.scores["rmse_N"],
-            unit="N",
-            of="moves in air left out" if air else "recordings left out",
-            since=row.since,
-        )
+        of = "moves in air left out" if air else "recordings left out"
+        yield _over_time(row, NETWORK, _recordings(row), of)
+    for row in newest(session, owner.id, DYNAMOMETER):
+        yield _over_time(row, TABLE, _recordings(row), "moves in air")
+    for row in newest(session, owner.id, FUSION):
+        names = " and ".join((row.model or {})["names"])
+        yield _over_time(row, TOGETHER, names, "recordings left out")
+
+
+def _recordings(row: models.Estimator) -> str:
+    count = len(row.recordings)
+    return f"{count} recording{'s' if count != 1 else ''}"
+
+
+def _over_time(row: models.Estimator, kind: str, source: str, of: str) -> Sensor:
+    return Sensor(
+        force=f"force.{row.component}",
+        kind=kind,
+        source=source,
+        version=row.version,
+        error=row.scores["rmse_N"],
+        unit="N",
+        of=of,
+        since=row.since,
+    )

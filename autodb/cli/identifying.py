@@ -217,18 +217,27 @@ def names_of(terms: str | None) -> tuple[str, ...] | None:
 def moves_of(
     path: Path, axis: str | None, columns: Path | None, group: str | None, resample: float | None
 ) -> "records.Recording":
-    """Read moves over time, refused where physics says that a channel is not what it claims."""
-    from autodb.errors import UnusableInput
-    from autodb.records import CutTable
+    """Read moves of an axis over time, refused where a channel cannot be what it claims."""
     from autodb.records.plausible import refuse_doubtful
     from autodb.records.summary import summary_of
     from autodb.sensing.prepared import effort_axis
 
-    moves = read_one(path, columns=columns, group=group, resample_hz=resample)
-    if isinstance(moves, CutTable):
-        raise UnusableInput(f"{path}: a table of cuts; a recording over time would work")
+    moves = over_time(path, columns, group, resample)
     refuse_doubtful(path, summary_of(moves, axis=effort_axis(moves, axis)), moves.side)
     return moves
+
+
+def over_time(
+    path: Path, columns: Path | None, group: str | None, resample: float | None
+) -> "records.Recording":
+    """Read a recording over time."""
+    from autodb.errors import UnusableInput
+    from autodb.records import CutTable
+
+    found = read_one(path, columns=columns, group=group, resample_hz=resample)
+    if isinstance(found, CutTable):
+        raise UnusableInput(f"{path}: a table of cuts; a recording over time would work")
+    return found
 
 
 def _fitted_names(model: "Identified") -> list[str]:

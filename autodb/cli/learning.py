@@ -16,6 +16,7 @@ from autodb.cli._common import (
     table,
     working,
 )
+from autodb.cli.fitting import Asked, level, train
 
 if TYPE_CHECKING:
     from autodb.agent.calibrating import Calibrated
@@ -56,6 +57,14 @@ Network = Annotated[
         "--network",
         help="Train a network (LSTM) on recordings over time of drives and known forces, or of "
         "moves in air; needs the extra lstm.",
+    ),
+]
+
+OfTable = Annotated[
+    bool,
+    typer.Option(
+        "--table",
+        help="Identify a dynamometer on a table that tilts or turns, from moves without a cut.",
     ),
 ]
 
@@ -152,11 +161,14 @@ def calibrate(
     protocol: ProtocolName = None,
     card: CardFile = None,
     network: Network = False,
+    of_table: OfTable = False,
     db: Database = None,
 ) -> None:
     """Fit current to force per axis, scored on groups left out; offered or refused by rule."""
-    if network:
-        _train(recordings or [], machine, columns, db, other=bool(protocol or card))
+    if network or of_table:
+        asked = Asked(recordings or [], machine, columns, db)
+        _refuse_both(asked, network, of_table, with_cuts=bool(protocol or card))
+        (train if network else level)(asked)
         return
     from autodb.agent.moving import moved_over
     from autodb.errors import UnusableInput
@@ -186,41 +198,16 @@ def calibrate(
         _write_card(done, machine, chosen, moved, card)
 
 
-def _train(
-    files: list[Path],
-    machine: str | None,
-    columns: Path | None,
-    db: str | None,
-    *,
-    other: bool,
-) -> None:
-    """Train a network of a machine, and say how near it comes in what was left out."""
-    from autodb.agent.networks import train
+def _refuse_both(asked: Asked, network: bool, of_table: bool, *, with_cuts: bool) -> None:
     from autodb.errors import UnusableInput
 
-    if machine is None or not files:
-        raise UnusableInput("--network needs --machine NAME and recordings over time")
-    if other:
-        raise UnusableInput("--protocol and --card go with cuts, not with --network")
-    with working(f"training on {len(files)} recordings") as progress, opened(db) as store:
-        done = train(
-            store, machine, files, columns=columns, folder=Path(".autodb-training"),
-            progress=progress,
-        )  # fmt: skip
-    rows = table(
-        f"Network {done.version} of {machine}: errors in what it was not trained on",
-        "force", ">network N", ">drive model N", ">within 95 %", ">up to Hz",
-    )  # fmt: skip
-    for one in done.scores:
-        rows.add_row(
-            one.component, f"{one.rmse_N:.3g}", f"{one.drive_rmse_N:.3g}",
-            f"{100.0 * one.held:.1f} %", f"{one.cutoff_hz:.3g}",
-        )  # fmt: skip
-    show(rows)
-    if done.on_air:
-        say("no force was recorded: trained on moves in air, whose force is taken as 0")
-    if done.already_there:
-        say("already there: the same recordings")
+    option = "--network" if network else "--table"
+    if network and of_table:
+        raise UnusableInput("--network and --table: one of them at a time would work")
+    if asked.machine is None or not asked.files:
+        raise UnusableInput(f"{option} needs --machine NAME and recordings over time")
+    if with_cuts:
+        raise UnusableInput(f"--protocol and --card go with cuts, not with {option}")
 
 
 def _calibrate_files(

@@ -18,13 +18,16 @@ from autodb.cli._common import (
     table,
     working,
 )
-from autodb.cli.identifying import Axis, moves_of, names_of
+from autodb.cli.identifying import Axis, moves_of, names_of, over_time
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from autodb import records
     from autodb.agent.reconstructing import Felt, Scale
+    from autodb.store import Store
+
+    Step = Callable[[str], None]
 
 
 class Estimator(StrEnum):
@@ -32,14 +35,23 @@ class Estimator(StrEnum):
 
     DRIVE = "drive"
     LSTM = "lstm"
+    TABLE = "table"
+    FUSED = "fused"
 
+
+DRIVE_HZ = 10.0
+"""Frequency up to which drive models tell loads unless another is asked for."""
 
 Recording = Annotated[
     Path, typer.Argument(readable=False, help="A recording over time with position and effort.")
 ]
 By = Annotated[
     Estimator,
-    typer.Option("--estimator", help="What the load is felt with: drive models, or a network."),
+    typer.Option(
+        "--estimator",
+        help="What forces are felt with: drive models, a network, a table dynamometer, or all of "
+        "them put together.",
+    ),
 ]
 Owner = Annotated[
     str | None, typer.Option("--machine", help="Machine whose newest models of its axes are used.")
@@ -55,7 +67,22 @@ Terms = Annotated[
     typer.Option("--terms", metavar="TERM,TERM…", help="Terms to fit to --moves."),
 ]
 Bandwidth = Annotated[
-    float, typer.Option("--bandwidth", metavar="HZ", min=0.1, help="Frequency up to which.")
+    float | None,
+    typer.Option(
+        "--bandwidth",
+        metavar="HZ",
+        min=0.1,
+        help="Frequency up to which [default: 10; of a table dynamometer a fifth of the rate].",
+    ),
+]
+Removed = Annotated[
+    float | None,
+    typer.Option(
+        "--removed",
+        metavar="KG",
+        min=0.0,
+        help="Mass that chips took from a table dynamometer since it was tared, evenly as it cuts.",
+    ),
 ]
 Observer = Annotated[
     bool,
@@ -83,9 +110,10 @@ def reconstruct(
     moves: Moves = None,
     terms: Terms = None,
     axis: Axis = None,
-    bandwidth: Bandwidth = 10.0,
+    bandwidth: Bandwidth = None,
     observer: Observer = False,
     newtons_per_ampere: PerAmpere = None,
+    removed: Removed = None,
     columns: Columns = None,
     group: Group = None,
     resample: Resample = None,
@@ -93,63 +121,86 @@ def reconstruct(
     page: Page = None,
     db: Database = None,
 ) -> None:
-    """Reconstruct the load on each axis: its drive's effort less friction, inertia and weight."""
-    from autodb.errors import UnusableInput
+    """Reconstruct the load on each axis: its drive's effort less friction, inertia and weight.
+
+    Or the forces that a machine's network, its table dynamometer, or all of them together feel.
+    """
     from autodb.loads import render, write_table
     from autodb.store.copies import check_target, write_text
 
-    if (machine is None) == (moves is None):
-        raise UnusableInput("give either --machine NAME or --moves FILE: what moving an axis takes")
-    if estimator is Estimator.LSTM:
-        _check_network(machine, axis, observer=observer, newtons_per_ampere=newtons_per_ampere)
-    if terms is not None and moves is None:
-        raise UnusableInput("--terms goes with --moves: a machine's model has its own")
+    _check(
+        _Given(estimator, machine, moves, terms, removed),
+        of_drives=axis is not None or observer or newtons_per_ampere is not None,
+    )
     out = out or Path(f"{recording.stem}-load.csv")
     check_target(out, suffix=".csv", option="--out")
     if page is not None:
         check_target(page, suffix=".html", option="--page")
-    how = _How(axis, bandwidth, observer, _scale(newtons_per_ampere))
+    how = _How(axis, bandwidth, observer, _scale(newtons_per_ampere), removed or 0.0)
     with working(f"reconstructing {recording.name}") as progress:
-        cut = moves_of(recording, axis, columns, group, resample)
-        if estimator is Estimator.LSTM:
-            felt = _by_network(cut, machine or "", db, progress)
-        elif moves is not None:
+        if moves is not None:
+            cut = moves_of(recording, axis, columns, group, resample)
             progress(f"identifying from {moves.name}")
             air = moves_of(moves, axis, columns, group, resample)
-            felt = [_by_moves(cut, air, names_of(terms), how)]
+            told = _Told([_by_moves(cut, air, names_of(terms), how)])
         else:
-            felt = _by_machine(cut, machine or "", db, how, progress)
+            cut = _cut_of(recording, axis, columns, group, resample)
+            with opened(db) as store:
+                told = TELLERS[estimator](store, str(machine), cut, how, progress)
         progress(f"writing {out.name}")
-        write_table(cut.t_s, felt, out)
+        write_table(cut.t_s, told.felt, out)
         if page is not None:
-            write_text(page, render(recording.name, cut.t_s, felt))
-    _show(felt)
+            write_text(page, render(recording.name, cut.t_s, told.felt))
+    _show(told.felt)
+    for sentence in told.not_heard:
+        say(f"not heard: {sentence}")
     say(f"load: {out}")
     if page is not None:
         say(f"page: {page}")
 
 
-def _check_network(
-    machine: str | None, axis: str | None, *, observer: bool, newtons_per_ampere: float | None
-) -> None:
+def _cut_of(
+    path: Path, axis: str | None, columns: Path | None, group: str | None, resample: float | None
+) -> "records.Recording":
+    """Read a recording of one axis or several, refused where a channel cannot be what it claims."""
+    from autodb.records.plausible import refuse_doubtful
+    from autodb.records.summary import summary_of
+
+    found = over_time(path, columns, group, resample)
+    refuse_doubtful(path, summary_of(found, axis=axis), found.side)
+    return found
+
+
+@dataclass(frozen=True)
+class _Given:
+    """Options that exclude each other."""
+
+    estimator: Estimator
+    machine: str | None
+    moves: Path | None
+    terms: str | None
+    removed: float | None
+
+
+def _check(given: _Given, *, of_drives: bool) -> None:
+    """Raise UnusableInput for options that do not go together."""
     from autodb.errors import UnusableInput
 
-    if machine is None:
-        raise UnusableInput("--estimator lstm goes with --machine: a network is a machine's own")
-    if axis is not None or observer or newtons_per_ampere is not None:
+    if (given.machine is None) == (given.moves is None):
+        raise UnusableInput("give either --machine NAME or --moves FILE: what moving an axis takes")
+    if given.estimator is not Estimator.DRIVE and given.machine is None:
         raise UnusableInput(
-            "--axis, --observer and --newtons-per-ampere go with --estimator drive: a network "
-            "tells what it was trained to"
+            f"--estimator {given.estimator} goes with --machine: it is a machine's own"
         )
-
-
-def _by_network(
-    cut: "records.Recording", machine: str, db: str | None, progress: "Callable[[str], None]"
-) -> "list[Felt]":
-    from autodb.agent.networks import forces_on_machine
-
-    with opened(db) as store:
-        return forces_on_machine(store, machine, cut, progress=progress)
+    if given.estimator is not Estimator.DRIVE and of_drives:
+        raise UnusableInput(
+            "--axis, --observer and --newtons-per-ampere go with --estimator drive: others tell "
+            "every force that they feel"
+        )
+    if given.removed is not None and given.estimator is not Estimator.TABLE:
+        raise UnusableInput("--removed goes with --estimator table")
+    if given.terms is not None and given.moves is None:
+        raise UnusableInput("--terms goes with --moves: a machine's model has its own")
 
 
 @dataclass(frozen=True)
@@ -157,25 +208,66 @@ class _How:
     """What was asked for."""
 
     axis: str | None
-    bandwidth_hz: float
+    bandwidth_hz: float | None
     observer: bool
     scale: "Scale | None"
+    removed_kg: float
 
 
-def _by_machine(
-    cut: "records.Recording",
-    machine: str,
-    db: str | None,
-    how: _How,
-    progress: "Callable[[str], None]",
-) -> "list[Felt]":
+@dataclass(frozen=True)
+class _Told:
+    """What sensors told, and which told nothing and why."""
+
+    felt: "list[Felt]"
+    not_heard: tuple[str, ...] = ()
+
+
+def _by_drives(
+    store: "Store", machine: str, cut: "records.Recording", how: _How, progress: "Step"
+) -> _Told:
     from autodb.agent.reconstructing import reconstruct_on_machine
 
-    with opened(db) as store:
-        return reconstruct_on_machine(
-            store, machine, cut, axis=how.axis, bandwidth_hz=how.bandwidth_hz,
-            observer=how.observer, scale=how.scale, progress=progress,
-        )  # fmt: skip
+    felt = reconstruct_on_machine(
+        store, machine, cut, axis=how.axis, bandwidth_hz=how.bandwidth_hz or DRIVE_HZ,
+        observer=how.observer, scale=how.scale, progress=progress,
+    )  # fmt: skip
+    return _Told(felt)
+
+
+def _by_network(
+    store: "Store", machine: str, cut: "records.Recording", _how: _How, progress: "Step"
+) -> _Told:
+    from autodb.agent.networks import forces_on_machine
+
+    return _Told(forces_on_machine(store, machine, cut, progress=progress))
+
+
+def _by_table(
+    store: "Store", machine: str, cut: "records.Recording", how: _How, _progress: "Step"
+) -> _Told:
+    from autodb.agent.dynamometers import forces_on_table
+
+    felt = forces_on_table(
+        store, machine, cut, bandwidth_hz=how.bandwidth_hz, removed_kg=how.removed_kg
+    )
+    return _Told(felt)
+
+
+def _by_all(
+    store: "Store", machine: str, cut: "records.Recording", how: _How, progress: "Step"
+) -> _Told:
+    from autodb.agent.fusing import fused_on_machine
+
+    made = fused_on_machine(store, machine, cut, bandwidth_hz=how.bandwidth_hz, progress=progress)
+    return _Told(made.felt, made.not_heard)
+
+
+TELLERS = {
+    Estimator.DRIVE: _by_drives,
+    Estimator.LSTM: _by_network,
+    Estimator.TABLE: _by_table,
+    Estimator.FUSED: _by_all,
+}
 
 
 def _by_moves(
@@ -189,8 +281,8 @@ def _by_moves(
 
     model = drives.identify(air, axis=how.axis, terms=terms)
     return reconstruct_with(
-        model, cut, moves=air.path.name, bandwidth_hz=how.bandwidth_hz, observer=how.observer,
-        scale=how.scale,
+        model, cut, moves=air.path.name, bandwidth_hz=how.bandwidth_hz or DRIVE_HZ,
+        observer=how.observer, scale=how.scale,
     )  # fmt: skip
 
 
@@ -208,15 +300,19 @@ def _show(felt: "list[Felt]") -> None:
 
     from autodb.loads import MARKS, rms, scale_words
 
+    marks = MARKS if any(one.said is None for one in felt) else ()
     rows = table(
         "Load", "axis", "unit", ">rms", ">largest", ">median sd",
-        *(f">{mark.replace('_', ' ')}" for mark in MARKS),
+        *(f">{mark.replace('_', ' ')}" for mark in marks),
     )  # fmt: skip
-    for load in (one.load for one in felt):
-        sizes = (rms(load.value), float(np.max(np.abs(load.value))), float(np.median(load.sd)))
-        shares = [f"{100.0 * float(np.mean(getattr(load, mark))):.1f} %" for mark in MARKS]
-        rows.add_row(load.axis, load.unit, *(f"{size:.4g}" for size in sizes), *shares)
-    show(rows)
+    words: dict[str, list[str]] = {}
     for one in felt:
-        say(f"{one.load.axis}: {one.model}; up to {one.load.bandwidth_hz:g} Hz")
-        say(f"{one.load.axis}: {scale_words(one)}")
+        load = one.load
+        sizes = (rms(load.value), float(np.max(np.abs(load.value))), float(np.median(load.sd)))
+        shares = [f"{100.0 * float(np.mean(getattr(load, mark))):.1f} %" for mark in marks]
+        rows.add_row(load.axis, load.unit, *(f"{size:.4g}" for size in sizes), *shares)
+        for said in (f"{one.model}; up to {load.bandwidth_hz:g} Hz", scale_words(one)):
+            words.setdefault(said, []).append(load.axis)
+    show(rows)
+    for said, axes in words.items():
+        say(f"{', '.join(axes)}: {said}")

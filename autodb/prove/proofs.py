@@ -278,7 +278,7 @@ PROOFS: tuple[Proof[Any], ...] = (
     ),
     Proof(
         name="table",
-        what="forces on tables that tilt, with sensors that chips heat: the published way, and ours",
+        what="forces on tables that tilt, whose sensors chips heat: the published way, and ours",
         runs=20,
         run=table_run.run,
         kept=TypeAdapter(Finished[table_summary.Judged]),

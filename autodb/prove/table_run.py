@@ -144,10 +144,9 @@ def _airs(published: Model, ours: TableModel, table: Table, seen: Recorded) -> I
 def _told(ours: TableModel, table: Table) -> Iterator[TableTold]:
     mass_kg, lever_m = table.loaded(WORK_KG)
     yield TableTold("mass", mass_kg, ours.mass_kg, ours.mass_sd_kg)
-    sds = np.sqrt(np.diag(ours.swung)) / ours.mass_kg
     for k, axis in enumerate("xyz"):
         name = f"lever arm {axis}"
-        yield TableTold(name, float(lever_m[k]), float(ours.lever_m[k]), float(sds[k]))
+        yield TableTold(name, float(lever_m[k]), float(ours.lever_m[k]), float(ours.lever_sd_m[k]))
 
 
 def _moved(table: Table, log: Log) -> Log:

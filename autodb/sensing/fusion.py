@@ -9,11 +9,16 @@ R). With D = diag(factor · sd) of a row, C = D R D and the answer is
 
 so that a sensor that is not sure of a row, or says what another says, counts less there; none
 counts against itself (w ≥ 0).
+
+A sensor that starts to disagree is found by how far each is from what the others say together, in
+standard deviations, against how far it was where it was learnt. Of three or more it is the one
+without which the others agree; of two nobody can say which.
 Source: Aitken 1935 (generalised least squares).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +34,10 @@ SHRUNK = 0.05
 NEARER = 0.98
 """Times the error of the nearest sensor alone that several together must not exceed, in recordings
 left out in turn, to be believed. Chosen."""
+APART = 2.0
+"""Times its usual distance from the others beyond which a sensor disagrees. Chosen."""
+USUAL = 1.5
+"""Distance, in standard deviations, that is usual of sensors that were never compared. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +54,8 @@ class Fusion:
 
     ``told``: whether by the standard deviations that they tell, row by row, or by those that they
     had; ``counts`` (k,): which count where they sense: a sensor that adds nothing waits until the
-    others do not. ``wider``: the factor on the answer's sd that makes 95 % hold.
+    others do not. ``usual`` (k,): how far each is from the others at most, in standard deviations;
+    ``wider``: the factor on the answer's sd that makes 95 % hold.
     """
 
     names: tuple[str, ...]
@@ -55,7 +65,37 @@ class Fusion:
     correlation: Array
     told: bool
     counts: tuple[bool, ...]
+    usual: Array
     wider: float = 1.0
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as JSON keeps it."""
+        return {
+            "names": list(self.names),
+            "bias_N": self.bias_N.tolist(),
+            "size_N": self.size_N.tolist(),
+            "factor": self.factor.tolist(),
+            "correlation": self.correlation.tolist(),
+            "told": self.told,
+            "counts": list(self.counts),
+            "usual": self.usual.tolist(),
+            "wider": self.wider,
+        }
+
+    @classmethod
+    def of_json(cls, kept: Mapping[str, Any]) -> "Fusion":
+        """Return what ``to_json`` made."""
+        return cls(
+            names=tuple(kept["names"]),
+            bias_N=np.array(kept["bias_N"]),
+            size_N=np.array(kept["size_N"]),
+            factor=np.array(kept["factor"]),
+            correlation=np.array(kept["correlation"]),
+            told=kept["told"],
+            counts=tuple(kept["counts"]),
+            usual=np.array(kept["usual"]),
+            wider=kept["wider"],
+        )
 
 
 @dataclass(frozen=True)
@@ -83,7 +123,102 @@ def learn(names: Sequence[str], heard: Sequence[Heard], known_N: Sequence[Array]
     best = together if errors[together] <= NEARER * errors[single] else single
     told, counts = ways[best]
     begun = _learnt(names, both, told=told, counts=counts)
-    return replace(begun, wider=_wider(begun, both))
+    apart = np.max([distances(begun, one) for one in heard], axis=0)
+    return replace(begun, usual=np.maximum(apart, 1.0), wider=_wider(begun, both))
+
+
+def independent(names: Sequence[str]) -> Fusion:
+    """Return how sensors go together that were never compared: as each says of itself."""
+    k = len(names)
+    return Fusion(
+        tuple(names), np.zeros(k), np.ones(k), np.ones(k), np.eye(k), told=True, counts=(True,) * k,
+        usual=np.full(k, USUAL),
+    )  # fmt: skip
+
+
+def with_sensor(fusion: Fusion, name: str) -> Fusion:
+    """Return a fusion with one more sensor, which errs by itself and as it says of itself.
+
+    Then all count, by what they tell row by row: how large its errors were nobody knows.
+    """
+    k = len(fusion.names)
+    correlation = np.eye(k + 1)
+    correlation[:k, :k] = fusion.correlation
+    return Fusion(
+        names=(*fusion.names, name),
+        bias_N=np.append(fusion.bias_N, 0.0),
+        size_N=np.append(fusion.size_N, np.inf),
+        factor=np.append(fusion.factor, 1.0),
+        correlation=correlation,
+        told=True,
+        counts=(True,) * (k + 1),
+        usual=np.append(fusion.usual, USUAL),
+        wider=fusion.wider,
+    )
+
+
+def distances(fusion: Fusion, heard: Heard) -> Array:
+    """Return how far each sensor (k,) is from the others together, rms, in standard deviations.
+
+    NaN where it, or all the others, sense nothing.
+    """
+    sd = fusion.factor * heard.sd_N
+    weight = np.where(np.isfinite(heard.value_N) & np.isfinite(sd), sd**-2.0, 0.0)
+    value = np.where(weight > 0.0, heard.value_N - fusion.bias_N, 0.0)
+    found = np.full(len(fusion.names), np.nan)
+    for k in range(len(fusion.names)):
+        others = np.arange(len(fusion.names)) != k
+        total = weight[:, others].sum(axis=1)
+        rows = (weight[:, k] > 0.0) & (total > 0.0)
+        if not rows.any():
+            continue
+        rest = np.sum(weight[rows][:, others] * value[rows][:, others], axis=1) / total[rows]
+        variance = 1.0 / weight[rows, k] + 1.0 / total[rows]
+        found[k] = np.sqrt(np.mean((value[rows, k] - rest) ** 2 / variance))
+    return found
+
+
+@dataclass(frozen=True)
+class Apart:
+    """Sensors that do not agree; by what factor their standard deviations are too small.
+
+    Two names say that one of both is off, and nobody can tell which.
+    """
+
+    names: tuple[str, ...]
+    factor: float
+
+
+def disagreeing(fusion: Fusion, heard: Heard) -> Apart | None:
+    """Return which sensors do not agree in a recording, or None where all do."""
+    far = distances(fusion, heard) / fusion.usual
+    if not np.any(far > APART):
+        return None
+    senses = np.flatnonzero(np.isfinite(far))
+    if len(senses) > 2:
+        for k in senses[np.argsort(-far[senses])]:
+            if not np.any(distances(fusion, _without(heard, k)) / fusion.usual > APART):
+                return Apart((fusion.names[k],), float(far[k]))
+    names = tuple(fusion.names[k] for k in senses if far[k] > APART)
+    return Apart(names, float(np.nanmax(far)))
+
+
+def _without(heard: Heard, sensor: int) -> Heard:
+    value = heard.value_N.copy()
+    value[:, sensor] = np.nan
+    return Heard(value, heard.sd_N)
+
+
+def trusting_less(fusion: Fusion, apart: Apart) -> Fusion:
+    """Return a fusion in which sensors that do not agree are as unsure as they are apart.
+
+    All count then: a sensor that was the nearest may be no longer.
+    """
+    wide = np.array([apart.factor if name in apart.names else 1.0 for name in fusion.names])
+    return replace(
+        fusion, factor=wide * fusion.factor, size_N=wide * fusion.size_N,
+        counts=(True,) * len(fusion.names),
+    )  # fmt: skip
 
 
 Known = Sequence[tuple[Heard, Array]]
@@ -109,7 +244,8 @@ def _learnt(names: Sequence[str], both: Known, *, told: bool, counts: tuple[bool
     share = (off - bias) / (sd * factor if told else size)
     correlation = (1.0 - SHRUNK) * (share.T @ share) / len(share)
     np.fill_diagonal(correlation, 1.0)
-    return Fusion(tuple(names), bias, size, factor, correlation, told, counts)
+    usual = np.full(len(names), USUAL)
+    return Fusion(tuple(names), bias, size, factor, correlation, told, counts, usual)
 
 
 def _wider(begun: Fusion, both: Known) -> float:

@@ -102,6 +102,17 @@ def identify_table(
     )  # fmt: skip
 
 
+def air_left_N(model: TableModel, recordings: Sequence[Recording]) -> Array:
+    """Return the rms (3,), N, that a model leaves of recordings without a cut."""
+    squares, rows = np.zeros(3), 0
+    for one in recordings:
+        columns = table_motion(one, model.kinematics, cutoff_hz=model.cutoff_hz).columns()
+        left = model.felt_N(readings(one, cutoff_hz=model.cutoff_hz)) - model.added_N(columns)
+        squares += np.sum(left**2, axis=1)
+        rows += left.shape[1]
+    return np.asarray(np.sqrt(squares / rows))
+
+
 def _refuse_untold(recording: Recording, rests: Sequence[Rest]) -> None:
     if not any(rest.lean < UPRIGHT for rest in rests):
         raise UnusableInput(

@@ -61,6 +61,11 @@ class TableModel:
         """Place (3,) of the mass' centre from the centre of rotation."""
         return self.moment_kg_m / self.mass_kg
 
+    @property
+    def lever_sd_m(self) -> Array:
+        """Standard deviation (3,) of the lever arm."""
+        return np.asarray(np.sqrt(np.diag(self.swung)) / self.mass_kg)
+
     def felt_N(self, reading_N: Array) -> Array:
         """Return what the sensor felt (3, n) of what it read: without zero, through its matrix."""
         return np.asarray(np.linalg.solve(self.matrix, reading_N - self.zero_N[:, None]))

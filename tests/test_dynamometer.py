@@ -1,0 +1,120 @@
+"""A machine's table dynamometer from the command line, on the reference table."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from autodb.prove.published_table import filtered
+from autodb.prove.table_run import recording
+from autodb.virtual.reference_table import WORK_KG, Recorded, draw_table, milled, tilted
+from tests.conftest import Cli, Once
+
+SEED = 103
+MACHINE = """
+[axes.x]
+[axes.y]
+[axes.z]
+[axes.a]
+carries = "work"
+[axes.c]
+carries = "work"
+carried_by = "a"
+"""
+
+
+def _write(path: Path, seen: Recorded, every: int = 1) -> Path:
+    columns = {n: v[::every] for n, v in recording(seen).channels.items()}
+    pd.DataFrame(columns).to_csv(path, index=False, float_format="%.6g")
+    return path
+
+
+@pytest.fixture
+def levelled(cli: Cli, once: Once) -> Cli:
+    """Return the command line on a mill whose table dynamometer is identified; cut.csv."""
+
+    def make() -> None:
+        table = draw_table(SEED)
+        cli("init")
+        Path("mill.toml").write_text(MACHINE, encoding="utf-8")
+        assert cli("machine", "add", "mill", "--file", "mill.toml").code == 0
+        moves = _write(Path("tilts.csv"), tilted(SEED, table, added_kg=WORK_KG))
+        cut = milled(SEED, table, 1)
+        _write(Path("cut.csv"), cut, 2)
+        np.save("true.npy", cut.true_N[:, ::2])
+        early = cli("reconstruct", "cut.csv", "--machine", "mill", "--estimator", "table")
+        assert early.code == 2
+        assert "calibrate MOVES… --machine mill --table" in early.err
+        done = cli("calibrate", moves, "--machine", "mill", "--table")
+        assert done.code == 0, done.err
+        assert "Table dynamometer 1 of mill" in done.out
+        assert "rotary axes from bed to table: a, c" in done.out
+        mass = float(done.out.split("mass on the sensor: ")[1].split()[0])
+        assert mass == pytest.approx(table.sensor_kg + WORK_KG, rel=0.005)
+
+    once(make)
+    return cli
+
+
+def test_forces_come_in_machine_axes_with_heat_taken_off(levelled: Cli) -> None:
+    """The error in z is a tenth of the heat; 95 % intervals hold nine rows of ten and more."""
+    use = ("--machine", "mill", "--estimator", "table")
+    done = levelled("reconstruct", "cut.csv", *use, "--page", "cut.html")
+    assert done.code == 0, done.err
+    assert "x, y, z: heat of chips: up to" in done.out
+    assert "standing" not in done.out
+    told = pd.read_csv("cut-load.csv")
+    true = filtered(np.load("true.npy"), 500.0, 2500.0)
+    for k, c in enumerate("xyz"):
+        off = told[f"force.{c}"].to_numpy() - true[k]
+        assert np.sqrt(np.mean(off**2)) < 6.0
+        assert np.mean(np.abs(off) <= 1.96 * told[f"{c}.load.sd"]) > 0.9
+    assert "Load on the axes" in Path("cut.html").read_text("utf-8")
+    lighter = levelled("reconstruct", "cut.csv", *use, "--removed", "1.0", "--out", "less.csv")
+    assert lighter.code == 0
+    late = pd.read_csv("less.csv")["force.z"] - told["force.z"]
+    assert 0.1 < late.abs().max() < 9.81  # what the kilogram weighs, less what heat takes for it
+
+
+def test_all_sensors_together_say_who_told_it_and_who_not(levelled: Cli) -> None:
+    done = levelled("reconstruct", "cut.csv", "--machine", "mill", "--estimator", "fused")
+    assert done.code == 0, done.err
+    assert "by weight 100 % table dynamometer" in done.out
+    assert "not heard: drive model: cut.csv: no drive effort" in done.out
+    told = pd.read_csv("cut-load.csv")
+    assert (told["x.weight.table_dynamometer"] == 1.0).all()
+    listed = levelled("sensors", "mill")
+    assert listed.out.count("table dynamometer") == 3
+    assert "nothing feels" not in listed.out
+
+
+def test_the_same_moves_again_are_already_there(levelled: Cli) -> None:
+    again = levelled("calibrate", "tilts.csv", "--machine", "mill", "--table")
+    assert again.code == 0
+    assert "already there" in again.out
+    assert "Table dynamometer 1" in again.out
+
+
+def test_what_tells_no_table_is_refused_in_one_line(levelled: Cli) -> None:
+    def refused(*arguments: str) -> str:
+        ran = levelled(*arguments)
+        assert ran.code == 2
+        assert len(ran.err.strip().splitlines()) == 1
+        return ran.err
+
+    table = ("--machine", "mill", "--table")
+    assert "--machine NAME" in refused("calibrate", "tilts.csv", "--table")
+    assert "one of them" in refused("calibrate", "tilts.csv", *table, "--network")
+    assert "never rests" in refused("calibrate", "cut.csv", *table)
+    moves = pd.read_csv("tilts.csv")
+    moves.drop(columns="c.angle").to_csv("lacks.csv", index=False)
+    assert "no channel 'c.angle'" in refused("calibrate", "lacks.csv", *table)
+    levelled("machine", "add", "plain")
+    plain = refused("calibrate", "tilts.csv", "--machine", "plain", "--table")
+    assert "no rotary axis that carries the work" in plain
+    drive = ("reconstruct", "cut.csv", "--machine", "mill")
+    assert "--removed goes with" in refused(*drive, "--removed", "1.0")
+    assert "nothing feels" in refused(
+        "reconstruct", "cut.csv", "--machine", "plain", "--estimator", "fused"
+    )
