@@ -15,6 +15,7 @@ from autodb.explain.answer import Explanation
 from autodb.jobs import Job
 from autodb.machinefile import MachineFile
 from autodb.pairs.stated import Material
+from autodb.partfile import PartFile
 from autodb.sidefile import SideFile
 from autodb.standard.protocol import Protocol
 from autodb.toolfile import ToolFile
@@ -27,6 +28,7 @@ FORMATS: tuple[tuple[str, str, type[BaseModel], Mode], ...] = (
     ("tool", "Tool file", ToolFile, "validation"),
     ("standard_cuts", "Standard cuts (protocol)", Protocol, "validation"),
     ("conventional", "Conventional values of a work material", Material, "validation"),
+    ("part", "Part file", PartFile, "validation"),
     ("side_file", "Side file of a recording", SideFile, "validation"),
     ("explanation", "explanation.json", Explanation, "serialization"),
 )

@@ -26,6 +26,7 @@ Calibrations = list[models.Calibration]
 """Those of one axis that hold now, newest first."""
 QUANTITY = {"x": X, "y": Y, "z": Z}
 CHIP_THICKNESS = "chip.thickness"
+GAIN = "gain"
 GEOMETRY = (
     *("diameter_mm", "teeth", "helix_deg", "corner_radius_mm", "point_angle_deg"),
     *("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg", "included_deg"),
@@ -56,13 +57,14 @@ def numbers_of(tool: models.Tool) -> dict[str, float]:
 def forces_of_pair(
     session: Session, machine_id: int, pair: models.Pair, felt: Sequence[Calibrations]
 ) -> Felt:
-    """Return the forces that axes felt on a pair.
+    """Return the forces that axes and other sensors felt on a pair.
 
     ``felt``: the calibrations of each axis. A force counts where the one that felt it is still the
     one that holds for the cut: of a cut that did not state what, a later calibration may say
-    otherwise.
+    otherwise. Of several sensors of a force the surest counts.
     """
     forces = [f for current in felt for f in _of_axis(session, machine_id, pair.id, current)]
+    forces = _surest([*forces, *_of_others(session, machine_id, pair.id)])
     reasons = {force.cut_id: _unusable(force.cut) for force in forces}
     left_out: dict[str, int] = {}
     for reason in reasons.values():
@@ -99,6 +101,44 @@ def _of_axis(
         for force, by in zip(felt, chosen, strict=True)
         if isinstance(by, int) and force.calibration_id == ids[by]
     ]
+
+
+def _of_others(session: Session, machine_id: int, pair_id: int) -> list[models.SensedForce]:
+    """Return what sensors that are no calibrated ranges felt; of each kind its newest version."""
+    query = (
+        select(models.SensedForce)
+        .join(models.Cut)
+        .join(models.Recording)
+        .where(
+            models.Recording.machine_id == machine_id,
+            models.Cut.pair_id == pair_id,
+            models.SensedForce.estimator_id.is_not(None),
+            models.SensedForce.value_N.is_not(None),
+        )
+        .order_by(models.SensedForce.estimator_id)
+    )
+    return list({(f.cut_id, f.component, f.estimator): f for f in session.scalars(query)}.values())
+
+
+def _surest(forces: Sequence[models.SensedForce]) -> list[models.SensedForce]:
+    """Return one force of each component of a cut: that of the least standard deviation."""
+    found: dict[tuple[int, str], models.SensedForce] = {}
+    for force in forces:
+        key = force.cut_id, force.component
+        if key not in found or _whole_sd_N(force) < _whole_sd_N(found[key]):
+            found[key] = force
+    return list(found.values())
+
+
+def _whole_sd_N(force: models.SensedForce) -> float:
+    """Return a force's standard deviation; with its gain's of a sensor that is no range."""
+    shared = 0.0 if force.sensor is None else gain_share(force) * float(force.value_N or 0.0)
+    return float(np.hypot(float(force.sd_N or 0.0), shared))
+
+
+def gain_share(force: models.SensedForce) -> float:
+    """Return the relative sd of the gain of what felt a force, where it is no calibrated range."""
+    return float(force.common[0]) if force.common else 0.0
 
 
 def usable(cut: models.Cut) -> bool:
@@ -161,10 +201,11 @@ def as_cuts(cuts: Sequence[models.Cut]) -> tuple[dict[int, int], tuple[Cuts, ...
 
 
 class Readings:
-    """Forces (m,) felt by calibrations, and how the errors of these move them.
+    """Forces (m,) felt by calibrations and other sensors, and how the errors of these move them.
 
     What the reference forces have in a calibration is an error of its own, which all calibrations
-    of a component on them share; and what is a day's, each recording has for itself.
+    of a component on them share; and what is a day's, each recording has for itself. Any other
+    sensor has a gain, which all that it felt share.
     """
 
     def __init__(self, forces: Sequence[models.SensedForce]) -> None:
@@ -177,6 +218,11 @@ class Readings:
             felt = np.array([f.calibration_id == row.id for f in forces])
             common = np.array([f.common for f in forces if f.calibration_id == row.id])
             self._add_calibration(row, felt, common)
+        for number in sorted({f.estimator_id for f in forces if f.estimator_id is not None}):
+            felt = np.array([f.estimator_id == number for f in forces])
+            share = np.array([[gain_share(f)] for f in forces if f.estimator_id == number])
+            error = Shared(f"{GAIN} of sensor {number}", np.eye(1))
+            self._add(error, felt, np.zeros_like(share), share)
         self.shared = tuple(one for one, _, _ in self._moved.values())
         self.shift = np.column_stack([shift for _, shift, _ in self._moved.values()])
         self.share = np.column_stack([share for _, _, share in self._moved.values()])

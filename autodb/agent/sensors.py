@@ -1,7 +1,7 @@
 """What a machine can feel: every force sensor it has, how near it comes, and since when."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -10,6 +10,7 @@ from autodb.agent.calibrations import current_calibrations
 from autodb.agent.dynamometers import KIND as DYNAMOMETER
 from autodb.agent.estimators import FUSION, newest
 from autodb.agent.identifying import newest_model
+from autodb.agent.inspecting import KIND as INSPECTION
 from autodb.agent.machines import find_machine
 from autodb.agent.networks import KIND as LSTM
 from autodb.agent.reconstructing import known_scale
@@ -18,7 +19,7 @@ from autodb.sensing.ranges import COMPONENT_OF_AXIS
 from autodb.sensing.sensors import DRIVE, NETWORK, TABLE
 from autodb.store import models
 
-RANGE, TOGETHER = "current range", "together"
+RANGE, INSPECTED, TOGETHER = "current range", "finished part", "together"
 
 
 @dataclass(frozen=True)
@@ -106,6 +107,10 @@ def _others(session: Session, owner: models.Machine) -> Iterator[Sensor]:
         yield _over_time(row, NETWORK, _recordings(row), of)
     for row in newest(session, owner.id, DYNAMOMETER):
         yield _over_time(row, TABLE, _recordings(row), "moves in air")
+    for row in newest(session, owner.id, INSPECTION):
+        bar = (row.model or {})["bar"]
+        source = f"a bar of {bar['diameter_mm']:g} mm, {bar['length_mm']:g} mm free"
+        yield replace(_over_time(row, INSPECTED, source, "its stiffness alone"), unit="of it")
     for row in newest(session, owner.id, FUSION):
         names = " and ".join((row.model or {})["names"])
         yield _over_time(row, TOGETHER, names, "recordings left out")
@@ -122,7 +127,7 @@ def _over_time(row: models.Estimator, kind: str, source: str, of: str) -> Sensor
         kind=kind,
         source=source,
         version=row.version,
-        error=row.scores["rmse_N"],
+        error=row.scores.get("rmse_N", row.scores.get("share")),
         unit="N",
         of=of,
         since=row.since,

@@ -69,7 +69,14 @@ def _sensed(session: Session, row: models.SensedForce) -> Node:
     sources = [_recording(session, row.cut.recording)]
     if row.calibration is not None:
         sources.append(_calibration(session, row.calibration))
+    if row.sensor is not None:
+        sources.append(_sensor(session, row.sensor))
     return Node(text, sources)
+
+
+def _sensor(session: Session, row: models.Estimator) -> Node:
+    text = f"sensor {row.id}: {row.kind} of force.{row.component}, version {row.version}"
+    return Node(text, [_recording(session, r) for r in row.recordings])
 
 
 def _parameters(session: Session, row: models.CuttingParameters) -> Node:
@@ -96,6 +103,8 @@ def _parameters(session: Session, row: models.CuttingParameters) -> Node:
         node.sources.append(source)
     felt_by = {force.calibration.id: force.calibration for force in forces if force.calibration}
     node.sources += [_calibration(session, calibration) for calibration in felt_by.values()]
+    sensors = {force.sensor.id: force.sensor for force in forces if force.sensor}
+    node.sources += [_sensor(session, sensor) for sensor in sensors.values()]
     return node
 
 

@@ -13,6 +13,7 @@ from autodb.cli import (
     deciding,
     explaining,
     identifying,
+    inspecting,
     keeping,
     learning,
     looking_up,
@@ -43,6 +44,7 @@ app.command("sweep")(sweeping.sweep)
 app.command("identify")(identifying.identify)
 app.command("scale")(scaling.scale)
 app.command("reconstruct")(reconstructing.reconstruct)
+app.command("inspect")(inspecting.inspect)
 app.command("sensors")(sensing.sensors)
 app.command("refresh")(learning.refresh)
 app.command("predict")(answers.predict)

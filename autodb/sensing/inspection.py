@@ -76,11 +76,13 @@ class Measured:
 class Inspected:
     """The passive force and its sd, N, outward; ``off_mm``: what the radius was off by beside it.
 
-    ``why_not``: why it is not sensed, then force and sd are NaN.
+    ``own_sd_N``: the part of the sd that other parts of the same work, tool and machine do not
+    share. ``why_not``: why it is not sensed, then force and sds are NaN.
     """
 
     force_N: float
     sd_N: float
+    own_sd_N: float
     off_mm: float
     why_not: str | None = None
 
@@ -107,15 +109,16 @@ def passive_force(measured: Measured, *, range_N: float) -> Inspected:
         return _not_sensed("the compliance is the same at all places, and nobody knows the setting")
     covariance = np.linalg.inv(inner)
     force, off = covariance @ (columns.T @ (0.5 * measured.error_mm)) / noise**2
-    sd = float(np.hypot(np.sqrt(covariance[0, 0]), measured.share * force))
+    own_sd = float(np.sqrt(covariance[0, 0]))
+    sd = float(np.hypot(own_sd, measured.share * force))
     width_N = 2.0 * NORMAL_95 * sd
     if width_N > range_N:
         return _not_sensed(
             f"its 95 % interval is {width_N:.3g} N wide, and it lies within {range_N:.3g} N: "
             "places that differ more in compliance, or a surer setting, would work"
         )
-    return Inspected(float(force), sd, float(off))
+    return Inspected(float(force), sd, own_sd, float(off))
 
 
 def _not_sensed(why: str) -> Inspected:
-    return Inspected(np.nan, np.nan, np.nan, why)
+    return Inspected(np.nan, np.nan, np.nan, np.nan, why)

@@ -135,7 +135,8 @@ class SensedForce(Base):
     """One force component of one cut as one estimator felt it, or why it did not.
 
     ``common`` is the derivative by the calibration's coefficients, and by an offset where it has
-    ``group_covariance``: the error shared by all cuts.
+    ``group_covariance``: the error shared by all cuts. Of another estimator: the relative standard
+    deviation of a gain that all that it sensed share.
     """
 
     __tablename__ = "sensed_force"
@@ -160,6 +161,7 @@ class SensedForce(Base):
     reason: Mapped[str | None]
     cut: Mapped[Cut] = relationship()
     calibration: Mapped[Calibration | None] = relationship()
+    sensor: Mapped[Estimator | None] = relationship()
 
 
 class SensedWaveform(Base):
