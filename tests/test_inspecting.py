@@ -1,5 +1,6 @@
 """The passive force of a cut from its finished part, from file to belief."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -50,14 +51,12 @@ def learnt(cli: Cli, sample_jobs: Path, once: Once) -> Cli:
 
 
 def _passive_N(cli: Cli, sample_jobs: Path) -> tuple[float, float]:
-    """Return the passive force of the sample job's first cut and its half width."""
-    import json
-
+    """Return the passive force of the sample job's third cut and its half width."""
     job = sample_jobs / "stepped_shaft" / "job.toml"
     ran = cli("predict", job, "--machine", "lathe-1", "--json")
     assert ran.code == 0, ran.err
-    x = json.loads(ran.out)["operations"][0]["forces"]["x"]
-    return x["value_N"], (x["upper_N"] - x["lower_N"]) / 2.0
+    x = json.loads(ran.out)["cuts"][2]["force_x_N"]
+    return x["value"], (x["high"] - x["low"]) / 2.0
 
 
 def test_a_part_tells_its_force_and_what_the_radius_was_off_by(cli: Cli) -> None:
@@ -78,8 +77,8 @@ def test_a_stiff_part_tells_nothing_and_says_why(cli: Cli) -> None:
 def test_what_the_part_told_is_learnt_and_traced(learnt: Cli, sample_jobs: Path) -> None:
     of = ("--machine", "lathe-1", "--recording", "shop-week-1.csv", "--cut", str(CUT))
     part = _part(Path("part.toml"))
-    before = learnt("refresh", "--machine", "lathe-1")
-    assert "nothing new" in before.out
+    assert "nothing new" in learnt("refresh", "--machine", "lathe-1").out
+    alone, half_alone = _passive_N(learnt, sample_jobs)
     kept = learnt("inspect", part, *of)
     assert kept.code == 0, kept.err
     assert "kept as force.x of cut 3" in kept.out
@@ -92,14 +91,12 @@ def test_what_the_part_told_is_learnt_and_traced(learnt: Cli, sample_jobs: Path)
     assert "version" in after.out
     listed = learnt("sensors", "lathe-1")
     assert "finished part" in listed.out
-    newest = max(int(one) for one in _versions(after.out))
-    assert newest == 2
-
-
-def _versions(text: str) -> list[str]:
-    import re
-
-    return re.findall(r"version (\d+)", text)
+    assert "version 2" in after.out
+    told, half = _passive_N(learnt, sample_jobs)
+    assert told == pytest.approx(1.5 * alone, rel=0.2)
+    assert half / told < 0.7 * half_alone / alone
+    traced = learnt("trace", "parameters", "2")
+    assert "inspection of force.x, version 1" in traced.out
 
 
 def test_what_is_no_part_of_a_cut_is_refused_in_one_line(learnt: Cli) -> None:

@@ -18,7 +18,7 @@ from autodb.records import Recording
 from autodb.sensing.reconstruct import Load
 from autodb.sensing.table.engaged import engaged
 from autodb.sensing.table.forces import TableForces, table_forces
-from autodb.sensing.table.identify import air_left_N, identify_table
+from autodb.sensing.table.identify import GAIN_SD, air_left_N, identify_table
 from autodb.sensing.table.kinematics import DIRECTIONS, Kinematics, order_of
 from autodb.sensing.table.model import TableModel
 from autodb.store import Store, models
@@ -133,7 +133,8 @@ def forces_on_table(
     told = told_on_table(model, recording, bandwidth_hz=hz, removed_kg=removed_kg)
     said = f"table dynamometer, version {version} of machine '{machine}'"
     loads = [_load("xyz"[k], told.force_N[k], told.sd_N[k], hz) for k in range(3)]
-    return [Felt(load, said, None, said=_heat_words(told)) for load in loads]
+    heat = _heat_words(told)
+    return [Felt(load, said, None, said=heat, share=GAIN_SD) for load in loads]
 
 
 def told_on_table(

@@ -143,7 +143,8 @@ def put_together(
         bandwidth_hz=max(one.bandwidth_hz for one in loads),
     )  # fmt: skip
     sources = "; ".join(by_name[name].model for name in names)
-    return Felt(load, sources, None, said="; ".join(said), weight=weights)
+    shared = float(sum(weights[name].mean() * by_name[name].share for name in names))
+    return Felt(load, sources, None, said="; ".join(said), share=shared, weight=weights)
 
 
 def _fusion(names: Sequence[str], learnt: Fusion | None) -> Fusion:

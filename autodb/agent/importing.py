@@ -14,6 +14,7 @@ from autodb.agent.machines import find_machine
 from autodb.channels import axis_of
 from autodb.checksums import checksum
 from autodb.errors import UnusableInput
+from autodb.pairs.engaged import BY_NAME
 from autodb.records import EDGE, CutTable, Recording, Source, edge_codes
 from autodb.records.plausible import refuse_implausible
 from autodb.records.summary import BaseSummary, summarise
@@ -63,7 +64,8 @@ def import_file(
     """Import one recording or cut table of a machine; a second time says it is already there.
 
     The file is read in blocks, its checksum taken and its channels checked; a table of cuts is
-    kept cut by cut, and raw phase currents give the cut they hold. Currents take the axis' sign
+    kept cut by cut, raw phase currents give the cut they hold, and of any other recording over time
+    the cut is kept that its side file states. Currents take the axis' sign
     from the machine. Raises UnusableInput, SetAside of a raw cut that nothing can be learned from;
     then nothing is written.
     """
@@ -170,12 +172,25 @@ def _cuts(
         names = ", ".join(f"'{base.name}'" for base in holding)
         raise UnusableInput(f"{source.path}: cuts in several time bases: {names}; one would work")
     if not holding:
-        return None, ()
+        return _said_cut(source), ()
     table = holding[0].read()
     cuts, notes = (table, ()) if isinstance(table, CutTable) else _raw_cut(table, progress)
     _refuse_unmeasured(cuts)
     faults.refuse(source.path, faults.checks_of_units(cuts, tuple(COMPONENT_OF_AXIS)))
     return cuts, notes
+
+
+def _said_cut(source: Source) -> CutTable | None:
+    """Return the cut that a side file states of a recording over time: nothing of it was averaged.
+
+    None where it says too little for its forces to be worked out: pair, operation, conditions.
+    """
+    side, known = source.side, raw.stated_by(source.side)
+    operation = BY_NAME.get(side.cut.operation or "")
+    named = side.recording.work is not None and side.tool.name is not None
+    if operation is None or not named or operation.lacking(known):
+        return None
+    return raw.table_of(source.path, side, {"cut": 1.0} | known)
 
 
 def _raw_cut(

@@ -36,6 +36,8 @@ KIND = "lstm"
 
 SLOWEST = 0.25
 """Share of the rate up to which loads are reconstructed."""
+TRAINED_SHARE = 0.01
+"""Relative sd of the gain of the dynamometer that a network was trained on. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -239,5 +241,7 @@ def forces_on_machine(
         bandwidth_hz = min(float(box.cutoff_hz[k]), SLOWEST * own.rate_hz)
         load = reconstruct(own, drives[c].model, bandwidth_hz=bandwidth_hz)
         load = replace(load, unit="N", value=-told.force_N[:, k], sd=told.sd_N[:, k])
-        found.append(Felt(load, said, None, said="told in newtons, as it was trained"))
+        found.append(
+            Felt(load, said, None, said="told in newtons, as it was trained", share=TRAINED_SHARE)
+        )
     return found

@@ -45,13 +45,15 @@ class Felt:
 
     ``scale`` is None where the effort was in newtons, or nothing is known that makes it so: then
     the load stays in amperes. ``said``: of a sensor that is no drive, what is to be said of it;
-    ``weight`` (n,): of several put together, by how much each made a row.
+    ``share``: relative sd of its gain, which all rows share; ``weight`` (n,): of several put
+    together, by how much each made a row.
     """
 
     load: Load
     model: str
     scale: Scale | None
     said: str | None = None
+    share: float = 0.0
     weight: Mapping[str, Array] = field(default_factory=dict)
 
 
@@ -140,7 +142,7 @@ def _load(recording: Recording, model: DriveModel, *, bandwidth_hz: float, obser
 def _felt(load: Load, model: str, scale: Scale | None) -> Felt:
     if scale is None or load.unit != "A":
         return Felt(load, model, None)
-    return Felt(load.scaled(scale.per_ampere, scale.unit), model, scale)
+    return Felt(load.scaled(scale.per_ampere, scale.unit), model, scale, share=scale.share)
 
 
 def drive_model(row: models.ChannelModel) -> DriveModel:

@@ -4,7 +4,7 @@ One pass is one transaction: killed in the middle, the database is as it was, an
 the whole work again.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.beliefs import pair_name
 from autodb.agent.calibrations import as_calibration, current_calibrations
+from autodb.agent.feeling import FeltMean, feel_over_time
 from autodb.agent.felt import Calibrations, forces_of_pair
 from autodb.agent.importing import cuts_as_table
 from autodb.agent.learning import learn_pair
@@ -43,15 +44,18 @@ def refresh(
 ) -> Refreshed:
     """Sense the forces of every cut not sensed yet with the newest calibrations; update the pairs.
 
-    Cuts that are not of a pair's usual state are explained, and mismatches opened for them.
+    Cuts of recordings over time are felt by what the machine has beside calibrated ranges. Cuts
+    that are not of a pair's usual state are explained, and mismatches opened for them.
 
     Raises UnusableInput for an unknown machine.
     """
     done = Refreshed()
     odd: list[int] = []
+    tell = progress or (lambda _: None)
+    over_time = feel_over_time(store, machine, progress=tell)
     with store.writing() as session:
         owner = find_machine(session, machine)
-        tell = progress or (lambda _: None)
+        _keep_felt(session, over_time, done)
         felt = _felt(session, owner, done, tell)
         for pair in session.scalars(_pairs(owner.id)):
             tell(f"updating {pair_name(pair)}")
@@ -62,6 +66,24 @@ def refresh(
             odd += outcome.odd
         done.mismatches += open_mismatches(session, owner, odd, progress=tell)
     return done
+
+
+def _keep_felt(session: Session, over_time: Sequence[FeltMean], done: Refreshed) -> None:
+    """Keep what was felt over time, but what another agent kept meanwhile."""
+    for one in over_time:
+        there = session.scalar(
+            select(models.SensedForce.id).where(
+                models.SensedForce.cut_id == one.cut_id,
+                models.SensedForce.component == one.component,
+                models.SensedForce.estimator_id == one.estimator_id,
+            )
+        )
+        if there is None:
+            session.add(one.row())
+            done.sensed += one.reason is None
+            done.not_sensed += one.reason is not None
+    done.set_aside += dict.fromkeys(one.reason for one in over_time if one.reason is not None)
+    session.flush()
 
 
 def learn_confirmed(
@@ -95,13 +117,29 @@ def _felt(
             progress(f"sensing force.{component} from {axis.name}")
             _sense(session, owner.id, current, done)
             felt[component] = current
-    if not felt:
+    if not felt and not _sensed_otherwise(session, owner.id):
         done.set_aside.append(
             "no calibration is offered: nothing can be sensed ('calibrate' first)"
         )
     _note_unsensed(session, owner.id, felt, done)
     session.flush()
     return list(felt.values())
+
+
+def _sensed_otherwise(session: Session, machine_id: int) -> bool:
+    """Say whether something beside calibrated ranges has felt a force of the machine's cuts."""
+    query = (
+        select(models.SensedForce.id)
+        .join(models.Cut)
+        .join(models.Recording)
+        .where(
+            models.Recording.machine_id == machine_id,
+            models.SensedForce.estimator_id.is_not(None),
+            models.SensedForce.value_N.is_not(None),
+        )
+        .limit(1)
+    )
+    return session.scalar(query) is not None
 
 
 def _say_refused(current: Calibrations, done: Refreshed) -> None:

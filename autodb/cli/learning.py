@@ -315,7 +315,7 @@ def refresh(machine: MachineName, db: Database = None) -> None:
 
     with opened(db) as store, working(f"refreshing {machine}") as progress:
         done = run(store, machine, progress=progress)
-    if not done.sensed and not done.versions:
+    if not (done.sensed or done.not_sensed or done.versions):
         say("nothing new: every cut is sensed and every pair is up to date")
     else:
         say(f"{done.sensed} forces sensed, {done.not_sensed} not sensed")

@@ -5,8 +5,9 @@ part gives its mean range with its standard error; a dynamometer's forces give t
 mean over the cut. What disturbs a part of it is left out and said, what spoils it sets it aside.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from autodb.records import CutTable, Recording
 from autodb.sensing import asides, faults
 from autodb.sensing.averages import means_of
 from autodb.sensing.loads import AXES, QUICK_S, Load, has_phase_currents, load_of
+from autodb.sidefile import SideFile
 
 __all__ = ["RawCut", "cut_of", "has_phase_currents"]
 
@@ -76,7 +78,7 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
         row |= means_of(axis, load, parts, found.rate_hz, notes)
     for name, force in found.quasi_static.items():
         row[name] = float(np.mean(force[parts.cut]) - np.mean(force[parts.air]))
-    return RawCut(_table(recording, row), tuple(notes))
+    return RawCut(table_of(recording.path, recording.side, row), tuple(notes))
 
 
 def _set_aside(recording: Recording, seen: str | None) -> None:
@@ -197,10 +199,13 @@ def _spindle(recording: Recording, parts: signals.Segments) -> signals.Turning |
 
 
 def _conditions(recording: Recording, cut: slice) -> dict[str, float]:
-    side = recording.side.cut
+    return {"cut": 1.0, "t": float(recording.t_s[cut.start])} | stated_by(recording.side)
+
+
+def stated_by(side_file: SideFile) -> dict[str, float]:
+    """Return what a side file states of the one cut of its recording, by channel."""
+    side = side_file.cut
     known = {
-        "cut": 1.0,
-        "t": float(recording.t_s[cut.start]),
         "cutting.feed": side.feed_mm_rev or side.feed_mm_tooth,
         "cutting.depth": side.depth_mm,
         "cutting.width": side.width_mm,
@@ -231,12 +236,12 @@ def _during(recording: Recording, cut: slice) -> dict[str, float]:
     return found
 
 
-def _table(recording: Recording, row: dict[str, float]) -> CutTable:
-    side = recording.side
+def table_of(path: Path, side: SideFile, row: Mapping[str, float]) -> CutTable:
+    """Return the one cut of a recording over time as a table, with what its side file says."""
     texts: dict[str, list[str]] = {
         "operation": [side.cut.operation or ""],
         "work.material": [side.recording.work or ""],
         "tool": [side.tool.name or ""],
     }
     channels = {name: np.array([value]) for name, value in row.items()}
-    return CutTable(path=recording.path, channels=channels, texts=texts, side=side)
+    return CutTable(path=path, channels=channels, texts=texts, side=side)

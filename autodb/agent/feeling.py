@@ -1,0 +1,182 @@
+"""Forces of cuts that were recorded over time, as a machine's drives, network and table feel them.
+
+Each cut is read and felt before anything is written: it takes seconds. What a cut's force was felt
+with is kept with it; a new version of that feels it anew.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb.agent.dynamometers import KIND as TABLE
+from autodb.agent.estimators import FUSION, Fitted, keep, newest
+from autodb.agent.fusing import fused_on_machine
+from autodb.agent.identifying import newest_model
+from autodb.agent.importing import files_of
+from autodb.agent.machines import find_machine
+from autodb.agent.reconstructing import Felt, known_scale
+from autodb.channels import LINEAR_AXES
+from autodb.checksums import checksum
+from autodb.errors import UnusableInput
+from autodb.records import Recording
+from autodb.records.source import open_as_stored
+from autodb.sensing.in_cut import mean_of, steady_rows
+from autodb.sidefile import SideFile
+from autodb.store import Store, models
+
+DRIVE = "drive"
+
+
+@dataclass(frozen=True)
+class FeltMean:
+    """A component of a cut as a sensor felt it, or why it did not; rows of the database by id."""
+
+    cut_id: int
+    component: str
+    kind: str
+    estimator_id: int
+    value_N: float | None
+    sd_N: float | None
+    share: float | None
+    reason: str | None
+
+    def row(self) -> models.SensedForce:
+        """Return it as the database keeps it."""
+        return models.SensedForce(
+            cut_id=self.cut_id,
+            component=self.component,
+            estimator=self.kind,
+            estimator_id=self.estimator_id,
+            value_N=self.value_N,
+            sd_N=self.sd_N,
+            common=None if self.share is None else [self.share],
+            reason=self.reason,
+        )
+
+
+def feel_over_time(
+    store: Store, machine: str, *, progress: Callable[[str], None] = lambda _: None
+) -> list[FeltMean]:
+    """Feel the cuts of recordings over time that what the machine has now has not felt yet.
+
+    Raises UnusableInput for an unknown machine.
+    """
+    with store.writing() as session:
+        owner = find_machine(session, machine)
+        _keep_drives(session, owner)
+        sensors = {c: (row.id, row.kind) for c, row in _sensors(session, owner).items()}
+        waiting = _waiting(session, owner, [number for number, _ in sensors.values()])
+    found = []
+    for one in waiting:
+        try:
+            recording = one.recording()
+            progress(f"feeling {recording.path.name}")
+            told = fused_on_machine(store, machine, recording, progress=progress)
+            felt = {component.load.axis: component for component in told.felt}
+            found += _means(one.cut_id, recording, felt, sensors)
+        except UnusableInput as error:
+            found += [
+                FeltMean(one.cut_id, c, kind, number, None, None, None, str(error))
+                for c, (number, kind) in sensors.items()
+            ]
+    return found
+
+
+def _means(
+    cut_id: int,
+    recording: Recording,
+    felt: Mapping[str, Felt],
+    sensors: Mapping[str, tuple[int, str]],
+) -> list[FeltMean]:
+    forces = np.array([-one.load.value for one in felt.values()])
+    rows = steady_rows(forces, rate_hz=recording.rate_hz, where=str(recording.path))
+    found = []
+    for c, (number, kind) in sensors.items():
+        if c not in felt:
+            reason = f"{recording.path.name}: nothing that feels force.{c} was recorded"
+            found.append(FeltMean(cut_id, c, kind, number, None, None, None, reason))
+            continue
+        load = felt[c].load
+        mean = mean_of(-load.value, load.sd, rows)
+        found.append(
+            FeltMean(cut_id, c, kind, number, mean.force_N, mean.sd_N, felt[c].share, None)
+        )
+    return found
+
+
+def _keep_drives(session: Session, owner: models.Machine) -> None:
+    """Keep drive models that tell newtons as sensors, where they are newer than those kept."""
+    fitted = {}
+    for axis in owner.axes:
+        if axis.name not in LINEAR_AXES or known_scale(session, axis) is None:
+            continue
+        row = newest_model(session, owner.id, f"{axis.name}.current")
+        if row is not None and row.errors is not None:
+            fitted[axis.name] = Fitted(
+                {"channel": row.channel, "version": row.version}, {"rms": row.errors["rms"]}
+            )
+    before = {row.component: row.model for row in newest(session, owner.id, DRIVE)}
+    if fitted and before != {c: one.model for c, one in fitted.items()}:
+        keep(session, owner.id, DRIVE, fitted, [])
+
+
+def _sensors(session: Session, owner: models.Machine) -> dict[str, models.Estimator]:
+    """Return by component what its force is kept as felt with: all together, a table, a drive."""
+    found: dict[str, models.Estimator] = {}
+    for kind in (DRIVE, TABLE, FUSION):
+        found |= {row.component: row for row in newest(session, owner.id, kind)}
+    return found
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """A cut, by id, with its recording: where it was, files with their checksums, side file."""
+
+    cut_id: int
+    path: str
+    files: Mapping[Path, str]
+    side: Mapping[str, Any]
+
+    def recording(self) -> Recording:
+        """Read the recording; raises UnusableInput where it is not there as it was imported."""
+        there = [path for path, sha256 in self.files.items() if checksum(path) == sha256]
+        if not there:
+            raise UnusableInput(f"{self.path}: not there as it was imported, so nothing feels it")
+        found = open_as_stored(there[0], SideFile.model_validate(self.side)).choose().read()
+        if not isinstance(found, Recording):
+            raise UnusableInput(f"{there[0]}: a table of cuts; a recording over time would work")
+        return found
+
+
+def _waiting(session: Session, owner: models.Machine, sensors: list[int]) -> list[Waiting]:
+    """Return the cuts of recordings over time that none of these sensors has looked at."""
+    if not sensors:
+        return []
+    looked_at = (
+        select(models.SensedForce.id)
+        .where(
+            models.SensedForce.cut_id == models.Cut.id,
+            models.SensedForce.estimator_id.in_(sensors),
+        )
+        .exists()
+    )
+    cuts = session.scalars(
+        select(models.Cut)
+        .join(models.Recording)
+        .where(
+            models.Recording.machine_id == owner.id,
+            models.Recording.kind == "series",
+            models.Cut.pair_id.is_not(None),
+            ~looked_at,
+        )
+        .order_by(models.Cut.id)
+    )
+    return [
+        Waiting(cut.id, cut.recording.path, files_of(cut.recording), cut.recording.side)
+        for cut in cuts
+    ]

@@ -1,0 +1,53 @@
+"""Mean forces of the one cut of a recording over time, where the tool is wholly in the work."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from autodb.errors import UnusableInput
+
+Array = NDArray[np.float64]
+
+SMOOTH_S = 0.25
+"""Length over which the size of the force is a mean."""
+HIGH, SHARE = 0.9, 0.6
+"""Quantile of the force's size that counts as in the work, and the share of it from which on it
+does. Chosen."""
+TRIMMED = 0.1
+"""Share of the cut at each end in which the tool may come in or go out. Chosen."""
+SHORTEST_S = 0.5
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Mean force and its standard deviation, N: errors of all rows are taken to go together."""
+
+    force_N: float
+    sd_N: float
+
+
+def steady_rows(forces_N: Array, *, rate_hz: float, where: str) -> slice:
+    """Return the rows of the longest stretch in which forces (c, n) are those of the cut.
+
+    Raises UnusableInput, naming ``where``, for one that is too short.
+    """
+    size = np.sqrt(np.sum(np.nan_to_num(forces_N) ** 2, axis=0))
+    smooth = uniform_filter1d(size, max(1, round(SMOOTH_S * rate_hz)), mode="nearest")
+    inside = smooth > SHARE * np.quantile(smooth, HIGH)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(np.int8), [0]])))
+    begins, ends = edges[::2], edges[1::2]
+    longest = int(np.argmax(ends - begins))
+    begin, end = int(begins[longest]), int(ends[longest])
+    trim = round(TRIMMED * (end - begin))
+    if end - begin - 2 * trim < SHORTEST_S * rate_hz:
+        raise UnusableInput(
+            f"{where}: no {SHORTEST_S:g} s of a steady cut; one longer cut would work"
+        )
+    return slice(begin + trim, end - trim)
+
+
+def mean_of(force_N: Array, sd_N: Array, rows: slice) -> Mean:
+    """Return the mean of a force (n,) over rows."""
+    return Mean(float(np.nanmean(force_N[rows])), float(np.sqrt(np.nanmean(sd_N[rows] ** 2))))

@@ -1,0 +1,166 @@
+"""Milled cuts recorded over time: felt by a table dynamometer, and learnt from by refresh."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.typing import NDArray
+
+from autodb.errors import UnusableInput
+from autodb.sensing.in_cut import mean_of, steady_rows
+from autodb.virtual.reference_milling import ORDERS, Engagement, orders, waves
+from tests.conftest import Cli, Once
+
+Array = NDArray[np.float64]
+
+RATE_HZ, RPM = 1000.0, 2400.0
+T = np.arange(0.0, 5.0, 1.0 / RATE_HZ)
+INSIDE = (T > 1.2) & (T < 3.8)
+TILT = np.radians(-30.0)
+KG, ARM_M = 25.0, 0.1
+CUTS = ((0.03, 1.0), (0.05, 1.0), (0.03, 2.0), (0.05, 2.0), (0.07, 1.5), (0.04, 1.5), (0.06, 2.0))
+NEW = (0.045, 1.8)
+MACHINE = '[axes.x]\n[axes.y]\n[axes.z]\n[axes.a]\ncarries = "work"\n'
+SIDE = """[recording]
+work = "C45"
+[tool]
+name = "mill-10"
+kind = "end_mill"
+diameter_mm = 10.0
+teeth = 4
+helix_deg = 36.5
+[cut]
+operation = "slot"
+depth_mm = {depth}
+feed_mm_tooth = {feed}
+speed_rpm = {rpm}
+"""
+
+
+def _forces(feed: float, depth: float) -> tuple[Array, Array]:
+    """Return the waves (3, n) of a slot along +x and their means, by the generator's own orders."""
+    found = orders(Engagement(depth, 10.0, feed, False, 0.0, 0.0))
+    theta = 2.0 * np.pi * RPM / 60.0 * T
+    return waves(found, theta, np.ones(ORDERS + 1, dtype=np.complex128)) * INSIDE, found[:, 0].real
+
+
+def _read(process_N: Array, angle: Array, seed: int) -> dict[str, Array]:
+    """Return what a dynamometer on a table that turns about x reads, with noise of 1 N."""
+    s, c = np.sin(angle), np.cos(angle)
+    weight = KG * 9.80665 * np.array([0.0 * s, -s, c - 1.0])
+    x, y, z = process_N
+    turned = np.array([x, c * y - s * z, s * y + c * z]) + weight
+    rate = np.gradient(angle, 1.0 / RATE_HZ)
+    faster = np.gradient(rate, 1.0 / RATE_HZ)
+    # The arm is along y: it is thrown outwards, and held up as the table turns faster
+    turned[1] -= KG * ARM_M * rate**2
+    turned[2] += KG * ARM_M * faster
+    noise = np.random.default_rng([seed, 80]).standard_normal(turned.shape)
+    forces = {f"force.{axis}": turned[k] + noise[k] for k, axis in enumerate("xyz")}
+    return {"t": np.arange(len(angle)) / RATE_HZ, "a.angle": np.degrees(angle)} | forces
+
+
+def _write(path: Path, columns: dict[str, Array]) -> Path:
+    pd.DataFrame(columns).to_csv(path, index=False, float_format="%.5g")
+    return path
+
+
+def _tilts() -> dict[str, Array]:
+    """Return rests upright and at −60, −30 and 30°, with moves of a second between them."""
+    parts, now = [np.zeros(2000)], 0.0
+    for goal in (-60.0, 0.0, -30.0, 0.0, 30.0, 0.0):
+        u = np.linspace(0.0, 1.0, 1000)
+        parts += [now + (goal - now) * u**3 * (10.0 - 15.0 * u + 6.0 * u**2), np.full(2000, goal)]
+        now = goal
+    angle = np.radians(np.concatenate(parts))
+    return _read(np.zeros((3, len(angle))), angle, 1)
+
+
+def _cut(number: int, feed: float, depth: float) -> Path:
+    process, _ = _forces(feed, depth)
+    path = _write(Path(f"cut-{number}.csv"), _read(process, np.full(len(T), TILT), 10 + number))
+    side = SIDE.format(feed=feed, depth=depth, rpm=RPM)
+    path.with_suffix(".toml").write_text(side, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def milled(cli: Cli, once: Once) -> Cli:
+    """Return the command line on a mill with a table dynamometer and seven recorded slots."""
+
+    def make() -> None:
+        cli("init")
+        Path("mill.toml").write_text(MACHINE, encoding="utf-8")
+        cli("machine", "add", "mill", "--file", "mill.toml")
+        made = cli("calibrate", _write(Path("tilts.csv"), _tilts()), "--machine", "mill", "--table")
+        assert made.code == 0, made.err
+        for number, (feed, depth) in enumerate(CUTS):
+            done = cli("import", _cut(number, feed, depth), "--machine", "mill")
+            assert done.code == 0, done.err
+            assert "1 cuts" in done.out
+        learnt = cli("refresh", "--machine", "mill")
+        assert learnt.code == 0, learnt.err
+        assert "21 forces sensed" in learnt.out
+        assert "C45 / mill-10: version 1 from 7 cuts" in learnt.out
+
+    once(make)
+    return cli
+
+
+JOB = """name = "slot"
+material = "C45"
+tool = "mill-10"
+[[cut]]
+name = "new"
+operation = "slot"
+depth_mm = {depth}
+feed_mm_tooth = {feed}
+speed_rpm = {rpm}
+"""
+
+
+def test_a_slot_never_cut_is_predicted_from_recorded_ones(milled: Cli) -> None:
+    """Mean forces within their intervals; that across the feed is known to a tenth and better."""
+    feed, depth = NEW
+    Path("job.toml").write_text(JOB.format(feed=feed, depth=depth, rpm=RPM), encoding="utf-8")
+    ran = milled("predict", "job.toml", "--machine", "mill", "--json")
+    assert ran.code == 0, ran.err
+    told = json.loads(ran.out)
+    _, mean = _forces(feed, depth)
+    for k, c in enumerate("xyz"):
+        force = told["cuts"][0][f"force_{c}_N"]
+        assert force["low"] <= mean[k] <= force["high"]
+    across = told["cuts"][0]["force_y_N"]
+    assert across["high"] - across["low"] < 0.2 * mean[1]
+    assert told["behind"]["cuts"] == len(CUTS)
+
+
+def test_nothing_is_felt_twice(milled: Cli) -> None:
+    again = milled("refresh", "--machine", "mill")
+    assert again.code == 0
+    assert "nothing new" in again.out
+    traced = milled("trace", "parameters", "1")
+    assert "table of force." in traced.out
+
+
+def test_a_recording_that_is_gone_is_said_not_to_be_felt(milled: Cli) -> None:
+    path = _cut(9, 0.05, 1.2)
+    assert milled("import", path, "--machine", "mill").code == 0
+    path.unlink()
+    done = milled("refresh", "--machine", "mill")
+    assert done.code == 0
+    assert "0 forces sensed, 3 not sensed" in done.out
+    assert "cut-9.csv: not there as it was imported" in done.out
+
+
+def test_where_the_cut_is_steady() -> None:
+    rows = steady_rows(_forces(0.05, 2.0)[0], rate_hz=RATE_HZ, where="cut.csv")
+    assert 1.2 < T[rows.start] < 1.6
+    assert 3.4 < T[rows.stop] < 3.8
+    mean = mean_of(_forces(0.05, 2.0)[0][1], np.full(len(T), 3.0), rows)
+    assert mean.force_N == pytest.approx(_forces(0.05, 2.0)[1][1], rel=0.01)
+    assert mean.sd_N == pytest.approx(3.0)
+    with pytest.raises(UnusableInput, match=r"no 0\.5 s of a steady cut"):
+        steady_rows(_forces(0.05, 2.0)[0][:, 1100:1500], rate_hz=RATE_HZ, where="cut.csv")
