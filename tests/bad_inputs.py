@@ -379,6 +379,17 @@ AXES = (
         _text("lathe.toml", *MACHINE[:3], SLIDING),
     ),
     Case(
+        "a table dynamometer of no machine", "autodb calibrate moves.csv --table", _moves(),
+    ),
+    Case(
+        "a part measured beyond its bar", "autodb inspect part.toml",
+        _text(
+            "part.toml", "[bar]", "diameter_mm = 24.0", "length_mm = 120.0",
+            "modulus_MPa = 210000.0", "[measured]", "place_mm = [20, 80, 140]",
+            "diameter_error_mm = [0.03, 0.05, 0.09]", "noise_mm = 0.002",
+        ),
+    ),
+    Case(
         "a sweep of a vertical axis without a safe height",
         "autodb sweep --machine-file lathe.toml --axis x --dialect fanuc --park z=300",
         _text("lathe.toml", *MACHINE[:2], *MACHINE[3:], *UPRIGHT),
