@@ -13,6 +13,7 @@ from scipy import signal
 from autodb.errors import UnusableInput
 from autodb.sensing.axis_model import IdentifiedTerm, predicted
 from autodb.sensing.drive_errors import DriveErrors
+from autodb.sensing.fusion import independent
 from autodb.sensing.lstm.drive_loads import AxisLoad, AxisTables, Drive, SeenAxis
 from autodb.sensing.reconstruct import DriveModel
 from autodb.terms.friction import direction
@@ -21,6 +22,7 @@ torch = pytest.importorskip("torch")
 
 from autodb.sensing.lstm import kept, learning, stream  # noqa: E402
 from autodb.sensing.lstm.coherent import coherent_hz, low_pass  # noqa: E402
+from autodb.sensing.lstm.fused import FusedStream  # noqa: E402
 from autodb.sensing.lstm.greybox import GreyBox, Recorded  # noqa: E402
 from autodb.sensing.lstm.network import Shape, Stacked, ran, side_by_side  # noqa: E402
 from autodb.sensing.lstm.training import Plan, Rows, trained  # noqa: E402
@@ -150,6 +152,22 @@ def test_the_load_in_blocks_is_that_of_the_whole_and_of_the_model() -> None:
     assert_allclose(whole, NEWTONS * (made.channels["x.current"] - model), atol=0.5)
 
 
+@pytest.mark.parametrize("rows", [1, 7, 12, 64])
+def test_loads_in_blocks_are_those_of_the_whole(rows: int) -> None:
+    """Wherever blocks end, also where the axis turns: ten recordings of reversals."""
+    seen = SeenAxis.of("x", [_recorded(seed).channels for seed in range(50, 60)])
+    tables = AxisTables(DRIVES["x"], seen)
+    for seed in range(50, 60):
+        channels = _recorded(seed).channels
+        whole = AxisLoad(tables).step(channels)
+        running = AxisLoad(tables)
+        parts = [
+            running.step({n: one[begin : begin + rows] for n, one in channels.items()})
+            for begin in range(0, len(whole), rows)
+        ]
+        assert_allclose(np.concatenate(parts), whole, atol=1e-6)
+
+
 def test_a_model_that_remembers_time_is_refused() -> None:
     warm = (*TERMS[:3], IdentifiedTerm("backlash", "level", 0.1, 0.0, "A"),
             IdentifiedTerm("backlash", "gap", 0.1, 0.0, "mm"))  # fmt: skip
@@ -188,6 +206,28 @@ def test_a_stream_in_blocks_tells_what_the_whole_recording_tells(box: GreyBox) -
     assert_allclose(np.concatenate([p.force_N for p in parts]), whole.force_N, atol=1e-3)
     assert_allclose(np.concatenate([p.sd_N for p in parts]), whole.sd_N, rtol=1e-4)
     assert len(stream.Stream(box, tables).finish().force_N) == 0
+
+
+def test_drive_model_and_network_are_put_together_as_rows_come(box: GreyBox) -> None:
+    """In blocks as of the whole; told nothing else, it is the inverse-variance mean of both."""
+    tables, channels = box.tables(DRIVES), _recorded(51).channels
+    whole = stream.forces(box, tables, channels)
+    alike = replace(independent(("drive model", "network")), size_N=np.array([20.0, 1.0]))
+    running = FusedStream(box, tables, {"x": alike})
+    count = len(channels["x.position"])
+    parts = [
+        running.step({n: one[begin : begin + 12] for n, one in channels.items()})
+        for begin in range(0, count, 12)
+    ]
+    parts.append(running.finish())
+    made = np.concatenate([part.force_N for part in parts])
+    weight = whole.sd_N**-2.0 / (whole.sd_N**-2.0 + 20.0**-2.0)
+    expected = weight * whole.force_N + (1.0 - weight) * whole.drive_N
+    assert_allclose(made, expected, atol=2e-3)
+    load = -AxisLoad(tables["x"]).step(channels)
+    slow = low_pass(box.cutoff_hz, rate_hz=RATE_HZ)
+    begun, _ = slow.step(load[:, None], load[:, None])
+    assert_allclose(whole.drive_N[: len(begun)], begun, atol=1e-6)
 
 
 def test_nothing_is_told_above_the_coherent_band(box: GreyBox) -> None:

@@ -115,11 +115,14 @@ def run(seed: int) -> list[NetTold | NetHeld | NetBand]:
 
 
 def _box(machine: Machine, cuts: Sequence[RecordedCut]) -> GreyBox:
-    seen = [
-        Recorded(_of_axes(cut.channels), {n: cut.force_N[AXES.index(n)] for n in SCORED})
-        for cut in cuts
-    ]
+    seen = [recorded_of(cut) for cut in cuts]
     return learning.fit(seen, machine.drives, rate_hz=RATE_HZ)
+
+
+def recorded_of(cut: RecordedCut) -> Recorded:
+    """Return a cut as a grey box is trained on it: the scored axes, and their measured forces."""
+    known = {name: cut.force_N[AXES.index(name)] for name in SCORED}
+    return Recorded(_of_axes(cut.channels), known)
 
 
 def _of_axes(channels: Mapping[str, Array]) -> dict[str, Array]:

@@ -275,7 +275,8 @@ def fuse(fusion: Fusion, heard: Heard) -> Fused:
     counted = senses & np.array(fusion.counts)
     # Where none of those senses that count, the others are what there is
     used = np.where(counted.any(axis=1)[:, None], counted, senses)
-    for pattern in np.unique(used, axis=0):
+    alike = used[:1] if (used == used[:1]).all() else np.unique(used, axis=0)
+    for pattern in alike:
         kept = np.flatnonzero(pattern)
         if not len(kept):
             continue

@@ -68,9 +68,10 @@ class Tables:
 
 def _between(nodes: Array, values: Array, at: Array) -> Array:
     """Return values (k, ...) at nodes (k,) between them, at places (n,), the last ones beyond."""
-    right = np.clip(np.searchsorted(nodes, at), 1, len(nodes) - 1)
+    right = np.minimum(np.maximum(np.searchsorted(nodes, at), 1), len(nodes) - 1)
     left = right - 1
-    share = np.clip((at - nodes[left]) / (nodes[right] - nodes[left]), 0.0, 1.0)
+    share = (at - nodes[left]) / (nodes[right] - nodes[left])
+    share = np.minimum(np.maximum(share, 0.0), 1.0)
     share = share.reshape(-1, *(1,) * (values.ndim - 1))
     return np.asarray(values[left] * (1.0 - share) + values[right] * share)
 
@@ -194,6 +195,7 @@ class AxisLoad:
         self._tables = tables
         self._turn: tuple[float, float] = (0.0, 0.0)
         self._before = 0.0
+        self._last_mm = 0.0
 
     def step(self, channels: Channels) -> Array:
         """Return the load (n,), N, of the next rows; positive where the motor pushes against it."""
@@ -202,6 +204,7 @@ class AxisLoad:
         if not len(x):
             return x
         moving = tables.moving(self._sense(v, x), channels)
+        self._last_mm = float(x[-1])
         return np.asarray(tables.newtons_per_unit * (channels[tables.channel] - moving))
 
     def _sense(self, v: Array, x: Array) -> Array:
@@ -218,8 +221,9 @@ class AxisLoad:
     def _turning(self, raw: Array, x: Array) -> Array:
         """Return the same of rows among which the axis turns, or moves for the first time."""
         begun = self._turn[0] != 0.0
-        sense = np.concatenate([[self._turn[0]], raw]) if begun else raw
-        place = np.concatenate([[self._turn[1]], x]) if begun else x
+        # The axis may turn at the very first row: how far it was by then is of the rows before
+        sense = np.concatenate([[self._turn[0]] * 2, raw]) if begun else raw
+        place = np.concatenate([[self._turn[1], self._last_mm], x]) if begun else x
         z = slid(sense, place, distance_mm=self._tables.slides_mm[0], before=self._before)
         turned, _ = since_reversal(sense, place)
         first = np.flatnonzero(np.diff(turned) != 0) + 1
@@ -228,7 +232,7 @@ class AxisLoad:
             self._turn = (float(turned[-1]), float(place[first[-1]]))
         elif not begun and turned[-1] != 0.0:
             self._turn = (float(turned[-1]), float(place[0]))
-        return z[1:] if begun else z
+        return z[2:] if begun else z
 
 
 def _refuse_remembering(model: DriveModel, parts: Sequence[Part]) -> None:

@@ -26,15 +26,20 @@ ROWS_BEYOND = 0.01
 
 @dataclass(frozen=True)
 class Told:
-    """Force and its standard deviation (n, m), N."""
+    """Force and its standard deviation (n, m), N; ``drive_N``: what drive models alone tell of it,
+    low-passed and late as the force is.
+    """
 
     force_N: Array
     sd_N: Array
+    drive_N: Array
 
     def behind(self, before: "Told") -> "Told":
         """Return both, the other first."""
         return Told(
-            np.concatenate([before.force_N, self.force_N]), np.concatenate([before.sd_N, self.sd_N])
+            np.concatenate([before.force_N, self.force_N]),
+            np.concatenate([before.sd_N, self.sd_N]),
+            np.concatenate([before.drive_N, self.drive_N]),
         )
 
 
@@ -89,7 +94,7 @@ class Stream:
         self._network = side_by_side(box.members)
         self._state: State | None = None
         self._last: Array | None = None
-        self._passed = low_pass(box.cutoff_hz, rate_hz=box.rate_hz)
+        self._passed = low_pass(np.tile(box.cutoff_hz, 2), rate_hz=box.rate_hz)
         self._waiting = np.zeros((0, len(box.components)))
         self._skip = LATER
 
@@ -108,11 +113,11 @@ class Stream:
         if self._last is None:
             return self._none()
         ended = self._tell(np.repeat(self._last, LATER, axis=0), self._waiting[:0])
-        return Told(*self._passed.finish()).behind(ended)
+        return self._told(*self._passed.finish()).behind(ended)
 
     def _none(self) -> Told:
         none = np.zeros((0, len(self._box.components)))
-        return Told(none, none)
+        return Told(none, none, none)
 
     def _tell(self, shown: Array, base: Array) -> Told:
         """Run the networks on; the loads wait for what is told of them."""
@@ -127,7 +132,12 @@ class Stream:
         now, self._waiting = self._waiting[: len(mean)], self._waiting[len(mean) :]
         force = now + mean * box.scaled.told_N
         sd = np.sqrt(variance) * box.scaled.told_N * box.wider
-        return Told(*self._passed.step(force, sd))
+        return self._told(*self._passed.step(np.hstack([force, now]), np.hstack([sd, sd])))
+
+    def _told(self, passed: Array, beside: Array) -> Told:
+        """Return what was passed: forces, then those of the drive models."""
+        count = len(self._box.components)
+        return Told(passed[:, :count], beside[:, :count], passed[:, count:])
 
 
 def _joined(made: Array) -> tuple[Array, Array]:

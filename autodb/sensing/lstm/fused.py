@@ -1,0 +1,57 @@
+"""Drive models and a network put together as rows come.
+
+What the drive models tell comes with the network, low-passed and late as it is. How far they are
+off row by row only a whole recording says: here it is what it was where it was learnt.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.sensing.fusion import Fusion, Heard, fuse
+from autodb.sensing.lstm.drive_loads import AxisTables
+from autodb.sensing.lstm.greybox import GreyBox
+from autodb.sensing.lstm.stream import Channels, Stream, Told
+
+Array = NDArray[np.float64]
+
+
+class FusedStream:
+    """As ``Stream``; force and standard deviation are those of both together."""
+
+    def __init__(
+        self, box: GreyBox, tables: Mapping[str, AxisTables], fusions: Mapping[str, Fusion]
+    ) -> None:
+        """Take how both go together, by component: drive model first, network second."""
+        self._stream = Stream(box, tables)
+        self._fusions = [fusions[c] for c in box.components]
+
+    def step(self, channels: Channels) -> Told:
+        """Return what can be told now that the next rows of all channels are there."""
+        return self._fused(self._stream.step(channels))
+
+    def finish(self) -> Told:
+        """Return the rest, after the last row."""
+        return self._fused(self._stream.finish())
+
+    def _fused(self, told: Told) -> Told:
+        if not len(told.force_N):
+            return told
+        made = [self._one(fusion, told, k) for k, fusion in enumerate(self._fusions)]
+        return Told(
+            np.column_stack([value for value, _ in made]),
+            np.column_stack([sd for _, sd in made]),
+            told.drive_N,
+        )
+
+    def _one(self, fusion: Fusion, told: Told, k: int) -> tuple[Array, Array]:
+        off_N = fusion.size_N[0] / fusion.factor[0]
+        made = fuse(
+            fusion,
+            Heard(
+                np.column_stack([told.drive_N[:, k], told.force_N[:, k]]),
+                np.column_stack([np.full(len(told.sd_N), off_N), told.sd_N[:, k]]),
+            ),
+        )
+        return made.value_N, made.sd_N
