@@ -268,39 +268,49 @@ def _picked(heard: Heard, known_N: Array) -> tuple[Array, Array]:
 
 def fuse(fusion: Fusion, heard: Heard) -> Fused:
     """Return the one answer of a recording."""
-    count, sensors = heard.value_N.shape
-    value, sd = np.full(count, np.nan), np.full(count, np.nan)
-    weight = np.zeros((count, sensors))
     senses = np.isfinite(heard.value_N) & np.isfinite(heard.sd_N)
+    if senses.all():
+        return _fused(fusion, heard, np.flatnonzero(fusion.counts))
     counted = senses & np.array(fusion.counts)
     # Where none of those senses that count, the others are what there is
     used = np.where(counted.any(axis=1)[:, None], counted, senses)
-    alike = used[:1] if (used == used[:1]).all() else np.unique(used, axis=0)
-    for pattern in alike:
-        kept = np.flatnonzero(pattern)
-        if not len(kept):
+    none = np.full(len(used), np.nan)
+    whole = Fused(none, none.copy(), np.zeros(used.shape))
+    for pattern in np.unique(used, axis=0):
+        if not pattern.any():
             continue
-        rows = np.flatnonzero((used == pattern).all(axis=1))
-        made = _put_together(fusion, heard, rows, kept)
-        value[rows], sd[rows] = made[0], fusion.wider * made[1]
-        weight[np.ix_(rows, kept)] = made[2]
-    return Fused(value, sd, weight)
+        rows = (used == pattern).all(axis=1)
+        some = Heard(heard.value_N[rows], heard.sd_N[rows])
+        made = _fused(fusion, some, np.flatnonzero(pattern))
+        whole.value_N[rows], whole.sd_N[rows] = made.value_N, made.sd_N
+        whole.weight[rows] = made.weight
+    return whole
+
+
+def _fused(fusion: Fusion, heard: Heard, kept: NDArray[np.intp]) -> Fused:
+    """Return the answer of rows at which the sensors ``kept`` sense, and count."""
+    value, sd, weight = _put_together(fusion, heard.value_N[:, kept], heard.sd_N[:, kept], kept)
+    every = np.zeros(heard.value_N.shape)
+    every[:, kept] = weight
+    return Fused(value, fusion.wider * sd, every)
 
 
 def _put_together(
-    fusion: Fusion, heard: Heard, rows: NDArray[np.intp], kept: NDArray[np.intp]
+    fusion: Fusion, value_N: Array, sd_N: Array, kept: NDArray[np.intp]
 ) -> tuple[Array, Array, Array]:
     """Return value and sd (r,) and weights (r, k) of rows at which the same sensors sense."""
-    at = np.ix_(rows, kept)
-    told = fusion.factor[kept] * heard.sd_N[at]
-    sd = told if fusion.told else np.broadcast_to(fusion.size_N[kept], told.shape)
-    correlation = fusion.correlation[np.ix_(kept, kept)]
-    covariance = sd[:, :, None] * correlation * sd[:, None, :]
-    one = np.linalg.solve(covariance, np.ones((len(rows), len(kept), 1)))[..., 0]
-    weight = np.maximum(one, 0.0)  # what is told is not extrapolated
-    weight /= weight.sum(axis=1, keepdims=True)
-    value = np.sum(weight * (heard.value_N[at] - fusion.bias_N[kept]), axis=1)
-    # The answer is as unsure as what was told of it, whichever way the weights were found
+    told = fusion.factor[kept] * sd_N
+    alone = value_N - fusion.bias_N[kept]
+    if len(kept) == 1:
+        return alone[:, 0], told[:, 0], np.ones_like(told)
+    correlation = fusion.correlation[kept][:, kept]
     own = told[:, :, None] * correlation * told[:, None, :]
+    size = fusion.size_N[kept]
+    # What they were is the same at every row
+    covariance = own if fusion.told else (size[:, None] * correlation * size)[None]
+    one = np.linalg.solve(covariance, np.ones((len(covariance), len(kept), 1)))[..., 0]
+    weight = np.maximum(one, 0.0)  # what is told is not extrapolated
+    weight = np.broadcast_to(weight / weight.sum(axis=1, keepdims=True), told.shape)
+    # The answer is as unsure as what was told of it, whichever way the weights were found
     variance = np.einsum("ri,rij,rj->r", weight, own, weight)
-    return value, np.sqrt(variance), weight
+    return np.sum(weight * alone, axis=1), np.sqrt(variance), weight

@@ -124,7 +124,7 @@ class Stream:
         box = self._box
         rows = (shown - box.scaled.middle) / box.scaled.size
         made, self._state = ran(self._network, rows, self._state)
-        mean, variance = _joined(np.stack(np.split(made, len(box.members), axis=1)))
+        mean, variance = _joined(made.reshape(len(made), len(box.members), -1))
         skipped = min(self._skip, len(mean))
         self._skip -= skipped
         mean, variance = mean[skipped:], variance[skipped:]
@@ -141,7 +141,10 @@ class Stream:
 
 
 def _joined(made: Array) -> tuple[Array, Array]:
-    """Return mean and variance (n, m) of networks' means and log sds (members, n, 2 m)."""
-    mean, log_sd = np.split(made, 2, axis=-1)
-    own = (LEAST_SD + np.exp(np.clip(log_sd, *LOG_SD))) ** 2
-    return mean.mean(axis=0), own.mean(axis=0) + mean.var(axis=0)
+    """Return mean and variance (n, m) of networks' means and log sds (n, members, 2 m)."""
+    members, told = made.shape[1], made.shape[2] // 2
+    each, log_sd = made[..., :told], made[..., told:]
+    mean = each.sum(axis=1) / members
+    own = (LEAST_SD + np.exp(np.minimum(np.maximum(log_sd, LOG_SD[0]), LOG_SD[1]))) ** 2
+    apart = (each - mean[:, None]) ** 2
+    return mean, (own + apart).sum(axis=1) / members
