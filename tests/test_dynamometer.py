@@ -5,11 +5,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from numpy.typing import NDArray
 
 from autodb.prove.published_table import filtered
 from autodb.prove.table_run import recording
 from autodb.virtual.reference_table import WORK_KG, Recorded, draw_table, milled, tilted
 from tests.conftest import Cli, Once
+
+Array = NDArray[np.float64]
 
 SEED = 103
 MACHINE = """
@@ -87,6 +90,36 @@ def test_all_sensors_together_say_who_told_it_and_who_not(levelled: Cli) -> None
     listed = levelled("sensors", "mill")
     assert listed.out.count("table dynamometer") == 3
     assert "nothing feels" not in listed.out
+
+
+def _moved(seconds: float, rate_hz: float, load_N: Array | None = None) -> dict[str, Array]:
+    """Return a drive that goes there and back, with what moving takes and a load, noise of 3 N."""
+    t = np.arange(round(seconds * rate_hz)) / rate_hz
+    x = 40.0 + 20.0 * np.sin(2.0 * np.pi * 0.3 * t)
+    v = np.gradient(x, t)
+    moving_N = 0.1 * np.gradient(v, t) + 0.5 * v + 60.0 * np.tanh(v / 0.05) + 12.0
+    noise_N = 3.0 * np.random.default_rng([round(rate_hz), 90]).standard_normal(len(t))
+    effort_N = moving_N + noise_N + (0.0 if load_N is None else load_N)
+    return {"t": t, "x.position": x, "x.velocity": v, "x.drive_force": effort_N}
+
+
+def test_a_drive_and_a_table_are_compared_in_the_band_of_both(levelled: Cli) -> None:
+    """Teeth pass at 85 Hz, which the drive at 10 Hz does not tell: no disagreement."""
+    pd.DataFrame(_moved(40.0, 250.0)).to_csv("air.csv", index=False, float_format="%.6g")
+    made = levelled("identify", "air.csv", "--machine", "mill")
+    assert made.code == 0, made.err
+    cut, true = pd.read_csv("cut.csv"), np.load("true.npy")
+    drive = _moved(len(cut) / 2500.0, 2500.0, -true[0])
+    both = cut.assign(**{name: one for name, one in drive.items() if name != "t"})
+    both.to_csv("both.csv", index=False, float_format="%.6g")
+    done = levelled("reconstruct", "both.csv", "--machine", "mill", "--estimator", "fused")
+    assert done.code == 0, done.err
+    assert "agree" not in done.out
+    assert "up to 10 Hz" in done.out
+    told = pd.read_csv("both-load.csv")
+    off = told["force.x"] - filtered(true, 10.0, 2500.0)[0]
+    assert np.sqrt(np.mean(off**2)) < 6.0
+    assert told["x.weight.drive_model"].mean() > 0.0
 
 
 def test_the_same_moves_again_are_already_there(levelled: Cli) -> None:

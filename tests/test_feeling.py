@@ -67,7 +67,7 @@ def _write(path: Path, columns: dict[str, Array]) -> Path:
     return path
 
 
-def _tilts() -> dict[str, Array]:
+def _tilts(seed: int = 1) -> dict[str, Array]:
     """Return rests upright and at −60, −30 and 30°, with moves of a second between them."""
     parts, now = [np.zeros(2000)], 0.0
     for goal in (-60.0, 0.0, -30.0, 0.0, 30.0, 0.0):
@@ -75,7 +75,7 @@ def _tilts() -> dict[str, Array]:
         parts += [now + (goal - now) * u**3 * (10.0 - 15.0 * u + 6.0 * u**2), np.full(2000, goal)]
         now = goal
     angle = np.radians(np.concatenate(parts))
-    return _read(np.zeros((3, len(angle))), angle, 1)
+    return _read(np.zeros((3, len(angle))), angle, seed)
 
 
 def _cut(number: int, feed: float, depth: float) -> Path:
@@ -143,6 +143,18 @@ def test_nothing_is_felt_twice(milled: Cli) -> None:
     assert "nothing new" in again.out
     traced = milled("trace", "parameters", "1")
     assert "table of force." in traced.out
+
+
+def test_a_new_version_of_the_sensor_feels_all_cuts_anew(milled: Cli) -> None:
+    moves = _write(Path("again.csv"), _tilts(2))
+    made = milled("calibrate", moves, "--machine", "mill", "--table")
+    assert "Table dynamometer 2 of mill" in made.out
+    done = milled("refresh", "--machine", "mill")
+    assert "21 forces sensed" in done.out
+    assert "version 2 from 7 cuts" in done.out
+    traced = milled("trace", "parameters", "2")
+    assert "table of force.x, version 2" in traced.out
+    assert "table of force.x, version 1" not in traced.out
 
 
 def test_a_recording_that_is_gone_is_said_not_to_be_felt(milled: Cli) -> None:

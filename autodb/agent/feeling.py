@@ -59,9 +59,17 @@ class FeltMean:
         )
 
 
+@dataclass(frozen=True)
+class FeltOverTime:
+    """What was felt of cuts, and what is to be said of it: why some was not, who did not agree."""
+
+    means: list[FeltMean]
+    notes: list[str]
+
+
 def feel_over_time(
     store: Store, machine: str, *, progress: Callable[[str], None] = lambda _: None
-) -> list[FeltMean]:
+) -> FeltOverTime:
     """Feel the cuts of recordings over time that what the machine has now has not felt yet.
 
     Raises UnusableInput for an unknown machine.
@@ -71,7 +79,8 @@ def feel_over_time(
         _keep_drives(session, owner)
         sensors = {c: (row.id, row.kind) for c, row in _sensors(session, owner).items()}
         waiting = _waiting(session, owner, [number for number, _ in sensors.values()])
-    found = []
+    found: list[FeltMean] = []
+    notes: list[str] = []
     for one in waiting:
         try:
             recording = one.recording()
@@ -79,12 +88,18 @@ def feel_over_time(
             told = fused_on_machine(store, machine, recording, progress=progress)
             felt = {component.load.axis: component for component in told.felt}
             found += _means(one.cut_id, recording, felt, sensors)
+            notes += [
+                f"{recording.path.name}: force.{c}: {told_of.disagrees}"
+                for c, told_of in felt.items()
+                if told_of.disagrees is not None
+            ]
         except UnusableInput as error:
             found += [
                 FeltMean(one.cut_id, c, kind, number, None, None, None, str(error))
                 for c, (number, kind) in sensors.items()
             ]
-    return found
+    notes += dict.fromkeys(one.reason for one in found if one.reason is not None)
+    return FeltOverTime(found, notes)
 
 
 def _means(

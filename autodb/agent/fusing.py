@@ -53,8 +53,10 @@ def fused_on_machine(
     """Return the forces of all sensors that a machine has, put together, component by component.
 
     Drive models and networks by what was learnt of both where the force was known; others as they
-    say of themselves. A sensor that does not agree with the others counts less, and it is said what
-    of it is off. Raises UnusableInput where none senses.
+    say of themselves, up to the frequency up to which all tell it. A sensor that does not agree
+    with the others counts less, and it is said what of it is off.
+
+    Raises UnusableInput where none senses.
     """
     heard, not_heard = _heard(store, machine, recording, bandwidth_hz, progress)
     components = [c for c in "xyz" if any(c in one for one in heard.values())]
@@ -110,7 +112,9 @@ def _heard(
         ),
     )
     if has_table:
-        hear(TABLE, lambda: forces_on_table(store, machine, recording, bandwidth_hz=bandwidth_hz))
+        # What teeth do beyond the band of the others is no disagreement
+        band_hz = hz if found else bandwidth_hz
+        hear(TABLE, lambda: forces_on_table(store, machine, recording, bandwidth_hz=band_hz))
     return found, not_heard
 
 
@@ -129,22 +133,25 @@ def put_together(
         np.column_stack([load.sd for load in loads]),
     )
     apart = disagreeing(fusion, told)
-    said = []
+    disagrees = None
     if apart is not None:
-        said.append(_words(recording, fusion, told, component, apart))
+        disagrees = _words(recording, fusion, told, component, apart)
         fusion = trusting_less(fusion, apart)
     made = fuse(fusion, told)
     weights = dict(zip(fusion.names, made.weight.T, strict=True))
     shares = sorted(((float(one.mean()), name) for name, one in weights.items()), reverse=True)
-    said.insert(0, "by weight " + ", ".join(f"{100.0 * s:.0f} % {name}" for s, name in shares))
+    by_weight = "by weight " + ", ".join(f"{100.0 * s:.0f} % {name}" for s, name in shares)
+    said = by_weight if disagrees is None else f"{by_weight}; {disagrees}"
     first = by_name[names[0]].load
     load = replace(
         first, unit="N", value=-made.value_N, sd=made.sd_N,
-        bandwidth_hz=max(one.bandwidth_hz for one in loads),
+        bandwidth_hz=min(one.bandwidth_hz for one in loads),
     )  # fmt: skip
     sources = "; ".join(by_name[name].model for name in names)
     shared = float(sum(weights[name].mean() * by_name[name].share for name in names))
-    return Felt(load, sources, None, said="; ".join(said), share=shared, weight=weights)
+    return Felt(
+        load, sources, None, said=said, share=shared, weight=weights, disagrees=disagrees
+    )  # fmt: skip
 
 
 def _fusion(names: Sequence[str], learnt: Fusion | None) -> Fusion:

@@ -46,7 +46,7 @@ class Felt:
     ``scale`` is None where the effort was in newtons, or nothing is known that makes it so: then
     the load stays in amperes. ``said``: of a sensor that is no drive, what is to be said of it;
     ``share``: relative sd of its gain, which all rows share; ``weight`` (n,): of several put
-    together, by how much each made a row.
+    together, by how much each made a row; ``disagrees``: which of them did not agree, in words.
     """
 
     load: Load
@@ -55,6 +55,7 @@ class Felt:
     said: str | None = None
     share: float = 0.0
     weight: Mapping[str, Array] = field(default_factory=dict)
+    disagrees: str | None = None
 
 
 def reconstruct_on_machine(

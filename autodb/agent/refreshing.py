@@ -4,7 +4,7 @@ One pass is one transaction: killed in the middle, the database is as it was, an
 the whole work again.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.beliefs import pair_name
 from autodb.agent.calibrations import as_calibration, current_calibrations
-from autodb.agent.feeling import FeltMean, feel_over_time
+from autodb.agent.feeling import FeltOverTime, feel_over_time
 from autodb.agent.felt import Calibrations, forces_of_pair
 from autodb.agent.importing import cuts_as_table
 from autodb.agent.learning import learn_pair
@@ -68,9 +68,9 @@ def refresh(
     return done
 
 
-def _keep_felt(session: Session, over_time: Sequence[FeltMean], done: Refreshed) -> None:
+def _keep_felt(session: Session, over_time: FeltOverTime, done: Refreshed) -> None:
     """Keep what was felt over time, but what another agent kept meanwhile."""
-    for one in over_time:
+    for one in over_time.means:
         there = session.scalar(
             select(models.SensedForce.id).where(
                 models.SensedForce.cut_id == one.cut_id,
@@ -82,7 +82,7 @@ def _keep_felt(session: Session, over_time: Sequence[FeltMean], done: Refreshed)
             session.add(one.row())
             done.sensed += one.reason is None
             done.not_sensed += one.reason is not None
-    done.set_aside += dict.fromkeys(one.reason for one in over_time if one.reason is not None)
+    done.set_aside += over_time.notes
     session.flush()
 
 
