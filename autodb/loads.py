@@ -24,7 +24,8 @@ PLOT_PX = 420
 def write_table(t_s: Array, felt: Sequence[Felt], path: Path) -> None:
     """Write t, and of each axis load, sd, state and force on the tool, as CSV; whole or not at all.
 
-    Of sensors that were put together also by what weight each made a row.
+    Of sensors that were put together also by what weight each made a row; of a table dynamometer
+    the envelopes of the force over a turn of the spindle.
 
     ``t_s`` (n,). An earlier file of that name is replaced.
     """
@@ -36,6 +37,10 @@ def write_table(t_s: Array, felt: Sequence[Felt], path: Path) -> None:
         columns[f"{load.axis}.state"] = _states(load)
         if load.unit == "N" and load.axis in LINEAR_AXES:
             columns[f"force.{load.axis}"] = -load.value
+        if one.envelope_N is not None:
+            columns[f"force.{load.axis}.lower"], columns[f"force.{load.axis}.upper"] = (
+                one.envelope_N
+            )
         for name, weight in one.weight.items():
             columns[f"{load.axis}.weight.{name.replace(' ', '_')}"] = weight
     with hidden(path) as part:

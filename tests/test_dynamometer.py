@@ -74,6 +74,17 @@ def test_forces_come_in_machine_axes_with_heat_taken_off(levelled: Cli) -> None:
         assert np.sqrt(np.mean(off**2)) < 6.0
         assert np.mean(np.abs(off) <= 1.96 * told[f"{c}.load.sd"]) > 0.9
     assert "Load on the axes" in Path("cut.html").read_text("utf-8")
+    assert "force.x.upper" not in told
+    turning = pd.read_csv("cut.csv").assign(**{"spindle.speed": 2546.0})
+    turning.to_csv("turning.csv", index=False, float_format="%.6g")
+    assert levelled("reconstruct", "turning.csv", *use).code == 0
+    within = pd.read_csv("turning-load.csv")
+    assert (within["force.x.lower"] <= within["force.x"]).all()
+    assert (within["force.x.upper"] >= within["force.x"]).all()
+    rows = round(60.0 / 2546.0 * 2500.0)
+    some = within["force.x"].rolling(rows, center=True).max()
+    close = within["force.x.upper"] - some
+    assert close.dropna().abs().median() < 5.0
     lighter = levelled("reconstruct", "cut.csv", *use, "--removed", "1.0", "--out", "less.csv")
     assert lighter.code == 0
     late = pd.read_csv("less.csv")["force.z"] - told["force.z"]

@@ -176,3 +176,35 @@ def test_where_the_cut_is_steady() -> None:
     assert mean.sd_N == pytest.approx(3.0)
     with pytest.raises(UnusableInput, match=r"no 0\.5 s of a steady cut"):
         steady_rows(_forces(0.05, 2.0)[0][:, 1100:1500], rate_hz=RATE_HZ, where="cut.csv")
+
+
+def test_a_drive_in_newtons_feels_recorded_cuts_too(cli: Cli) -> None:
+    """A slot along x at 4 mm/s: the mean is the generator's within a tenth."""
+    t = np.arange(0.0, 40.0, 0.004)
+    x = 40.0 + 20.0 * np.sin(2.0 * np.pi * 0.3 * t)
+    rng = np.random.default_rng(91)
+
+    def effort(x_mm: Array, t_s: Array, load_N: Array) -> Array:
+        v = np.gradient(x_mm, t_s)
+        rubs = 60.0 * np.tanh(v / 0.05) + 0.5 * v + 0.1 * np.gradient(v, t_s)
+        return rubs + load_N + 3.0 * rng.standard_normal(len(t_s))
+
+    air = {"t": t, "x.position": x, "x.drive_force": effort(x, t, 0.0 * t)}
+    cli("init")
+    cli("machine", "add", "mill")
+    made = cli("identify", _write(Path("air.csv"), air), "--machine", "mill")
+    assert made.code == 0, made.err
+    forces, mean = _forces(0.05, 2.0)
+    slow, at = forces[0][::4], T[::4]
+    way = 30.0 + 4.0 * at
+    cut = {"t": at, "x.position": way, "x.drive_force": effort(way, at, -slow)}
+    path = _write(Path("cut.csv"), cut)
+    side = SIDE.format(feed=0.05, depth=2.0, rpm=RPM)
+    path.with_suffix(".toml").write_text(side, encoding="utf-8")
+    assert cli("import", path, "--machine", "mill").code == 0
+    done = cli("refresh", "--machine", "mill")
+    assert done.code == 0, done.err
+    assert "1 forces sensed" in done.out
+    traced = cli("trace", "force", "1")
+    felt_N = float(traced.out.split("force.x of cut 1: ")[1].split(" ")[0])
+    assert felt_N == pytest.approx(mean[0], rel=0.1)

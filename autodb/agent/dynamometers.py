@@ -17,7 +17,7 @@ from autodb.errors import UnusableInput
 from autodb.records import Recording
 from autodb.sensing.reconstruct import Load
 from autodb.sensing.table.engaged import engaged
-from autodb.sensing.table.forces import TableForces, table_forces
+from autodb.sensing.table.forces import TableForces, envelopes, table_forces
 from autodb.sensing.table.identify import GAIN_SD, air_left_N, identify_table
 from autodb.sensing.table.kinematics import DIRECTIONS, Kinematics, order_of
 from autodb.sensing.table.model import TableModel
@@ -133,8 +133,21 @@ def forces_on_table(
     told = told_on_table(model, recording, bandwidth_hz=hz, removed_kg=removed_kg)
     said = f"table dynamometer, version {version} of machine '{machine}'"
     loads = [_load("xyz"[k], told.force_N[k], told.sd_N[k], hz) for k in range(3)]
-    heat = _heat_words(told)
-    return [Felt(load, said, None, said=heat, share=GAIN_SD) for load in loads]
+    heat, rows = _heat_words(told), _rows_of_a_turn(recording)
+    return [
+        Felt(
+            load, said, None, said=heat, share=GAIN_SD,
+            envelope_N=None if rows is None else envelopes(-load.value, rows=rows),
+        )
+        for load in loads
+    ]  # fmt: skip
+
+
+def _rows_of_a_turn(recording: Recording) -> int | None:
+    """Return how many rows a turn of the spindle has; None where its speed is not known."""
+    speed = recording.get("spindle.speed")
+    rpm = recording.side.cut.speed_rpm if speed is None else float(np.median(np.abs(speed)))
+    return round(60.0 * recording.rate_hz / rpm) if rpm else None
 
 
 def told_on_table(

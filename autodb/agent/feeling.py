@@ -126,15 +126,21 @@ def _means(
 
 def _keep_drives(session: Session, owner: models.Machine) -> None:
     """Keep drive models that tell newtons as sensors, where they are newer than those kept."""
+    axes = {axis.name: axis for axis in owner.axes}
+    channels = session.scalars(
+        select(models.ChannelModel.channel)
+        .where(models.ChannelModel.machine_id == owner.id)
+        .distinct()
+    )
     fitted = {}
-    for axis in owner.axes:
-        if axis.name not in LINEAR_AXES or known_scale(session, axis) is None:
+    for channel in sorted(channels):
+        row = newest_model(session, owner.id, channel)
+        if row is None or row.errors is None or row.axis not in LINEAR_AXES:
             continue
-        row = newest_model(session, owner.id, f"{axis.name}.current")
-        if row is not None and row.errors is not None:
-            fitted[axis.name] = Fitted(
-                {"channel": row.channel, "version": row.version}, {"rms": row.errors["rms"]}
-            )
+        scaled = row.axis in axes and known_scale(session, axes[row.axis]) is not None
+        if row.unit == "N" or scaled:
+            model = {"channel": row.channel, "version": row.version}
+            fitted[row.axis] = Fitted(model, {"rms": row.errors["rms"]})
     before = {row.component: row.model for row in newest(session, owner.id, DRIVE)}
     if fitted and before != {c: one.model for c, one in fitted.items()}:
         keep(session, owner.id, DRIVE, fitted, [])

@@ -47,6 +47,7 @@ class Felt:
     the load stays in amperes. ``said``: of a sensor that is no drive, what is to be said of it;
     ``share``: relative sd of its gain, which all rows share; ``weight`` (n,): of several put
     together, by how much each made a row; ``disagrees``: which of them did not agree, in words.
+    ``envelope_N`` (n,) each: lower and upper one of the force on the tool over a spindle's turn.
     """
 
     load: Load
@@ -56,6 +57,7 @@ class Felt:
     share: float = 0.0
     weight: Mapping[str, Array] = field(default_factory=dict)
     disagrees: str | None = None
+    envelope_N: tuple[Array, Array] | None = None
 
 
 def reconstruct_on_machine(
