@@ -289,16 +289,19 @@ def fuse(fusion: Fusion, heard: Heard) -> Fused:
 
 def _fused(fusion: Fusion, heard: Heard, kept: NDArray[np.intp]) -> Fused:
     """Return the answer of rows at which the sensors ``kept`` sense, and count."""
-    value, sd, weight = _put_together(fusion, heard.value_N[:, kept], heard.sd_N[:, kept], kept)
+    value, sd, weight = put_together(fusion, heard.value_N[:, kept], heard.sd_N[:, kept], kept)
     every = np.zeros(heard.value_N.shape)
     every[:, kept] = weight
     return Fused(value, fusion.wider * sd, every)
 
 
-def _put_together(
+def put_together(
     fusion: Fusion, value_N: Array, sd_N: Array, kept: NDArray[np.intp]
 ) -> tuple[Array, Array, Array]:
-    """Return value and sd (r,) and weights (r, k) of rows at which the same sensors sense."""
+    """Return value and sd (r,) and weights (r, k) of rows at which the sensors ``kept`` sense.
+
+    ``value_N`` and ``sd_N`` (r, k): what these told; the sd is not made wider yet.
+    """
     told = fusion.factor[kept] * sd_N
     alone = value_N - fusion.bias_N[kept]
     if len(kept) == 1:
@@ -312,5 +315,5 @@ def _put_together(
     weight = np.maximum(one, 0.0)  # what is told is not extrapolated
     weight = np.broadcast_to(weight / weight.sum(axis=1, keepdims=True), told.shape)
     # The answer is as unsure as what was told of it, whichever way the weights were found
-    variance = np.einsum("ri,rij,rj->r", weight, own, weight)
-    return np.sum(weight * alone, axis=1), np.sqrt(variance), weight
+    variance = (weight[:, None] @ own @ weight[:, :, None])[:, 0, 0]
+    return (weight * alone).sum(axis=1), np.sqrt(variance), weight

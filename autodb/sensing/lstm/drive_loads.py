@@ -142,7 +142,7 @@ class AxisTables:
         """Return the effort (n,) that moving takes where friction has the direction ``z`` (n,)."""
         x, v, a = (channels[f"{self.axis}.{name}"] for name in MOTION)
         back, still, ahead = self._tables(v, x).T
-        moving = still + np.maximum(z, 0.0) * (ahead - still) + np.maximum(-z, 0.0) * (back - still)
+        moving = still + np.abs(z) * (np.where(z > 0.0, ahead, back) - still)
         moving += self._per_acceleration * a
         for other, slope in self._per_other.items():
             moving += slope * channels[f"{other}.acceleration"]

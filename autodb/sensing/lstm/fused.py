@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.sensing.fusion import Fusion, Heard, fuse
+from autodb.sensing.fusion import Fusion, put_together
 from autodb.sensing.lstm.drive_loads import AxisTables
 from autodb.sensing.lstm.greybox import GreyBox
 from autodb.sensing.lstm.stream import Channels, Stream, Told
@@ -46,12 +46,9 @@ class FusedStream:
         )
 
     def _one(self, fusion: Fusion, told: Told, k: int) -> tuple[Array, Array]:
-        off_N = fusion.size_N[0] / fusion.factor[0]
-        made = fuse(
-            fusion,
-            Heard(
-                np.column_stack([told.drive_N[:, k], told.force_N[:, k]]),
-                np.column_stack([np.full(len(told.sd_N), off_N), told.sd_N[:, k]]),
-            ),
-        )
-        return made.value_N, made.sd_N
+        kept = np.flatnonzero(fusion.counts)
+        value_N, sd_N = np.empty((2, len(told.sd_N), 2))
+        value_N[:, 0], value_N[:, 1] = told.drive_N[:, k], told.force_N[:, k]
+        sd_N[:, 0], sd_N[:, 1] = fusion.size_N[0] / fusion.factor[0], told.sd_N[:, k]
+        value, sd, _ = put_together(fusion, value_N[:, kept], sd_N[:, kept], kept)
+        return value, fusion.wider * sd
