@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import select
+from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.calibrations import as_calibration
@@ -74,22 +74,27 @@ def forces_of_pair(
     return Felt(pair, [force for force in forces if reasons[force.cut_id] is None], left_out)
 
 
-def _of_axis(
-    session: Session, machine_id: int, pair_id: int, current: Calibrations
-) -> list[models.SensedForce]:
-    query = (
+def _sensed(machine_id: int, pair_id: int) -> Select[models.SensedForce]:
+    """Return what asks for the forces that were sensed on a pair."""
+    return (
         select(models.SensedForce)
         .join(models.Cut)
         .join(models.Recording)
         .where(
             models.Recording.machine_id == machine_id,
             models.Cut.pair_id == pair_id,
-            models.SensedForce.calibration_id.in_([row.id for row in current]),
             models.SensedForce.value_N.is_not(None),
         )
-        .order_by(models.Cut.id)
     )
-    felt = list(session.scalars(query))
+
+
+def _of_axis(
+    session: Session, machine_id: int, pair_id: int, current: Calibrations
+) -> list[models.SensedForce]:
+    by_these = models.SensedForce.calibration_id.in_([row.id for row in current])
+    felt = list(
+        session.scalars(_sensed(machine_id, pair_id).where(by_these).order_by(models.Cut.id))
+    )
     if len(current) == 1 or not felt:
         return felt
     cuts = [force.cut for force in felt]
@@ -105,18 +110,8 @@ def _of_axis(
 
 def _of_others(session: Session, machine_id: int, pair_id: int) -> list[models.SensedForce]:
     """Return what sensors that are no calibrated ranges felt; of each kind its newest version."""
-    query = (
-        select(models.SensedForce)
-        .join(models.Cut)
-        .join(models.Recording)
-        .where(
-            models.Recording.machine_id == machine_id,
-            models.Cut.pair_id == pair_id,
-            models.SensedForce.estimator_id.is_not(None),
-            models.SensedForce.value_N.is_not(None),
-        )
-        .order_by(models.SensedForce.estimator_id)
-    )
+    sensor = models.SensedForce.estimator_id
+    query = _sensed(machine_id, pair_id).where(sensor.is_not(None)).order_by(sensor)
     return list({(f.cut_id, f.component, f.estimator): f for f in session.scalars(query)}.values())
 
 
