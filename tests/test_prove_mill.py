@@ -78,13 +78,21 @@ def test_tooth_passing_shows_folded_in_currents_and_not_in_the_force(
 def test_mean_forces_of_a_slot_are_those_of_the_closed_form() -> None:
     slot = reference_milling.Engagement(2.0, 10.0, 0.03, False, 0.0, 0.0)
     mean = reference_milling.orders(slot)[:, 0].real
-    tangential, radial = (
-        (reference_milling.CHIP_N_MM2[one], reference_milling.EDGE_N_MM[one])
-        for one in ("tangential", "radial")
-    )
+    work = reference_milling.C45
+    tangential, radial = zip(work.chip_N_mm2[:2], work.edge_N_mm, strict=True)
     normal_N = 4 * 2.0 * (tangential[0] * 0.03 / 4.0 + tangential[1] / np.pi)
     feed_N = -4 * 2.0 * (radial[0] * 0.03 / 4.0 + radial[1] / np.pi)
     assert_allclose(mean[:2], [feed_N, normal_N], rtol=0.01)
+
+
+def test_another_work_takes_its_own_forces_of_the_same_cut(mill: dict[str, MillAxis]) -> None:
+    """Half of every coefficient is half of the load; motion and friction are as they were."""
+    steel = reference_milling.C45
+    half = reference_milling.Work("half", (1075.0, 425.0, 150.0), (10.0, 8.5))
+    made, softer = (milled(SEED, mill, 4, PLAN[4], work) for work in (steel, half))
+    assert_allclose(softer.load_N["x"], 0.5 * made.load_N["x"], atol=1e-9)
+    assert_allclose(softer.axes["x"].motion.x, made.axes["x"].motion.x, atol=0.0)
+    assert_allclose(softer.air_N["y"], made.air_N["y"], atol=0.0)
 
 
 def test_the_same_seed_gives_the_same_bytes(mill: dict[str, MillAxis]) -> None:

@@ -30,7 +30,7 @@ i = 0. Checked against the resolution of vectors in the tests. Valid for continu
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +67,7 @@ class Parameter:
     """A number of the law: its name, its unit, what it says.
 
     ``inner`` makes the law's coordinate, which may be any number, of a value in the unit; ``outer``
-    the value of a coordinate.
+    the value of a coordinate; ``coordinate`` says which it is.
     """
 
     name: str
@@ -75,6 +75,7 @@ class Parameter:
     meaning: str
     inner: Callable[[Array], Array] = _plain
     outer: Callable[[Array], Array] = _plain
+    coordinate: Literal["plain", "ln", "ln tan"] = "plain"
 
     def inside(self, value: Array | float) -> Array:
         """Return a value in its unit as the law's coordinate."""
@@ -86,13 +87,14 @@ class Parameter:
 
 
 def _positive(name: str, unit: str, meaning: str) -> Parameter:
-    return Parameter(name, unit, meaning, np.log, np.exp)
+    return Parameter(name, unit, meaning, np.log, np.exp, "ln")
 
 
 PARAMETERS = (
     _positive("shear_stress", "MPa", "stress in the shear zone"),
     Parameter(
-        "friction_angle", "deg", "friction of the chip on the rake face", _log_tan, _angle_deg
+        "friction_angle", "deg", "friction of the chip on the rake face",
+        _log_tan, _angle_deg, "ln tan",
     ),
     _positive("chip_ratio", "1", "chip length over length cut"),
     _positive("K_te", "N/mm", "tangential force of the edge"),

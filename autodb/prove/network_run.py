@@ -35,6 +35,7 @@ from autodb.sensing.lstm.stream import forces
 from autodb.sensing.reconstruct import DriveModel, reconstruct
 from autodb.virtual.reference_mill import TRUTH_HZ, MillAxis, draw_mill, swept_axis
 from autodb.virtual.reference_mill_moves import AXES, RATE_HZ
+from autodb.virtual.reference_milling import ALUMINIUM, C45, STRONGER, Work
 from autodb.virtual.reference_plan import TESTS, TRAINING, Planned, RecordedCut, recorded
 
 Array = NDArray[np.float64]
@@ -67,9 +68,9 @@ class Machine:
             },
         )
 
-    def cuts(self, planned: Sequence[Planned]) -> list[RecordedCut]:
+    def cuts(self, planned: Sequence[Planned], work: Work = C45) -> list[RecordedCut]:
         """Record cuts of the plan."""
-        return [recorded(self.seed, self.mill, one) for one in planned]
+        return [recorded(self.seed, self.mill, one, work) for one in planned]
 
     @property
     def drives(self) -> dict[str, Drive]:
@@ -111,6 +112,9 @@ def run(seed: int) -> list[NetTold | NetHeld | NetBand]:
     other = Machine.swept(seed + 500)
     cuts, theirs = other.cuts(TESTS), box.tables(other.drives)
     held += _held(GREY, ANOTHER, cuts, [_grey(box, theirs, cut) for cut in cuts])
+    for work in (ALUMINIUM, STRONGER):
+        cuts = machine.cuts(TESTS, work)
+        held += _held(GREY, work.name, cuts, [_grey(box, tables, cut) for cut in cuts])
     return [*errors, *held, *_bands(box, tests, told[GREY])]
 
 

@@ -30,11 +30,13 @@ from autodb.virtual.reference_mill_moves import (
     travelled,
 )
 from autodb.virtual.reference_milling import (
+    C45,
     DRILL_N,
     ORDERS,
     RADIUS_MM,
     Complex,
     Engagement,
+    Work,
     orders,
     waves,
 )
@@ -176,7 +178,9 @@ def _logged(rng: np.random.Generator, axis: MillAxis, motion: Motion, effort_N: 
     return Logged(seen, effort_N / axis.newtons_per_ampere + noise_A)
 
 
-def milled(seed: int, mill: dict[str, MillAxis], number: int, cut: MillCut) -> MilledCut:
+def milled(
+    seed: int, mill: dict[str, MillAxis], number: int, cut: MillCut, work: Work = C45
+) -> MilledCut:
     """Record a cut; its place, the day's friction and the process are of seed and number."""
     rng = np.random.default_rng([seed, 83, number])
     day = np.random.default_rng([seed, 84]).standard_normal(len(AXES))
@@ -188,7 +192,7 @@ def milled(seed: int, mill: dict[str, MillAxis], number: int, cut: MillCut) -> M
     ends_s = float(path.t[np.flatnonzero(path.depth > 0.0)[-1]])
     theta, rpm = _turned(rng, cut, path.t)
     varied = 1.0 + coloured(rng, len(path.t), FORCE_SD, FORCE_RHO)
-    found = orders(_engagement(rng, cut))
+    found = orders(_engagement(rng, cut, work))
     hz = np.arange(float(ORDERS + 1)) * (cut.speed_rpm / 60.0)
     drive = _drive_gain(rng, hz)
     felt_N, true_N = (
@@ -216,7 +220,7 @@ def milled_cuts(
     return [milled(seed, mill, number, cut) for number, cut in enumerate(cuts)]
 
 
-def _engagement(rng: np.random.Generator, cut: MillCut) -> Engagement:
+def _engagement(rng: np.random.Generator, cut: MillCut, work: Work) -> Engagement:
     return Engagement(
         depth_mm=cut.depth_mm,
         width_mm=cut.width_mm,
@@ -224,6 +228,7 @@ def _engagement(rng: np.random.Generator, cut: MillCut) -> Engagement:
         up=cut.up,
         runout_mm=rng.uniform(*RUNOUT_MM),
         runout_rad=rng.uniform(-math.pi, math.pi),
+        work=work,
     )
 
 

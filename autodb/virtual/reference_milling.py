@@ -18,11 +18,26 @@ Complex = NDArray[np.complex128]
 
 TEETH, RADIUS_MM = 4, 5.0  # P0 section 2.1
 HELIX_DEG = (38.0, 35.0, 38.0, 35.0)  # P0 section 2.1: variable helix; which tooth has which chosen
-CHIP_N_MM2 = {"tangential": 2150.0, "radial": 850.0, "axial": 300.0}  # chosen
-EDGE_N_MM = {"tangential": 20.0, "radial": 17.0}  # chosen
 ORDERS = 12  # of the revolution: three of tooth passing
 GRID, SLICES = 720, 12
 DRILL_N = 55.0  # axial force of plunging at the feed of the pockets; chosen
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a work's teeth take: of the chip N/mm2 and of the edge N/mm, tangential, radial, axial.
+
+    An edge pushes in no axial direction.
+    """
+
+    name: str
+    chip_N_mm2: tuple[float, float, float]
+    edge_N_mm: tuple[float, float]
+
+
+C45 = Work("C45", (2150.0, 850.0, 300.0), (20.0, 17.0))  # chosen
+ALUMINIUM = Work("a softer work", (800.0, 220.0, 90.0), (9.0, 5.0))  # chosen: of another ratio
+STRONGER = Work("a stronger work", (2700.0, 1300.0, 420.0), (28.0, 30.0))  # chosen: likewise
 
 
 @dataclass(frozen=True)
@@ -35,6 +50,7 @@ class Engagement:
     up: bool
     runout_mm: float
     runout_rad: float
+    work: Work = C45
 
     def limits(self) -> tuple[float, float]:
         """Angles of entry and exit."""
@@ -59,21 +75,21 @@ def orders(cut: Engagement) -> Complex:
             phi = (theta - lag) % (2.0 * math.pi)
             chip = cut.feed_mm * np.sin(phi) + out[tooth] - out[tooth - 1]
             in_cut = (phi >= low) & (phi <= high) & (chip > 0.0)
-            total += _of_tooth(phi, chip) * (in_cut * cut.depth_mm / SLICES)
+            total += _of_tooth(cut.work, phi, chip) * (in_cut * cut.depth_mm / SLICES)
     found = np.fft.rfft(total, axis=1)[:, : ORDERS + 1] / GRID
     found[:, 1:] *= 2.0
     return np.asarray(found, dtype=np.complex128)
 
 
-def _of_tooth(phi: Array, chip: Array) -> Array:
+def _of_tooth(work: Work, phi: Array, chip: Array) -> Array:
     """Force a mm of depth (3, n): F_x = -F_t cos - F_r sin, F_y = F_t sin - F_r cos."""
-    tangential = CHIP_N_MM2["tangential"] * chip + EDGE_N_MM["tangential"]
-    radial = CHIP_N_MM2["radial"] * chip + EDGE_N_MM["radial"]
+    tangential = work.chip_N_mm2[0] * chip + work.edge_N_mm[0]
+    radial = work.chip_N_mm2[1] * chip + work.edge_N_mm[1]
     return np.array(
         [
             -tangential * np.cos(phi) - radial * np.sin(phi),
             tangential * np.sin(phi) - radial * np.cos(phi),
-            CHIP_N_MM2["axial"] * chip,
+            work.chip_N_mm2[2] * chip,
         ]
     )
 

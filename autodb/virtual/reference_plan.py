@@ -24,7 +24,7 @@ from autodb.virtual.reference_mill import (
     milled,
 )
 from autodb.virtual.reference_mill_moves import AXES, RATE_HZ
-from autodb.virtual.reference_milling import TEETH
+from autodb.virtual.reference_milling import C45, TEETH, Work
 
 DEPTHS_MM = (1.0, 2.0, 3.0, 4.0)  # P0 Table 1, as the next two and the widths
 FEEDS_MM_MIN = (300.0, 400.0, 500.0, 700.0, 800.0)
@@ -141,10 +141,12 @@ class RecordedCut:
         }
 
 
-def recorded(seed: int, mill: dict[str, MillAxis], planned: Planned) -> RecordedCut:
+def recorded(
+    seed: int, mill: dict[str, MillAxis], planned: Planned, work: Work = C45
+) -> RecordedCut:
     """Record a cut of the plan on the mill of a seed."""
     day = 1000 * seed + 1 + planned.day
-    made = milled(day, mill, planned.number, planned.cut)
+    made = milled(day, mill, planned.number, planned.cut, work)
     true_N = -np.array([made.load_N[name] for name in AXES])
     gain = 1.0 + GAIN_SD * np.random.default_rng([day, 85]).standard_normal(3)
     rng = np.random.default_rng([day, 86, planned.number])
