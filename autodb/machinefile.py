@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from autodb.channels import LINEAR_AXES, ROTARY_AXES
 from autodb.errors import near
-from autodb.tomlfile import Finite, Positive, Reference, Section, read_toml
+from autodb.tomlfile import Finite, NotNegative, Positive, Reference, Section, read_toml
 from autodb.workholding import Setup
 
 SPINDLE = "spindle"
@@ -94,6 +94,20 @@ class SpindleFile(Section):
     gear: tuple[Gear, ...] = ()
 
 
+class Retention(Section):
+    """How long an inbox keeps recordings, days from one import to the newest; left out: always."""
+
+    compress_after_days: NotNegative | None = None
+    drop_after_days: NotNegative | None = None
+
+    @model_validator(mode="after")
+    def _in_turn(self) -> "Retention":
+        first, last = self.compress_after_days, self.drop_after_days
+        if first is not None and last is not None and last < first:
+            raise ValueError("drop_after_days: less than compress_after_days; more would work")
+        return self
+
+
 class MachineFile(Section):
     """A machine. ``rotary_order``: the rotary axes from the one on the bed to the outermost.
 
@@ -105,6 +119,7 @@ class MachineFile(Section):
     diameter: bool | None = None
     rotary_order: tuple[str, ...] | None = None
     spindle: SpindleFile = SpindleFile()
+    retention: Retention = Retention()
     setup: Setup | None = None
     axes: dict[str, AxisFile] = Field(json_schema_extra={"minProperties": 1})
 

@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel
 
+from autodb.coefficientsfile import Coefficients
 from autodb.explain.answer import Explanation
 from autodb.jobs import Job
 from autodb.machinefile import MachineFile
@@ -31,6 +32,7 @@ FORMATS: tuple[tuple[str, str, type[BaseModel], Mode], ...] = (
     ("part", "Part file", PartFile, "validation"),
     ("side_file", "Side file of a recording", SideFile, "validation"),
     ("explanation", "explanation.json", Explanation, "serialization"),
+    ("coefficients", "Fitted coefficients", Coefficients, "serialization"),
 )
 """Name, title, model, and whether the model reads the file or writes it."""
 

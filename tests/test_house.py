@@ -21,7 +21,7 @@ HEAVY = {"numpy", "pandas", "scipy", "pyarrow", "plotly", "sqlalchemy", "pydanti
 COMMANDS = {
     "init", "machine", "import", "calibrate", "identify", "refresh", "predict", "plan", "lookup",
     "explain", "trace", "doctor", "backup", "restore", "export", "demo", "prove", "standard",
-    "sweep", "reconstruct", "scale", "mismatch",
+    "sweep", "reconstruct", "scale", "mismatch", "schedule", "sensors", "inspect",
 }  # fmt: skip
 MODULES = sorted(
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
@@ -94,7 +94,7 @@ def test_help_lists_what_is_built(cli: Cli) -> None:
     text = cli("--help").out
     listed = set(re.findall(r"│ ([a-z]+) ", text))
     assert listed & COMMANDS == COMMANDS
-    for later in ("serve", "schedule", "fleet"):
+    for later in ("serve", "agent", "fleet", "token"):
         assert not re.search(rf"│ {later} ", text)
 
 

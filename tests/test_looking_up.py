@@ -269,7 +269,7 @@ def test_cards_of_a_machine_read_back_and_tell_it_nothing(store: Store, cli: Cli
         (("--cards", "c.csv"), "--cards needs --machine NAME"),
         (("--cards", "c.csv", "--machine", "m", "--material", "stel"), "did you mean steel?"),
         (("--cards", "no/c.csv", "--machine", "m"), "no: no such folder"),
-        ((), "give either a folder for the tables or --cards FILE.csv"),
+        ((), "give one of a folder for the tables, --cards FILE.csv, --coefficients FILE.json"),
         (("tables", "--tool", "mill"), "--material and --tool go with --cards"),
     ],
     ids=lambda asked: asked if isinstance(asked, str) else "",

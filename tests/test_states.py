@@ -92,8 +92,9 @@ def test_cuts_stand_aside_are_named_and_once_confirmed_are_a_state(worn: Cli) ->
 
     # Left alone they stay aside, and nothing is explained again
     again = worn("refresh", "--machine", "lathe-1").out
-    assert "are not of its usual state" in again
-    assert "mismatch" not in again
+    assert "nothing new" in again
+    assert "2 mismatches wait to be decided on" in again
+    assert "tool_wear" not in again
     assert len(_rows()) == 2
 
     # Confirmed they are a state, and the usual one is as it was

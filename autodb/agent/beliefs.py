@@ -123,6 +123,8 @@ def _of_pair(machine_id: int, pair_id: int) -> tuple[ColumnElement[bool], ...]:
     return (
         models.CuttingParameters.machine_id == machine_id,
         models.CuttingParameters.pair_id == pair_id,
+        models.CuttingParameters.operation == EVERY,
+        models.CuttingParameters.component == EVERY,
         models.CuttingParameters.law == LAW,
     )
 

@@ -214,7 +214,7 @@ def _calibration_cuts(
     query = (
         select(models.Cut)
         .join(models.Recording)
-        .where(models.Recording.machine_id == machine_id)
+        .where(models.Recording.machine_id == machine_id, models.Cut.superseded_at.is_(None))
         .order_by(models.Cut.recording_id, models.Cut.number)
     )
     if recordings is not None:

@@ -171,8 +171,12 @@ def pairs(session: Session, _progress: Progress) -> Outcome:
 
 
 def present(session: Session, _progress: Progress) -> Outcome:
-    """Look for recordings of which neither the original nor our copy is on the disk."""
-    rows = session.scalars(select(models.Recording).order_by(models.Recording.id))
+    """Look for recordings of which neither the original nor our copy is on the disk.
+
+    Those that were dropped by a machine's [retention] are not to be there.
+    """
+    kept = select(models.Recording).where(models.Recording.dropped_at.is_(None))
+    rows = session.scalars(kept.order_by(models.Recording.id))
     return _none_of(f"recording {r.id}: {r.path}" for r in rows if not files_of(r))
 
 

@@ -13,7 +13,7 @@ from autodb.agent.beliefs import as_belief, latest
 from autodb.agent.calibrations import as_calibration, current_calibrations
 from autodb.agent.felt import QUANTITY, as_cuts, usable
 from autodb.agent.identifying import newest_model, off_law_of, stored_terms
-from autodb.agent.importing import cuts_as_table, import_file
+from autodb.agent.importing import counting, cuts_as_table, import_file
 from autodb.agent.machines import find_machine, signed
 from autodb.agent.milling import HAS, expected_waves, known_pair
 from autodb.agent.predicting import Known
@@ -66,8 +66,8 @@ def explain_with_machine(
     with store.reading() as session:
         owner = find_machine(session, machine)
         if isinstance(table, CutTable):
-            cuts = session.get_one(models.Recording, imported.recording_id).cuts
-            sensed, predicted, has = expected_and_sensed(session, owner, list(cuts))
+            cuts = counting(session.get_one(models.Recording, imported.recording_id))
+            sensed, predicted, has = expected_and_sensed(session, owner, cuts)
             explained = explain(sensed, predicted, includes=has)
         else:
             explained = _over_time(session, owner, signed(table, owner))

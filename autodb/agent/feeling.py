@@ -1,7 +1,8 @@
 """Forces of cuts that were recorded over time, as a machine's drives, network and table feel them.
 
-Each cut is read and felt before anything is written: it takes seconds. What a cut's force was felt
-with is kept with it; a new version of that feels it anew.
+Each cut is read and felt before anything is written: it takes seconds; then it is kept at once, so
+that a pass that was killed goes on behind it. What a cut's force was felt with is kept with it; a
+new version of that feels it anew.
 """
 
 from collections.abc import Callable, Mapping
@@ -10,15 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.dynamometers import KIND as TABLE
-from autodb.agent.estimators import FUSION, Fitted, keep, newest
+from autodb.agent.estimators import Fitted, keep, newest
 from autodb.agent.fusing import fused_on_machine
 from autodb.agent.identifying import newest_model
 from autodb.agent.importing import files_of
 from autodb.agent.machines import find_machine
+from autodb.agent.marks import ESTIMATORS, FELT_OVER_TIME, last_mark
 from autodb.agent.reconstructing import Felt, known_scale
 from autodb.channels import LINEAR_AXES
 from autodb.checksums import checksum
@@ -61,10 +62,14 @@ class FeltMean:
 
 @dataclass(frozen=True)
 class FeltOverTime:
-    """What was felt of cuts, and what is to be said of it: why some was not, who did not agree."""
+    """What came of feeling cuts: forces felt and not, and what is to be said of it: why some was
+    not, who did not agree. ``last_cut``: the newest cut there was, by id.
+    """
 
-    means: list[FeltMean]
+    sensed: int
+    not_sensed: int
     notes: list[str]
+    last_cut: int
 
 
 def feel_over_time(
@@ -79,27 +84,61 @@ def feel_over_time(
         _keep_drives(session, owner)
         sensors = {c: (row.id, row.kind) for c, row in _sensors(session, owner).items()}
         waiting = _waiting(session, owner, [number for number, _ in sensors.values()])
-    found: list[FeltMean] = []
+        last_cut = session.scalar(select(func.max(models.Cut.id))) or 0
+    felt: list[FeltMean] = []
     notes: list[str] = []
     for one in waiting:
-        try:
-            recording = one.recording()
-            progress(f"feeling {recording.path.name}")
-            told = fused_on_machine(store, machine, recording, progress=progress)
-            felt = {component.load.axis: component for component in told.felt}
-            found += _means(one.cut_id, recording, felt, sensors)
-            notes += [
-                f"{recording.path.name}: force.{c}: {told_of.disagrees}"
-                for c, told_of in felt.items()
-                if told_of.disagrees is not None
-            ]
-        except UnusableInput as error:
-            found += [
-                FeltMean(one.cut_id, c, kind, number, None, None, None, str(error))
-                for c, (number, kind) in sensors.items()
-            ]
-    notes += dict.fromkeys(one.reason for one in found if one.reason is not None)
-    return FeltOverTime(found, notes)
+        found, said = _feel(store, machine, one, sensors, progress)
+        felt += _kept(store, found)
+        notes += said
+    notes += dict.fromkeys(one.reason for one in felt if one.reason is not None)
+    without = sum(one.reason is not None for one in felt)
+    return FeltOverTime(len(felt) - without, without, notes, last_cut)
+
+
+def _feel(
+    store: Store,
+    machine: str,
+    one: "Waiting",
+    sensors: Mapping[str, tuple[int, str]],
+    progress: Callable[[str], None],
+) -> tuple[list[FeltMean], list[str]]:
+    """Return the components of a cut as they were felt, or why not; and who did not agree."""
+    try:
+        recording = one.recording()
+        progress(f"feeling {recording.path.name}")
+        told = fused_on_machine(store, machine, recording, progress=progress)
+        felt = {component.load.axis: component for component in told.felt}
+        notes = [
+            f"{recording.path.name}: force.{c}: {told_of.disagrees}"
+            for c, told_of in felt.items()
+            if told_of.disagrees is not None
+        ]
+        return _means(one.cut_id, recording, felt, sensors), notes
+    except UnusableInput as error:
+        found = [
+            FeltMean(one.cut_id, c, kind, number, None, None, None, str(error))
+            for c, (number, kind) in sensors.items()
+        ]
+        return found, []
+
+
+def _kept(store: Store, found: list[FeltMean]) -> list[FeltMean]:
+    """Keep what was felt of a cut, but what another agent kept meanwhile; return what was new."""
+    new = []
+    with store.writing() as session:
+        for one in found:
+            there = session.scalar(
+                select(models.SensedForce.id).where(
+                    models.SensedForce.cut_id == one.cut_id,
+                    models.SensedForce.component == one.component,
+                    models.SensedForce.estimator_id == one.estimator_id,
+                )
+            )
+            if there is None:
+                session.add(one.row())
+                new.append(one)
+    return new
 
 
 def _means(
@@ -149,7 +188,7 @@ def _keep_drives(session: Session, owner: models.Machine) -> None:
 def _sensors(session: Session, owner: models.Machine) -> dict[str, models.Estimator]:
     """Return by component what its force is kept as felt with: all together, a table, a drive."""
     found: dict[str, models.Estimator] = {}
-    for kind in (DRIVE, TABLE, FUSION):
+    for kind in FELT_OVER_TIME:
         found |= {row.component: row for row in newest(session, owner.id, kind)}
     return found
 
@@ -175,9 +214,14 @@ class Waiting:
 
 
 def _waiting(session: Session, owner: models.Machine, sensors: list[int]) -> list[Waiting]:
-    """Return the cuts of recordings over time that none of these sensors has looked at."""
+    """Return the cuts of recordings over time that none of these sensors has looked at.
+
+    Where the last pass had these sensors, none of those that it looked at is among them.
+    """
     if not sensors:
         return []
+    mark = last_mark(session, owner.id)
+    before = 0 if mark is None or set(sensors) - set(mark.basis[ESTIMATORS]) else mark.cut
     looked_at = (
         select(models.SensedForce.id)
         .where(
@@ -193,6 +237,8 @@ def _waiting(session: Session, owner: models.Machine, sensors: list[int]) -> lis
             models.Recording.machine_id == owner.id,
             models.Recording.kind == "series",
             models.Cut.pair_id.is_not(None),
+            models.Cut.superseded_at.is_(None),
+            models.Cut.id > before,
             ~looked_at,
         )
         .order_by(models.Cut.id)

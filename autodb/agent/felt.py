@@ -36,11 +36,15 @@ GEOMETRY = (
 
 @dataclass(frozen=True)
 class Felt:
-    """Forces of one pair, oldest cut first; how many cuts are not learnt from, by the reason."""
+    """Forces of one pair, oldest cut first; how many cuts are not learnt from, by the reason.
+
+    ``after``: only of cuts with larger ids, no version has learnt any; 0: all of the pair's.
+    """
 
     pair: models.Pair
     forces: list[models.SensedForce]
     left_out: dict[str, int]
+    after: int = 0
 
 
 def operation_of(cut: models.Cut) -> str:
@@ -55,23 +59,34 @@ def numbers_of(tool: models.Tool) -> dict[str, float]:
 
 
 def forces_of_pair(
-    session: Session, machine_id: int, pair: models.Pair, felt: Sequence[Calibrations]
+    session: Session,
+    machine_id: int,
+    pair: models.Pair,
+    felt: Sequence[Calibrations],
+    *,
+    cuts: tuple[int, int] | None = None,
 ) -> Felt:
     """Return the forces that axes and other sensors felt on a pair.
+
+    ``cuts``: of those alone with an id above the first, up to the second.
 
     ``felt``: the calibrations of each axis. A force counts where the one that felt it is still the
     one that holds for the cut: of a cut that did not state what, a later calibration may say
     otherwise. Of several sensors of a force the surest counts.
     """
-    forces = [f for current in felt for f in _of_axis(session, machine_id, pair.id, current)]
-    forces = _surest([*forces, *_of_others(session, machine_id, pair.id)])
+    sensed = _sensed(machine_id, pair.id)
+    if cuts is not None:
+        sensed = sensed.where(models.Cut.id > cuts[0], models.Cut.id <= cuts[1])
+    forces = [f for current in felt for f in _of_axis(session, sensed, current)]
+    forces = _surest([*forces, *_of_others(session, sensed)])
     reasons = {force.cut_id: _unusable(force.cut) for force in forces}
     left_out: dict[str, int] = {}
     for reason in reasons.values():
         if reason is not None:
             left_out[reason] = left_out.get(reason, 0) + 1
     forces.sort(key=lambda force: (force.cut_id, force.component))
-    return Felt(pair, [force for force in forces if reasons[force.cut_id] is None], left_out)
+    kept = [force for force in forces if reasons[force.cut_id] is None]
+    return Felt(pair, kept, left_out, after=0 if cuts is None else cuts[0])
 
 
 def _sensed(machine_id: int, pair_id: int) -> Select[models.SensedForce]:
@@ -79,22 +94,20 @@ def _sensed(machine_id: int, pair_id: int) -> Select[models.SensedForce]:
     return (
         select(models.SensedForce)
         .join(models.Cut)
-        .join(models.Recording)
         .where(
-            models.Recording.machine_id == machine_id,
+            models.Cut.recording.has(machine_id=machine_id),
             models.Cut.pair_id == pair_id,
+            models.Cut.superseded_at.is_(None),
             models.SensedForce.value_N.is_not(None),
         )
     )
 
 
 def _of_axis(
-    session: Session, machine_id: int, pair_id: int, current: Calibrations
+    session: Session, sensed: Select[models.SensedForce], current: Calibrations
 ) -> list[models.SensedForce]:
     by_these = models.SensedForce.calibration_id.in_([row.id for row in current])
-    felt = list(
-        session.scalars(_sensed(machine_id, pair_id).where(by_these).order_by(models.Cut.id))
-    )
+    felt = list(session.scalars(sensed.where(by_these).order_by(models.Cut.id)))
     if len(current) == 1 or not felt:
         return felt
     cuts = [force.cut for force in felt]
@@ -108,10 +121,10 @@ def _of_axis(
     ]
 
 
-def _of_others(session: Session, machine_id: int, pair_id: int) -> list[models.SensedForce]:
+def _of_others(session: Session, sensed: Select[models.SensedForce]) -> list[models.SensedForce]:
     """Return what sensors that are no calibrated ranges felt; of each kind its newest version."""
     sensor = models.SensedForce.estimator_id
-    query = _sensed(machine_id, pair_id).where(sensor.is_not(None)).order_by(sensor)
+    query = sensed.where(sensor.is_not(None)).order_by(sensor)
     return list({(f.cut_id, f.component, f.estimator): f for f in session.scalars(query)}.values())
 
 
@@ -206,7 +219,7 @@ class Readings:
     def __init__(self, forces: Sequence[models.SensedForce]) -> None:
         self.value_N = np.array([f.value_N for f in forces], dtype=np.float64)
         self.sd_N = np.array([f.sd_N for f in forces], dtype=np.float64)
-        self._recordings = np.array([f.cut.recording_id for f in forces])
+        self._recordings = np.array([f.cut.recording.first_id for f in forces])
         self._moved: dict[str, tuple[Shared, Array, Array]] = {}
         rows = {f.calibration.id: f.calibration for f in forces if f.calibration is not None}
         for row in rows.values():

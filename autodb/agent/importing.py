@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from autodb import records
 from autodb.agent.machines import find_machine
+from autodb.agent.redelivered import ROWS_ALIKE, Sorted, as_it_was, earlier, rows_alike, sorted_cuts
 from autodb.channels import axis_of
 from autodb.checksums import checksum
 from autodb.errors import UnusableInput
@@ -41,7 +42,9 @@ CHIP = "chip.thickness"
 class Imported:
     """What an import did; ``other_side``: it was there already, with another side file.
 
-    ``notes``: what was left out of the averages of a raw recording's cut.
+    ``cuts`` are new; ``again`` were there, of a file that came in before under its name, and
+    ``replaced`` had another content then. ``notes``: what was left out of the averages of a raw
+    recording's cut.
     """
 
     recording_id: int
@@ -51,6 +54,16 @@ class Imported:
     already_there: bool
     other_side: bool = False
     notes: tuple[str, ...] = ()
+    again: int = 0
+    replaced: int = 0
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Where a file lies from now on, and what else is written in the import's transaction."""
+
+    path: Path
+    also: Callable[[Session, Imported], None]
 
 
 def import_file(
@@ -60,20 +73,27 @@ def import_file(
     machine: str,
     columns: Path | None = None,
     progress: Callable[[str], None] | None = None,
+    kept: Kept | None = None,
 ) -> Imported:
     """Import one recording or cut table of a machine; a second time says it is already there.
 
     The file is read in blocks, its checksum taken and its channels checked; a table of cuts is
     kept cut by cut, raw phase currents give the cut they hold, and of any other recording over time
     the cut is kept that its side file states. Currents take the axis' sign
-    from the machine. Raises UnusableInput, SetAside of a raw cut that nothing can be learned from;
-    then nothing is written.
+    from the machine. Of a file that came in before under its name only what is new counts
+    (autodb.agent.redelivered). Raises UnusableInput, SetAside of a raw cut that nothing can be
+    learned from; then nothing is written.
     """
     source = records.open_source(path, columns=columns)
     sha256 = checksum(path)
     with store.reading() as session:
-        known = _known(session, find_machine(session, machine).id, sha256, source.side)
+        machine_id = find_machine(session, machine).id
+        known = _known(session, machine_id, sha256, source.side)
+        before = None if known else _same_series(session, machine_id, source)
     if known is not None:
+        if kept is not None:
+            with store.writing() as session:
+                kept.also(session, known)
         return known
     named = source.side.recording.machine
     if named is not None and named != machine:
@@ -83,17 +103,43 @@ def import_file(
     cuts, notes = _cuts(source, progress)
     with store.writing() as session:
         owner = find_machine(session, machine)
-        known = _known(session, owner.id, sha256, source.side)  # another agent may have been faster
-        if known is not None:
-            return known
-        kept = _keep(session, owner, _row(source, summary, sha256), cuts)
-        return replace(kept, notes=notes)
+        # another agent may have been faster
+        done = _known(session, owner.id, sha256, source.side)
+        if done is None:
+            row = _row(source, summary, sha256)
+            if kept is not None:
+                row.path = str(kept.path.resolve())
+            done = replace(_keep(session, owner, row, cuts, before), notes=notes)
+        if kept is not None:
+            kept.also(session, done)
+        return done
+
+
+@dataclass(frozen=True)
+class _Again:
+    """The recording over time, by id, that came in again; ``cut_off``: it is shorter now."""
+
+    recording: int
+    cut_off: bool
+
+
+def _same_series(session: Session, machine_id: int, source: Source) -> _Again | None:
+    before = earlier(session, machine_id, source.path)
+    if not before or before[0].kind != "series":
+        return None
+    for path, sha256 in files_of(before[0]).items():
+        there = as_it_was(path, sha256, SideFile.model_validate(before[0].side))
+        if there is not None:
+            share, cut_off = rows_alike(there, source)
+            return _Again(before[0].id, cut_off) if share >= ROWS_ALIKE else None
+    return None
 
 
 def _row(source: Source, summary: Sequence[BaseSummary], sha256: str) -> models.Recording:
     return models.Recording(
         sha256=sha256,
         path=str(source.path.resolve()),
+        delivered_as=str(source.path.resolve()),
         kind="cuts" if any(base.holds_cuts for base in summary) else "series",
         rows=max(base.rows for base in summary),
         units={n: u for base in source.usable() for n, u in base.conversion.units.items()},
@@ -107,24 +153,57 @@ def _said(side: SideFile) -> dict[str, Any]:
 
 
 def _keep(
-    session: Session, owner: models.Machine, recording: models.Recording, cuts: CutTable | None
+    session: Session,
+    owner: models.Machine,
+    recording: models.Recording,
+    cuts: CutTable | None,
+    before: _Again | None,
 ) -> Imported:
-    """Add a recording with its cuts."""
+    """Add a recording with its cuts, of a file that came in again those that are new."""
+    made = [] if cuts is None else _made_cuts(session, owner, cuts)
     recording.machine_id = owner.id
+    if recording.kind == "cuts":
+        with session.no_autoflush:
+            found = sorted_cuts(made, earlier(session, owner.id, Path(str(recording.delivered_as))))
+    elif before is None:
+        found = Sorted(made, 0, [])
+    else:
+        last = session.get_one(models.Recording, before.recording)
+        old, first = counting(last), last.first_id
+        cut_off = before.cut_off
+        found = Sorted([], len(old), [], first) if cut_off else Sorted(made, 0, old, first)
+    recording.continues_id = found.continues
     session.add(recording)
     session.flush()
-    if cuts is not None:
-        signs = {axis.name: axis.current_sign for axis in owner.axes}
-        pairs: dict[tuple[str, str], int | None] = {}
-        for row in range(len(cuts)):
-            made = _cut_row(cuts, row, signs)
-            made.recording_id = recording.id
-            named = _pair_names(cuts, row)
-            if named not in pairs:
-                pairs[named] = _pair_id(session, *named, cuts.side)
-            made.pair_id = pairs[named]
-            session.add(made)
-    return Imported(recording.id, recording.kind, recording.rows, len(cuts or ()), False)
+    for cut in found.replaced:
+        cut.superseded_at = models.now()
+    for cut in found.new:
+        cut.recording_id = recording.id
+    session.add_all(found.new)
+    return Imported(
+        recording.id,
+        recording.kind,
+        recording.rows,
+        len(found.new),
+        already_there=False,
+        again=found.there,
+        replaced=len(found.replaced),
+    )
+
+
+def _made_cuts(session: Session, owner: models.Machine, cuts: CutTable) -> list[models.Cut]:
+    """Return the cuts of a table as rows, not yet of a recording."""
+    signs = {axis.name: axis.current_sign for axis in owner.axes}
+    pairs: dict[tuple[str, str], int | None] = {}
+    rows = []
+    for row in range(len(cuts)):
+        named = _pair_names(cuts, row)
+        if named not in pairs:
+            pairs[named] = _pair_id(session, *named, cuts.side)
+        made = _cut_row(cuts, row, signs)
+        made.pair_id = pairs[named]
+        rows.append(made)
+    return rows
 
 
 def _channel_rows(base: BaseSummary) -> list[models.RecordingChannel]:
@@ -279,6 +358,11 @@ _GEOMETRY = (
     *("kind", "diameter_mm", "teeth", "helix_deg", "corner_radius_mm", "point_angle_deg"),
     *("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg"),
 )
+
+
+def counting(recording: models.Recording) -> list[models.Cut]:
+    """Return the cuts of a recording whose place no other took."""
+    return [cut for cut in recording.cuts if cut.superseded_at is None]
 
 
 def cuts_as_table(cuts: list[models.Cut], *, path: Path) -> CutTable:

@@ -1,6 +1,6 @@
 """What the newest forces of one pair change: its belief, its process states, what stands aside."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, field, replace
 
 from sqlalchemy.orm import Session
@@ -16,6 +16,7 @@ from autodb.agent.beliefs import (
     start_of,
 )
 from autodb.agent.felt import Felt, as_observed
+from autodb.agent.shifted import Shift, shifts
 from autodb.agent.states import (
     Forces,
     causes_of,
@@ -39,18 +40,25 @@ LOOKED = 2
 second finds those that only others, which it leaves out, had made so. Chosen."""
 AT_ONCE = 200
 """Cuts of a pair up to which all of them are learnt at once when there are new ones; beyond, the
-new ones change the belief. Chosen: a second's work."""
+new ones change the belief. Chosen: some seconds' work."""
+SETTLED = 50
+"""Cuts of a pair from which on a pass that goes on looks for its next belief near the last, three
+to seven times as fast. Chosen: in the sample job that is 0.04 to 0.09 of its standard deviations
+from what all anew gives, 0.6 where the choice of law was close."""
+IN_TURN = 1000
+"""Cuts that are learnt at once where more are new: the equations grow with them. Chosen."""
 
 
 @dataclass
 class Outcome:
     """``versions``: pair and state, version, cuts behind it; ``odd``: cuts that stand aside, by id;
-    ``set_aside``: what to say of what was not learnt from.
+    ``set_aside``: what to say of what was not learnt from; ``shifts``: what a version moved.
     """
 
     versions: list[tuple[str, int, int]] = field(default_factory=list)
     odd: list[int] = field(default_factory=list)
     set_aside: list[str] = field(default_factory=list)
+    shifts: list[Shift] = field(default_factory=list)
 
 
 def learn_pair(
@@ -58,34 +66,48 @@ def learn_pair(
     machine_id: int,
     found: Felt,
     *,
+    old: int | None = None,
+    goes_on: bool = False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Outcome:
     """Add versions where a pair has forces that its last ones have not seen, or a confirmed cause.
 
     A version builds on the last one where that one's forces all count still; one with a cause that
-    the last had not stands alone.
+    the last had not stands alone. ``old``: the last cut, by id, that was looked at before; None:
+    all were. ``goes_on``: nothing that the last version rests on has changed since.
     """
-    return _Pair(session, machine_id, found, progress).learnt()
+    pair = _Pair(session, machine_id, found, progress)
+    return pair.learnt(old, goes_on=goes_on)
 
 
 class _Pair:
     """One pair on one machine, and the forces that count of it."""
 
     def __init__(
-        self, session: Session, machine_id: int, found: Felt, progress: Callable[[str], None]
+        self,
+        session: Session,
+        machine_id: int,
+        found: Felt,
+        progress: Callable[[str], None],
     ) -> None:
         self._session, self._machine_id, self._found = session, machine_id, found
         self._name, self._progress = pair_name(found.pair), progress
+        self._old: int | None = None
+        self._goes_on = False
         self._done = Outcome()
 
-    def learnt(self) -> Outcome:
+    def learnt(self, old: int | None, *, goes_on: bool) -> Outcome:
         """Learn the usual state and those confirmed; say what was left out or stands aside."""
+        self._old, self._goes_on = old, goes_on
         said = self._done.set_aside
         for reason, cuts in self._found.left_out.items():
             said.append(f"{self._name}: {cuts} cuts not learnt from: {reason}")
         try:
-            self._with_wear()
-            self._other_states(self._usual_state())
+            if self._found.after:
+                self._done.odd += sorted({force.cut_id for force in self._new_ones()})
+            else:
+                self._with_wear()
+                self._other_states(self._usual_state())
         except UnusableInput as error:
             said.append(f"{self._name}: {error}")
         if self._done.odd:
@@ -141,6 +163,23 @@ class _Pair:
         pair = self._found.pair
         return start_of(self._session, self._machine_id, pair.material.name, pair.tool.name)
 
+    def _new_ones(self) -> Forces:
+        """Learn new cuts that are of the usual state; return the forces of the others.
+
+        Nothing that was learnt or decided before is looked at.
+        """
+        last = self._latest()
+        assert last is not None  # without a version no cut of a pair is old
+        belief, forces = as_belief(last), self._found.forces
+        if belief.wear is not None:
+            forces = self._of_known_wear(forces)
+        parted = sorted_out(belief, forces)
+        if parted.usual:
+            start = Start(belief, last.started_from, last.relative)
+            learnt = self._in_turn(belief, parted.usual)
+            self._keep(start, last, parted.usual, learnt, causes=last.mismatches)
+        return parted.odd
+
     def _usual_state(self) -> Forces:
         """Learn what is of the usual state; return the forces of no state yet."""
         last = self._latest()
@@ -156,7 +195,10 @@ class _Pair:
         start = self._start()
         start = replace(start, belief=replace(start.belief, wear=wear))
         looked = looked_at(
-            self._session, [force for force in forces if force.id in seen], worn=wear is not None
+            self._session,
+            [force for force in forces if force.id in seen],
+            worn=wear is not None,
+            old=self._old,
         )
         belief = start.belief if base is None else as_belief(base)
         parted = sorted_out(belief, fresh, looked=looked)
@@ -218,14 +260,31 @@ class _Pair:
         known = {force.cut_id for force in before}
         if base is not None and len(known) >= AT_ONCE:
             start = Start(as_belief(base), base.started_from, base.relative)
-            observed = as_observed(fresh, wear=start.belief.wear, known=known)
-            learnt = learn(start.belief, observed).past()
+            learnt = self._in_turn(start.belief, fresh, known=known)
+        elif len({force.cut_id for force in fresh}) > IN_TURN:
+            every = sorted([*before, *fresh], key=lambda force: force.cut_id)
+            learnt = self._in_turn(start.belief, every)
         else:
             observed = as_observed([*before, *fresh], wear=start.belief.wear)
             last = None if start.belief.wear is None else base or self._latest(state)
+            if self._goes_on and len(known) >= SETTLED:
+                last = base
             near = None if last is None else as_belief(last)
             learnt = learn_choosing(start.belief, observed, near=near).past()
         self._keep(start, base, fresh, learnt, state=state, causes=causes)
+
+    def _in_turn(self, belief: Belief, forces: Forces, *, known: Container[int] = ()) -> Belief:
+        """Return a belief after forces, IN_TURN cuts at once; ``known``: as in as_observed."""
+        cuts = list(dict.fromkeys(force.cut_id for force in forces))
+        for begin in range(0, len(cuts), IN_TURN):
+            some = set(cuts[begin : begin + IN_TURN])
+            observed = as_observed(
+                [force for force in forces if force.cut_id in some], wear=belief.wear, known=known
+            )
+            taught = learn if belief.cuts else learn_choosing
+            belief = taught(belief, observed).past()
+            self._progress(f"{self._name}: cut {begin + len(some)} of {len(cuts)}")
+        return belief
 
     def _keep(
         self,
@@ -237,6 +296,10 @@ class _Pair:
         state: str | None = None,
         causes: Sequence[models.Mismatch] = (),
     ) -> None:
+        name = self._name if state is None else f"{self._name}, {state}"
+        before = self._latest(state)
+        if before is not None:
+            self._done.shifts += shifts(name, as_belief(before), learnt, fresh)
         version = newest_version(self._session, self._machine_id, self._found.pair.id) + 1
         self._session.add(
             models.CuttingParameters(
@@ -253,7 +316,6 @@ class _Pair:
             )
         )
         self._session.flush()
-        name = self._name if state is None else f"{self._name}, {state}"
         self._done.versions.append((name, version, learnt.cuts))
 
 

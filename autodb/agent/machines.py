@@ -14,6 +14,7 @@ from autodb.store import Store, models
 from autodb.tomlfile import Reference
 
 _MACHINE = ("dialect", "units", "diameter")
+_RETENTION = ("compress_after_days", "drop_after_days")
 _AXIS = (
     *("carries", "current_sign", "carried_by", "moved_mass_kg", "vertical", "brake"),
     *("counterweight", "counterweight_force_N", "rated_A", "screw_pitch_mm", "gear_ratio"),
@@ -133,6 +134,8 @@ def _write(machine: models.Machine, file: MachineFile) -> None:
     for name in _MACHINE:
         setattr(machine, name, getattr(file, name))
     machine.rotary_order = None if file.rotary_order is None else list(file.rotary_order)
+    for name in _RETENTION:
+        setattr(machine, name, getattr(file.retention, name))
     machine.base_speed_rpm = file.spindle.base_speed_rpm
     machine.max_speed_rpm = file.spindle.max_speed_rpm
     have = {axis.name: axis for axis in machine.axes}
@@ -166,6 +169,7 @@ def as_file(machine: models.Machine) -> MachineFile:
         {
             **{name: getattr(machine, name) for name in _MACHINE},
             "rotary_order": machine.rotary_order,
+            "retention": {name: getattr(machine, name) for name in _RETENTION},
             "spindle": SpindleFile(
                 base_speed_rpm=machine.base_speed_rpm,
                 max_speed_rpm=machine.max_speed_rpm,

@@ -69,11 +69,11 @@ def _card(session: Session, shelf: Shelf, machine: str, pair: Listed) -> Kienzle
         f"{made_by(machine)}{pair.tool}, {pair.cuts} cuts, version {pair.version}, "
         f"{pair.learnt_at[:10]}"
     )
-    at = Planned(rake_rad=float(np.radians(_rake_deg(session, known))))
+    at = Planned(rake_rad=float(np.radians(rake_deg(session, known))))
     return kienzle_card(pair.material, known.belief.law, at, source=source)
 
 
-def _rake_deg(session: Session, known: Known) -> float:
+def rake_deg(session: Session, known: Known) -> float:
     """Return the rake of a pair's tool; where nobody stated it, what its cuts took it for."""
     made = learnt_from(session, known.behind.parameters or 0).operations
     kinds = sorted({BY_NAME[operation].kind for operation in made})

@@ -1,97 +1,170 @@
 """Refresh: what came in since the last time becomes sensed forces and new parameter versions.
 
-One pass is one transaction: killed in the middle, the database is as it was, and the next pass does
-the whole work again.
+One pass is one transaction, and goes on from the mark that the last one left: killed in the middle,
+the database is as it was, and the next pass does its work again.
 """
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Callable
 
-from sqlalchemy import Select, exists, select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.beliefs import pair_name
-from autodb.agent.calibrations import as_calibration, current_calibrations
-from autodb.agent.feeling import FeltOverTime, feel_over_time
+from autodb.agent.beliefs import latest, pair_name
+from autodb.agent.due import calibrations_due
+from autodb.agent.feeling import feel_over_time
 from autodb.agent.felt import Calibrations, forces_of_pair
-from autodb.agent.importing import cuts_as_table
-from autodb.agent.learning import learn_pair
+from autodb.agent.inbox import Inbox
+from autodb.agent.learning import AT_ONCE, learn_pair
 from autodb.agent.machines import find_machine
+from autodb.agent.marks import Span, basis_of, last_mark, next_span
+from autodb.agent.passes import Kept, Refreshed, came_in, files_since, keep_pass
+from autodb.agent.ranging import sense_cuts, sensed_otherwise
+from autodb.agent.retaining import retain
 from autodb.agent.states import open_mismatches
-from autodb.sensing.chosen import sense_each
 from autodb.store import Store, models
 
-RANGE_ESTIMATOR = "range"
-NO_ESTIMATOR = "none"
-
-
-@dataclass
-class Refreshed:
-    """What a refresh did: forces; versions as (pair, version, cuts behind it); what
-    stands aside, and the mismatches opened for it.
-    """
-
-    sensed: int = 0
-    not_sensed: int = 0
-    versions: list[tuple[str, int, int]] = field(default_factory=list)
-    set_aside: list[str] = field(default_factory=list)
-    mismatches: list[str] = field(default_factory=list)
+Progress = Callable[[str], None]
 
 
 def refresh(
-    store: Store, machine: str, *, progress: Callable[[str], None] | None = None
+    store: Store, machine: str, *, inbox: Inbox | None = None, progress: Progress | None = None
 ) -> Refreshed:
     """Sense the forces of every cut not sensed yet with the newest calibrations; update the pairs.
 
     Cuts of recordings over time are felt by what the machine has beside calibrated ranges. Cuts
-    that are not of a pair's usual state are explained, and mismatches opened for them.
+    that are not of a pair's usual state are explained, and mismatches opened for them. Many new
+    cuts are several passes. In the end recordings are compressed and dropped that the machine's
+    file says are old.
 
-    Raises UnusableInput for an unknown machine.
+    ``inbox``: a folder whose recordings are imported first. Raises UnusableInput for an unknown
+    machine, or an inbox that is no folder.
     """
-    done = Refreshed()
-    odd: list[int] = []
     tell = progress or (lambda _: None)
+    notes = inbox.take_in(store, machine, tell) if inbox is not None else []
     over_time = feel_over_time(store, machine, progress=tell)
-    with store.writing() as session:
-        owner = find_machine(session, machine)
-        _keep_felt(session, over_time, done)
-        felt = _felt(session, owner, done, tell)
-        for pair in session.scalars(_pairs(owner.id)):
-            tell(f"updating {pair_name(pair)}")
-            found = forces_of_pair(session, owner.id, pair, felt)
-            outcome = learn_pair(session, owner.id, found, progress=tell)
-            done.versions += outcome.versions
-            done.set_aside += outcome.set_aside
-            odd += outcome.odd
-        done.mismatches += open_mismatches(session, owner, odd, progress=tell)
+    done = Refreshed(set_aside=[*notes, *over_time.notes])
+    while True:
+        with store.writing() as session:
+            one = _Pass(session, find_machine(session, machine), over_time.last_cut, tell)
+            done.also(one.run())
+        if one.span.upto >= over_time.last_cut:
+            break
+    done.retained = retain(store, machine, progress=tell).lines()
     return done
 
 
-def _keep_felt(session: Session, over_time: FeltOverTime, done: Refreshed) -> None:
-    """Keep what was felt over time, but what another agent kept meanwhile."""
-    for one in over_time.means:
-        there = session.scalar(
-            select(models.SensedForce.id).where(
-                models.SensedForce.cut_id == one.cut_id,
-                models.SensedForce.component == one.component,
-                models.SensedForce.estimator_id == one.estimator_id,
+class _Pass:
+    """One pass over a span of a machine's cuts."""
+
+    def __init__(
+        self, session: Session, owner: models.Machine, newest_cut: int, progress: Progress
+    ) -> None:
+        self._session, self._owner, self._progress = session, owner, progress
+        self._basis = basis_of(session, owner)
+        mark = last_mark(session, owner.id)
+        self.span = next_span(session, owner.id, mark, self._basis, newest_cut=newest_cut)
+        self._files = files_since(session, owner.id)
+        self._done = Refreshed(came_in=came_in(session, self._files, self.span))
+
+    def run(self) -> Refreshed:
+        """Sense, learn and explain; keep that it was done where there was anything to do."""
+        done, session, owner = self._done, self._session, self._owner
+        felt = sense_cuts(session, owner, self.span, self._progress)
+        if not felt and not sensed_otherwise(session, owner.id):
+            done.set_aside.append(
+                "no calibration is offered: nothing can be sensed ('calibrate' first)"
             )
+        odd: list[int] = []
+        for pair_id in self._pairs():
+            odd += self._learn(session.get_one(models.Pair, pair_id), felt)
+        done.mismatches += open_mismatches(session, owner, odd, progress=self._progress)
+        done.sensed, done.not_sensed = self._counted()
+        done.due, done.waiting = calibrations_due(session, owner, self.span), self._waiting()
+        if done.anything or self.span.anew or self.span.upto > self.span.old:
+            keep_pass(session, owner.id, Kept(done, self.span, self._basis, self._files))
+        return done
+
+    def _waiting(self) -> int:
+        """Return how many of the machine's mismatches nobody has decided on."""
+        query = (
+            select(func.count())
+            .select_from(models.Mismatch)
+            .join(models.Recording)
+            .where(models.Recording.machine_id == self._owner.id, models.Mismatch.status == "open")
         )
-        if there is None:
-            session.add(one.row())
-            done.sensed += one.reason is None
-            done.not_sensed += one.reason is not None
-    done.set_aside += over_time.notes
-    session.flush()
+        return self._session.scalar(query) or 0
+
+    def _learn(self, pair: models.Pair, felt: list[Calibrations]) -> list[int]:
+        """Learn a pair; return the cuts that stand aside, by id."""
+        span = self.span
+        self._progress(f"updating {pair_name(pair)}")
+        after = span.old if self._goes_on(pair) else 0
+        cuts = (after, span.upto)
+        found = forces_of_pair(self._session, self._owner.id, pair, felt, cuts=cuts)
+        outcome = learn_pair(
+            self._session,
+            self._owner.id,
+            found,
+            old=span.old,
+            goes_on=not span.anew,
+            progress=self._progress,
+        )
+        self._done.versions += outcome.versions
+        self._done.shifts += outcome.shifts
+        self._done.set_aside += outcome.set_aside
+        return outcome.odd
+
+    def _goes_on(self, pair: models.Pair) -> bool:
+        """Say whether new cuts change a pair's belief, with all that was learnt left as it is."""
+        if self.span.anew or pair.id in self._stirred():
+            return False
+        last = latest(self._session, self._owner.id, pair.id)
+        return last is not None and last.n_cuts >= AT_ONCE
+
+    def _pairs(self) -> list[int]:
+        """Return the pairs, by id, that may have something to learn."""
+        own = select(models.Cut.pair_id).where(
+            models.Cut.id > (0 if self.span.anew else self.span.old),
+            models.Cut.id <= self.span.upto,
+            models.Cut.pair_id.is_not(None),
+            models.Cut.recording.has(machine_id=self._owner.id),
+        )
+        found = {number for number in self._session.scalars(own.distinct()) if number is not None}
+        return sorted(found | self._stirred())
+
+    def _stirred(self) -> set[int]:
+        """Return the pairs, by id, of old cuts that have new forces: a part was inspected, say."""
+        new = select(models.SensedForce.cut_id).where(
+            models.SensedForce.id > self.span.force, models.SensedForce.cut_id <= self.span.old
+        )
+        cuts = self._session.scalars(new.distinct()).all()
+        pairs = select(models.Cut.pair_id).where(
+            models.Cut.id.in_(cuts),
+            models.Cut.pair_id.is_not(None),
+            models.Cut.recording.has(machine_id=self._owner.id),
+        )
+        return {number for number in self._session.scalars(pairs) if number is not None}
+
+    def _counted(self) -> tuple[int, int]:
+        """Return how many forces were sensed, and not, since the last pass."""
+        own = models.Cut.recording.has(machine_id=self._owner.id)
+        query = select(func.count(models.SensedForce.value_N), func.count()).where(
+            models.SensedForce.id > self.span.force,
+            models.SensedForce.cut_id <= self.span.upto,
+            models.SensedForce.cut.has(own),
+        )
+        sensed, every = self._session.execute(query).one()
+        return sensed, every - sensed
 
 
 def learn_confirmed(
-    session: Session, row: models.Mismatch, progress: Callable[[str], None]
+    session: Session, row: models.Mismatch, progress: Progress
 ) -> list[models.CuttingParameters]:
     """Learn the pairs of a confirmed mismatch' recording; return their newest that hold it."""
     owner = session.get_one(models.Machine, row.recording.machine_id)
-    felt = _felt(session, owner, Refreshed(), progress)
+    newest_cut = session.scalar(select(func.max(models.Cut.id))) or 0
+    every = Span(0, newest_cut, old=newest_cut, force=0, anew=True)
+    felt = sense_cuts(session, owner, every, progress)
     pairs = {cut.pair_id: cut.pair for cut in row.recording.cuts if cut.pair is not None}
     for _, pair in sorted(pairs.items(), key=lambda one: one[0] or 0):
         progress(f"updating {pair_name(pair)}")
@@ -102,121 +175,3 @@ def learn_confirmed(
     session.refresh(row)
     made = {(one.pair_id, one.state): one for one in row.parameters_of_pairs}
     return list(made.values())
-
-
-def _felt(
-    session: Session, owner: models.Machine, done: Refreshed, progress: Callable[[str], None]
-) -> list[Calibrations]:
-    """Sense what was not sensed yet; return the calibrations of each axis that feels force."""
-    felt: dict[str, Calibrations] = {}
-    for axis in owner.axes:
-        current = current_calibrations(session, owner.id, axis.name)
-        _say_refused(current, done)
-        if any(row.offered for row in current):
-            component = current[0].component
-            progress(f"sensing force.{component} from {axis.name}")
-            _sense(session, owner.id, current, done)
-            felt[component] = current
-    if not felt and not _sensed_otherwise(session, owner.id):
-        done.set_aside.append(
-            "no calibration is offered: nothing can be sensed ('calibrate' first)"
-        )
-    _note_unsensed(session, owner.id, felt, done)
-    session.flush()
-    return list(felt.values())
-
-
-def _sensed_otherwise(session: Session, machine_id: int) -> bool:
-    """Say whether something beside calibrated ranges has felt a force of the machine's cuts."""
-    query = (
-        select(models.SensedForce.id)
-        .join(models.Cut)
-        .join(models.Recording)
-        .where(
-            models.Recording.machine_id == machine_id,
-            models.SensedForce.estimator_id.is_not(None),
-            models.SensedForce.value_N.is_not(None),
-        )
-        .limit(1)
-    )
-    return session.scalar(query) is not None
-
-
-def _say_refused(current: Calibrations, done: Refreshed) -> None:
-    for row in current:
-        if not row.offered:
-            called = as_calibration(row).called
-            done.set_aside.append(f"axis {called}: its calibration is {row.verdict}")
-
-
-def _sense(session: Session, machine_id: int, current: Calibrations, done: Refreshed) -> None:
-    """Add the force that an axis feels to every cut that lacks it, or why it does not.
-
-    A cut that none feels is noted with the newest calibration: another one is a reason to look
-    again.
-    """
-    newest = current[0].id
-    looked_at = exists().where(
-        models.SensedForce.cut_id == models.Cut.id,
-        models.SensedForce.calibration_id.in_([row.id for row in current]),
-        models.SensedForce.value_N.is_not(None) | (models.SensedForce.calibration_id == newest),
-    )
-    cuts = list(session.scalars(_cuts(machine_id).where(~looked_at)))
-    if not cuts:
-        return
-    table = cuts_as_table(cuts, path=Path(cuts[0].recording.path))
-    sensed = sense_each(table, [as_calibration(row) for row in current])
-    for cut, one in zip(cuts, sensed, strict=True):
-        felt = one.reason is None
-        session.add(
-            models.SensedForce(
-                cut_id=cut.id,
-                component=current[0].component,
-                estimator=RANGE_ESTIMATOR,
-                calibration_id=newest if one.by is None else current[one.by].id,
-                value_N=one.force_N,
-                sd_N=one.sd_N,
-                common=one.common,
-                reason=one.reason,
-            )
-        )
-        done.sensed += felt
-        done.not_sensed += not felt
-
-
-def _cuts(machine_id: int) -> Select[models.Cut]:
-    return (
-        select(models.Cut)
-        .join(models.Recording)
-        .where(models.Recording.machine_id == machine_id)
-        .order_by(models.Cut.id)
-    )
-
-
-def _note_unsensed(session: Session, machine_id: int, felt: Iterable[str], done: Refreshed) -> None:
-    """Say once for every cut which components no offered calibration feels."""
-    for component in sorted({"x", "y", "z"} - set(felt)):
-        noted = exists().where(
-            models.SensedForce.cut_id == models.Cut.id,
-            models.SensedForce.component == component,
-        )
-        for cut in session.scalars(_cuts(machine_id).where(~noted)):
-            session.add(
-                models.SensedForce(
-                    cut_id=cut.id,
-                    component=component,
-                    estimator=NO_ESTIMATOR,
-                    reason=f"no offered calibration feels force.{component}",
-                )
-            )
-            done.not_sensed += 1
-
-
-def _pairs(machine_id: int) -> Select[models.Pair]:
-    ids = (
-        select(models.Cut.pair_id)
-        .join(models.Recording)
-        .where(models.Recording.machine_id == machine_id)
-        .distinct()
-    )
-    return select(models.Pair).where(models.Pair.id.in_(ids)).order_by(models.Pair.id)

@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.beliefs import latest
 from autodb.agent.explaining import expected_and_sensed, keep
 from autodb.agent.felt import as_observed
+from autodb.agent.importing import counting
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.explain.suspects import UNKNOWN
@@ -46,20 +47,38 @@ class Looked:
     """Recordings, by id, of which cuts were learnt before: what is left of them stood aside then,
     and does still, but where they are ``cleared`` by a person who rejected every cause.
 
-    ``learnt``: those cuts, by id; another of their forces may be new.
+    ``learnt``: those cuts, by id; another of their forces may be new. Cuts behind ``old``, by id,
+    came to a recording since then; None: no cut did.
     """
 
     begun: Collection[int] = ()
     learnt: Collection[int] = ()
     cleared: Collection[int] = ()
+    old: int | None = None
+
+    def decides(self, force: models.SensedForce) -> bool:
+        """Say whether it is decided already if a force's cut is of the usual state."""
+        recording = force.cut.recording_id
+        before = self.old is None or force.cut_id <= self.old
+        return recording in self.cleared or (recording in self.begun and before)
+
+    def aside(self, force: models.SensedForce) -> bool:
+        """Say whether a force's cut stood aside, and does still."""
+        cleared = force.cut.recording_id in self.cleared
+        return self.decides(force) and not cleared and force.cut_id not in self.learnt
 
 
 def looked_at(
-    session: Session, seen: Sequence[models.SensedForce], *, worn: bool = False
+    session: Session,
+    seen: Sequence[models.SensedForce],
+    *,
+    worn: bool = False,
+    old: int | None = None,
 ) -> Looked:
     """Return what became of the recordings of forces that were learnt.
 
     Where wear is in the belief (``worn``), those that it was confirmed for are looked at anew.
+    ``old``: the last cut, by id, that was looked at; None: all were.
     """
     recordings = {force.cut.recording_id for force in seen}
     rows = session.execute(
@@ -73,7 +92,7 @@ def looked_at(
     holds = {row.recording_id for row in rows if row.status != "rejected"}
     cleared = {row.recording_id for row in rows} - holds
     anew = {row.recording_id for row in rows if worn and row.confirmed_term == WEAR}
-    return Looked(recordings - anew, {force.cut_id for force in seen}, cleared)
+    return Looked(recordings - anew, {force.cut_id for force in seen}, cleared, old)
 
 
 def causes_of(
@@ -113,12 +132,10 @@ def sorted_out(
     known = looked or Looked()
     belief, kept, odd = start, Forces(), Forces()
     for some in _by_recording(forces):
-        recording = some[0].cut.recording_id
-        surprising = set[int]()
-        if recording in known.begun and recording not in known.cleared:
-            surprising = {force.cut_id for force in some} - set(known.learnt)
-        elif recording not in known.cleared and belief.cuts >= ENOUGH:
-            surprising = implausible(belief, some)
+        surprising = {force.cut_id for force in some if known.aside(force)}
+        rest = [force for force in some if not known.decides(force)]
+        if rest and belief.cuts >= ENOUGH:
+            surprising |= implausible(belief, rest)
         usual = [force for force in some if force.cut_id not in surprising]
         odd += [force for force in some if force.cut_id in surprising]
         kept += usual
@@ -131,7 +148,7 @@ def sorted_out(
 def _by_recording(forces: Sequence[models.SensedForce]) -> list[Forces]:
     found: dict[int, Forces] = {}
     for force in forces:
-        found.setdefault(force.cut.recording_id, []).append(force)
+        found.setdefault(force.cut.recording.first_id, []).append(force)
     return list(found.values())
 
 
@@ -218,10 +235,11 @@ def _explained(
     session: Session, owner: models.Machine, recording: models.Recording
 ) -> Explained | None:
     """Explain all cuts of a recording against what was expected; None: too few, or none felt."""
-    if len(recording.cuts) < EXPLAINED:
+    cuts = counting(recording)
+    if len(cuts) < EXPLAINED:
         return None
     try:
-        sensed, expected, has = expected_and_sensed(session, owner, list(recording.cuts))
+        sensed, expected, has = expected_and_sensed(session, owner, cuts)
     except UnusableInput:
         return None
     return explain(sensed, expected, includes=has)

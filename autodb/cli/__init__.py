@@ -20,12 +20,14 @@ from autodb.cli import (
     planning,
     proving,
     reconstructing,
+    refreshing,
     scaling,
+    scheduling,
     sensing,
     standard,
     sweeping,
 )
-from autodb.errors import UnusableInput
+from autodb.cli._common import excuse
 
 INTERRUPTED = 130
 
@@ -46,7 +48,8 @@ app.command("scale")(scaling.scale)
 app.command("reconstruct")(reconstructing.reconstruct)
 app.command("inspect")(inspecting.inspect)
 app.command("sensors")(sensing.sensors)
-app.command("refresh")(learning.refresh)
+app.command("refresh")(refreshing.refresh)
+app.command("schedule")(scheduling.schedule)
 app.command("predict")(answers.predict)
 app.command("lookup")(looking_up.lookup)
 app.command("plan")(planning.plan)
@@ -78,36 +81,12 @@ def run(arguments: list[str] | None = None) -> int:
     except Exception as error:
         if _pressed:  # an interrupt inside a library's import surfaces as that library's error
             return _interrupted()
-        said = _unusable(error)
+        said = excuse(error)
         if said is None:
             raise
         typer.echo(f"autodb: {said}", err=True)
         return 2
     return _interrupted() if code == INTERRUPTED else int(code or 0)
-
-
-def _unusable(error: Exception) -> str | None:
-    """Return the line for an error that input or surroundings are to blame for, else None."""
-    if isinstance(error, UnusableInput):
-        return str(error)
-    if isinstance(error, OSError):
-        where = f"{error.filename}: " if error.filename else ""
-        return f"{where}{error.strerror or error}"
-    return _of_the_database(error)
-
-
-def _of_the_database(error: Exception) -> str | None:
-    """Return the line for what the database cannot do: locked, read-only, full, damaged."""
-    cause = getattr(error, "orig", error)
-    if not type(cause).__module__.startswith("sqlite3"):
-        return None
-    works = {
-        "locked": "when the other program that writes to it is done, it would work",
-        "readonly": "a database that may be written would work",
-        "full": "more room on the disk would work",
-    }
-    known = next((text for word, text in works.items() if word in str(cause)), None)
-    return f"the database: {cause}; {known or 'autodb doctor says more'}"
 
 
 _pressed: list[int] = []

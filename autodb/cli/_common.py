@@ -138,3 +138,29 @@ def table(title: str, *columns: str) -> "Table":
         justify: Literal["left", "right"] = "right" if right else "left"
         made.add_column(name.removeprefix(">"), justify=justify, overflow="fold")
     return made
+
+
+def excuse(error: Exception) -> str | None:
+    """Return the line for an error that input or surroundings are to blame for, else None."""
+    from autodb.errors import UnusableInput
+
+    if isinstance(error, UnusableInput):
+        return str(error)
+    if isinstance(error, OSError):
+        where = f"{error.filename}: " if error.filename else ""
+        return f"{where}{error.strerror or error}"
+    return _of_the_database(error)
+
+
+def _of_the_database(error: Exception) -> str | None:
+    """Return the line for what the database cannot do: locked, read-only, full, damaged."""
+    cause = getattr(error, "orig", error)
+    if not type(cause).__module__.startswith("sqlite3"):
+        return None
+    works = {
+        "locked": "when the other program that writes to it is done, it would work",
+        "readonly": "a database that may be written would work",
+        "full": "more room on the disk would work",
+    }
+    known = next((text for word, text in works.items() if word in str(cause)), None)
+    return f"the database: {cause}; {known or 'autodb doctor says more'}"

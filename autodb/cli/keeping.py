@@ -83,25 +83,37 @@ def export(
             help="Write what the machine knows of its materials as Kienzle cards (CSV) instead.",
         ),
     ] = None,
+    coefficients: Annotated[
+        Path | None,
+        typer.Option(
+            "--coefficients",
+            metavar="FILE",
+            help="Write its fitted coefficients (JSON), tools by ISO 13399 codes, instead.",
+        ),
+    ] = None,
     material: Annotated[
-        str | None, typer.Option("--material", help="Only the card of this material.")
+        str | None, typer.Option("--material", help="Only what is of this material.")
     ] = None,
     tool: Annotated[
-        str | None, typer.Option("--tool", help="Only cards of pairs with this tool.")
+        str | None, typer.Option("--tool", help="Only what is of pairs with this tool.")
     ] = None,
     db: Database = None,
 ) -> None:
     """Write every table as Parquet, with a manifest; 'autodb restore' takes the folder back."""
     from autodb.errors import UnusableInput
 
-    if (folder is None) == (cards is None):
-        raise UnusableInput("give either a folder for the tables or --cards FILE.csv")
+    if [folder, cards, coefficients].count(None) != 2:
+        raise UnusableInput(
+            "give one of a folder for the tables, --cards FILE.csv, --coefficients FILE.json"
+        )
     if cards is not None:
         _export_cards(cards, machine, material, tool, db)
-        return
-    if material is not None or tool is not None:
-        raise UnusableInput("--material and --tool go with --cards")
-    _export_tables(Path(str(folder)), machine, db)
+    elif coefficients is not None:
+        _export_coefficients(coefficients, machine, material, tool, db)
+    elif material is not None or tool is not None:
+        raise UnusableInput("--material and --tool go with --cards and --coefficients")
+    else:
+        _export_tables(Path(str(folder)), machine, db)
 
 
 def _export_tables(folder: Path, machine: str | None, db: str | None) -> None:
@@ -111,6 +123,27 @@ def _export_tables(folder: Path, machine: str | None, db: str | None) -> None:
         done = run(store, folder, machine=machine, progress=progress)
     total = sum(entry.rows for entry in done.tables.values())
     say(f"{folder}: {total} rows of {len(done.tables)} tables, schema {done.schema_revision}")
+
+
+def _export_coefficients(
+    path: Path, machine: str | None, material: str | None, tool: str | None, db: str | None
+) -> None:
+    from autodb.agent.coefficients import coefficients
+    from autodb.errors import UnusableInput
+    from autodb.store.copies import check_target, write_text
+
+    check_target(path, suffix=".json", option="--coefficients")
+    if machine is None:
+        raise UnusableInput(
+            "--coefficients needs --machine NAME: they are what a machine has learnt"
+        )
+    with opened(db) as store, store.reading() as session:
+        made = coefficients(session, machine, material, tool)
+    write_text(path, made.model_dump_json(indent=1, exclude_none=True) + "\n")
+    say(f"{path}: {len(made.pairs)} pairs")
+    for pair in made.pairs:
+        say(f"{pair.material} / {pair.tool.name}: version {pair.version} from "
+            f"{pair.learnt_from.cuts} cuts")  # fmt: skip
 
 
 def _export_cards(

@@ -8,7 +8,6 @@ import typer
 from autodb.cli._common import (
     Columns,
     Database,
-    MachineName,
     OptionalMachine,
     opened,
     say,
@@ -307,26 +306,3 @@ def _show_calibrations(done: "list[Calibration]") -> None:
                 f"{c.scores_with_transients.rmse:.1f} {c.unit}, "
                 f"R² {c.scores_with_transients.r_squared:.3f}"
             )
-
-
-def refresh(machine: MachineName, db: Database = None) -> None:
-    """Sense the forces of new cuts and update the cutting parameters of their pairs."""
-    from autodb.agent.refreshing import refresh as run
-
-    with opened(db) as store, working(f"refreshing {machine}") as progress:
-        done = run(store, machine, progress=progress)
-    if not (done.sensed or done.not_sensed or done.versions):
-        say("nothing new: every cut is sensed and every pair is up to date")
-    else:
-        say(f"{done.sensed} forces sensed, {done.not_sensed} not sensed")
-    for pair, version, n in done.versions:
-        say(f"{pair}: version {version} from {n} cuts")
-    for sentence in done.set_aside:
-        say(f"set aside: {sentence}")
-    for sentence in done.mismatches:
-        say(sentence)
-    if done.mismatches:
-        say(
-            "'autodb mismatch confirm NUMBER' keeps a cause that holds: tool_wear enters the "
-            "pair's parameters, 5 cuts of another make a state of the pair"
-        )

@@ -22,6 +22,8 @@ from autodb.assets import kit
 from autodb.errors import UnusableInput
 
 DEFAULT_URL = "sqlite:///autodb.sqlite3"
+LOCKED_MS = 150_000
+"""How long another program's write is waited for. Chosen: a backup of gigabytes is done by then."""
 
 
 def database_url(given: str | None) -> str:
@@ -169,7 +171,7 @@ def _on_connect(foreign_keys: bool, connection: Any, _record: object) -> None:
     connection.isolation_level = None  # the driver begins nothing by itself: DDL is transactional
     cursor = connection.cursor()
     cursor.execute(f"PRAGMA foreign_keys={'ON' if foreign_keys else 'OFF'}")
-    cursor.execute("PRAGMA busy_timeout=60000")
+    cursor.execute(f"PRAGMA busy_timeout={LOCKED_MS}")
     cursor.close()
 
 

@@ -13,7 +13,11 @@ ROLES = ("read", "operate", "admin")
 
 
 class RefreshPass(Base):
-    """One pass of the refresh: when, how it ended, what it did; ``report`` is what it said."""
+    """One pass of the refresh: when, how it ended, what it did; ``report`` is what it said.
+
+    ``last_cut_id``: it and those before it looked at every cut up to this one, and at every sensed
+    force up to ``last_force_id``, with the sensors and by the decisions of ``basis``.
+    """
 
     __tablename__ = "refresh_pass"
     __table_args__ = (
@@ -33,10 +37,16 @@ class RefreshPass(Base):
     not_sensed: Mapped[int | None]
     versions: Mapped[int | None]
     report: Mapped[dict[str, Any] | None]
+    last_cut_id: Mapped[int | None]
+    last_force_id: Mapped[int | None]
+    basis: Mapped[dict[str, Any] | None]
 
 
 class InboxFile(Base):
-    """One file that came into a machine's inbox, and what became of it."""
+    """One file that came into a machine's inbox, and what became of it.
+
+    ``stamp``: sizes and times of the file and its side file, by which it is known unread.
+    """
 
     __tablename__ = "inbox_file"
     __table_args__ = (
@@ -54,6 +64,7 @@ class InboxFile(Base):
     seen_at: Mapped[str] = mapped_column(default=now)
     refresh_pass_id: Mapped[int | None] = mapped_column(ForeignKey("refresh_pass.id"), index=True)
     recording_id: Mapped[int | None] = mapped_column(ForeignKey("recording.id"), index=True)
+    stamp: Mapped[str | None]
 
 
 class AccessToken(Base):

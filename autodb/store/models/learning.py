@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import ForeignKey, UniqueConstraint
+from sqlalchemy import ForeignKey, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from autodb.store.models._base import COMPONENTS, Base, link, now, one_of
@@ -74,6 +74,7 @@ class CuttingParameters(Base):
             "machine_id", "pair_id", "operation", "component", "version",
             name="uq_cutting_parameters_key",
         ),
+        Index("ix_cutting_parameters_state", "machine_id", "pair_id", "state", "version"),
     )  # fmt: skip
     id: Mapped[int] = mapped_column(primary_key=True)
     machine_id: Mapped[int] = mapped_column(ForeignKey("machine.id"), index=True)

@@ -12,7 +12,10 @@ from autodb.store.models.work import Pair
 class Recording(Base):
     """One imported file, known by its checksum; the side file is kept as it was read.
 
+    ``delivered_as``: the path that it came in under, ``path`` where it lies; NULL: the same.
     ``stored_path``: where our own copy lies, with its checksum; NULL: there is only ``path``.
+    ``continues_id``: the first recording that the file came in as, where it came again with more.
+    ``dropped_at``: since when no file of it is kept; what was derived from it stays.
     """
 
     __tablename__ = "recording"
@@ -22,6 +25,9 @@ class Recording(Base):
         CheckConstraint(
             "(stored_path IS NULL) = (stored_sha256 IS NULL)", name="ck_recording_stored_copy"
         ),
+        Index("ix_recording_delivered_as", "machine_id", "delivered_as"),
+        Index("ix_recording_stored", "machine_id", "stored_path", "imported_at"),
+        Index("ix_recording_dropped", "machine_id", "dropped_at", "imported_at"),
     )
     id: Mapped[int] = mapped_column(primary_key=True)
     machine_id: Mapped[int] = mapped_column(ForeignKey("machine.id"), index=True)
@@ -35,8 +41,18 @@ class Recording(Base):
     stored_path: Mapped[str | None]
     stored_sha256: Mapped[str | None]
     stored_bytes: Mapped[int | None]
+    delivered_as: Mapped[str | None]
+    continues_id: Mapped[int | None] = mapped_column(
+        ForeignKey("recording.id", name="fk_recording_continues")
+    )
+    dropped_at: Mapped[str | None]
     cuts: Mapped[list["Cut"]] = relationship(back_populates="recording", order_by="Cut.number")
     channels: Mapped[list["RecordingChannel"]] = relationship(order_by="RecordingChannel.id")
+
+    @property
+    def first_id(self) -> int:
+        """The recording that the file came in as first, which may be this."""
+        return self.continues_id or self.id
 
 
 class RecordingChannel(Base):
@@ -66,6 +82,8 @@ class Cut(Base):
     """One cut of a recording: its conditions, and its measured channels by name.
 
     ``state``: what the cutting was like, such as a built-up edge; NULL: not known.
+    ``superseded_at``: since when its recording, which came in again with another content, has
+    another in its place; it does not count any more.
     """
 
     __tablename__ = "cut"
@@ -82,5 +100,6 @@ class Cut(Base):
     measured: Mapped[dict[str, Any]]
     started_at: Mapped[str | None] = mapped_column(index=True)
     state: Mapped[str | None]
+    superseded_at: Mapped[str | None] = mapped_column(index=True)
     recording: Mapped[Recording] = relationship(back_populates="cuts")
     pair: Mapped[Pair | None] = relationship()
