@@ -22,6 +22,7 @@ from tests.conftest import ROOT
 
 DOCS = ROOT / "docs"
 FIGURES = sorted((DOCS / "figures").glob("*.svg"))
+NUMBER = re.compile(r"\d+(?:\.\d+)?")
 FETCHED = re.compile(
     r"<(?:script|img|iframe|source|video|audio)[^>]+src=[\"']?(?:https?:)?//"
     r"|<link[^>]+href=[\"']?(?:https?:)?//|url\([\"']?(?:https?:)?//|@import[^;]+//"
@@ -30,11 +31,29 @@ FETCHED = re.compile(
 
 @pytest.mark.parametrize("page", make.SAMPLE_PAGES, ids=lambda page: page.stem)
 def test_how_to_pages_print_what_the_commands_print(page: Path) -> None:
-    assert make.made(page, make.SAMPLE) == page.read_text("utf-8")
+    _agree(make.made(page, make.SAMPLE), page.read_text("utf-8"))
 
 
 def test_the_tutorial_prints_what_the_commands_print(emps: Path, vicomtech: Path) -> None:
-    assert make.made(make.REAL_PAGE, (emps, vicomtech)) == make.REAL_PAGE.read_text("utf-8")
+    _agree(make.made(make.REAL_PAGE, (emps, vicomtech)), make.REAL_PAGE.read_text("utf-8"))
+
+
+def _agree(made: str, page: str) -> None:
+    """Hold two texts to the same words, and to the same numbers as any processor rounds them.
+
+    Trained fuzzy rules end up to 2 % apart from one processor to the next: within 3 %; whole
+    numbers below 33 are the same.
+    """
+    assert NUMBER.sub("#", made).split() == NUMBER.sub("#", page).split()
+    for ours, theirs in zip(NUMBER.findall(made), NUMBER.findall(page), strict=True):
+        assert float(ours) == pytest.approx(float(theirs), rel=0.03)
+
+
+def test_numbers_may_differ_by_rounding_alone() -> None:
+    _agree("z  73.0 N  v2", "z 73.2 N v2")
+    for other in ("z 77.0 N v2", "y 73.0 N v2", "z 73.0 N v7", "z 73.0 N"):
+        with pytest.raises(AssertionError):
+            _agree("z 73.0 N v2", other)
 
 
 def test_the_command_reference_is_the_command_line() -> None:
