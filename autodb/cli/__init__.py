@@ -21,6 +21,7 @@ from autodb.cli import (
     proving,
     reconstructing,
     refreshing,
+    running,
     scaling,
     scheduling,
     sensing,
@@ -50,6 +51,7 @@ app.command("inspect")(inspecting.inspect)
 app.command("sensors")(sensing.sensors)
 app.command("refresh")(refreshing.refresh)
 app.command("schedule")(scheduling.schedule)
+app.command("agent")(running.agent)
 app.command("predict")(answers.predict)
 app.command("lookup")(looking_up.lookup)
 app.command("plan")(planning.plan)

@@ -156,6 +156,10 @@ class BaseSummary:
         return (self.rows - 1) / (self.end_s - self.start_s)
 
 
+ROWS_MOVING = 10.0
+"""How many rows must share a velocity before it is compared with a position. Chosen."""
+
+
 @dataclass
 class Rates:
     """Moments of a recorded velocity v against the slope of its position, to compare the two."""
@@ -163,6 +167,8 @@ class Rates:
     vv: float = 0.0
     vd: float = 0.0
     dd: float = 0.0
+    v4: float = 0.0
+    d4: float = 0.0
 
     def add(self, velocity: Array, slope: Array) -> None:
         """Take in the next block (n,)."""
@@ -170,11 +176,18 @@ class Rates:
         self.vv += float(velocity[good] @ velocity[good])
         self.vd += float(velocity[good] @ slope[good])
         self.dd += float(slope[good] @ slope[good])
+        self.v4 += float(np.sum(velocity[good] ** 4))
+        self.d4 += float(np.sum(slope[good] ** 4))
 
     @property
     def factor(self) -> float | None:
-        """How many times the slope of the position the velocity is; None where they are unlike."""
+        """How many times the slope of the position the velocity is; None where they are unlike.
+
+        None too where it rests on less than ROWS_MOVING rows: a jump of an axis that stands.
+        """
         if self.vd**2 < 0.8 * self.vv * self.dd or self.vd == 0:
+            return None
+        if self.vv**2 < ROWS_MOVING * self.v4 or self.dd**2 < ROWS_MOVING * self.d4:
             return None
         return self.vv / self.vd
 

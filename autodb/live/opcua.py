@@ -1,0 +1,285 @@
+"""A machine read over OPC UA: its server says every change of the nodes that we subscribed to.
+
+Where the server keeps a history of the nodes (HistoryRead, OPC 10000-11) what was said while nobody
+listened is read from there; where it does not, that is a gap.
+"""
+
+import asyncio
+import contextlib
+import logging
+import math
+import os
+from collections.abc import AsyncGenerator
+from datetime import UTC, datetime
+from typing import Any
+
+from asyncua import ua
+from asyncua.client.client import Client
+from asyncua.common.node import Node
+from asyncua.common.subscription import (
+    DataChangeEvent,
+    OverflowPolicy,
+    StatusChangeEvent,
+    Subscription,
+)
+from asyncua.ua.status_codes import StatusCodes
+from asyncua.ua.uaerrors import UaError, UaStringParsingError
+
+from autodb.errors import UnusableInput
+from autodb.live.agentfile import AgentFile
+from autodb.live.batch import Batch, Position, Value
+from autodb.live.source import QUIET_S, Away, Offered, unknown_item
+
+TIMEOUT_S = 5.0
+LISTEN_S = 1.0
+WAITING = 200_000
+"""How many values may wait here before the connection is given up: a minute of a fast machine."""
+QUEUED = 5_000
+"""How many values of a node the server is asked to keep until it sends them."""
+DEEP = 12
+"""How deep folders of a server are looked into."""
+OVERFLOW = 0x480
+"""Bits of a status code: of a data value, and its queue has lost some (OPC 10000-4, 7.39)."""
+
+
+class OpcUa:
+    """A source that reads an OPC UA server."""
+
+    def __init__(self, plan: AgentFile) -> None:
+        logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # what it has to say, we say
+        self._source, self._items = plan.source, plan.items()
+        self._url = plan.source.url
+
+    async def offered(self) -> list[Offered]:
+        """Return the variables of the server that are no part of OPC UA itself."""
+        async with _Session(self._source) as client:
+            found: list[Offered] = []
+            try:
+                await _browse(client.nodes.objects, "", found, set(), DEEP)
+            except (UaError, OSError, TimeoutError) as error:
+                raise _away(self._url, error) from None
+            return found
+
+    async def batches(self, after: Position | None) -> AsyncGenerator[Batch, None]:
+        """Yield what the server says, from behind ``after`` where it keeps a history."""
+        async with _Session(self._source) as client:
+            try:
+                nodes = await self._nodes(client)
+                listening = await self._listen(client, nodes)
+                stream = _Stream(nodes, after)
+                if after is not None:
+                    yield await stream.caught_up()
+                while True:
+                    yield stream.batch(await _heard(listening))
+                    listening.still()
+            except (UaError, OSError, TimeoutError) as error:
+                raise _away(self._url, error) from None
+
+    async def _nodes(self, client: Client) -> dict[str, Node]:
+        """Return the nodes by item; raises UnusableInput for one that is not there."""
+        found = {}
+        for item in self._items:
+            try:
+                found[item] = client.get_node(item)
+            except (UaStringParsingError, ValueError):
+                raise UnusableInput(
+                    f"{self._url}: '{item}' is no node id; one like ns=2;s=X.Current would work"
+                ) from None
+            value = await found[item].read_data_value(raise_on_bad_status=False)
+            if value.StatusCode is not None and value.StatusCode.value in UNKNOWN:
+                raise unknown_item(self._url, item, [one.item for one in await self.offered()])
+        return found
+
+    async def _listen(self, client: Client, nodes: dict[str, Node]) -> "_Listening":
+        subscription = await client.create_subscription(
+            self._source.publish_ms, queue_maxsize=WAITING, overflow=OverflowPolicy.DISCONNECT
+        )
+        handles = await subscription.subscribe_data_change(
+            list(nodes.values()),
+            queuesize=QUEUED,
+            sampling_interval=ua.Duration(self._source.sample_ms),
+        )
+        for item, handle in zip(nodes, handles, strict=True):
+            if isinstance(handle, ua.StatusCode):
+                raise UnusableInput(f"{self._url}: '{item}' cannot be listened to ({handle.name})")
+        return _Listening(self._url, client, subscription)
+
+
+UNKNOWN = (StatusCodes.BadNodeIdUnknown, StatusCodes.BadNodeIdInvalid)
+
+
+class _Session:
+    """A connection to a server, as an agent file says it is made."""
+
+    def __init__(self, source: Any) -> None:
+        self._source = source
+        self._client = Client(source.url, timeout=TIMEOUT_S)
+
+    async def __aenter__(self) -> Client:
+        source, client = self._source, self._client
+        try:
+            if source.user is not None:
+                client.set_user(source.user)
+            if source.password_env is not None:
+                client.set_password(_password(source.password_env))
+            if source.security is not None:
+                await client.set_security_string(source.security)
+            await client.connect()
+        except (UaError, OSError, TimeoutError, ValueError) as error:
+            raise _away(source.url, error) from None
+        return client
+
+    async def __aexit__(self, *_: object) -> None:
+        with contextlib.suppress(UaError, OSError, TimeoutError):  # it is gone already
+            await asyncio.wait_for(self._client.disconnect(), TIMEOUT_S)
+
+
+def _password(variable: str) -> str:
+    if variable not in os.environ:
+        raise UnusableInput(f"password_env: no variable {variable} in the environment; set it")
+    return os.environ[variable]
+
+
+class _Listening:
+    """A subscription, and whether it is still the one that was made."""
+
+    def __init__(self, url: str, client: Client, subscription: Subscription) -> None:
+        self.url, self._client, self.subscription = url, client, subscription
+        self._number = subscription.subscription_id
+
+    def still(self) -> None:
+        """Raise Away where the connection is gone, or was made anew and something missed."""
+        if self.subscription.subscription_id != self._number:
+            raise Away(f"{self.url}: the subscription was lost")
+        if self._client.uaclient.state.name != "CONNECTED":
+            raise Away(f"{self.url}: the connection was lost")
+
+
+async def _heard(listening: _Listening) -> list[DataChangeEvent]:
+    """Return what was said since the last time; nothing after a while of quiet."""
+    found: list[DataChangeEvent] = []
+    event = await listening.subscription.next_event(LISTEN_S)
+    while event is not None:
+        if isinstance(event, StatusChangeEvent):
+            raise Away(f"{listening.url}: the subscription was ended")
+        if isinstance(event, DataChangeEvent):
+            found.append(event)
+        event = await listening.subscription.next_event(0)
+    return found
+
+
+class _Stream:
+    """Puts what is said in turn, item by item, and knows how far each has come."""
+
+    def __init__(self, nodes: dict[str, Node], after: Position | None) -> None:
+        self._nodes = nodes
+        self._items = {node.nodeid: item for item, node in nodes.items()}
+        self._last: dict[str, float] = dict(after["last"]) if after is not None else {}
+        self._upto_s = max(self._last.values(), default=float("-inf"))
+        self._quiet_s = 0.0
+
+    async def caught_up(self) -> Batch:
+        """Return what was said while nobody listened; a gap where not all of it is known."""
+        values: dict[str, tuple[list[float], list[Value]]] = {}
+        whole = True
+        for item, node in self._nodes.items():
+            last = self._last.get(item)
+            said = None if last is None else await _history(node, last)
+            if said is None:
+                whole = False
+            elif said[0]:
+                values[item] = said
+        if not whole:
+            self._last = {}
+            return Batch({}, self._upto_s, self._position(), gap=True)
+        return self._taken(values, 0)
+
+    def batch(self, events: list[DataChangeEvent]) -> Batch:
+        """Return what events say."""
+        values: dict[str, tuple[list[float], list[Value]]] = {}
+        lost = 0
+        for event in events:
+            item = self._items[event.node.nodeid]
+            said = event.data.monitored_item.Value
+            instant = _instant(said)
+            lost += said.StatusCode is not None and said.StatusCode.value & OVERFLOW == OVERFLOW
+            if instant >= self._last.get(item, -math.inf):
+                instants, heard = values.setdefault(item, ([], []))
+                instants.append(instant)
+                heard.append(_value(said))
+                self._last[item] = instant
+        self._quiet_s = 0.0 if events else self._quiet_s + LISTEN_S
+        if self._quiet_s > QUIET_S:
+            self._upto_s += self._quiet_s
+            self._quiet_s = 0.0
+        return self._taken(values, lost)
+
+    def _taken(self, values: dict[str, tuple[list[float], list[Value]]], lost: int) -> Batch:
+        self._last |= {item: instants[-1] for item, (instants, _) in values.items()}
+        self._upto_s = max([self._upto_s, *(instants[-1] for instants, _ in values.values())])
+        return Batch(values, self._upto_s, self._position(), lost=lost)
+
+    def _position(self) -> Position:
+        return {"last": dict(self._last)}
+
+
+async def _history(node: Node, last_s: float) -> tuple[list[float], list[Value]] | None:
+    """Return what a node said behind an instant; None: its server does not know all of that.
+
+    The value at the instant itself must be there, or what followed it may be gone too.
+    """
+    try:
+        kept = await node.read_raw_history(datetime.fromtimestamp(last_s, UTC), return_bounds=False)
+    except UaError:
+        return None
+    instants = [_instant(one) for one in kept]
+    if not instants or abs(instants[0] - last_s) > 1e-5:
+        return None
+    found: tuple[list[float], list[Value]] = ([], [])
+    for instant, one in zip(instants, kept, strict=True):
+        if instant > max([last_s, *found[0][-1:]]):
+            found[0].append(instant)
+            found[1].append(_value(one))
+    return found
+
+
+def _instant(said: ua.DataValue) -> float:
+    """Return when something was said, s since 1970: by the machine, else by its server."""
+    stamp = said.SourceTimestamp or said.ServerTimestamp
+    if stamp is None:
+        raise Away("a value without any timestamp; a server that sends SourceTimestamp would work")
+    return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()
+
+
+def _value(said: ua.DataValue) -> Value:
+    """Return a number or a text; None where the status is not good or it is neither."""
+    if said.StatusCode is not None and not said.StatusCode.is_good():
+        return None
+    value = said.Value.Value if said.Value is not None else None
+    if isinstance(value, bool | int | float):
+        return float(value) if math.isfinite(value) else None
+    return value if isinstance(value, str) else None
+
+
+async def _browse(
+    node: Node, above: str, found: list[Offered], seen: set[ua.NodeId], deep: int
+) -> None:
+    """Collect the variables below a node that are no part of OPC UA itself."""
+    for child in await node.get_children():
+        if child.nodeid in seen or deep == 0:
+            continue
+        seen.add(child.nodeid)
+        name = (await child.read_browse_name()).Name
+        called = f"{above}/{name}" if above else str(name)
+        kind = await child.read_node_class()
+        if kind == ua.NodeClass.Variable and child.nodeid.NamespaceIndex > 0:
+            said = await child.read_data_value(raise_on_bad_status=False)
+            type_name = said.Value.VariantType.name if said.Value is not None else ""
+            found.append(Offered(child.nodeid.to_string(), called, type_name, "", _value(said)))
+        if child.nodeid.NamespaceIndex > 0:
+            await _browse(child, called, found, seen, deep - 1)
+
+
+def _away(url: str, error: Exception) -> Away:
+    said = str(error).splitlines()
+    return Away(f"{url}: {said[0] if said and said[0] else type(error).__name__}")

@@ -1,0 +1,205 @@
+"""A virtual machine that runs beside a test, and an agent that reads it for as long as it takes."""
+
+import asyncio
+import threading
+import time
+from collections.abc import Callable, Coroutine, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Protocol
+
+import pyarrow.parquet as pq
+from sqlalchemy import select
+
+from autodb.agent.machines import add_machine
+from autodb.agent.running import Agent
+from autodb.cli._common import excuse
+from autodb.live.agentfile import read_agentfile
+from autodb.machinefile import LATHE, AxisFile, MachineFile
+from autodb.store import Store, create_store, models, open_store
+from autodb.virtual.served.shift import Shift
+
+MACHINE = "machine-1"
+MILL = MachineFile(axes={name: AxisFile() for name in ("x", "y", "z")})
+URL = "sqlite:///autodb.sqlite3"
+
+
+class Server(Protocol):
+    """A virtual machine that can be read."""
+
+    async def start(self) -> None: ...
+    async def stop(self) -> None: ...
+    async def play(self, *, speed: float, upto: int | None = None) -> None: ...
+    @property
+    def url(self) -> str: ...
+
+
+class Running:
+    """A server in a thread of its own."""
+
+    def __init__(self, server: Server) -> None:
+        self.server = server
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
+        self._thread.start()
+
+    def call(self, what: Coroutine[Any, Any, None], timeout: float = 60.0) -> None:
+        """Have it do something, and wait until it is done."""
+        asyncio.run_coroutine_threadsafe(what, self._loop).result(timeout)
+
+    def begin(self, what: Coroutine[Any, Any, None]) -> None:
+        """Have it do something, without waiting for it."""
+        asyncio.run_coroutine_threadsafe(what, self._loop)
+
+    def later(self, wait_s: float, speed: float) -> None:
+        """Have it play its shift after a while, without waiting for it."""
+
+        async def play() -> None:
+            await asyncio.sleep(wait_s)
+            await self.server.play(speed=speed)
+
+        self.begin(play())
+
+    def end(self) -> None:
+        """Stop it."""
+        self.call(self.server.stop())
+        self.call(self._cancelled())
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join(10.0)
+        self._loop.close()
+
+    async def _cancelled(self) -> None:
+        others = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in others:
+            task.cancel()
+        await asyncio.gather(*others, return_exceptions=True)
+
+
+@contextmanager
+def running(server: Server) -> Iterator[Running]:
+    """Run a server."""
+    one = Running(server)
+    one.call(server.start())
+    try:
+        yield one
+    finally:
+        one.end()
+
+
+def write_agentfile(
+    server: Server, shift: Shift, *, protocol: str, item: Callable[[str], str] = str, more: str = ""
+) -> Path:
+    """Write the agent file of a virtual machine into the working folder."""
+    mill = "width" in shift.states
+    channels = "\n".join(f'"{name}" = "{item(name)}"' for name in shift.columns)
+    told = "\n".join(
+        f'{key} = {{item = "{item(state)}"}}'
+        for key, state in (
+            ("depth_mm", "depth"),
+            ("feed_mm_min", "path_feed"),
+            ("speed_rpm", "commanded_speed"),
+            *((("width_mm", "width"),) if mill else ()),
+        )
+    )
+    path = Path("agent.toml")
+    path.write_text(
+        f"""machine = "{MACHINE}"
+rate_hz = {shift.rate_hz}
+tool_number = {{item = "{item("tool")}"}}
+[source]
+protocol = "{protocol}"
+url = "{server.url}"
+publish_ms = 50
+[channels]
+{channels}
+[cut]
+while = [{{item = "{item("execution")}", is = "ACTIVE"}}]
+before_s = 0
+after_s = 0
+operation = "{"side-down" if mill else "turn"}"
+{told}
+{more}
+[recording]
+work = {{item = "{item("work")}"}}
+[tools.1]
+name = "{"end mill" if mill else "carbide insert"}"
+{
+            '''diameter_mm = 10
+teeth = 2'''
+            if mill
+            else ""
+        }
+""",
+        encoding="utf-8",
+    )
+    return path
+
+
+def new_database(*, mill: bool) -> None:
+    """Make a database that knows the machine, in the working folder."""
+    create_store(URL)
+    store = open_store(URL)
+    add_machine(store, MACHINE, MILL if mill else LATHE)
+    store.close()
+
+
+@contextmanager
+def opened() -> Iterator[Store]:
+    """Open the database of the working folder."""
+    store = open_store(URL)
+    try:
+        yield store
+    finally:
+        store.close()
+
+
+def cuts_stored() -> list[models.Cut]:
+    """Return the cuts that the database holds of recordings by an agent, as they began."""
+    with opened() as store, store.reading() as session:
+        query = (
+            select(models.Cut)
+            .join(models.Recording)
+            .where(models.Recording.delivered_as.contains("/inbox/cut-"))
+            .order_by(models.Recording.delivered_as)
+        )
+        found = list(session.scalars(query))
+        session.expunge_all()
+        return found
+
+
+def recorded() -> list[Path]:
+    """Return the recordings that lie in the inbox or are kept below it."""
+    return sorted(Path("inbox").rglob("*.parquet"), key=lambda path: path.name)
+
+
+def run_agent(
+    path: Path, until: Callable[[], bool], *, timeout_s: float = 60.0
+) -> tuple[list[str], Agent]:
+    """Run an agent until something holds, which it must in time; return what it said, and it."""
+    said: list[str] = []
+    end = time.monotonic() + timeout_s
+    looked = [0.0, False]
+
+    def goes_on() -> bool:
+        if time.monotonic() - looked[0] > 0.3:
+            looked[:] = [time.monotonic(), until()]
+        return not looked[1] and time.monotonic() < end
+
+    agent = Agent(
+        path, read_agentfile(path), opened, say=said.append, excuse=excuse, goes_on=goes_on
+    )
+    agent.run()
+    assert looked[1], said
+    return said, agent
+
+
+def same_as_said(shift: Shift) -> None:
+    """Hold recordings to the rows that the machine said while it cut, bit for bit."""
+    paths = recorded()
+    assert len(paths) == len(shift.cuts)
+    for path, (begin, end) in zip(paths, shift.cuts, strict=True):
+        table = pq.read_table(path)
+        assert abs(table.num_rows - (end - begin)) <= 1  # the row in which it ends
+        for name, column in shift.columns.items():
+            said = column[begin : begin + table.num_rows]
+            assert table[name].to_numpy().tolist() == said.tolist(), (path, name)
