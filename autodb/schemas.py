@@ -14,6 +14,7 @@ from pydantic import BaseModel
 from autodb.coefficientsfile import Coefficients
 from autodb.explain.answer import Explanation
 from autodb.jobs import Job
+from autodb.live.agentfile import AgentFile
 from autodb.machinefile import MachineFile
 from autodb.pairs.stated import Material
 from autodb.partfile import PartFile
@@ -30,6 +31,7 @@ FORMATS: tuple[tuple[str, str, type[BaseModel], Mode], ...] = (
     ("standard_cuts", "Standard cuts (protocol)", Protocol, "validation"),
     ("conventional", "Conventional values of a work material", Material, "validation"),
     ("part", "Part file", PartFile, "validation"),
+    ("agent", "Agent file", AgentFile, "validation"),
     ("side_file", "Side file of a recording", SideFile, "validation"),
     ("explanation", "explanation.json", Explanation, "serialization"),
     ("coefficients", "Fitted coefficients", Coefficients, "serialization"),

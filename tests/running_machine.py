@@ -17,6 +17,7 @@ from autodb.cli._common import excuse
 from autodb.live.agentfile import read_agentfile
 from autodb.machinefile import LATHE, AxisFile, MachineFile
 from autodb.store import Store, create_store, models, open_store
+from autodb.virtual.served.example import agent_text
 from autodb.virtual.served.shift import Shift
 
 MACHINE = "machine-1"
@@ -87,51 +88,12 @@ def running(server: Server) -> Iterator[Running]:
 
 
 def write_agentfile(
-    server: Server, shift: Shift, *, protocol: str, item: Callable[[str], str] = str, more: str = ""
+    server: Server, shift: Shift, *, protocol: str, item: Callable[[str], str] = str
 ) -> Path:
     """Write the agent file of a virtual machine into the working folder."""
-    mill = "width" in shift.states
-    channels = "\n".join(f'"{name}" = "{item(name)}"' for name in shift.columns)
-    told = "\n".join(
-        f'{key} = {{item = "{item(state)}"}}'
-        for key, state in (
-            ("depth_mm", "depth"),
-            ("feed_mm_min", "path_feed"),
-            ("speed_rpm", "commanded_speed"),
-            *((("width_mm", "width"),) if mill else ()),
-        )
-    )
     path = Path("agent.toml")
-    path.write_text(
-        f"""machine = "{MACHINE}"
-rate_hz = {shift.rate_hz}
-tool_number = {{item = "{item("tool")}"}}
-[source]
-protocol = "{protocol}"
-url = "{server.url}"
-publish_ms = 50
-[channels]
-{channels}
-[cut]
-while = [{{item = "{item("execution")}", is = "ACTIVE"}}]
-before_s = 0
-after_s = 0
-operation = "{"side-down" if mill else "turn"}"
-{told}
-{more}
-[recording]
-work = {{item = "{item("work")}"}}
-[tools.1]
-name = "{"end mill" if mill else "carbide insert"}"
-{
-            '''diameter_mm = 10
-teeth = 2'''
-            if mill
-            else ""
-        }
-""",
-        encoding="utf-8",
-    )
+    text = agent_text(shift, machine=MACHINE, protocol=protocol, url=server.url, item=item)
+    path.write_text(text, encoding="utf-8")
     return path
 
 

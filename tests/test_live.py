@@ -27,7 +27,7 @@ from autodb.live.mtconnect import MtConnect
 from autodb.live.source import Away
 from autodb.virtual.served.mtconnect import MtConnectServer
 from autodb.virtual.served.opcua import OpcUaServer
-from autodb.virtual.served.shift import Shift, lathe_shift, mill_shift
+from autodb.virtual.served.shift import lathe_shift, mill_shift
 from tests.conftest import Cli
 from tests.running_machine import (
     MACHINE,
@@ -43,7 +43,7 @@ from tests.running_machine import (
 )
 
 LATHE = lathe_shift(3, 5)
-MILL = mill_shift(2, 5, longest_s=1.5, pause_s=1.0)
+MILL = mill_shift(2, 5, longest_s=1.5, pause_s=1.4)
 SPEED = 6.0
 
 
@@ -185,18 +185,18 @@ def test_without_a_history_what_nobody_heard_is_a_gap(cli: Cli) -> None:
     with _mill(history=False) as one:
         child = _forked(Path("agent.toml"))
         time.sleep(2.0)
-        middle = MILL.cuts[0][0] + 200
+        middle = MILL.cuts[0][0] + 150
         one.call(one.server.play(speed=1.0, upto=middle))
         time.sleep(0.6)
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
-        one.call(one.server.play(speed=1.0, upto=middle + 50))
+        one.call(one.server.play(speed=1.0, upto=middle + 30))
         one.later(1.0, 1.0)
         _, agent = run_agent(Path("agent.toml"), _all_in(3))
         assert agent.health.gaps == 1
         rows = [len(mill_rows) for mill_rows in _rows()]
-        assert rows[0] == 200
-        assert abs(rows[1] - (MILL.cuts[0][1] - middle - 50)) <= 2
+        assert rows[0] == 150
+        assert abs(rows[1] - (MILL.cuts[0][1] - middle - 30)) <= 2
         assert abs(rows[2] - 375) <= 1
 
 
@@ -402,8 +402,7 @@ def test_a_time_series_ends_at_its_timestamp() -> None:
 )
 def test_a_machine_that_does_not_answer_is_away(cli: Cli, url: str) -> None:
     new_database(mill=False)
-    shift = Shift(100.0, {"x.current": np.zeros(3)}, {}, [])
-    path = write_agentfile(MtConnectServer(shift), shift, protocol="mtconnect")
+    path = write_agentfile(MtConnectServer(LATHE), LATHE, protocol="mtconnect")
     text = path.read_text().replace("http://127.0.0.1:0", url)
     path.write_text(text.replace('"mtconnect"', '"opcua"') if "opc" in url else text)
     done = cli("agent", "agent.toml", "--check")

@@ -175,11 +175,20 @@ def test_a_gap_ends_a_cut_and_nothing_before_it_is_held_over() -> None:
     assert_allclose([first.begin_s - BEGIN_S, first.end_s - BEGIN_S], [2.0, 3.98])
     assert first.cut_off
     assert not second.cut_off
-    assert_allclose([second.begin_s - BEGIN_S, second.end_s - BEGIN_S], [4.52, 6.0])
+    assert_allclose([second.begin_s - BEGIN_S, second.end_s - BEGIN_S], [4.6, 6.0])
     assert second.start_s == second.begin_s
-    assert np.isfinite(second.columns["x.current"]).all()
-    assert np.isnan(second.columns["x.position"][0])  # not heard again yet
+    assert all(np.isfinite(column).all() for column in second.columns.values())
     _alike(others, WHOLE[1:])
+
+
+def test_a_cut_that_one_comes_into_begins_where_its_channels_do() -> None:
+    """It was said to be on long before, and a channel that stands was said then too."""
+    said = [one for one in _values() if one[0] >= BEGIN_S + 3.0]
+    state: list[Timed] = [(BEGIN_S - 9.0, "p", 7.0), (BEGIN_S - 5.0, "mode", "auto")]
+    cuts = _cuts([_batch([*state, (BEGIN_S + 2.0, "feed", 500.0), *said])])
+    assert_allclose([cuts[0].begin_s - BEGIN_S, cuts[0].end_s - BEGIN_S], [3.0, 6.0])
+    assert cuts[0].start_s == BEGIN_S + 3.0
+    _alike(cuts[1:], WHOLE[1:])
 
 
 def test_a_machine_that_does_not_know_does_not_cut() -> None:

@@ -16,6 +16,9 @@ from autodb.live.batch import Batch, Value
 SETTLE_S = 1.0
 """How much later than another item's value a value may come in. Chosen: five publishing cycles."""
 
+ON_GRID = 0.01
+"""By how much of a row instants are off for being s since 1970 in double precision, and more."""
+
 
 @dataclass(frozen=True)
 class LiveCut:
@@ -95,7 +98,7 @@ class Segmenter:
         self._heard_s = self._looked_s = self._floor_s = -np.inf
         self._cutting: _Cutting | None = None
         self._ended: list[_Ended] = []
-        self._lost = False
+        self._lost = True
         self.late = 0
         """How many values came in too late for their place."""
 
@@ -149,13 +152,13 @@ class Segmenter:
         return found
 
     def _found_again(self) -> bool:
-        """Say whether a channel was heard behind a gap; then cuts may begin there."""
+        """Say whether channels were heard, at first or behind a gap; then cuts may begin there."""
         firsts = []
         for item in self._plan.channels.values():
             instants = self._series[item.item].instants
             firsts += instants[bisect_right(instants, self._floor_s) :][:1]
         if firsts:
-            self._floor_s = self._looked_s = min(firsts)
+            self._floor_s = self._looked_s = max(firsts)
             self._lost = False
         return not self._lost
 
@@ -242,7 +245,7 @@ class Segmenter:
         lasts = [at[place - 1] for at in instants if (place := bisect_right(at, stop_s))]
         start = min([one.begin_s, *(first for first in firsts if first < stop_s)])
         end = min(stop_s, max([one.end_s, *lasts]) if lasts else stop_s)
-        rows = max(1, int(np.floor((end - start) * plan.rate_hz + 1e-6)) + 1)
+        rows = max(1, int(np.floor((end - start) * plan.rate_hz + ON_GRID)) + 1)
         t = np.arange(rows) / plan.rate_hz
         columns = {
             name: self._held(item.item, start + t + 0.5 / plan.rate_hz)

@@ -94,8 +94,8 @@ class MtConnectServer:
             for name, value in shift.at(row).items():
                 self._say(name, self._element(name, _text(value), shift.instant_s(row)))
         last_s = shift.instant_s(end - 1)
-        for name, column in shift.columns.items():
-            values = " ".join(repr(float(value)) for value in column[begin:end])
+        for name in shift.columns:
+            values = " ".join(repr(float(value)) for value in shift.values(name, begin, end))
             series = f'sampleCount="{end - begin}" sampleRate="{shift.rate_hz:g}"'
             self._say(name, self._element(name, values, last_s, series))
         self._row = end

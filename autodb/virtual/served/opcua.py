@@ -80,7 +80,9 @@ class OpcUaServer:
 
     async def _say(self, row: int) -> None:
         shift, instant_s = self._shift, self._shift.instant_s(row)
-        said: dict[str, STATE] = {name: float(c[row]) for name, c in shift.columns.items()}
+        said: dict[str, STATE] = {
+            name: float(shift.values(name, row, row + 1)[0]) for name in shift.columns
+        }
         for name, value in (said | shift.at(row)).items():
             self._latest[name] = self._value(value, instant_s)
             if self._server is not None:

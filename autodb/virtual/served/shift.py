@@ -1,6 +1,6 @@
 """A shift of a virtual machine: cuts with pauses, as the control says its channels and states."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -35,7 +35,8 @@ MILL_CUTS = ((2.0, 5.0, 500.0, 4500.0), (1.0, 7.0, 400.0, 3500.0), (3.0, 4.0, 50
 @dataclass(frozen=True)
 class Shift:
     """Rows of channels (n,) at ``rate_hz`` from ``start_s`` on, and states by the row that they
-    begin with. ``cuts``: first row and the row behind the last of each.
+    begin with. ``cuts``: first row and the row behind the last of each. All of it is done ``times``
+    times over.
     """
 
     rate_hz: float
@@ -43,11 +44,20 @@ class Shift:
     states: dict[str, list[tuple[int, STATE]]]
     cuts: list[tuple[int, int]]
     start_s: float = MONDAY_S
+    times: int = 1
 
     @property
     def rows(self) -> int:
         """How many rows it has."""
+        return self._once * self.times
+
+    @property
+    def _once(self) -> int:
         return len(next(iter(self.columns.values())))
+
+    def values(self, name: str, begin: int, end: int) -> Array:
+        """Return rows of a channel."""
+        return self.columns[name][np.arange(begin, end) % self._once]
 
     def instant_s(self, row: int) -> float:
         """Return when a row is, s since 1970."""
@@ -55,7 +65,7 @@ class Shift:
 
     def at(self, row: int) -> dict[str, STATE]:
         """Return the states that begin with a row."""
-        return self._changes.get(row, {})
+        return self._changes.get(row % self._once, {})
 
     @cached_property
     def _changes(self) -> dict[int, dict[str, STATE]]:
@@ -165,17 +175,3 @@ def _middle(columns: dict[str, Array], rows: int) -> dict[str, Array]:
     size = len(next(iter(columns.values())))
     first = max(0, (size - rows) // 2)
     return {name: column[first : first + rows] for name, column in columns.items()}
-
-
-def repeated(shift: Shift, times: int) -> Shift:
-    """Return a shift that does the same again and again."""
-    rows = shift.rows
-    return replace(
-        shift,
-        columns={name: np.tile(column, times) for name, column in shift.columns.items()},
-        states={
-            name: [(place + k * rows, value) for k in range(times) for place, value in changes]
-            for name, changes in shift.states.items()
-        },
-        cuts=[(a + k * rows, b + k * rows) for k in range(times) for a, b in shift.cuts],
-    )
