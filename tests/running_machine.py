@@ -130,8 +130,8 @@ def cuts_stored() -> list[models.Cut]:
 
 
 def recorded() -> list[Path]:
-    """Return the recordings that lie in the inbox or are kept below it."""
-    return sorted(Path("inbox").rglob("*.parquet"), key=lambda path: path.name)
+    """Return the recordings that lie in the inbox or are kept below it, as they were written."""
+    return sorted(Path("inbox").rglob("*.parquet"), key=lambda path: path.stat().st_mtime_ns)
 
 
 def run_agent(

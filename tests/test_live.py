@@ -10,6 +10,7 @@ import socket
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from autodb.errors import UnusableInput
 from autodb.live import mtconnect
 from autodb.live.agentfile import read_agentfile
 from autodb.live.mtconnect import MtConnect
-from autodb.live.source import Away
+from autodb.live.source import Away, Clock
 from autodb.virtual.served.mtconnect import MtConnectServer
 from autodb.virtual.served.opcua import OpcUaServer
 from autodb.virtual.served.shift import lathe_shift, mill_shift
@@ -265,6 +266,36 @@ def test_what_an_agent_has_forgotten_is_a_gap(cli: Cli) -> None:
         assert abs(len(_rows()[1]) - 5900) <= 1
 
 
+@pytest.mark.parametrize("off_s", [-3600.0, 86400.0])
+def test_a_machine_whose_clock_is_set_cuts_on(cli: Cli, off_s: float) -> None:
+    """In a pause: every cut is whole, and what it stated before holds."""
+    del cli
+    pause = (LATHE.cuts[0][1] + LATHE.cuts[1][0]) // 2 // 50 * 50
+    shift = replace(LATHE, clock_set=(pause, off_s))
+    with running(MtConnectServer(shift)) as one:
+        new_database(mill=False)
+        path = write_agentfile(one.server, shift, protocol="mtconnect")
+        one.later(1.0, SPEED)
+        said, agent = run_agent(path, _all_in(3))
+    same_as_said(LATHE)
+    assert sum("clock was set" in line for line in said) == agent.health.gaps == 1
+    assert {cut.pair_id for cut in cuts_stored()} == {1}  # the tool was said once, at the beginning
+
+
+def test_a_clock_that_is_set_in_a_cut_parts_it(cli: Cli) -> None:
+    del cli
+    place = MILL.cuts[0][0] + 200
+    shift = replace(MILL, clock_set=(place, -3600.0))
+    server = OpcUaServer(shift, port=_free_port())
+    with running(server) as one:
+        new_database(mill=True)
+        path = write_agentfile(server, shift, protocol="opcua", item=server.item)
+        one.later(1.5, 1.0)
+        _, agent = run_agent(path, _all_in(3))
+    assert [len(rows) for rows in _rows()] == [200, 176, 376]
+    assert (agent.health.gaps, agent.health.late) == (1, 0)
+
+
 def test_while_the_database_is_away_cuts_wait_in_the_inbox(lathe: Running) -> None:
     lathe.later(1.0, SPEED)
     away = Path("away.sqlite3")
@@ -347,6 +378,36 @@ def test_without_the_extra_it_is_said(cli: Cli, monkeypatch: pytest.MonkeyPatch)
     done = cli("agent", "agent.toml")
     assert done.code == 2
     assert "pip install 'autodb[live]'" in done.err
+
+
+def _heard(*said: dict[str, list[float]]) -> list[list[tuple[dict[str, list[float]], bool]]]:
+    clock = Clock(["i", "p"], float("-inf"))
+    found = []
+    for one in said:
+        parts = clock.heard({item: (at, [0.0] * len(at)) for item, at in one.items()})
+        found.append([({item: at for item, (at, _) in p.values.items()}, p.jump) for p in parts])
+    return found
+
+
+def test_a_clock_that_is_set_is_told_from_one_that_goes_on() -> None:
+    """Back or ahead, between batches or in one; states that are old, and quiet, are neither."""
+    assert _heard({"i": [1.0, 2.0], "e": [-500.0]}, {"i": [2.5, 9.0], "p": [8.0]}) == [
+        [({"i": [1.0, 2.0], "e": [-500.0]}, False)],
+        [({"i": [2.5, 9.0], "p": [8.0]}, False)],
+    ]
+    assert _heard({"i": [100.0]}, {"i": [50.0, 51.0], "e": [50.5]})[1] == [
+        ({"i": [50.0, 51.0], "e": [50.5]}, True)
+    ]
+    assert _heard({"i": [100.0]}, {"i": [101.0, 501.0], "p": [501.0], "e": [101.0, 500.5]})[1] == [
+        ({"i": [101.0], "e": [101.0]}, False),
+        ({"i": [501.0], "p": [501.0], "e": [500.5]}, True),
+    ]
+    assert _heard({"i": [100.0]}, {"i": [101.0, 41.0, 42.0, 902.0]})[1] == [
+        ({"i": [101.0]}, False), ({"i": [41.0, 42.0]}, True), ({"i": [902.0]}, True)
+    ]  # fmt: skip
+    caught_up = {"i": [float(at) for at in range(101, 160)], "p": [101.0, 159.0]}
+    assert _heard({"i": [100.0]}, caught_up)[1] == [(caught_up, False)]
+    assert _heard({"i": [100.0]}, {"e": [10.0]})[1] == [({"e": [10.0]}, False)]
 
 
 def _part(body: str) -> bytes:

@@ -1,5 +1,6 @@
 """The two real recordings, at the figures published for them or found on them."""
 
+import re
 import json
 from pathlib import Path
 
@@ -69,7 +70,8 @@ def test_calibrate_command_on_the_real_table(cli: Cli, vicomtech: Path, sample_j
     assert "2054 rows, 2054 cuts" in imported.out
     done = cli("calibrate", "--machine", "lathe")
     assert done.code == 0
-    assert "RMSE 71.7 N line (taken), 67 ANFIS {current}" in done.out
+    # fuzzy rules end apart from one processor to the next
+    assert re.search(r"RMSE 71\.7 N line \(taken\), 67(\.\d)? ANFIS \{current\}", done.out)
     assert "cut 371, 452, 1563, 1564" in done.out
     assert "With them: RMSE 81.5 N" in " ".join(done.out.split())
     assert "refused: R² -0.04" in done.out

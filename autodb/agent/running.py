@@ -21,6 +21,7 @@ from autodb.agent.watching import Excuse, Opens
 from autodb.errors import UnusableInput
 from autodb.live import recorder
 from autodb.live.agentfile import AgentFile
+from autodb.live.batch import Batch
 from autodb.live.journal import Journal
 from autodb.live.segmenter import LiveCut, Segmenter
 from autodb.live.source import Away, source_of
@@ -74,6 +75,8 @@ class Agent:
         """Run while ``goes_on``; raises UnusableInput for what is wrong from the start."""
         from filelock import FileLock, Timeout
 
+        for tool in (self._plan.tool, *self._plan.tools.values()):
+            recorder.with_file(tool, self._path.parent)
         folder = journal_of(self._path)
         self._known_machine(begun=self._journal.begun)
         folder.mkdir(exist_ok=True)
@@ -118,7 +121,6 @@ class Agent:
         """Read the machine, and again whenever it was away."""
         wait_s, said = RETRIES_S[0], ""
         while self._goes_on():
-            connected = self.health.state == "connected"
             try:
                 await self._session(refresher)
             except Exception as error:
@@ -126,16 +128,15 @@ class Agent:
                 at_fault = isinstance(error, UnusableInput) and not isinstance(error, Away)
                 if line is None or (at_fault and not self._connected_once):
                     raise
-                connected = self.health.state == "connected"
+                if self.health.state == "connected":
+                    wait_s, said = RETRIES_S[0], ""
                 self._tell(line)
-                if line != said or connected:
+                if line != said:
                     self._say(f"{line}; trying again")
                 said = line
-            if connected:
-                wait_s = RETRIES_S[0]
             until = time.monotonic() + wait_s
             while self._goes_on() and time.monotonic() < until:
-                await asyncio.sleep(min(0.2, wait_s))
+                await asyncio.sleep(0.2)
             wait_s = min(2.0 * wait_s, RETRIES_S[1])
 
     async def _session(self, refresher: "_Refresher") -> None:
@@ -153,18 +154,38 @@ class Agent:
                     self._connected_once = True
                     self._tell("connected")
                     self._say(f"{self._plan.source.url}: connected")
-                if batch.count or batch.gap:
-                    self._journal.append(batch, segmenter.latest)
-                    self._values += batch.count
-                self.health.gaps += batch.gap
-                self.health.lost += batch.lost
-                late = segmenter.late
-                self._record(segmenter.take(batch), segmenter, refresher)
-                self.health.late += segmenter.late - late
-                self.health.cutting_since_s = segmenter.cutting_since_s
-                self._journal.forget(segmenter.needs_from_s)
+                if batch.jump:
+                    segmenter = self._after_jump(batch, segmenter, refresher)
+                self._take(batch, segmenter, refresher)
                 if not self._goes_on():
                     return
+
+    def _take(self, batch: Batch, segmenter: Segmenter, refresher: "_Refresher") -> None:
+        """Journal what was said, and record the cuts that are whole by it."""
+        if batch.count or batch.gap:
+            self._journal.append(batch, segmenter.latest)
+            self._values += batch.count
+        late = segmenter.late
+        self._record(segmenter.take(batch), segmenter, refresher)
+        self._journal.forget(segmenter.needs_from_s)
+        health = self.health
+        health.gaps += batch.gap
+        health.lost += batch.lost
+        health.late += segmenter.late - late
+        health.cutting_since_s = segmenter.cutting_since_s
+
+    def _after_jump(self, batch: Batch, segmenter: Segmenter, refresher: "_Refresher") -> Segmenter:
+        """End what is open, as the machine's clock was set; what stands is said again by it."""
+        self._say("the machine's clock was set: what it cut then is recorded in two")
+        self.health.gaps += 1
+        channels = {one.item for one in self._plan.channels.values()}
+        begin = min(said[0] for item, (said, _) in batch.values.items() if item in channels)
+        stands = {item: ([begin], [value]) for item, (_, value) in segmenter.latest().items()}
+        self._record(segmenter.ended(), segmenter, refresher)
+        self._journal.clear()
+        anew = Segmenter(self._plan)
+        anew.take(Batch(stands, begin, batch.position))
+        return anew
 
     def _record(self, cuts: list[LiveCut], segmenter: Segmenter, refresher: "_Refresher") -> None:
         """Write the recordings of cuts, then keep that they are written."""

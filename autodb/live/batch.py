@@ -5,6 +5,8 @@ from typing import Any
 
 Value = float | str | None
 """A number, a text, or None where the machine does not know."""
+Said = dict[str, tuple[list[float], list[Value]]]
+"""Instants and values by item."""
 Position = dict[str, Any]
 """From where a source goes on; only the source knows what it means."""
 
@@ -15,14 +17,16 @@ class Batch:
 
     ``upto_s``: all that was said before it is in this batch or an earlier one. ``gap``: something
     may be missing between the batch before and this one; ``lost``: how many values are known to be.
-    ``position``: where to go on after it.
+    ``position``: where to go on after it. ``jump``: the machine's clock was set; what it says is
+    no longer comparable with what it said before.
     """
 
-    values: dict[str, tuple[list[float], list[Value]]]
+    values: Said
     upto_s: float
     position: Position = field(default_factory=dict)
     gap: bool = False
     lost: int = 0
+    jump: bool = False
 
     @property
     def count(self) -> int:
@@ -37,10 +41,11 @@ class Batch:
             "position": self.position,
             "gap": self.gap,
             "lost": self.lost,
+            "jump": self.jump,
         }
 
 
 def from_row(row: dict[str, Any]) -> Batch:
     """Return what ``as_row`` gave."""
     values = {item: (list(said[0]), list(said[1])) for item, said in row["values"].items()}
-    return Batch(values, row["upto_s"], row["position"], row["gap"], row["lost"])
+    return Batch(values, row["upto_s"], row["position"], row["gap"], row["lost"], row["jump"])

@@ -127,6 +127,13 @@ class Journal:
         while len(self._files) > 1 and self._files[0].upto_s < before_s:
             self._files.pop(0).path.unlink(missing_ok=True)
 
+    def clear(self) -> None:
+        """Remove everything: no instant of it means anything any more."""
+        self.close()
+        for path in self._paths():
+            path.unlink(missing_ok=True)
+        self._files, self._done_s = [], None
+
     def close(self) -> None:
         """Close the file that is open."""
         if self._open is not None:

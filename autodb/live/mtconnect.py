@@ -8,7 +8,6 @@ MTConnect standard, parts 1 and 2 (ANSI/MTC1.4-2018; model.mtconnect.org): an ob
 not change is not said again; a time series carries the instant of its last value.
 """
 
-import time
 from collections.abc import AsyncGenerator, AsyncIterator
 from dataclasses import dataclass
 from datetime import datetime
@@ -20,8 +19,8 @@ import httpx
 
 from autodb.errors import UnusableInput
 from autodb.live.agentfile import AgentFile
-from autodb.live.batch import Batch, Position, Value
-from autodb.live.source import QUIET_S, Away, Offered, unknown_item
+from autodb.live.batch import Batch, Position, Said, Value
+from autodb.live.source import Away, Clock, Offered, unknown_item
 
 HEARTBEAT_S = 1.0
 TIMEOUT_S = 10.0
@@ -49,7 +48,7 @@ class _Document:
     """What a document says: its header, and values by data item."""
 
     header: dict[str, str]
-    values: dict[str, tuple[list[float], list[Value]]]
+    values: Said
 
     @property
     def following(self) -> int:
@@ -72,6 +71,7 @@ class MtConnect:
 
     def __init__(self, plan: AgentFile) -> None:
         self._items, self._source = plan.items(), plan.source
+        self._channels = [one.item for one in plan.channels.values()]
         device = f"/{plan.source.device}" if plan.source.device else ""
         self._url = plan.source.url.rstrip("/")
         self._base = f"{self._url}{device}"
@@ -104,14 +104,17 @@ class MtConnect:
                 begin = max(begin, now.first)
                 if gap:
                     state = self._read(await self._get(client, "current", at=begin))
-            clock = _Clock(now)
+            clock = Clock(self._channels, float("-inf") if after is None else after["upto_s"])
             if after is None or gap:
-                yield clock.batch(state, begin, gap=gap)
+                for batch in _batches(clock, state, begin, begin, gap=gap):
+                    yield batch
             async for part in self._parts(client, begin, now):
                 document = self._read(part)
                 if document.instance != now.instance:
                     raise Away(f"{self._url}: the agent was started anew")
-                yield clock.batch(document, document.following)
+                for batch in _batches(clock, document, begin, document.following):
+                    yield batch
+                begin = document.following
 
     def _client(self) -> httpx.AsyncClient:
         if urlsplit(self._url).scheme not in ("http", "https"):
@@ -181,24 +184,18 @@ class MtConnect:
         raise Away(f"{self._url}: ended its stream")
 
 
-class _Clock:
-    """Up to when all was said: by the newest instant, after a long quiet by our own clock."""
-
-    def __init__(self, now: _Document) -> None:
-        self._instance = now.instance
-        self._upto_s, self._moved = float("-inf"), time.monotonic()
-
-    def batch(self, document: _Document, following: int, *, gap: bool = False) -> Batch:
-        """Return the batch of a document, and where to go on after it."""
-        newest = [instants[-1] for instants, _ in document.values.values()]
-        quiet_s = time.monotonic() - self._moved
-        if newest and max(newest) > self._upto_s:
-            self._upto_s, self._moved = max(newest), time.monotonic()
-        elif quiet_s > QUIET_S:
-            self._upto_s += quiet_s
-            self._moved = time.monotonic()
-        position = {"instance": self._instance, "next": following}
-        return Batch(document.values, self._upto_s, position, gap=gap)
+def _batches(
+    clock: Clock, document: _Document, begin: int, following: int, *, gap: bool = False
+) -> list[Batch]:
+    """Return the batches of a document; after the last it goes on behind it, else from before."""
+    parts = clock.heard(document.values)
+    found = []
+    for number, part in enumerate(parts, start=1):
+        behind = following if number == len(parts) else begin
+        position = {"instance": document.instance, "next": behind, "upto_s": part.upto_s}
+        first = number == 1
+        found.append(Batch(part.values, part.upto_s, position, gap=gap and first, jump=part.jump))
+    return found
 
 
 class _Parts:
@@ -271,7 +268,7 @@ def _document(text: bytes, rates: dict[str, float | None], wanted: set[str]) -> 
         for one in root.iter()
         if one.get("dataItemId") in wanted and one.get("timestamp") is not None
     ]
-    values: dict[str, tuple[list[float], list[Value]]] = {}
+    values: Said = {}
     for one in sorted(observed, key=lambda one: int(one.get("sequence", "0"))):
         number = str(one.get("dataItemId"))
         instants, said = _observed(one, rates.get(number))

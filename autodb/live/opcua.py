@@ -27,11 +27,13 @@ from asyncua.ua.uaerrors import UaError, UaStringParsingError
 
 from autodb.errors import UnusableInput
 from autodb.live.agentfile import AgentFile
-from autodb.live.batch import Batch, Position, Value
-from autodb.live.source import QUIET_S, Away, Offered, unknown_item
+from autodb.live.batch import Batch, Position, Said, Value
+from autodb.live.source import Away, Clock, Heard, Offered, unknown_item
 
 TIMEOUT_S = 5.0
 LISTEN_S = 1.0
+TOGETHER_S = 0.02
+"""How long what is sent together may take to come in."""
 WAITING = 200_000
 """How many values may wait here before the connection is given up: a minute of a fast machine."""
 QUEUED = 5_000
@@ -48,6 +50,7 @@ class OpcUa:
     def __init__(self, plan: AgentFile) -> None:
         logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # what it has to say, we say
         self._source, self._items = plan.source, plan.items()
+        self._channels = [one.item for one in plan.channels.values()]
         self._url = plan.source.url
 
     async def offered(self) -> list[Offered]:
@@ -66,12 +69,16 @@ class OpcUa:
             try:
                 nodes = await self._nodes(client)
                 listening = await self._listen(client, nodes)
-                stream = _Stream(nodes, after)
-                if after is not None:
-                    yield await stream.caught_up()
-                while True:
-                    yield stream.batch(await _heard(listening))
-                    listening.still()
+                try:
+                    stream = _Stream(nodes, self._channels, after)
+                    if after is not None:
+                        for batch in await stream.caught_up():
+                            yield batch
+                    while True:
+                        for batch in stream.batches(await listening.heard()):
+                            yield batch
+                finally:
+                    listening.end()
             except (UaError, OSError, TimeoutError) as error:
                 raise _away(self._url, error) from None
 
@@ -141,46 +148,58 @@ def _password(variable: str) -> str:
 
 
 class _Listening:
-    """A subscription, and whether it is still the one that was made."""
+    """A subscription, and what it has said since the last time."""
 
     def __init__(self, url: str, client: Client, subscription: Subscription) -> None:
-        self.url, self._client, self.subscription = url, client, subscription
+        self._url, self._client, self._subscription = url, client, subscription
         self._number = subscription.subscription_id
+        self._said: list[DataChangeEvent] = []
+        self._more, self._ended = asyncio.Event(), False
+        self._taking = asyncio.create_task(self._take())
 
-    def still(self) -> None:
-        """Raise Away where the connection is gone, or was made anew and something missed."""
-        if self.subscription.subscription_id != self._number:
-            raise Away(f"{self.url}: the subscription was lost")
+    async def _take(self) -> None:
+        """Take events as they come in."""
+        async for event in self._subscription:
+            self._ended = self._ended or isinstance(event, StatusChangeEvent)
+            if isinstance(event, DataChangeEvent):
+                self._said.append(event)
+            self._more.set()
+
+    async def heard(self) -> list[DataChangeEvent]:
+        """Return what was said since the last time; nothing after a while of quiet.
+
+        Raises Away where the connection is gone, or was made anew and something missed.
+        """
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._more.wait(), LISTEN_S)
+            await asyncio.sleep(TOGETHER_S)
+        self._more.clear()
+        said, self._said = self._said, []
+        ended = self._ended or self._taking.done()
+        if ended or self._subscription.subscription_id != self._number:
+            raise Away(f"{self._url}: the subscription was ended")
         if self._client.uaclient.state.name != "CONNECTED":
-            raise Away(f"{self.url}: the connection was lost")
+            raise Away(f"{self._url}: the connection was lost")
+        return said
 
-
-async def _heard(listening: _Listening) -> list[DataChangeEvent]:
-    """Return what was said since the last time; nothing after a while of quiet."""
-    found: list[DataChangeEvent] = []
-    event = await listening.subscription.next_event(LISTEN_S)
-    while event is not None:
-        if isinstance(event, StatusChangeEvent):
-            raise Away(f"{listening.url}: the subscription was ended")
-        if isinstance(event, DataChangeEvent):
-            found.append(event)
-        event = await listening.subscription.next_event(0)
-    return found
+    def end(self) -> None:
+        """Take no more."""
+        self._taking.cancel()
 
 
 class _Stream:
     """Puts what is said in turn, item by item, and knows how far each has come."""
 
-    def __init__(self, nodes: dict[str, Node], after: Position | None) -> None:
+    def __init__(self, nodes: dict[str, Node], channels: list[str], after: Position | None) -> None:
         self._nodes = nodes
         self._items = {node.nodeid: item for item, node in nodes.items()}
         self._last: dict[str, float] = dict(after["last"]) if after is not None else {}
-        self._upto_s = max(self._last.values(), default=float("-inf"))
-        self._quiet_s = 0.0
+        sampled = [self._last[item] for item in channels if item in self._last]
+        self._clock = Clock(channels, max(sampled, default=-math.inf))
 
-    async def caught_up(self) -> Batch:
+    async def caught_up(self) -> list[Batch]:
         """Return what was said while nobody listened; a gap where not all of it is known."""
-        values: dict[str, tuple[list[float], list[Value]]] = {}
+        values: Said = {}
         whole = True
         for item, node in self._nodes.items():
             last = self._last.get(item)
@@ -189,35 +208,44 @@ class _Stream:
                 whole = False
             elif said[0]:
                 values[item] = said
-        if not whole:
-            self._last = {}
-            return Batch({}, self._upto_s, self._position(), gap=True)
-        return self._taken(values, 0)
+        if whole:
+            return self._batches(values)
+        self._last = {}
+        return [Batch({}, self._clock.upto_s, self._position(), gap=True)]
 
-    def batch(self, events: list[DataChangeEvent]) -> Batch:
+    def batches(self, events: list[DataChangeEvent]) -> list[Batch]:
         """Return what events say."""
-        values: dict[str, tuple[list[float], list[Value]]] = {}
+        values: Said = {}
         lost = 0
         for event in events:
-            item = self._items[event.node.nodeid]
             said = event.data.monitored_item.Value
-            instant = _instant(said)
             lost += said.StatusCode is not None and said.StatusCode.value & OVERFLOW == OVERFLOW
-            if instant >= self._last.get(item, -math.inf):
-                instants, heard = values.setdefault(item, ([], []))
-                instants.append(instant)
-                heard.append(_value(said))
-                self._last[item] = instant
-        self._quiet_s = 0.0 if events else self._quiet_s + LISTEN_S
-        if self._quiet_s > QUIET_S:
-            self._upto_s += self._quiet_s
-            self._quiet_s = 0.0
-        return self._taken(values, lost)
+            instants, heard = values.setdefault(self._items[event.node.nodeid], ([], []))
+            instants.append(_instant(said))
+            heard.append(_value(said))
+        return self._batches(values, lost)
 
-    def _taken(self, values: dict[str, tuple[list[float], list[Value]]], lost: int) -> Batch:
-        self._last |= {item: instants[-1] for item, (instants, _) in values.items()}
-        self._upto_s = max([self._upto_s, *(instants[-1] for instants, _ in values.values())])
-        return Batch(values, self._upto_s, self._position(), lost=lost)
+    def _batches(self, values: Said, lost: int = 0) -> list[Batch]:
+        """Return batches of what history had not said already, one for each setting of a clock."""
+        found = []
+        for part in self._clock.heard(values):
+            new = self._new(part)
+            found.append(Batch(new, part.upto_s, self._position(), lost=lost, jump=part.jump))
+            lost = 0
+        return found
+
+    def _new(self, part: Heard) -> Said:
+        """Return what was not said before; how far each item has come is kept."""
+        if part.jump:
+            self._last = {}
+        new: Said = {}
+        for item, (instants, heard) in part.values.items():
+            last = self._last.get(item, -math.inf)
+            rows = [row for row in zip(instants, heard, strict=True) if row[0] >= last]
+            if rows:
+                new[item] = ([at for at, _ in rows], [value for _, value in rows])
+                self._last[item] = rows[-1][0]
+        return new
 
     def _position(self) -> Position:
         return {"last": dict(self._last)}

@@ -11,6 +11,7 @@ from pyarrow import parquet
 from pydantic import ValidationError
 
 from autodb.checksums import checksum
+from autodb.errors import UnusableInput
 from autodb.live.agentfile import AgentFile, Told
 from autodb.live.batch import Value
 from autodb.live.segmenter import LiveCut
@@ -115,6 +116,15 @@ def _tool(plan: AgentFile, number: Value, beside: Path, notes: list[str]) -> Too
             notes.append(f"tool {key}: no [tools.{key}]")
             return ToolSection()
         tool = plan.tools[key]
+    try:
+        return with_file(tool, beside)
+    except UnusableInput as error:
+        notes.append(str(error))
+        return tool.model_copy(update={"file": None})
+
+
+def with_file(tool: ToolSection, beside: Path) -> ToolSection:
+    """Return a tool with what its tool file says; raises UnusableInput."""
     if tool.file is None:
         return tool
     read = read_tool(beside / tool.file)

@@ -126,7 +126,7 @@ class Segmenter:
 
     def take(self, batch: Batch) -> list[LiveCut]:
         """Take in what was said; return the cuts that are whole by now, in turn."""
-        found = self._break() if batch.gap else []
+        found = self.ended() if batch.gap else []
         for item, (instants, values) in batch.values.items():
             series = self._series.get(item)
             if series is not None:
@@ -139,7 +139,7 @@ class Segmenter:
         self._forget()
         return found
 
-    def _break(self) -> list[LiveCut]:
+    def ended(self) -> list[LiveCut]:
         """End what is open, as what was said next is not known; begin anew behind it."""
         self._look(self._heard_s)
         if self._cutting is not None:

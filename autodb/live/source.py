@@ -1,5 +1,7 @@
 """What both protocols share: a source of batches, and what a machine offers."""
 
+import math
+import time
 from collections.abc import AsyncGenerator, Iterable
 from dataclasses import dataclass
 from importlib import import_module
@@ -7,11 +9,15 @@ from typing import Protocol
 
 from autodb.errors import UnusableInput, near
 from autodb.live.agentfile import AgentFile
-from autodb.live.batch import Batch, Position, Value
+from autodb.live.batch import Batch, Position, Said, Value
 
 QUIET_S = 10.0
 """For how long nothing must be said before time is taken to have gone on. Chosen: while a machine
 cuts, its currents are never quiet for that long, and a stalled line is mostly back by then."""
+STRAGGLE_S = 5.0
+"""For how long after a clock was set values by the old one are passed over. Chosen."""
+JUMP_S = 10.0
+"""From how far apart channels count as said by a clock that was set. Chosen: as QUIET_S."""
 LIBRARIES = ("asyncua", "httpx", "tomli_w", "filelock")
 
 
@@ -44,6 +50,82 @@ class Source(Protocol):
 
     async def offered(self) -> list[Offered]:
         """Return what the machine offers; raises Away."""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What was said by one clock up to ``upto_s``; ``jump``: it was set just before."""
+
+    values: Said
+    upto_s: float
+    jump: bool
+
+
+class Clock:
+    """Up to when all was said: by the newest instant, after a long quiet by our own clock.
+
+    ``channels``: the items whose instants tell that the machine's clock was set; states may be old.
+    """
+
+    def __init__(self, channels: Iterable[str], upto_s: float) -> None:
+        self._channels, self._sampled_s = frozenset(channels), upto_s
+        self.upto_s, self._moved = upto_s, time.monotonic()
+        self._was: tuple[float, float, float] | None = None
+
+    def heard(self, values: Said) -> list[Heard]:
+        """Return what was said, in parts between which the machine's clock was set."""
+        parts: list[Heard] = []
+        jump = False
+        if self._was is not None and time.monotonic() - self._was[2] < STRAGGLE_S:
+            _, values = _parted(values, *self._was[:2])
+        while (found := self._set(values)) is not None:
+            before, values = _parted(values, *found)
+            if before:
+                parts.append(self._part(before, jump=jump))
+            self._sampled_s, jump = found[1], True
+            self._was = (*found, time.monotonic())
+        return [*parts, self._part(values, jump=jump)]
+
+    def _part(self, values: Said, *, jump: bool) -> Heard:
+        sampled = [said[-1] for item, (said, _) in values.items() if item in self._channels]
+        self._sampled_s = max([self._sampled_s, *sampled])
+        newest = max((said[-1] for said, _ in values.values()), default=-math.inf)
+        quiet_s = time.monotonic() - self._moved
+        if jump:
+            self.upto_s, self._moved = self._sampled_s, time.monotonic()
+        elif newest > self.upto_s:
+            self.upto_s, self._moved = newest, time.monotonic()
+        elif quiet_s > QUIET_S:
+            self.upto_s, self._moved = self.upto_s + quiet_s, time.monotonic()
+        return Heard(values, self.upto_s, jump)
+
+    def _set(self, values: Said) -> tuple[float, float] | None:
+        """Return the instants between which the clock was set: the last before, the first after.
+
+        By the channel that said most; ahead, where no other said anything in between.
+        """
+        sampled = [said for item, (said, _) in values.items() if item in self._channels]
+        last = self._sampled_s
+        for instant in max(sampled, key=len, default=[]):
+            between = (last < other < instant for said in sampled for other in said)
+            if instant < last - JUMP_S or (instant > last + JUMP_S and not any(between)):
+                return (last, instant) if math.isfinite(last) else None
+            last = instant
+        return None
+
+
+def _parted(values: Said, old: float, new: float) -> tuple[Said, Said]:
+    """Return what was said by the clock that was at ``old``, and by it set to ``new``."""
+    before: Said = {}
+    after: Said = {}
+    for item, (instants, said) in values.items():
+        nearer = (k for k, at in enumerate(instants) if abs(at - new) < abs(at - old))
+        place = next(nearer, len(instants))
+        if place:
+            before[item] = (instants[:place], said[:place])
+        if place < len(instants):
+            after[item] = (instants[place:], said[place:])
+    return before, after
 
 
 def source_of(plan: AgentFile) -> Source:

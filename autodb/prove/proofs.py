@@ -296,7 +296,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[faults_summary.Killed]),
         score=faults_summary.summary_of,
         read=faults_summary.read,
-        generator=(faults_run,),
+        generator=(),  # what is drawn is when it is killed
     ),
     Proof(
         name="pairs",

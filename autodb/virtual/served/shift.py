@@ -36,7 +36,7 @@ MILL_CUTS = ((2.0, 5.0, 500.0, 4500.0), (1.0, 7.0, 400.0, 3500.0), (3.0, 4.0, 50
 class Shift:
     """Rows of channels (n,) at ``rate_hz`` from ``start_s`` on, and states by the row that they
     begin with. ``cuts``: first row and the row behind the last of each. All of it is done ``times``
-    times over.
+    times over. ``clock_set``: from which row on the machine's clock is off, by how many seconds.
     """
 
     rate_hz: float
@@ -45,6 +45,7 @@ class Shift:
     cuts: list[tuple[int, int]]
     start_s: float = MONDAY_S
     times: int = 1
+    clock_set: tuple[int, float] | None = None
 
     @property
     def rows(self) -> int:
@@ -61,7 +62,10 @@ class Shift:
 
     def instant_s(self, row: int) -> float:
         """Return when a row is, s since 1970."""
-        return self.start_s + row / self.rate_hz
+        off_s = 0.0
+        if self.clock_set is not None and row >= self.clock_set[0]:
+            off_s = self.clock_set[1]
+        return self.start_s + row / self.rate_hz + off_s
 
     def at(self, row: int) -> dict[str, STATE]:
         """Return the states that begin with a row."""
@@ -89,6 +93,7 @@ class _Making:
     rows: int = 0
 
     def say(self, states: dict[str, STATE]) -> None:
+        """Have states begin with the next row."""
         for name, value in states.items():
             self.states.setdefault(name, []).append((self.rows, value))
 
@@ -117,6 +122,7 @@ class _Making:
         self.rows += len(next(iter(columns.values())))
 
     def made(self) -> Shift:
+        """Return the shift."""
         columns = {name: np.concatenate(parts) for name, parts in self.parts.items()}
         return Shift(self.rate_hz, columns, self.states, self.cuts)
 
