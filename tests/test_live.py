@@ -408,6 +408,11 @@ def test_a_clock_that_is_set_is_told_from_one_that_goes_on() -> None:
     caught_up = {"i": [float(at) for at in range(101, 160)], "p": [101.0, 159.0]}
     assert _heard({"i": [100.0]}, caught_up)[1] == [(caught_up, False)]
     assert _heard({"i": [100.0]}, {"e": [10.0]})[1] == [({"e": [10.0]}, False)]
+    assert _heard({"i": [100.0]})[0] == [({"i": [100.0]}, False)]
+    after_a_restart = Clock(["i"], 50.0)
+    (morning,) = after_a_restart.heard({"i": ([30_000.0], [1.0])})
+    assert not morning.jump
+    assert after_a_restart.heard({"i": ([60_000.0], [1.0])})[0].jump
 
 
 def _part(body: str) -> bytes:

@@ -1,7 +1,7 @@
 """The two real recordings, at the figures published for them or found on them."""
 
-import re
 import json
+import re
 from pathlib import Path
 
 import numpy as np

@@ -71,6 +71,7 @@ class Clock:
         self._channels, self._sampled_s = frozenset(channels), upto_s
         self.upto_s, self._moved = upto_s, time.monotonic()
         self._was: tuple[float, float, float] | None = None
+        self._sampled_at: float | None = None
 
     def heard(self, values: Said) -> list[Heard]:
         """Return what was said, in parts between which the machine's clock was set."""
@@ -88,7 +89,9 @@ class Clock:
 
     def _part(self, values: Said, *, jump: bool) -> Heard:
         sampled = [said[-1] for item, (said, _) in values.items() if item in self._channels]
-        self._sampled_s = max([self._sampled_s, *sampled])
+        if sampled:
+            self._sampled_s = max(self._sampled_s, *sampled)
+            self._sampled_at = time.monotonic()
         newest = max((said[-1] for said, _ in values.values()), default=-math.inf)
         quiet_s = time.monotonic() - self._moved
         if jump:
@@ -102,13 +105,16 @@ class Clock:
     def _set(self, values: Said) -> tuple[float, float] | None:
         """Return the instants between which the clock was set: the last before, the first after.
 
-        By the channel that said most; ahead, where no other said anything in between.
+        By the channel that said most; ahead, where it is by more than the time that passed here,
+        and no other said anything in between.
         """
         sampled = [said for item, (said, _) in values.items() if item in self._channels]
         last = self._sampled_s
+        quiet_s = math.inf if self._sampled_at is None else time.monotonic() - self._sampled_at
         for instant in max(sampled, key=len, default=[]):
             between = (last < other < instant for said in sampled for other in said)
-            if instant < last - JUMP_S or (instant > last + JUMP_S and not any(between)):
+            ahead = instant > last + quiet_s + JUMP_S and not any(between)
+            if ahead or instant < last - JUMP_S:
                 return (last, instant) if math.isfinite(last) else None
             last = instant
         return None

@@ -9,7 +9,7 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -161,7 +161,20 @@ def _parsed(url: str) -> URL:
 
 
 def _engine(url: str, *, foreign_keys: bool = True) -> Engine:
-    engine = create_engine(_parsed(url))
+    """Return the engine of a database, made once: what opens it every minute must not grow.
+
+    Mappers keep the statements that they compiled for each engine; a disposed one opens again.
+    """
+    parsed = _parsed(url)
+    database = parsed.database
+    if database and database != ":memory:":
+        parsed = parsed.set(database=str(Path(database).absolute()))
+    return _made_once(parsed, foreign_keys)
+
+
+@lru_cache(maxsize=16)
+def _made_once(url: URL, foreign_keys: bool) -> Engine:
+    engine = create_engine(url)
     event.listen(engine, "connect", partial(_on_connect, foreign_keys))
     event.listen(engine, "begin", _on_begin)
     return engine
