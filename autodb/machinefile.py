@@ -108,9 +108,13 @@ class Retention(Section):
         return self
 
 
+Shares = Literal["nothing", "parameters", "recordings"]
+
+
 class MachineFile(Section):
     """A machine. ``rotary_order``: the rotary axes from the one on the bed to the outermost.
 
+    ``shares``: what other machines may know of it: None: its parameters, and no more.
     ``setup``: what is clamped today; NC programs are made from it, the database does not keep it.
     """
 
@@ -118,6 +122,7 @@ class MachineFile(Section):
     units: Literal["mm", "inch"] | None = None
     diameter: bool | None = None
     rotary_order: tuple[str, ...] | None = None
+    shares: Shares | None = None
     spindle: SpindleFile = SpindleFile()
     retention: Retention = Retention()
     setup: Setup | None = None

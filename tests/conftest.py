@@ -5,11 +5,16 @@ import shutil
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # two workers share two cores
 
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
+
+if TYPE_CHECKING:
+    from tests.servers import Server
 
 ROOT = Path(__file__).parent.parent
 SHARED = Path(os.environ.get("AUTODB_SHARED", ROOT.parent / "shared")) / "data"
@@ -56,6 +61,19 @@ def tryout() -> Path:
 def sample_jobs() -> Path:
     """Return the sample jobs of this checkout."""
     return ROOT / "sample_jobs"
+
+
+@pytest.fixture(scope="session")
+def server() -> Iterator["Server"]:
+    """Return a running PostgreSQL server, or skip saying that its binaries are not here."""
+    from tests.servers import Server
+
+    with tempfile.TemporaryDirectory(prefix="autodb-server-") as name:
+        folder = Path(name)
+        folder.chmod(0o755)
+        started = Server(folder / "server")
+        yield started
+        started.stop()
 
 
 @dataclass(frozen=True)

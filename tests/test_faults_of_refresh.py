@@ -20,7 +20,8 @@ from sqlalchemy.engine import Engine
 from autodb.agent import inbox as inboxes
 from autodb.cli import run
 from autodb.prove.faults_run import CLOCKS, MACHINE, State, prepare, state_of, take
-from autodb.store import LOCKED_MS, models, open_store
+from autodb.store import models, open_store
+from autodb.store.engines import LOCKED_MS
 
 URL = "sqlite:///autodb.sqlite3"
 
@@ -175,7 +176,7 @@ def test_one_that_writes_for_longer_is_said(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("autodb.store.LOCKED_MS", 50)
+    monkeypatch.setattr("autodb.store.engines.LOCKED_MS", 50)
     other = sqlite3.connect(work / "autodb.sqlite3", isolation_level=None)
     other.execute("BEGIN IMMEDIATE")
     try:

@@ -165,7 +165,7 @@ def test_every_installed_version_is_pinned() -> None:
         if "==" in line
     }
     for requirement in wanted:
-        name = re.split(r"[<>=~! ]", requirement)[0].lower().replace("_", "-")
+        name = re.split(r"[\[<>=~! ]", requirement)[0].lower().replace("_", "-")
         assert name in pinned, name
 
 

@@ -17,7 +17,7 @@ import pytest
 
 from autodb.errors import UnusableInput
 from autodb.store import create_store, head, models, open_store
-from autodb.store.copies import backup
+from autodb.store.backups import backup
 from autodb.store.exports import read_manifest
 from autodb.store.restoring import restore
 from tests.conftest import ROOT, Cli, Once
@@ -134,7 +134,7 @@ def test_a_backup_never_overwrites_unasked(cli: Cli, refused: Callable[..., str]
     assert Path("link.sqlite3").is_symlink()
     assert "no such folder" in refused("backup", "nowhere/copy.sqlite3")
     assert "no database there" in refused("backup", "b.sqlite3", "--db", "sqlite:///none.sqlite3")
-    assert "only SQLite" in refused("backup", "b.sqlite3", "--db", "postgresql://localhost/a")
+    assert "only SQLite and" in refused("backup", "b.sqlite3", "--db", "mysql://localhost/a")
 
 
 def test_backups_during_writes_hold_whole_transactions(tmp_path: Path) -> None:

@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.agent.beliefs import columns_of, start_of
+from autodb.agent.beliefs import columns_of
 from autodb.agent.imported_cards import import_cards, imported_card
 from autodb.agent.looking_up import Shelf
 from autodb.agent.machines import add_machine
 from autodb.agent.predicting import predict_job
+from autodb.agent.starting import start_of
 from autodb.cutting import shear, tools
 from autodb.cutting.elements import Elements, force_gradient, force_parts, forces, linearised
 from autodb.cutting.kienzle import kienzle

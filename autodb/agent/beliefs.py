@@ -1,4 +1,4 @@
-"""Beliefs about pairs as the database keeps them, and where one starts that is new."""
+"""Beliefs about pairs as the database keeps them, and what each began with."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -8,16 +8,25 @@ import numpy as np
 from sqlalchemy import ColumnElement, func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.imported_cards import imported_card
 from autodb.errors import UnusableInput
 from autodb.fitting import Gaussian
-from autodb.pairs import conventional
-from autodb.pairs.belief import WEAR, Belief, OffLaw, Scatter, Shared, Wear
-from autodb.pairs.prior import any_metal, of_card, of_relative
+from autodb.pairs.belief import (
+    CALIBRATION,
+    GAIN,
+    REFERENCES,
+    WEAR,
+    Belief,
+    OffLaw,
+    Scatter,
+    Shared,
+    Wear,
+)
 from autodb.store import models
 from autodb.store.models.learning import EVERY
 
 LAW = "thin_shear_zone"
+OF_CALIBRATIONS = (CALIBRATION, REFERENCES, GAIN)
+"""What keys of errors begin with that are of what feels a machine's forces."""
 
 
 def as_belief(row: models.CuttingParameters) -> Belief:
@@ -144,49 +153,56 @@ def pair_name(pair: models.Pair) -> str:
 
 @dataclass(frozen=True)
 class Start:
-    """What is believed of a pair before any of its cuts, and from what.
+    """What is believed of a pair before cuts are learnt, and from what.
 
-    ``row``: the related pair's parameters, where it is from one.
+    ``row``: the related pair's parameters, where it is from one; ``prior``: what other machines
+    know, where it is from that. ``before``: what was believed of the law before any of the pair's
+    cuts, as it is kept; None: not known.
     """
 
     belief: Belief
     said: str | None
+    before: Mapping[str, Any] | None
     row: models.CuttingParameters | None = None
+    prior: models.FleetPrior | None = None
+
+    @property
+    def columns(self) -> dict[str, Any]:
+        """What a version keeps of it, by column."""
+        return {
+            "started_from": self.said,
+            "relative": self.row,
+            "prior": self.prior,
+            "start": None if self.before is None else dict(self.before),
+        }
 
 
-def start_of(session: Session, machine_id: int, material: str, tool: str) -> Start:
-    """Return where a pair starts that a machine has not cut.
+def kept_law(law: Gaussian) -> dict[str, Any]:
+    """Return a belief about the law's coordinates as JSON."""
+    return {"mean": law.mean.tolist(), "covariance": law.covariance.tolist()}
 
-    From the same material with another tool on this machine, where there is such a pair that did
-    not begin from a relative itself (two would begin from each other, and each take its own cuts
-    for the other's); else from the material's card that was imported last; else from conventional
-    values of the material that ship; else from what any metal may have.
+
+def law_of(kept: Mapping[str, Any]) -> Gaussian:
+    """Return a belief about the law's coordinates from JSON."""
+    return Gaussian(np.array(kept["mean"]), np.array(kept["covariance"]))
+
+
+def began(row: models.CuttingParameters) -> Start:
+    """Return a version as what the next one builds on, which began where it did."""
+    return Start(as_belief(row), row.started_from, row.start, row.relative, row.prior)
+
+
+def begins(
+    belief: Belief,
+    said: str,
+    row: models.CuttingParameters | None = None,
+    prior: models.FleetPrior | None = None,
+) -> Start:
+    """Return a start from which a pair's own cuts are learnt.
+
+    Where errors of the machine's calibrations are in it already, it is kept without them too.
     """
-    related = _related(session, machine_id, material, tool)
-    if related is not None:
-        said = f"{pair_name(related.pair)}, the same material with another tool"
-        return Start(of_relative(as_belief(related)), f"{said} ({related.n_cuts} cuts)", related)
-    card = imported_card(session, machine_id, material)
-    if card is not None:
-        return Start(of_card(card.card), f"imported card of {card.material} ({card.source})")
-    try:
-        handbook = conventional.named(material)
-    except UnusableInput:
-        said = f"what any metal may have: no conventional values of '{material}'"
-        return Start(any_metal(), said)
-    return Start(conventional.believed(handbook), f"conventional values of {handbook.name}")
-
-
-def _related(
-    session: Session, machine_id: int, material: str, tool: str
-) -> models.CuttingParameters | None:
-    """Return the newest parameters of the most-cut pair of a material and another tool."""
-    pairs = session.scalars(
-        select(models.Pair)
-        .join(models.Material)
-        .join(models.Tool)
-        .where(models.Material.name == material, models.Tool.name != tool)
-    )
-    found = [latest(session, machine_id, pair.id) for pair in pairs]
-    own = [row for row in found if row is not None and row.relative_id is None]
-    return max(own, key=lambda row: row.n_cuts, default=None)
+    before = kept_law(belief.law)
+    if any(one.key.startswith(OF_CALIBRATIONS) for one in belief.shared):
+        before["given"] = kept_law(belief.given(OF_CALIBRATIONS))
+    return Start(belief, said, before, row, prior)

@@ -186,7 +186,7 @@ def calibrate_machine(
         progress("fitting and scoring on groups left out")
     done, left_out = calibrate_table(table, axes=axes, protocol=protocol, known=known, names=names)
     of = [_recordings(table, one, recordings_of_cuts) for one in done]
-    with store.writing() as session:
+    with store.writing(machine) as session:
         kept = [keep(session, machine_id, of[i], one) for i, one in enumerate(done)]
     versions, new = zip(*kept, strict=True)
     return Calibrated(table, axes, done, left_out, sources, versions, new)

@@ -7,14 +7,14 @@ import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from sqlalchemy import JSON, ColumnElement, String, exists, select, text, type_coerce
+from sqlalchemy import JSON, ColumnElement, Text, cast, exists, select, text
 from sqlalchemy.exc import DatabaseError
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from autodb.agent.importing import files_of
 from autodb.checksums import checksum
 from autodb.sensing.drives import IDENTIFIABLE
-from autodb.store import Store, head, models, open_store
+from autodb.store import Store, head, models, on_server, open_store, pointing_nowhere
 
 Progress = Callable[[str], None]
 
@@ -50,13 +50,15 @@ class Finding:
 def examine(url: str, *, progress: Progress) -> list[Finding]:
     """Run the checks on a database; those of its content only where the file itself is sound.
 
-    Raises UnusableInput when there is no database of ours to check.
+    A server sees to its pages and keys itself, and the recordings lie on the machines' computers:
+    of its database the others are checked. Raises UnusableInput when there is no database of ours.
     """
     store = open_store(url, any_schema=True)
+    first, then = (OF_A_SCHEMA, OF_ROWS) if on_server(url) else (OF_THE_FILE, OF_THE_CONTENT)
     try:
-        findings = _run(store, OF_THE_FILE, progress)
+        findings = _run(store, first, progress)
         if all(finding.outcome.passed for finding in findings):
-            findings += _run(store, OF_THE_CONTENT, progress)
+            findings += _run(store, then, progress)
     finally:
         store.close()
     return findings
@@ -99,8 +101,7 @@ def integrity(session: Session, _progress: Progress) -> Outcome:
 
 def references(session: Session, _progress: Progress) -> Outcome:
     """Look for rows that point to a row which is not there, such as cuts without recording."""
-    rows = session.execute(text("PRAGMA foreign_key_check"))
-    return _none_of(f"{row[0]} {row[1]} points to no {row[2]}" for row in rows)
+    return _none_of(pointing_nowhere(session.connection()))
 
 
 def readable_json(session: Session, progress: Progress) -> Outcome:
@@ -110,7 +111,7 @@ def readable_json(session: Session, progress: Progress) -> Outcome:
         for column in table.columns:
             if isinstance(column.type, JSON):
                 progress(f"{table.name}.{column.name}")
-                query = select(table.c.id, type_coerce(column, String))
+                query = select(table.c.id, cast(column, Text))
                 for row_id, value in session.execute(query):
                     if not _is_json(value):
                         found.append(f"{table.name} {row_id}: {column.name}")
@@ -197,16 +198,20 @@ def unaltered(session: Session, progress: Progress) -> Outcome:
     return _none_of(found)
 
 
+OF_A_SCHEMA = (Check("schema", schema, "'autodb init' brings it to this version's schema"),)
 OF_THE_FILE = (
-    Check("schema", schema, "'autodb init' brings it to this version's schema"),
+    *OF_A_SCHEMA,
     Check("integrity of the file", integrity, "'autodb restore BACKUP --replace'"),
     Check("rows that point to no row", references, "'autodb restore BACKUP --replace'"),
 )
-OF_THE_CONTENT = (
+OF_ROWS = (
     Check("unreadable JSON", readable_json, "'autodb restore BACKUP --replace'"),
     Check("derived rows without a source", sources, "'autodb restore BACKUP --replace'"),
     Check("confirmed causes in no model", confirmed, "'autodb restore BACKUP --replace'"),
     Check("pairs nobody cut", pairs, "import their cuts; they do no harm"),
+)
+OF_THE_CONTENT = (
+    *OF_ROWS,
     Check("recordings not on the disk", present, "put the file back under its path"),
     Check("recordings altered on the disk", unaltered, "put back the file that was imported"),
 )

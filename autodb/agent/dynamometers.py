@@ -62,7 +62,7 @@ def level(
     ids = [
         import_file(store, path, machine=machine, columns=columns).recording_id for path in files
     ]
-    with store.writing() as session:
+    with store.writing(machine) as session:
         owner = find_machine(session, machine)
         before = newest(session, owner.id, KIND)
         if learnt_from(before, ids):

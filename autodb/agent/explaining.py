@@ -71,7 +71,7 @@ def explain_with_machine(
             explained = explain(sensed, predicted, includes=has)
         else:
             explained = _over_time(session, owner, signed(table, owner))
-    with store.writing() as session:
+    with store.writing(machine) as session:
         kept = keep(session, imported.recording_id, explained)
     return AgainstMachine(explained, kept)
 

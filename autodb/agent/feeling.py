@@ -5,7 +5,7 @@ that a pass that was killed goes on behind it. What a cut's force was felt with 
 new version of that feels it anew.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -72,28 +72,47 @@ class FeltOverTime:
     last_cut: int
 
 
-def feel_over_time(
-    store: Store, machine: str, *, progress: Callable[[str], None] = lambda _: None
-) -> FeltOverTime:
-    """Feel the cuts of recordings over time that what the machine has now has not felt yet.
+def cuts_to_feel(store: Store, machine: str) -> list[int]:
+    """Return the cuts of recordings over time, by id, that are not felt yet.
 
     Raises UnusableInput for an unknown machine.
     """
-    with store.writing() as session:
-        owner = find_machine(session, machine)
-        _keep_drives(session, owner)
-        sensors = {c: (row.id, row.kind) for c, row in _sensors(session, owner).items()}
-        waiting = _waiting(session, owner, [number for number, _ in sensors.values()])
-        last_cut = session.scalar(select(func.max(models.Cut.id))) or 0
+    return [one.cut_id for one in _to_feel(store, machine)[1]]
+
+
+def feel_over_time(
+    store: Store,
+    machine: str,
+    *,
+    only: Container[int] | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> FeltOverTime:
+    """Feel the cuts of recordings over time that what the machine has now has not felt yet.
+
+    ``only``: of these alone, by id. Raises UnusableInput for an unknown machine.
+    """
+    sensors, waiting, last_cut = _to_feel(store, machine)
+    if only is not None:
+        waiting = [one for one in waiting if one.cut_id in only]
     felt: list[FeltMean] = []
     notes: list[str] = []
     for one in waiting:
         found, said = _feel(store, machine, one, sensors, progress)
-        felt += _kept(store, found)
+        felt += _kept(store, machine, found)
         notes += said
     notes += dict.fromkeys(one.reason for one in felt if one.reason is not None)
     without = sum(one.reason is not None for one in felt)
     return FeltOverTime(len(felt) - without, without, notes, last_cut)
+
+
+def _to_feel(store: Store, machine: str) -> tuple[dict[str, tuple[int, str]], "list[Waiting]", int]:
+    """Return what feels a machine's cuts by component, the cuts that wait, the newest cut by id."""
+    with store.writing(machine) as session:
+        owner = find_machine(session, machine)
+        _keep_drives(session, owner)
+        sensors = {c: (row.id, row.kind) for c, row in _sensors(session, owner).items()}
+        waiting = _waiting(session, owner, [number for number, _ in sensors.values()])
+        return sensors, waiting, session.scalar(select(func.max(models.Cut.id))) or 0
 
 
 def _feel(
@@ -123,10 +142,10 @@ def _feel(
         return found, []
 
 
-def _kept(store: Store, found: list[FeltMean]) -> list[FeltMean]:
+def _kept(store: Store, machine: str, found: list[FeltMean]) -> list[FeltMean]:
     """Keep what was felt of a cut, but what another agent kept meanwhile; return what was new."""
     new = []
-    with store.writing() as session:
+    with store.writing(machine) as session:
         for one in found:
             there = session.scalar(
                 select(models.SensedForce.id).where(

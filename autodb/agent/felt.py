@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.calibrations import as_calibration
 from autodb.agent.importing import cuts_as_table
 from autodb.errors import UnusableInput
-from autodb.pairs.belief import CALIBRATION, DAY, REFERENCES, Shared, Wear
+from autodb.pairs.belief import CALIBRATION, DAY, GAIN, REFERENCES, Shared, Wear
 from autodb.pairs.determined import CHIP_SHARE
 from autodb.pairs.engaged import BY_NAME, UNSAID
 from autodb.pairs.observed import CHIP, Cuts, Observed, X, Y, Z
@@ -26,7 +26,6 @@ Calibrations = list[models.Calibration]
 """Those of one axis that hold now, newest first."""
 QUANTITY = {"x": X, "y": Y, "z": Z}
 CHIP_THICKNESS = "chip.thickness"
-GAIN = "gain"
 GEOMETRY = (
     *("diameter_mm", "teeth", "helix_deg", "corner_radius_mm", "point_angle_deg"),
     *("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg", "included_deg"),

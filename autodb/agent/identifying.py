@@ -99,7 +99,7 @@ def identify_on_machine(
         if newest is not None and refit.already_there:
             return KeptModel(refit.model, newest.version, refit.parent, already_there=True)
     recording_id = import_file(store, path, machine=machine, columns=columns).recording_id
-    with store.writing() as session:
+    with store.writing(machine) as session:
         owner = find_machine(session, machine)
         row = add_version(session, owner.id, refit, recording_id)
         return KeptModel(refit.model, row.version, refit.parent, already_there=False)

@@ -13,6 +13,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.agent.catalogue import find_or_add
 from autodb.cutting.kienzle import Planned
 from autodb.pairs.card import Bounded, KienzleCard
 from autodb.pairs.cards import UNIT, read_cards
@@ -80,11 +81,7 @@ def imported_card(session: Session, machine_id: int, material: str) -> KienzleCa
 
 
 def _keep(session: Session, card: KienzleCard) -> ImportedCard:
-    material = session.scalar(select(models.Material).where(models.Material.name == card.material))
-    if material is None:
-        material = models.Material(name=card.material)
-        session.add(material)
-        session.flush()
+    material = find_or_add(session, models.Material, card.material)
     before = _of_source(session, material.id, card.source)
     after = {row.name: row for row in _as_rows(card, material.id)}
     changes = tuple(_changes(before.values(), after)) if before else ()

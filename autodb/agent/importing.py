@@ -10,6 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import records
+from autodb.agent.catalogue import pair_id
 from autodb.agent.machines import find_machine
 from autodb.agent.redelivered import ROWS_ALIKE, Sorted, as_it_was, earlier, rows_alike, sorted_cuts
 from autodb.channels import axis_of
@@ -92,7 +93,7 @@ def import_file(
         before = None if known else _same_series(session, machine_id, source)
     if known is not None:
         if kept is not None:
-            with store.writing() as session:
+            with store.writing(machine) as session:
                 kept.also(session, known)
         return known
     named = source.side.recording.machine
@@ -101,7 +102,7 @@ def import_file(
     summary = summarise(source, progress=progress)
     refuse_implausible(source, summary)
     cuts, notes = _cuts(source, progress)
-    with store.writing() as session:
+    with store.writing(machine) as session:
         owner = find_machine(session, machine)
         # another agent may have been faster
         done = _known(session, owner.id, sha256, source.side)
@@ -325,33 +326,14 @@ def _cut_row(table: CutTable, row: int, signs: dict[str, int]) -> models.Cut:
 def _pair_id(session: Session, material: str, tool: str, side: SideFile) -> int | None:
     if not material or not tool:
         return None
-    material_row = session.scalar(select(models.Material).where(models.Material.name == material))
-    if material_row is None:
-        material_row = models.Material(name=material)
-    tool_row = session.scalar(select(models.Tool).where(models.Tool.name == tool))
-    if tool_row is None:
-        tool_row = models.Tool(name=tool)
-    if side.tool.name in (None, tool):
-        _fill_geometry(tool_row, side)
-    session.add_all([material_row, tool_row])
-    session.flush()
-    pair = session.scalar(
-        select(models.Pair).where(
-            models.Pair.material_id == material_row.id, models.Pair.tool_id == tool_row.id
-        )
-    )
-    if pair is None:
-        pair = models.Pair(material=material_row, tool=tool_row)
-        session.add(pair)
-        session.flush()
-    return pair.id
+    stated = _geometry_of(side) if side.tool.name in (None, tool) else {}
+    return pair_id(session, material, tool, stated)
 
 
-def _fill_geometry(tool: models.Tool, side: SideFile) -> None:
-    """Give a tool the geometry that a side file states and nobody stated before."""
-    for name in _GEOMETRY:
-        if getattr(tool, name) is None:
-            setattr(tool, name, getattr(side.tool, name))
+def _geometry_of(side: SideFile) -> dict[str, Any]:
+    """Return the geometry that a side file states of its tool."""
+    every = {name: getattr(side.tool, name) for name in _GEOMETRY}
+    return {name: value for name, value in every.items() if value is not None}
 
 
 _GEOMETRY = (

@@ -247,7 +247,7 @@ class _Arrival:
             other.unlink(missing_ok=True)
 
     def _refuse(self, stamp: str, sha256: str, reason: str) -> None:
-        with self._store.writing() as session:
+        with self._store.writing(self._machine) as session:
             _note(session, self._row(session, sha256), "refused", stamp, reason=reason)
 
     def _row(self, session: Session, sha256: str) -> models.InboxFile:

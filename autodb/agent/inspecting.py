@@ -42,7 +42,7 @@ def keep_inspected(store: Store, part: PartFile, found: Inspected, of: OfCut) ->
     Raises UnusableInput where the recording was not imported, has no such cut, or the cut's force
     was told by another part.
     """
-    with store.writing() as session:
+    with store.writing(of.machine) as session:
         cut = _cut(session, of)
         row = _estimator(session, cut.recording.machine_id, part, cut.recording)
         felt = found.why_not is None

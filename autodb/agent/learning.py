@@ -8,15 +8,17 @@ from sqlalchemy.orm import Session
 from autodb.agent.beliefs import (
     Start,
     as_belief,
+    began,
+    begins,
     chain,
     columns_of,
     latest,
     newest_version,
     pair_name,
-    start_of,
 )
 from autodb.agent.felt import Felt, as_observed
 from autodb.agent.shifted import Shift, shifts
+from autodb.agent.starting import start_of
 from autodb.agent.states import (
     Forces,
     causes_of,
@@ -175,7 +177,7 @@ class _Pair:
             forces = self._of_known_wear(forces)
         parted = sorted_out(belief, forces)
         if parted.usual:
-            start = Start(belief, last.started_from, last.relative)
+            start = began(last)
             learnt = self._in_turn(belief, parted.usual)
             self._keep(start, last, parted.usual, learnt, causes=last.mismatches)
         return parted.odd
@@ -230,7 +232,7 @@ class _Pair:
             states.pop(WEAR, None)
         for name, fresh in states.items():
             assert usual is not None  # without one there is no other state
-            start = Start(of_state(as_belief(usual)), f"the usual state, version {usual.version}")
+            start = begins(of_state(as_belief(usual)), f"the usual state, version {usual.version}")
             base = self._still_counting(self._latest(name), self._found.forces)
             known = seen_by(base)
             cuts = [*fresh, *(force for force in self._found.forces if force.id in known)]
@@ -259,7 +261,7 @@ class _Pair:
         before = [force for force in self._found.forces if force.id in seen]
         known = {force.cut_id for force in before}
         if base is not None and len(known) >= AT_ONCE:
-            start = Start(as_belief(base), base.started_from, base.relative)
+            start = began(base)
             learnt = self._in_turn(start.belief, fresh, known=known)
         elif len({force.cut_id for force in fresh}) > IN_TURN:
             every = sorted([*before, *fresh], key=lambda force: force.cut_id)
@@ -307,11 +309,10 @@ class _Pair:
                 pair_id=self._found.pair.id,
                 version=version,
                 state=state,
-                started_from=start.said,
-                relative=start.row,
                 previous=base,
                 forces=fresh,
                 mismatches=list(causes),
+                **start.columns,
                 **columns_of(learnt),
             )
         )

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from sqlalchemy import bindparam, func, select
+from sqlalchemy import bindparam, func, literal_column, select
 from sqlalchemy.orm import Session
 
 from autodb.pairs.engaged import CUTTING_TIME, DEPTH, FEED, FLANK_WEAR, SPEED, UNSAID
@@ -34,9 +34,10 @@ _versions = _versions.union_all(
     )
 )
 _stated = [_Cut.conditions[name].as_float() for name in CHANNELS]
+_operation = func.coalesce(_Cut.operation, literal_column(f"'{UNSAID}'"))
 _LEARNT_FROM = (
     select(
-        func.coalesce(_Cut.operation, UNSAID),
+        _operation,
         *(end(one) for one in _stated for end in (func.min, func.max)),
     )
     .select_from(_versions)
@@ -45,7 +46,7 @@ _LEARNT_FROM = (
     )
     .join(models.SensedForce, models.SensedForce.id == cutting_parameters_force.c.sensed_force_id)
     .join(_Cut, _Cut.id == models.SensedForce.cut_id)
-    .group_by(func.coalesce(_Cut.operation, UNSAID))
+    .group_by(_operation)
 )
 """Of a version and those it was built on, one row an operation."""
 

@@ -14,11 +14,11 @@ from sqlalchemy import (
     Executable,
     Row,
     Select,
-    String,
+    Text,
     bindparam,
+    cast,
     func,
     select,
-    type_coerce,
 )
 from sqlalchemy.orm import Session, aliased
 
@@ -153,7 +153,7 @@ def _learnt() -> Select[Any]:
     return (
         select(
             *(getattr(_Parameters, name) for name in _NUMBERS),
-            *(type_coerce(getattr(_Parameters, name), String) for name in _JSON),
+            *(cast(getattr(_Parameters, name), Text) for name in _JSON),
             *(getattr(models.Tool, name) for name in GEOMETRY),
         )
         .join(models.Pair, models.Pair.id == _Parameters.pair_id)

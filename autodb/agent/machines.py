@@ -13,7 +13,7 @@ from autodb.records import Recording
 from autodb.store import Store, models
 from autodb.tomlfile import Reference
 
-_MACHINE = ("dialect", "units", "diameter")
+_MACHINE = ("dialect", "units", "diameter", "shares")
 _RETENTION = ("compress_after_days", "drop_after_days")
 _AXIS = (
     *("carries", "current_sign", "carried_by", "moved_mass_kg", "vertical", "brake"),
@@ -69,7 +69,7 @@ def update_machine(store: Store, name: str, file: MachineFile) -> list[str]:
     Raises UnusableInput when an axis would go that something was learnt on, or the sign of a
     current would change under recordings that were imported with it.
     """
-    with store.writing() as session:
+    with store.writing(name) as session:
         machine = find_machine(session, name)
         before = as_file(machine)
         changes = _changes(before, file)

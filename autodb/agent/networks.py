@@ -101,7 +101,7 @@ def train(
     scores = scored(box, drives, known)
     progress("network and drive models together")
     both = together(box, drives, known)
-    with store.writing() as session:
+    with store.writing(machine) as session:
         rows = [session.get_one(models.Recording, one) for one in dict.fromkeys(ids)]
         content = to_bytes(box, [row.sha256 for row in rows])
         version = _keep(session, machine, rows, content, scores)

@@ -10,11 +10,11 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import forward
-from autodb.agent.beliefs import start_of
 from autodb.agent.calibrations import current_calibrations
 from autodb.agent.felt import QUANTITY, Readings
 from autodb.agent.machines import find_machine, limits_of
 from autodb.agent.predicting import Known, known_of
+from autodb.agent.starting import start_of
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
 from autodb.exceeding import exceeding

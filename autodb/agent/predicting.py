@@ -9,10 +9,11 @@ from sqlalchemy.orm import Session
 
 from autodb import along, programs
 from autodb.agent import in_state
-from autodb.agent.beliefs import LAW, as_belief, latest, learnt_pairs, start_of
+from autodb.agent.beliefs import LAW, as_belief, latest, learnt_pairs
 from autodb.agent.felt import numbers_of
 from autodb.agent.learnt_from import LearntFrom, learnt_from
 from autodb.agent.machines import as_file, find_machine, limits_of
+from autodb.agent.starting import start_of
 from autodb.agent.wearing import said_of_wear
 from autodb.cutting import tools
 from autodb.errors import UnusableInput, near
@@ -83,13 +84,15 @@ class Wanted:
 class Known:
     """What a machine knows of a pair: its belief, its tool, the rows that these are from.
 
-    ``row``: the pair's newest parameters, or a related pair's; None: no machine's.
+    ``row``: the pair's newest parameters, or a related pair's; None: no machine's. ``prior``: what
+    other machines know, where the belief is from that.
     """
 
     belief: Belief
     tool: ToolOf
     behind: Behind
     row: models.CuttingParameters | None
+    prior: models.FleetPrior | None = None
 
     @property
     def own(self) -> bool:
@@ -106,7 +109,7 @@ def predict_job(store: Store, machine: str, job: Job) -> Predicted:
     """
     program = _followed(store, machine, job)
     asked = job.cut if program is None else program.lines
-    with store.writing() as session:
+    with store.writing(machine) as session:
         owner = find_machine(session, machine)
         known = known_of(session, owner, job.material, job.tool)
         cuts, states = _cuts(session, known, job, program)
@@ -116,6 +119,7 @@ def predict_job(store: Store, machine: str, job: Job) -> Predicted:
             job=_stored(job, program),
             cuts=[asdict(cut) for cut in cuts],
             started_from=None if known.own else known.behind.started_from,
+            prior=known.prior,
             parameters=[*([known.row] if known.row is not None else []), *states],
         )
         session.add(stored)
@@ -194,7 +198,8 @@ def known_of(session: Session, owner: models.Machine, material: str, tool: str) 
         return Known(as_belief(row), called, behind, row)
     _refuse_earlier_law(session, owner, pair)
     start = start_of(session, owner.id, material, tool)
-    return Known(start.belief, called, Behind(None, None, 0, start.said), start.row)
+    behind = Behind(None, None, 0, start.said)
+    return Known(start.belief, called, behind, start.row, start.prior)
 
 
 def _refuse_earlier_law(session: Session, owner: models.Machine, pair: models.Pair | None) -> None:

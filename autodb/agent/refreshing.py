@@ -1,7 +1,7 @@
 """Refresh: what came in since the last time becomes sensed forces and new parameter versions.
 
 One pass is one transaction, and goes on from the mark that the last one left: killed in the middle,
-the database is as it was, and the next pass does its work again.
+the database is as it was, and the next pass does its work again. So it is where a server went away.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from autodb.agent.passes import Kept, Refreshed, came_in, files_since, keep_pass
 from autodb.agent.ranging import sense_cuts, sensed_otherwise
 from autodb.agent.retaining import retain
 from autodb.agent.states import open_mismatches
-from autodb.store import Store, models
+from autodb.store import Store, lasting, models
 
 Progress = Callable[[str], None]
 
@@ -40,17 +40,26 @@ def refresh(
     machine, or an inbox that is no folder.
     """
     tell = progress or (lambda _: None)
-    notes = inbox.take_in(store, machine, tell) if inbox is not None else []
-    over_time = feel_over_time(store, machine, progress=tell)
-    done = Refreshed(set_aside=[*notes, *over_time.notes])
-    while True:
-        with store.writing() as session:
-            one = _Pass(session, find_machine(session, machine), over_time.last_cut, tell)
-            done.also(one.run())
-        if one.span.upto >= over_time.last_cut:
-            break
-    done.retained = retain(store, machine, progress=tell).lines()
+    done = Refreshed()
+    if inbox is not None:
+        done.set_aside += lasting(lambda: inbox.take_in(store, machine, tell), tell)
+    over_time = lasting(lambda: feel_over_time(store, machine, progress=tell), tell)
+    done.set_aside += over_time.notes
+    looked_at = -1
+    while looked_at < over_time.last_cut:
+        one, looked_at = lasting(lambda: _one_pass(store, machine, over_time.last_cut, tell), tell)
+        done.also(one)
+    done.retained = lasting(lambda: retain(store, machine, progress=tell), tell).lines()
     return done
+
+
+def _one_pass(
+    store: Store, machine: str, newest_cut: int, progress: Progress
+) -> tuple[Refreshed, int]:
+    """Do one pass; return what it did, and the cut up to which it looked."""
+    with store.writing(machine) as session:
+        one = _Pass(session, find_machine(session, machine), newest_cut, progress)
+        return one.run(), one.span.upto
 
 
 class _Pass:

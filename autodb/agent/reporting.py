@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.beliefs import as_belief, chain, pair_name, start_of
+from autodb.agent.beliefs import as_belief, chain, pair_name
 from autodb.agent.calibrations import as_calibration, current_calibrations
 from autodb.agent.felt import QUANTITY, as_cuts, as_observed, numbers_of
 from autodb.agent.importing import cuts_as_table
 from autodb.agent.machines import find_machine
+from autodb.agent.starting import start_of
 from autodb.agent.tracing import Node, trace
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.fitting import NORMAL_95

@@ -71,12 +71,12 @@ def retain(store: Store, machine: str, *, progress: Progress = lambda _: None) -
         gone = _due(session, owner.id, newest, days[1], there)
     for number, one in enumerate(gone, start=1):
         progress(f"dropping {number} of {len(gone)}")
-        _drop(store, one)
+        _drop(store, machine, one)
     done.dropped = len(gone)
     due = [one for one in old if one not in set(gone)]
     for number, one in enumerate(due, start=1):
         progress(f"compressing {number} of {len(due)}")
-        _compress(store, one, done)
+        _compress(store, machine, one, done)
     return done
 
 
@@ -123,7 +123,7 @@ def _finish(session: Session, machine_id: int) -> None:
         path.unlink()
 
 
-def _compress(store: Store, recording: int, done: Retained) -> None:
+def _compress(store: Store, machine: str, recording: int, done: Retained) -> None:
     """Put a compressed copy in a recording's place; the original goes once that is known."""
     with store.reading() as session:
         row = session.get_one(_Recording, recording)
@@ -132,7 +132,7 @@ def _compress(store: Store, recording: int, done: Retained) -> None:
         done.left.append(f"{path}: not as it was imported; it is not compressed")
         return
     if path.suffix.lower() != COMPRESSED:
-        _keep(store, recording, path, sha256)
+        _keep(store, machine, recording, path, sha256)
         return
     target = path.with_name(f"{path.name}.parquet")
     part = target.with_name(f".part-{target.name}")
@@ -142,19 +142,19 @@ def _compress(store: Store, recording: int, done: Retained) -> None:
         replace_by(part, target)
     except UnusableInput as error:
         done.left.append(f"{path}: not compressed: {error}")
-        _keep(store, recording, path, sha256)
+        _keep(store, machine, recording, path, sha256)
         return
     finally:
         part.unlink(missing_ok=True)
-    _keep(store, recording, target, checksum(target))
+    _keep(store, machine, recording, target, checksum(target))
     done.compressed += 1
     done.bytes_before += path.stat().st_size
     done.bytes_after += target.stat().st_size
     path.unlink()
 
 
-def _keep(store: Store, recording: int, path: Path, sha256: str) -> None:
-    with store.writing() as session:
+def _keep(store: Store, machine: str, recording: int, path: Path, sha256: str) -> None:
+    with store.writing(machine) as session:
         row = session.get_one(_Recording, recording)
         row.stored_path, row.stored_sha256 = str(path), sha256
         row.stored_bytes = path.stat().st_size
@@ -204,9 +204,9 @@ def _whole(source: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
     return {name: np.concatenate(parts) for name, parts in read.items()}
 
 
-def _drop(store: Store, recording: int) -> None:
+def _drop(store: Store, machine: str, recording: int) -> None:
     """Have no file of a recording any more."""
-    with store.writing() as session:
+    with store.writing(machine) as session:
         row = session.get_one(_Recording, recording)
         files = list(files_of(row))
         row.dropped_at = models.now()

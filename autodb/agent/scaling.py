@@ -143,7 +143,7 @@ def by_standard_cut(
 def keep(store: Store, machine: str, told: Told, path: Path, *, columns: Path | None = None) -> int:
     """Keep a scale as the next version of its axis', with the recording it is from."""
     recording_id = import_file(store, path, machine=machine, columns=columns).recording_id
-    with store.writing() as session:
+    with store.writing(machine) as session:
         owner = find_machine(session, machine)
         newest = newest_scale(session, owner.id, told.axis)
         row = models.DriveScale(

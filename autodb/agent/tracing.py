@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.beliefs import LAW, as_belief, chain, pair_name
 from autodb.agent.calibrations import as_calibration
+from autodb.agent.together import RECORDINGS
 from autodb.agent.wearing import wear_words
 from autodb.cutting import shear
 from autodb.errors import UnusableInput, near
@@ -91,6 +92,7 @@ def _parameters(session: Session, row: models.CuttingParameters) -> Node:
         node.sources.append(Node(f"of the state '{row.state}'", causes))
     if row.started_from is not None:
         begun = [] if row.relative is None else [_parameters(session, row.relative)]
+        begun += [] if row.prior is None else [_of_others(session, row.prior, row.machine_id)]
         node.sources.append(Node(f"began as: {row.started_from}", begun))
     forces = [force for version in chain(row) for force in version.forces]
     by_recording: dict[int, list[models.SensedForce]] = {}
@@ -147,8 +149,26 @@ def _prediction(session: Session, row: models.Prediction) -> Node:
                 interval = f"{force['value']:.0f} N ({force['low']:.0f} to {force['high']:.0f})"
                 node.sources.append(Node(f"cut '{name}': force.{component} {interval}"))
     if row.started_from is not None:
-        node.sources.append(Node(f"the pair was not learnt: {row.started_from}"))
+        known = [] if row.prior is None else [_of_others(session, row.prior, row.machine_id)]
+        node.sources.append(Node(f"the pair was not learnt: {row.started_from}", known))
     node.sources += [_parameters(session, p) for p in row.parameters]
+    return node
+
+
+def _of_others(session: Session, row: models.FleetPrior, machine_id: int) -> Node:
+    """A prior comes from machines' parameters; of another than one's own no more is told.
+
+    But of one whose file shares its recordings.
+    """
+    node = Node(
+        f"prior {row.id}: {row.material.name}, version {row.version}, {row.machines} machines"
+    )
+    for one in row.parameters:
+        machine = session.get_one(models.Machine, one.machine_id)
+        if one.machine_id == machine_id or machine.shares == RECORDINGS:
+            node.sources.append(_parameters(session, one))
+        else:
+            node.sources.append(Node(f"machine '{machine.name}': {_named(one)}, {one.n_cuts} cuts"))
     return node
 
 

@@ -12,6 +12,7 @@ from autodb.cli import (
     database,
     deciding,
     explaining,
+    fleet,
     identifying,
     inspecting,
     keeping,
@@ -52,6 +53,7 @@ app.command("sensors")(sensing.sensors)
 app.command("refresh")(refreshing.refresh)
 app.command("schedule")(scheduling.schedule)
 app.command("agent")(running.agent)
+app.add_typer(fleet.fleet, name="fleet")
 app.command("predict")(answers.predict)
 app.command("lookup")(looking_up.lookup)
 app.command("plan")(planning.plan)

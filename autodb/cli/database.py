@@ -18,10 +18,11 @@ machine = typer.Typer(
 
 def init(db: Database = None) -> None:
     """Create the database, or bring it to this version's schema."""
-    from autodb.store import create_store, database_url
+    from autodb.store import create_store, database_url, shown
 
     url = database_url(db)
     done = create_store(url)
+    url = shown(url)
     if not done.changed:
         say(f"{url}: already there, schema {done.now}")
     elif done.was is None:

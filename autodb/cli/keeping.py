@@ -15,19 +15,24 @@ Replace = Annotated[bool, typer.Option("--replace", help="Replace what is there.
 def doctor(db: Database = None) -> None:
     """Check the database and the recordings it came from; exit 1 when a check fails."""
     from autodb.agent.doctor import OF_THE_CONTENT, examine
-    from autodb.store import database_url
+    from autodb.store import database_url, on_server
 
+    url = database_url(db)
     with working("checking") as progress:
-        findings = examine(database_url(db), progress=progress)
+        findings = examine(url, progress=progress)
     rows = table("Checks", "check", ">found", "must be", "")
     for finding in findings:
         out = finding.outcome
         verdict = "passed" if out.passed else "FAILED"
         rows.add_row(finding.check.name, out.statistic, f"{out.operator} {out.threshold}", verdict)
+    sound = all(finding.outcome.passed for finding in findings)
+    why_not = "the file comes first"
+    if on_server(url):
+        why_not = "they lie on the machines' computers" if sound else "the schema comes first"
     done = {finding.check.name for finding in findings}
     for check in OF_THE_CONTENT:
         if check.name not in done:
-            rows.add_row(check.name, "", "", "not checked: the file comes first")
+            rows.add_row(check.name, "", "", f"not checked: {why_not}")
     show(rows)
     failed = [finding for finding in findings if not finding.outcome.passed]
     for finding in failed:
@@ -45,9 +50,9 @@ def backup(
     replace: Replace = False,
     db: Database = None,
 ) -> None:
-    """Copy the database into one file, also while others write to it; the copy is checked."""
+    """Copy the database into one SQLite file, also while others write to it, and check it."""
     from autodb.store import database_url
-    from autodb.store.copies import backup as run
+    from autodb.store.backups import backup as run
 
     with working(f"copying to {file.name}") as progress:
         done = run(database_url(db), file, replace=replace, progress=progress)
@@ -60,14 +65,15 @@ def restore(
     db: Database = None,
 ) -> None:
     """Put a backup, or an export, in the database's place, at this version's schema."""
-    from autodb.store import database_url, head
+    from autodb.store import database_url, head, shown
     from autodb.store.restoring import restore as run
 
     url = database_url(db)
     with working(f"restoring {source.name}") as progress:
         done = run(url, source, replace=replace, progress=progress)
     upgraded = "" if done.schema == head() else f", upgraded to {head()}"
-    say(f"{url}: {done.total} rows of {len(done.rows)} tables, schema {done.schema}{upgraded}")
+    rows = f"{done.total} rows of {len(done.rows)} tables"
+    say(f"{shown(url)}: {rows}, schema {done.schema}{upgraded}")
 
 
 def export(

@@ -53,7 +53,7 @@ def _command(machine: str, inbox: Path, db: str | None) -> list[str]:
 
     from autodb.agent.machines import find_machine
     from autodb.errors import UnusableInput
-    from autodb.store import database_url, file_of, open_store
+    from autodb.store import database_url, file_of, on_server, open_store, shown
 
     url = database_url(db)
     store = open_store(url)
@@ -64,7 +64,13 @@ def _command(machine: str, inbox: Path, db: str | None) -> list[str]:
         store.close()
     if not inbox.is_dir():
         raise UnusableInput(f"{inbox}: no such folder; one that is there would work")
-    whole = make_url(url).set(database=str(file_of(url).resolve()))
-    said = whole.render_as_string(hide_password=False)
+    if on_server(url):
+        if make_url(url).password is not None:
+            raise UnusableInput(
+                f"{shown(url)}: others can read a command's password; one in ~/.pgpass would work"
+            )
+        said = url
+    else:
+        said = str(make_url(url).set(database=str(file_of(url).resolve())))
     run = [sys.executable, "-m", "autodb", "refresh"]
     return [*run, "--machine", machine, "--inbox", str(inbox.resolve()), "--db", said]

@@ -89,8 +89,8 @@ def law_error(operation: str, off: OffLaw = NEAR) -> Shared:
     return Shared(f"law, {operation}", np.diag(sd**2))
 
 
-CALIBRATION, REFERENCES = "calibration", "references"
-"""What keys of errors begin with that are the machine's, whatever the pair."""
+CALIBRATION, REFERENCES, GAIN = "calibration", "references", "gain"
+"""What keys of errors begin with that are of what feels a machine's forces, whatever the pair."""
 DAY = "day"
 """What keys of errors begin with that only the cuts of one day share."""
 WEAR, EDGE = "tool_wear", "wear of edge"
@@ -149,6 +149,20 @@ class Belief:
     def law(self) -> Gaussian:
         """Belief about the law's coordinates alone."""
         return Gaussian(self.state.mean[:OWN], self.state.covariance[:OWN, :OWN])
+
+    def given(self, beginnings: tuple[str, ...]) -> Gaussian:
+        """Return the belief about the law's coordinates were the errors of some keys none.
+
+        ``beginnings``: what those keys begin with.
+        """
+        known = [self.columns(one.key) for one in self.shared if one.key.startswith(beginnings)]
+        rows = np.concatenate([np.r_[one] for one in known]) if known else np.zeros(0, np.intp)
+        mean, covariance = self.state.mean, self.state.covariance
+        gain = covariance[:OWN, rows] @ np.linalg.pinv(covariance[np.ix_(rows, rows)])
+        return Gaussian(
+            mean[:OWN] - gain @ mean[rows],
+            covariance[:OWN, :OWN] - gain @ covariance[rows, :OWN],
+        )
 
     def columns(self, key: str) -> slice:
         """Return where in the state errors stand."""

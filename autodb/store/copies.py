@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from autodb.errors import UnusableInput
-from autodb.store import file_of, head, revisions
+from autodb.store import head, revisions
 
 Progress = Callable[[str], None]
 PAGES_A_STEP = 2048
@@ -31,47 +31,6 @@ class Copied:
     def total(self) -> int:
         """Number of rows in all tables."""
         return sum(self.rows.values())
-
-
-def backup(
-    url: str, target: Path, *, replace: bool = False, progress: Progress | None = None
-) -> Copied:
-    """Copy a database into a file while others may be writing to it; the copy is one state of it.
-
-    Raises UnusableInput when there is no database, ``target`` is there (without ``replace``), or
-    the copy is not sound.
-    """
-    source = file_of(url)
-    if not source.is_file():
-        raise UnusableInput(f"{url}: no database there; 'autodb init' makes one")
-    target = target.resolve() if target.is_symlink() else target
-    needs_folder(target)
-    _may_be_written(target, source, replace=replace)
-    with hidden(target) as partial:
-        copied = copy_of(source, partial, progress)
-        settle(partial)
-        partial.replace(target)
-        sync(target.parent)
-    return copied
-
-
-def _may_be_written(target: Path, source: Path, *, replace: bool) -> None:
-    """Raise UnusableInput where a backup would take the place of anything but a backup."""
-    if target.name in {f"{source.name}{end}" for end in LOGS} and same_folder(target, source):
-        raise UnusableInput(f"{target}: is the name of the database's own log; another would work")
-    if not target.exists():
-        return
-    if not target.is_file() or target.samefile(source):
-        raise UnusableInput(f"{target}: is no file for a backup; a new name would work")
-    if not replace:
-        raise UnusableInput(f"{target}: is there already; another name, or --replace, would work")
-    try:
-        with closing(connect(target)) as old:
-            schema_of(old, target)
-    except sqlite3.DatabaseError as error:
-        raise UnusableInput(
-            f"{target}: is no backup that could be replaced ({error}); a new name would work"
-        ) from None
 
 
 def same_folder(a: Path, b: Path) -> bool:

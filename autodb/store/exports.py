@@ -25,7 +25,6 @@ from sqlalchemy import (
     Table,
     or_,
     select,
-    type_coerce,
 )
 
 import autodb
@@ -33,10 +32,10 @@ from autodb.checksums import checksum
 from autodb.errors import UnusableInput, near
 from autodb.store import Store, head, migrate, models, revisions
 from autodb.store.copies import Copied, Progress, needs_folder
+from autodb.store.moving import ROWS_A_STEP, as_stored, in_steps
 
 FORMAT = 1
 MANIFEST = "manifest.json"
-ROWS_A_STEP = 10_000
 NOT_OF_ONE_MACHINE = ("access_token", "audit_entry")
 """Tables that the export of one machine leaves out: who may use the whole database."""
 
@@ -117,24 +116,18 @@ def _write_tables(
 
 
 def _write(connection: Connection, table: Table, path: Path, owner: int | None) -> int:
-    query = select(*(type_coerce(c, _stored(c)).label(c.name) for c in table.columns))
-    query = query.order_by(*table.primary_key.columns)
+    query = as_stored(table)
     kept = None if owner is None else _kept(table, owner)
     if kept is not None:
         query = query.where(kept)
     schema = pa.schema([(c.name, _arrow(c)) for c in table.columns])
     n = 0
     with pq.ParquetWriter(path, schema, compression="zstd") as writer:
-        for rows in connection.execute(query).partitions(ROWS_A_STEP):
+        for rows in in_steps(connection, query):
             values = [[row[i] for row in rows] for i in range(len(schema))]
             writer.write_batch(pa.record_batch(values, schema=schema))
             n += len(rows)
     return n
-
-
-def _stored(column: Column[Any]) -> Any:
-    """Return the type that gives a column's values as they are stored: JSON as its text."""
-    return String() if isinstance(column.type, JSON) else column.type
 
 
 def _arrow(column: Column[Any]) -> pa.DataType:

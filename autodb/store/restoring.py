@@ -1,12 +1,13 @@
-"""Restore a database from a backup file or an export folder, by one rename."""
+"""Restore a database from a backup file or an export folder: by one rename, or one transaction."""
 
 import sqlite3
 from contextlib import closing
 from itertools import count
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from autodb.errors import UnusableInput
-from autodb.store import create_store, file_of, head
+from autodb.store import create_store, file_of, head, on_server
 from autodb.store.copies import (
     LOGS,
     Copied,
@@ -21,6 +22,7 @@ from autodb.store.copies import (
     sync,
 )
 from autodb.store.exports import load
+from autodb.store.moving import to_server
 
 
 def restore(
@@ -31,19 +33,31 @@ def restore(
     Raises UnusableInput when ``source`` is neither, is damaged, or comes from a later version, when
     the database holds rows (without ``replace``), or when another program has it open.
     """
+    if on_server(url):
+        with TemporaryDirectory() as folder:
+            file = Path(folder) / "restored.sqlite3"
+            copied = _made(source, file, progress)
+            to_server(file, url, replace=replace, progress=progress)
+        return copied
     target = file_of(url)
     needs_folder(target)
     _may_be_replaced(target, replace=replace)
     with hidden(target) as partial:
-        if source.is_dir():
-            copied = load(source, partial, progress=progress)
-        else:
-            copied = copy_of(source, partial, progress)
-        if progress:
-            progress(f"schema {copied.schema} to {head()}")
-        create_store(f"sqlite:///{partial}")
+        copied = _made(source, partial, progress)
         settle(partial)
         _put_in_place(partial, target)
+    return copied
+
+
+def _made(source: Path, file: Path, progress: Progress | None) -> Copied:
+    """Make a database file of a backup or an export, and bring it to this version's schema."""
+    if source.is_dir():
+        copied = load(source, file, progress=progress)
+    else:
+        copied = copy_of(source, file, progress)
+    if progress:
+        progress(f"schema {copied.schema} to {head()}")
+    create_store(f"sqlite:///{file}")
     return copied
 
 

@@ -3,7 +3,7 @@
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import JSON, CheckConstraint, Column, ForeignKey, Table
+from sqlalchemy import JSON, BigInteger, CheckConstraint, Column, ForeignKey, Integer, Table
 from sqlalchemy.orm import DeclarativeBase, Mapped
 
 COMPONENTS = ("x", "y", "z")
@@ -20,6 +20,7 @@ class Base(DeclarativeBase):
     type_annotation_map = {  # noqa: RUF012 - SQLAlchemy's way
         dict[str, Any]: JSON(none_as_null=True),
         list[Any]: JSON(none_as_null=True),
+        int: BigInteger().with_variant(Integer, "sqlite"),
     }
 
 

@@ -9,6 +9,7 @@ from autodb.store.models._base import Base, link, now
 from autodb.store.models.learning import (
     ChannelModel,
     CuttingParameters,
+    FleetPrior,
     channel_model_mismatch,
     cutting_parameters_mismatch,
 )
@@ -20,7 +21,8 @@ prediction_parameters = link("prediction_parameters", "prediction", "cutting_par
 class Prediction(Base):
     """One predicted job: the job as it was asked, the answer as it was given.
 
-    ``started_from``: what stood in for a pair that the machine had not learnt.
+    ``started_from``: what stood in for a pair that the machine had not learnt; ``prior``: which,
+    where that is what other machines know.
     """
 
     __tablename__ = "prediction"
@@ -30,7 +32,11 @@ class Prediction(Base):
     cuts: Mapped[list[Any]]
     started_from: Mapped[str | None]
     created_at: Mapped[str] = mapped_column(default=now)
+    prior_id: Mapped[int | None] = mapped_column(
+        ForeignKey("fleet_prior.id", name="fk_prediction_prior")
+    )
     parameters: Mapped[list[CuttingParameters]] = relationship(secondary=prediction_parameters)
+    prior: Mapped[FleetPrior | None] = relationship()
 
 
 class Mismatch(Base):

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 from sqlalchemy import ForeignKey, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from autodb.store.models._base import COMPONENTS, Base, link, now, one_of
+from autodb.store.models._base import Base, link, now
 from autodb.store.models.recording import Recording
 from autodb.store.models.sensing import SensedForce
 from autodb.store.models.work import Material, Pair
@@ -65,7 +65,8 @@ class CuttingParameters(Base):
     name, what of each is no error in ``shared``; NULL: none.
     ``forces``: what this version added to ``previous``; without a previous version it starts from
     ``prior``, or from what ``started_from`` says, ``relative`` where that is another pair.
-    ``undone_at``: when the version was taken back.
+    ``start``: mean and covariance of the law's coordinates before any of the pair's own cuts; NULL:
+    not known. ``undone_at``: when the version was taken back.
     """
 
     __tablename__ = "cutting_parameters"
@@ -91,6 +92,7 @@ class CuttingParameters(Base):
     shared: Mapped[list[Any] | None]
     scatter: Mapped[dict[str, Any] | None]
     terms: Mapped[dict[str, Any] | None]
+    start: Mapped[dict[str, Any] | None]
     n_cuts: Mapped[int]
     previous_id: Mapped[int | None] = mapped_column(ForeignKey("cutting_parameters.id"))
     prior_id: Mapped[int | None] = mapped_column(
@@ -119,14 +121,17 @@ class CuttingParameters(Base):
 
 
 class FleetPrior(Base):
-    """What several machines know of a material: where a machine new to it starts from."""
+    """What several machines know of a material: where a machine new to it starts from.
+
+    ``mean`` and ``covariance``: of the material, whatever the tool; ``known``: the spreads, what
+    each tool's pairs told in sum, and which machines disagree.
+    """
 
     __tablename__ = "fleet_prior"
     __table_args__ = (
         UniqueConstraint(
             "material_id", "operation", "component", "law", "version", name="uq_fleet_prior_key"
         ),
-        one_of("component", COMPONENTS, name="ck_fleet_prior_component"),
     )
     id: Mapped[int] = mapped_column(primary_key=True)
     material_id: Mapped[int] = mapped_column(ForeignKey("material.id"), index=True)
@@ -137,6 +142,7 @@ class FleetPrior(Base):
     mean: Mapped[list[Any]]
     covariance: Mapped[list[Any]]
     machines: Mapped[int]
+    known: Mapped[dict[str, Any] | None]
     created_at: Mapped[str] = mapped_column(default=now)
     material: Mapped[Material] = relationship()
     parameters: Mapped[list[CuttingParameters]] = relationship(secondary=fleet_prior_parameters)

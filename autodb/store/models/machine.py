@@ -31,6 +31,7 @@ class Machine(Base):
     base_speed_rpm: Mapped[float | None]
     max_speed_rpm: Mapped[float | None]
     rotary_order: Mapped[list[Any] | None]
+    shares: Mapped[str | None]
     compress_after_days: Mapped[float | None]
     drop_after_days: Mapped[float | None]
     axes: Mapped[list["Axis"]] = relationship(

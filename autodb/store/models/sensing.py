@@ -144,8 +144,8 @@ class SensedForce(Base):
         UniqueConstraint("cut_id", "component", "estimator", "calibration_id"),
         UniqueConstraint("cut_id", "component", "estimator_id", name="uq_sensed_force_estimator"),
         CheckConstraint("component IN ('x', 'y', 'z')"),
-        CheckConstraint("(value_N IS NULL) = (sd_N IS NULL)"),
-        CheckConstraint("(value_N IS NULL) = (reason IS NOT NULL)", name="not_sensed_says_why"),
+        CheckConstraint('("value_N" IS NULL) = ("sd_N" IS NULL)'),
+        CheckConstraint('("value_N" IS NULL) = (reason IS NOT NULL)', name="not_sensed_says_why"),
     )
     id: Mapped[int] = mapped_column(primary_key=True)
     cut_id: Mapped[int] = mapped_column(ForeignKey("cut.id"), index=True)

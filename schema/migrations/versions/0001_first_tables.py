@@ -295,8 +295,10 @@ def upgrade() -> None:
         sa.Column("common", sa.JSON(), nullable=True),
         sa.Column("reason", sa.String(), nullable=True),
         sa.CheckConstraint("component IN ('x', 'y', 'z')"),
-        sa.CheckConstraint("(value_N IS NULL) = (reason IS NOT NULL)", name="not_sensed_says_why"),
-        sa.CheckConstraint("(value_N IS NULL) = (sd_N IS NULL)"),
+        sa.CheckConstraint(
+            '("value_N" IS NULL) = (reason IS NOT NULL)', name="not_sensed_says_why"
+        ),
+        sa.CheckConstraint('("value_N" IS NULL) = ("sd_N" IS NULL)'),
         sa.ForeignKeyConstraint(
             ["calibration_id"],
             ["calibration.id"],

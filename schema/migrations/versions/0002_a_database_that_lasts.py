@@ -86,7 +86,7 @@ CHECKS_OF_0001 = {
     ),
     "sensed_force": (
         sa.CheckConstraint("component IN ('x', 'y', 'z')"),
-        sa.CheckConstraint("(value_N IS NULL) = (sd_N IS NULL)"),
+        sa.CheckConstraint('("value_N" IS NULL) = ("sd_N" IS NULL)'),
     ),
 }
 """SQLite changes a table by copying it, and does not carry unnamed checks over by itself."""

@@ -1,0 +1,100 @@
+"""Whether a machine still feels cuts of known force as it should: what tells gain from cutting."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb.pairs.conventional import plain
+from autodb.pairs.disagreeing import StandardCut
+from autodb.standard import read_protocol, shipped
+from autodb.standard.matching import MATCH
+from autodb.standard.protocol import Protocol
+from autodb.standard.protocol import StandardCut as CutOfKnownForce
+from autodb.store import models
+
+TRUTH_SHARE = 0.04
+"""Sd of a standard cut's force from machine to machine (physics reference, section 9: assumed)."""
+ALONG = {"y": (1.0, 0.0), "x": (0.0, 1.0), "z": (0.0, 1.0)}
+"""Which gain, along the cutting speed or across it, a component in turning tells."""
+TURNING = ("turn", "face")
+HALF_95 = 3.92
+"""Widths of a 95 % interval in standard deviations."""
+
+
+def standard_cut(
+    session: Session, machine_id: int, protocols: Sequence[Protocol] = ()
+) -> StandardCut | None:
+    """Return what a machine felt of standard cuts in turning beside those it was calibrated with.
+
+    Those of the kit and of ``protocols``, by material, operation, speed, feed and depth; None where
+    there is none. Cuts that a calibration was fitted to agree with it whatever it is worth.
+    """
+    felt: dict[str, list[tuple[float, float]]] = {}
+    for protocol in (*map(read_protocol, shipped()), *protocols):
+        for cut in protocol.cut:
+            if cut.reference and cut.operation in TURNING:
+                for force in _felt(session, machine_id, protocol, cut):
+                    felt.setdefault(force.component, []).append(_gain(force, cut))
+    if not felt:
+        return None
+    gains = {name: np.array(some) for name, some in felt.items()}
+    own = [np.sqrt(np.sum(g[:, 1] ** 2)) / len(g) for g in gains.values()]
+    return StandardCut(
+        gain=np.array([np.mean(g[:, 0]) for g in gains.values()]),
+        sd=np.hypot(own, TRUTH_SHARE),
+        along=np.array([ALONG[name] for name in gains]),
+    )
+
+
+def _gain(force: models.SensedForce, cut: CutOfKnownForce) -> tuple[float, float]:
+    """Return by what share a force was felt too large, and its sd for one cut."""
+    known = cut.reference[force.component]
+    scatter = (known.upper - known.lower) / HALF_95
+    felt = float(force.value_N or 0.0)
+    return felt / known.value - 1.0, float(np.hypot(scatter, force.sd_N or 0.0)) / abs(known.value)
+
+
+def _felt(
+    session: Session, machine_id: int, protocol: Protocol, cut: CutOfKnownForce
+) -> Iterable[models.SensedForce]:
+    """Return the forces that were sensed of a standard cut, each by its newest calibration."""
+    force = models.SensedForce
+    rows = session.scalars(
+        select(force)
+        .join(models.Cut)
+        .join(models.Recording)
+        .where(
+            models.Recording.machine_id == machine_id,
+            models.Cut.superseded_at.is_(None),
+            models.Cut.operation == cut.operation,
+            force.value_N.is_not(None),
+            force.calibration_id.is_not(None),
+            force.component.in_(list(cut.reference)),
+        )
+        .order_by(force.id)
+    )
+    newest: dict[tuple[int, str], models.SensedForce] = {}
+    for row in rows:
+        if _of_pair(row.cut.pair, protocol) and _is(row.cut.conditions, cut):
+            newest[row.cut_id, row.component] = row
+    for row in newest.values():
+        assert row.calibration is not None
+        if row.cut.recording_id not in {one.id for one in row.calibration.recordings}:
+            yield row
+
+
+def _of_pair(pair: models.Pair | None, protocol: Protocol) -> bool:
+    names = () if pair is None else (pair.material.name, pair.tool.name)
+    return [plain(one) for one in names] == [plain(protocol.material), plain(protocol.tool)]
+
+
+def _is(conditions: Mapping[str, float | str], cut: CutOfKnownForce) -> bool:
+    wanted = {"spindle.speed": cut.speed_rpm, "cutting.feed": cut.feed_mm}
+    if cut.depth_mm is not None:
+        wanted["cutting.depth"] = cut.depth_mm
+    return all(
+        abs(float(conditions.get(name, np.nan)) / value - 1.0) < MATCH
+        for name, value in wanted.items()
+    )

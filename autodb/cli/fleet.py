@@ -1,0 +1,187 @@
+"""`fleet`: many machines of one database: refreshed at once, and what they know together."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import Database, counting, opened, say, show, table, working
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from autodb.fleet.tasks import Machine, Refreshed
+    from autodb.store import Store
+
+NOT_REFRESHED = 1
+
+fleet = typer.Typer(
+    help="Many machines of one database: refresh them all, and what they know together.",
+    no_args_is_help=True,
+)
+Standard = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--standard", metavar="FILE", help="Standard cuts of known force, beside those of the kit."
+    ),
+]
+
+
+@fleet.command("refresh")
+def refresh(
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler", metavar="ADDRESS", help="Spread them over this Dask scheduler's workers."
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", metavar="N", min=1, help="Or over N processes of this computer."),
+    ] = None,
+    inboxes: Annotated[
+        Path | None,
+        typer.Option(
+            "--inboxes", metavar="DIR", help="Folder with an inbox for each machine, of its name."
+        ),
+    ] = None,
+    machine: Annotated[
+        list[str] | None, typer.Option("--machine", help="Only this one; may be given again.")
+    ] = None,
+    standard: Standard = None,
+    db: Database = None,
+) -> None:
+    """Refresh all machines, and bring what they know together up to date."""
+    from autodb.errors import UnusableInput
+    from autodb.store import database_url
+
+    if scheduler is not None and workers is not None:
+        raise UnusableInput("--scheduler and --workers: one of them would work")
+    if inboxes is not None and not inboxes.is_dir():
+        raise UnusableInput(f"{inboxes}: no such folder; one that is there would work")
+    url = database_url(db)
+    with opened(db) as store:
+        machines, sharing = _machines(store, url, machine or [], inboxes)
+    failed: list[str] = []
+    with counting("refreshing", len(machines)) as progress:
+        done: list[str] = []
+
+        def tell(one: "Refreshed") -> None:
+            done.append(one.machine)
+            progress(len(done))
+            for line in _lines(one):
+                say(line)
+            if one.failed is not None:
+                failed.append(one.machine)
+
+        _run(machines, sharing, scheduler, workers, url, tell)
+    _learn(db, standard)
+    if failed:
+        say(f"{len(failed)} of {len(machines)} machines not refreshed: {', '.join(failed[:5])}")
+        raise typer.Exit(NOT_REFRESHED)
+
+
+def _machines(
+    store: "Store", url: str, wanted: Sequence[str], inboxes: Path | None
+) -> "tuple[list[Machine], set[str]]":
+    """Return the machines to refresh, and the names of those whose recordings may leave them."""
+    from sqlalchemy import select
+
+    from autodb.agent.machines import find_machine
+    from autodb.agent.together import RECORDINGS
+    from autodb.errors import UnusableInput
+    from autodb.fleet.tasks import Machine
+    from autodb.store import models
+
+    with store.reading() as session:
+        rows = [find_machine(session, name) for name in wanted] or list(
+            session.scalars(select(models.Machine).order_by(models.Machine.name))
+        )
+        if not rows:
+            raise UnusableInput("no machine in this database; 'autodb machine add NAME' makes one")
+        found = []
+        for row in rows:
+            inbox = None if inboxes is None else (inboxes / row.name).resolve()
+            there = inbox is not None and inbox.is_dir()
+            found.append(Machine(url, row.name, str(inbox) if there else None))
+        return found, {row.name for row in rows if row.shares == RECORDINGS}
+
+
+def _run(
+    machines: "Sequence[Machine]",
+    sharing: set[str],
+    scheduler: str | None,
+    workers: int | None,
+    url: str,
+    tell: "Callable[[Refreshed], None]",
+) -> None:
+    """Refresh machines where they may be: what leaves no machine stays with this process."""
+    from autodb.fleet import tasks
+
+    away = [one for one in machines if workers is not None or one.name in sharing]
+    here = list(machines)
+    if scheduler is not None or workers is not None:
+        from autodb.fleet.spreading import refresh_all
+
+        with _cluster(scheduler, workers, url) as client:
+            refresh_all(client, away, tell)
+        here = [one for one in machines if one not in away]
+    if here and scheduler is not None:
+        say(f"{len(here)} machines share no recordings: refreshed here")
+    for one in here:
+        tell(tasks.whole(one))
+
+
+@contextmanager
+def _cluster(scheduler: str | None, workers: int | None, url: str) -> "Iterator[Client]":
+    from autodb.fleet.clusters import scheduler_at, workers_here
+
+    made = workers_here(workers or 1) if scheduler is None else scheduler_at(scheduler, url)
+    with made as client:
+        yield client
+
+
+def _lines(one: "Refreshed") -> list[str]:
+    if one.failed is not None:
+        return [f"{one.machine}: not refreshed: {one.failed}"]
+    return [f"{one.machine}: {line}" for line in one.lines]
+
+
+@fleet.command("learn")
+def learn(standard: Standard = None, db: Database = None) -> None:
+    """Bring what machines know together up to date, and name the machine that disagrees."""
+    _learn(db, standard)
+
+
+def _learn(db: str | None, standard: Sequence[Path] | None) -> None:
+    from autodb.agent.fleet import learn_fleet
+    from autodb.standard import read_protocol
+
+    protocols = [read_protocol(str(path)) for path in standard or ()]
+    with opened(db) as store, working("what machines know together") as progress:
+        done = learn_fleet(store, protocols=protocols, progress=progress)
+    for line in done.lines():
+        say(line)
+
+
+@fleet.command("show")
+def show_(db: Database = None) -> None:
+    """Show what machines know together of each material, and who disagrees."""
+    from autodb.agent.known_together import shown
+
+    with opened(db) as store, store.reading() as session:
+        found = shown(session)
+    rows = table(
+        "What machines know together", "material", ">machines", ">tools", ">tools apart",
+        ">machines apart", ">shear stress, MPa", ">friction, °", ">K_te, N/mm",
+    )  # fmt: skip
+    for one in found.materials:
+        rows.add_row(
+            one.material, str(one.machines), str(one.tools),
+            f"{100.0 * one.tools_apart:.0f} %", f"{100.0 * one.machines_apart:.0f} %", *one.numbers,
+        )  # fmt: skip
+    show(rows)
+    for named in found.named:
+        say(named.words)

@@ -1,0 +1,1 @@
+"""Many machines at once: their refreshes spread over processes, here or elsewhere, by Dask."""

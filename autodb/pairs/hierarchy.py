@@ -1,0 +1,237 @@
+"""What several machines' cuts tell of one material: a mean, tools around it, machines around those.
+
+    θ_{m,t} = μ + τ_t + ε_{m,t},   μ ~ start,  τ_t ~ N(0, a² T),  ε ~ N(0, b² E)
+
+θ coordinates of the law of machine m's pair with tool t; T and E how far any two metals are apart,
+T of an edge's own numbers whole. a and b are told by the pairs themselves: of a grid of both, the
+point nearest the mean of their posterior (empirical Bayes; Efron and Morris 1975).
+
+Of each pair counts only what its own cuts told, as information, Λ and Λθ: what its belief holds
+less what it began with, so that one that began from the others is not told twice. Everything else
+is sums of these, for each tool and each b of the grid: a pair is added, taken out or replaced at
+the cost of that pair alone, and the result is the same in any order.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting.shear import NAMES
+from autodb.fitting import Gaussian
+from autodb.pairs.belief import OWN
+from autodb.pairs.prior import OF_EDGE, RELATIVE, any_metal
+
+Array = NDArray[np.float64]
+
+ANY = any_metal().law
+ACTIVE = np.flatnonzero(np.diag(ANY.covariance) > 0.0)
+"""Coordinates that differ between metals at all."""
+METALS = np.diag(ANY.covariance)[ACTIVE]
+EDGES = np.array([NAMES[k] in OF_EDGE for k in ACTIVE])
+MACHINES = 0.07
+"""Machines move a pair by 7 % of what metals differ by, before any is told. Chosen."""
+FOLDS = 0.6
+"""Standard deviation of ln a and ln b around RELATIVE and MACHINES. Chosen: the pairs of three
+machines outweigh it."""
+STEPS = np.arange(-5, 6) / 4.0
+"""Logarithms of the grid's shares over RELATIVE and MACHINES."""
+MANY = 60
+"""Pairs from which on the spreads are told without regard to any one of them. Chosen."""
+CLIP = 1e-9
+"""Information, of that in a metal's own spread, below which there is none."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """What cuts told of the law's active coordinates: Λ (..., a, a) and Λθ (..., a)."""
+
+    precision: Array
+    weighted: Array
+
+
+@dataclass(frozen=True)
+class OfTool:
+    """What all machines told of μ + τ of one tool, for each b of the grid (s, ...).
+
+    ``log`` (s,): logarithm of how probable the pairs are among themselves; ``machines`` told it.
+    """
+
+    told: Told
+    log: Array
+    machines: int
+
+    @classmethod
+    def nothing(cls) -> "OfTool":
+        """Return what no machine tells."""
+        size = len(STEPS), len(ACTIVE)
+        return cls(Told(np.zeros((*size, size[1])), np.zeros(size)), np.zeros(size[0]), 0)
+
+    def changed(self, pair: Told, sign: int) -> "OfTool":
+        """Return it with a pair added (1), or taken out (-1)."""
+        alike = Told(
+            np.broadcast_to(pair.precision, self.told.precision.shape),
+            np.broadcast_to(pair.weighted, self.told.weighted.shape),
+        )
+        log, passed = _beyond(alike, OF_MACHINES)
+        return OfTool(
+            Told(
+                self.told.precision + sign * passed.precision,
+                self.told.weighted + sign * passed.weighted,
+            ),
+            self.log + sign * log,
+            self.machines + sign,
+        )
+
+
+OF_MACHINES = (MACHINES * np.exp(STEPS))[:, None] ** 2 * METALS
+"""Variances (s, a) of ε."""
+OF_TOOLS = np.where(EDGES, 1.0, (RELATIVE * np.exp(STEPS))[:, None] ** 2) * METALS
+"""Variances (s, a) of τ."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of a material: where it started, and what each tool's pairs told.
+
+    ``held``: where on the grid the spreads are taken to be; None: where the pairs put them.
+    """
+
+    start: Gaussian
+    tools: Mapping[str, OfTool] = field(default_factory=dict)
+    held: tuple[int, int] | None = None
+
+    def changed(self, tool: str, *, more: Told | None = None, less: Told | None = None) -> "Known":
+        """Return it with what a pair told added, or taken out."""
+        found = self.tools.get(tool) or OfTool.nothing()
+        for pair, sign in ((more, 1), (less, -1)):
+            if pair is not None:
+                found = found.changed(pair, sign)
+        tools = {**self.tools, tool: found}
+        if not found.machines:
+            del tools[tool]
+        return replace(self, tools=tools)
+
+    def without(self, tool: str, pair: Told) -> "Known":
+        """Return what the others know: with their own spreads, where one pair could move those."""
+        held = self._spread if self.pairs > MANY else self.held
+        return replace(self, held=held).changed(tool, less=pair)
+
+    @property
+    def pairs(self) -> int:
+        """Number of pairs that told it."""
+        return sum(tool.machines for tool in self.tools.values())
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """How far tools and machines are apart, shares a and b of what metals are."""
+        a, b = self._spread
+        return RELATIVE * float(np.exp(STEPS[a])), MACHINES * float(np.exp(STEPS[b]))
+
+    @cached_property
+    def _spread(self) -> tuple[int, int]:
+        """Where on the grid tools' and machines' shares are."""
+        if self.held is not None:
+            return self.held
+        log = -0.5 * (STEPS[:, None] ** 2 + STEPS**2) / FOLDS**2
+        for a, of_tools in enumerate(OF_TOOLS):
+            log[a] += self._evidence(of_tools)
+        weight = np.exp(log - log.max())
+        weight /= weight.sum()
+        at = np.arange(len(STEPS))
+        return round(float(weight.sum(1) @ at)), round(float(weight.sum(0) @ at))
+
+    def _evidence(self, of_tools: Array) -> Array:
+        """Return the logarithm of how probable what pairs told is, for each b."""
+        own = _active(self.start)
+        nothing = OfTool.nothing()
+        precision, weighted, log = nothing.told.precision, nothing.told.weighted, nothing.log
+        for tool in self.tools.values():
+            own_log, passed = _beyond(tool.told, np.broadcast_to(of_tools, OF_TOOLS.shape))
+            precision, weighted = precision + passed.precision, weighted + passed.weighted
+            log = log + tool.log + own_log
+        expected = precision @ own.mean
+        moved = weighted - expected
+        log = log + weighted @ own.mean - 0.5 * expected @ own.mean
+        loose = np.eye(len(own.mean)) + precision @ own.covariance
+        inner = own.covariance @ np.linalg.solve(loose, moved[..., None])
+        told_of = np.einsum("si,sij->s", moved, inner) - np.linalg.slogdet(loose)[1]
+        return np.asarray(log + 0.5 * told_of)
+
+    def material(self, *, but: str | None = None) -> Gaussian:
+        """Return the belief about μ (a,) from all tools, or all but one."""
+        a, b = self._spread
+        belief = _active(self.start)
+        for name, tool in self.tools.items():
+            if name != but:
+                one = Told(tool.told.precision[b : b + 1], tool.told.weighted[b : b + 1])
+                _, passed = _beyond(one, OF_TOOLS[a : a + 1])
+                belief = _posterior(belief, passed.precision[0], passed.weighted[0])
+        return belief
+
+    def pair(self, tool: str) -> Gaussian:
+        """Return the belief about the pair of a machine that has not cut it, all coordinates."""
+        a, b = self._spread
+        others = self.material(but=tool)
+        belief = Gaussian(others.mean, others.covariance + np.diag(OF_TOOLS[a]))
+        if tool in self.tools:
+            of_tool = self.tools[tool].told
+            belief = _posterior(belief, of_tool.precision[b], of_tool.weighted[b])
+        return whole(Gaussian(belief.mean, belief.covariance + np.diag(OF_MACHINES[b])))
+
+
+def told(after: Gaussian, before: Gaussian) -> Told:
+    """Return what readings told: the belief after them less that before, (OWN,) both.
+
+    What linearising makes negative is nothing.
+    """
+    a, b = _active(after), _active(before)
+    now, then = np.linalg.inv(a.covariance), np.linalg.inv(b.covariance)
+    precision = now - then
+    weighted = now @ a.mean - then @ b.mean
+    size = np.sqrt(METALS)
+    values, vectors = np.linalg.eigh(precision * np.outer(size, size))
+    kept = np.where(values > CLIP, values, 0.0)
+    turned = np.where(values > CLIP, vectors.T @ (size * weighted), 0.0)
+    back = vectors / size[:, None]
+    return Told((back * kept) @ back.T, back @ turned)
+
+
+def whole(active: Gaussian) -> Gaussian:
+    """Return a belief about the active coordinates as one about all."""
+    mean, covariance = ANY.mean.copy(), np.zeros((OWN, OWN))
+    mean[ACTIVE] = active.mean
+    covariance[np.ix_(ACTIVE, ACTIVE)] = active.covariance
+    return Gaussian(mean, covariance)
+
+
+def _beyond(some: Told, variances: Array) -> tuple[Array, Told]:
+    """Return what is told of a mean that what was told is off by draws of ``variances`` (s, a).
+
+    Λ − ΛCΛ and w − ΛCw with C = (Λ + V⁻¹)⁻¹; and first the logarithm of what is left when the draw
+    is integrated out, ½ (wᵀCw − ln|1 + ΛV|), (s,).
+    """
+    loose = some.precision + _diagonal(1.0 / variances)
+    left = np.linalg.solve(loose, some.precision)
+    inner = np.linalg.solve(loose, some.weighted[..., None])[..., 0]
+    precision = some.precision - some.precision @ left
+    weighted = some.weighted - np.einsum("sij,sj->si", some.precision, inner)
+    volume = np.linalg.slogdet(loose)[1] + np.sum(np.log(variances), axis=-1)
+    log = 0.5 * (np.sum(some.weighted * inner, axis=-1) - volume)
+    return log, Told(0.5 * (precision + precision.swapaxes(-1, -2)), weighted)
+
+
+def _diagonal(values: Array) -> Array:
+    return values[..., None] * np.eye(values.shape[-1])
+
+
+def _posterior(before: Gaussian, precision: Array, weighted: Array) -> Gaussian:
+    covariance = np.linalg.inv(np.linalg.inv(before.covariance) + precision)
+    mean = before.mean + covariance @ (weighted - precision @ before.mean)
+    return Gaussian(mean, 0.5 * (covariance + covariance.T))
+
+
+def _active(start: Gaussian) -> Gaussian:
+    return Gaussian(start.mean[ACTIVE], start.covariance[np.ix_(ACTIVE, ACTIVE)])

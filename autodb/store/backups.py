@@ -1,0 +1,67 @@
+"""Backups: one file that holds one state of a database, taken while others write to it."""
+
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+from autodb.errors import UnusableInput
+from autodb.store import file_of, on_server
+from autodb.store.copies import (
+    LOGS,
+    Copied,
+    Progress,
+    connect,
+    copy_of,
+    hidden,
+    needs_folder,
+    same_folder,
+    schema_of,
+    settle,
+    sync,
+)
+from autodb.store.moving import to_file
+
+
+def backup(
+    url: str, target: Path, *, replace: bool = False, progress: Progress | None = None
+) -> Copied:
+    """Copy one state of a database into an SQLite file while others may be writing to it.
+
+    Raises UnusableInput when there is no database, ``target`` is there (without ``replace``), or
+    the copy is not sound.
+    """
+    source = None if on_server(url) else file_of(url)
+    if source is not None and not source.is_file():
+        raise UnusableInput(f"{url}: no database there; 'autodb init' makes one")
+    target = target.resolve() if target.is_symlink() else target
+    needs_folder(target)
+    _may_be_written(target, source, replace=replace)
+    with hidden(target) as partial:
+        if source is None:
+            copied = to_file(url, partial, progress)
+        else:
+            copied = copy_of(source, partial, progress)
+        settle(partial)
+        partial.replace(target)
+        sync(target.parent)
+    return copied
+
+
+def _may_be_written(target: Path, source: Path | None, *, replace: bool) -> None:
+    """Raise UnusableInput where a backup would take the place of anything but a backup."""
+    logs = set() if source is None else {f"{source.name}{end}" for end in LOGS}
+    if source is not None and target.name in logs and same_folder(target, source):
+        raise UnusableInput(f"{target}: is the name of the database's own log; another would work")
+    if not target.exists():
+        return
+    if not target.is_file() or (source is not None and target.samefile(source)):
+        raise UnusableInput(f"{target}: is no file for a backup; a new name would work")
+    if not replace:
+        raise UnusableInput(f"{target}: is there already; another name, or --replace, would work")
+    try:
+        with closing(connect(target)) as old:
+            schema_of(old, target)
+    except sqlite3.DatabaseError as error:
+        raise UnusableInput(
+            f"{target}: is no backup that could be replaced ({error}); a new name would work"
+        ) from None

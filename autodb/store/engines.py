@@ -1,0 +1,180 @@
+"""How each kind of database is opened, begun and locked.
+
+SQLite takes one writer at a time. PostgreSQL takes one for each machine, by advisory locks that end
+with the transaction:
+
+    writing of one machine      shared lock on ALL, then the machine's own
+    writing of anything else    exclusive lock on ALL: as SQLite does
+    what all machines share     CATALOGUE on top, when something is added to it
+
+They are always taken in this order, so that no two wait for each other. A machine's ids are given
+out under its lock: of one machine, a larger id was kept later, which passes of the refresh rely on.
+A writer reads what is committed at each statement (after it had to wait for a lock, a snapshot
+from before would lack what the other wrote); a reader sees one state.
+"""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+from sqlalchemy import Connection, Engine, bindparam, create_engine, event, func, select
+from sqlalchemy.engine import URL
+from sqlalchemy.exc import DBAPIError
+from sqlalchemy.orm import Session
+
+from autodb.errors import UnusableInput
+from autodb.store.urls import POSTGRESQL, SQLITE, parsed
+
+LOCKED_MS = 150_000
+"""How long another program's write is waited for. Chosen: a backup of gigabytes is done by then."""
+ALL, CATALOGUE = 0x6175746F6462, 0x6175746F6463
+"""Keys of the locks on everything, and on what all machines share. Chosen: 'autodb' in ASCII."""
+CONNECT_S = 10
+"""How long a server is waited for that does not answer."""
+BACK_S, AGAIN_S = 60.0, 0.5
+"""How long a server is waited for that went away, and how often it is asked. Chosen: a restart."""
+WRITES, MACHINE = "autodb_writes", "autodb_machine"
+AWAY = ("57P01", "57P02", "57P03", "08")
+"""What SQLSTATEs begin with that say that the server went away or starts (PostgreSQL, app. A)."""
+AGAIN = ("40001", "40P01")
+"""SQLSTATEs of transactions that the server gave up for another's sake."""
+
+
+Done = TypeVar("Done")
+
+
+class Backend(Protocol):
+    """A kind of database."""
+
+    @property
+    def reading(self) -> Mapping[str, Any]:
+        """Execution options of who only reads."""
+
+    def made(self, url: URL, *, foreign_keys: bool) -> Engine:
+        """Return a new engine."""
+
+
+@dataclass(frozen=True)
+class _SQLite:
+    reading: Mapping[str, Any]
+
+    def made(self, url: URL, *, foreign_keys: bool) -> Engine:
+        """Return a new engine."""
+        engine = create_engine(url)
+        event.listen(engine, "connect", partial(self._on_connect, foreign_keys))
+        event.listen(engine, "begin", self._on_begin)
+        return engine
+
+    @staticmethod
+    def _on_connect(foreign_keys: bool, connection: Any, _record: object) -> None:
+        connection.isolation_level = None  # the driver begins nothing by itself: DDL transactional
+        cursor = connection.cursor()
+        cursor.execute(f"PRAGMA foreign_keys={'ON' if foreign_keys else 'OFF'}")
+        cursor.execute(f"PRAGMA busy_timeout={LOCKED_MS}")
+        cursor.close()
+
+    @staticmethod
+    def _on_begin(connection: Connection) -> None:
+        """Begin; who only reads changes nothing, not even how the file keeps its log."""
+        if connection.get_execution_options().get(WRITES, False):
+            connection.exec_driver_sql("PRAGMA journal_mode=WAL")
+            connection.exec_driver_sql("BEGIN IMMEDIATE")
+        else:
+            connection.exec_driver_sql("BEGIN")
+
+
+@dataclass(frozen=True)
+class _PostgreSQL:
+    reading: Mapping[str, Any]
+
+    def made(self, url: URL, *, foreign_keys: bool) -> Engine:
+        """Return a new engine; raises UnusableInput where the extra is not installed."""
+        del foreign_keys  # changing a table copies nothing here: they may stay on
+        try:
+            engine = create_engine(
+                url, pool_pre_ping=True, connect_args={"connect_timeout": CONNECT_S}
+            )
+        except ImportError:
+            raise UnusableInput(
+                "PostgreSQL needs the extra 'postgres': pip install 'autodb[postgres]' would work"
+            ) from None
+        event.listen(engine, "begin", self._on_begin)
+        return engine
+
+    @staticmethod
+    def _on_begin(connection: Connection) -> None:
+        options = connection.get_execution_options()
+        if not options.get(WRITES, False):
+            return
+        connection.exec_driver_sql(f"SET LOCAL lock_timeout = {LOCKED_MS}")
+        machine = options.get(MACHINE)
+        if machine is None:
+            connection.execute(select(func.pg_advisory_xact_lock(ALL)))
+            return
+        connection.execute(select(func.pg_advisory_xact_lock_shared(ALL)))
+        own = func.hashtextextended(bindparam("machine", machine), ALL)
+        connection.execute(select(func.pg_advisory_xact_lock(own)))
+
+
+BACKENDS: Mapping[str, Backend] = {
+    SQLITE: _SQLite({}),
+    POSTGRESQL: _PostgreSQL({"isolation_level": "REPEATABLE READ", "postgresql_readonly": True}),
+}
+
+
+def backend_of(engine: Engine) -> Backend:
+    """Return what kind of database an engine opens."""
+    return BACKENDS[engine.dialect.name]
+
+
+def engine_of(url: str, *, foreign_keys: bool = True) -> Engine:
+    """Return the engine of a database, made once: what opens it every minute must not grow.
+
+    Mappers keep the statements that they compiled for each engine; a disposed one opens again.
+    Raises UnusableInput where the URL is of no database that we use, or its extra is not installed.
+    """
+    found = parsed(url)
+    database = found.database
+    if found.get_backend_name() == SQLITE and database and database != ":memory:":
+        found = found.set(database=str(Path(database).absolute()))
+    return _made_once(found, foreign_keys)
+
+
+@lru_cache(maxsize=16)
+def _made_once(url: URL, foreign_keys: bool) -> Engine:
+    return BACKENDS[url.get_backend_name()].made(url, foreign_keys=foreign_keys)
+
+
+def lock_catalogue(session: Session) -> None:
+    """Let no other add to what all machines share (materials, tools, pairs) until this commits."""
+    if session.get_bind().dialect.name == POSTGRESQL:
+        session.execute(select(func.pg_advisory_xact_lock(CATALOGUE)))
+
+
+def lasting(work: Callable[[], Done], tell: Callable[[str], None] = lambda _: None) -> Done:
+    """Do work that may be done again; where the server goes away meanwhile, once it is back.
+
+    Raises the server's error where it stays away.
+    """
+    until = time.monotonic() + BACK_S
+    while True:
+        try:
+            return work()
+        except DBAPIError as error:
+            if not is_away(error) or time.monotonic() > until:
+                raise
+        tell("the database's server went away; trying again")
+        time.sleep(AGAIN_S)
+
+
+def is_away(error: Exception) -> bool:
+    """Say whether a server went away, starts, or gave a transaction up: it may be tried again."""
+    if not isinstance(error, DBAPIError) or type(error.orig).__module__.startswith("sqlite3"):
+        return False
+    state = getattr(error.orig, "sqlstate", None)
+    if state is None:  # of a connection that is lost, or was never made
+        return error.connection_invalidated or type(error.orig).__name__ == "OperationalError"
+    return str(state).startswith((*AWAY, *AGAIN))

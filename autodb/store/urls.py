@@ -1,0 +1,61 @@
+"""Where a database is: the URL in use, what it may be, and how it is named in messages."""
+
+import os
+from pathlib import Path
+
+from sqlalchemy.engine import URL, make_url
+from sqlalchemy.exc import ArgumentError
+
+from autodb.errors import UnusableInput
+
+DEFAULT_URL = "sqlite:///autodb.sqlite3"
+SERVER_URL = "postgresql://USER@HOST/DATABASE"
+"""What the URL of a database on a server looks like."""
+SQLITE, POSTGRESQL = "sqlite", "postgresql"
+DRIVERS = ("postgresql", "postgresql+psycopg")
+
+
+def database_url(given: str | None) -> str:
+    """Return the URL in use: the given one, else AUTODB_DB, else a file in the working folder."""
+    return given or os.environ.get("AUTODB_DB") or DEFAULT_URL
+
+
+def parsed(url: str) -> URL:
+    """Return the parts of a URL; raises UnusableInput where it is of no database that we use."""
+    works = f"{DEFAULT_URL} or {SERVER_URL} would work"
+    try:
+        found = make_url(url)
+    except (ArgumentError, ValueError):
+        raise UnusableInput(f"'{url}' is no database URL; {works}") from None
+    if found.drivername in DRIVERS:
+        if not found.database:
+            raise UnusableInput(f"{shown(url)}: names no database; {SERVER_URL} would work")
+        return found.set(drivername="postgresql+psycopg")
+    if found.get_backend_name() != SQLITE:
+        raise UnusableInput(f"'{shown(url)}': only SQLite and PostgreSQL are supported; {works}")
+    return found
+
+
+def shown(url: str) -> str:
+    """Return a URL as messages may name it: without its password."""
+    found = make_url(url)
+    return url if found.password is None else found.render_as_string(hide_password=True)
+
+
+def on_server(url: str) -> bool:
+    """Say whether a database is on a server, and no file."""
+    return parsed(url).get_backend_name() == POSTGRESQL
+
+
+def file_of(url: str) -> Path:
+    """Return the file of a database, there or not.
+
+    Raises UnusableInput when the URL is none of a file, or means a database in memory.
+    """
+    if on_server(url):
+        raise UnusableInput(f"{shown(url)}: is on a server, and no file; {DEFAULT_URL} would work")
+    database = parsed(url).database
+    if database in (None, "", ":memory:"):
+        raise UnusableInput(f"{url}: a database in memory keeps nothing; {DEFAULT_URL} would work")
+    path = Path(str(database))
+    return path.resolve() if path.is_symlink() else path

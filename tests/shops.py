@@ -1,0 +1,93 @@
+"""Machines of a virtual fleet as a database keeps them: cuts with forces felt, nothing learnt."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from autodb.agent.machines import add_machine, find_machine
+from autodb.machinefile import LATHE
+from autodb.prove.pair_cuts import TURN, feel
+from autodb.prove.pair_ours import sensing
+from autodb.store import Store, models
+from autodb.virtual.power_pairs import GAIN, PowerPair, TurnedCut
+
+DIAMETER_MM = 50.0
+FELT = {"y": 1, "z": 2}
+"""Components that a lathe's currents feel in turning, by place in a cut's forces."""
+
+
+def add(
+    store: Store,
+    name: str,
+    pairs: Mapping[tuple[str, str], PowerPair],
+    *,
+    cuts: int,
+    rng: np.random.Generator,
+) -> None:
+    """Add a machine, and what it felt of cuts of pairs, by material and tool."""
+    add_machine(store, name, LATHE)
+    with store.writing(name) as session:
+        owner = find_machine(session, name)
+        number = 0
+        sensors = {
+            c: models.Estimator(
+                machine_id=owner.id, kind="drive", component=c, version=1, model={}, scores={}
+            )
+            for c in FELT
+        }
+        session.add_all(sensors.values())
+        session.flush()
+        recording = models.Recording(
+            machine_id=owner.id, sha256=f"{name} {session.info.get('n', 0)}", path=f"{name}.csv",
+            kind="cuts", rows=cuts, units={}, side={},
+        )  # fmt: skip
+        session.add(recording)
+        for (material, tool), pair in pairs.items():
+            row = _pair(session, material, tool, pair)
+            felt = feel(rng, pair, TURN, cuts)
+            for cut, read in zip(felt.cuts, felt.read, strict=True):
+                number += 1
+                assert isinstance(cut, TurnedCut)
+                made = models.Cut(
+                    recording=recording, number=number, operation="turn", pair_id=row.id,
+                    conditions=conditions(cut), measured={},
+                )  # fmt: skip
+                session.add(made)
+                session.flush()
+                for (c, place), value in zip(FELT.items(), read, strict=True):
+                    session.add(
+                        models.SensedForce(
+                            cut_id=made.id, component=c, estimator="drive",
+                            estimator_id=sensors[c].id, value_N=float(value),
+                            sd_N=float(sensing(pair)[place]), common=[GAIN],
+                        )
+                    )  # fmt: skip
+
+
+def conditions(cut: TurnedCut) -> dict[str, float]:
+    """Return a cut as a table of cuts states it."""
+    return {
+        "cutting.speed": cut.speed_m_min,
+        "cutting.feed": cut.feed_mm,
+        "cutting.depth": cut.depth_mm,
+        "work.diameter": DIAMETER_MM,
+        "spindle.speed": cut.speed_m_min * 1000.0 / (np.pi * DIAMETER_MM),
+    }
+
+
+def _pair(session: object, material: str, tool: str, pair: PowerPair) -> models.Pair:
+    from sqlalchemy.orm import Session
+
+    from autodb.agent.catalogue import pair_id
+
+    assert isinstance(session, Session)
+    geometry = {
+        "kind": "turning_insert", "nose_radius_mm": pair.nose_mm, "kappa_deg": pair.kappa_deg,
+        "rake_deg": 0.0, "inclination_deg": 0.0, "included_deg": 80.0,
+    }  # fmt: skip
+    return session.get_one(models.Pair, pair_id(session, material, tool, geometry))
+
+
+def names(count: int) -> Sequence[str]:
+    """Return names of machines."""
+    return [f"lathe-{number}" for number in range(count)]
