@@ -3,11 +3,12 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from sqlalchemy.orm import Session
 
+from autodb.agent.catalogue import pair_id
 from autodb.agent.machines import add_machine, find_machine
 from autodb.machinefile import LATHE
-from autodb.prove.pair_cuts import TURN, feel
-from autodb.prove.pair_ours import sensing
+from autodb.prove.pair_cuts import TURN, feel, sensing
 from autodb.store import Store, models
 from autodb.virtual.power_pairs import GAIN, PowerPair, TurnedCut
 
@@ -38,7 +39,7 @@ def add(
         session.add_all(sensors.values())
         session.flush()
         recording = models.Recording(
-            machine_id=owner.id, sha256=f"{name} {session.info.get('n', 0)}", path=f"{name}.csv",
+            machine_id=owner.id, sha256=name, path=f"{name}.csv",
             kind="cuts", rows=cuts, units={}, side={},
         )  # fmt: skip
         session.add(recording)
@@ -75,12 +76,7 @@ def conditions(cut: TurnedCut) -> dict[str, float]:
     }
 
 
-def _pair(session: object, material: str, tool: str, pair: PowerPair) -> models.Pair:
-    from sqlalchemy.orm import Session
-
-    from autodb.agent.catalogue import pair_id
-
-    assert isinstance(session, Session)
+def _pair(session: Session, material: str, tool: str, pair: PowerPair) -> models.Pair:
     geometry = {
         "kind": "turning_insert", "nose_radius_mm": pair.nose_mm, "kappa_deg": pair.kappa_deg,
         "rake_deg": 0.0, "inclination_deg": 0.0, "included_deg": 80.0,

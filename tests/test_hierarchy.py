@@ -1,4 +1,4 @@
-"""What machines know together: sums that are the joint inference, from which nobody is told twice."""
+"""What machines know together: sums that are the joint inference, and nothing is told twice."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def fleet(
 ) -> tuple[Known, Array]:
     """Draw a material, and learn it; return what is known and the truth of each tool (t, a)."""
     material = ANY.mean[ACTIVE] + np.sqrt(METALS) * rng.standard_normal(SIZE)
-    of_tools = np.where(OF_TOOLS[0] == OF_TOOLS[1], METALS, a**2 * METALS)
+    of_tools = np.where(OF_TOOLS[0] == OF_TOOLS[1], OF_TOOLS[0], a**2 * METALS)
     truths = material + np.sqrt(of_tools) * rng.standard_normal((tools, SIZE))
     known = Known(ANY)
     for machine in range(machines):

@@ -58,7 +58,7 @@ def workers_here(count: int) -> "Iterator[Client]":
         raise UnusableInput(EXTRA) from None
     with (
         LocalCluster(
-            n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None,
+            n_workers=count, threads_per_worker=1, processes=True, dashboard_address=":0",
             silence_logs=logging.ERROR,
         ) as cluster,
         Client(cluster, set_as_default=False) as client,

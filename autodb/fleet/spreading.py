@@ -8,18 +8,19 @@ and unpinned a pool of them was slower than a plain loop.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from autodb.errors import UnusableInput
 from autodb.fleet import tasks
 from autodb.fleet.tasks import Machine, Refreshed
 
 if TYPE_CHECKING:
-    from distributed import Client, Future, Worker
+    from distributed import Client, Future
 
 EXTRA = "spreading machines needs the extra 'fleet': pip install 'autodb[fleet]' would work"
 ANSWER_S = 10
 """How long a scheduler is waited for."""
+Done = TypeVar("Done")
 Tell = Callable[[Refreshed], None]
 
 
@@ -27,7 +28,6 @@ def refresh_all(client: "Client", machines: Sequence[Machine], tell: Tell) -> No
     """Refresh machines on a cluster's workers; ``tell`` each as it is done, or why it is not."""
     from distributed import as_completed
 
-    client.register_plugin(_one_thread(), name="autodb-one-thread")
     waiting = {_submit(client, tasks.take_in, machine): _Step(machine) for machine in machines}
     every = as_completed(list(waiting), loop=client.loop, raise_errors=False)
     for future in every:
@@ -66,7 +66,15 @@ class _Step:
 
 
 def _submit(client: "Client", task: Callable[..., object], *arguments: object) -> "Future[Any]":
-    return client.submit(task, *arguments, pure=False)
+    return client.submit(pinned, task, *arguments, pure=False)
+
+
+def pinned(task: Callable[..., Done], *arguments: object) -> Done:
+    """Do a task with every BLAS that it has loaded held to one thread."""
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(limits=1):
+        return task(*arguments)
 
 
 def _said(future: "Future[Any]") -> str:
@@ -74,22 +82,3 @@ def _said(future: "Future[Any]") -> str:
     if isinstance(error, UnusableInput):
         return str(error)
     return f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else 'no message'}"
-
-
-def _one_thread() -> Any:
-    """Return what holds a worker's BLAS to one thread for as long as it lives."""
-    from distributed import WorkerPlugin
-    from threadpoolctl import threadpool_limits
-
-    class OneThread(WorkerPlugin):
-        """Set when a worker begins, or joins later."""
-
-        def setup(self, worker: "Worker") -> None:
-            """Hold it."""
-            del worker
-            import numpy as np
-
-            np.eye(2) @ np.eye(2)  # BLAS is there to be held
-            self._held = threadpool_limits(limits=1)
-
-    return OneThread()

@@ -3,8 +3,9 @@
     θ_{m,t} = μ + τ_t + ε_{m,t},   μ ~ start,  τ_t ~ N(0, a² T),  ε ~ N(0, b² E)
 
 θ coordinates of the law of machine m's pair with tool t; T and E how far any two metals are apart,
-T of an edge's own numbers whole. a and b are told by the pairs themselves: of a grid of both, the
-point nearest the mean of their posterior (empirical Bayes; Efron and Morris 1975).
+but for an edge's own numbers, of which half of that is the tool's whatever a is. a and b are told
+by the pairs themselves: of a grid of both, the point nearest the mean of their posterior (empirical
+Bayes; Efron and Morris 1975).
 
 Of each pair counts only what its own cuts told, as information, Λ and Λθ: what its belief holds
 less what it began with, so that one that began from the others is not told twice. Everything else
@@ -33,6 +34,8 @@ METALS = np.diag(ANY.covariance)[ACTIVE]
 EDGES = np.array([NAMES[k] in OF_EDGE for k in ACTIVE])
 MACHINES = 0.07
 """Machines move a pair by 7 % of what metals differ by, before any is told. Chosen."""
+OF_EDGES = 0.5
+"""Share of the variance of an edge's own numbers that is the tool's. Chosen."""
 FOLDS = 0.6
 """Standard deviation of ln a and ln b around RELATIVE and MACHINES. Chosen: the pairs of three
 machines outweigh it."""
@@ -88,7 +91,7 @@ class OfTool:
 
 OF_MACHINES = (MACHINES * np.exp(STEPS))[:, None] ** 2 * METALS
 """Variances (s, a) of ε."""
-OF_TOOLS = np.where(EDGES, 1.0, (RELATIVE * np.exp(STEPS))[:, None] ** 2) * METALS
+OF_TOOLS = np.where(EDGES, OF_EDGES, (RELATIVE * np.exp(STEPS))[:, None] ** 2) * METALS
 """Variances (s, a) of τ."""
 
 

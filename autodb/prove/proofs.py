@@ -26,6 +26,8 @@ from autodb.prove import (
     explain_summary,
     faults_run,
     faults_summary,
+    fleet_run,
+    fleet_summary,
     lathe_run,
     lathe_summary,
     left_out,
@@ -51,6 +53,7 @@ from autodb.virtual import (
     curves,
     day,
     drives,
+    fleets,
     lathe,
     machine,
     motion,
@@ -317,6 +320,16 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=curve_summary.summary_of,
         read=curve_summary.Summary.from_json,
         generator=(power_pairs, process),
+    ),
+    Proof(
+        name="fleet",
+        what="a new machine predicts sooner from what others know; one that is off is named",
+        runs=50,
+        run=fleet_run.run,
+        kept=TypeAdapter(Finished[fleet_run.Joined | fleet_run.NamedOne]),
+        score=fleet_summary.summary_of,
+        read=fleet_summary.read,
+        generator=(fleets, power_pairs, process),
     ),
 )
 
