@@ -39,7 +39,7 @@ bench: $(VENV)/.dev
 # every proof; killed in the middle it goes on where it was
 prove: $(VENV)/.dev
 	failed=0; \
-	for name in published-axis axis-field published-mill mill-forces mill-networks table faults axis-intervals pair-curve explain day; do \
+	for name in published-axis axis-field published-mill mill-forces mill-networks table faults fleet axis-intervals pair-curve explain day; do \
 	  $(BIN)/autodb prove $$name --out prove-out || failed=1; \
 	done; exit $$failed
 

@@ -60,6 +60,25 @@ class Server:
         """Return the URL of a database of a name."""
         return f"postgresql://{USER}@127.0.0.1:{self.port}/{database}"
 
+    def bytes(self, url: str) -> int:
+        """Return how large a database is, its log left out."""
+        import psycopg
+
+        with psycopg.connect(url, autocommit=True) as connection:
+            connection.execute("CHECKPOINT")
+            row = connection.execute("SELECT pg_database_size(current_database())").fetchone()
+        return 0 if row is None else int(row[0])
+
+    def busy_s(self) -> float:
+        """Return the processor time that the server has taken, s."""
+        import psutil
+
+        number = int((self._folder / "data" / "postmaster.pid").read_text().splitlines()[0])
+        own = psutil.Process(number)
+        times = [own.cpu_times(), *(one.cpu_times() for one in own.children())]
+        ended = times[0].children_user + times[0].children_system
+        return float(sum(one.user + one.system for one in times) + ended)
+
     def _run(self, program: str, *arguments: str) -> None:
         command = [str(self._bin / program), "-D", str(self._folder / "data"), *arguments]
         log = self._folder.with_suffix(".log")

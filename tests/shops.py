@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.catalogue import pair_id
@@ -25,21 +26,18 @@ def add(
     cuts: int,
     rng: np.random.Generator,
 ) -> None:
-    """Add a machine, and what it felt of cuts of pairs, by material and tool."""
+    """Add a machine, if it is not there, and what it felt of cuts of pairs."""
     add_machine(store, name, LATHE)
     with store.writing(name) as session:
         owner = find_machine(session, name)
         number = 0
-        sensors = {
-            c: models.Estimator(
-                machine_id=owner.id, kind="drive", component=c, version=1, model={}, scores={}
-            )
-            for c in FELT
-        }
-        session.add_all(sensors.values())
-        session.flush()
+        sensors = _sensors(session, owner.id)
+        before = select(func.count(models.Recording.id)).where(
+            models.Recording.machine_id == owner.id
+        )
+        called = f"{name} {(session.scalar(before) or 0) + 1}"
         recording = models.Recording(
-            machine_id=owner.id, sha256=name, path=f"{name}.csv",
+            machine_id=owner.id, sha256=called, path=f"{called}.csv",
             kind="cuts", rows=cuts, units={}, side={},
         )  # fmt: skip
         session.add(recording)
@@ -63,6 +61,19 @@ def add(
                             sd_N=float(sensing(pair)[place]), common=[GAIN],
                         )
                     )  # fmt: skip
+
+
+def _sensors(session: Session, machine_id: int) -> dict[str, models.Estimator]:
+    """Return what feels a machine's forces, new where there is nothing yet."""
+    rows = session.scalars(select(models.Estimator).filter_by(machine_id=machine_id))
+    found = {row.component: row for row in rows}
+    for c in FELT.keys() - found.keys():
+        found[c] = models.Estimator(
+            machine_id=machine_id, kind="drive", component=c, version=1, model={}, scores={}
+        )
+    session.add_all(found.values())
+    session.flush()
+    return found
 
 
 def conditions(cut: TurnedCut) -> dict[str, float]:

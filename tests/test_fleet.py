@@ -107,7 +107,7 @@ def test_a_machine_that_never_cut_it_starts_from_the_others(shop: Store, cli: Cl
     assert f"began as: {others} other machines" in traced
     assert "machine 'lathe-0': parameters 1:" in traced
     assert OFF not in traced
-    assert "lathe-0.csv" not in traced  # its recordings are its own
+    assert "lathe-0 1.csv" not in traced  # its recordings are its own
 
 
 def test_recordings_of_others_are_traced_where_their_machine_shares_them(
@@ -121,7 +121,7 @@ def test_recordings_of_others_are_traced_where_their_machine_shares_them(
     _added(shop, "new", PAIRS[:1], cuts=1)
     refresh(shop, "new")
     traced = cli("trace", "parameters", "16").out
-    assert "lathe-0.csv" in traced
+    assert "lathe-0 1.csv" in traced
     assert "machine 'lathe-1'" not in traced
     assert f"prior 1: {FLEET.materials[0]}, version 1, {MACHINES - 2} machines" in traced
 
@@ -141,6 +141,20 @@ def test_a_pair_s_own_cuts_are_not_told_to_it_again(shop: Store) -> None:
         alone = start_of(session, first, material, FIRST).belief.law
     assert_allclose(held.mean, alone.mean, rtol=1e-6, atol=1e-8)
     assert_allclose(held.covariance, alone.covariance, rtol=1e-5, atol=1e-9)
+
+
+def test_what_nobody_shares_is_known_together_no_more(shop: Store, cli: Cli) -> None:
+    learn_fleet(shop)
+    for name in shops.names(MACHINES):
+        with shop.reading() as session:
+            file = as_file(find_machine(session, name))
+        update_machine(shop, name, file.model_copy(update={"shares": "nothing"}))
+    assert learn_fleet(shop).lines() == ["nothing new to know together"]
+    assert "know nothing together yet" in cli("fleet", "show").err
+    with shop.reading() as session:
+        owner = find_machine(session, "lathe-0")
+        assert start_of(session, owner.id, FLEET.materials[0], SECOND).prior is None
+    assert cli("doctor").out.count("FAILED") == 1  # the recordings of virtual cuts are no files
 
 
 def test_bit_by_bit_is_all_at_once(shop: Store, cli: Cli) -> None:

@@ -5,31 +5,35 @@ A machine that disagrees with the others is named, and its pairs that do so stay
 until they agree.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 
 import numpy as np
+from sqlalchemy import insert
 from sqlalchemy.orm import Session
 
-from autodb.agent.beliefs import LAW
+from autodb.agent.beliefs import LAW, pair_name
 from autodb.agent.named import Named, named_of
 from autodb.agent.standing import standard_cut
 from autodb.agent.starting import of_material
 from autodb.agent.together import (
     OwnCuts,
+    Version,
     as_kept,
     known_from,
+    known_materials,
     machines_of,
     names_of,
     newest_prior,
     own_cuts,
     sharing,
+    told_by,
 )
 from autodb.pairs.disagreeing import Cause, Compared, compared, disagrees
 from autodb.pairs.hierarchy import MANY, Known, whole
 from autodb.standard.protocol import Protocol
 from autodb.store import Store, lasting, models
-from autodb.store.models.learning import EVERY
+from autodb.store.models.learning import EVERY, fleet_prior_parameters
 
 Progress = Callable[[str], None]
 
@@ -46,7 +50,6 @@ class Together:
     material: str
     version: int
     machines: int
-    pairs: int
     tools: int
 
 
@@ -88,39 +91,46 @@ def learn_fleet(
 
 @dataclass
 class _Material:
-    """One material in a pass: what is known, which pairs are in it, and which stand aside."""
+    """One material in a pass: what is known, which pairs are in it, and which stand aside, by id;
+    ``told`` reads what a version's own cuts told.
+    """
 
     row: models.Material
     prior: models.FleetPrior | None
     known: Known
-    inside: dict[int, OwnCuts] = field(default_factory=dict)
-    aside: dict[int, OwnCuts] = field(default_factory=dict)
+    told: Callable[[int], OwnCuts]
+    inside: dict[int, Version] = field(default_factory=dict)
+    aside: dict[int, Version] = field(default_factory=dict)
     changed: set[int] = field(default_factory=set)
 
-    def put(self, one: OwnCuts) -> None:
+    @property
+    def every(self) -> list[Version]:
+        """All pairs that are shared of it."""
+        return [*self.inside.values(), *self.aside.values()]
+
+    def put(self, one: Version) -> None:
         """Take a pair into the sums."""
-        self.known = self.known.changed(one.row.pair.tool.name, more=one.as_stated)
-        self.inside[one.row.id] = one
+        self.known = self.known.changed(one.tool, more=self.told(one.id).as_stated)
+        self.inside[one.id] = one
+        self.changed.add(one.id)
 
-    def take_out(self, number: int) -> OwnCuts:
+    def take_out(self, one: Version) -> None:
         """Take a pair out of the sums."""
-        one = self.inside.pop(number)
-        self.known = self.known.changed(one.row.pair.tool.name, less=one.as_stated)
-        return one
+        del self.inside[one.id]
+        self.known = self.known.changed(one.tool, less=self.told(one.id).as_stated)
+        self.changed.add(one.id)
 
-    def others(self, one: OwnCuts) -> Known:
-        """Return what all but one pair tell."""
-        if one.row.id in self.aside:
-            return self.known
-        return self.known.without(one.row.pair.tool.name, one.as_stated)
-
-    def compared(self, one: OwnCuts) -> Compared:
+    def compared(self, one: Version) -> Compared:
         """Compare a pair with the others."""
-        tool = one.row.pair.tool
-        expected = self.others(one).pair(tool.name)
-        rake_rad = np.radians(tool.rake_deg or 0.0)
+        own = self.told(one.id)
+        others = self.known
+        if one.id in self.inside:
+            others = others.without(one.tool, own.as_stated)
         return compared(
-            one.as_felt, as_stated=one.as_stated, others=expected, rake_rad=float(rake_rad)
+            own.as_felt,
+            as_stated=own.as_stated,
+            others=others.pair(one.tool),
+            rake_rad=float(np.radians(one.rake_deg or 0.0)),
         )
 
 
@@ -129,44 +139,44 @@ class _Pass:
 
     def __init__(self, session: Session, protocols: Sequence[Protocol], progress: Progress) -> None:
         self._session, self._protocols, self._progress = session, protocols, progress
-        self._materials = {
-            number: self._brought_up(number, rows) for number, rows in sharing(session).items()
-        }
+        self._read: dict[int, OwnCuts] = {}
+        self._materials: list[_Material] = []
 
     def run(self) -> Learnt:
         """Bring the sums up to date, name who disagrees, and keep what is new."""
+        versions = sharing(self._session)
+        numbers = sorted(versions.keys() | known_materials(self._session))
+        self._materials = [self._brought_up(one, versions.get(one, [])) for one in numbers]
         named = self._named()
-        done = Learnt(named=list(named.values()))
-        for material in self._materials.values():
-            if material.changed:
-                done.materials.append(self._kept(material, named))
-        return done
+        kept = [self._kept(one, named) for one in self._materials if one.changed and one.every]
+        for one in self._materials:
+            if one.prior is not None and (one.changed or not one.every):
+                one.prior.known = None  # its sums are in the next, or nobody shares any
+        return Learnt(kept, list(named.values()))
 
-    def _brought_up(self, number: int, rows: Sequence[models.CuttingParameters]) -> _Material:
+    def _told(self, version: int) -> OwnCuts:
+        if version not in self._read:
+            self._read[version] = own_cuts(self._session, version)
+        return self._read[version]
+
+    def _brought_up(self, number: int, versions: Sequence[Version]) -> _Material:
         """Take a material's newest versions into its sums, and out what they replace."""
-        row, prior = self._session.get_one(models.Material, number), None
+        row = self._session.get_one(models.Material, number)
         self._progress(f"what is known of {row.name}")
-        before: dict[int, models.CuttingParameters] = {}
-        known, aside = Known(of_material(row.name).belief.law), set()
-        prior = newest_prior(self._session, number)
+        prior, aside = newest_prior(self._session, number), set()
+        found = _Material(row, prior, Known(of_material(row.name).belief.law), self._told)
         if prior is not None and prior.known is not None:
-            known, aside = known_from(prior.known), set(prior.known["aside"])
-            before = {one.id: one for one in prior.parameters}
-        found = _Material(row, prior, known)
-        newest = {one.id: one for one in rows}
-        for key, one in before.items():
-            found.inside[key] = own_cuts(one)
-        for key in before.keys() - newest.keys():
-            found.take_out(key)
-            found.changed.add(key)
-        for key, one in newest.items():
-            if key in aside:
-                found.aside[key] = own_cuts(one)
-            elif key not in before:
-                found.put(own_cuts(one))
-                found.changed.add(key)
-        if aside - newest.keys():
-            found.changed |= aside - newest.keys()
+            found.known, aside = known_from(prior.known), set(prior.known["aside"])
+            found.inside = {one.id: one for one in told_by(self._session, prior)}
+        newest = {one.id: one for one in versions}
+        for one in [one for one in found.inside.values() if one.id not in newest]:
+            found.take_out(one)
+        for one in newest.values():
+            if one.id in aside:
+                found.aside[one.id] = one
+            elif one.id not in found.inside:
+                found.put(one)
+        found.changed |= aside - newest.keys()
         return found
 
     def _named(self) -> dict[int, Named]:
@@ -182,112 +192,107 @@ class _Pass:
             worst = min(new, key=lambda key: new[key].improbable)
             named[worst] = new[worst].named
             self._set_aside(new[worst].odd)
-            if sum(one.known.pairs for one in self._materials.values()) > MANY:
+            if sum(one.known.pairs for one in self._materials) > MANY:
                 waiting = set(found)  # one machine more or less moves no other across the line
         return named
 
     def _waiting(self) -> set[int]:
         """Return the machines, by id, that may agree no more, or again."""
         waiting = set()
-        for material in self._materials.values():
-            every = {**material.inside, **material.aside}
-            some = every if material.changed and len(every) <= MANY else material.aside
-            waiting |= {one.row.machine_id for one in some.values()}
-            waiting |= {every[key].row.machine_id for key in material.changed & every.keys()}
+        for material in self._materials:
+            few = bool(material.changed) and len(material.every) <= MANY
+            waiting |= {
+                one.machine_id
+                for one in material.every
+                if few or one.id in material.changed or one.id in material.aside
+            }
         return waiting
 
-    def _look(self, machines: Iterable[int]) -> dict[int, "_Found"]:
+    def _look(self, machines: set[int]) -> "dict[int, _Found]":
         """Return which machines disagree."""
-        pairs: dict[int, list[tuple[_Material, OwnCuts]]] = {}
-        for material in self._materials.values():
-            if machines_of(one.row for one in material.inside.values()) < 2:
-                continue
-            for one in (*material.inside.values(), *material.aside.values()):
-                pairs.setdefault(one.row.machine_id, []).append((material, one))
+        pairs: dict[int, list[tuple[_Material, Version]]] = {}
+        for material in self._materials:
+            if machines_of(material.inside.values()) > 1:
+                for one in material.every:
+                    pairs.setdefault(one.machine_id, []).append((material, one))
         count = sum(map(len, pairs.values())) + len(pairs)
-        names = names_of(self._session, list(pairs))
+        names = names_of(self._session, sorted(machines))
         found = {}
-        for machine in sorted(set(machines) & pairs.keys()):
+        for machine in sorted(machines & pairs.keys()):
             self._progress(f"comparing {names[machine]}")
             sides = [material.compared(one) for material, one in pairs[machine]]
             told = disagrees(sides, compared_in_all=count)
             if told is not None:
                 standard = standard_cut(self._session, machine, self._protocols)
                 told = disagrees(sides, compared_in_all=count, standard=standard) or told
-                rows = [one.row for _, one in pairs[machine]]
+                versions = [one for _, one in pairs[machine]]
+                of = [self._session.get_one(models.Pair, one.pair_id) for one in versions]
+                named = named_of(names[machine], [pair_name(one) for one in of], told)
                 least = min(one.improbable() for one in sides)
-                found[machine] = _Found(
-                    named_of(names[machine], rows, told), least, told.pairs, rows
-                )
+                found[machine] = _Found(named, least, told.pairs, versions)
         return found
 
-    def _set_aside(self, odd: Iterable[int]) -> None:
+    def _set_aside(self, odd: set[int]) -> None:
         """Set pairs of a machine aside, but where too many machines are already."""
-        for material in self._materials.values():
-            keys = [key for key in material.inside if key in set(odd)]
-            aside = machines_of(one.row for one in material.aside.values()) + 1
-            of_all = machines_of(
-                one.row for one in (*material.inside.values(), *material.aside.values())
-            )
-            if keys and aside * MOST_ASIDE <= of_all:
-                material.aside |= {key: material.take_out(key) for key in keys}
-                material.changed |= set(keys)
+        for material in self._materials:
+            some = [one for one in material.inside.values() if one.id in odd]
+            aside = machines_of(material.aside.values()) + 1
+            if some and aside * MOST_ASIDE <= machines_of(material.every):
+                for one in some:
+                    material.take_out(one)
+                    material.aside[one.id] = one
 
-    def _return(self, machines: Iterable[int]) -> None:
-        """Take pairs that agree again back into the sums."""
-        agree = set(machines)
-        for material in self._materials.values():
-            back = [k for k, one in material.aside.items() if one.row.machine_id in agree]
-            for key in back:
-                material.put(material.aside.pop(key))
-                material.changed.add(key)
+    def _return(self, machines: set[int]) -> None:
+        """Take pairs of machines that agree again back into the sums."""
+        for material in self._materials:
+            for one in [one for one in material.aside.values() if one.machine_id in machines]:
+                del material.aside[one.id]
+                material.put(one)
 
     def _kept(self, material: _Material, named: Mapping[int, Named]) -> Together:
         belief = whole(material.known.material())
-        rows = [one.row for one in material.inside.values()]
-        prior, version = material.prior, 1
-        if prior is not None:
-            version = prior.version + 1
-            prior.known = None  # its sums are in the next; its numbers and what told them stay
-        every = {
-            one.row.machine_id for one in (*material.inside.values(), *material.aside.values())
-        }
-        known = {
-            **as_kept(material.known),
-            "aside": sorted(material.aside),
-            "named": [asdict(one) for key, one in named.items() if key in every],
-        }
-        self._session.add(
-            models.FleetPrior(
-                material_id=material.row.id,
-                operation=EVERY,
-                component=EVERY,
-                law=LAW,
-                version=version,
-                mean=belief.mean.tolist(),
-                covariance=belief.covariance.tolist(),
-                machines=machines_of(rows),
-                known=known,
-                parameters=rows,
-            )
+        version = 1 if material.prior is None else material.prior.version + 1
+        machines = {one.machine_id for one in material.every}
+        row = models.FleetPrior(
+            material_id=material.row.id,
+            operation=EVERY,
+            component=EVERY,
+            law=LAW,
+            version=version,
+            mean=belief.mean.tolist(),
+            covariance=belief.covariance.tolist(),
+            machines=machines_of(material.inside.values()),
+            known={
+                **as_kept(material.known),
+                "aside": sorted(material.aside),
+                "named": [asdict(one) for key, one in named.items() if key in machines],
+            },
         )
+        self._session.add(row)
         self._session.flush()
+        links = [
+            {"fleet_prior_id": row.id, "cutting_parameters_id": one} for one in material.inside
+        ]
+        if links:
+            self._session.execute(insert(fleet_prior_parameters), links)
         tools = len(material.known.tools)
-        return Together(material.row.name, version, machines_of(rows), len(rows), tools)
+        return Together(material.row.name, version, row.machines, tools)
 
 
 @dataclass(frozen=True)
 class _Found:
-    """A machine that disagrees: how it is named, how improbable its worst pair is, its odd rows."""
+    """A machine that disagrees: how it is named, how improbable its worst pair is, which pairs do,
+    of all of its versions.
+    """
 
     named: Named
     improbable: float
     odd_pairs: tuple[int, ...]
-    rows: Sequence[models.CuttingParameters]
+    versions: Sequence[Version]
 
     @property
-    def odd(self) -> list[int]:
+    def odd(self) -> set[int]:
         """The versions, by id, that stand aside: where the calibration may be off, all of them."""
         if self.named.cause == Cause.CALIBRATION.value:
-            return [row.id for row in self.rows]
-        return [self.rows[k].id for k in self.odd_pairs]
+            return {one.id for one in self.versions}
+        return {self.versions[k].id for k in self.odd_pairs}

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.named import Named, as_named
-from autodb.agent.together import newest_prior
+from autodb.agent.together import known_materials, newest_prior
 from autodb.cutting import shear
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
@@ -45,7 +44,7 @@ def shown(session: Session) -> Shown:
     """Return what machines know together now; raises UnusableInput where that is nothing."""
     materials: list[OfMaterial] = []
     named: dict[str, Named] = {}
-    for number in session.scalars(select(models.FleetPrior.material_id).distinct()):
+    for number in known_materials(session):
         prior = newest_prior(session, number)
         if prior is None or prior.known is None:
             continue

@@ -4,10 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from autodb.agent.beliefs import pair_name
 from autodb.fitting import NORMAL_95
 from autodb.pairs.disagreeing import Cause, Disagrees
-from autodb.store import models
 
 
 @dataclass(frozen=True)
@@ -46,15 +44,15 @@ class Named:
         )
 
 
-def named_of(machine: str, rows: Sequence[models.CuttingParameters], told: Disagrees) -> Named:
-    """Return how a machine with these versions of pairs is named."""
+def named_of(machine: str, pairs: Sequence[str], told: Disagrees) -> Named:
+    """Return how a machine with these pairs, by name, is named."""
     return Named(
         machine=machine,
-        pairs=tuple(pair_name(rows[k].pair) for k in told.pairs),
+        pairs=tuple(pairs[k] for k in told.pairs),
         cause=told.cause.value,
         gain=told.gain,
         gain_sd=told.gain_sd,
-        likeliest=pair_name(rows[told.pair].pair),
+        likeliest=pairs[told.pair],
         told_by=told.told_by,
     )
 

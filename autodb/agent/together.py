@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.beliefs import LAW, OF_CALIBRATIONS, as_belief, kept_law, law_of
+from autodb.agent.beliefs import LAW, OF_CALIBRATIONS, belief_of, kept_law, law_of
 from autodb.fitting import Gaussian
 from autodb.pairs.hierarchy import ACTIVE, STEPS, Known, OfTool, Told, told
 from autodb.store import models
-from autodb.store.models.learning import EVERY
+from autodb.store.models.learning import EVERY, fleet_prior_parameters
 
 Array = NDArray[np.float64]
 
@@ -30,64 +30,90 @@ UPPER = np.triu_indices(len(ACTIVE))
 
 
 @dataclass(frozen=True)
+class Version:
+    """The newest version of a machine's pair, by its keys: its numbers are read where needed."""
+
+    id: int
+    machine_id: int
+    pair_id: int
+    material_id: int
+    tool: str
+    rake_deg: float | None
+
+
+@dataclass(frozen=True)
 class OwnCuts:
-    """What a pair's own cuts told: with the errors of its machine's calibrations, and without.
+    """What a pair's own cuts told: with the errors of its machine's calibrations, and without."""
 
-    ``row``: the version that holds it.
-    """
-
-    row: models.CuttingParameters
     as_stated: Told
     as_felt: Told
 
 
-def own_cuts(row: models.CuttingParameters) -> OwnCuts:
-    """Return what a version's own cuts told; the version must say what it began with."""
-    assert row.start is not None
-    belief, start = as_belief(row), law_of(row.start)
-    given = law_of(row.start["given"]) if "given" in row.start else start
-    return OwnCuts(row, told(belief.law, start), told(belief.given(OF_CALIBRATIONS), given))
+_P = models.CuttingParameters
+_VERSION = (
+    select(
+        _P.id, _P.machine_id, _P.pair_id, models.Pair.material_id, models.Tool.name,
+        models.Tool.rake_deg,
+    )
+    .join(models.Pair, models.Pair.id == _P.pair_id)
+    .join(models.Tool, models.Tool.id == models.Pair.tool_id)
+    .order_by(_P.id)
+)  # fmt: skip
+_USUAL = (
+    _P.law == LAW,
+    _P.operation == EVERY,
+    _P.component == EVERY,
+    _P.state.is_(None),
+    _P.undone_at.is_(None),
+)
 
 
-def sharing(session: Session) -> dict[int, list[models.CuttingParameters]]:
+def own_cuts(session: Session, version: int) -> OwnCuts:
+    """Return what the own cuts of a version told; it must say what it began with."""
+    columns = (_P.mean, _P.covariance, _P.shared, _P.scatter, _P.terms, _P.n_cuts, _P.start)
+    *kept, cuts, start = session.execute(select(*columns).where(_P.id == version)).one()
+    belief, before = belief_of(*kept, cuts=cuts), law_of(start)
+    given = law_of(start["given"]) if "given" in start else before
+    return OwnCuts(told(belief.law, before), told(belief.given(OF_CALIBRATIONS), given))
+
+
+def sharing(session: Session) -> dict[int, list[Version]]:
     """Return the newest versions of all pairs that machines share, by material.
 
     A version that does not say what it began with tells nothing that could be told apart.
     """
-    parameters = models.CuttingParameters
-    usual = (
-        parameters.law == LAW,
-        parameters.operation == EVERY,
-        parameters.component == EVERY,
-        parameters.state.is_(None),
-        parameters.undone_at.is_(None),
-    )
     newest = (
-        select(parameters.machine_id, parameters.pair_id, func.max(parameters.version).label("v"))
-        .where(*usual)
-        .group_by(parameters.machine_id, parameters.pair_id)
+        select(_P.machine_id, _P.pair_id, func.max(_P.version).label("version"))
+        .where(*_USUAL)
+        .group_by(_P.machine_id, _P.pair_id)
         .subquery()
     )
+    same = (
+        (_P.machine_id == newest.c.machine_id)
+        & (_P.pair_id == newest.c.pair_id)
+        & (_P.version == newest.c.version)
+    )
     query = (
-        select(parameters)
-        .join(
-            newest,
-            (parameters.machine_id == newest.c.machine_id)
-            & (parameters.pair_id == newest.c.pair_id)
-            & (parameters.version == newest.c.v),
-        )
-        .join(models.Machine, models.Machine.id == parameters.machine_id)
+        _VERSION.join(newest, same)
+        .join(models.Machine, models.Machine.id == _P.machine_id)
         .where(
-            *usual,
-            parameters.start.is_not(None),
+            *_USUAL,
+            _P.start.is_not(None),
             models.Machine.shares.is_(None) | (models.Machine.shares != NOTHING),
         )
-        .order_by(parameters.id)
     )
-    found: dict[int, list[models.CuttingParameters]] = {}
-    for row in session.scalars(query):
-        found.setdefault(row.pair.material_id, []).append(row)
+    found: dict[int, list[Version]] = {}
+    for row in session.execute(query):
+        version = Version(*row)
+        found.setdefault(version.material_id, []).append(version)
     return found
+
+
+def told_by(session: Session, prior: models.FleetPrior) -> list[Version]:
+    """Return the versions whose sums a prior holds."""
+    link = fleet_prior_parameters.c
+    query = _VERSION.join(fleet_prior_parameters, link.cutting_parameters_id == _P.id)
+    return [Version(*row) for row in session.execute(query.where(link.fleet_prior_id == prior.id))]
 
 
 def newest_prior(session: Session, material_id: int) -> models.FleetPrior | None:
@@ -104,6 +130,12 @@ def newest_prior(session: Session, material_id: int) -> models.FleetPrior | None
         .order_by(prior.version.desc())
         .limit(1)
     )
+
+
+def known_materials(session: Session) -> set[int]:
+    """Return the materials, by id, of which machines know something together now."""
+    prior = models.FleetPrior
+    return set(session.scalars(select(prior.material_id).where(prior.known.is_not(None))))
 
 
 @dataclass(frozen=True)
@@ -135,14 +167,13 @@ def from_others(session: Session, machine_id: int, material: str, tool: str) -> 
     if prior is None or prior.known is None:
         return None
     known = known_from(prior.known)
-    machines, with_tool = set(), set()
-    for own in prior.parameters:
-        name = own.pair.tool.name
-        if own.machine_id != machine_id:
-            machines.add(own.machine_id)
-            with_tool |= {own.machine_id} if name == tool else set()
-        elif name == tool:
-            known = known.without(tool, own_cuts(own).as_stated)
+    every = told_by(session, prior)
+    for one in every:
+        if (one.machine_id, one.tool) == (machine_id, tool):
+            known = known.without(tool, own_cuts(session, one.id).as_stated)
+    others = [one for one in every if one.machine_id != machine_id]
+    machines = {one.machine_id for one in others}
+    with_tool = {one.machine_id for one in others if one.tool == tool}
     if len(machines) < OTHERS:
         return None
     return FromOthers(prior, known.pair(tool), len(machines), len(with_tool))
@@ -183,9 +214,9 @@ def _of_tool(kept: Mapping[str, Any]) -> OfTool:
     )
 
 
-def machines_of(rows: Iterable[models.CuttingParameters]) -> int:
+def machines_of(versions: Iterable[Version]) -> int:
     """Return how many machines versions are of."""
-    return len({row.machine_id for row in rows})
+    return len({one.machine_id for one in versions})
 
 
 def names_of(session: Session, machine_ids: Sequence[int]) -> dict[int, str]:
