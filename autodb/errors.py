@@ -11,6 +11,10 @@ class UnusableInput(Exception):  # noqa: N818 - the name says what it is to the 
         super().__init__("".join(c if c.isprintable() else " " for c in line))
 
 
+class NotThere(UnusableInput):
+    """What was asked for by its name or number is not there."""
+
+
 class SetAside(UnusableInput):
     """A recording of one cut from which nothing can be learned; others beside it go on."""
 

@@ -13,7 +13,7 @@ from sqlalchemy import select
 
 from autodb.agent.machines import add_machine
 from autodb.agent.running import Agent
-from autodb.cli._common import excuse
+from autodb.excuses import excuse
 from autodb.live.agentfile import read_agentfile
 from autodb.machinefile import LATHE, AxisFile, MachineFile
 from autodb.store import Store, create_store, models, open_store

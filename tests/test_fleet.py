@@ -4,11 +4,12 @@ import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from sqlalchemy import select
+from sqlalchemy import event, select
 
 from autodb.agent.fleet import learn_fleet
 from autodb.agent.machines import as_file, find_machine, update_machine
@@ -29,6 +30,8 @@ SEED = 3
 FLEET = fleets.drawn(np.random.default_rng(SEED), materials=3, tools=2)
 FIRST, SECOND = FLEET.tools
 PAIRS = [(material, FIRST) for material in FLEET.materials]
+FEW = 20
+"""Values that a statement is given, whatever the number of machines: more than a row's keys."""
 OFF = "lathe-2"
 """The machine whose calibration is off."""
 
@@ -66,6 +69,36 @@ def _prior(store: Store, material: str) -> models.FleetPrior:
         assert prior.known is not None
         session.expunge_all()
         return prior
+
+
+@pytest.mark.parametrize("behind", [2, 6])
+def test_what_a_refresh_asks_does_not_grow_with_other_machines(tmp_path: Path, behind: int) -> None:
+    store = _stored(tmp_path)
+    rng = np.random.default_rng([SEED, 4])
+    every = shops.names(1 + behind)
+    for name in every:
+        shops.add(store, name, fleets.on_machine(rng, FLEET, PAIRS[:1]), cuts=4, rng=rng)
+    for name in every:  # after the first one's pass, the others sense
+        refresh(store, name)
+    shops.add(store, every[0], fleets.on_machine(rng, FLEET, PAIRS[:1]), cuts=4, rng=rng)
+    asked: list[int] = []
+
+    def count(_c: Any, _cursor: Any, said: str, given: Any, _context: Any, _many: bool) -> None:
+        if said.startswith("SELECT"):
+            asked.append(len(given))
+
+    event.listen(store.engine, "before_cursor_execute", count)
+    done = refresh(store, every[0])
+    event.remove(store.engine, "before_cursor_execute", count)
+    store.close()
+    assert done.versions
+    assert max(asked) < FEW
+
+
+def _stored(folder: Path) -> Store:
+    url = f"sqlite:///{folder / 'own.sqlite3'}"
+    create_store(url)
+    return open_store(url)
 
 
 @pytest.mark.usefixtures("shop")

@@ -20,8 +20,8 @@ from numpy.testing import assert_allclose
 
 from autodb.agent.health import Health, read_health
 from autodb.agent.running import Agent, health_of
-from autodb.cli._common import excuse
 from autodb.errors import UnusableInput
+from autodb.excuses import excuse
 from autodb.live import mtconnect
 from autodb.live.agentfile import read_agentfile
 from autodb.live.mtconnect import MtConnect

@@ -23,13 +23,13 @@ from autodb.agent.refreshing import learn_confirmed
 from autodb.agent.wearing import wear_words
 from autodb.channels import effort_channels
 from autodb.checksums import checksum
-from autodb.errors import UnusableInput, near
+from autodb.errors import NotThere, UnusableInput, near
 from autodb.explain.suspects import UNKNOWN
 from autodb.records import Recording, open_as_stored
 from autodb.sensing.axis_model import IdentifiedTerm
 from autodb.sensing.drives import IDENTIFIABLE, cross_test
 from autodb.sidefile import SideFile
-from autodb.store import Store, models
+from autodb.store import Also, Store, models, nothing_else
 from autodb.store.models import now
 
 
@@ -83,6 +83,7 @@ def confirm(
     term: str | None = None,
     by: str | None = None,
     progress: Callable[[str], None] = lambda _: None,
+    also: Also = nothing_else,
 ) -> Decided:
     """Confirm a mismatch, as it is named or as one of its alternatives (``term``).
 
@@ -90,7 +91,7 @@ def confirm(
     the channel's newest version, which makes the next version; wear found in forces is told with
     the law from the cuts of each of the recording's pairs, and of five cuts that stand aside for
     another cause a state of the pair is learnt. Decision and version are written together. Any
-    other belongs to its recording: only the decision is kept.
+    other belongs to its recording: only the decision is kept. ``also``: what else is written then.
 
     Raises UnusableInput when there is no such mismatch or alternative, it was decided otherwise,
     its recording is not there any more, or its moves do not excite the term: it then stays open.
@@ -108,6 +109,7 @@ def confirm(
         version = _keep_version(session, row, step) if step else None
         row.confirmed_term = wanted
         _decide(row, "confirmed", by)
+        also(session, number)
         done = _decided(session, row, wanted, already=False)
         if done.of_cuts and wanted != UNKNOWN:
             session.flush()
@@ -130,21 +132,24 @@ def _in_pairs(versions: Sequence[models.CuttingParameters]) -> tuple[str, ...]:
     )
 
 
-def reject(store: Store, number: int, *, by: str | None = None) -> Decided:
+def reject(
+    store: Store, number: int, *, by: str | None = None, also: Also = nothing_else
+) -> Decided:
     """Reject a mismatch. Raises UnusableInput when there is none, or it was confirmed."""
     with store.writing() as session:
         row = mismatch(session, number)
         already = _is_decided(row, "rejected", None)
         if not already:
             _decide(row, "rejected", by)
+            also(session, number)
         return _decided(session, row, row.term, already=already)
 
 
 def mismatch(session: Session, number: int) -> models.Mismatch:
-    """Return a mismatch; raises UnusableInput when there is none of that number."""
+    """Return a mismatch; raises NotThere when there is none of that number."""
     row = session.get(models.Mismatch, number)
     if row is None:
-        raise UnusableInput(
+        raise NotThere(
             f"there is no mismatch {number}; 'autodb mismatch list NAME' lists a machine's"
         )
     return row

@@ -14,9 +14,9 @@ from autodb.agent.calibrations import as_calibration, current_calibrations
 from autodb.agent.felt import QUANTITY, as_cuts, usable
 from autodb.agent.identifying import newest_model, off_law_of, stored_terms
 from autodb.agent.importing import counting, cuts_as_table, import_file
+from autodb.agent.known import Known
 from autodb.agent.machines import find_machine, signed
 from autodb.agent.milling import HAS, expected_waves, known_pair
-from autodb.agent.predicting import Known
 from autodb.channels import FORCES, effort_channels
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain

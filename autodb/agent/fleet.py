@@ -22,8 +22,8 @@ from autodb.agent.together import (
     as_kept,
     known_from,
     known_materials,
+    machine_names,
     machines_of,
-    names_of,
     newest_prior,
     own_cuts,
     sharing,
@@ -216,7 +216,7 @@ class _Pass:
                 for one in material.every:
                     pairs.setdefault(one.machine_id, []).append((material, one))
         count = sum(map(len, pairs.values())) + len(pairs)
-        names = names_of(self._session, sorted(machines))
+        names = machine_names(self._session)
         found = {}
         for machine in sorted(machines & pairs.keys()):
             self._progress(f"comparing {names[machine]}")

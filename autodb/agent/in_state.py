@@ -5,7 +5,7 @@ of them inside a state's range and outside the usual state's is taken to be in t
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from sqlalchemy import Select, bindparam, select
 from sqlalchemy.orm import Session, aliased
@@ -22,28 +22,54 @@ from autodb.store import models
 IMPLIES = (SPEED, CUTTING_TIME, FLANK_WEAR)
 
 
+@dataclass(frozen=True)
+class OfState:
+    """A learnt pair in another state than the usual: its newest version, and what its cuts were."""
+
+    row: models.CuttingParameters
+    belief: Belief
+    made: LearntFrom
+
+
+@dataclass(frozen=True)
+class States:
+    """What the cuts of a learnt pair were in its usual state, and its others, most cut first."""
+
+    usual: LearntFrom
+    others: tuple[OfState, ...]
+
+    def implied(self, stated: Mapping[str, float]) -> OfState | None:
+        """Return the state that a cut's conditions, by channel, imply; None: the usual one."""
+        return next((one for one in self.others if _implied(stated, one.made, self.usual)), None)
+
+
+def states_of(session: Session, parameters: int) -> States:
+    """Return the states of the pair that a version of its usual one, by id, is of."""
+    others = [
+        OfState(row, as_belief(row), learnt_from(session, row.id))
+        for row in _others(session, parameters)
+    ]
+    return States(learnt_from(session, parameters), tuple(others))
+
+
 def predict(
-    session: Session, parameters: int | None, belief: Belief, tool: ToolOf, cuts: Sequence[JobCut]
+    belief: Belief, tool: ToolOf, states: States | None, cuts: Sequence[JobCut]
 ) -> tuple[tuple[PredictedCut, ...], list[models.CuttingParameters]]:
     """Predict cuts, each in the state that it implies; return them, and the states' parameters.
 
-    ``belief`` and ``parameters``: the pair's usual state; None: the machine has not learnt it.
+    ``belief``: of the usual state; ``states``: None where the machine has not learnt the pair.
     """
-    states = [] if parameters is None else _others(session, parameters)
-    if not states or parameters is None:
-        return forward.predict(belief, tool, cuts), []
-    usual = learnt_from(session, parameters)
-    made = {row.id: learnt_from(session, row.id) for row in states}
-    found = list(forward.predict(belief, tool, cuts))
-    used = []
+    found = forward.predict(belief, tool, cuts)
+    if states is None or not states.others:
+        return found, []
+    several, used = list(found), []
     for k, cut in enumerate(cuts):
-        stated = cut.conditions(tool.diameter_mm)
-        row = next((r for r in states if _implied(stated, made[r.id], usual)), None)
-        if row is not None:
-            (other,) = forward.predict(as_belief(row), tool, [cut])
-            found[k] = replace(other, state=row.state)
-            used += [row] if row not in used else []
-    return tuple(found), used
+        state = states.implied(cut.conditions(tool.diameter_mm))
+        if state is not None:
+            (other,) = forward.predict(state.belief, tool, [cut])
+            several[k] = replace(other, state=state.row.state)
+            used += [state.row] if state.row not in used else []
+    return tuple(several), used
 
 
 def _implied(stated: Mapping[str, float], state: LearntFrom, usual: LearntFrom) -> bool:

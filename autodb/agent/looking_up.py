@@ -22,33 +22,19 @@ from sqlalchemy import (
 )
 from sqlalchemy.orm import Session, aliased
 
-from autodb.agent import in_state
 from autodb.agent.beliefs import LAW, belief_of
 from autodb.agent.felt import GEOMETRY
-from autodb.agent.machines import find_machine, limits_of
-from autodb.agent.predicting import Behind, Known, Wanted, known_of, notes, said_of_states
-from autodb.agent.wearing import said_of_wear
+from autodb.agent.grounds import Grounds, LookedUp, grounds_of
+from autodb.agent.known import Behind, Known, known_of
+from autodb.agent.machines import find_machine
 from autodb.errors import UnusableInput, near
-from autodb.exceeding import Exceeding, exceeding
-from autodb.forward import PredictedCut, ToolOf
+from autodb.forward import ToolOf
 from autodb.jobs import JobCut
 from autodb.store import models
 
 _Parameters = models.CuttingParameters
 _JSON = ("mean", "covariance", "shared", "scatter", "terms")
 _NUMBERS = ("id", "version", "n_cuts", "started_from")
-
-
-@dataclass(frozen=True)
-class LookedUp:
-    """What one cut will take, on what that rests, and the limits that it may exceed."""
-
-    material: str
-    tool: str
-    cut: PredictedCut
-    behind: Behind
-    notes: tuple[str, ...]
-    exceeds: tuple[Exceeding, ...]
 
 
 @dataclass(frozen=True)
@@ -68,7 +54,6 @@ class Shelf:
     def __init__(self, session: Session, machine: str) -> None:
         self._session = session
         self._owner = find_machine(session, machine)
-        self._limits = limits_of(self._owner)
 
     def look_up(self, material: str, tool: str, cut: JobCut) -> LookedUp:
         """Return what a cut of a pair will take.
@@ -76,21 +61,12 @@ class Shelf:
         Raises UnusableInput where the tool cannot make it, or the pair was learnt under an earlier
         law only.
         """
+        return self.grounds(material, tool).look_up(cut)
+
+    def grounds(self, material: str, tool: str) -> Grounds:
+        """Return what answers about a pair rest on; raises UnusableInput as ``known`` does."""
         known = self.known(material, tool)
-        number = known.behind.parameters
-        (found,), _ = in_state.predict(self._session, number, known.belief, known.tool, [cut])
-        return LookedUp(
-            material=material,
-            tool=tool,
-            cut=found,
-            behind=known.behind,
-            notes=(
-                *notes(self._session, self._owner, known, Wanted(material, tool, [cut])),
-                *said_of_states([found]),
-                *said_of_wear(known.belief, known.tool, [cut], [found]),
-            ),
-            exceeds=exceeding([found], self._limits),
-        )
+        return grounds_of(self._session, self._owner, material, known)
 
     def known(self, material: str, tool: str) -> Known:
         """Return what the machine knows of a pair, learnt or not.

@@ -7,7 +7,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 from sqlalchemy.orm.attributes import flag_modified
 
-from autodb.errors import UnusableInput, near
+from autodb.errors import NotThere, UnusableInput, near
 from autodb.machinefile import AxisFile, Gear, Limits, MachineFile, SpindleFile, flat, lasting
 from autodb.records import Recording
 from autodb.store import Store, models
@@ -221,5 +221,5 @@ def find_machine(session: Session, name: str) -> models.Machine:
     if machine is None:
         names = list(session.scalars(select(models.Machine.name)))
         hint = near(name, names) if names else f": 'autodb machine add {name}' makes it"
-        raise UnusableInput(f"no machine '{name}'{hint}")
+        raise NotThere(f"no machine '{name}'{hint}")
     return machine

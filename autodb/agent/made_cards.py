@@ -7,9 +7,9 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from autodb.agent.imported_cards import made_by
+from autodb.agent.known import Known
 from autodb.agent.learnt_from import learnt_from
 from autodb.agent.looking_up import Listed, Shelf
-from autodb.agent.predicting import Known
 from autodb.cutting import tools
 from autodb.cutting.kienzle import Planned
 from autodb.errors import UnusableInput

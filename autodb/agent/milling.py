@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
-from autodb.agent.predicting import Known, known_of
+from autodb.agent.known import Known, known_of
 from autodb.channels import FORCES
 from autodb.errors import UnusableInput
 from autodb.explain.milling.teeth import Mill

@@ -12,8 +12,8 @@ from sqlalchemy.orm import Session
 from autodb import forward
 from autodb.agent.calibrations import current_calibrations
 from autodb.agent.felt import QUANTITY, Readings
+from autodb.agent.known import Known, known_of
 from autodb.agent.machines import find_machine, limits_of
-from autodb.agent.predicting import Known, known_of
 from autodb.agent.starting import start_of
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput

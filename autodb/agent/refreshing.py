@@ -143,14 +143,16 @@ class _Pass:
 
     def _stirred(self) -> set[int]:
         """Return the pairs, by id, of old cuts that have new forces: a part was inspected, say."""
-        new = select(models.SensedForce.cut_id).where(
-            models.SensedForce.id > self.span.force, models.SensedForce.cut_id <= self.span.old
-        )
-        cuts = self._session.scalars(new.distinct()).all()
-        pairs = select(models.Cut.pair_id).where(
-            models.Cut.id.in_(cuts),
-            models.Cut.pair_id.is_not(None),
-            models.Cut.recording.has(machine_id=self._owner.id),
+        pairs = (
+            select(models.Cut.pair_id)
+            .join(models.SensedForce, models.SensedForce.cut_id == models.Cut.id)
+            .where(
+                models.SensedForce.id > self.span.force,
+                models.SensedForce.cut_id <= self.span.old,
+                models.Cut.pair_id.is_not(None),
+                models.Cut.recording.has(machine_id=self._owner.id),
+            )
+            .distinct()
         )
         return {number for number in self._session.scalars(pairs) if number is not None}
 

@@ -5,7 +5,7 @@ a cut, a force or a recording. A prior holds sums, so that a machine's next vers
 cost of that version; the pairs in it are linked to it.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -109,11 +109,16 @@ def sharing(session: Session) -> dict[int, list[Version]]:
     return found
 
 
-def told_by(session: Session, prior: models.FleetPrior) -> list[Version]:
-    """Return the versions whose sums a prior holds."""
+def told_by(
+    session: Session, prior: models.FleetPrior, *, machine_id: int | None = None
+) -> list[Version]:
+    """Return the versions whose sums a prior holds, all or those of one machine."""
     link = fleet_prior_parameters.c
     query = _VERSION.join(fleet_prior_parameters, link.cutting_parameters_id == _P.id)
-    return [Version(*row) for row in session.execute(query.where(link.fleet_prior_id == prior.id))]
+    query = query.where(link.fleet_prior_id == prior.id)
+    if machine_id is not None:
+        query = query.where(_P.machine_id == machine_id)
+    return [Version(*row) for row in session.execute(query)]
 
 
 def newest_prior(session: Session, material_id: int) -> models.FleetPrior | None:
@@ -166,17 +171,16 @@ def from_others(session: Session, machine_id: int, material: str, tool: str) -> 
     prior = None if row is None else newest_prior(session, row.id)
     if prior is None or prior.known is None:
         return None
-    known = known_from(prior.known)
-    every = told_by(session, prior)
-    for one in every:
-        if (one.machine_id, one.tool) == (machine_id, tool):
-            known = known.without(tool, own_cuts(session, one.id).as_stated)
-    others = [one for one in every if one.machine_id != machine_id]
-    machines = {one.machine_id for one in others}
-    with_tool = {one.machine_id for one in others if one.tool == tool}
-    if len(machines) < OTHERS:
+    own = told_by(session, prior, machine_id=machine_id)
+    machines = prior.machines - bool(own)
+    if machines < OTHERS:
         return None
-    return FromOthers(prior, known.pair(tool), len(machines), len(with_tool))
+    known = known_from(prior.known)
+    for one in own:
+        if one.tool == tool:
+            known = known.without(tool, own_cuts(session, one.id).as_stated)
+    with_tool = known.tools[tool].machines if tool in known.tools else 0
+    return FromOthers(prior, known.pair(tool), machines, with_tool)
 
 
 def as_kept(known: Known) -> dict[str, Any]:
@@ -219,8 +223,7 @@ def machines_of(versions: Iterable[Version]) -> int:
     return len({one.machine_id for one in versions})
 
 
-def names_of(session: Session, machine_ids: Sequence[int]) -> dict[int, str]:
-    """Return the names of machines by id."""
-    query = select(models.Machine.id, models.Machine.name)
-    found = session.execute(query.where(models.Machine.id.in_(machine_ids)))
-    return {row[0]: row[1] for row in found}
+def machine_names(session: Session) -> dict[int, str]:
+    """Return the names of all machines by id."""
+    rows = session.execute(select(models.Machine.id, models.Machine.name))
+    return {row[0]: row[1] for row in rows}

@@ -14,7 +14,7 @@ from autodb.agent.calibrations import as_calibration
 from autodb.agent.together import RECORDINGS
 from autodb.agent.wearing import wear_words
 from autodb.cutting import shear
-from autodb.errors import UnusableInput, near
+from autodb.errors import NotThere, near
 from autodb.fitting import NORMAL_95
 from autodb.sensing.forms import kept
 from autodb.store import Store, models
@@ -36,15 +36,15 @@ class Node:
 def trace(store: Store, kind: str, number: int) -> Node:
     """Return where row ``number`` of ``kind`` came from, down to recordings.
 
-    Raises UnusableInput for an unknown kind or number.
+    Raises NotThere for an unknown kind or number.
     """
     if kind not in _KINDS:
-        raise UnusableInput(f"nothing called '{kind}' is traced{near(kind, _KINDS)}")
+        raise NotThere(f"nothing called '{kind}' is traced{near(kind, _KINDS)}")
     model, describe = _KINDS[kind]
     with store.reading() as session:
         row = session.get(model, number)
         if row is None:
-            raise UnusableInput(f"there is no {kind} {number} in this database")
+            raise NotThere(f"there is no {kind} {number} in this database")
         return describe(session, row)
 
 

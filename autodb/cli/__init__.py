@@ -26,10 +26,11 @@ from autodb.cli import (
     scaling,
     scheduling,
     sensing,
+    serving,
     standard,
     sweeping,
 )
-from autodb.cli._common import excuse
+from autodb.excuses import excuse
 
 INTERRUPTED = 130
 
@@ -54,6 +55,8 @@ app.command("refresh")(refreshing.refresh)
 app.command("schedule")(scheduling.schedule)
 app.command("agent")(running.agent)
 app.add_typer(fleet.fleet, name="fleet")
+app.command("serve")(serving.serve)
+app.add_typer(serving.token, name="token")
 app.command("predict")(answers.predict)
 app.command("lookup")(looking_up.lookup)
 app.command("plan")(planning.plan)

@@ -19,7 +19,8 @@ from autodb.cli._common import (
 if TYPE_CHECKING:
     from rich.tree import Tree
 
-    from autodb.agent.predicting import Behind, Predicted
+    from autodb.agent.known import Behind
+    from autodb.agent.predicting import Predicted
     from autodb.agent.tracing import Node
     from autodb.exceeding import Exceeding
     from autodb.forward import Interval, PredictedCut

@@ -9,7 +9,8 @@ from autodb.cli._common import Database, MachineName, opened, say, show, table
 from autodb.cli.answers import Json, say_answer, show_predicted
 
 if TYPE_CHECKING:
-    from autodb.agent.looking_up import Listed, LookedUp
+    from autodb.agent.grounds import LookedUp
+    from autodb.agent.looking_up import Listed
     from autodb.jobs import JobCut
 
 OPTIONS = {
@@ -159,7 +160,7 @@ def _answer(answer: "LookedUp", *, json: bool) -> None:
     if json:
         from pydantic import TypeAdapter
 
-        from autodb.agent.looking_up import LookedUp
+        from autodb.agent.grounds import LookedUp
 
         say(TypeAdapter(LookedUp).dump_json(answer, indent=1).decode())
         return

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Columns, Database, MachineName, excuse, opened, say, working
+from autodb.cli._common import Columns, Database, MachineName, opened, say, working
+from autodb.excuses import excuse
 
 if TYPE_CHECKING:
     from autodb.agent.passes import Refreshed

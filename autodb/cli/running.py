@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, excuse, opened, say, show, table
+from autodb.cli._common import Database, opened, say, show, table
+from autodb.excuses import excuse
 
 if TYPE_CHECKING:
     from autodb.agent.checking import Checked

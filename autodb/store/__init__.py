@@ -5,9 +5,10 @@ process killed in the middle leaves the database as it was before.
 """
 
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from sqlalchemy import Connection, Engine, inspect
@@ -17,10 +18,11 @@ from sqlalchemy.orm import Session
 from autodb.assets import kit
 from autodb.errors import UnusableInput
 from autodb.store.engines import MACHINE, WRITES, backend_of, engine_of, lasting, lock_catalogue
-from autodb.store.urls import DEFAULT_URL, database_url, file_of, on_server, shown
+from autodb.store.urls import DEFAULT_URL, SQLITE, database_url, file_of, on_server, shown
 
 __all__ = [
     "DEFAULT_URL",
+    "Also",
     "Created",
     "Store",
     "create_store",
@@ -30,6 +32,7 @@ __all__ = [
     "lasting",
     "lock_catalogue",
     "migrate",
+    "nothing_else",
     "on_server",
     "open_store",
     "pointing_nowhere",
@@ -38,11 +41,25 @@ __all__ = [
 ]
 
 
+Also = Callable[[Session, int], None]
+"""What else is written in the transaction that writes a row, by its number."""
+
+
+def nothing_else(_session: Session, _number: int) -> None:
+    """Write nothing beside a row."""
+
+
 class Store:
     """An open database."""
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
+
+    @property
+    def path(self) -> Path | None:
+        """Return the database's file; None on a server."""
+        name = self.engine.url.database
+        return Path(name) if self.engine.dialect.name == SQLITE and name else None
 
     @contextmanager
     def reading(self) -> Iterator[Session]:

@@ -56,6 +56,9 @@ class Backend(Protocol):
     def made(self, url: URL, *, foreign_keys: bool) -> Engine:
         """Return a new engine."""
 
+    def state(self, driver: Any) -> str:
+        """Return what differs once anything is committed, asked over one driver's connection."""
+
 
 @dataclass(frozen=True)
 class _SQLite:
@@ -84,6 +87,10 @@ class _SQLite:
             connection.exec_driver_sql("BEGIN IMMEDIATE")
         else:
             connection.exec_driver_sql("BEGIN")
+
+    def state(self, driver: Any) -> str:
+        """Return the number of commits by other connections that this one has seen."""
+        return str(driver.execute("PRAGMA data_version").fetchone()[0])
 
 
 @dataclass(frozen=True)
@@ -117,6 +124,11 @@ class _PostgreSQL:
         connection.execute(select(func.pg_advisory_xact_lock_shared(ALL)))
         own = func.hashtextextended(bindparam("machine", machine), ALL)
         connection.execute(select(func.pg_advisory_xact_lock(own)))
+
+    def state(self, driver: Any) -> str:
+        """Return which transactions a statement would see now."""
+        driver.autocommit = True
+        return str(driver.execute("SELECT pg_current_snapshot()::text").fetchone()[0])
 
 
 BACKENDS: Mapping[str, Backend] = {

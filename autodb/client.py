@@ -1,0 +1,224 @@
+"""A client of the service: what the library answers, over HTTP.
+
+    with Client("http://127.0.0.1:8321") as autodb:
+        found = autodb.look_up("lathe-1", "C45", "CNMG 120408", cut)
+        print(found.cut.force_y_N.value)
+
+Answers are kept with their entity tags: asked again, and nothing written meanwhile, the service
+sends none.
+"""
+
+from collections import OrderedDict
+from collections.abc import Iterable, Iterator
+from functools import cache
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+from urllib.parse import quote
+
+import httpx
+from pydantic import TypeAdapter
+
+from autodb.agent.grounds import LookedUp
+from autodb.agent.looking_up import Listed
+from autodb.agent.overview import CalibrationSaid, MachineSaid, MachineSeen, MismatchSaid
+from autodb.agent.predicting import Answer, Predicted
+from autodb.errors import NotThere, UnusableInput
+from autodb.jobs import Job, JobCut
+from autodb.web.said import Decision, End, Feels, Machines, Row, Step
+
+API = "/api/v1"
+KEPT = 1000
+"""Answers that are kept. Chosen: some 2 kB each."""
+NOT_THERE = 404
+NOT_MODIFIED = 304
+
+
+class Unanswered(Exception):  # noqa: N818 - the name says what it is to the reader of the message
+    """No answer: the service is away, or does not let the client in."""
+
+
+class Client:
+    """Asks one service; ``token`` where it needs one, ``ca`` a certificate (PEM) to trust."""
+
+    def __init__(
+        self,
+        url: str,
+        *,
+        token: str | None = None,
+        ca: Path | None = None,
+        timeout_s: float = 30.0,
+        transport: httpx.BaseTransport | None = None,
+    ) -> None:
+        self._http = httpx.Client(
+            base_url=url.rstrip("/") + API,
+            headers={} if token is None else {"Authorization": f"Bearer {token}"},
+            verify=True if ca is None else _trusting(ca),
+            timeout=timeout_s,
+            transport=transport,
+        )
+        self._kept: OrderedDict[str, tuple[str, bytes]] = OrderedDict()
+
+    def __enter__(self) -> "Client":
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        where: TracebackType | None,
+    ) -> None:
+        """Give its connections back."""
+        self._http.close()
+
+    def machines(self) -> Iterator[MachineSeen]:
+        """Give all machines, by name."""
+        after: str | None = ""
+        while after is not None:
+            found: Machines = self._get(Machines, "/machines", {"after": after})
+            yield from found.machines
+            after = found.next
+
+    def machine(self, name: str) -> MachineSaid:
+        """Return one machine; raises NotThere."""
+        said: MachineSaid = self._get(MachineSaid, f"/machines/{_in_path(name)}")
+        return said
+
+    def feels(self, machine: str) -> Feels:
+        """Return what a machine can feel, and what it cannot."""
+        found: Feels = self._get(Feels, f"/machines/{_in_path(machine)}/sensors")
+        return found
+
+    def calibrations(self, machine: str) -> list[CalibrationSaid]:
+        """Return a machine's calibrations that hold now."""
+        path = f"/machines/{_in_path(machine)}/calibrations"
+        found: list[CalibrationSaid] = self._get(list[CalibrationSaid], path)
+        return found
+
+    def pairs(self, machine: str) -> list[Listed]:
+        """Return the pairs that a machine has learnt."""
+        found: list[Listed] = self._get(list[Listed], f"/machines/{_in_path(machine)}/pairs")
+        return found
+
+    def mismatches(self, machine: str) -> list[MismatchSaid]:
+        """Return a machine's mismatches that nobody decided on."""
+        path = f"/machines/{_in_path(machine)}/mismatches"
+        found: list[MismatchSaid] = self._get(list[MismatchSaid], path)
+        return found
+
+    def trace(self, kind: str, number: int) -> Step:
+        """Return where a stored row came from; raises NotThere."""
+        found: Step = self._get(Step, f"/trace/{_in_path(kind)}/{number}")
+        return found
+
+    def look_up(self, machine: str, material: str, tool: str, cut: JobCut) -> LookedUp:
+        """Return what a cut of a pair will take. Raises UnusableInput, NotThere of the machine."""
+        query = {"material": material, "tool": tool} | cut.model_dump(exclude_none=True)
+        found: LookedUp = self._get(LookedUp, f"/machines/{_in_path(machine)}/lookup", query)
+        return found
+
+    def look_up_many(
+        self, machine: str, material: str, tool: str, cuts: Iterable[JobCut]
+    ) -> Iterator[Row]:
+        """Give what each of many cuts of a pair will take, in their order.
+
+        Raises Unanswered where the answer is cut off.
+        """
+        lines = (cut.model_dump_json(exclude_none=True).encode() + b"\n" for cut in cuts)
+        path = f"/machines/{_in_path(machine)}/lookup/batch"
+        query = {"material": material, "tool": tool}
+        try:
+            with self._http.stream("POST", path, params=query, content=lines) as response:
+                if response.is_error:
+                    response.read()
+                    _refuse(response)
+                for line in response.iter_lines():
+                    found = _adapter(Row | End).validate_json(line)
+                    if isinstance(found, End):
+                        return
+                    yield found
+        except httpx.HTTPError as error:
+            raise _unanswered(error) from error
+        raise Unanswered("the service's answer was cut off")
+
+    def predict(self, machine: str, job: Job) -> Answer:
+        """Return what each cut of a job will take; nothing is kept."""
+        found: Answer = self._post(Answer, f"/machines/{_in_path(machine)}/predict", job)
+        return found
+
+    def keep_prediction(self, machine: str, job: Job) -> Predicted:
+        """Return what each cut of a job will take, kept; needs a token of role operate."""
+        path = f"/machines/{_in_path(machine)}/predictions"
+        found: Predicted = self._post(Predicted, path, job)
+        return found
+
+    def confirm(self, mismatch: int, term: str | None = None) -> Decision:
+        """Confirm a mismatch, as an alternative ``term`` or as named; needs role operate."""
+        path = f"/mismatches/{mismatch}/confirm"
+        response = self._asked("POST", path, json={"term": term})
+        found: Decision = _adapter(Decision).validate_json(response.content)
+        return found
+
+    def reject(self, mismatch: int) -> Decision:
+        """Reject a mismatch; needs a token of role operate."""
+        response = self._asked("POST", f"/mismatches/{mismatch}/reject")
+        found: Decision = _adapter(Decision).validate_json(response.content)
+        return found
+
+    def _get(self, kind: Any, path: str, query: dict[str, Any] | None = None) -> Any:
+        url = str(self._http.build_request("GET", path, params=query).url)
+        tag, body = self._kept.get(url, ("", b""))
+        response = self._asked("GET", url, headers={"If-None-Match": tag} if tag else {})
+        if response.status_code != NOT_MODIFIED:
+            body = response.content
+            self._kept[url] = response.headers.get("etag", ""), body
+            if len(self._kept) > KEPT:
+                self._kept.popitem(last=False)
+        return _adapter(kind).validate_json(body)
+
+    def _post(self, kind: Any, path: str, job: Job) -> Any:
+        body = job.model_dump(mode="json", exclude_none=True)
+        return _adapter(kind).validate_json(self._asked("POST", path, json=body).content)
+
+    def _asked(self, method: str, path: str, **more: Any) -> httpx.Response:
+        try:
+            response = self._http.request(method, path, **more)
+        except httpx.HTTPError as error:
+            raise _unanswered(error) from error
+        if response.is_error:
+            _refuse(response)
+        return response
+
+
+def _refuse(response: httpx.Response) -> None:
+    """Raise what a response says that is no answer."""
+    try:
+        said = str(response.json()["detail"])
+    except (ValueError, KeyError, TypeError):
+        said = f"{response.url}: status {response.status_code}, not from autodb"
+        raise Unanswered(said) from None
+    if response.status_code == NOT_THERE:
+        raise NotThere(said)
+    if response.status_code in (400, 413, 422):
+        raise UnusableInput(said)
+    raise Unanswered(said)
+
+
+def _unanswered(error: httpx.HTTPError) -> Unanswered:
+    return Unanswered(f"{error.request.url}: no answer ({error}); 'autodb serve' gives them")
+
+
+def _in_path(name: str) -> str:
+    return quote(name, safe="")
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def _trusting(ca: Path) -> Any:
+    import ssl
+
+    return ssl.create_default_context(cafile=ca)

@@ -1,0 +1,83 @@
+"""The service as one ASGI application."""
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from importlib.metadata import version
+
+from fastapi import APIRouter, FastAPI, Request, Response
+
+from autodb.agent.shelves import Shelves
+from autodb.store import open_store
+from autodb.store.watched import Watched
+from autodb.web import batch, decisions, forces, machines, tools
+from autodb.web.guard import Guard
+from autodb.web.metrics import TEXT, Metrics
+from autodb.web.problems import handle, problems
+from autodb.web.schema import with_units
+from autodb.web.service import Reads, Service, service_of
+from autodb.web.settings import Settings
+
+API = "/api/v1"
+ABOUT = """What a machining database knows: forces, torque and power of cuts before they are made,
+each with its 95 % interval; what machines can feel; and where every number came from.
+
+Names of quantities end in their unit: `force_x_N`, `feed_mm_rev`, `torque_N_m`. An answer's `ETag`
+is the state of the database that it is of: as long as nothing was written, `If-None-Match` gets
+304 and no body. Every refusal is one line, `detail`, which says what would work."""
+
+operations = APIRouter(tags=["Operation"])
+
+
+def make_app(settings: Settings) -> FastAPI:
+    """Return the application that serves a database; it is opened at once.
+
+    Raises UnusableInput where there is no database, or its schema is another.
+    """
+    store = open_store(settings.url)
+    watched = Watched(store)
+    metrics = Metrics()
+    service = Service(settings, store, watched, Shelves(store, watched), metrics)
+
+    @asynccontextmanager
+    async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
+        yield
+        service.close()
+
+    app = FastAPI(
+        title="autodb",
+        version=version("autodb"),
+        description=ABOUT,
+        docs_url=None,  # their pages load scripts from elsewhere
+        redoc_url=None,
+        openapi_url=f"{API}/openapi.json",
+        lifespan=lifespan,
+    )
+    app.state.service = service
+    handle(app)
+    for router, tag in (
+        (batch.router, "Forces"),
+        (forces.router, "Forces"),
+        (tools.router, "Tools"),
+        (decisions.router, "Mismatches"),
+        (machines.router, "Machines"),
+    ):
+        app.include_router(router, prefix=API, tags=[tag])
+    app.include_router(operations)
+    app.add_middleware(Guard, settings=settings, metrics=metrics)
+    with_units(app)
+    return app
+
+
+@operations.get("/healthz", summary="Whether it answers", responses=problems(503))
+def health(request: Request) -> Response:
+    """Say whether the service and its database answer; needs no token."""
+    service = service_of(request)
+    with service.store.reading() as session:
+        session.connection().exec_driver_sql("SELECT version_num FROM alembic_version").one()
+    return Response('{"status":"ok"}', media_type="application/json")
+
+
+@operations.get("/metrics", summary="Counts, for Prometheus", responses=problems(401, 429))
+def counts(request: Request, _access: Reads) -> Response:
+    """Say how many requests were answered, by route and status, and how fast."""
+    return Response(service_of(request).metrics.text(), media_type=TEXT)

@@ -1,0 +1,180 @@
+"""`python -m benchmarks.serving [ROWS]`: the service on loopback while a refresh writes.
+
+A minute of 200 look-ups a second of pairs at random among ROWS versions of parameters (20 000, or
+1 000 000: 15 GB), sent when they are due whether or not earlier ones are answered; times count from
+then. Then 100 000 turned cuts in
+one batch, with the service's memory before and at its peak.
+"""
+
+import asyncio
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from urllib.parse import urlencode
+
+import httpx
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.fleet_lookups import MACHINES, PAIRS, fill, writing
+
+Array = NDArray[np.float64]
+
+RATE, MINUTE_S, WARM_UP_S, CONNECTIONS = 200, 60.0, 3.0, 16
+P50_MS, P99_MS, BATCH_S = 3.0, 15.0, 10.0
+CUTS = 100_000
+API = "/api/v1"
+CUT = {"operation": "turn", "diameter_mm": 50.0, "depth_mm": 2.0, "feed_mm_rev": 0.25,
+       "speed_m_min": 220.0}  # fmt: skip
+
+
+@contextmanager
+def served(url: str) -> Iterator[tuple[str, int]]:
+    """Have the service answer in a process of its own; give its URL and its process."""
+    command = [sys.executable, "-m", "autodb", "serve", "--port", "0", "--db", url]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )  # fmt: skip
+    try:
+        assert process.stdout is not None
+        at = process.stdout.readline().split(API)[0]
+        while True:
+            try:
+                httpx.get(f"{at}/healthz").raise_for_status()
+                break
+            except httpx.HTTPError:
+                assert process.poll() is None
+                time.sleep(0.1)
+        yield at, process.pid
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.wait()
+
+
+def memory_mb(process: int, what: str) -> float:
+    """Return a process' memory now (VmRSS) or at its peak (VmHWM)."""
+    for line in Path(f"/proc/{process}/status").read_text().splitlines():
+        if line.startswith(what):
+            return int(line.split()[1]) / 1e3
+    raise AssertionError(what)
+
+
+class Asker:
+    """Asks over one connection that is kept, one request at a time."""
+
+    def __init__(self, port: int) -> None:
+        self._port = port
+        self._lock = asyncio.Lock()
+        self._open: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
+
+    async def ask(self, request: bytes) -> int:
+        """Send a request; return the status of its answer, once it is whole."""
+        async with self._lock:
+            if self._open is None:
+                self._open = await asyncio.open_connection("127.0.0.1", self._port)
+            reader, writer = self._open
+            writer.write(request)
+            head = await reader.readuntil(b"\r\n\r\n")
+            length = 0
+            for line in head.split(b"\r\n"):
+                if line.lower().startswith(b"content-length:"):
+                    length = int(line.split(b":")[1])
+            await reader.readexactly(length)
+            return int(head.split(b" ", 2)[1])
+
+
+def request_of(rng: np.random.Generator) -> bytes:
+    """Return a look-up of a pair and a cut at random."""
+    asked = CUT | {
+        "material": f"material {rng.integers(PAIRS)}", "tool": "insert",
+        "depth_mm": round(float(rng.uniform(0.5, 4.0)), 3),
+        "feed_mm_rev": round(float(rng.uniform(0.1, 0.4)), 3),
+    }  # fmt: skip
+    path = f"{API}/machines/lathe-{rng.integers(MACHINES)}/lookup?{urlencode(asked)}"
+    return f"GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode()
+
+
+async def asked(port: int, seconds: float, rng: np.random.Generator) -> tuple[Array, list[int]]:
+    """Ask at a steady rate; return the times from when each was due, ms, and statuses."""
+    askers = [Asker(port) for _ in range(CONNECTIONS)]
+    count = int(seconds * RATE)
+    requests = [request_of(rng) for _ in range(count)]
+    took_ms, statuses = np.zeros(count), [0] * count
+    begin = time.perf_counter() + 0.1
+
+    async def one(k: int) -> None:
+        due = begin + k / RATE
+        await asyncio.sleep(due - time.perf_counter())
+        statuses[k] = await askers[k % CONNECTIONS].ask(requests[k])
+        took_ms[k] = 1e3 * (time.perf_counter() - due)
+
+    await asyncio.gather(*(one(k) for k in range(count)))
+    return took_ms, statuses
+
+
+def look_ups(at: str, *, what: str) -> None:
+    """Print how long look-ups take at a steady rate."""
+    port = int(at.rpartition(":")[2])
+    rng = np.random.default_rng(4)
+    asyncio.run(asked(port, WARM_UP_S, rng))
+    took_ms, statuses = asyncio.run(asked(port, MINUTE_S, rng))
+    p50, p99 = np.percentile(took_ms, [50, 99])
+    failed = sum(status != 200 for status in statuses)
+    met = p50 <= P50_MS and p99 <= P99_MS and not failed
+    print(
+        f"{what}: {len(statuses)} look-ups at {RATE}/s: p50 {p50:.1f} ms (limit {P50_MS:g}), p99 "
+        f"{p99:.1f} ms (limit {P99_MS:g}), longest {took_ms.max():.0f} ms, {failed} failed: "
+        f"{'passed' if met else 'missed'}",
+        flush=True,
+    )
+
+
+def batch(at: str, process: int) -> None:
+    """Print how long many cuts take at once, and what memory."""
+    rng = np.random.default_rng(5)
+    lines = "".join(
+        json.dumps(CUT | {"depth_mm": depth}) + "\n" for depth in rng.uniform(0.5, 4.0, CUTS)
+    ).encode()
+    before = memory_mb(process, "VmRSS")
+    start = time.perf_counter()
+    with httpx.stream(
+        "POST", f"{at}{API}/machines/lathe-1/lookup/batch", content=lines, timeout=600.0,
+        params={"material": "material 1", "tool": "insert"},
+    ) as response:  # fmt: skip
+        last = ""
+        for line in response.iter_lines():
+            last = line
+    took_s = time.perf_counter() - start
+    assert json.loads(last) == {"answered": CUTS, "refused": 0}, last
+    print(
+        f"batch of {CUTS} cuts: {took_s:.1f} s (limit {BATCH_S:g}: "
+        f"{'passed' if took_s <= BATCH_S else 'missed'}), memory {before:.0f} MB before, "
+        f"{memory_mb(process, 'VmHWM'):.0f} MB at its peak",
+        flush=True,
+    )
+
+
+def main(rows: int) -> None:
+    """Fill a file, serve it, and ask."""
+    versions = rows // (MACHINES * PAIRS)
+    with tempfile.TemporaryDirectory(prefix="autodb-serving-") as name:
+        file = Path(name) / "many.sqlite3"
+        url = f"sqlite:///{file}"
+        fill(url, versions, file)
+        with served(url) as (at, process):
+            look_ups(at, what="quiet")
+            batch(at, process)
+            with writing(url):
+                look_ups(at, what="while a refresh writes")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 20_000)
