@@ -23,7 +23,7 @@ import numpy as np
 from autodb.agent.health import memory_MB
 from autodb.agent.machines import add_machine
 from autodb.agent.running import Agent
-from autodb.cli._common import excuse
+from autodb.excuses import excuse
 from autodb.live.agentfile import read_agentfile
 from autodb.machinefile import AxisFile, MachineFile
 from autodb.store import Store, create_store, open_store

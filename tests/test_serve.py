@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import socket
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -623,10 +624,9 @@ def test_stopped_it_answers_what_is_on_its_way(
     if child == 0:
         code = 99
         try:
-            with log.open("w") as to:
-                os.dup2(to.fileno(), 1)
-                os.dup2(to.fileno(), 2)
-            code = run(["serve", "--port", str(port), "--db", url])
+            with log.open("w", buffering=1) as sys.stdout:
+                sys.stderr = sys.stdout
+                code = run(["serve", "--port", str(port), "--db", url])
         finally:
             os._exit(code)
     at, lines = f"http://127.0.0.1:{port}", (json.dumps(CUT) + "\n") * 3000

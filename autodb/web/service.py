@@ -21,6 +21,8 @@ HELD_S = 5.0
 """How long a token that was valid is taken to be so without asking again. Chosen."""
 GUESSES, GUESSES_S = 20, 60.0
 """Tokens that are not valid, of one address, within so long: no more are looked at. Chosen."""
+CLIENTS = 10_000
+"""Addresses whose guesses are remembered. Chosen: some megabytes."""
 
 
 @dataclass
@@ -49,8 +51,7 @@ class Service:
         found = self._of(secret) if header.lower().startswith(BEARER) else None
         if found is None:
             self.metrics.refused_tokens.inc()
-            with self._lock:
-                self._guessed.setdefault(client, deque(maxlen=GUESSES)).append(time.monotonic())
+            self._note_guess(client)
             raise HTTPException(401, "the token is not valid", CHALLENGE)
         return found
 
@@ -65,6 +66,13 @@ class Service:
             if found is not None:
                 self._held[secret] = time.monotonic(), found
         return found
+
+    def _note_guess(self, client: str) -> None:
+        with self._lock:
+            some = self._guessed.setdefault(client, deque(maxlen=GUESSES))
+            some.append(time.monotonic())
+            if len(self._guessed) > CLIENTS:
+                del self._guessed[next(iter(self._guessed))]
 
     def _refuse_guessing(self, client: str) -> None:
         """Raise HTTPException where an address had too many tokens that were not valid."""
