@@ -2,6 +2,7 @@
 
 import sqlite3
 from collections.abc import Sequence
+from http import HTTPStatus
 from typing import Any
 
 from fastapi import FastAPI, HTTPException, Request
@@ -15,6 +16,7 @@ from autodb.errors import NotThere, UnusableInput
 from autodb.excuses import excuse
 
 NOT_THERE, UNUSABLE, AWAY = 404, 422, 503
+ELSEWHERE = "/api/v1/openapi.json lists what would work"
 
 
 class Problem(BaseModel):
@@ -76,7 +78,9 @@ def first_of(errors: Sequence[Any]) -> str:
 async def _refused(_request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException | StarletteHTTPException)
     headers = dict(error.headers) if error.headers else None
-    return problem(error.status_code, str(error.detail), headers)
+    unsaid = error.detail == HTTPStatus(error.status_code).phrase
+    said = f"{error.detail}: {ELSEWHERE}" if unsaid else str(error.detail)
+    return problem(error.status_code, said, headers)
 
 
 async def _away(_request: Request, error: Exception) -> JSONResponse:
