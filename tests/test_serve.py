@@ -24,6 +24,7 @@ from cryptography.x509.oid import NameOID
 from fastapi.testclient import TestClient
 from numpy.testing import assert_allclose
 from pydantic import TypeAdapter
+from sqlalchemy import inspect, select
 
 from autodb.agent.access import add_token, noted, revoke_token
 from autodb.agent.grounds import LookedUp
@@ -31,6 +32,7 @@ from autodb.agent.looking_up import Shelf
 from autodb.agent.machines import add_machine
 from autodb.agent.predicting import Answer
 from autodb.agent.refreshing import refresh
+from autodb.agent.shelves import Shelves
 from autodb.cli import run
 from autodb.client import Client, Unanswered
 from autodb.errors import NotThere, UnusableInput
@@ -285,13 +287,63 @@ def test_a_look_up_follows_what_is_learnt(
 ) -> None:
     asked = pair | CUT
     path = f"{API}/machines/lathe-0/lookup"
-    before = client.get(path, params=asked).json()
-    assert client.get(path, params=asked).json() == before
+
+    def force_N() -> float:
+        value = client.get(path, params=asked).json()["cut"]["force_y_N"]["value"]
+        assert isinstance(value, float)
+        return value
+
+    before = force_N()
+    assert force_N() == before
+    number = _newer_version(store, client.get(path, params=asked).json()["behind"]["parameters"])
+    assert force_N() > before
     with store.writing("lathe-0") as session:
-        row = session.get_one(models.CuttingParameters, before["behind"]["parameters"])
-        row.mean = [row.mean[0] + 0.1, *row.mean[1:]]
-    after = client.get(path, params=asked).json()
-    assert after["cut"]["force_y_N"]["value"] > before["cut"]["force_y_N"]["value"]
+        session.get_one(models.CuttingParameters, number).undone_at = "2026-01-01T00:00:00+00:00"
+    assert force_N() == before
+    with store.writing() as session:
+        for tool in session.scalars(select(models.Tool)):
+            tool.rake_deg = 20.0
+    assert force_N() != before
+
+
+def _newer_version(store: Store, number: int) -> int:
+    """Add a version after one of a pair that is of another mean; return its number."""
+    with store.writing("lathe-0") as session:
+        row = session.get_one(models.CuttingParameters, number)
+        columns = {c.key: getattr(row, c.key) for c in inspect(models.CuttingParameters).columns}
+        columns |= {"mean": [row.mean[0] + 0.1, *row.mean[1:]], "version": row.version + 1}
+        newer = models.CuttingParameters(**{k: v for k, v in columns.items() if k != "id"})
+        session.add(newer)
+        session.flush()
+        return newer.id
+
+
+def test_a_limit_that_changes_counts_at_once(
+    client: TestClient, store: Store, pair: dict[str, str]
+) -> None:
+    path = f"{API}/machines/lathe-0/lookup"
+    assert client.get(path, params=pair | CUT).json()["exceeds"] == []
+    with store.writing("lathe-0") as session:
+        for axis in session.scalars(select(models.Axis)):
+            axis.limit_force_N = 1.0
+    assert client.get(path, params=pair | CUT).json()["exceeds"] != []
+
+
+def test_what_is_kept_of_a_pair_outlives_other_changes(
+    url: str, store: Store, pair: dict[str, str]
+) -> None:
+    watched = Watched(store)
+    shelves = Shelves(store, watched)
+    first = shelves.grounds("lathe-0", **pair)
+    writer = open_store(url)
+    add_machine(writer, "another", LATHE)
+    again = shelves.grounds("lathe-0", **pair)
+    assert again.mark != first.mark
+    assert again.grounds is first.grounds
+    _newer_version(writer, first.grounds.known.behind.parameters or 0)
+    assert shelves.grounds("lathe-0", **pair).grounds is not first.grounds
+    writer.close()
+    watched.close()
 
 
 def test_a_restored_backup_is_read(client: TestClient, url: str, tmp_path: Path) -> None:

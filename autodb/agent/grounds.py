@@ -11,7 +11,7 @@ from autodb.agent.beliefs import learnt_pairs
 from autodb.agent.in_state import States, states_of
 from autodb.agent.known import Behind, Known
 from autodb.agent.learnt_from import LearntFrom
-from autodb.agent.machines import limits_of
+from autodb.agent.owner import Owner
 from autodb.agent.wearing import said_of_wear
 from autodb.cutting import tools
 from autodb.errors import near
@@ -53,6 +53,19 @@ class LookedUp:
 
 
 @dataclass(frozen=True)
+class Stamp:
+    """What grounds of a learnt pair depend on: as long as it is equal, so are they.
+
+    ``usual`` and ``others``: newest versions of the pair's states, by id; nobody changes a version.
+    """
+
+    usual: int
+    others: frozenset[int]
+    tool: Mapping[str, float]
+    limits: Mapping[str, Limits]
+
+
+@dataclass(frozen=True)
 class Grounds:
     """What a machine knows of a pair, what its cuts were, and the machine's limits by axis.
 
@@ -65,6 +78,15 @@ class Grounds:
     known: Known
     states: States | None
     learnt: tuple[str, ...]
+
+    @property
+    def stamp(self) -> Stamp | None:
+        """What they depend on; None where the pair is not learnt."""
+        usual = self.known.behind.parameters
+        if usual is None or self.states is None:
+            return None
+        others = frozenset(one.row.id for one in self.states.others)
+        return Stamp(usual, others, self.known.tool.numbers, self.limits)
 
     def predict(
         self, cuts: Sequence[JobCut]
@@ -114,12 +136,12 @@ class Grounds:
             yield from _outside(self.states.usual, cuts, self.known.tool)
 
 
-def grounds_of(session: Session, owner: models.Machine, material: str, known: Known) -> Grounds:
+def grounds_of(session: Session, owner: Owner, material: str, known: Known) -> Grounds:
     """Read what else answers rest on about a pair of which this is known."""
     number = known.behind.parameters
     return Grounds(
         machine=owner.name,
-        limits=limits_of(owner),
+        limits=owner.limits,
         material=material,
         known=known,
         states=None if number is None else states_of(session, number),

@@ -45,9 +45,11 @@ class States:
 
 def states_of(session: Session, parameters: int) -> States:
     """Return the states of the pair that a version of its usual one, by id, is of."""
+    numbers = others_of(session, parameters)
+    rows = [session.get_one(models.CuttingParameters, number) for number in numbers]
     others = [
         OfState(row, as_belief(row), learnt_from(session, row.id))
-        for row in _others(session, parameters)
+        for row in sorted(rows, key=lambda row: (-row.n_cuts, row.id))
     ]
     return States(learnt_from(session, parameters), tuple(others))
 
@@ -87,20 +89,18 @@ def _inside(value: float, ends: tuple[float, float]) -> bool:
     return ends[0] <= value <= ends[1]
 
 
-def _others(session: Session, parameters: int) -> list[models.CuttingParameters]:
-    """Return the newest version of each state of a pair but the usual one, the most cut first."""
-    numbers = session.connection().execute(_OF_OTHER_STATES, {"usual": parameters}).scalars().all()
-    rows = [session.get_one(models.CuttingParameters, number) for number in numbers]
-    newest = {row.state: row for row in rows}
-    return sorted(newest.values(), key=lambda row: -row.n_cuts)
+def others_of(session: Session, parameters: int) -> frozenset[int]:
+    """Return the newest versions, by id, of each state of a pair but the usual one, given by id."""
+    rows = session.connection().execute(_OF_OTHER_STATES, {"usual": parameters}).all()
+    return frozenset({state: number for number, state in rows}.values())
 
 
-def _of_other_states() -> Select[int]:
+def _of_other_states() -> Select[int, str | None]:
     """Return the query of a pair's versions in other states than the usual one, oldest first."""
     usual, other = (aliased(models.CuttingParameters) for _ in range(2))
     same_pair = (usual.machine_id == other.machine_id) & (usual.pair_id == other.pair_id)
     return (
-        select(other.id)
+        select(other.id, other.state)
         .join(usual, same_pair)
         .where(usual.id == bindparam("usual"), other.state.is_not(None), other.undone_at.is_(None))
         .order_by(other.version)

@@ -7,6 +7,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.beliefs import LAW, as_belief, latest
 from autodb.agent.felt import numbers_of
+from autodb.agent.owner import Owner
 from autodb.agent.starting import start_of
 from autodb.errors import UnusableInput
 from autodb.forward import ToolOf
@@ -48,7 +49,7 @@ class Known:
         return self.behind.parameters is not None
 
 
-def known_of(session: Session, owner: models.Machine, material: str, tool: str) -> Known:
+def known_of(session: Session, owner: Owner, material: str, tool: str) -> Known:
     """Return what a machine knows of a pair, learnt or not.
 
     Raises UnusableInput where the pair was learnt under an earlier law only.
@@ -66,7 +67,7 @@ def known_of(session: Session, owner: models.Machine, material: str, tool: str) 
     return Known(start.belief, called, behind, start.row, start.prior)
 
 
-def _refuse_earlier_law(session: Session, owner: models.Machine, pair: models.Pair | None) -> None:
+def _refuse_earlier_law(session: Session, owner: Owner, pair: models.Pair | None) -> None:
     """Raise UnusableInput where a pair's parameters are all of an earlier law."""
     earlier = pair is not None and session.scalar(
         select(models.CuttingParameters.law)

@@ -24,9 +24,10 @@ from sqlalchemy.orm import Session, aliased
 
 from autodb.agent.beliefs import LAW, belief_of
 from autodb.agent.felt import GEOMETRY
-from autodb.agent.grounds import Grounds, LookedUp, grounds_of
+from autodb.agent.grounds import Grounds, LookedUp, Stamp, grounds_of
+from autodb.agent.in_state import others_of
 from autodb.agent.known import Behind, Known, known_of
-from autodb.agent.machines import find_machine
+from autodb.agent.owner import owner_named
 from autodb.errors import UnusableInput, near
 from autodb.forward import ToolOf
 from autodb.jobs import JobCut
@@ -53,7 +54,7 @@ class Shelf:
 
     def __init__(self, session: Session, machine: str) -> None:
         self._session = session
-        self._owner = find_machine(session, machine)
+        self._owner = owner_named(session, machine)
 
     def look_up(self, material: str, tool: str, cut: JobCut) -> LookedUp:
         """Return what a cut of a pair will take.
@@ -67,6 +68,16 @@ class Shelf:
         """Return what answers about a pair rest on; raises UnusableInput as ``known`` does."""
         known = self.known(material, tool)
         return grounds_of(self._session, self._owner, material, known)
+
+    def stamp(self, material: str, tool: str) -> Stamp | None:
+        """Return what answers about a pair depend on; None where the pair is not learnt."""
+        asked = {"machine": self._owner.id, "material": material, "tool": tool, "law": LAW}
+        row = self._session.connection().execute(_NEWEST, asked).first()
+        if row is None:
+            return None
+        number, *geometry = tuple[Any, ...](row)
+        others = others_of(self._session, number)
+        return Stamp(number, others, _numbers(geometry), self._owner.limits)
 
     def known(self, material: str, tool: str) -> Known:
         """Return what the machine knows of a pair, learnt or not.
@@ -109,9 +120,14 @@ def _as_known(row: Row[Any], tool: str) -> Known:
     number, version, cuts, started_from, *rest = tuple[Any, ...](row)
     kept: list[Any] = [None if text is None else from_json(text) for text in rest[: len(_JSON)]]
     belief = belief_of(*kept, cuts=cuts)
-    geometry = zip(GEOMETRY, rest[len(_JSON) :], strict=True)
-    numbers = {name: value for name, value in geometry if value is not None}
-    return Known(belief, ToolOf(tool, numbers), Behind(number, version, cuts, started_from), None)
+    called = ToolOf(tool, _numbers(rest[len(_JSON) :]))
+    return Known(belief, called, Behind(number, version, cuts, started_from), None)
+
+
+def _numbers(geometry: Sequence[float | None]) -> dict[str, float]:
+    """Return what is known of a tool's geometry, by name."""
+    named = zip(GEOMETRY, geometry, strict=True)
+    return {name: value for name, value in named if value is not None}
 
 
 def _usual(table: Any) -> Sequence[ColumnElement[bool]]:
@@ -124,14 +140,10 @@ def _usual(table: Any) -> Sequence[ColumnElement[bool]]:
     )
 
 
-def _learnt() -> Select[Any]:
+def _newest(*columns: Any) -> Select[Any]:
     """Return the query of a pair's newest belief, with its tool's geometry."""
     return (
-        select(
-            *(getattr(_Parameters, name) for name in _NUMBERS),
-            *(cast(getattr(_Parameters, name), Text) for name in _JSON),
-            *(getattr(models.Tool, name) for name in GEOMETRY),
-        )
+        select(*columns, *(getattr(models.Tool, name) for name in GEOMETRY))
         .join(models.Pair, models.Pair.id == _Parameters.pair_id)
         .join(models.Material, models.Material.id == models.Pair.material_id)
         .join(models.Tool, models.Tool.id == models.Pair.tool_id)
@@ -169,4 +181,9 @@ def _listed() -> Executable:
     )
 
 
-_LEARNT, _LISTED = _learnt(), _listed()
+_NEWEST = _newest(_Parameters.id)
+_LEARNT = _newest(
+    *(getattr(_Parameters, name) for name in _NUMBERS),
+    *(cast(getattr(_Parameters, name), Text) for name in _JSON),
+)
+_LISTED = _listed()

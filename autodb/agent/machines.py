@@ -19,7 +19,7 @@ _AXIS = (
     *("carries", "current_sign", "carried_by", "moved_mass_kg", "vertical", "brake"),
     *("counterweight", "counterweight_force_N", "rated_A", "screw_pitch_mm", "gear_ratio"),
 )
-_LIMITS = {
+LIMITS = {
     "force_N": "limit_force_N",
     "torque_N_m": "limit_torque_N_m",
     "speed_mm_min": "limit_speed_mm_min",
@@ -155,7 +155,7 @@ def _axis_columns(axis: AxisFile) -> dict[str, Any]:
     constant = axis.torque_constant_N_m_A
     return {
         **{name: getattr(axis, name) for name in _AXIS},
-        **{column: getattr(axis.limits, key) for key, column in _LIMITS.items()},
+        **{column: getattr(axis.limits, key) for key, column in LIMITS.items()},
         **{
             column: None if constant is None else getattr(constant, key)
             for key, column in _CONSTANT.items()
@@ -194,7 +194,7 @@ def limits_of_machine(store: Store, name: str) -> dict[str, Limits]:
 
 
 def _limits(axis: models.Axis) -> Limits:
-    return Limits(**{key: getattr(axis, column) for key, column in _LIMITS.items()})
+    return Limits(**{key: getattr(axis, column) for key, column in LIMITS.items()})
 
 
 def _as_axis_file(axis: models.Axis) -> AxisFile:

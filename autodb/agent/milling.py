@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
 from autodb.agent.known import Known, known_of
+from autodb.agent.owner import owner_of
 from autodb.channels import FORCES
 from autodb.errors import UnusableInput
 from autodb.explain.milling.teeth import Mill
@@ -64,7 +65,7 @@ def known_pair(session: Session, owner: models.Machine, recording: Recording) ->
             f"{recording.path}: its forces are of no known work-tool pair; --simulation FILE "
             "with force.* would work, or a side file with [recording] work and [tool] name"
         )
-    known = known_of(session, owner, material, tool)
+    known = known_of(session, owner_of(owner), material, tool)
     if not known.own:
         raise UnusableInput(
             f"{recording.path}: {owner.name} has not learnt {material} / {tool}; --simulation FILE "

@@ -1,6 +1,6 @@
 """Which cut to make next for a job: within the machine's limits, the one that leaves least open."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -13,7 +13,8 @@ from autodb import forward
 from autodb.agent.calibrations import current_calibrations
 from autodb.agent.felt import QUANTITY, Readings
 from autodb.agent.known import Known, known_of
-from autodb.agent.machines import find_machine, limits_of
+from autodb.agent.machines import find_machine
+from autodb.agent.owner import owner_of
 from autodb.agent.starting import start_of
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
@@ -95,17 +96,17 @@ def plan(store: Store, machine: str, job: Job, *, ranges: Ranges | None = None) 
             "would work"
         )
     with store.reading() as session:
-        owner = find_machine(session, machine)
+        row = find_machine(session, machine)
+        owner = owner_of(row)
         known = known_of(session, owner, job.material, job.tool)
-        sensed = _sensed(session, owner)
+        sensed = _sensed(session, row)
         start = start_of(session, owner.id, job.material, job.tool).belief
-        limits = dict(limits_of(owner))
     search = _Search(known, job, sensed)
     candidates = list(_candidates(job, ranges or {}))
     order, worth = search.ranked(candidates)
     best, too_much = [], 0
     for k in order:
-        if _may_exceed(known, candidates[k], limits):
+        if _may_exceed(known, candidates[k], owner.limits):
             too_much += 1
         else:
             best.append(Proposed(candidates[k], float(NORMAL_95 * np.sqrt(worth[k]))))
@@ -293,6 +294,6 @@ def _levels(what: str, stated: Sequence[float | None], ranges: Ranges) -> list[f
     return [float(f"{value:.3g}") for value in np.linspace(low, high, LEVELS[what])]
 
 
-def _may_exceed(known: Known, cut: JobCut, limits: dict[str, Limits]) -> bool:
+def _may_exceed(known: Known, cut: JobCut, limits: Mapping[str, Limits]) -> bool:
     done = forward.predict(known.belief, known.tool, [cut])
     return any(one.probability > MAY_EXCEED for one in exceeding(done, limits))

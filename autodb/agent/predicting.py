@@ -8,6 +8,7 @@ from autodb import along, programs
 from autodb.agent.grounds import Grounds, grounds_of
 from autodb.agent.known import Behind, known_of
 from autodb.agent.machines import as_file, find_machine
+from autodb.agent.owner import owner_named
 from autodb.agent.wearing import said_of_wear
 from autodb.exceeding import Exceeding
 from autodb.forward import PredictedCut
@@ -45,7 +46,7 @@ def predict_job(store: Store, machine: str, job: Job, *, also: Also = nothing_el
     """
     program = _followed(store, machine, job)
     with store.writing(machine) as session:
-        owner = find_machine(session, machine)
+        owner = owner_named(session, machine)
         known = known_of(session, owner, job.material, job.tool)
         answer, states = _answer(grounds_of(session, owner, job.material, known), job, program)
         stored = models.Prediction(

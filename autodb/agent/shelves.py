@@ -1,4 +1,4 @@
-"""What machines know of pairs, kept for as long as the database stays as it is."""
+"""What machines know of pairs, kept for as long as the database has nothing newer of them."""
 
 import threading
 from collections import OrderedDict
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from autodb.agent.grounds import Grounds
 from autodb.agent.looking_up import Shelf
 from autodb.store import Store
-from autodb.store.watched import Watched
+from autodb.store.watched import Watched, opening
 
-MOST = 2000
+MOST = 5000
 """Pairs that are kept. Chosen: some 20 kB each."""
 Key = tuple[str, str, str]
 
@@ -23,13 +23,17 @@ class Marked:
 
 
 class Shelves:
-    """Grounds by machine, material and tool, as the database has them now."""
+    """Grounds by machine, material and tool, as the database has them now.
+
+    After any change of the database a pair that is kept costs a look at the numbers of its newest
+    versions, and only where these differ it is read again.
+    """
 
     def __init__(self, store: Store, watched: Watched) -> None:
         self._store, self._watched = store, watched
         self._lock = threading.Lock()
-        self._mark = ""
-        self._kept: OrderedDict[Key, Grounds] = OrderedDict()
+        self._opening = ""
+        self._kept: OrderedDict[Key, Marked] = OrderedDict()
 
     def grounds(self, machine: str, material: str, tool: str) -> Marked:
         """Return what answers about a machine's pair rest on.
@@ -39,20 +43,31 @@ class Shelves:
         """
         key = machine, material, tool
         mark = self._watched.mark()
-        with self._lock:
-            if mark != self._mark:
-                self._mark = mark
-                self._kept.clear()
-            found = self._kept.get(key)
-            if found is not None:
-                self._kept.move_to_end(key)
-                return Marked(mark, found)
+        kept = self._find(key, opening(mark))
+        if kept is not None and kept.mark == mark:
+            return kept
         with self._store.reading() as session:
-            found = Shelf(session, machine).grounds(material, tool)
-            session.expunge_all()
+            shelf = Shelf(session, machine)
+            if kept is not None and kept.grounds.stamp == shelf.stamp(material, tool) is not None:
+                found = kept.grounds
+            else:
+                found = shelf.grounds(material, tool)
+                session.expunge_all()
+        return self._keep(key, Marked(mark, found))
+
+    def _find(self, key: Key, opened: str) -> Marked | None:
+        """Return what is kept of a pair; nothing of a database that another took the place of."""
         with self._lock:
-            if mark == self._mark:
-                self._kept[key] = found
+            if opened != self._opening:
+                self._opening = opened
+                self._kept.clear()
+            return self._kept.get(key)
+
+    def _keep(self, key: Key, marked: Marked) -> Marked:
+        with self._lock:
+            if opening(marked.mark) == self._opening:
+                self._kept[key] = marked
+                self._kept.move_to_end(key)
                 if len(self._kept) > MOST:
                     self._kept.popitem(last=False)
-        return Marked(mark, found)
+        return marked

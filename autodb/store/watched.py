@@ -8,6 +8,8 @@ from sqlalchemy.engine.interfaces import DBAPIConnection
 from autodb.store import Store
 from autodb.store.engines import backend_of
 
+BETWEEN = "-"
+
 
 class Watched:
     """Marks the states of a database, over one connection that is held.
@@ -43,7 +45,7 @@ class Watched:
                 self._held = None
 
     def _asked(self, held: DBAPIConnection) -> str:
-        return f"{self._began}-{backend_of(self._store.engine).state(held)}"
+        return f"{self._began}{BETWEEN}{backend_of(self._store.engine).state(held)}"
 
     def _is(self) -> tuple[int, int] | None:
         """Return which file the database is; None on a server."""
@@ -63,3 +65,8 @@ class Watched:
         self._held, self._file = held, file
         self._began = secrets.token_hex(4)  # counts of two connections do not compare
         return held
+
+
+def opening(mark: str) -> str:
+    """Return which opening of the database a mark is of; only within one, rows keep their ids."""
+    return mark.partition(BETWEEN)[0]
