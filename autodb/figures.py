@@ -5,6 +5,7 @@ Plots are SVG with at most ``MAX_POINTS`` a trace. Every colour is named in ``PA
 """
 
 import html
+import json
 import math
 import textwrap
 from collections.abc import Iterable, Sequence
@@ -271,22 +272,21 @@ def shade(made: go.Figure, ranges: Iterable[tuple[float, float]]) -> None:
 def as_html(made: go.Figure, name: str, *, height_px: int, label: str) -> Markup:
     """Return the figure as a div that fills its place; ``name`` is its id, once a page.
 
-    Its script is a module, which runs when the page is whole: earlier, a plot beside others would
-    be drawn as wide as the place it has while it is alone.
+    It is data: the page's script draws it when the page is whole. Earlier, a plot beside others
+    would be drawn as wide as the place it has while it is alone.
     """
     tall = height_px >= TALL_PX
     if tall:
         made.update_layout(margin_t=made.layout.margin.t + BUTTONS_PX)
-    div = made.to_html(
-        include_plotlyjs=False,
-        full_html=False,
-        config={**CONFIG, "displayModeBar": "hover" if tall else False},
-        div_id=name,
-        default_height=f"{height_px}px",
+    config = json.dumps({**CONFIG, "displayModeBar": "hover" if tall else False})
+    data = f'{{"figure": {made.to_json(validate=False)}, "config": {config}}}'
+    frame = Markup(
+        '<div class="plot" role="img" aria-label="{label}" style="height:{height}px">'
+        '<div id="{name}" class="plotly-graph-div" style="height:{height}px; width:100%">'
+        '<script type="application/json">{data}</script></div></div>'
     )
-    div = div.replace("<script>", '<script type="module">', 1)
-    frame = Markup('<div class="plot" role="img" aria-label="{}" style="height:{}px">{}</div>')
-    return frame.format(label, height_px, Markup(div))
+    inert = Markup(data.replace("<", r"\u003c"))
+    return frame.format(label=label, height=height_px, name=name, data=inert)
 
 
 # Pages
@@ -330,5 +330,6 @@ def page(template: str, **context: Any) -> str:
         "exchanges": _exchanges(),
         "font": Markup(FONT),
         "plot_library": Markup(get_plotlyjs()),
+        "draw": Markup(_templates().get_template("plots.js").render()),
     }
     return str(fragment(template, **shell, **context))

@@ -170,12 +170,8 @@ def readable(html: str) -> str:
 
 def traces(html: str) -> list[dict[str, Any]]:
     """The traces that a page draws."""
-    calls = re.findall(r"Plotly\.newPlot\(\s*\"[^\"]+\",\s*", own(html))
-    rest, drawn = own(html), []
-    for call in calls:
-        rest = rest.split(call, 1)[1]
-        drawn += json.JSONDecoder().raw_decode(rest)[0]
-    return drawn
+    kept = re.findall(r'<script type="application/json">(.*?)</script>', own(html), re.DOTALL)
+    return [one for plot in kept for one in json.loads(plot)["figure"]["data"]]
 
 
 def length(values: Any) -> int:
