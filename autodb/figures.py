@@ -325,11 +325,11 @@ def fragment(template: str, **context: Any) -> Markup:
 
 def page(template: str, **context: Any) -> str:
     """Return a whole page from a template: style, plot library and content in one file."""
-    shell = {
-        "palette": PALETTE,
-        "exchanges": _exchanges(),
-        "font": Markup(FONT),
-        "plot_library": Markup(get_plotlyjs()),
-        "draw": Markup(_templates().get_template("plots.js").render()),
-    }
-    return str(fragment(template, **shell, **context))
+    shell = {"plot_library": Markup(get_plotlyjs()), "draw": fragment("plots.js")}
+    return str(style(template, **shell, **context))
+
+
+def style(template: str, **context: Any) -> Markup:
+    """Return a piece that names colours and fonts, from a template."""
+    tones = {"palette": PALETTE, "exchanges": _exchanges(), "font": Markup(FONT)}
+    return fragment(template, **tones, **context)

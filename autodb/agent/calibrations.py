@@ -1,5 +1,6 @@
 """Calibrations as the database keeps them: versions of an axis, and which of them hold now."""
 
+from collections.abc import Iterable
 from dataclasses import asdict
 
 import numpy as np
@@ -81,16 +82,21 @@ def holds_for(row: models.Calibration) -> Holds:
 
 
 def current_calibrations(session: Session, machine_id: int, axis: str) -> list[models.Calibration]:
-    """Return an axis' calibrations that hold now, newest first, offered or not.
-
-    A newer one takes the place of those that could hold for the same cut: of two that are left no
-    cut has both.
-    """
+    """Return an axis' calibrations that hold now, newest first, offered or not."""
     rows = session.scalars(
         select(models.Calibration)
         .where(models.Calibration.machine_id == machine_id, models.Calibration.axis == axis)
         .order_by(models.Calibration.version.desc())
     )
+    return holding(rows)
+
+
+def holding(rows: Iterable[models.Calibration]) -> list[models.Calibration]:
+    """Return those of an axis' calibrations, newest first, that no newer one took the place of.
+
+    A newer one takes the place of those that could hold for the same cut: of two that are left no
+    cut has both.
+    """
     current: list[models.Calibration] = []
     for row in rows:
         if all(holds_for(row).against(holds_for(newer)) for newer in current):

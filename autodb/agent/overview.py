@@ -1,11 +1,12 @@
 """Machines at a glance: what each has, when it was last heard, and what waits for a person."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session, selectinload
 
-from autodb.agent.calibrations import as_calibration, current_calibrations
+from autodb.agent.calibrations import as_calibration, current_calibrations, holding
 from autodb.agent.machines import as_file, find_machine, limits_of
 from autodb.machinefile import Limits
 from autodb.sensing.ranges import COMPONENT_OF_AXIS
@@ -14,13 +15,19 @@ from autodb.store import models
 
 @dataclass(frozen=True)
 class MachineSeen:
-    """A machine: its axes, its newest recording and when that came in, mismatches undecided."""
+    """A machine: its axes, the force components that calibrations of its drives feel, recordings.
+
+    ``newest_recording_at``: when it came in; ``calibrations_due`` at the last refresh;
+    ``open_mismatches``: those that nobody has decided on.
+    """
 
     name: str
     axes: tuple[str, ...]
+    feels: tuple[str, ...]
     recordings: int
     newest_recording_at: str | None
     last_refreshed_at: str | None
+    calibrations_due: int
     open_mismatches: int
 
 
@@ -85,49 +92,108 @@ _OF_MISMATCH = (
 )
 
 
-def machines_seen(session: Session, *, most: int, after: str = "") -> list[MachineSeen]:
-    """Return machines by name, from behind ``after`` on, ``most`` at a time."""
+def machines_seen(
+    session: Session, *, most: int, after: str = "", like: str = ""
+) -> list[MachineSeen]:
+    """Return machines by name, from behind ``after`` on, ``most`` at a time.
+
+    ``like``: a part of their names, whatever its case.
+    """
     rows = session.scalars(
         select(models.Machine)
-        .where(models.Machine.name > after)
+        .where(
+            models.Machine.name > after,
+            func.lower(models.Machine.name).contains(like.lower(), autoescape=True),
+        )
         .order_by(models.Machine.name)
         .limit(most)
         .options(selectinload(models.Machine.axes))
     ).all()
-    return [_seen(session, row) for row in rows]
+    return _seen(session, rows)
 
 
 def machine_said(session: Session, name: str) -> MachineSaid:
     """Return one machine; raises NotThere."""
     row = find_machine(session, name)
     file = as_file(row)
-    return MachineSaid(
-        **vars(_seen(session, row)), dialect=file.dialect, units=file.units, limits=limits_of(row)
-    )
+    (seen,) = _seen(session, [row])
+    return MachineSaid(**vars(seen), dialect=file.dialect, units=file.units, limits=limits_of(row))
 
 
-def _seen(session: Session, row: models.Machine) -> MachineSeen:
-    recording, done = models.Recording, models.RefreshPass
-    newest = session.execute(
-        select(recording.imported_at)
-        .where(recording.machine_id == row.id)
-        .order_by(recording.id.desc())
-        .limit(1)
-    ).scalar()
-    count = session.scalar(
-        select(func.count()).select_from(recording).where(recording.machine_id == row.id)
+def _seen(session: Session, rows: Sequence[models.Machine]) -> list[MachineSeen]:
+    """Return machines with what is asked of all of them at once."""
+    numbers = [row.id for row in rows]
+    recordings, passes = _recordings(session, numbers), _passes(session, numbers)
+    feels, undecided = _feels(session, numbers), _undecided(session, numbers)
+    found = []
+    for row in rows:
+        count, newest = recordings.get(row.id, (0, None))
+        refreshed, due = passes.get(row.id, (None, 0))
+        axes = tuple(axis.name for axis in row.axes)
+        felt = tuple(sorted(feels.get(row.id, ())))
+        waiting = undecided.get(row.id, 0)
+        found.append(MachineSeen(row.name, axes, felt, count, newest, refreshed, due, waiting))
+    return found
+
+
+def _recordings(session: Session, numbers: Sequence[int]) -> dict[int, tuple[int, str]]:
+    """Return how many recordings machines have, and when the newest came in."""
+    recording = models.Recording
+    each = (
+        select(
+            recording.machine_id, func.count().label("count"), func.max(recording.id).label("id")
+        )
+        .where(recording.machine_id.in_(numbers))
+        .group_by(recording.machine_id)
+        .subquery()
     )
-    refreshed = session.scalar(
-        select(func.max(done.finished_at)).where(done.machine_id == row.id, done.status == "done")
+    query = select(each.c.machine_id, each.c.count, recording.imported_at).join(
+        recording, recording.id == each.c.id
     )
-    undecided = session.scalar(
-        select(func.count())
+    return {number: (count, at) for number, count, at in session.execute(query)}
+
+
+def _passes(session: Session, numbers: Sequence[int]) -> dict[int, tuple[str | None, int]]:
+    """Return when machines were last refreshed, and how many calibrations were due then."""
+    done = models.RefreshPass
+    newest = (
+        select(func.max(done.id))
+        .where(done.machine_id.in_(numbers), done.status == "done")
+        .group_by(done.machine_id)
+    )
+    rows = session.execute(
+        select(done.machine_id, done.finished_at, done.report["due"]).where(done.id.in_(newest))
+    )
+    return {number: (at, len(due or ())) for number, at, due in rows}
+
+
+def _undecided(session: Session, numbers: Sequence[int]) -> dict[int, int]:
+    """Return how many mismatches of machines nobody has decided on."""
+    query = (
+        select(models.Recording.machine_id, func.count())
         .select_from(models.Mismatch)
-        .join(recording)
-        .where(recording.machine_id == row.id, models.Mismatch.status == "open")
+        .join(models.Recording)
+        .where(models.Recording.machine_id.in_(numbers), models.Mismatch.status == "open")
+        .group_by(models.Recording.machine_id)
     )
-    axes = tuple(axis.name for axis in row.axes)
-    return MachineSeen(row.name, axes, count or 0, newest, refreshed, undecided or 0)
+    return dict(session.execute(query).tuples().all())
+
+
+def _feels(session: Session, numbers: Sequence[int]) -> dict[int, set[str]]:
+    """Return the force components that machines feel by calibrations that hold now."""
+    rows = session.scalars(
+        select(models.Calibration)
+        .where(models.Calibration.machine_id.in_(numbers))
+        .order_by(models.Calibration.version.desc())
+    )
+    of_axes: dict[tuple[int, str], list[models.Calibration]] = {}
+    for row in rows:
+        of_axes.setdefault((row.machine_id, row.axis), []).append(row)
+    found: dict[int, set[str]] = {}
+    for (machine, _), some in of_axes.items():
+        felt = {row.component for row in holding(some) if row.offered}
+        found.setdefault(machine, set()).update(felt)
+    return found
 
 
 def mismatch_said(session: Session, row: models.Mismatch) -> MismatchSaid:

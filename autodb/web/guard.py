@@ -15,6 +15,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from autodb.web.logs import LOG
 from autodb.web.metrics import Metrics
 from autodb.web.problems import problem
+from autodb.web.sessions import SAFE
 from autodb.web.settings import MIB, Settings
 
 BODY_MOST = MIB
@@ -30,6 +31,8 @@ HEADERS = {
     "Permissions-Policy": "camera=(), geolocation=(), microphone=()",
     "Cache-Control": "no-cache",
 }
+OURS = ("same-origin", "none")
+"""What browsers say of requests by a page of ours, or by hand (W3C Fetch Metadata)."""
 HSTS = "max-age=31536000"
 
 
@@ -48,7 +51,7 @@ class Guard:
         request = _Request(scope, self._headers, send)
         self._metrics.running.inc()
         try:
-            refused = self._refusal(Headers(scope=scope), scope["path"])
+            refused = self._refusal(Headers(scope=scope), scope["method"], scope["path"])
             if refused is not None:
                 await problem(*refused)(scope, receive, request.send)
             else:
@@ -57,7 +60,9 @@ class Guard:
             self._metrics.running.dec()
             self._tell(scope, request)
 
-    def _refusal(self, headers: Headers, path: str) -> tuple[int, str] | None:
+    def _refusal(self, headers: Headers, method: str, path: str) -> tuple[int, str] | None:
+        if method not in SAFE and headers.get("sec-fetch-site", "none") not in OURS:
+            return 403, "sent by a page of another site; from one of this service it would work"
         names, asked = self._settings.answers_to, headers.get("host", "")
         if names is not None and _name(asked) not in names:
             return 400, f"asked by the name '{_name(asked)}'; serve --name would allow it"

@@ -14,6 +14,7 @@ from autodb.agent.shelves import Shelves
 from autodb.store import Store
 from autodb.store.watched import Watched
 from autodb.web.metrics import Metrics
+from autodb.web.sessions import HEADER, SAFE, Sessions
 from autodb.web.settings import Settings
 
 BEARER = "bearer "
@@ -34,25 +35,50 @@ class Service:
     watched: Watched
     shelves: Shelves
     metrics: Metrics
+    sessions: Sessions = field(default_factory=Sessions)
     _held: dict[str, tuple[float, Access]] = field(default_factory=dict)
     _guessed: dict[str, deque[float]] = field(default_factory=dict)
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def access(self, request: Request) -> Access:
-        """Return who asks; raises HTTPException for a token that is needed, or is not valid."""
+    def access(self, request: Request, brought: str | None) -> Access:
+        """Return who asks; raises HTTPException for a token that is needed, or is not valid.
+
+        ``brought``: the number of a browser's session that came with it.
+        """
         header = request.headers.get("authorization")
-        if header is None:
-            if self.settings.on_loopback:
-                return ANYONE_HERE
-            raise HTTPException(401, "a token is needed; 'autodb token add' makes one", CHALLENGE)
+        if header is not None:
+            secret = header[len(BEARER) :].strip()
+            return self.by_token(request, secret if header.lower().startswith(BEARER) else "")
+        signed_in = self._signed_in(request, brought)
+        if signed_in is not None:
+            return signed_in
+        if self.settings.on_loopback:
+            return ANYONE_HERE
+        raise HTTPException(401, "a token is needed; 'autodb token add' makes one", CHALLENGE)
+
+    def by_token(self, request: Request, secret: str) -> Access:
+        """Return whose token it is; raises HTTPException where it is not valid."""
         client = request.client.host if request.client else ""
         self._refuse_guessing(client)
-        secret = header[len(BEARER) :].strip()
-        found = self._of(secret) if header.lower().startswith(BEARER) else None
+        found = self._of(secret)
         if found is None:
             self.metrics.refused_tokens.inc()
             self._note_guess(client)
             raise HTTPException(401, "the token is not valid", CHALLENGE)
+        return found
+
+    def _signed_in(self, request: Request, brought: str | None) -> Access | None:
+        """Return who is signed in with a browser, None: nobody.
+
+        Raises HTTPException where a request that may change something does not bring the
+        session's number.
+        """
+        session = self.sessions.of(request)
+        found = None if session is None else self._of(session.token)
+        if session is None or found is None:
+            return None
+        if request.method not in SAFE and not session.brought(brought):
+            raise HTTPException(403, "not sent by a page of this service; from one it would work")
         return found
 
     def _of(self, secret: str) -> Access | None:
@@ -114,19 +140,25 @@ def may(role: Role, *, changes: bool = False) -> Callable[[Request], Awaitable[A
     """
 
     async def asked(request: Request) -> Access:
-        service = service_of(request)
-        access = service.access(request)
-        request.state.who = access.who
-        if changes and not service.settings.writes:
-            raise HTTPException(403, "served read-only; 'autodb serve --write' would work")
-        if access.role < role:
-            if access.token_id is None:
-                said = f"a token is needed of role {role.word}; 'autodb token add' makes one"
-                raise HTTPException(401, said, CHALLENGE)
-            raise HTTPException(403, f"'{access.who}' may {access.role.word}, not {role.word}")
-        return access
+        return allowed(request, role, request.headers.get(HEADER), changes=changes)
 
     return asked
+
+
+def allowed(request: Request, role: Role, brought: str | None, *, changes: bool) -> Access:
+    """Return who asks; raises HTTPException where they may not. ``brought`` as of ``access``."""
+    service = service_of(request)
+    access = service.access(request, brought)
+    request.state.who = access.who
+    request.state.access = access
+    if changes and not service.settings.writes:
+        raise HTTPException(403, "served read-only; 'autodb serve --write' would work")
+    if access.role < role:
+        if access.token_id is None:
+            said = f"a token is needed of role {role.word}; 'autodb token add' makes one"
+            raise HTTPException(401, said, CHALLENGE)
+        raise HTTPException(403, f"'{access.who}' may {access.role.word}, not {role.word}")
+    return access
 
 
 Reads = Annotated[Access, Depends(may(Role.READ))]

@@ -1,0 +1,37 @@
+"""Machines at a glance: what each feels, when it was last heard, and what waits for a person."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request, Response
+
+from autodb.agent.overview import machines_seen
+from autodb.web.html import page
+from autodb.web.pages.reading import day, read
+from autodb.web.service import Reads
+
+MOST = 60
+"""Machines of one page. Chosen."""
+
+router = APIRouter()
+
+
+@router.get("/")
+def machines(
+    request: Request,
+    _access: Reads,
+    like: Annotated[str, Query(max_length=200)] = "",
+    after: Annotated[str, Query(max_length=200)] = "",
+) -> Response:
+    """Show the machines, by name."""
+    found = read(request, lambda session: machines_seen(session, most=MOST, after=after, like=like))
+    return page(
+        request,
+        "machines.html.j2",
+        title="Machines",
+        here="machines",
+        machines=found,
+        more=found[-1].name if len(found) == MOST else None,
+        like=like,
+        after=after,
+        day=day,
+    )

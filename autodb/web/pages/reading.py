@@ -1,0 +1,22 @@
+"""What the pages share that show what the database has."""
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from fastapi import Request
+from sqlalchemy.orm import Session
+
+from autodb.web.service import service_of
+
+Found = TypeVar("Found")
+
+
+def read(request: Request, asked: Callable[[Session], Found]) -> Found:
+    """Return what is asked of one state of the database."""
+    with service_of(request).store.reading() as session:
+        return asked(session)
+
+
+def day(at: str) -> str:
+    """Return the day and minute of a stored time, which is UTC."""
+    return f"{at[:10]} {at[11:16]}"

@@ -1,0 +1,53 @@
+"""Signing in and out with a browser."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Form, HTTPException, Request, Response
+from fastapi.responses import RedirectResponse
+
+from autodb.web.html import page
+from autodb.web.service import service_of
+
+router = APIRouter()
+SEE_OTHER = 303
+
+
+@router.get("/sign-in")
+def sign_in_page(request: Request, then: str = "/") -> Response:
+    """Ask for a token."""
+    return page(request, "sign_in.html.j2", title="Sign in", said="", then=then)
+
+
+@router.post("/sign-in")
+def sign_in(
+    request: Request, token: Annotated[str, Form()], then: Annotated[str, Form()] = "/"
+) -> Response:
+    """Sign in with a token, and go on where it was asked for."""
+    service = service_of(request)
+    try:
+        request.state.who = service.by_token(request, token.strip()).who
+    except HTTPException as error:
+        said = str(error.detail)
+        return page(
+            request, "sign_in.html.j2", title="Sign in", status=error.status_code, said=said,
+            then=then,
+        )  # fmt: skip
+    response = RedirectResponse(_here(then), SEE_OTHER)
+    service.sessions.begin(response, token.strip(), tls=service.settings.tls)
+    return response
+
+
+@router.post("/sign-out")
+def sign_out(request: Request, csrf: Annotated[str, Form()] = "") -> Response:
+    """Sign out."""
+    service = service_of(request)
+    session = service.sessions.of(request)
+    response = RedirectResponse("/", SEE_OTHER)
+    if session is not None and session.brought(csrf):
+        service.sessions.end(request, response)
+    return response
+
+
+def _here(path: str) -> str:
+    """Return a path of this service; of any other address, the first page's."""
+    return path if path.startswith("/") and not path.startswith(("//", "/\\")) else "/"

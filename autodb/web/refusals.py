@@ -1,0 +1,70 @@
+"""What a request gets whose route raised: data, or a page where it asked for one."""
+
+import sqlite3
+from http import HTTPStatus
+
+from fastapi import FastAPI, HTTPException, Request, Response
+from fastapi.exceptions import RequestValidationError
+from sqlalchemy.exc import DBAPIError
+from starlette.exceptions import HTTPException as StarletteHTTPException
+
+from autodb.errors import NotThere, UnusableInput
+from autodb.excuses import excuse
+from autodb.web import html
+from autodb.web.problems import first_of, problem
+
+NOT_THERE, UNUSABLE, AWAY = 404, 422, 503
+ELSEWHERE = "/api/v1/openapi.json lists what would work"
+
+
+def answered(
+    request: Request, status: int, detail: str, headers: dict[str, str] | None = None
+) -> Response:
+    """Return the response for what could not be answered: a page to who asked for one."""
+    if not html.is_page(request):
+        return problem(status, detail, headers)
+    if status == 401:
+        return html.page(
+            request, "sign_in.html.j2", title="Sign in", status=status, said=detail,
+            then=request.url.path,
+        )  # fmt: skip
+    title = HTTPStatus(status).phrase
+    return html.page(request, "problem.html.j2", title=title, status=status, said=detail)
+
+
+def handle(app: FastAPI) -> None:
+    """Have an app answer what its routes raise."""
+    app.add_exception_handler(UnusableInput, _unusable)
+    app.add_exception_handler(RequestValidationError, _invalid)
+    app.add_exception_handler(StarletteHTTPException, _refused)
+    for kind in (OSError, DBAPIError, sqlite3.Error):
+        app.add_exception_handler(kind, _away)
+    app.add_exception_handler(Exception, _failed)
+
+
+async def _unusable(request: Request, error: Exception) -> Response:
+    return answered(request, NOT_THERE if isinstance(error, NotThere) else UNUSABLE, str(error))
+
+
+async def _invalid(request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)
+    return answered(request, UNUSABLE, first_of(error.errors()))
+
+
+async def _refused(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException | StarletteHTTPException)
+    headers = dict(error.headers) if error.headers else None
+    unsaid = error.detail == HTTPStatus(error.status_code).phrase
+    said = f"{error.detail}: {ELSEWHERE}" if unsaid else str(error.detail)
+    return answered(request, error.status_code, said, headers)
+
+
+async def _away(request: Request, error: Exception) -> Response:
+    said = excuse(error)
+    if said is None:
+        raise error
+    return answered(request, AWAY, said)
+
+
+async def _failed(request: Request, _error: Exception) -> Response:
+    return answered(request, 500, "an error of autodb; the service's log has it")
