@@ -24,7 +24,7 @@ STATES = ("in steady motion", "while the speed changes", "shortly after a revers
 
 def render_axis(model: Identified, moves: Recording) -> str:
     """Return the page of an axis that was identified from ``moves``: one file, no network."""
-    found = field(moves, model)
+    found = field(moves, model.axis, model.protocol, model.terms, model.off_law)
     return figures.page(
         "axis.html.j2",
         title=f"{moves.path.name}: axis {model.axis}",
@@ -36,8 +36,8 @@ def render_axis(model: Identified, moves: Recording) -> str:
         held_out=_percent(model.held_out_error),
         plain=_percent(model.plain.relative_error),
         field_error=_percent(found.error_share),
-        maps=_maps(found, model.unit, "deg/s" if model.axis in ROTARY_AXES else "mm/s"),
-        terms=[_term(t) for t in (*readable(model.fitted), *amplitudes(model))],
+        maps=map_plots(found, model.axis, model.unit),
+        terms=[term_row(t) for t in (*readable(model.fitted), *amplitudes(model))],
         not_excited=model.not_excited,
         doubts=model.doubts,
         errors=_errors(model.errors, model.unit),
@@ -52,7 +52,9 @@ def _percent(share: float) -> str:
     return "not known" if np.isnan(share) else f"{100.0 * share:.2f}\u00a0%"
 
 
-def _maps(found: Field, unit: str, speed_unit: str) -> list[tuple[str, Markup]]:
+def map_plots(found: Field, axis: str, unit: str) -> list[tuple[str, Markup]]:
+    """Return the maps of an axis' field in its unit, as words and plot each."""
+    speed_unit = "deg/s" if axis in ROTARY_AXES else "mm/s"
     both = np.concatenate([found.measured.ravel(), found.modelled.ravel()])
     largest = float(np.nanmax(np.abs(both))) if np.isfinite(both).any() else 1.0
     left = float(np.nanmax(np.abs(found.left))) if np.isfinite(found.left).any() else 1.0
@@ -92,7 +94,7 @@ def _map(found: Field, values: Array, title: str, top: float, speed_unit: str) -
     )
 
 
-def _term(term: IdentifiedTerm) -> tuple[str, str, str]:
+def term_row(term: IdentifiedTerm) -> tuple[str, str, str]:
     """Return name, value with its 95 % half width, and the sentence of a term's parameter."""
     sure = figures.plus_minus(term.value, NORMAL_95 * (term.sd or 0.0), term.unit)
     return f"{term.key} {term.parameter}", sure, term_called(term.term, term.form).statement

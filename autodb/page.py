@@ -12,6 +12,7 @@ from autodb import figures
 Array = NDArray[np.float64]
 
 NOT_SENSED = "not sensed"
+FEW = 4
 
 
 @dataclass(frozen=True)
@@ -92,8 +93,8 @@ def render_page(page: Page, mismatch_html: str | None) -> str:
         title=page.machine,
         page=page,
         mismatch=None if mismatch_html is None else Markup(mismatch_html),
-        calibration_plots=[_calibration(n, plot) for n, plot in enumerate(page.calibrations)],
-        learning_plots=[_learning(n, curve) for n, curve in enumerate(page.learning)],
+        calibration_plots=[calibration_plot(n, plot) for n, plot in enumerate(page.calibrations)],
+        learning_plots=[learning_plot(n, curve) for n, curve in enumerate(page.learning)],
         check_plots=[_check(n, check) for n, check in enumerate(page.checks)],
         NOT_SENSED=NOT_SENSED,
         equation_words=equation_words,
@@ -131,7 +132,8 @@ def _inside(check: PredictedSensed) -> NDArray[np.bool_]:
 # Plots
 
 
-def _calibration(n: int, plot: CalibrationPlot) -> Markup:
+def calibration_plot(n: int, plot: CalibrationPlot) -> Markup:
+    """Return the plot of a calibration, the n-th of a page."""
     tone = "corrected" if plot.offered else "recording"
     made = figures.figure(
         [f"{_felt_as(plot)} from a reference [{plot.unit}]"],
@@ -153,12 +155,13 @@ def _felt_as(plot: CalibrationPlot) -> str:
     return "Torque" if plot.unit == "N·m" else f"Force {plot.component.upper()}"
 
 
-def _learning(n: int, curve: LearningCurve) -> Markup:
+def learning_plot(n: int, curve: LearningCurve) -> Markup:
+    """Return the plot of a curve, the n-th of a page."""
     mean, sd = curve.mean, curve.sd
     made = figures.figure(["[N]"], x_title="Cuts learnt from")
     low, high = mean - 2.0 * sd, mean + 2.0 * sd
     for edge, fill in ((low, None), (high, "tonexty")):
-        band = {"fill": fill, "fillcolor": _translucent("corrected"), "line": {"width": 0}}
+        band = {"fill": fill, "fillcolor": translucent("corrected"), "line": {"width": 0}}
         made.add_trace(figures.line(curve.n, edge, tone="corrected", name="± 2 sd", **band))
     mark = {"mode": "lines+markers", "marker": {"size": 5}, "line": {"width": 2}}
     made.add_trace(figures.line(curve.n, mean, tone="corrected", name="mean", **mark))
@@ -170,8 +173,11 @@ def _learning(n: int, curve: LearningCurve) -> Markup:
 def tightening(mean: Array, sd: Array) -> list[float]:
     """Return the y range that shows a band tighten: wide first bands run off the plot.
 
-    The range holds every mean after the first and the band after the third cut or the last.
+    The range holds every mean after the first and the band after the third; of fewer than four
+    everything.
     """
+    if len(mean) < FEW:
+        return [float(np.min(mean - 2.4 * sd)), float(np.max(mean + 2.4 * sd))]
     third = min(2, len(mean) - 1)
     late = slice(min(1, third), None)
     reach = 2.4 * float(np.max(sd[third:]))
@@ -179,7 +185,8 @@ def tightening(mean: Array, sd: Array) -> list[float]:
     return [min(low, float(mean[-1]) - reach), max(high, float(mean[-1]) + reach)]
 
 
-def _translucent(tone: str) -> str:
+def translucent(tone: str) -> str:
+    """Return a tone of the palette that lets through what is behind it."""
     light = figures.colour(tone)
     red, green, blue = (int(light[i : i + 2], 16) for i in (1, 3, 5))
     return f"rgba({red},{green},{blue},0.2)"

@@ -4,10 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import plotly.graph_objects as go
+from markupsafe import Markup
 from numpy.typing import NDArray
 
 from autodb import __version__, figures
-from autodb.agent.predicting import Predicted
+from autodb.agent.predicting import Answer, Predicted
 from autodb.forward import Interval
 from autodb.machinefile import Limits
 from autodb.predictedfile import QUANTITIES, Quantity
@@ -42,13 +43,14 @@ def render(answer: Predicted, limits: Mapping[str, Limits]) -> str:
         notes=answer.notes,
         passive=any(cut.passive for cut in answer.cuts),
         peaks=", ".join(dict.fromkeys(cut.of_what for cut in answer.cuts if cut.peaks)),
-        plot=_plot(answer, limits),
+        plot=plot(answer, limits),
         prediction=answer.prediction_id,
         version=__version__,
     )
 
 
-def _plot(answer: Predicted, limits: Mapping[str, Limits]) -> object:
+def plot(answer: Answer, limits: Mapping[str, Limits]) -> Markup:
+    """Return the picture of an answer, with the limits of the machine's axes by name."""
     titles = [_title(one, one.limit(limits)) for one in QUANTITIES]
     made = figures.figure(titles, x_title="Cut", shares=[1.0] * len(titles), gap=GAP)
     for row, one in enumerate(QUANTITIES, start=1):
@@ -72,7 +74,7 @@ def _title(one: Quantity, limit: float | None) -> str:
     return f"{name} [{one.unit}]" + ("" if limit is None else f", limit ± {limit:g} {one.unit}")
 
 
-def _traces(one: Quantity, answer: Predicted) -> list[go.Scatter]:
+def _traces(one: Quantity, answer: Answer) -> list[go.Scatter]:
     """Return the means, and the peaks beside them; warned of where a limit may go."""
     warned = {(each.cut, each.axis) for each in answer.exceeds if each.unit == one.unit}
     marks: dict[tuple[str, str], list[tuple[float, Interval, str]]] = {}
@@ -117,7 +119,7 @@ def _marked(
 
 
 def _draw_limit(
-    made: go.Figure, row: int, one: Quantity, answer: Predicted, limit: float | None
+    made: go.Figure, row: int, one: Quantity, answer: Answer, limit: float | None
 ) -> None:
     """Draw a limit on the sides of zero where forces are, unless it is FAR beyond them."""
     if limit is None:

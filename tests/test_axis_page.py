@@ -27,7 +27,7 @@ def test_the_field_is_friction_over_place_and_velocity() -> None:
     """Cells of the map hold Coulomb and viscous friction at their own velocities, within 5 %."""
     moves = _recording(60, moves=40)
     model = identify(moves)
-    found = field(moves, model)
+    found = field(moves, model.axis, model.protocol, model.terms, model.off_law)
     assert found.measured.shape == found.modelled.shape == (2 * SPEEDS, PLACES)
     known = np.isfinite(found.measured)
     assert known.mean() > 0.4
@@ -44,7 +44,7 @@ def test_a_model_that_lacks_friction_leaves_it_on_the_map() -> None:
     moves = _recording(61, moves=40)
     model = identify(moves)
     lame = tuple(t for t in model.terms if t.term != "coulomb")
-    left = field(moves, replace(model, terms=lame)).left
+    left = field(moves, model.axis, model.protocol, lame, model.off_law).left
     rows, whole = _by_speed(left), np.repeat([-COULOMB_A, COULOMB_A], SPEEDS)
     there = np.isfinite(rows)
     assert there.sum() >= SPEEDS

@@ -170,13 +170,13 @@ def _passes(session: Session, numbers: Sequence[int]) -> dict[int, tuple[str | N
 def _undecided(session: Session, numbers: Sequence[int]) -> dict[int, int]:
     """Return how many mismatches of machines nobody has decided on."""
     query = (
-        select(models.Recording.machine_id, func.count())
+        select(models.Recording.machine_id, func.count().label("waiting"))
         .select_from(models.Mismatch)
         .join(models.Recording)
         .where(models.Recording.machine_id.in_(numbers), models.Mismatch.status == "open")
         .group_by(models.Recording.machine_id)
     )
-    return dict(session.execute(query).tuples().all())
+    return {row.machine_id: row.waiting for row in session.execute(query)}
 
 
 def _feels(session: Session, numbers: Sequence[int]) -> dict[int, set[str]]:

@@ -159,21 +159,28 @@ class Pass:
 def last_pass(store: Store, machine: str) -> Pass:
     """Return a machine's last pass; raises UnusableInput where there is none."""
     with store.reading() as session:
-        row = session.scalar(
-            select(models.RefreshPass)
-            .where(
-                models.RefreshPass.machine_id == find_machine(session, machine).id,
-                models.RefreshPass.status == "done",
-            )
-            .order_by(models.RefreshPass.id.desc())
-            .limit(1)
+        found = passes_of(session, find_machine(session, machine).id, most=1)
+    if not found:
+        raise UnusableInput(
+            f"machine '{machine}': no pass has left a report; 'autodb refresh --machine "
+            f"{machine}' would"
         )
-        if row is None or row.report is None:
-            raise UnusableInput(
-                f"machine '{machine}': no pass has left a report; 'autodb refresh --machine "
-                f"{machine}' would"
-            )
-        return Pass(row.id, str(row.finished_at), _as_refreshed(row.report))
+    return found[0]
+
+
+def passes_of(session: Session, machine_id: int, *, most: int) -> list[Pass]:
+    """Return those of a machine's last passes that left a report, the newest first."""
+    rows = session.scalars(
+        select(models.RefreshPass)
+        .where(models.RefreshPass.machine_id == machine_id, models.RefreshPass.status == "done")
+        .order_by(models.RefreshPass.id.desc())
+        .limit(most)
+    )
+    return [
+        Pass(row.id, str(row.finished_at), _as_refreshed(row.report))
+        for row in rows
+        if row.report is not None
+    ]
 
 
 def _as_refreshed(kept: dict[str, Any]) -> Refreshed:

@@ -51,7 +51,7 @@ def machine_page(store: Store, machine: str, prediction_id: int) -> Page:
             machine=machine,
             pair=pair_name(parameters.pair),
             headline=_headline(checks, parameters),
-            calibrations=tuple(_calibrations(session, owner)),
+            calibrations=tuple(calibration_plots(session, owner)),
             drive_terms=tuple(_drive_terms(session, owner.id)),
             learning=tuple(history.curves(Job.model_validate(prediction.job))),
             checks=tuple(checks),
@@ -67,7 +67,8 @@ def _lines(node: Node, depth: int = 0) -> list[str]:
     return [own, *(line for source in node.sources for line in _lines(source, depth + 1))]
 
 
-def _calibrations(session: Session, owner: models.Machine) -> list[CalibrationPlot]:
+def calibration_plots(session: Session, owner: models.Machine) -> list[CalibrationPlot]:
+    """Return what is drawn of a machine's calibrations that hold now."""
     plots = []
     for axis in owner.axes:
         current = current_calibrations(session, owner.id, axis.name)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autodb.agent.felt import QUANTITY, numbers_of, operation_of
+from autodb.agent.usual_cut import nearest_to_median
 from autodb.fitting import NORMAL_95
 from autodb.pairs.belief import Belief
 from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, SPEED
@@ -44,7 +45,7 @@ def shifts(
     usual one; of the components that were felt.
     """
     cuts = list({force.cut_id: force.cut for force in forces}.values())
-    cut = _usual(cuts)
+    cut = nearest_to_median(cuts)
     tool = cut.pair.tool if cut.pair else None
     if tool is None:
         return []
@@ -61,19 +62,6 @@ def shifts(
         if abs(new - old) > half:
             found.append(Shift(name, _words(cut), component, old, half, new, half_now))
     return found
-
-
-def _usual(cuts: Sequence[models.Cut]) -> models.Cut:
-    """Return the cut nearest to the median of what the cuts of its operation state."""
-    operations = [operation_of(cut) for cut in cuts]
-    most = max(set(operations), key=operations.count)
-    some = [cut for cut, name in zip(cuts, operations, strict=True) if name == most]
-    stated = np.array(
-        [[float(cut.conditions.get(name, 0.0)) for name in (DEPTH, FEED, SPEED)] for cut in some]
-    )
-    middle = np.median(stated, axis=0)
-    spread = np.maximum(np.abs(middle), 1e-9)
-    return some[int(np.argmin(np.sum(((stated - middle) / spread) ** 2, axis=1)))]
 
 
 def _words(cut: models.Cut) -> str:

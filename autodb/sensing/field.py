@@ -3,15 +3,18 @@
 The friction field of P2, weight and ripple in it: means over cells of travel and speed.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.records import Recording
-from autodb.sensing.axis_model import Identified, predicted
+from autodb.sensing.axis_model import IdentifiedTerm, predicted
 from autodb.sensing.drive_errors import STEADY, states
+from autodb.sensing.off_law import OffLaw
 from autodb.sensing.prepared import prepared
+from autodb.sensing.protocol import Protocol
 
 Array = NDArray[np.float64]
 
@@ -48,11 +51,20 @@ class Field:
         return float(np.mean(np.abs(self.left[known])) / np.mean(np.abs(self.measured[known])))
 
 
-def field(recording: Recording, model: Identified) -> Field:
-    """Return the field of an identified axis over a recording of its moves."""
-    rows = prepared(recording, axis=model.axis, protocol=model.protocol)
+def field(
+    recording: Recording,
+    axis: str,
+    protocol: Protocol,
+    terms: Sequence[IdentifiedTerm],
+    off_law: OffLaw | None = None,
+) -> Field:
+    """Return the field of an axis over a recording of its moves, modelled by identified terms.
+
+    With ``off_law`` what friction is off their laws is in it.
+    """
+    rows = prepared(recording, axis=axis, protocol=protocol)
     inputs = {name: rows.sampled(name) for name in rows.inputs}
-    modelled = rows.reduced(predicted(model.terms, rows.inputs, model.off_law))
+    modelled = rows.reduced(predicted(terms, rows.inputs, off_law))
     highest = float(np.quantile(np.abs(inputs["acceleration"]), 0.999))
     steady = states(inputs, highest_mm_s2=highest) == STEADY
     place, velocity = inputs["position"][steady], inputs["velocity"][steady]

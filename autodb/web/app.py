@@ -9,11 +9,9 @@ from fastapi import APIRouter, FastAPI, Request, Response
 from autodb.agent.shelves import Shelves
 from autodb.store import open_store
 from autodb.store.watched import Watched
-from autodb.web import batch, decisions, forces, machines, static, tools
+from autodb.web import batch, decisions, forces, machines, pages, static, tools
 from autodb.web.guard import Guard
 from autodb.web.metrics import TEXT, Metrics
-from autodb.web.pages import machines as machines_page
-from autodb.web.pages import signing
 from autodb.web.problems import problems
 from autodb.web.refusals import handle
 from autodb.web.schema import with_units
@@ -67,8 +65,8 @@ def make_app(settings: Settings) -> FastAPI:
         app.include_router(router, prefix=API, tags=[tag])
     app.include_router(operations)
     app.include_router(static.router)
-    for pages in (signing, machines_page):
-        app.include_router(pages.router, include_in_schema=False)
+    for shown in pages.PAGES:
+        app.include_router(shown.router, include_in_schema=False)
     app.add_middleware(Guard, settings=settings, metrics=metrics)
     with_units(app)
     return app

@@ -27,15 +27,21 @@ def pair_of(query: Mapping[str, str]) -> tuple[str, str]:
 
 def cut_of(query: Mapping[str, str]) -> JobCut:
     """Return the cut that a query states, beside the pair; raises UnusableInput."""
-    stated: dict[str, Any] = {}
+    stated: dict[str, str] = {}
     for name, text in query.items():
         if name in PAIR:
             continue
         if name not in JobCut.model_fields:
             raise UnusableInput(f"{name}: no key of a cut{near(name, JobCut.model_fields)}")
-        stated[name] = text if name in TEXTS else _number(name, text)
+        stated[name] = text
+    return as_cut(stated)
+
+
+def as_cut(stated: Mapping[str, str]) -> JobCut:
+    """Return the cut that texts state by key; raises UnusableInput naming the key."""
+    read = {name: text if name in TEXTS else _number(name, text) for name, text in stated.items()}
     try:
-        return JobCut.model_validate(stated)
+        return JobCut.model_validate(read)
     except ValidationError as error:
         raise UnusableInput(first_of(error.errors())) from None
 

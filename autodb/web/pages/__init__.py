@@ -1,1 +1,6 @@
 """The pages that a browser shows, each a question that somebody in the shop has."""
+
+from autodb.web.pages import machine, machines, mismatches, pairs, planner, signing
+
+PAGES = (signing, machines, mismatches, planner, pairs, machine)
+"""What has routes; a machine's own page last, because its name may have any form."""

@@ -1,0 +1,115 @@
+"""Cuts as a form states them, and as a page says them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from starlette.datastructures import QueryParams
+
+from autodb.errors import UnusableInput
+from autodb.figures import number, span
+from autodb.forward import Interval, PredictedCut
+from autodb.jobs import ANY_CUT, KEYS, OPERATIONS, JobCut
+from autodb.web.asked import as_cut
+
+MOST = 50
+"""Cuts of a form. Chosen: more come as a program or by the API."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """A number of a cut in a form: its key, what it is called, and its unit."""
+
+    key: str
+    called: str
+    unit: str
+
+
+FIELDS = (
+    Field("diameter_mm", "Diameter", "mm"),
+    Field("end_diameter_mm", "End diameter", "mm"),
+    Field("length_mm", "Length", "mm"),
+    Field("depth_mm", "Depth", "mm"),
+    Field("width_mm", "Width", "mm"),
+    Field("feed_mm_rev", "Feed", "mm/rev"),
+    Field("feed_mm_tooth", "Feed", "mm/tooth"),
+    Field("speed_m_min", "Cutting speed", "m/min"),
+    Field("speed_rpm", "or spindle speed", "rpm"),
+    Field("direction_deg", "Direction", "deg"),
+    Field("ramp_deg", "Ramp", "deg"),
+    Field("pocket_diameter_mm", "Pocket", "mm"),
+    Field("cutting_time_s", "Edge has cut", "s"),
+    Field("flank_wear_mm", "Flank wear", "mm"),
+)
+SHOWN = {
+    operation: [*KEYS[operation].needs, *KEYS[operation].may, *ANY_CUT] for operation in OPERATIONS
+}
+"""Fields of a cut by its operation."""
+
+
+def stated_rows(query: QueryParams) -> list[dict[str, str]]:
+    """Return what a form states of cuts, texts by key; it sends every field of each cut.
+
+    Raises UnusableInput for more cuts than it may have.
+    """
+    operations = query.getlist("operation")
+    if len(operations) > MOST:
+        raise UnusableInput(f"{len(operations)} cuts; {MOST} or a program would work")
+    columns = {name: query.getlist(name) for name in ("name", *(one.key for one in FIELDS))}
+    return [
+        {"operation": operation}
+        | {name: some[k] for name, some in columns.items() if k < len(some) and some[k].strip()}
+        for k, operation in enumerate(operations)
+    ]
+
+
+def read_cuts(rows: Sequence[Mapping[str, str]]) -> list[JobCut]:
+    """Return the cuts that rows of a form state; raises UnusableInput naming cut and key."""
+    found = []
+    for k, row in enumerate(rows, start=1):
+        try:
+            found.append(as_cut(row))
+        except UnusableInput as error:
+            raise UnusableInput(f"cut {k}: {error}") from None
+    return found
+
+
+def cut_rows(cuts: Sequence[JobCut]) -> list[dict[str, str]]:
+    """Return what a form shows of cuts: texts by key."""
+    return [
+        {
+            key: f"{value:g}" if isinstance(value, float) else str(value)
+            for key, value in cut.model_dump(exclude_none=True).items()
+        }
+        for cut in cuts
+    ]
+
+
+def in_words(cut: JobCut) -> str:
+    """Return a cut in one line."""
+    stated = ((one, getattr(cut, one.key)) for one in FIELDS)
+    said = [
+        f"{one.called.removeprefix('or ').lower()} {value:g} {one.unit}"
+        for one, value in stated
+        if value is not None
+    ]
+    return ", ".join([cut.operation, *said])
+
+
+def spans(cut: PredictedCut) -> list[tuple[str, str, str, str]]:
+    """Return what a cut takes: quantity, value, 95 % interval, and the peak's where it has one."""
+    peaks = cut.peaks
+    rows = [
+        (f"Force {name.upper()}", getattr(cut, f"force_{name}_N"), "N",
+         None if peaks is None else getattr(peaks, f"force_{name}_N"))
+        for name in "xyz"
+    ]  # fmt: skip
+    rows.append(("Spindle torque", cut.torque_N_m, "N·m", peaks.torque_N_m if peaks else None))
+    rows.append(("Cutting power", cut.power_W, "W", None))
+    return [
+        (what, f"{number(one.value)} {unit}", span(one.low, one.high, unit), _peak(peak, unit))
+        for what, one, unit, peak in rows
+    ]
+
+
+def _peak(peak: Interval | None, unit: str) -> str:
+    return "" if peak is None else f"{number(peak.value)} ({span(peak.low, peak.high, unit)})"

@@ -1,0 +1,114 @@
+"""One machine: its axes and limits, what it can feel, its drives, and what moved and when."""
+
+from fastapi import APIRouter, Request, Response
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb import axispage
+from autodb.agent.drive_maps import DriveMap, drive_map, modelled_channels
+from autodb.agent.machines import find_machine
+from autodb.agent.overview import MachineSaid, machine_said
+from autodb.agent.passes import passes_of
+from autodb.agent.reporting import calibration_plots
+from autodb.agent.sensors import Sensor, sensors_of
+from autodb.figures import quantity
+from autodb.machinefile import Limits
+from autodb.page import CalibrationPlot, calibration_plot, equation_words
+from autodb.store import models
+from autodb.web.html import page
+from autodb.web.pages.reading import day, read
+from autodb.web.service import Reads
+
+PASSES = 20
+"""Refreshes that are shown. Chosen."""
+LIMITS = (
+    ("force_N", "N"), ("torque_N_m", "N·m"), ("speed_mm_min", "mm/min"), ("speed_rpm", "rpm"),
+)  # fmt: skip
+
+router = APIRouter()
+
+
+@router.get("/machines/{machine:path}/moved")
+def moved(request: Request, _access: Reads, machine: str) -> Response:
+    """Show what refreshes found, the newest first."""
+
+    def asked(session: Session) -> list[tuple[str, list[str]]]:
+        number = find_machine(session, machine).id
+        found = passes_of(session, number, most=PASSES)
+        return [(day(one.finished_at), one.done.lines()) for one in found]
+
+    return page(
+        request,
+        "moved.html.j2",
+        title=f"{machine}: what moved",
+        machine=machine,
+        here="moved",
+        passes=read(request, asked),
+    )
+
+
+@router.get("/machines/{machine:path}/drives/{channel}")
+def drive(request: Request, _access: Reads, machine: str, channel: str) -> Response:
+    """Show a drive's model: its terms, and its effort over place and velocity."""
+
+    def asked(session: Session) -> DriveMap:
+        return drive_map(session, machine, channel)
+
+    found = read(request, asked)
+    maps = [] if found.field is None else axispage.map_plots(found.field, found.axis, found.unit)
+    return page(
+        request,
+        "drive.html.j2",
+        title=f"{machine}: {channel}",
+        machine=machine,
+        drive=found,
+        made=day(found.made_at),
+        error=f"{100.0 * found.relative_error:.2g} %",
+        terms=[axispage.term_row(one) for one in found.terms],
+        maps=maps,
+    )
+
+
+@router.get("/machines/{machine:path}")
+def one_machine(request: Request, _access: Reads, machine: str) -> Response:
+    """Show one machine."""
+    said, felt, blind, plots, channels = read(request, lambda session: _of(session, machine))
+    return page(
+        request,
+        "machine.html.j2",
+        title=machine,
+        machine=machine,
+        here="machine",
+        said=said,
+        limits={name: _limits(one) for name, one in said.limits.items()},
+        sensors=[(one, _error(one)) for one in felt],
+        blind=[name.removeprefix("force.").upper() for name in blind],
+        calibrations=[
+            (one, calibration_plot(n, one), equation_words(one)) for n, one in enumerate(plots)
+        ],
+        channels=channels,
+        day=day,
+    )
+
+
+def _of(
+    session: Session, machine: str
+) -> tuple[MachineSaid, list[Sensor], list[str], list[CalibrationPlot], list[str]]:
+    said = machine_said(session, machine)
+    owner = session.scalars(select(models.Machine).where(models.Machine.name == machine)).one()
+    felt, blind = sensors_of(session, machine)
+    plots = calibration_plots(session, owner)
+    return said, felt, blind, plots, modelled_channels(session, owner.id)
+
+
+def _limits(one: Limits) -> str:
+    """Return what an axis may carry, in words; empty where nothing is stated."""
+    stated = ((getattr(one, key), unit) for key, unit in LIMITS)
+    said = [f"{value:g} {unit}" for value, unit in stated if value is not None]
+    if one.travel_low_mm is not None and one.travel_high_mm is not None:
+        said.append(f"{one.travel_low_mm:g} to {one.travel_high_mm:g} mm")
+    return ", ".join(said)
+
+
+def _error(one: Sensor) -> str:
+    return "" if one.error is None else f"{quantity(one.error, one.unit)} on {one.of}"

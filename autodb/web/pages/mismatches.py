@@ -1,0 +1,106 @@
+"""Mismatches: what simulations left out of recordings, and a person's word on them."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Form, HTTPException, Query, Request, Response
+from fastapi.responses import RedirectResponse
+from sqlalchemy.orm import Session
+
+from autodb.agent.access import Role, noting
+from autodb.agent.deciding import confirm, mismatch, mismatches, reject
+from autodb.agent.overview import MismatchSaid, mismatch_said
+from autodb.errors import UnusableInput
+from autodb.explain.report import TERM_WORDS, certainty_words
+from autodb.web.html import page, path
+from autodb.web.machines import Number
+from autodb.web.pages.reading import day, read
+from autodb.web.service import Reads, allowed, service_of
+
+router = APIRouter()
+SEE_OTHER = 303
+CONFIRM, REJECT = "confirm", "reject"
+
+
+@router.get("/machines/{machine:path}/mismatches")
+def of_machine(
+    request: Request, _access: Reads, machine: str, decided: Annotated[bool, Query()] = False
+) -> Response:
+    """Show a machine's mismatches: those that wait, or all."""
+
+    def asked(session: Session) -> list[MismatchSaid]:
+        rows = mismatches(session, machine, decided=decided)
+        return [mismatch_said(session, row) for row in rows]
+
+    found = read(request, asked)
+    return page(
+        request,
+        "mismatches.html.j2",
+        title=f"{machine}: mismatches",
+        machine=machine,
+        here="mismatches",
+        mismatches=[(one, words(one.term), day(one.created_at)) for one in reversed(found)],
+        decided=decided,
+    )
+
+
+@router.get("/mismatches/{number}")
+def one(request: Request, _access: Reads, number: Number) -> Response:
+    """Show one mismatch."""
+    return _shown(request, number)
+
+
+@router.post("/mismatches/{number}")
+def decide(
+    request: Request,
+    number: Number,
+    word: Annotated[str, Form()],
+    csrf: Annotated[str, Form()] = "",
+    term: Annotated[str, Form()] = "",
+) -> Response:
+    """Confirm or reject a mismatch."""
+    access = allowed(request, Role.OPERATE, csrf, changes=True)
+    service = service_of(request)
+    try:
+        if word == CONFIRM:
+            also = noting(access, "mismatch confirmed", "mismatch", term=term or None)
+            confirm(service.store, number, term=term or None, by=access.who, also=also)
+        elif word == REJECT:
+            also = noting(access, "mismatch rejected", "mismatch")
+            reject(service.store, number, by=access.who, also=also)
+        else:
+            raise HTTPException(422, f"word: '{word}'; {CONFIRM} or {REJECT} would work")
+    except UnusableInput as error:
+        return _shown(request, number, said=str(error), status=422)
+    return RedirectResponse(path("mismatches", str(number)), SEE_OTHER)
+
+
+def words(term: str) -> str:
+    """Return what a term is called."""
+    return TERM_WORDS.get(term, term.replace("_", " "))
+
+
+def _shown(request: Request, number: int, *, said: str = "", status: int = 200) -> Response:
+    def asked(session: Session) -> tuple[MismatchSaid, dict[str, object]]:
+        row = mismatch(session, number)
+        evidence: dict[str, object] = {
+            "recording": row.recording.path.rsplit("/", 1)[-1],
+            "intervals": [(low, high) for low, high in row.intervals or ()],
+            "parameters": row.parameters,
+        }
+        return mismatch_said(session, row), evidence
+
+    found, evidence = read(request, asked)
+    return page(
+        request,
+        "mismatch.html.j2",
+        title=f"{words(found.term)} ({found.channel})",
+        status=status,
+        machine=found.machine,
+        here="mismatches",
+        mismatch=found,
+        words=words,
+        sure=certainty_words(found.confidence),
+        day=day,
+        said=said,
+        **evidence,
+    )

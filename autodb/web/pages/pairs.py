@@ -1,0 +1,106 @@
+"""Pairs of a work material and a tool: what is known of them, and how that tightened."""
+
+from collections.abc import Mapping
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request, Response
+from sqlalchemy.orm import Session
+
+from autodb.agent.coefficients import coefficients
+from autodb.agent.force_map import force_map
+from autodb.agent.looking_up import Shelf
+from autodb.agent.owner import owner_named
+from autodb.agent.tightening import tightening
+from autodb.agent.usual_cut import usual_cut
+from autodb.coefficientsfile import Bounds
+from autodb.figures import number
+from autodb.jobs import JobCut
+from autodb.page import learning_plot, learnt_words
+from autodb.pairpage import map_plots
+from autodb.web.html import page
+from autodb.web.pages.cuts import FIELDS, SHOWN, cut_rows, in_words, read_cuts, spans, stated_rows
+from autodb.web.pages.reading import day, read
+from autodb.web.service import Reads, service_of
+
+UNITS = {"1": "", "N/mm^2": "N/mm²"}
+"""How units of coefficients are printed."""
+
+router = APIRouter()
+
+
+@router.get("/machines/{machine:path}/pairs")
+def pairs(request: Request, _access: Reads, machine: str) -> Response:
+    """Show the pairs that a machine has learnt."""
+    listed = read(request, lambda session: Shelf(session, machine).pairs())
+    return page(
+        request,
+        "pairs.html.j2",
+        title=f"{machine}: pairs",
+        machine=machine,
+        here="pairs",
+        pairs=[(one, day(one.learnt_at)) for one in listed],
+    )
+
+
+@router.get("/machines/{machine:path}/pair")
+def pair(
+    request: Request,
+    _access: Reads,
+    machine: str,
+    material: Annotated[str, Query(max_length=200)],
+    tool: Annotated[str, Query(max_length=200)],
+) -> Response:
+    """Show what a pair takes: of one cut, over feed and depth, and how well that is known."""
+    grounds = service_of(request).shelves.grounds(machine, material, tool).grounds
+    stated = read_cuts(stated_rows(request.query_params))
+    asked = stated[0] if stated else _usual(request, machine, material, tool)
+    known = grounds.look_up(asked)
+    drawn = force_map(grounds, asked)
+    curves = read(
+        request,
+        lambda session: tightening(
+            session, owner_named(session, machine).id, material, grounds.known.tool, asked
+        ),
+    )
+    return page(
+        request,
+        "pair.html.j2",
+        title=f"{material} / {tool}",
+        machine=machine,
+        here="pairs",
+        material=material,
+        tool=tool,
+        known=known,
+        words=in_words(asked),
+        spans=spans(known.cut),
+        fields=FIELDS,
+        shown=SHOWN,
+        rows=cut_rows([asked]),
+        curves=[(one, learnt_words(one), learning_plot(n, one)) for n, one in enumerate(curves)],
+        maps=map_plots(drawn),
+        limited=any(layer.limit is not None for layer in drawn.layers),
+        coefficients=read(request, lambda session: _coefficients(session, machine, material, tool))
+        if grounds.known.own
+        else [],
+    )
+
+
+def _usual(request: Request, machine: str, material: str, tool: str) -> JobCut:
+    return read(
+        request,
+        lambda session: usual_cut(session, owner_named(session, machine).id, material, tool),
+    )
+
+
+def _coefficients(
+    session: Session, machine: str, material: str, tool: str
+) -> list[tuple[str, str, str]]:
+    """Return the coefficients of an orthogonal edge: name, value, and its 95 % interval."""
+    (found,) = coefficients(session, machine, material, tool).pairs
+    edge = found.orthogonal_edge
+    named: Mapping[str, Bounds] = {**edge.kienzle, **edge.linear}
+    return [
+        (name, f"{number(one.value)} {UNITS.get(one.unit, one.unit)}".strip(),
+         f"{number(one.lower, like=one.value)} to {number(one.upper, like=one.value)}")
+        for name, one in named.items()
+    ]  # fmt: skip

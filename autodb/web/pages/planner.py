@@ -1,0 +1,117 @@
+"""The job planner: what a job's cuts take, which limits they may exceed, what to cut next."""
+
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Request, Response
+from sqlalchemy.orm import Session
+
+from autodb import predictedpage
+from autodb.agent.looking_up import Listed, Shelf
+from autodb.agent.owner import owner_named
+from autodb.agent.planning import Plan, plan
+from autodb.agent.predicting import Answer, answer_of
+from autodb.agent.usual_cut import usual_cut
+from autodb.errors import UnusableInput
+from autodb.figures import number
+from autodb.jobs import Job, JobCut
+from autodb.web.html import page
+from autodb.web.pages.cuts import FIELDS, SHOWN, cut_rows, in_words, read_cuts, spans, stated_rows
+from autodb.web.pages.reading import read
+from autodb.web.service import Reads, service_of
+
+router = APIRouter()
+NAME = "planned"
+
+
+@router.get("/machines/{machine:path}/plan")
+def planner(
+    request: Request,
+    _access: Reads,
+    machine: str,
+    material: Annotated[str, Query(max_length=200)] = "",
+    tool: Annotated[str, Query(max_length=200)] = "",
+    cut_next: Annotated[bool, Query(alias="next")] = False,
+) -> Response:
+    """Show the form of a job, and what the job takes once it is stated."""
+    known = read(request, lambda session: Shelf(session, machine).pairs())
+    said = ""
+    rows: list[dict[str, str]] = []
+    answered: Answer | None = None
+    proposed: Plan | None = None
+    try:
+        rows = stated_rows(request.query_params)
+        cuts = read_cuts(rows)
+        if cuts and material and tool:
+            named = tuple(
+                cut if cut.name else cut.model_copy(update={"name": f"cut {k}"})
+                for k, cut in enumerate(cuts, start=1)
+            )
+            job = Job(name=NAME, material=material, tool=tool, cut=named)
+            service = service_of(request)
+            answered = answer_of(service.shelves.grounds(machine, material, tool).grounds, job)
+            proposed = plan(service.store, machine, job) if cut_next else None
+    except UnusableInput as error:
+        said = str(error)
+    if not rows:
+        first = read(request, lambda session: _first(session, machine, known, material, tool))
+        rows = cut_rows([first])
+    return page(
+        request,
+        "plan.html.j2",
+        title=f"{machine}: plan a job",
+        machine=machine,
+        here="plan",
+        materials=sorted({one.material for one in known}),
+        tools=sorted({one.tool for one in known}),
+        material=material or (known[0].material if known else ""),
+        tool=tool or (known[0].tool if known else ""),
+        fields=FIELDS,
+        shown=SHOWN,
+        rows=rows,
+        said=said,
+        **_answered(request, machine, answered),
+        proposed=None if proposed is None else _proposed(proposed),
+    )
+
+
+def _answered(request: Request, machine: str, answered: Answer | None) -> dict[str, Any]:
+    """Return what the template shows of an answer."""
+    if answered is None:
+        return {"answer": None}
+    limits = read(request, lambda session: owner_named(session, machine).limits)
+    return {
+        "answer": answered,
+        "plot": predictedpage.plot(answered, limits),
+        "cuts": [(cut, spans(cut)) for cut in answered.cuts],
+        "exceeds": [(answered.cuts[one.cut - 1].name, one.statement) for one in answered.exceeds],
+    }
+
+
+def _first(
+    session: Session, machine: str, known: Sequence[Listed], material: str, tool: str
+) -> JobCut:
+    """Return the cut that the form begins with: a usual one of the pair."""
+    owner = owner_named(session, machine)
+    if not material and known:
+        material, tool = known[0].material, known[0].tool
+    return usual_cut(session, owner.id, material, tool)
+
+
+def _proposed(found: Plan) -> dict[str, object]:
+    """Return what the template shows of what to cut next."""
+    return {
+        "now": _percent(found.now),
+        "cuts": [(in_words(one.cut), _percent(one.left)) for one in found.proposed],
+        "targets": [
+            (one.cut, f"force {one.component.upper()}", _percent(one.now), _percent(one.after))
+            for one in found.targets
+        ],
+        "hardly": found.hardly,
+        "open": found.open,
+        "too_much": found.too_much,
+    }
+
+
+def _percent(share: float) -> str:
+    return f"± {number(100.0 * share)} %"
