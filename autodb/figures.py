@@ -281,12 +281,14 @@ def as_html(made: go.Figure, name: str, *, height_px: int, label: str) -> Markup
     config = json.dumps({**CONFIG, "displayModeBar": "hover" if tall else False})
     data = f'{{"figure": {made.to_json(validate=False)}, "config": {config}}}'
     frame = Markup(
-        '<div class="plot" role="img" aria-label="{label}" style="height:{height}px">'
+        '<div class="plot" role="{role}" aria-label="{label}" style="height:{height}px">'
         '<div id="{name}" class="plotly-graph-div" style="height:{height}px; width:100%">'
         '<script type="application/json">{data}</script></div></div>'
     )
     inert = Markup(data.replace("<", r"\u003c"))
-    return frame.format(label=label, height=height_px, name=name, data=inert)
+    return frame.format(
+        role="group" if tall else "img", label=label, height=height_px, name=name, data=inert
+    )
 
 
 # Pages

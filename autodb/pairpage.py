@@ -5,12 +5,16 @@ from collections.abc import Mapping
 import numpy as np
 import plotly.graph_objects as go
 from markupsafe import Markup
+from scipy.special import ndtri
 
 from autodb import figures
 from autodb.agent.force_map import ForceMap, Layer
+from autodb.exceeding import percent
 from autodb.page import translucent
 
 MAP_PX = 380
+SURE = 1e-12
+"""Chances nearer to none or all are drawn as this."""
 CHANCES = ((0.05, "dot"), (0.5, "solid"))
 """Chances to exceed a limit that are drawn as lines, and how."""
 WORDS = {
@@ -44,14 +48,12 @@ def _map(found: ForceMap, layer: Layer, name: str) -> Markup:
     over = {"x": found.feeds, "y": found.across}
     made.add_trace(
         go.Contour(
-            **over, z=np.abs(layer.mean), name="mean",
-            colorscale=[[0.0, figures.colour("card")], [1.0, figures.colour("corrected")]],
+            **over, z=np.abs(layer.mean), name="mean", showscale=False, ncontours=12,
             contours={
-                "showlabels": True, "labelformat": ".3~r",
-                "labelfont": {"color": figures.colour("ink")},
+                "coloring": "none", "showlabels": True, "labelformat": ".3~r",
+                "labelfont": {"color": figures.colour("ink"), "size": 12},
             },
-            line={"color": figures.colour("rule"), "width": 1},
-            colorbar={"thickness": 10, "outlinewidth": 0, "tickformat": ".3~r"},
+            line={"color": figures.colour("corrected"), "width": 1.5},
             hovertemplate=f"feed %{{x:.3g}}, across %{{y:.3g}}: %{{z:.4g}} {layer.quantity.unit}"
             "<extra></extra>",
         )
@@ -74,12 +76,14 @@ def _map(found: ForceMap, layer: Layer, name: str) -> Markup:
 
 
 def _line(over: Mapping[str, object], layer: Layer, chance: float, dash: str) -> go.Contour:
+    """Return the line of a chance, drawn where its normal quantile is: that is nearly straight."""
+    level = float(ndtri(chance))
     return go.Contour(
         **over,
-        z=layer.chance,
+        z=ndtri(np.clip(layer.chance, SURE, 1.0 - SURE)),
         name=f"{100 * chance:g} % chance to exceed the limit",
         showscale=False,
-        contours={"coloring": "none", "start": chance, "end": chance, "size": 1.0},
+        contours={"coloring": "none", "start": level, "end": level, "size": 1.0},
         line={"color": figures.colour("warn"), "width": 3, "dash": dash, "smoothing": 1.0},
         hoverinfo="skip",
     )
@@ -99,7 +103,7 @@ def _label(found: ForceMap, layer: Layer) -> str:
     low, high = np.min(np.abs(layer.mean)), np.max(np.abs(layer.mean))
     reach = figures.span(float(low), float(high), layer.quantity.unit)
     most = float(layer.chance.max())
-    risk = "" if layer.limit is None else f"; at most {100.0 * most:.2g} % chance to exceed it"
+    risk = "" if layer.limit is None else f"; at most {percent(most)} chance to exceed it"
     return (
         f"{title(layer)} over {FEED[found.feed_key]} and {ACROSS[found.across_key]}: {reach}{risk}"
     )

@@ -5,10 +5,9 @@ import os
 import signal
 import socket
 import sys
-import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -41,7 +40,6 @@ from autodb.machinefile import LATHE
 from autodb.store import Store, create_store, models, open_store
 from autodb.store.watched import Watched
 from autodb.virtual import fleets
-from autodb.web import server as serving
 from autodb.web.app import make_app
 from autodb.web.guard import HEADERS
 from autodb.web.server import Certificate
@@ -49,6 +47,7 @@ from autodb.web.settings import Settings
 from tests import shops
 from tests.conftest import Cli
 from tests.servers import Server
+from tests.serving import served
 
 API = "/api/v1"
 CUT: dict[str, Any] = {
@@ -574,30 +573,6 @@ def test_a_decision_is_kept_with_who_took_it(url: str, store: Store, mismatch: i
 # As a process, and its client
 
 
-def _listening(url: str, certificate: Certificate | None = None) -> tuple[Any, Any, str]:
-    """Return a server that answers in a thread, the thread, and its URL."""
-    settings = Settings(url, port=0, tls=certificate is not None)
-    bound = serving.bound(settings)
-    made = serving.server_of(make_app(settings), certificate)
-    thread = threading.Thread(target=made.run, kwargs={"sockets": [bound]})
-    thread.start()
-    while not made.started:
-        time.sleep(0.01)
-        assert thread.is_alive()
-    scheme = "http" if certificate is None else "https"
-    return made, thread, f"{scheme}://localhost:{bound.getsockname()[1]}"
-
-
-@contextmanager
-def _served(url: str, certificate: Certificate | None = None) -> Iterator[str]:
-    made, thread, at = _listening(url, certificate)
-    try:
-        yield at
-    finally:
-        made.should_exit = True
-        thread.join(30.0)
-
-
 def test_the_client_says_what_the_library_says(
     url: str, store: Store, pair: dict[str, str]
 ) -> None:
@@ -607,7 +582,7 @@ def test_the_client_says_what_the_library_says(
         shelf = Shelf(session, "lathe-0")
         alone = [shelf.look_up(**pair, cut=cut) for cut in cuts]
         known = shelf.pairs()
-    with _served(url) as at, Client(at) as client:
+    with served(Settings(url)) as at, Client(at) as client:
         assert [one.name for one in client.machines()] == ["a/b c", "lathe-0"]
         assert client.machine("a/b c").recordings == 0
         assert client.pairs("lathe-0") == known
@@ -636,7 +611,7 @@ def _slot() -> JobCut:
 
 def test_over_tls(url: str, tmp_path: Path) -> None:
     certificate = _self_signed(tmp_path)
-    with _served(url, certificate) as at:
+    with served(Settings(url), certificate) as at:
         with Client(at, ca=certificate.chain) as client:
             assert client.machine("lathe-0").name == "lathe-0"
         with pytest.raises(Unanswered, match="CERTIFICATE_VERIFY_FAILED"), Client(at) as client:

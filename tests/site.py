@@ -1,0 +1,28 @@
+"""A machine that has learnt something, for what is tried on the pages."""
+
+from pathlib import Path
+
+from autodb import demo
+from autodb.agent.machines import add_machine
+from autodb.assets import kit
+from autodb.machinefile import LATHE
+from autodb.store import create_store, models, open_store
+
+LIMITS_N = {"x": 600.0, "z": 900.0}
+ODD = 'a/b <script>alert("x")</script> & c'
+"""Name of a machine that a page could be broken by."""
+
+
+def filled(path: Path) -> str:
+    """Make the sample machine's database, with limits and one more machine; return its URL."""
+    url = f"sqlite:///{path}"
+    create_store(url)
+    store = open_store(url)
+    demo.learn(store, kit("sample_jobs") / demo.JOB / "recordings", progress=lambda _: None)
+    with store.writing(demo.MACHINE) as session:
+        for axis in session.query(models.Axis).all():
+            axis.limit_force_N = LIMITS_N.get(axis.name)
+            axis.limit_torque_N_m = 30.0 if axis.name == "spindle" else None
+    add_machine(store, ODD, LATHE)
+    store.close()
+    return url
