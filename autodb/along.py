@@ -32,12 +32,13 @@ def predict_lines(
         some = [line for line in lines if line.operation == name]
         means, peaks = _expected(belief, tool, some, source)
         passive = COLUMNS.get(PASSIVE_AXIS.get(name, ""))
-        for at, line in enumerate(some):
-            found[line.number] = _predicted(
-                line,
-                intervals(means, at, passive=passive),
-                _peaks(line, peaks, at, passive=passive),
-            )
+        largest = intervals(peaks, passive=passive)
+        for at, (line, mean) in enumerate(
+            zip(some, intervals(means, passive=passive), strict=True)
+        ):
+            first = QUANTITIES * at
+            peak = _peaks(line, largest[first : first + QUANTITIES])
+            found[line.number] = _predicted(line, mean, peak)
     return tuple(found[line.number] for line in lines)
 
 
@@ -81,9 +82,8 @@ def _refused(tool: ToolOf, lines: Sequence[Line]) -> int:
     return lines[-1].number
 
 
-def _peaks(line: Line, at_peak: Forecast, at: int, *, passive: int | None) -> Peaks:
-    first = QUANTITIES * at
-    x, y, z, torque = (intervals(at_peak, first + k, passive=passive)[k] for k in range(QUANTITIES))
+def _peaks(line: Line, at_peak: Sequence[Sequence[Interval]]) -> Peaks:
+    x, y, z, torque = (one[k] for k, one in enumerate(at_peak))
     return Peaks(x, y, z, torque, speed_rpm=line.fastest_rpm)
 
 

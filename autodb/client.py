@@ -8,28 +8,35 @@ Answers are kept with their entity tags: asked again, and nothing written meanwh
 sends none.
 """
 
+import time
 from collections import OrderedDict
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import IO, Any
 from urllib.parse import quote
 
 import httpx
 from pydantic import TypeAdapter
 
 from autodb.agent.grounds import LookedUp
+from autodb.agent.importing import Imported
 from autodb.agent.looking_up import Listed
 from autodb.agent.overview import CalibrationSaid, MachineSaid, MachineSeen, MismatchSaid
 from autodb.agent.predicting import Answer, Predicted
 from autodb.errors import NotThere, UnusableInput
 from autodb.jobs import Job, JobCut
-from autodb.web.said import Decision, End, Feels, Machines, Row, Step
+from autodb.web.said import Decision, End, Feels, Importing, Machines, Row, Step
 
 API = "/api/v1"
 KEPT = 1000
 """Answers that are kept. Chosen: some 2 kB each."""
+SEND_S = 600.0
+"""How long one part of a recording on its way may take. Chosen."""
+ASKED_S = 0.2
+"""How often it is asked how far an import is. Chosen: the command line shows as much."""
 NOT_THERE = 404
 NOT_MODIFIED = 304
 
@@ -82,28 +89,28 @@ class Client:
 
     def machine(self, name: str) -> MachineSaid:
         """Return one machine; raises NotThere."""
-        said: MachineSaid = self._get(MachineSaid, f"/machines/{_in_path(name)}")
+        said: MachineSaid = self._get(MachineSaid, _of(name))
         return said
 
     def feels(self, machine: str) -> Feels:
         """Return what a machine can feel, and what it cannot."""
-        found: Feels = self._get(Feels, f"/machines/{_in_path(machine)}/sensors")
+        found: Feels = self._get(Feels, f"{_of(machine)}/sensors")
         return found
 
     def calibrations(self, machine: str) -> list[CalibrationSaid]:
         """Return a machine's calibrations that hold now."""
-        path = f"/machines/{_in_path(machine)}/calibrations"
+        path = f"{_of(machine)}/calibrations"
         found: list[CalibrationSaid] = self._get(list[CalibrationSaid], path)
         return found
 
     def pairs(self, machine: str) -> list[Listed]:
         """Return the pairs that a machine has learnt."""
-        found: list[Listed] = self._get(list[Listed], f"/machines/{_in_path(machine)}/pairs")
+        found: list[Listed] = self._get(list[Listed], f"{_of(machine)}/pairs")
         return found
 
     def mismatches(self, machine: str) -> list[MismatchSaid]:
         """Return a machine's mismatches that nobody decided on."""
-        path = f"/machines/{_in_path(machine)}/mismatches"
+        path = f"{_of(machine)}/mismatches"
         found: list[MismatchSaid] = self._get(list[MismatchSaid], path)
         return found
 
@@ -115,7 +122,7 @@ class Client:
     def look_up(self, machine: str, material: str, tool: str, cut: JobCut) -> LookedUp:
         """Return what a cut of a pair will take. Raises UnusableInput, NotThere of the machine."""
         query = {"material": material, "tool": tool} | cut.model_dump(exclude_none=True)
-        found: LookedUp = self._get(LookedUp, f"/machines/{_in_path(machine)}/lookup", query)
+        found: LookedUp = self._get(LookedUp, f"{_of(machine)}/lookup", query)
         return found
 
     def look_up_many(
@@ -126,7 +133,7 @@ class Client:
         Raises Unanswered where the answer is cut off.
         """
         lines = (cut.model_dump_json(exclude_none=True).encode() + b"\n" for cut in cuts)
-        path = f"/machines/{_in_path(machine)}/lookup/batch"
+        path = f"{_of(machine)}/lookup/batch"
         query = {"material": material, "tool": tool}
         try:
             with self._http.stream("POST", path, params=query, content=lines) as response:
@@ -144,14 +151,60 @@ class Client:
 
     def predict(self, machine: str, job: Job) -> Answer:
         """Return what each cut of a job will take; nothing is kept."""
-        found: Answer = self._post(Answer, f"/machines/{_in_path(machine)}/predict", job)
+        found: Answer = self._post(Answer, f"{_of(machine)}/predict", job)
         return found
 
     def keep_prediction(self, machine: str, job: Job) -> Predicted:
         """Return what each cut of a job will take, kept; needs a token of role operate."""
-        path = f"/machines/{_in_path(machine)}/predictions"
+        path = f"{_of(machine)}/predictions"
         found: Predicted = self._post(Predicted, path, job)
         return found
+
+    def predict_program(self, machine: str, job: Job) -> Answer:
+        """Return what each line of a job's program that cuts will take; nothing is kept.
+
+        Raises UnusableInput, also where the job has no program or its file cannot be read.
+        """
+        if job.program is None:
+            raise UnusableInput(f"job '{job.name}': no program; 'predict' takes cuts")
+        path = Path(job.program.file)
+        with _opened(path) as program:
+            files = {
+                "job": (None, job.model_dump_json(exclude_none=True, exclude={"cut"})),
+                "program": (path.name, program),
+            }
+            response = self._asked("POST", f"{_of(machine)}/predict/program", files=files)
+        found: Answer = _adapter(Answer).validate_json(response.content)
+        return found
+
+    def import_recording(
+        self,
+        machine: str,
+        recording: Path,
+        *,
+        side: Path | None = None,
+        progress: Callable[[str], None] = lambda _: None,
+    ) -> Imported:
+        """Send a recording with its side file, beside it if none is named, and wait until it is in.
+
+        Needs a token of role operate. Raises UnusableInput where it is refused.
+        """
+        beside = recording.with_suffix(".toml")
+        side = beside if side is None and beside.is_file() else side
+        with ExitStack() as files:
+            parts = {"recording": (recording.name, files.enter_context(_opened(recording)))}
+            if side is not None:
+                parts["side"] = (side.name, files.enter_context(_opened(side)))
+            path = f"{_of(machine)}/recordings"
+            response = self._asked("POST", path, files=parts, timeout=SEND_S)
+        said: Importing = _adapter(Importing).validate_json(response.content)
+        while said.came_in is None and said.refused is None:
+            progress(said.progress or said.state)
+            time.sleep(ASKED_S)
+            said = self._get(Importing, f"/imports/{said.number}")
+        if said.came_in is None:
+            raise UnusableInput(said.refused or "refused")
+        return said.came_in
 
     def confirm(self, mismatch: int, term: str | None = None) -> Decision:
         """Confirm a mismatch, as an alternative ``term`` or as named; needs role operate."""
@@ -207,6 +260,18 @@ def _refuse(response: httpx.Response) -> None:
 
 def _unanswered(error: httpx.HTTPError) -> Unanswered:
     return Unanswered(f"{error.request.url}: no answer ({error}); 'autodb serve' gives them")
+
+
+def _of(machine: str) -> str:
+    return f"/machines/{_in_path(machine)}"
+
+
+def _opened(path: Path) -> IO[bytes]:
+    """Open a file that is to be sent; raises UnusableInput."""
+    try:
+        return path.open("rb")
+    except OSError as error:
+        raise UnusableInput(f"{path}: {error.strerror}; a file that is there would work") from None
 
 
 def _in_path(name: str) -> str:

@@ -7,7 +7,7 @@ not predicted: above its limit it is sure.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from statistics import NormalDist
+from math import erfc, sqrt
 
 from autodb.fitting import NORMAL_95
 from autodb.forward import Interval, Peaks, PredictedCut
@@ -34,7 +34,7 @@ class Exceeding:
         limit = f"{self.axis}'s {self.limit:g} {self.unit}"
         if self.unit == "rpm":
             return f"faster than {limit}"
-        return f"{_percent(self.probability)} chance to exceed {limit}"
+        return f"{percent(self.probability)} chance to exceed {limit}"
 
 
 def exceeding(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> tuple[Exceeding, ...]:
@@ -71,7 +71,7 @@ def _beyond(off: float, half: float) -> float:
     """Return the probability to be off by more, with half a 95 % interval that wide."""
     if half == 0.0:
         return float(off < 0.0)
-    return 1.0 - NormalDist().cdf(NORMAL_95 * off / half)
+    return 0.5 * erfc(NORMAL_95 * off / (sqrt(2.0) * half))
 
 
 def _force(cut: PredictedCut | Peaks, axis: str) -> Interval | None:
@@ -83,7 +83,8 @@ def _fastest_rpm(cut: PredictedCut) -> float:
     return cut.speed_rpm if along is None else along
 
 
-def _percent(probability: float) -> str:
+def percent(probability: float) -> str:
+    """Return a probability in words."""
     if probability > 0.999:
         return "over 99.9 %"
     return f"{100.0 * probability:.2g} %" if probability < 0.995 else f"{100 * probability:.1f} %"

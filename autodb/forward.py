@@ -105,9 +105,9 @@ def predict(belief: Belief, tool: ToolOf, cuts: Sequence[JobCut]) -> tuple[Predi
         rows = [cut.conditions(tool.diameter_mm) for cut in some.values()]
         expected = forecast(belief, BY_NAME[name].cuts(tool.numbers, rows, called=tool.name))
         passive = COLUMNS.get(PASSIVE_AXIS.get(name, ""))
+        means = intervals(expected, passive=passive)
         for at, (k, cut) in enumerate(some.items()):
-            means = intervals(expected, at, passive=passive)
-            found[k] = _predicted(belief, tool, cut, rows[at], means)
+            found[k] = _predicted(belief, tool, cut, rows[at], means[at])
     return tuple(found[k] for k in range(len(cuts)))
 
 
@@ -151,31 +151,29 @@ def _peaks(belief: Belief, tool: ToolOf, operation: str, conditions: Conditions)
     worn_s = conditions.get(CUTTING_TIME, 0.0)
     worn = np.full(len(moments), worn_s) if worn_s else None
     expected = forecast(belief, Cuts(operation, there(assumed.tool), variants, worn))
-    x, y, z, torque = (intervals(expected, k)[k] for k in range(4))
+    x, y, z, torque = (one[k] for k, one in enumerate(intervals(expected)[:4]))
     return Peaks(x, y, z, torque)
 
 
-def intervals(expected: Forecast, at: int, *, passive: int | None = None) -> list[Interval]:
-    """Return force x, y, z, torque and power of one cut with their 95 % intervals.
+def intervals(expected: Forecast, *, passive: int | None = None) -> list[list[Interval]]:
+    """Return force x, y, z, torque and power of each cut with their 95 % intervals.
 
     ``passive``: the force that is not felt, wider by what is not known of the thrust's direction.
     Torque and power, and a force that is all along the cutting speed, have one sign: their
     logarithm is taken as normal, so that what is hardly known is not said to pull.
     """
-    made, sd = expected.mean[at], expected.sd[at].copy()
+    mean, sd = expected.mean, expected.sd
     if passive is not None:
-        sd[passive] = np.hypot(sd[passive], PASSIVE_RAD * expected.turned[at, passive])
-    one_sign = np.array([*(expected.along[at] >= ALL), True, True])
-    return [
-        _of_one_sign(float(mean), float(one)) if signed else _normal(float(mean), float(one))
-        for mean, one, signed in zip(made, sd, one_sign, strict=True)
-    ]
-
-
-def _normal(mean: float, sd: float) -> Interval:
-    return Interval(mean, mean - NORMAL_95 * sd, mean + NORMAL_95 * sd)
-
-
-def _of_one_sign(mean: float, sd: float) -> Interval:
-    factor = float(np.exp(NORMAL_95 * sd / abs(mean))) if mean else 1.0
-    return Interval(mean, *sorted((mean / factor, mean * factor)))
+        sd = sd.copy()
+        sd[:, passive] = np.hypot(sd[:, passive], PASSIVE_RAD * expected.turned[:, passive])
+    half = NORMAL_95 * sd
+    one_sign = np.ones(mean.shape, dtype=np.bool_)
+    one_sign[:, :3] = expected.along >= ALL
+    size = np.abs(mean)
+    share = np.divide(half, size, out=np.zeros_like(half), where=one_sign & (size > 0.0))
+    factor = np.exp(share)
+    ends = mean / factor, mean * factor
+    low = np.where(one_sign, np.minimum(*ends), mean - half)
+    high = np.where(one_sign, np.maximum(*ends), mean + half)
+    each = zip(mean.tolist(), low.tolist(), high.tolist(), strict=True)
+    return [[Interval(*three) for three in zip(*cut, strict=True)] for cut in each]

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from math import atan2, degrees, pi
 from pathlib import Path
 from typing import Literal, get_args
@@ -27,6 +28,11 @@ class Keys:
 
     needs: tuple[str, ...]
     may: tuple[str, ...] = ()
+
+    @cached_property
+    def known(self) -> frozenset[str]:
+        """All that a cut may have."""
+        return frozenset((*self.needs, *self.may, *ANY_CUT))
 
 
 _TURNED = ("diameter_mm", "depth_mm", "feed_mm_rev")
@@ -76,12 +82,11 @@ class JobCut(Section):
     @model_validator(mode="after")
     def _keys_of_its_operation(self) -> "JobCut":
         keys = KEYS[self.operation]
-        given = self.model_dump(exclude_none=True)
+        given = [name for name, value in vars(self).items() if value is not None]
         lacking = [name for name in keys.needs if name not in given]
         if lacking:
             raise ValueError(f"operation '{self.operation}' needs {' and '.join(lacking)}")
-        known = {*keys.needs, *keys.may, *ANY_CUT}
-        odd = [name for name in given if name not in known]
+        odd = [name for name in given if name not in keys.known]
         if odd:
             raise ValueError(
                 f"operation '{self.operation}' has no {' or '.join(odd)}; it takes "
@@ -155,6 +160,11 @@ class JobCut(Section):
         return tool_diameter_mm
 
 
+def is_none(value: object) -> bool:
+    """Return whether a key was left out: of two that exclude each other, one is written."""
+    return value is None
+
+
 def _either(*keys: str) -> JsonDict:
     """Return what a schema says of a section that has exactly one of some keys."""
     return {"oneOf": [{"required": [key]} for key in keys]}
@@ -173,9 +183,9 @@ class JobProgram(Section):
     model_config = ConfigDict(json_schema_extra=_either("stock_diameter_mm", "stock"))
 
     file: str
-    stock_diameter_mm: Positive | None = None
+    stock_diameter_mm: Positive | None = Field(default=None, exclude_if=is_none)
     stock_face_mm: Finite | None = None
-    stock: tuple[tuple[Finite, NotNegative], ...] | None = None
+    stock: tuple[tuple[Finite, NotNegative], ...] | None = Field(default=None, exclude_if=is_none)
     units: Literal["mm", "inch"] | None = None
     diameter: bool | None = None
     sha256: str | None = None
@@ -204,8 +214,8 @@ class Job(Section):
     name: str
     material: str
     tool: str
-    cut: tuple[JobCut, ...] = Field(default=(), min_length=1)
-    program: JobProgram | None = None
+    cut: tuple[JobCut, ...] = Field(default=(), min_length=1, exclude_if=lambda cut: not cut)
+    program: JobProgram | None = Field(default=None, exclude_if=is_none)
 
     @model_validator(mode="after")
     def _cuts_or_a_program(self) -> "Job":

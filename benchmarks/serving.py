@@ -3,12 +3,14 @@
 A minute of 200 look-ups a second of pairs at random among ROWS versions of parameters (20 000, or
 1 000 000: 15 GB), sent when they are due whether or not earlier ones are answered; times count from
 then. Then 100 000 turned cuts in
-one batch, with the service's memory before and at its peak.
+one batch, with the service's memory before and at its peak; and each page, of machines at random:
+its answer, and until a browser has its content (where there is Chromium).
 """
 
 import asyncio
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -27,10 +29,12 @@ from benchmarks.fleet_lookups import MACHINES, PAIRS, fill, writing
 
 Array = NDArray[np.float64]
 
+PAGE_MS, PAGES_EACH = 500.0, 20
 RATE, MINUTE_S, WARM_UP_S, CONNECTIONS = 200, 60.0, 3.0, 16
 P50_MS, P99_MS, BATCH_S = 3.0, 15.0, 10.0
 CUTS = 100_000
 API = "/api/v1"
+CHROMIUM = shutil.which("chromium")
 CUT = {"operation": "turn", "diameter_mm": 50.0, "depth_mm": 2.0, "feed_mm_rev": 0.25,
        "speed_m_min": 220.0}  # fmt: skip
 
@@ -45,7 +49,7 @@ def served(url: str) -> Iterator[tuple[str, int]]:
     )  # fmt: skip
     try:
         assert process.stdout is not None
-        at = process.stdout.readline().split(API)[0]
+        at = process.stdout.readline().split()[0]
         while True:
             try:
                 httpx.get(f"{at}/healthz").raise_for_status()
@@ -162,6 +166,52 @@ def batch(at: str, process: int) -> None:
     )
 
 
+def pages(at: str) -> None:
+    """Print how long pages take, of machines at random."""
+    rng = np.random.default_rng(6)
+    of_pair = urlencode({"material": "material 3", "tool": "insert"})
+    asked = {
+        "machines": "/", "found": "/?like=77", "machine": "/machines/{}",
+        "pairs": "/machines/{}/pairs", "pair": "/machines/{}/pair?" + of_pair,
+        "plan": "/machines/{}/plan?" + of_pair + "&" + urlencode(CUT),
+        "mismatches": "/machines/{}/mismatches", "moved": "/machines/{}/moved",
+    }  # fmt: skip
+    names = [f"lathe-{number}" for number in rng.integers(MACHINES, size=PAGES_EACH)]
+    with httpx.Client(base_url=at, timeout=60.0) as client:
+        for name, path in asked.items():
+            took_ms = []
+            for machine in names:
+                start = time.perf_counter()
+                client.get(path.format(machine)).raise_for_status()
+                took_ms.append(1e3 * (time.perf_counter() - start))
+            shown = "" if CHROMIUM is None else f", in a browser {_in_browser(at, path, names)}"
+            print(
+                f"page '{name}': median {np.median(took_ms):.0f} ms, longest {max(took_ms):.0f} ms "
+                f"(limit {PAGE_MS:g}: {'passed' if max(took_ms) <= PAGE_MS else 'missed'}){shown}",
+                flush=True,
+            )
+
+
+def _in_browser(at: str, path: str, names: list[str]) -> str:
+    """Return how long a browser takes until it has a page's content, and until plots are drawn."""
+    from playwright.sync_api import sync_playwright
+
+    content, drawn = [], []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = browser.new_page(base_url=at)
+        for name in names:
+            start = time.perf_counter()
+            page.goto(path.format(name), wait_until="domcontentloaded")
+            content.append(1e3 * (time.perf_counter() - start))
+            if page.locator(".plotly-graph-div").count():
+                page.wait_for_selector("body.drawn")
+                drawn.append(1e3 * (time.perf_counter() - start))
+        browser.close()
+    plots = f", plots {np.median(drawn):.0f} ms" if drawn else ""
+    return f"median {np.median(content):.0f} ms, longest {max(content):.0f} ms{plots}"
+
+
 def main(rows: int) -> None:
     """Fill a file, serve it, and ask."""
     versions = rows // (MACHINES * PAIRS)
@@ -170,6 +220,7 @@ def main(rows: int) -> None:
         url = f"sqlite:///{file}"
         fill(url, versions, file)
         with served(url) as (at, process):
+            pages(at)
             look_ups(at, what="quiet")
             batch(at, process)
             with writing(url):

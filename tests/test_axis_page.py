@@ -1,6 +1,5 @@
 """The page of an axis, its maps, and the versions that say how it drifted."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np

@@ -59,6 +59,7 @@ class Site:
             "pairs": f"{MACHINE}/pairs",
             "pair": f"{MACHINE}/pair?{urlencode(self.pair | CUT)}",
             "plan": f"{MACHINE}/plan?{urlencode(self.pair | CUT | {'next': 'true'})}",
+            "import": f"{MACHINE}/import",
             "mismatches": f"{MACHINE}/mismatches",
             "mismatch": f"/mismatches/{self.mismatch}",
             "not there": "/machines/none",
@@ -220,6 +221,58 @@ def test_a_mismatch_is_decided_on(page: Page, site: Site) -> None:
     expect(page.get_by_text("Rejected by operator")).to_be_visible()
     page.get_by_role("button", name="Sign out").click()
     expect(page.get_by_text("not signed in")).to_be_visible()
+
+
+def test_a_mismatch_shows_its_recording(page: Page, site: Site) -> None:
+    page.goto(f"/mismatches/{site.mismatch}")
+    page.get_by_role("button", name="Show it").click()
+    expect(page.get_by_role("heading", name="where it shows").first).to_be_visible(timeout=60_000)
+    expect(page.locator("[data-piece] .js-plotly-plot .main-svg").first).to_be_visible()
+    expect(page.locator("[data-piece] [role=status]")).to_have_text("")
+
+
+def test_a_job_is_planned_by_dropping_its_program(page: Page, sample_jobs: Path) -> None:
+    page.goto(f"{MACHINE}/plan")
+    page.get_by_text("Or drop the NC program").click()
+    page.get_by_label("Bar diameter").fill("60")
+    page.get_by_label("Face of the bar").fill("2")
+    page.get_by_label("Drop the program here").set_input_files(sample_jobs / "nc_profile/part.nc")
+    page.get_by_role("button", name="Predict the program").click()
+    expect(page.get_by_role("row", name="line 14")).to_be_visible(timeout=60_000)
+    expect(page.locator("#predicted .main-svg").first).to_be_visible()
+
+
+def test_a_program_that_cannot_be_read_is_said(
+    page: Page, watched: Watched, tmp_path: Path
+) -> None:
+    watched.expected = ("422",)
+    path = tmp_path / "part.nc"
+    path.write_text("G1 X what\n")
+    page.goto(f"{MACHINE}/plan")
+    page.get_by_text("Or drop the NC program").click()
+    page.get_by_label("Bar diameter").fill("60")
+    page.get_by_label("Drop the program here").set_input_files(path)
+    page.get_by_role("button", name="Predict the program").click()
+    expect(page.locator("[data-program] [role=status]")).to_contain_text("part.nc", timeout=60_000)
+
+
+def test_recordings_are_imported_by_dropping_them(
+    page: Page, site: Site, sample_jobs: Path, tmp_path: Path
+) -> None:
+    recordings = sample_jobs / "stepped_shaft/recordings"
+    other = tmp_path / "picture.csv"
+    other.write_bytes(b"\x89PNG")
+    files = [recordings / "shop-week-2.csv", recordings / "shop-week-1.csv", other]
+    _sign_in(page, site)
+    page.goto(f"{MACHINE}/import")
+    page.get_by_label("Drop files here").set_input_files(files)
+    said = page.locator("[data-imports] .said")
+    expect(said).to_have_count(3, timeout=100_000)
+    texts = said.all_inner_texts()
+    assert "36 new cuts" in texts[2]
+    assert "already there as recording" in texts[1]
+    assert "picture.csv" in texts[0]
+    assert page.locator("[data-imports] .said.good").count() == 2
 
 
 def test_a_token_that_is_not_valid_is_said(page: Page, watched: Watched) -> None:

@@ -669,7 +669,7 @@ def test_stopped_it_answers_what_is_on_its_way(
     assert json.loads(got[-1]) == {"answered": 3000, "refused": 0}
     assert os.waitpid(child, 0)[1] == 0
     first, *logged = log.read_text().splitlines()
-    assert first == f"{at}/api/v1: read-only; Ctrl-C stops it"
+    assert first == f"{at} (and {at}/api/v1): read-only; Ctrl-C stops it"
     said = [json.loads(line) for line in logged]
     answered = [one for one in said if one.get("route", "").endswith("/batch")]
     assert [one["status"] for one in answered] == [200]

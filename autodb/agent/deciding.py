@@ -7,6 +7,7 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.agent.as_imported import as_imported
 from autodb.agent.beliefs import as_belief, pair_name
 from autodb.agent.identifying import (
     KeptModel,
@@ -17,18 +18,15 @@ from autodb.agent.identifying import (
     refitted,
     stored_terms,
 )
-from autodb.agent.importing import files_of
 from autodb.agent.machines import find_machine, signed
 from autodb.agent.refreshing import learn_confirmed
 from autodb.agent.wearing import wear_words
 from autodb.channels import effort_channels
-from autodb.checksums import checksum
 from autodb.errors import NotThere, UnusableInput, near
 from autodb.explain.suspects import UNKNOWN
-from autodb.records import Recording, open_as_stored
+from autodb.records import Recording
 from autodb.sensing.axis_model import IdentifiedTerm
 from autodb.sensing.drives import IDENTIFIABLE, cross_test
-from autodb.sidefile import SideFile
 from autodb.store import Also, Store, models, nothing_else
 from autodb.store.models import now
 
@@ -239,17 +237,12 @@ def _fit(
 
 def _moves(row: models.Mismatch) -> Recording:
     """Read a mismatch' recording as it was imported, with no other effort than the mismatch'."""
-    recording = row.recording
-    there = [p for p, sha256 in files_of(recording).items() if checksum(p) == sha256]
-    if not there:
-        raise UnusableInput(
-            f"mismatch {row.id} stays open: {recording.path}: not there as it was imported; put "
-            "back under its path it would work"
-        )
-    source = open_as_stored(there[0], SideFile.model_validate(recording.side))
-    moves = source.choose().read()
+    try:
+        moves = as_imported(row.recording)
+    except UnusableInput as error:
+        raise UnusableInput(f"mismatch {row.id} stays open: {error}") from None
     if not isinstance(moves, Recording):
-        raise UnusableInput(f"{there[0]}: a table of cuts; {row.channel} needs moves over time")
+        raise UnusableInput(f"{moves.path}: a table of cuts; {row.channel} needs moves over time")
     others = {n for n in effort_channels(list(moves.channels)) if n != row.channel}
     kept = {name: values for name, values in moves.channels.items() if name not in others}
     return replace(moves, channels=kept)

@@ -5,16 +5,15 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.agent.as_imported import as_imported
 from autodb.agent.identifying import newest_model, off_law_of, stored_terms
-from autodb.agent.importing import files_of
+from autodb.agent.importing import whole_file
 from autodb.agent.machines import find_machine, signed
-from autodb.checksums import checksum
 from autodb.errors import NotThere, near
-from autodb.records import Recording, open_as_stored
+from autodb.records import Recording
 from autodb.sensing.axis_model import IdentifiedTerm, readable
 from autodb.sensing.field import Field, field
 from autodb.sensing.protocol import default_protocol
-from autodb.sidefile import SideFile
 from autodb.store import models
 
 
@@ -75,9 +74,8 @@ def drive_map(session: Session, machine: str, channel: str) -> DriveMap:
 def _moves(row: models.ChannelModel) -> Recording | None:
     """Read the newest recording of a model whose file is there as it was imported."""
     for recording in sorted(row.recordings, key=lambda one: -one.id):
-        for path, sha256 in files_of(recording).items():
-            if checksum(path) == sha256:
-                read = open_as_stored(path, SideFile.model_validate(recording.side)).choose().read()
-                if isinstance(read, Recording):
-                    return read
+        if whole_file(recording) is not None:
+            read = as_imported(recording)
+            if isinstance(read, Recording):
+                return read
     return None

@@ -9,6 +9,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import records
+from autodb.agent.as_imported import as_imported
 from autodb.agent.beliefs import as_belief, latest
 from autodb.agent.calibrations import as_calibration, current_calibrations
 from autodb.agent.felt import QUANTITY, as_cuts, usable
@@ -66,14 +67,31 @@ def explain_with_machine(
     with store.reading() as session:
         owner = find_machine(session, machine)
         if isinstance(table, CutTable):
-            cuts = counting(session.get_one(models.Recording, imported.recording_id))
-            sensed, predicted, has = expected_and_sensed(session, owner, cuts)
-            explained = explain(sensed, predicted, includes=has)
+            row = session.get_one(models.Recording, imported.recording_id)
+            explained = _of_cuts(session, owner, row)
         else:
             explained = _over_time(session, owner, signed(table, owner))
     with store.writing(machine) as session:
         kept = keep(session, imported.recording_id, explained)
     return AgainstMachine(explained, kept)
+
+
+def explain_recording(session: Session, row: models.Recording) -> Explained:
+    """Explain a recording of the database against what its machine knows now; nothing is kept.
+
+    Raises UnusableInput where no file of it is there as it was imported, or as
+    ``explain_with_machine``.
+    """
+    owner = session.get_one(models.Machine, row.machine_id)
+    table = as_imported(row)
+    if isinstance(table, CutTable):
+        return _of_cuts(session, owner, row)
+    return _over_time(session, owner, signed(table, owner))
+
+
+def _of_cuts(session: Session, owner: models.Machine, row: models.Recording) -> Explained:
+    sensed, predicted, has = expected_and_sensed(session, owner, counting(row))
+    return explain(sensed, predicted, includes=has)
 
 
 def _over_time(session: Session, owner: models.Machine, recording: Recording) -> Explained:

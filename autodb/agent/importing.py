@@ -1,6 +1,6 @@
 """A file enters the database once, known by its checksum."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -61,10 +61,14 @@ class Imported:
 
 @dataclass(frozen=True)
 class Kept:
-    """Where a file lies from now on, and what else is written in the import's transaction."""
+    """Where a file lies from now on, and what else is written in the import's transaction.
+
+    ``came_as``: the path that it counts as having come in under; None: the one that it is read at.
+    """
 
     path: Path
     also: Callable[[Session, Imported], None]
+    came_as: Path | None = None
 
 
 def import_file(
@@ -87,10 +91,11 @@ def import_file(
     """
     source = records.open_source(path, columns=columns)
     sha256 = checksum(path)
+    came_as = path if kept is None or kept.came_as is None else kept.came_as
     with store.reading() as session:
         machine_id = find_machine(session, machine).id
         known = _known(session, machine_id, sha256, source.side)
-        before = None if known else _same_series(session, machine_id, source)
+        before = None if known else _same_series(session, machine_id, source, came_as)
     if known is not None:
         if kept is not None:
             with store.writing(machine) as session:
@@ -108,6 +113,7 @@ def import_file(
         done = _known(session, owner.id, sha256, source.side)
         if done is None:
             row = _row(source, summary, sha256)
+            row.delivered_as = str(came_as.resolve())
             if kept is not None:
                 row.path = str(kept.path.resolve())
             done = replace(_keep(session, owner, row, cuts, before), notes=notes)
@@ -124,8 +130,8 @@ class _Again:
     cut_off: bool
 
 
-def _same_series(session: Session, machine_id: int, source: Source) -> _Again | None:
-    before = earlier(session, machine_id, source.path)
+def _same_series(session: Session, machine_id: int, source: Source, came_as: Path) -> _Again | None:
+    before = earlier(session, machine_id, came_as)
     if not before or before[0].kind != "series":
         return None
     for path, sha256 in files_of(before[0]).items():
@@ -140,7 +146,6 @@ def _row(source: Source, summary: Sequence[BaseSummary], sha256: str) -> models.
     return models.Recording(
         sha256=sha256,
         path=str(source.path.resolve()),
-        delivered_as=str(source.path.resolve()),
         kind="cuts" if any(base.holds_cuts for base in summary) else "series",
         rows=max(base.rows for base in summary),
         units={n: u for base in source.usable() for n, u in base.conversion.units.items()},
@@ -377,3 +382,14 @@ def files_of(row: models.Recording) -> dict[Path, str]:
     if row.stored_path is not None and row.stored_sha256 is not None:
         said[Path(row.stored_path)] = row.stored_sha256
     return {path: sha256 for path, sha256 in said.items() if path.is_file()}
+
+
+def whole_file(row: models.Recording, *, but: Collection[Path] = ()) -> Path | None:
+    """Return a file of a recording that is there as it came in, beside some; None: there is none.
+
+    ``but``: whole paths of files that do not count.
+    """
+    for path, sha256 in files_of(row).items():
+        if path not in but and checksum(path) == sha256:
+            return path
+    return None

@@ -61,17 +61,18 @@ def predict(
 
     ``belief``: of the usual state; ``states``: None where the machine has not learnt the pair.
     """
-    found = forward.predict(belief, tool, cuts)
     if states is None or not states.others:
-        return found, []
-    several, used = list(found), []
-    for k, cut in enumerate(cuts):
-        state = states.implied(cut.conditions(tool.diameter_mm))
-        if state is not None:
-            (other,) = forward.predict(state.belief, tool, [cut])
-            several[k] = replace(other, state=state.row.state)
-            used += [state.row] if state.row not in used else []
-    return tuple(several), used
+        return forward.predict(belief, tool, cuts), []
+    which = [states.implied(cut.conditions(tool.diameter_mm)) for cut in cuts]
+    found: dict[int, PredictedCut] = {}
+    used = list({id(one): one for one in which if one is not None}.values())
+    for state in (None, *used):
+        numbers = [k for k, one in enumerate(which) if one is state]
+        its = belief if state is None else state.belief
+        name = None if state is None else state.row.state
+        made = forward.predict(its, tool, [cuts[k] for k in numbers])
+        found |= {k: replace(one, state=name) for k, one in zip(numbers, made, strict=True)}
+    return tuple(found[k] for k in range(len(cuts))), [state.row for state in used]
 
 
 def _implied(stated: Mapping[str, float], state: LearntFrom, usual: LearntFrom) -> bool:

@@ -17,7 +17,7 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.importing import Imported, Kept, files_of, import_file
+from autodb.agent.importing import Imported, Kept, import_file, whole_file
 from autodb.agent.machines import find_machine
 from autodb.checksums import checksum
 from autodb.errors import SetAside, UnusableInput
@@ -216,9 +216,9 @@ class _Arrival:
     def _lie(self, session: Session, one: Imported, target: Path) -> Path:
         """Return where the recording lies; at ``target`` where it has no other whole file."""
         row = session.get_one(models.Recording, one.recording_id)
-        for path, sha256 in files_of(row).items():
-            if path not in (self._path.resolve(), target.resolve()) and checksum(path) == sha256:
-                return path
+        other = whole_file(row, but=(self._path.resolve(), target.resolve()))
+        if other is not None:
+            return other
         row.path, row.dropped_at = str(target.resolve()), None
         return target
 

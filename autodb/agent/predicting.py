@@ -68,6 +68,18 @@ def answer_of(grounds: Grounds, job: Job) -> Answer:
     return _answer(grounds, job, None)[0]
 
 
+def answer_job(store: Store, machine: str, job: Job) -> Answer:
+    """Return the answer for a job, of cuts or with a program; nothing is kept.
+
+    Raises UnusableInput as ``predict_job``.
+    """
+    program = _followed(store, machine, job)
+    with store.reading() as session:
+        owner = owner_named(session, machine)
+        known = known_of(session, owner, job.material, job.tool)
+        return _answer(grounds_of(session, owner, job.material, known), job, program)[0]
+
+
 def _followed(store: Store, machine: str, job: Job) -> programs.Followed | None:
     """Return a job's program followed through its stock; None where the job lists cuts."""
     if job.program is None:

@@ -34,7 +34,7 @@ Description=autodb refresh of {_unit_text(machine)}
 
 [Service]
 Type=oneshot
-ExecStart={" ".join(_systemd_word(word) for word in command)}
+ExecStart={" ".join(systemd_word(word) for word in command)}
 Nice=10
 """
     timer = f"""[Unit]
@@ -82,7 +82,7 @@ def _unit_text(text: str) -> str:
     return text.replace("%", "%%").replace("\n", " ")
 
 
-def _systemd_word(word: str) -> str:
+def systemd_word(word: str) -> str:
     """Return a word of a command as systemd reads it back."""
     escaped = word.replace("\\", "\\\\").replace('"', '\\"').replace("%", "%%").replace("$", "$$")
     return f'"{escaped}"' if re.search(r"[\s\"';\\]", word) or not word else escaped

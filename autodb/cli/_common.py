@@ -55,6 +55,26 @@ def opened(db: str | None) -> "Iterator[Store]":
         store.close()
 
 
+def from_anywhere(db: str | None) -> str:
+    """Return the URL of ``--db`` as a command may say it that another program runs.
+
+    Raises UnusableInput for one with a password, which others could read.
+    """
+    from sqlalchemy.engine import make_url
+
+    from autodb.errors import UnusableInput
+    from autodb.store import database_url, file_of, on_server, shown
+
+    url = database_url(db)
+    if not on_server(url):
+        return str(make_url(url).set(database=str(file_of(url).resolve())))
+    if make_url(url).password is not None:
+        raise UnusableInput(
+            f"{shown(url)}: others can read a command's password; one in ~/.pgpass would work"
+        )
+    return url
+
+
 def read_one(
     path: Path,
     *,

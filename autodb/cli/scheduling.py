@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from autodb.cli._common import Database, MachineName, say
+from autodb.cli._common import Database, MachineName, from_anywhere, opened, say
 
 
 def schedule(
@@ -49,28 +49,12 @@ def schedule(
 
 def _command(machine: str, inbox: Path, db: str | None) -> list[str]:
     """Return the command to be run, by whole paths; the machine, folder and database are there."""
-    from sqlalchemy.engine import make_url
-
     from autodb.agent.machines import find_machine
     from autodb.errors import UnusableInput
-    from autodb.store import database_url, file_of, on_server, open_store, shown
 
-    url = database_url(db)
-    store = open_store(url)
-    try:
-        with store.reading() as session:
-            find_machine(session, machine)
-    finally:
-        store.close()
+    with opened(db) as store, store.reading() as session:
+        find_machine(session, machine)
     if not inbox.is_dir():
         raise UnusableInput(f"{inbox}: no such folder; one that is there would work")
-    if on_server(url):
-        if make_url(url).password is not None:
-            raise UnusableInput(
-                f"{shown(url)}: others can read a command's password; one in ~/.pgpass would work"
-            )
-        said = url
-    else:
-        said = str(make_url(url).set(database=str(file_of(url).resolve())))
     run = [sys.executable, "-m", "autodb", "refresh"]
-    return [*run, "--machine", machine, "--inbox", str(inbox.resolve()), "--db", said]
+    return [*run, "--machine", machine, "--inbox", str(inbox.resolve()), "--db", from_anywhere(db)]

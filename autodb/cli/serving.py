@@ -1,15 +1,16 @@
 """`serve` and `token`: the database over HTTP, and who may use it."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, opened, say, show, table
+from autodb.cli._common import Database, from_anywhere, opened, say, show, table
 
 if TYPE_CHECKING:
     from autodb.web.server import Certificate
-    from autodb.web.settings import Settings
+    from autodb.web.settings import Limits, Settings
 
 EXTRA = "serving needs the extra 'serve': pip install 'autodb[serve]' would work"
 
@@ -42,9 +43,31 @@ def serve(
     key: Annotated[
         Path | None, typer.Option("--key", metavar="FILE", help="Key of the certificate (PEM).")
     ] = None,
+    recordings: Annotated[
+        Path | None,
+        typer.Option(
+            "--recordings",
+            metavar="FOLDER",
+            help="Folder that keeps recordings which are sent, with --write; default: recordings, "
+            "beside the database's file.",
+        ),
+    ] = None,
+    upload_mib: Annotated[
+        int | None,
+        typer.Option(
+            "--upload-mib",
+            metavar="N",
+            min=1,
+            max=1_000_000,
+            help="Largest recording that may be sent, in MiB, with --write; default: 256.",
+        ),
+    ] = None,
+    unit: Annotated[
+        bool, typer.Option("--unit", help="Print a systemd unit that serves so; serve nothing.")
+    ] = False,
     db: Database = None,
 ) -> None:
-    """Answer look-ups over HTTP: read-only, and to this computer alone, unless told otherwise."""
+    """Serve pages and look-ups: read-only, and to this computer alone, unless told otherwise."""
     from autodb.errors import UnusableInput
     from autodb.store import database_url
 
@@ -55,16 +78,69 @@ def serve(
     except ImportError:
         raise UnusableInput(EXTRA) from None
     tls = _certificate(certificate, key)
-    settings = Settings(database_url(db), host, port, write, tuple(name or ()), tls is not None)
+    settings = Settings(
+        database_url(db), host, port, write, tuple(name or ()), tls is not None, recordings,
+        _limits(upload_mib),
+    )  # fmt: skip
+    _refuse_idle(settings, upload_mib)
     _refuse_unusable(settings, db)
+    if unit:
+        _print_unit(settings, certificate, key)
+        return
     listening = server.bound(settings)
     shown = f"[{host}]" if ":" in host else host
     scheme, does = "https" if tls else "http", "read and write" if write else "read-only"
     at = f"{scheme}://{shown}:{listening.getsockname()[1]}"
-    say(f"{at}/api/v1: {does}; Ctrl-C stops it")
+    say(f"{at} (and {at}/api/v1): {does}; Ctrl-C stops it")
     if not settings.on_loopback and tls is None:
         say("without TLS tokens can be read on their way: --certificate and --key would work")
     server.run(make_app(settings), listening, tls)
+
+
+def _limits(upload_mib: int | None) -> "Limits":
+    from autodb.web.settings import Limits
+
+    return Limits() if upload_mib is None else Limits(recording_MiB=upload_mib)
+
+
+def _refuse_idle(settings: "Settings", upload_mib: int | None) -> None:
+    """Raise UnusableInput for options that would change nothing, or name no folder."""
+    from autodb.errors import UnusableInput
+
+    folder = settings.recordings
+    if not settings.writes and (folder is not None or upload_mib is not None):
+        raise UnusableInput("--recordings and --upload-mib: recordings are taken with --write only")
+    if folder is not None and not folder.is_dir():
+        raise UnusableInput(f"{folder}: no such folder; one that is there would work")
+
+
+def _print_unit(settings: "Settings", certificate: Path | None, key: Path | None) -> None:
+    """Print a systemd unit that serves as it is said, every path a whole one."""
+    import getpass
+
+    from autodb.store import file_of, on_server
+    from autodb.web.unit import Runs, unit
+
+    url = from_anywhere(settings.url)
+    here = not on_server(url)
+    folders = [file_of(url).parent] if here else []
+    if settings.recordings is not None:
+        folders.append(settings.recordings.resolve())
+    user = file_of(url).owner() if here else getpass.getuser()
+    command = [sys.executable, "-m", "autodb", "serve", "--db", url]
+    say(
+        unit(settings, Runs((*command, *_options(settings, certificate, key)), user, folders, here))
+    )
+
+
+def _options(settings: "Settings", certificate: Path | None, key: Path | None) -> list[str]:
+    """Return the options that say these settings."""
+    paths = {"--certificate": certificate, "--key": key, "--recordings": settings.recordings}
+    said = [word for o, path in paths.items() if path for word in (o, str(path.resolve()))]
+    said += [word for name in settings.names for word in ("--name", name)]
+    if settings.writes:
+        said += ["--write", "--upload-mib", str(settings.limits.recording_MiB)]
+    return ["--host", settings.host, "--port", str(settings.port), *said]
 
 
 def _certificate(chain: Path | None, key: Path | None) -> "Certificate | None":

@@ -16,19 +16,23 @@ rest across each element; what rubs, the edge's part, pushes across each. How la
 Source of the rest: physics reference, section 6.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting import shear
-from autodb.cutting.shear import Edge, Values
+from autodb.cutting import shear, steepness
+from autodb.cutting.shear import Edge
 
 Array = NDArray[np.float64]
 
-BLOCK = 1000
-"""Cuts that are summed together."""
+BLOCK, STEEP = 500, 200
+"""Cuts that are summed together, and of which derivatives are: what they take stays near the
+processor."""
+BEHIND = (*steepness.ORDER, shear.FLOW)
+"""Coordinates of the law in the order that derivatives are worked out in, behind three parts."""
+AT = np.argsort([-3, -2, -1, *BEHIND])
 
 
 @dataclass(frozen=True)
@@ -69,49 +73,86 @@ class Forces:
 
 def forces(theta: Array, elements: Elements) -> Forces:
     """Return the forces of cuts for the law's coordinates (p,)."""
-    summed = np.concatenate(
-        [_summed(block, *_across_axis(theta, block)) for block in _blocks(elements)]
-    )
-    return Forces(summed[:, :3], summed[:, 3], summed[:, 4])
+    whole = np.concatenate(
+        [
+            _summed(block, _gathered(block)(_pushed(theta, block)[:, None]))
+            for block in _blocks(elements, BLOCK)
+        ]
+    )[..., 0]
+    return Forces(whole[:, :3], whole[:, 3], whole[:, 4])
 
 
-def _blocks(elements: Elements) -> Iterator[Elements]:
-    """Return some cuts after the others, so that what they take stays near the processor."""
-    if elements.of is not None or elements.count <= BLOCK:
+def _blocks(elements: Elements, size: int) -> Iterator[Elements]:
+    """Return some cuts after the others."""
+    if elements.of is not None or elements.count <= size:
         yield elements
         return
-    for begin in range(0, elements.count, BLOCK):
-        rows = slice(begin, begin + BLOCK)
+    for begin in range(0, elements.count, size):
+        rows = slice(begin, min(begin + size, elements.count))
 
-        def some(values: Array, rows: slice = rows) -> Array:
-            return values if len(values) == 1 else values[rows]
+        def some(arrays: Sequence[Array], rows: slice = rows) -> Array:
+            return arrays[0] if len(arrays[0]) == 1 else arrays[0][rows]
 
-        def both(pair: tuple[Array, Array], rows: slice = rows) -> tuple[Array, Array]:
-            return some(pair[0], rows), some(pair[1], rows)
+        yield _made(rows.stop - begin, None, [elements], some, some)
 
-        edge = elements.edge
-        yield Elements(
-            count=min(BLOCK, elements.count - begin),
-            of=None,
-            edge=Edge(
-                some(edge.thickness_mm),
-                some(edge.speed_m_min),
-                some(edge.rake_rad),
-                some(edge.inclination_rad),
-            ),
-            width_mm=some(elements.width_mm),
-            kappa=both(elements.kappa),
-            phi=both(elements.phi),
-            radius_mm=some(elements.radius_mm),
-            frames=some(elements.frames),
-            flow=None if elements.flow is None else both(elements.flow),
+
+def joined(several: Sequence[Elements]) -> Elements:
+    """Return the elements of cuts, or of moments, behind each other; as many in each cut."""
+    if len(several) == 1:
+        return several[0]
+    counts = [one.count for one in several]
+    moments = [one.of for one in several if one.of is not None]
+    rows = [len(of) for of in moments] or counts
+    begins = np.cumsum([0, *counts[:-1]])
+    of = [one + begin for one, begin in zip(moments, begins, strict=False)]
+
+    def behind(arrays: Sequence[Array], lengths: Sequence[int] = rows) -> Array:
+        if len(arrays[0]) == 1 and all(one is arrays[0] for one in arrays):
+            return arrays[0]
+        return np.concatenate(
+            [
+                one if len(one) == length else np.repeat(one, length, axis=0)
+                for one, length in zip(arrays, lengths, strict=True)
+            ]
         )
+
+    return _made(
+        sum(counts), np.concatenate(of) if of else None, several, behind,
+        lambda frames: behind(frames, counts),
+    )  # fmt: skip
+
+
+def _made(
+    count: int,
+    of: NDArray[np.intp] | None,
+    several: Sequence[Elements],
+    made: Callable[[Sequence[Array]], Array],
+    framed: Callable[[Sequence[Array]], Array],
+) -> Elements:
+    """Return elements each of whose arrays is made of the same array of several elements."""
+    edges = [one.edge for one in several]
+    flows = [one.flow for one in several if one.flow is not None]
+    return Elements(
+        count=count,
+        of=of,
+        edge=Edge(
+            made([one.thickness_mm for one in edges]),
+            made([one.speed_m_min for one in edges]),
+            made([one.rake_rad for one in edges]),
+            made([one.inclination_rad for one in edges]),
+        ),
+        width_mm=made([one.width_mm for one in several]),
+        kappa=(made([one.kappa[0] for one in several]), made([one.kappa[1] for one in several])),
+        phi=(made([one.phi[0] for one in several]), made([one.phi[1] for one in several])),
+        radius_mm=made([one.radius_mm for one in several]),
+        frames=framed([one.frames for one in several]),
+        flow=(made([sin for sin, _ in flows]), made([cos for _, cos in flows])) if flows else None,
+    )
 
 
 def force_gradient(theta: Array, elements: Elements) -> Array:
     """Return derivatives (n, 5, p) of force x, y, z, torque and power by the coordinates."""
-    slopes = (np.imag(one) / shear.STEP for one in _stepped(theta, elements))
-    return np.moveaxis(_summed(elements, *slopes), 0, -1)
+    return linearised(theta, elements)[2]
 
 
 def force_parts(theta: Array, elements: Elements) -> Array:
@@ -121,36 +162,60 @@ def force_parts(theta: Array, elements: Elements) -> Array:
     one that is off in the direction of what is across, by a radian from the radial up the tool's
     axis.
     """
-    parts = _parts(*_across_axis(theta, elements))
-    return np.moveaxis(_summed(elements, *parts), 0, -1)
+    return _summed(elements, _parts(_gathered(elements)(_pushed(theta, elements))))
 
 
 def linearised(theta: Array, elements: Elements) -> tuple[Array, Array, Array]:
-    """Return forces (n, 5), their ``force_parts`` and ``force_gradient``, worked out together.
+    """Return forces (n, 5), their ``force_parts`` and ``force_gradient``, worked out together."""
+    whole = np.concatenate(
+        [_summed(block, _steep(theta, block))[..., AT] for block in _blocks(elements, STEEP)]
+    )
+    return whole[..., 0] + whole[..., 1], whole[..., :3], whole[..., 3:]
 
-    The law is evaluated once, at coordinates stepped along the imaginary axis, whose real part is
-    its value.
+
+def _steep(theta: Array, elements: Elements) -> Array:
+    """Return forces of the elements' parts, as ``_parts`` has them, and behind them derivatives.
+
+    Tangential, radial and up (3, 3 + p, …), gathered; the derivatives in the order of BEHIND.
     """
-    stepped = _stepped(theta, elements)
-    both = np.empty((3, 3 + len(theta), *stepped[0].shape[1:]))
-    both[:, :3] = _parts(*(one[0].real for one in stepped))
-    for k in range(3):
-        np.divide(stepped[k].imag, shear.STEP, out=both[k, 3:])
-    summed = np.moveaxis(_summed(elements, *both), 0, -1)
-    return summed[..., 0] + summed[..., 1], summed[..., :3], summed[..., 3:]
+    edge, width = elements.edge, elements.width_mm
+    sheared = steepness.sheared(theta, edge, edge.thickness_mm * width)
+    rubbed = steepness.rubbed(theta, edge, width)
+    gather, made = _gathered(elements), []
+    for part, thrust in ((sheared, _flowing(theta, elements)), (rubbed, elements.kappa)):
+        turned = _turned(elements, part.by, thrust)
+        gathered = gather(turned)
+        for one in part.drives:
+            if one.factor.shape[-1] == 1:
+                made.append(gathered[:, one.which] * one.factor)
+            else:
+                made.append(gather(turned[:, one.which] * one.factor))
+    flow = np.zeros_like(gathered[:, :1])
+    if elements.flow is not None:
+        across = sheared.by[1][steepness.STRESS]
+        flow[1, 0] = gather(across * (elements.kappa[0] - elements.flow[0]))
+        flow[2, 0] = gather(across * (elements.flow[1] - elements.kappa[1]))
+    rubs = gathered[:, 0] + gathered[:, 1] + theta[shear.EDGE_A] * gathered[:, 2]
+    return np.concatenate([_parts(made[0][:, 0] + rubs), *made, flow], axis=1)
 
 
-def _stepped(theta: Array, elements: Elements) -> tuple[Values, Values, Values]:
-    """Return forces across the axis of elements (p, …), each coordinate stepped in turn."""
-    axes = 2 if elements.of is None else 1
-    return _across_axis(shear.stepped(theta, axes=axes), elements)
+def _gathered(elements: Elements) -> Callable[[Array], Array]:
+    """Return what sums forces (…, n, e) of elements to (…, n, 1) where that may come first.
+
+    It may where all elements of a cut stand and move alike; else it leaves them.
+    """
+    like = *elements.phi, elements.radius_mm, elements.edge.speed_m_min
+    if elements.of is not None or any(one.shape[-1] > 1 for one in like):
+        return lambda values: values
+    return lambda values: _of_cuts(elements, values)[..., None]
 
 
-def _parts(tangential: Array, radial: Array, up: Array) -> Array:
-    """Return tangential, radial and upward forces (3, 3, …) of the parts that may be off alone."""
-    parts = np.zeros((3, 3, *tangential.shape))
-    parts[0, 0] = tangential
-    parts[1, 1], parts[2, 1] = radial, up
+def _parts(pushed: Array) -> Array:
+    """Return forces (3, 3, …) of the parts that may be off alone, of all of them (3, …)."""
+    _, radial, up = pushed
+    parts = np.zeros((3, 3, *pushed.shape[1:]))
+    parts[0, 0] = pushed[0]
+    parts[1:, 1] = pushed[1:]
     parts[1, 2], parts[2, 2] = -up, radial
     return parts
 
@@ -166,56 +231,75 @@ def edge_parts(elements: Elements) -> Array:
         *(one.shape for one in (elements.edge.thickness_mm, elements.width_mm, sin))
     )
     width = np.broadcast_to(elements.width_mm, shape)
-    tangential, radial, up = np.zeros((3, 3, *shape))
-    tangential[0] = width
-    radial[1], up[1] = -sin * width, cos * width
-    radial[2], up[2] = -up[1], radial[1]
-    return np.moveaxis(_summed(elements, tangential, radial, up), 0, -1)
+    pushed = np.zeros((3, 3, *shape))
+    pushed[0, 0] = width
+    pushed[1, 1], pushed[2, 1] = -sin * width, cos * width
+    pushed[1, 2], pushed[2, 2] = -pushed[2, 1], pushed[1, 1]
+    return _summed(elements, pushed)
 
 
 def engaged_mm(elements: Elements) -> Array:
     """Return the length of the engaged edge of each cut, or at each moment, mm (n,)."""
-    shape = np.broadcast_shapes(elements.edge.thickness_mm.shape, elements.width_mm.shape)
-    return _of_cuts(elements, np.broadcast_to(elements.width_mm, shape))
+    return _of_cuts(elements, elements.width_mm * np.ones(elements.edge.thickness_mm.shape))
 
 
-def _across_axis(theta: Values, elements: Elements) -> tuple[Values, Values, Values]:
-    """Return the elements' forces, N: tangential, radial and along the tool's axis."""
-    h, width = elements.edge.thickness_mm, elements.width_mm
-    shear_t, shear_r, shear_a = (
-        one * h * width for one in shear.coefficients(theta, elements.edge)
-    )
-    edge_t, edge_r, edge_a = (one * width for one in shear.edge_coefficients(theta, elements.edge))
+def _pushed(theta: Array, elements: Elements) -> Array:
+    """Return the elements' forces, N: tangential, radial and up the tool's axis (3, …)."""
+    edge, width = elements.edge, elements.width_mm
+    sheared, rubbed = shear.coefficients(theta, edge), shear.edge_coefficients(theta, edge)
+    whole = _turned(elements, sheared, _flowing(theta, elements)) * edge.thickness_mm
+    whole += _turned(elements, rubbed, elements.kappa)
+    return np.asarray(whole * width)
+
+
+def _turned(
+    elements: Elements, pushing: Sequence[Array] | Array, thrust: tuple[Array, Array]
+) -> Array:
+    """Return tangential, radial and up (3, …) what pushes tangential, across and along the edge.
+
+    ``thrust``: sine and cosine of κ of what is across it.
+    """
     sin, cos = elements.kappa
-    along = shear_a + edge_a
-    radial = cos * along - sin * (shear_r + edge_r)
-    up = cos * (shear_r + edge_r) + sin * along
-    if elements.flow is not None:
-        joined = theta[shear.FLOW] * shear_r
-        radial = radial - joined * (elements.flow[0] - sin)
-        up = up + joined * (elements.flow[1] - cos)
-    return shear_t + edge_t, radial, up
+    tangential, across, along = pushing
+    radial = cos * along - thrust[0] * across
+    whole = np.empty((3, *radial.shape))
+    whole[0], whole[1] = tangential, radial
+    np.add(thrust[1] * across, sin * along, out=whole[2])
+    return whole
 
 
-def _summed(elements: Elements, tangential: Array, radial: Array, up: Array) -> Array:
-    """Return force x, y, z in machine axes, torque and power, summed over each cut: (…, n, 5)."""
-    sin_phi, cos_phi = elements.phi
-    across = sin_phi * radial - cos_phi * tangential
-    summed = _of_cuts(elements, across)
-    whole = np.empty((*summed.shape, 5))
-    whole[..., 0] = summed
-    whole[..., 1] = _of_cuts(elements, cos_phi * radial + sin_phi * tangential)
-    whole[..., 2] = _of_cuts(elements, up)
-    whole[..., 3] = _of_cuts(elements, tangential * elements.radius_mm) / 1000.0
-    whole[..., 4] = _of_cuts(elements, tangential * elements.edge.speed_m_min) / 60.0
-    whole[..., :3] = np.matmul(whole[..., None, :3], elements.frames)[..., 0, :]
+def _flowing(theta: Array, elements: Elements) -> tuple[Array, Array]:
+    """Return sine and cosine of κ, of a chip that is one piece its share of the whole one's."""
+    if elements.flow is None:
+        return elements.kappa
+    share, (sin, cos), whole = theta[shear.FLOW], elements.kappa, elements.flow
+    return sin + share * (whole[0] - sin), cos + share * (whole[1] - cos)
+
+
+def _summed(elements: Elements, pushed: Array) -> Array:
+    """Return force x, y, z in machine axes, torque and power, summed over each cut: (n, 5, k).
+
+    ``pushed`` (3, k, …): tangential, radial and up, k of them; gathered or not.
+    """
+    (sin, cos), (tangential, radial, up) = elements.phi, pushed
+    shape = elements.count, 3, pushed.shape[1]
+    tool = np.empty(shape)
+    tool[:, 0] = _of_cuts(elements, sin * radial - cos * tangential).T
+    tool[:, 1] = _of_cuts(elements, cos * radial + sin * tangential).T
+    tool[:, 2] = _of_cuts(elements, up).T
+    whole = np.empty((shape[0], 5, shape[2]))
+    np.add.reduce(elements.frames[..., None] * tool[:, :, None], axis=1, out=whole[:, :3])
+    whole[:, 3] = _of_cuts(elements, tangential * (elements.radius_mm / 1000.0)).T
+    whole[:, 4] = _of_cuts(elements, tangential * (elements.edge.speed_m_min / 60.0)).T
     return whole
 
 
 def _of_cuts(elements: Elements, values: Array) -> Array:
     """Return the sums (…, n) of values of the elements."""
+    if elements.of is None and values.shape[-1] == 1:
+        return values[..., 0]
     if elements.of is None:
-        return np.asarray(np.add.reduce(values, axis=-1))
+        return np.asarray(np.vecdot(values, np.ones(values.shape[-1])))
     rows = values.reshape(-1, values.shape[-1])
     summed = np.array([np.bincount(elements.of, row, elements.count) for row in rows])
     return summed.reshape(*values.shape[:-1], elements.count)

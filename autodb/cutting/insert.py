@@ -9,6 +9,7 @@ up to the depth of cut, so that the chip's cross-section is a_p f whatever the n
 the feed leaves is not in it. Source: physics reference, section 6.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,58 +72,75 @@ def elements_of(insert: Insert, cuts: Turned, *, on_nose: int = ON_NOSE) -> Elem
 
     Raises UnusableInput where the feed leaves the edge no side to cut with.
     """
-    entering = _entering(insert, cuts.inward_rad)
-    nose = insert.nose_radius_mm
+    (made,) = elements_of_each([insert], cuts, on_nose=on_nose)
+    return made
+
+
+def elements_of_each(
+    inserts: Sequence[Insert], cuts: Turned, *, on_nose: int = ON_NOSE
+) -> list[Elements]:
+    """Return the elements of the same cuts with each of several inserts, worked out together.
+
+    Raises UnusableInput as ``elements_of`` does.
+    """
+    entering = _entering(inserts, cuts.inward_rad)
+    nose = np.array([[one.nose_radius_mm] for one in inserts])
     height = nose * (1.0 - np.cos(entering))
     full = cuts.depth_mm >= height
-    ends = np.where(
-        full, entering, np.arccos(np.maximum(1.0 - cuts.depth_mm / max(nose, 1e-12), -1.0))
-    )
+    within = np.arccos(np.maximum(1.0 - cuts.depth_mm / np.maximum(nose, 1e-12), -1.0))
 
     # The nose in steps of one angle, each element at the angle that has the chip's mean thickness
-    step = ends / on_nose
-    angle, width = np.empty((2, len(ends), on_nose + 1))
-    angle[:, :-1] = step[:, None] * (np.arange(on_nose) + 0.5)
-    angle[:, -1] = entering
-    width[:, :-1] = (nose * step)[:, None]
-    width[:, -1] = np.where(full, (cuts.depth_mm - height) / np.sin(entering), 0.0)
+    step = np.where(full, entering, within) / on_nose
+    angle, width = np.empty((2, *entering.shape, on_nose + 1))
+    angle[..., :-1] = step[..., None] * np.arange(0.5, on_nose)
+    angle[..., -1] = entering
     sin, cos = np.sin(angle), np.cos(angle)
+    width[..., :-1] = (nose * step)[..., None]
+    width[..., -1] = np.where(full, (cuts.depth_mm - height) / sin[..., -1], 0.0)
     thin = cuts.feed_mm[:, None] * sin
-    thin[:, :-1] *= (np.sin(0.5 * step) / (0.5 * step))[:, None]
+    thin[..., :-1] *= (np.sin(0.5 * step) / (0.5 * step))[..., None]
 
-    ones = np.ones((1, 1))
     area = thin * width
-    along, across = (area * sin).sum(axis=1), (area * cos).sum(axis=1)
+    along, across = np.vecdot(area, sin)[..., None], np.vecdot(area, cos)[..., None]
     whole = np.hypot(along, across)
-    return Elements(
-        count=len(angle),
-        of=None,
-        edge=Edge(
-            thin,
-            cuts.speed_m_min[:, None],
-            ones * np.radians(insert.rake_deg),
-            ones * np.radians(insert.inclination_deg),
-        ),
-        width_mm=width,
-        kappa=(sin, cos),
-        phi=(ones, 0.0 * ones),
-        radius_mm=cuts.radius_mm[:, None],
-        frames=_frames(cuts.inward_rad),
-        flow=((along / whole)[:, None], (across / whole)[:, None]),
-    )
+    flow = along / whole, across / whole
+    angles = np.radians([[[one.rake_deg, one.inclination_deg]] for one in inserts])
+    rake, inclination = angles[..., :1], angles[..., 1:]
+    upright, frames = (np.ones((1, 1)), np.zeros((1, 1))), _frames(cuts.inward_rad)
+    return [
+        Elements(
+            count=len(cuts.feed_mm),
+            of=None,
+            edge=Edge(
+                thin[k],
+                cuts.speed_m_min[:, None],
+                rake[k],
+                inclination[k],
+            ),
+            width_mm=width[k],
+            kappa=(sin[k], cos[k]),
+            phi=upright,
+            radius_mm=cuts.radius_mm[:, None],
+            frames=frames,
+            flow=(flow[0][k], flow[1][k]),
+        )
+        for k in range(len(inserts))
+    ]
 
 
-def _entering(insert: Insert, inward_rad: Array) -> Array:
-    """Return the angle (n,) between the feed and the edge that cuts."""
+def _entering(inserts: Sequence[Insert], inward_rad: Array) -> Array:
+    """Return the angle (v, n) between the feed and the edge that cuts, of each insert."""
     dives = inward_rad <= STEEPEST_RAD
-    along = np.radians(insert.kappa_deg) + inward_rad
-    across = np.radians(insert.facing_deg) + (0.5 * np.pi - inward_rad)
+    along = np.radians([[one.kappa_deg] for one in inserts]) + inward_rad
+    across = np.radians([[one.facing_deg] for one in inserts]) + (0.5 * np.pi - inward_rad)
     entering = np.where(dives, along, across)
-    if np.any((entering <= 0) | (entering >= np.pi)):
-        worst = float(np.degrees(inward_rad[np.argmax(np.abs(entering - 0.5 * np.pi))]))
+    refused = (entering <= 0) | (entering >= np.pi)
+    if refused.any():
+        which = int(np.argmax(refused.any(axis=1)))
+        worst = np.degrees(inward_rad[np.argmax(np.abs(entering[which] - 0.5 * np.pi))])
         raise UnusableInput(
-            f"an edge at {insert.kappa_deg:g}° cannot follow a feed {worst:g}° off the axis; a "
-            "tool with another kappa_deg or included_deg would work"
+            f"an edge at {inserts[which].kappa_deg:g}° cannot follow a feed {worst:g}° off the "
+            "axis; a tool with another kappa_deg or included_deg would work"
         )
     return np.asarray(entering)
 

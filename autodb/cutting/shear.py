@@ -147,32 +147,82 @@ def chip_ratio(theta: Values, edge: Edge) -> Values:
     return _ratio(theta, edge, *_relative(edge))
 
 
-def coefficients(theta: Values, edge: Edge) -> tuple[Values, Values, Values]:
-    """Return K_tc, K_rc, K_ac, N/mm², of elements (m,) for the law's coordinates (p,).
+@dataclass(frozen=True)
+class Zone:
+    """The shear zone of elements (m,): what their coefficients are worked out of.
 
-    With p = tan φ, t = tan β_n, c = cos α + t sin α and s = t cos α - sin α the cosines of β_n and
-    φ cancel: sin φ D = p √((c - p s)² + (1 + p²) tan²η t²) / (1 + p²), each over cos β_n.
+    ``thick`` and ``fast``: logarithms of thickness and speed over those that the law's numbers are
+    of; ``rake`` and ``inclination``: (sine, cosine) and (tangent, cosine). With η the angle of the
+    chip's flow, p = tan φ, t = tan β_n, c = cos α + t sin α and s = t cos α - sin α the cosines of
+    β_n and φ cancel: ``tan_friction`` t, ``aside`` tan η t, ``along`` c, ``off`` s, ``straight``
+    1 - r sin α, ``tan_phi`` p, ``secant`` 1 + p², ``ahead`` c - p s and
+
+        sin φ D = p √``square`` / (1 + p²)    square = (c - p s)² + (1 + p²) tan²η t²
+
+    each of c, s, D over cos β_n; ``strength`` τ / (sin φ D).
     """
+
+    thick: Array
+    fast: Array
+    rake: tuple[Array, Array]
+    inclination: tuple[Array, Array]
+    tan_friction: Values
+    aside: Values
+    along: Values
+    off: Values
+    straight: Values
+    tan_phi: Values
+    secant: Values
+    ahead: Values
+    square: Values
+    strength: Values
+
+    def directed(self, along: Values, off: Values, aside: Values) -> tuple[Values, Values, Values]:
+        """Return what acts tangential, as thrust and along the edge, of such c, s and tan η t."""
+        tan_i, cos_i = self.inclination
+        return along + tan_i * aside, off / cos_i, along * tan_i - aside
+
+
+def zone(theta: Values, edge: Edge) -> Zone:
+    """Return the shear zone of elements (m,) for the law's coordinates (p,)."""
     thick, fast = _relative(edge)
     stress = np.exp(theta[TAU] + theta[TAU_V] * fast + theta[TAU_H] * thick)
     of_cut = theta[BETA] + theta[BETA_V] * fast + theta[BETA_RAKE] * edge.rake_rad
+    friction = np.exp(of_cut + theta[BETA_H] * thick)
     flow = theta[ETA] * edge.inclination_rad
-    tan_friction = np.exp(of_cut + theta[BETA_H] * thick) * np.cos(flow)
+    tan_friction, aside = friction * np.cos(flow), friction * np.sin(flow)
     sin, cos = np.sin(edge.rake_rad), np.cos(edge.rake_rad)
     along, off = cos + tan_friction * sin, tan_friction * cos - sin
-    aside = np.tan(flow) * tan_friction
 
     ratio = _ratio(theta, edge, thick, fast)
-    tan_phi = ratio * cos / (1.0 - ratio * sin)
-    secant = 1.0 + tan_phi**2
-    shears = np.sqrt((along - tan_phi * off) ** 2 + secant * aside**2)
-    strength = stress * secant / (tan_phi * shears)
-    tan_i, cos_i = np.tan(edge.inclination_rad), np.cos(edge.inclination_rad)
-    return (
-        strength * (along + tan_i * aside),
-        strength * (off / cos_i),
-        strength * (along * tan_i - aside),
+    straight = 1.0 - ratio * sin
+    tan_phi = ratio * cos / straight
+    secant = 1.0 + tan_phi * tan_phi
+    ahead = along - tan_phi * off
+    square = ahead * ahead + secant * (aside * aside)
+    return Zone(
+        thick=thick,
+        fast=fast,
+        rake=(sin, cos),
+        inclination=(np.tan(edge.inclination_rad), np.cos(edge.inclination_rad)),
+        tan_friction=tan_friction,
+        aside=aside,
+        along=along,
+        off=off,
+        straight=straight,
+        tan_phi=tan_phi,
+        secant=secant,
+        ahead=ahead,
+        square=square,
+        strength=stress * secant / (tan_phi * np.sqrt(square)),
     )
+
+
+def coefficients(theta: Values, edge: Edge) -> tuple[Values, Values, Values]:
+    """Return K_tc, K_rc, K_ac, N/mm², of elements (m,) for the law's coordinates (p,)."""
+    there = zone(theta, edge)
+    strength = there.strength
+    return there.directed(strength * there.along, strength * there.off, strength * there.aside)
 
 
 def _relative(edge: Edge) -> tuple[Array, Array]:

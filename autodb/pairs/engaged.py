@@ -69,7 +69,7 @@ class Operation:
         """
         stated = Stated(rows)
         elements, variants = self.made(tool, stated)
-        named = tuple(replace(one, key=f"{called}: {one.key}") for one in variants)
+        named = tuple(Variant(f"{called}: {one.key}", one.elements) for one in variants)
         worn_s = stated.given(CUTTING_TIME, 0.0)
         edges = tuple(str(row[EDGE]) if EDGE in row else None for row in rows)
         return Cuts(self.name, elements, named, worn_s if worn_s.any() else None, edges)
@@ -109,17 +109,18 @@ def _turns(inward_deg: Callable[[Stated], Array]) -> Made:
         assumed = tools.insert_of(tool)
         cuts = turned(stated, inward_deg(stated))
         known = np.isfinite(cuts.speed_m_min)
-        cuts, faster = (
-            replace(cuts, speed_m_min=np.where(known, cuts.speed_m_min, speed))
-            for speed in (SPEED_M_MIN, OFF * SPEED_M_MIN)
-        )
-        variants = [
-            Variant(usual.name, insert.elements_of(other, cuts))
-            for usual, other in assumed.variants()
-        ]
         if not known.all():
-            variants.append(Variant("cutting speed", insert.elements_of(assumed.tool, faster)))
-        return insert.elements_of(assumed.tool, cuts), variants
+            cuts = replace(cuts, speed_m_min=np.where(known, cuts.speed_m_min, SPEED_M_MIN))
+        others = list(assumed.variants())
+        elements, *rest = insert.elements_of_each(
+            [assumed.tool, *(other for _, other in others)], cuts
+        )
+        variants = [Variant(one.name, its) for (one, _), its in zip(others, rest, strict=True)]
+        if not known.all():
+            off = np.where(known, 1.0, OFF)[:, None]
+            edge = replace(elements.edge, speed_m_min=off * elements.edge.speed_m_min)
+            variants.append(Variant("cutting speed", replace(elements, edge=edge)))
+        return elements, variants
 
     return made
 

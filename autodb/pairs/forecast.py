@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import edge_parts, force_gradient, force_parts, forces, linearised
+from autodb.cutting.elements import edge_parts, force_parts, forces, joined, linearised
 from autodb.pairs.belief import OWN, WEAR, Belief
 from autodb.pairs.learning import own_variance
 from autodb.pairs.observed import Cuts, with_growth
@@ -98,6 +98,23 @@ def worn(belief: Belief, cuts: Cuts) -> Worn:
     return Worn(mean, own, grown[..., :2], grown[:, :3, 2] * size[1])
 
 
+def _linear(theta: Array, cuts: Cuts, off: Array) -> tuple[Array, Array, Array, Array]:
+    """Return forces (n, 5) of cuts whose assumed quantities are ``off`` (v,) by so many sds.
+
+    With them their parts as if they were not, the slopes by the law's coordinates (n, 5, p), and
+    what one standard deviation of each quantity changes (n, 5, v).
+    """
+    several = [cuts.elements, *(one.elements for one in cuts.variants)]
+    whole, parts, by_law = (
+        one.reshape(len(several), -1, *one.shape[1:]) for one in linearised(theta, joined(several))
+    )
+    mean, slopes = whole[0], by_law[0]
+    for k, share in enumerate(off.tolist(), start=1):
+        mean = mean + share * (whole[k] - whole[0])
+        slopes = slopes + share * (by_law[k] - by_law[0])
+    return mean, parts[0], slopes, np.moveaxis(whole[1:] - whole[0], 0, -1)
+
+
 def forecast(belief: Belief, cuts: Cuts, over: Shares | None = None) -> Forecast:
     """Return what is expected of cuts; with ``over`` of the means over steps, which ``cuts`` are.
 
@@ -107,21 +124,14 @@ def forecast(belief: Belief, cuts: Cuts, over: Shares | None = None) -> Forecast
     known = belief.also((error, *cuts.assumed, *belief.open_terms))
     place = known.columns(error.key)
     theta = known.state.mean[:OWN]
-    whole, parts, by_law = linearised(theta, cuts.elements)
+    at = [known.columns(one.key).start for one in cuts.variants]
+    mean, parts, by_law, by_assumed = _linear(theta, cuts, known.state.mean[at])
     parts = with_growth(parts, cuts.elements)
     slopes = np.zeros((cuts.elements.count, 5, len(known.state.mean)))
     slopes[:, :, :OWN] = by_law
     slopes[:, :, place] = parts
-    mean = whole + parts @ known.state.mean[place]
-
-    # What is assumed of the cuts: what one standard deviation of it changes
-    for one in cuts.variants:
-        at = known.columns(one.key).start
-        off = known.state.mean[at]
-        slopes[:, :, at] = forces(theta, one.elements).all - whole
-        mean += slopes[:, :, at] * off
-        if off:
-            slopes[:, :, :OWN] += off * (force_gradient(theta, one.elements) - by_law)
+    slopes[:, :, at] = by_assumed
+    mean = mean + parts @ known.state.mean[place]
     wear = worn(known, cuts)
     mean = mean + wear.mean
     if belief.wear is not None:
@@ -130,7 +140,7 @@ def forecast(belief: Belief, cuts: Cuts, over: Shares | None = None) -> Forecast
         if cuts.worn_s is not None:
             raise TypeError("wear along the steps of a cut is not worked out")
         mean, slopes, parts = (over.means(values) for values in (mean, slopes, parts))
-    open_ = np.einsum("nqi,ij,nqj->nq", slopes, known.state.covariance, slopes)
+    open_ = np.vecdot(slopes @ known.state.covariance, slopes)
     own = own_variance(belief.scatter, belief.off_law, parts) + (wear.own if over is None else 0.0)
     along, across = np.abs(parts[:, :3, 0]), np.abs(parts[:, :3, 1])
     along = along / np.maximum(along + across, TINY_N)

@@ -184,7 +184,7 @@ def own_variance(scatter: Scatter, law: OffLaw, off: Array) -> Array:
 
     What repeats scatter by, and what the law is off from one chip to another.
     """
-    share = np.append(scatter.share**2 + CUT_SHARE**2, law.cut_direction_rad**2)
+    share = np.array([*(scatter.share**2 + CUT_SHARE**2), law.cut_direction_rad**2])
     return np.asarray(off[..., : len(share)] ** 2 @ share)
 
 

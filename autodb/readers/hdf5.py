@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from autodb.errors import UnusableInput
 from autodb.readers._base import TimeBase
 from autodb.readers._child import isolated, isolated_value
 from autodb.readers._extra import library
@@ -54,6 +55,11 @@ def _vectors(h5py: Any, path: Path) -> list[_Vector]:
     def visit(name: str, item: Any) -> None:
         if not isinstance(item, h5py.Dataset) or name.startswith("#refs#"):
             return
+        if item.external or item.is_virtual:
+            raise UnusableInput(
+                f"{path}: the rows of '{name}' lie in another file; a file that holds them itself "
+                "would work"
+            )
         if not item.shape or sum(n != 1 for n in item.shape) != 1 or 0 in item.shape:
             return
         if item.dtype.names and item.ndim == 1:

@@ -4,18 +4,34 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from importlib.metadata import version
 
+from anyio import CapacityLimiter
 from fastapi import APIRouter, FastAPI, Request, Response
+from fastapi.responses import PlainTextResponse
+from starlette.concurrency import run_in_threadpool
 
 from autodb.agent.shelves import Shelves
 from autodb.store import open_store
 from autodb.store.watched import Watched
-from autodb.web import batch, decisions, forces, machines, pages, static, tools
+from autodb.web import (
+    batch,
+    decisions,
+    forces,
+    machines,
+    pages,
+    programs,
+    recordings,
+    static,
+    tools,
+)
+from autodb.web.children import Children
 from autodb.web.guard import Guard
+from autodb.web.imports import Imports
 from autodb.web.metrics import TEXT, Metrics
 from autodb.web.problems import problems
+from autodb.web.rates import Rate
 from autodb.web.refusals import handle
 from autodb.web.schema import with_units
-from autodb.web.service import Reads, Service, service_of
+from autodb.web.service import SENDS_S, Reads, Service, service_of
 from autodb.web.settings import Settings
 
 API = "/api/v1"
@@ -37,12 +53,18 @@ def make_app(settings: Settings) -> FastAPI:
     store = open_store(settings.url)
     watched = Watched(store)
     metrics = Metrics()
-    service = Service(settings, store, watched, Shelves(store, watched), metrics)
+    children = Children(settings.url)
+    imports = Imports(settings, store, children, metrics)
+    sends = Rate(settings.limits.a_minute, SENDS_S)
+    shelves = Shelves(store, watched)
+    reading = CapacityLimiter(settings.limits.at_once)
+    service = Service(settings, store, watched, shelves, metrics, children, imports, sends, reading)
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
+        service.imports.decide_left()
         yield
-        service.close()
+        await run_in_threadpool(service.close)
 
     app = FastAPI(
         title="autodb",
@@ -60,6 +82,8 @@ def make_app(settings: Settings) -> FastAPI:
         (forces.router, "Forces"),
         (tools.router, "Tools"),
         (decisions.router, "Mismatches"),
+        (programs.router, "Forces"),
+        (recordings.router, "Recordings"),
         (machines.router, "Machines"),
     ):
         app.include_router(router, prefix=API, tags=[tag])
@@ -81,7 +105,12 @@ def health(request: Request) -> Response:
     return Response('{"status":"ok"}', media_type="application/json")
 
 
-@operations.get("/metrics", summary="Counts, for Prometheus", responses=problems(401, 429))
+@operations.get(
+    "/metrics",
+    summary="Counts, for Prometheus",
+    response_class=PlainTextResponse,
+    responses=problems(401, 429),
+)
 def counts(request: Request, _access: Reads) -> Response:
     """Say how many requests were answered, by route and status, and how fast."""
     return Response(service_of(request).metrics.text(), media_type=TEXT)

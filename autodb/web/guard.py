@@ -21,7 +21,7 @@ from autodb.web.settings import MIB, Settings
 BODY_MOST = MIB
 """Bytes of a request's body, but where a route takes more."""
 BODY_MOST_OF = {"/batch": 64 * MIB}
-"""Bytes by how a path ends."""
+"""Bytes by how a path ends, beside what the settings' limits say."""
 HEADERS = {
     "Content-Security-Policy": "default-src 'none'; frame-ancestors 'none'",
     "X-Content-Type-Options": "nosniff",
@@ -42,6 +42,11 @@ class Guard:
     def __init__(self, app: ASGIApp, *, settings: Settings, metrics: Metrics) -> None:
         self._app, self._settings, self._metrics = app, settings, metrics
         self._headers = HEADERS | ({"Strict-Transport-Security": HSTS} if settings.tls else {})
+        limits = settings.limits
+        self._most = BODY_MOST_OF | {
+            "/recordings": (limits.recording_MiB + limits.side_MiB) * MIB + BODY_MOST,
+            "/program": limits.program_MiB * MIB + 2 * BODY_MOST,
+        }
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request."""
@@ -55,7 +60,8 @@ class Guard:
             if refused is not None:
                 await problem(*refused)(scope, receive, request.send)
             else:
-                await self._app(scope, _bounded(receive, most_of(scope["path"])), request.send)
+                most = self._most_of(scope["path"])
+                await self._app(scope, _bounded(receive, most), request.send)
         finally:
             self._metrics.running.dec()
             self._tell(scope, request)
@@ -69,9 +75,13 @@ class Guard:
         length = headers.get("content-length", "0")
         if not length.isdecimal():
             return 400, "Content-Length: not a number"
-        if int(length) > most_of(path):
-            return 413, _too_large(most_of(path))
+        if int(length) > self._most_of(path):
+            return 413, _too_large(self._most_of(path))
         return None
+
+    def _most_of(self, path: str) -> int:
+        """Return how many bytes a body may have that is sent to a path."""
+        return next((most for end, most in self._most.items() if path.endswith(end)), BODY_MOST)
 
     def _tell(self, scope: Scope, request: "_Request") -> None:
         route = getattr(scope.get("route"), "path", "none")
@@ -112,11 +122,6 @@ class _Request:
                 headers.setdefault(name, value)
             headers["X-Request-ID"] = self.number
         await self._send(message)
-
-
-def most_of(path: str) -> int:
-    """Return how many bytes a body may have that is sent to a path."""
-    return next((most for end, most in BODY_MOST_OF.items() if path.endswith(end)), BODY_MOST)
 
 
 def _bounded(receive: Receive, most: int) -> Receive:

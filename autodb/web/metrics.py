@@ -35,6 +35,14 @@ class Metrics:
             "autodb_cuts_looked_up", "Cuts predicted by look-ups and batches.",
             registry=self._registry,
         )  # fmt: skip
+        self.imports = Counter(
+            "autodb_imports", "Recordings that were sent, by what became of them.", ("state",),
+            registry=self._registry,
+        )  # fmt: skip
+        self.importing = Gauge(
+            "autodb_imports_running", "Recordings that are received, read or wait for it.",
+            registry=self._registry,
+        )  # fmt: skip
 
     def text(self) -> bytes:
         """Return all of it as Prometheus reads it."""

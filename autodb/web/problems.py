@@ -18,17 +18,20 @@ WORDS = {
     401: "No token, or one that is not valid.",
     403: "The token's role does not allow it, or the service is read-only.",
     404: "There is none of that name or number.",
+    408: "It took too long to be sent.",
     409: "Something else was decided meanwhile.",
     413: "Larger than is taken.",
     422: "Unusable input: which key, and what would work.",
     429: "Too often; Retry-After says when it would work.",
-    503: "The database is away, locked or damaged.",
+    503: "The database is away, locked or damaged, or too much waits: then Retry-After says when "
+    "it would work.",
 }
 
 
 def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """Return how a route's document names the statuses that are no answer."""
-    return {one: {"model": Problem, "description": WORDS[one]} for one in sorted(statuses)}
+    """Return how a route's document names the statuses that are no answer; any may get 400."""
+    every = sorted({400, *statuses})
+    return {one: {"model": Problem, "description": WORDS[one]} for one in every}
 
 
 def problem(status: int, detail: str, headers: dict[str, str] | None = None) -> JSONResponse:

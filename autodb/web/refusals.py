@@ -15,6 +15,8 @@ from autodb.web.problems import first_of, problem
 
 NOT_THERE, UNUSABLE, AWAY = 404, 422, 503
 ELSEWHERE = "/api/v1/openapi.json lists what would work"
+UNREAD = "There was an error parsing the body"
+"""What FastAPI says of a body that is no JSON at all."""
 
 
 def answered(
@@ -56,6 +58,8 @@ async def _refused(request: Request, error: Exception) -> Response:
     headers = dict(error.headers) if error.headers else None
     unsaid = error.detail == HTTPStatus(error.status_code).phrase
     said = f"{error.detail}: {ELSEWHERE}" if unsaid else str(error.detail)
+    if error.detail == UNREAD:
+        said = f"the body is no JSON in UTF-8: {ELSEWHERE}"
     return answered(request, error.status_code, said, headers)
 
 

@@ -1,8 +1,10 @@
 """What the service says beside what the library says: shapes of its answers alone."""
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 from autodb.agent.access import Noted
+from autodb.agent.importing import Imported
 from autodb.agent.overview import MachineSeen, MismatchSaid
 from autodb.agent.sensors import Sensor
 from autodb.exceeding import Exceeding
@@ -51,6 +53,22 @@ class Entry:
 
     id: int
     entry: Noted
+
+
+@dataclass(frozen=True)
+class Importing:
+    """How far the import of a recording is that was sent: what it is at, and what came of it.
+
+    ``came_in``: what is in the database once it is done; ``refused``: the one line why it is not.
+    """
+
+    number: int
+    machine: str
+    file: str
+    state: Literal["waiting", "reading", "done", "refused"] = "waiting"
+    progress: str = ""
+    came_in: Imported | None = None
+    refused: str | None = None
 
 
 @dataclass(frozen=True)

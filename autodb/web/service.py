@@ -2,42 +2,57 @@
 
 import threading
 import time
-from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
-from typing import Annotated
+from functools import partial
+from typing import Annotated, Any
 
+from anyio import CapacityLimiter, to_thread
 from fastapi import Depends, HTTPException, Request
 
 from autodb.agent.access import Access, Role, access_of
+from autodb.agent.owner import owner_named
 from autodb.agent.shelves import Shelves
 from autodb.store import Store
 from autodb.store.watched import Watched
+from autodb.web.apart import Task
+from autodb.web.children import Children, Unable
+from autodb.web.imports import Imports
 from autodb.web.metrics import Metrics
+from autodb.web.rates import Rate
 from autodb.web.sessions import HEADER, SAFE, Sessions
-from autodb.web.settings import Settings
+from autodb.web.settings import Bounds, Settings
 
 BEARER = "bearer "
 HELD_S = 5.0
 """How long a token that was valid is taken to be so without asking again. Chosen."""
 GUESSES, GUESSES_S = 20, 60.0
 """Tokens that are not valid, of one address, within so long: no more are looked at. Chosen."""
-CLIENTS = 10_000
-"""Addresses whose guesses are remembered. Chosen: some megabytes."""
+WAIT_S = 10
+"""When to try again where too many wait. Chosen."""
+SENDS_S = 60.0
+"""Within which an address may send so many files."""
 
 
 @dataclass
 class Service:
-    """A store that is served: its settings, what is kept of it, and its counts."""
+    """A store that is served: its settings, what is kept of it, its counts, and who is at work.
+
+    ``sends``: how often files are sent; ``reading``: what is read while who sent it waits.
+    """
 
     settings: Settings
     store: Store
     watched: Watched
     shelves: Shelves
     metrics: Metrics
+    children: Children
+    imports: Imports
+    sends: Rate
+    reading: CapacityLimiter
     sessions: Sessions = field(default_factory=Sessions)
     _held: dict[str, tuple[float, Access]] = field(default_factory=dict)
-    _guessed: dict[str, deque[float]] = field(default_factory=dict)
+    _guesses: Rate = field(default_factory=lambda: Rate(GUESSES, GUESSES_S))
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def access(self, request: Request, brought: str | None) -> Access:
@@ -58,12 +73,14 @@ class Service:
 
     def by_token(self, request: Request, secret: str) -> Access:
         """Return whose token it is; raises HTTPException where it is not valid."""
-        client = request.client.host if request.client else ""
-        self._refuse_guessing(client)
+        client = client_of(request)
+        wait_s = self._guesses.wait_s(client)
+        if wait_s:
+            raise _too_often(f"{GUESSES} tokens that are not valid", wait_s)
         found = self._of(secret)
         if found is None:
             self.metrics.refused_tokens.inc()
-            self._note_guess(client)
+            self._guesses.note(client)
             raise HTTPException(401, "the token is not valid", CHALLENGE)
         return found
 
@@ -93,31 +110,23 @@ class Service:
                 self._held[secret] = time.monotonic(), found
         return found
 
-    def _note_guess(self, client: str) -> None:
-        with self._lock:
-            some = self._guessed.setdefault(client, deque(maxlen=GUESSES))
-            some.append(time.monotonic())
-            if len(self._guessed) > CLIENTS:
-                del self._guessed[next(iter(self._guessed))]
+    def refuse_sending(self, request: Request) -> None:
+        """Count a file that an address sends; raises HTTPException where it sends too many."""
+        client = client_of(request)
+        wait_s = self.sends.wait_s(client)
+        if wait_s:
+            raise _too_often(f"{self.settings.limits.a_minute} files within a minute", wait_s)
+        self.sends.note(client)
 
-    def _refuse_guessing(self, client: str) -> None:
-        """Raise HTTPException where an address had too many tokens that were not valid."""
-        with self._lock:
-            some = self._guessed.get(client)
-            if some is None:
-                return
-            now = time.monotonic()
-            while some and now - some[0] > GUESSES_S:
-                some.popleft()
-            if not some:
-                del self._guessed[client]
-            elif len(some) == GUESSES:
-                wait_s = int(GUESSES_S - (now - some[0])) + 1
-                said = f"{GUESSES} tokens that are not valid; in {wait_s} s it would work"
-                raise HTTPException(429, said, {"Retry-After": str(wait_s)})
+    def needs_machine(self, machine: str) -> None:
+        """Raise NotThere where there is no machine of that name."""
+        with self.store.reading() as session:
+            owner_named(session, machine)
 
     def close(self) -> None:
-        """Give back the database."""
+        """End what is at work, and give back the database."""
+        self.children.close()
+        self.imports.close()
         self.watched.close()
         self.store.close()
 
@@ -126,11 +135,36 @@ ANYONE_HERE = Access("anyone on this computer", Role.READ, None)
 CHALLENGE = {"WWW-Authenticate": "Bearer"}
 
 
+def client_of(request: Request) -> str:
+    """Return the address that a request came from."""
+    return request.client.host if request.client else ""
+
+
+def _too_often(what: str, wait_s: int) -> HTTPException:
+    return HTTPException(429, f"{what}; in {wait_s} s it would work", {"Retry-After": str(wait_s)})
+
+
 def service_of(request: Request) -> Service:
     """Return the service that a request came to."""
     found = request.app.state.service
     assert isinstance(found, Service)
     return found
+
+
+async def made_apart(service: Service, task: Task, kind: Any, bounds: Bounds) -> Any:
+    """Return what comes of a task, of a type, that a process of its own does while who asks waits.
+
+    Raises HTTPException where too many are done or it could not be tried, UnusableInput where it
+    is refused.
+    """
+    if service.reading.statistics().tasks_waiting >= service.settings.limits.at_once:
+        said = f"too many files are read; in {WAIT_S} s it may work"
+        raise HTTPException(503, said, {"Retry-After": str(WAIT_S)})
+    work = partial(service.children.do, task, kind, bounds)
+    try:
+        return await to_thread.run_sync(work, limiter=service.reading)
+    except Unable as error:
+        raise HTTPException(503, str(error)) from None
 
 
 def may(role: Role, *, changes: bool = False) -> Callable[[Request], Awaitable[Access]]:

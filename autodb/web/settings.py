@@ -2,6 +2,9 @@
 
 import ipaddress
 from dataclasses import dataclass
+from pathlib import Path
+
+from autodb.store import file_of, on_server
 
 HERE = "127.0.0.1"
 PORT = 8321
@@ -10,12 +13,51 @@ MIB = 2**20
 
 
 @dataclass(frozen=True)
+class Bounds:
+    """What a process may use that reads what was sent, with all that it starts.
+
+    Memory (address space), the time of the clock and of the processor, files open at once, and by
+    how much a file may grow, the database's own too. Chosen: a recording of 256 MiB takes a part
+    of each.
+    """
+
+    memory_MiB: int = 4096
+    seconds: int = 600
+    files: int = 256
+    grows_MiB: int = 2048
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How much may be sent to a service, and how often.
+
+    ``recording_MiB``, ``side_MiB``, ``program_MiB``: size of each; ``a_minute``: by one address;
+    ``waiting``: recordings that are received, read or wait for it; ``at_once``: what is read while
+    who asked waits, and as many more wait for that; ``receive_s``: how long one may take to be
+    sent; ``importing``, ``predicting`` and ``explaining``: what a process for each may use. All
+    chosen.
+    """
+
+    recording_MiB: int = 256
+    side_MiB: int = 1
+    program_MiB: int = 4
+    a_minute: int = 30
+    waiting: int = 20
+    at_once: int = 2
+    receive_s: float = 600.0
+    importing: Bounds = Bounds()
+    predicting: Bounds = Bounds(memory_MiB=2048, seconds=60, grows_MiB=64)
+    explaining: Bounds = Bounds(seconds=300, grows_MiB=64)
+
+
+@dataclass(frozen=True)
 class Settings:
     """What a service offers, and to whom.
 
     ``url``: of the database; ``host`` and ``port``: where it listens; ``writes``: whether anything
     may be changed; ``names``: by which hosts' names it may be asked, none: by any; ``tls``: whether
-    it is reached over TLS.
+    it is reached over TLS; ``recordings``: the folder that keeps recordings which were sent, None:
+    one beside the database's file.
     """
 
     url: str
@@ -24,6 +66,15 @@ class Settings:
     writes: bool = False
     names: tuple[str, ...] = ()
     tls: bool = False
+    recordings: Path | None = None
+    limits: Limits = Limits()
+
+    @property
+    def keeps_in(self) -> Path | None:
+        """The folder that keeps recordings; None: it was not said, for a database on a server."""
+        if self.recordings is not None or on_server(self.url):
+            return self.recordings
+        return file_of(self.url).absolute().parent / "recordings"
 
     @property
     def on_loopback(self) -> bool:

@@ -1,6 +1,15 @@
 """The pages that a browser shows, each a question that somebody in the shop has."""
 
-from autodb.web.pages import machine, machines, mismatches, pairs, planner, signing
+from autodb.web.pages import (
+    importing,
+    machine,
+    machines,
+    mismatches,
+    pairs,
+    planner,
+    program,
+    signing,
+)
 
-PAGES = (signing, machines, mismatches, planner, pairs, machine)
+PAGES = (signing, machines, mismatches, planner, program, pairs, importing, machine)
 """What has routes; a machine's own page last, because its name may have any form."""

@@ -1,9 +1,11 @@
 """Mismatches: what simulations left out of recordings, and a person's word on them."""
 
+from pathlib import Path
 from typing import Annotated
 
 from fastapi import APIRouter, Form, HTTPException, Query, Request, Response
 from fastapi.responses import RedirectResponse
+from markupsafe import Markup
 from sqlalchemy.orm import Session
 
 from autodb.agent.access import Role, noting
@@ -11,10 +13,11 @@ from autodb.agent.deciding import confirm, mismatch, mismatches, reject
 from autodb.agent.overview import MismatchSaid, mismatch_said
 from autodb.errors import UnusableInput
 from autodb.explain.report import TERM_WORDS, certainty_words
-from autodb.web.html import page, path
+from autodb.web.apart import Explanation
+from autodb.web.html import page, path, piece
 from autodb.web.machines import Number
 from autodb.web.pages.reading import day, read
-from autodb.web.service import Reads, allowed, service_of
+from autodb.web.service import Reads, allowed, made_apart, service_of
 
 router = APIRouter()
 SEE_OTHER = 303
@@ -47,6 +50,17 @@ def of_machine(
 def one(request: Request, _access: Reads, number: Number) -> Response:
     """Show one mismatch."""
     return _shown(request, number)
+
+
+@router.get("/mismatches/{number}/report")
+async def report(request: Request, _access: Reads, number: Number) -> Response:
+    """Answer with the piece of the page that explains the recording against what is known now."""
+    service = service_of(request)
+    with service.store.reading() as session:
+        name = Path(mismatch(session, number).recording.path).name
+    task = Explanation(number, Path(name))
+    made = await made_apart(service, task, str, service.settings.limits.explaining)
+    return piece("_report.html.j2", report=Markup(made))
 
 
 @router.post("/mismatches/{number}")
@@ -83,7 +97,7 @@ def _shown(request: Request, number: int, *, said: str = "", status: int = 200) 
     def asked(session: Session) -> tuple[MismatchSaid, dict[str, object]]:
         row = mismatch(session, number)
         evidence: dict[str, object] = {
-            "recording": row.recording.path.rsplit("/", 1)[-1],
+            "recording": Path(row.recording.path).name,
             "intervals": [(low, high) for low, high in row.intervals or ()],
             "parameters": row.parameters,
         }

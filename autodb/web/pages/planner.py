@@ -83,6 +83,7 @@ def _answered(request: Request, machine: str, answered: Answer | None) -> dict[s
     return {
         "answer": answered,
         "plot": predictedpage.plot(answered, limits),
+        "left_out": 0,
         "cuts": [(cut, spans(cut)) for cut in answered.cuts],
         "exceeds": [(answered.cuts[one.cut - 1].name, one.statement) for one in answered.exceeds],
     }

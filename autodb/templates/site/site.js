@@ -1,0 +1,231 @@
+// What the pages do beside showing: load the plots, edit cuts.
+"use strict";
+
+// Plots: the library is large and is loaded only where there are some.
+const drawPlots = (() => {
+  const load = (address) => new Promise((done) => {
+    const script = document.createElement("script");
+    script.src = address;
+    script.addEventListener("load", done);
+    document.head.append(script);
+  });
+  const { plotly, plots } = document.body.dataset;
+  let library;
+  return async () => {
+    if (!document.querySelector(".plotly-graph-div > script")) return;
+    library ??= load(plotly);
+    await library;
+    await load(plots);
+    document.body.classList.add("drawn");
+  };
+})();
+drawPlots();
+
+// Pieces of a page that take a while to make: asked for, and put in when they are there.
+const askPiece = async (address, options, { status, into, button }) => {
+  const begun = Date.now();
+  const tell = () => { status.textContent = `working: ${Math.round((Date.now() - begun) / 1000)} s`; };
+  const ticking = setInterval(tell, 1000);
+  tell();
+  button.disabled = true;
+  status.className = "";
+  try {
+    const got = await fetch(address, options);
+    const text = await got.text();
+    clearInterval(ticking);
+    if (!got.ok) {
+      const said = new DOMParser().parseFromString(text, "text/html").querySelector(".said");
+      throw new Error(said ? said.textContent : `status ${got.status}`);
+    }
+    into.innerHTML = text;
+    into.hidden = false;
+    status.textContent = "";
+    await drawPlots();
+  } catch (error) {
+    status.textContent = error.message;
+    status.className = "said";
+  } finally {
+    clearInterval(ticking);
+    button.disabled = false;
+  }
+};
+
+document.querySelectorAll("[data-piece]").forEach((section) => {
+  const [button, status, into] = ["button", "[role=status]", "[aria-live]"].map((one) =>
+    section.querySelector(one));
+  button.addEventListener("click", () => askPiece(section.dataset.piece, {}, { status, into, button }));
+});
+
+// A program that is dropped: sent with the pair and the bar, answered by a piece of the page.
+(() => {
+  const form = document.querySelector("[data-program]");
+  if (!form) return;
+  const cuts = document.querySelector("form [name=material]").form;
+  const file = form.querySelector("[type=file]");
+  const predict = () => {
+    const number = (name) => Number(form.elements[name].value);
+    const program = { stock_diameter_mm: number("stock_diameter_mm"), stock_face_mm: number("stock_face_mm") };
+    const { material, tool } = cuts.elements;
+    const job = { name: file.files[0].name, material: material.value, tool: tool.value, program };
+    const sent = new FormData();
+    sent.append("job", JSON.stringify(job));
+    sent.append("program", file.files[0], file.files[0].name);
+    const headers = { "X-CSRF-Token": document.body.dataset.csrf };
+    askPiece(form.dataset.program, { method: "POST", body: sent, headers }, {
+      status: form.querySelector("[role=status]"),
+      into: document.querySelector("#of-program"),
+      button: form.querySelector("button"),
+    });
+  };
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    predict();
+  });
+  form.addEventListener("dragover", (event) => event.preventDefault());
+  form.addEventListener("drop", (event) => {
+    event.preventDefault();
+    file.files = event.dataTransfer.files;
+    if (form.reportValidity()) predict();
+  });
+})();
+
+// Cuts of a job: each operation shows the fields that it has; cuts are added and taken out.
+(() => {
+  const cuts = document.querySelector("[data-cuts]");
+  if (!cuts) return;
+  const keys = JSON.parse(cuts.dataset.cuts);
+  const all = () => [...cuts.querySelectorAll("fieldset")];
+  const show = (cut) => {
+    const shown = keys[cut.querySelector("[name=operation]").value];
+    cut.querySelectorAll("[data-key]").forEach((field) => {
+      const has = shown.includes(field.dataset.key);
+      field.hidden = !has;
+      if (!has) field.querySelector("input").value = "";
+    });
+  };
+  const number = () => all().forEach((cut, k) => {
+    cut.querySelector("legend").textContent = `Cut ${k + 1}`;
+    cut.querySelector("[data-remove]").hidden = all().length === 1;
+  });
+  const begin = (cut) => {
+    cut.querySelector("[name=operation]").addEventListener("change", () => show(cut));
+    cut.querySelector("[data-remove]").addEventListener("click", () => {
+      cut.remove();
+      number();
+    });
+    show(cut);
+  };
+  all().forEach(begin);
+  number();
+  const add = document.querySelector("[data-add]");
+  if (!add) return;
+  add.hidden = false;
+  add.addEventListener("click", () => {
+    const last = all().at(-1);
+    const made = last.cloneNode(true);
+    made.querySelectorAll("input, select").forEach((field, k) => {
+      field.value = last.querySelectorAll("input, select")[k].value;
+    });
+    last.after(made);
+    begin(made);
+    number();
+    made.querySelector("input").focus();
+  });
+})();
+
+// Files that are dropped: sent one after another, each with its side file, and asked for until
+// they are in the database.
+(() => {
+  const drop = document.querySelector("[data-import]");
+  if (!drop) return;
+  const list = document.querySelector("[data-imports]");
+  const csrf = document.body.dataset.csrf;
+  const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+
+  const line = (name) => {
+    const item = document.createElement("li");
+    item.className = "card";
+    const title = document.createElement("h2");
+    title.textContent = name;
+    const said = document.createElement("p");
+    const bar = document.createElement("progress");
+    bar.setAttribute("aria-label", name);
+    item.append(title, said, bar);
+    list.prepend(item);
+    return { said, bar };
+  };
+  const say = ({ said, bar }, text, state) => {
+    said.textContent = text;
+    if (state) {
+      said.className = `said ${state}`;
+      bar.remove();
+    }
+  };
+  const send = (recording, side, shown) => new Promise((done, failed) => {
+    const request = new XMLHttpRequest();
+    request.open("POST", drop.dataset.import);
+    request.setRequestHeader("X-CSRF-Token", csrf);
+    request.upload.addEventListener("progress", (sent) => {
+      if (!sent.lengthComputable) return;
+      shown.bar.max = sent.total;
+      shown.bar.value = sent.loaded;
+      say(shown, `sending: ${Math.round((100 * sent.loaded) / sent.total)} %`);
+    });
+    request.addEventListener("load", () => {
+      let answer;
+      try {
+        answer = JSON.parse(request.responseText);
+      } catch {
+        answer = { detail: `status ${request.status}` };
+      }
+      if (request.status === 202) done(answer);
+      else failed(new Error(answer.detail));
+    });
+    request.addEventListener("error", () => failed(new Error("the service does not answer")));
+    const form = new FormData();
+    form.append("recording", recording, recording.name);
+    if (side) form.append("side", side, side.name);
+    request.send(form);
+  });
+  const words = ({ recording_id, cuts, already_there, notes }) => [
+    already_there
+      ? `already there as recording ${recording_id}`
+      : `recording ${recording_id}, ${cuts} new cuts`,
+    ...notes,
+  ].join("; ");
+  const follow = async (number, shown) => {
+    shown.bar.removeAttribute("value");
+    for (;;) {
+      const got = await fetch(`/api/v1/imports/${number}`);
+      const now = await got.json();
+      if (!got.ok) throw new Error(now.detail);
+      if (now.state === "refused") throw new Error(now.refused);
+      if (now.state === "done") return words(now.came_in);
+      say(shown, now.progress ? `${now.state}: ${now.progress}` : now.state);
+      await wait(400);
+    }
+  };
+  const take = async (files) => {
+    const sides = files.filter((file) => file.name.toLowerCase().endsWith(".toml"));
+    const stem = (file) => file.name.replace(/\.[^.]+$/, "");
+    const recordings = files.filter((file) => !sides.includes(file));
+    sides.filter((side) => !recordings.some((file) => stem(file) === stem(side))).forEach((side) =>
+      say(line(side.name), "a side file without its recording; both together would work", "bad"));
+    for (const file of recordings) {
+      const shown = line(file.name);
+      try {
+        const begun = await send(file, sides.find((side) => stem(side) === stem(file)), shown);
+        say(shown, await follow(begun.number, shown), "good");
+      } catch (error) {
+        say(shown, error.message, "bad");
+      }
+    }
+  };
+  const input = drop.querySelector("input");
+  input.addEventListener("change", () => take([...input.files]).then(() => { input.value = ""; }));
+  ["dragover", "dragleave", "drop"].forEach((what) => drop.addEventListener(what, (event) => {
+    event.preventDefault();
+    drop.classList.toggle("over", what === "dragover");
+    if (what === "drop") take([...event.dataTransfer.files]);
+  }));
+})();

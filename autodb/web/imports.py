@@ -1,0 +1,175 @@
+"""Recordings that were sent: received, and imported one after another while their senders ask."""
+
+import itertools
+import queue
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from fastapi import HTTPException
+
+from autodb.agent.access import Access
+from autodb.agent.importing import Imported
+from autodb.agent.receiving import Sent, came_in
+from autodb.errors import NotThere, UnusableInput
+from autodb.excuses import excuse
+from autodb.store import Store
+from autodb.web import landing
+from autodb.web.apart import Import
+from autodb.web.children import Children, Unable
+from autodb.web.logs import LOG
+from autodb.web.metrics import Metrics
+from autodb.web.said import Importing
+from autodb.web.settings import Settings
+
+REMEMBERED = 1000
+"""Imports that can be asked for; beyond, the oldest is forgotten. Chosen: some 1 kB each."""
+WAIT_S = 30
+"""When to try again where too many wait. Chosen: some imports take so long."""
+STOPS_S = 30.0
+"""How long what is decided of the last import is waited for when the service ends. Chosen."""
+NO_FOLDER = "the database is on a server: 'autodb serve --recordings FOLDER' would work"
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where one recording is received: below the folder of all, by its machine."""
+
+    folder: Path
+    made: Path
+    machine: str
+
+
+class Imports:
+    """Recordings that were sent to one service, by the numbers of their imports.
+
+    Numbers go on from the clock's seconds: a service that begins again gives none a second time.
+    """
+
+    def __init__(
+        self, settings: Settings, store: Store, children: Children, metrics: Metrics
+    ) -> None:
+        self._settings, self._store = settings, store
+        self._children, self._metrics = children, metrics
+        self._lock = threading.Lock()
+        self._numbers = itertools.count(int(time.time()))
+        self._known: OrderedDict[int, Importing] = OrderedDict()
+        self._queue: queue.SimpleQueue[tuple[int, Place, Sent] | None] = queue.SimpleQueue()
+        self._worker: threading.Thread | None = None
+        self._held = 0
+
+    def said(self, number: int) -> Importing:
+        """Return how far an import is; raises NotThere."""
+        with self._lock:
+            found = self._known.get(number)
+        if found is None:
+            raise NotThere(
+                f"no import {number}; the number that sending a recording gave would work"
+            )
+        return found
+
+    @contextmanager
+    def place(self, machine: str) -> Iterator[Place]:
+        """Give a place to receive a recording at, which is taken away where it is not added.
+
+        Raises HTTPException where there is no folder, or too many are received or wait.
+        """
+        folder = self._settings.keeps_in
+        if folder is None:
+            raise HTTPException(403, NO_FOLDER)
+        self._hold()
+        made: Place | None = None
+        try:
+            made = Place(folder, landing.place(folder, machine), machine)
+            yield made
+        except BaseException:
+            if made is not None:
+                landing.give_up(folder, made.made)
+            self._let_go()
+            raise
+
+    def add(self, place: Place, path: Path, by: Access) -> Importing:
+        """Have what was received at a place imported; return how far it is."""
+        came_as = landing.came_as(place.folder, place.machine, path.name)
+        said = Importing(next(self._numbers), place.machine, path.name)
+        with self._lock:
+            self._known[said.number] = said
+            if len(self._known) > REMEMBERED:
+                self._known.popitem(last=False)
+            if self._worker is None:
+                self._worker = threading.Thread(target=self._work, name="imports")
+                self._worker.start()
+        self._queue.put((said.number, place, Sent(path, place.machine, came_as, by)))
+        return said
+
+    def decide_left(self) -> None:
+        """Decide about what a service left that was killed."""
+        folder = self._settings.keeps_in
+        if self._settings.writes and folder is not None:
+            landing.decide_left(folder, self._store)
+
+    def close(self) -> None:
+        """Refuse those that wait; the process at work has ended."""
+        self._queue.put(None)
+        if self._worker is not None:
+            self._worker.join(STOPS_S)
+
+    def _hold(self) -> None:
+        with self._lock:
+            most = self._settings.limits.waiting
+            if self._held >= most:
+                said = f"{most} recordings wait already; in {WAIT_S} s it may work"
+                raise HTTPException(503, said, {"Retry-After": str(WAIT_S)})
+            self._held += 1
+        self._metrics.importing.inc()
+
+    def _let_go(self) -> None:
+        with self._lock:
+            self._held -= 1
+        self._metrics.importing.dec()
+
+    def _say(self, number: int, **change: Any) -> None:
+        with self._lock:
+            if number in self._known:
+                self._known[number] = replace(self._known[number], **change)
+
+    def _work(self) -> None:
+        while (one := self._queue.get()) is not None:
+            number, place, sent = one
+            self._say(number, state="reading")
+            outcome = self._outcome(number, sent)
+            self._settle(place)
+            state = "refused" if isinstance(outcome, str) else "done"
+            key = "refused" if isinstance(outcome, str) else "came_in"
+            self._metrics.imports.labels(state).inc()
+            self._say(number, progress="", state=state, **{key: outcome})
+
+    def _outcome(self, number: int, sent: Sent) -> Imported | str:
+        """Have a recording imported in a process of its own; return what came in, or why not."""
+        bounds = self._settings.limits.importing
+        try:
+            try:
+                done: Imported = self._children.do(
+                    Import(sent), Imported, bounds, lambda step: self._say(number, progress=step)
+                )
+                return done
+            except (UnusableInput, Unable) as error:
+                # killed after all was written, it came in
+                return came_in(self._store, sent.path) or str(error)
+        except Exception as error:
+            LOG.error("import of %s", sent.path, exc_info=error)
+            return excuse(error) or "an error of autodb; the service's log has it"
+
+    def _settle(self, place: Place) -> None:
+        """Keep what came in, and take away what did not."""
+        try:
+            landing.decide(place.folder, place.made, self._store)
+        except Exception as error:  # then it is decided when a service begins
+            LOG.error("what was sent to %s", place.made, exc_info=error)
+        finally:
+            self._let_go()

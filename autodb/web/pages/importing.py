@@ -1,0 +1,26 @@
+"""Importing recordings by dropping their files on a page."""
+
+from fastapi import APIRouter, Request, Response
+
+from autodb.agent.owner import owner_named
+from autodb.web.html import page
+from autodb.web.pages.reading import read
+from autodb.web.service import Reads, service_of
+
+router = APIRouter()
+
+
+@router.get("/machines/{machine:path}/import")
+def import_page(request: Request, _access: Reads, machine: str) -> Response:
+    """Show where files are dropped; the page's script sends them and says how far each is."""
+    owner = read(request, lambda session: owner_named(session, machine))
+    settings = service_of(request).settings
+    return page(
+        request,
+        "import.html.j2",
+        title=f"{machine}: import",
+        machine=owner.name,
+        here="import",
+        keeps=settings.keeps_in is not None,
+        most=settings.limits.recording_MiB,
+    )

@@ -1,0 +1,36 @@
+"""A job planned by dropping its NC program: what its lines that cut will take."""
+
+from fastapi import APIRouter, Request, Response
+
+from autodb import predictedpage
+from autodb.agent.owner import owner_named
+from autodb.web.html import piece
+from autodb.web.pages.cuts import spans
+from autodb.web.pages.reading import read
+from autodb.web.programs import predicted
+from autodb.web.service import Reads
+
+SHOWN = 300
+"""Lines of a program that are listed; beyond, those with the largest torque. Chosen."""
+
+router = APIRouter()
+
+
+@router.post("/machines/{machine:path}/plan/program")
+async def of_program(request: Request, _access: Reads, machine: str) -> Response:
+    """Answer with the piece of the planner that says what a program will take."""
+    answer = await predicted(request, machine)
+    limits = read(request, lambda session: owner_named(session, machine).limits)
+    heaviest = sorted(
+        range(len(answer.cuts)),
+        key=lambda k: -abs((answer.cuts[k].peaks or answer.cuts[k]).torque_N_m.value),
+    )
+    listed = sorted(heaviest[:SHOWN])
+    return piece(
+        "_answer.html.j2",
+        answer=answer,
+        plot=predictedpage.plot(answer, limits),
+        cuts=[(answer.cuts[k], spans(answer.cuts[k])) for k in listed],
+        left_out=len(answer.cuts) - len(listed),
+        exceeds=[(answer.cuts[one.cut - 1].name, one.statement) for one in answer.exceeds],
+    )
