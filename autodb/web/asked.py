@@ -71,8 +71,17 @@ def parameters_of_a_cut() -> list[dict[str, Any]]:
          "description": "Name of the tool.", "example": "CNMG 120408"},
     ]  # fmt: skip
     for name, shape in shapes.items():
-        one: dict[str, Any] = {"name": name, "in": "query", "required": False, "schema": shape}
+        of_text = _of_text(shape)
+        one: dict[str, Any] = {"name": name, "in": "query", "required": False, "schema": of_text}
         if name in EXAMPLES:
             one["example"] = EXAMPLES[name]
         made.append(one)
     return made
+
+
+def _of_text(shape: dict[str, Any]) -> dict[str, Any]:
+    """Return the shape of a value that a query gives or leaves out: it has no word for null."""
+    said, *null = shape.get("anyOf", [shape])
+    if not null:
+        return shape
+    return {"title": shape["title"], **said}
