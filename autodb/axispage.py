@@ -86,7 +86,9 @@ def _map(found: Field, values: Array, title: str, top: float, speed_unit: str) -
     )  # fmt: skip
     made.update_xaxes(type="category")
     made.update_yaxes(
-        type="category", title={"text": f"Velocity [{speed_unit}]", "font": {"size": 13}}
+        type="category",
+        title={"text": f"Velocity [{speed_unit}]", "font": {"size": 13}},
+        automargin=True,
     )
     label = f"{title} over place and velocity"
     return figures.as_html(

@@ -13,6 +13,10 @@ NotNegative = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
 
 
+LARGEST_MIB = 4
+"""Size of a file. Chosen: files of ours have some kilobytes."""
+
+
 class Section(BaseModel):
     """A part of a file: unknown keys are refused, values do not change."""
 
@@ -46,14 +50,24 @@ def read_toml(path: Path, model: type[Model]) -> Model:
 
     Raises UnusableInput with file and key, and for an unknown key the near ones.
     """
+    said = _parsed(path)
     try:
-        return model.model_validate(tomllib.loads(path.read_text(encoding="utf-8-sig")))
-    except FileNotFoundError:
-        raise UnusableInput(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise UnusableInput(f"{path}: not a readable TOML file ({error})") from None
+        return model.model_validate(said)
     except ValidationError as error:
         raise UnusableInput(f"{path}: {_say(error, model)}") from None
+
+
+def _parsed(path: Path) -> dict[str, Any]:
+    try:
+        if path.stat().st_size > LARGEST_MIB * 2**20:
+            raise UnusableInput(f"{path}: larger than {LARGEST_MIB} MiB; some kilobytes would work")
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError:
+        raise UnusableInput(f"{path}: no such file") from None
+    except RecursionError:
+        raise UnusableInput(f"{path}: nested too deeply; a few levels would work") from None
+    except (OSError, ValueError) as error:  # also of text, of TOML, of too many digits
+        raise UnusableInput(f"{path}: not a readable TOML file ({error})") from None
 
 
 def _say(error: ValidationError, model: type[BaseModel]) -> str:

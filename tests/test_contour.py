@@ -240,6 +240,7 @@ REFUSED = {
     "edge": ("G0 X14 Z2\nG1 Z-5 F.1", "line 3: 6.000 mm deep, more than the edge's 5 mm"),
     "bore": ("G0 X0 Z2\nG1 Z-5 F.1", "line 3: 20.000 mm deep, more than the edge's 5 mm"),
     "plunge": ("G0 X22 Z-10\nG1 X17 Z-11 F.1", "line 3: into the stock inwards and towards the"),
+    "far off": ("G0 X50 Z-1\nG0 Z999000\nG1 X40 F.1", "line 3: 999 m from the first move on"),
     "endless": ("G96 S100\nG0 X22 Z-1\nG1 X0 F.1", "line 4: G96 reaches the axis without a limit"),
 }  # fmt: skip
 

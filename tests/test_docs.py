@@ -85,6 +85,18 @@ def test_formats_has_the_parameters_of_everything_that_explain_can_name() -> Non
     assert {name for row in rows for name in re.findall(r"`(\w+)`", row)} == explained.names()
 
 
+@pytest.mark.parametrize("page", ["kills.md", "threat-model.md"])
+def test_tests_that_pages_name_are_there(page: str) -> None:
+    text = (ROOT / "docs" / page).read_text("utf-8")
+    tests = {path: path.read_text("utf-8") for path in (ROOT / "tests").glob("test_*.py")}
+    there = {name for one in tests.values() for name in re.findall(r"^def (test_\w+)", one, re.M)}
+    files = {path.name for path in tests}
+    named = set(re.findall(r"`(test_\w+)`", text))
+    assert len(named) >= 10
+    assert named <= there
+    assert set(re.findall(r"`(?:tests/)?(test_\w+\.py)`", text)) <= files
+
+
 def test_a_page_whose_command_ends_otherwise_is_not_made(tmp_path: Path) -> None:
     page = "<!-- run: autodb trace prediction 7 -->\n```text\n```\n"
     with pytest.raises(blocks.WrongExit, match="exit 2, the page says 0"):

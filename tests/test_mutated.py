@@ -4,13 +4,11 @@ About thirty seconds; `AUTODB_MUTATIONS=10` makes ten times as many, other ones 
 """
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, example, given, settings
-from hypothesis import strategies as st
 
 from autodb import records
 from autodb.errors import UnusableInput
@@ -18,6 +16,7 @@ from autodb.records import Recording
 from autodb.records.plausible import doubts
 from autodb.records.summary import summarise
 from tests.files import write, write_groups
+from tests.mutations import MUTATIONS, Edit, mutated
 
 TIMES = int(os.environ.get("AUTODB_MUTATIONS", "1"))
 T = np.arange(60) * 0.01
@@ -35,45 +34,6 @@ diameter = true
 operation = "turn"
 depth_mm = 1.5
 """
-
-Edit = Callable[[bytes], bytes]
-PLACE = st.floats(0.0, 1.0, exclude_max=True)
-
-
-def _cut(place: float) -> Edit:
-    return lambda data: data[: max(1, int(place * len(data)))]
-
-
-def _put(place: float, new: bytes, replaced: int) -> Edit:
-    def edit(data: bytes) -> bytes:
-        at = int(place * len(data))
-        return data[:at] + new + data[at + replaced :]
-
-    return edit
-
-
-def _move(start: float, to: float, length: int) -> Edit:
-    def edit(data: bytes) -> bytes:
-        at = int(start * len(data))
-        return _put(to, data[at : at + length], length)(data)
-
-    return edit
-
-
-TEXTS = st.sampled_from([b",", b"\n", b"\x00", b"\xff", b"nan", b"1e999", b'"', b";", b"-", b"\r"])
-EDITS = st.one_of(
-    st.builds(_cut, PLACE),
-    st.builds(lambda place, byte: _put(place, bytes([byte]), 1), PLACE, st.integers(0, 255)),
-    st.builds(_put, PLACE, st.one_of(TEXTS, st.binary(max_size=16)), st.integers(0, 16)),
-    st.builds(_move, PLACE, PLACE, st.integers(1, 64)),
-)
-MUTATIONS = st.lists(EDITS, min_size=1, max_size=6)
-
-
-def _mutate(whole: bytes, edits: list[Edit]) -> bytes:
-    for edit in edits:
-        whole = edit(whole)
-    return whole
 
 
 def _use(path: Path) -> None:
@@ -128,7 +88,7 @@ def _try_mutations(path: Path, examples: int, used: Path | None = None) -> None:
     @example([])
     @given(MUTATIONS)
     def check(edits: list[Edit]) -> None:
-        path.write_bytes(_mutate(whole, edits))
+        path.write_bytes(mutated(whole, edits))
         _use(used or path)
         tried.append(1)
 

@@ -37,6 +37,8 @@ from autodb.nc.reading import Arc, CuttingSpeed, Linear, Move, Rapid
 
 Array = NDArray[np.float64]
 
+LONGEST_M = 500.0
+"""How far moves may go, at feed and rapid. Chosen: a step of 0.05 mm takes some 160 bytes."""
 TOUCH_MM = 0.001
 """What counts as touching, not as inside: the last decimal of programs."""
 
@@ -83,8 +85,9 @@ def engagement(
     Every move meets what those before it have left. Raises UnusableInput naming ``source`` and the
     line of a rapid through the stock, of a depth above ``edge_mm``, the length of the edge, of a
     plunge that a radius over z cannot hold, of G96 without a limit that reaches the axis, and where
-    nothing moves at a feed.
+    nothing moves at a feed, or moves go farther than ``LONGEST_M``.
     """
+    _refuse_farther(moves, source)
     cut = [piece for move in moves for piece in pieces(move, step_mm=step_mm)]
     if not any(isinstance(move, Linear | Arc) for move in moves):
         raise UnusableInput(f"{source}: no move at a feed; a program with G1, G2 or G3 would work")
@@ -99,6 +102,17 @@ def engagement(
         _refuse_deeper(piece, depth_mm, edge_mm, source)
         rows.append(_row(piece, depth_mm, outer_mm, source))
     return _joined(rows), stock
+
+
+def _refuse_farther(moves: Sequence[Move], source: str) -> None:
+    way_m = 0.0
+    for move in moves:
+        way_m += 0.001 * move.length_mm
+        if way_m > LONGEST_M:
+            raise UnusableInput(
+                f"{source}: line {move.line}: {way_m:.0f} m from the first move on; a program of "
+                f"at most {LONGEST_M:.0f} m would work"
+            )
 
 
 def _met(piece: Piece, stock: Stock, source: str) -> tuple[Array, Array, Stock]:

@@ -62,7 +62,7 @@ async def send(request: Request, access: Operates, machine: MachineName) -> Resp
     limits = service.settings.limits
     most = {RECORDING: limits.recording_MiB * MIB, SIDE: limits.side_MiB * MIB}
     with service.imports.place(machine) as place:
-        path = _named(await received(request, place.made, most, limits.receive_s))
+        path = named(await received(request, place.made, most, limits.receive_s))
         said = service.imports.add(place, path, access)
     return _answer(said, 202, {"Location": f"/api/v1/imports/{said.number}"})
 
@@ -86,7 +86,7 @@ def _answer(said: Importing, status: int, headers: dict[str, str] | None = None)
     return Response(body, status, headers, media_type="application/json")
 
 
-def _named(parts: Mapping[str, Part]) -> Path:
+def named(parts: Mapping[str, Part]) -> Path:
     """Give a recording its name, which says how it is read, and its side file the same.
 
     Return where it lies; raises UnusableInput.

@@ -84,8 +84,8 @@ class _Writer:
         """Take the next piece of the body."""
         try:
             self._parser.write(piece)
-        except FormParserError as error:
-            raise UnusableInput(f"the body is no whole form ({error}); {FORM} would work") from None
+        except FormParserError:  # where it says it is, is within the piece
+            raise UnusableInput(f"the body is no whole form; {FORM} would work") from None
 
     def begin(self) -> None:
         """Begin a part."""
