@@ -48,9 +48,9 @@ def main(name: str, seconds: str) -> int:
         environment = {**os.environ, AGAIN: str(again)}
         found.mkdir()
         needed.mkdir()
-        looking = [again, f"-max_total_time={seconds}", *BOUNDS, found, kept]
+        looking = [str(again), f"-max_total_time={seconds}", *BOUNDS, str(found), str(kept)]
         broke = subprocess.run(looking, env=environment, check=False).returncode
-        merging = [again, "-merge=1", *BOUNDS, needed, kept, found]
+        merging = [str(again), "-merge=1", *BOUNDS, str(needed), str(kept), str(found)]
         subprocess.run(merging, env=environment, check=True)
         shutil.rmtree(kept)
         shutil.copytree(needed, kept)
