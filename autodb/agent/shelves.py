@@ -9,8 +9,8 @@ from autodb.agent.looking_up import Shelf
 from autodb.store import Store
 from autodb.store.watched import Watched, opening
 
-MOST = 5000
-"""Pairs that are kept. Chosen: some 20 kB each."""
+MOST = 1000
+"""Pairs that are kept. Chosen: some 20 kB each; looking for garbage among them takes 10 ms."""
 Key = tuple[str, str, str]
 
 

@@ -1,5 +1,6 @@
 """The service as a process: bound, answering, and stopped gracefully."""
 
+import gc
 import signal
 import socket
 from dataclasses import dataclass
@@ -62,5 +63,7 @@ def server_of(app: FastAPI, certificate: Certificate | None) -> uvicorn.Server:
 def run(app: FastAPI, listening: socket.socket, certificate: Certificate | None) -> None:
     """Answer until it is stopped (SIGTERM, Ctrl-C): then what is on its way is answered."""
     logs.begin()
+    gc.collect()
+    gc.freeze()  # what is loaded stays: looked through for garbage, it held up answers by 0.1 s
     signal.signal(signal.SIGTERM, signal.SIG_IGN)  # the server's own handler ends it, in order
     server_of(app, certificate).run(sockets=[listening])
