@@ -1,10 +1,11 @@
 """`python -m benchmarks.serving [ROWS]`: the service on loopback while a refresh writes.
 
 A minute of 200 look-ups a second of pairs at random among ROWS versions of parameters (20 000, or
-1 000 000: 15 GB), sent when they are due whether or not earlier ones are answered; times count from
-when the client wakes to send one, and how late that is stands beside. Then 100 000 turned cuts in
-one batch, with the service's memory before and at its peak; and each page, of machines at random:
-its answer, and until a browser has its content (where there is Chromium).
+1 000 000: 15 GB): of the pairs of twenty machines, and of all pairs, which are mostly read anew.
+They are sent when they are due, whether or not earlier ones are answered; times count from when
+the client wakes to send one, and how late that is stands beside. Then 100 000 turned cuts in one
+batch, with the service's memory before and at its peak; and each page, of machines at random: its
+answer, and until a browser has its content (where there is Chromium).
 """
 
 import asyncio
@@ -34,6 +35,8 @@ PAGE_MS, PAGES_EACH = 500.0, 20
 RATE, MINUTE_S, WARM_UP_S, CONNECTIONS = 200, 60.0, 3.0, 16
 P50_MS, P99_MS, BATCH_S = 3.0, 15.0, 10.0
 CUTS = 100_000
+IN_USE = (20, MACHINES)
+"""Of how many machines pairs are asked for."""
 API = "/api/v1"
 CHROMIUM = shutil.which("chromium")
 CUT = {"operation": "turn", "diameter_mm": 50.0, "depth_mm": 2.0, "feed_mm_rev": 0.25,
@@ -96,14 +99,14 @@ class Asker:
             return int(head.split(b" ", 2)[1])
 
 
-def request_of(rng: np.random.Generator) -> bytes:
-    """Return a look-up of a pair and a cut at random."""
+def request_of(rng: np.random.Generator, machines: int) -> bytes:
+    """Return a look-up of a pair of so many machines and a cut at random."""
     asked = CUT | {
         "material": f"material {rng.integers(PAIRS)}", "tool": "insert",
         "depth_mm": round(float(rng.uniform(0.5, 4.0)), 3),
         "feed_mm_rev": round(float(rng.uniform(0.1, 0.4)), 3),
     }  # fmt: skip
-    path = f"{API}/machines/lathe-{rng.integers(MACHINES)}/lookup?{urlencode(asked)}"
+    path = f"{API}/machines/lathe-{rng.integers(machines)}/lookup?{urlencode(asked)}"
     return f"GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode()
 
 
@@ -116,11 +119,11 @@ class Load:
     statuses: list[int]
 
 
-async def asked(port: int, seconds: float, rng: np.random.Generator) -> Load:
+async def asked(port: int, seconds: float, rng: np.random.Generator, machines: int) -> Load:
     """Ask at a steady rate."""
     askers = [Asker(port) for _ in range(CONNECTIONS)]
     count = int(seconds * RATE)
-    requests = [request_of(rng) for _ in range(count)]
+    requests = [request_of(rng, machines) for _ in range(count)]
     took_ms, late_ms, statuses = np.zeros(count), np.zeros(count), [0] * count
     begin = time.perf_counter() + 1.0  # until all are waiting
 
@@ -136,17 +139,18 @@ async def asked(port: int, seconds: float, rng: np.random.Generator) -> Load:
     return Load(took_ms, late_ms, statuses)
 
 
-def look_ups(at: str, *, what: str) -> None:
-    """Print how long look-ups take at a steady rate."""
+def look_ups(at: str, *, machines: int, what: str) -> None:
+    """Print how long look-ups of pairs of so many machines take at a steady rate."""
     port = int(at.rpartition(":")[2])
     rng = np.random.default_rng(4)
-    asyncio.run(asked(port, WARM_UP_S, rng))
-    load = asyncio.run(asked(port, MINUTE_S, rng))
+    asyncio.run(asked(port, WARM_UP_S, rng, machines))
+    load = asyncio.run(asked(port, MINUTE_S, rng, machines))
     p50, p99 = np.percentile(load.took_ms, [50, 99])
     failed = sum(status != 200 for status in load.statuses)
     met = p50 <= P50_MS and p99 <= P99_MS and not failed
     print(
-        f"{what}: {len(load.statuses)} look-ups at {RATE}/s: p50 {p50:.1f} ms (limit {P50_MS:g}), "
+        f"{what}, pairs of {machines} machines: {len(load.statuses)} look-ups at {RATE}/s: "
+        f"p50 {p50:.1f} ms (limit {P50_MS:g}), "
         f"p99 {p99:.1f} ms (limit {P99_MS:g}), longest {load.took_ms.max():.0f} ms, {failed} "
         f"failed: {'passed' if met else 'missed'}; sent {np.median(load.late_ms):.1f} ms late "
         f"(p99 {np.percentile(load.late_ms, 99):.1f})",
@@ -234,10 +238,12 @@ def main(rows: int) -> None:
         fill(url, versions, file)
         with served(url) as (at, process):
             pages(at)
-            look_ups(at, what="quiet")
+            for machines in IN_USE:
+                look_ups(at, machines=machines, what="quiet")
             batch(at, process)
             with writing(url):
-                look_ups(at, what="while a refresh writes")
+                for machines in IN_USE:
+                    look_ups(at, machines=machines, what="while a refresh writes")
 
 
 if __name__ == "__main__":
