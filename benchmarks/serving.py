@@ -5,7 +5,8 @@ A minute of 200 look-ups a second of pairs at random among ROWS versions of para
 They are sent when they are due, whether or not earlier ones are answered; times count from when
 the client wakes to send one, and how late that is stands beside. Then 100 000 turned cuts in one
 batch, with the service's memory before and at its peak; and each page, of machines at random: its
-answer, and until a browser has its content (where there is Chromium).
+answer, and until a browser has its content (where there is Chromium). Run with
+OPENBLAS_NUM_THREADS=1: three processes share the processors.
 """
 
 import asyncio
