@@ -21,7 +21,7 @@ from tests.mutations import MUTATIONS, Edit, mutated
 TIMES = int(os.environ.get("AUTODB_MUTATIONS", "1"))
 T = np.arange(60) * 0.01
 COLUMNS = {"t": T, "x.position": np.sin(T), "x.current": np.cos(T)}
-EXAMPLES = {".csv": 900, ".parquet": 900, ".tdms": 500, ".mat": 150, ".h5": 120, ".mf4": 70}
+EXAMPLES = {".csv": 900, ".parquet": 900, ".tdms": 500, ".mat": 60, ".h5": 60, ".mf4": 40}
 SIDE = """\
 [recording]
 machine = "m"
