@@ -7,11 +7,12 @@ import socket
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
 import httpx
 import numpy as np
@@ -639,6 +640,33 @@ def _self_signed(folder: Path) -> Certificate:
     plain = serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
     (folder / "k.pem").write_bytes(key.private_bytes(pem, *plain))
     return Certificate(folder / "c.pem", folder / "k.pem")
+
+
+def test_connections_that_say_nothing_keep_nobody_out(
+    url: str, pair: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Silent ones and begun ones are ended; idle ones between requests and slow bodies are not."""
+    monkeypatch.setattr("autodb.web.server.AT_ONCE", 6)
+    monkeypatch.setattr("autodb.web.connections.HEAD_S", 1.0)
+    line = json.dumps(CUT).encode()
+    asked = f"POST {API}/machines/lathe-0/lookup/batch?{urlencode(pair)} HTTP/1.1\r\n"
+    head = f"{asked}Host: localhost\r\nContent-Length: {len(line)}\r\n\r\n".encode()
+    with served(Settings(url)) as at, httpx.Client(base_url=at) as client, ExitStack() as opened:
+        slow, *held = (opened.enter_context(socket.socket()) for _ in range(5))
+        where = ("127.0.0.1", httpx.URL(at).port or 0)
+        slow.connect(where)
+        slow.sendall(head)
+        assert client.get("/healthz").status_code == 200
+        for one in held:
+            one.settimeout(10.0)
+            one.connect(where)
+        held[0].sendall(b"GET /healthz HTTP/1.1\r\nHost:")
+        statuses = (client.get("/healthz").status_code for _ in range(200))
+        assert 503 in statuses, "once all are accepted"
+        assert [one.recv(1) for one in held] == 4 * [b""]
+        assert client.get("/healthz").status_code == 200
+        slow.sendall(line)
+        assert slow.recv(12) == b"HTTP/1.1 200"
 
 
 def test_stopped_it_answers_what_is_on_its_way(

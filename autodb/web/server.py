@@ -11,6 +11,7 @@ from fastapi import FastAPI
 
 from autodb.errors import UnusableInput
 from autodb.web import logs
+from autodb.web.connections import Connection
 from autodb.web.settings import Settings
 
 STOP_S = 20
@@ -49,6 +50,7 @@ def server_of(app: FastAPI, certificate: Certificate | None) -> uvicorn.Server:
     """Return what answers for an app."""
     config = uvicorn.Config(
         app,
+        http=Connection,
         log_config=None,
         server_header=False,
         limit_concurrency=AT_ONCE,
