@@ -13,8 +13,10 @@ NotNegative = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
 
 
-LARGEST_MIB = 4
+LARGEST_MIB = 1
 """Size of a file. Chosen: files of ours have some kilobytes."""
+MOST_DOTS = 500
+"""On a line: of a key with as many parts the parser takes memory by their square. Chosen."""
 
 
 class Section(BaseModel):
@@ -61,7 +63,12 @@ def _parsed(path: Path) -> dict[str, Any]:
     try:
         if path.stat().st_size > LARGEST_MIB * 2**20:
             raise UnusableInput(f"{path}: larger than {LARGEST_MIB} MiB; some kilobytes would work")
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        text = path.read_text(encoding="utf-8-sig")
+        for number, line in enumerate(text.split("\n"), start=1):
+            if line.count(".") > MOST_DOTS:
+                said = f"line {number} has more than {MOST_DOTS} dots; several lines would work"
+                raise UnusableInput(f"{path}: {said}")
+        return tomllib.loads(text)
     except FileNotFoundError:
         raise UnusableInput(f"{path}: no such file") from None
     except RecursionError:

@@ -280,6 +280,7 @@ SIDE_FILES = (
     Case("unknown operation", LOOK, _with_side('[cut]\noperation = "knit"\n')),
     Case("not TOML", LOOK, _with_side("[channels\n")),
     Case("nested without end", LOOK, _with_side("channels = " + 5000 * "[")),
+    Case("key of endless parts", LOOK, _with_side("channels" + 5000 * ".x" + " = 1")),
     Case(
         "side file that is not there", "autodb import moves.csv --columns names.toml",
         _moves(),
