@@ -270,7 +270,8 @@ def test_eight_writers_that_are_killed_end_as_one_after_the_other(
     start = time.perf_counter()
     for number in range(WRITERS):
         _take(urls["serial"], tmp_path / "serial", f"lathe-{number}")
-    took_s = (time.perf_counter() - start) / WRITERS
+    took_s = time.perf_counter() - start
+    all_take_s = took_s / min(WRITERS, os.cpu_count() or 1)
 
     # Each writer is killed twice, and begun again; then let end
     rng, url, folder = random.Random(SEED), urls["at once"], tmp_path / "at once"
@@ -281,8 +282,10 @@ def test_eight_writers_that_are_killed_end_as_one_after_the_other(
             _forked(lambda n=number: _take(url, folder, f"lathe-{n}"))  # type: ignore[misc]
             for number in range(WRITERS)
         ]
-        for child in children if not last else ():
-            time.sleep(rng.uniform(0.0, took_s))
+        at_s = sorted(rng.uniform(0.0, 0.75 * all_take_s) for _ in children)
+        begun = time.perf_counter()
+        for child, then_s in () if last else zip(children, at_s, strict=True):
+            time.sleep(max(0.0, begun + then_s - time.perf_counter()))
             os.kill(child, signal.SIGKILL)
         ended = [os.waitpid(child, 0)[1] for child in children]
         killed += sum(os.WIFSIGNALED(status) for status in ended)
