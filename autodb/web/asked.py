@@ -81,7 +81,7 @@ def parameters_of_a_cut() -> list[dict[str, Any]]:
 
 def _of_text(shape: dict[str, Any]) -> dict[str, Any]:
     """Return the shape of a value that a query gives or leaves out: it has no word for null."""
-    said, *null = shape.get("anyOf", [shape])
-    if not null:
+    if "anyOf" not in shape:
         return shape
+    (said,) = (one for one in shape["anyOf"] if one != {"type": "null"})
     return {"title": shape["title"], **said}
