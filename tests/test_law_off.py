@@ -11,7 +11,7 @@ from autodb.cutting.insert import Insert, Turned, elements_of
 from autodb.pairs.belief import DAY, FAR, NEAR, OWN, Belief, Shared
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
-from autodb.pairs.learning import evidence, learn, learn_choosing
+from autodb.pairs.learning import evidence, learn, learn_averaging
 from autodb.pairs.observed import Cuts, Observed, X, Y, Z
 from autodb.pairs.prior import Card, of_card
 
@@ -56,7 +56,7 @@ def _scattered(force_N: Array, seed: int) -> Array:
 
 def test_a_law_that_holds_is_taken_to_hold() -> None:
     cuts = cuts_of(24, 1)
-    found = learn_choosing(
+    found = learn_averaging(
         PRIOR, felt(cuts, _scattered(forces(_true(2), cuts.elements).force_N, 3))
     )
     assert found.off_law == NEAR
@@ -71,7 +71,7 @@ def test_a_thrust_that_turns_with_the_depth_speaks_for_a_law_far_off() -> None:
         return whole + 0.5 * np.log(engaged_mm(some.elements))[:, None] * parts[:, :3, 2]
 
     observed = felt(cuts, _scattered(turned(cuts), 3))
-    found = learn_choosing(PRIOR, observed)
+    found = learn_averaging(PRIOR, observed)
     assert found.off_law == FAR
     assert evidence(replace(PRIOR, off_law=FAR), found, observed) > evidence(
         PRIOR, learn(PRIOR, observed), observed

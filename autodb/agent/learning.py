@@ -32,7 +32,7 @@ from autodb.agent.states import (
 from autodb.errors import UnusableInput
 from autodb.pairs.belief import WEAR, Belief
 from autodb.pairs.engaged import CUTTING_TIME
-from autodb.pairs.learning import learn, learn_choosing
+from autodb.pairs.learning import learn, learn_averaging
 from autodb.pairs.prior import of_state
 from autodb.pairs.worn import told
 from autodb.store import models
@@ -272,7 +272,7 @@ class _Pair:
             if self._goes_on and len(known) >= SETTLED:
                 last = base
             near = None if last is None else as_belief(last)
-            learnt = learn_choosing(start.belief, observed, near=near).past()
+            learnt = learn_averaging(start.belief, observed, near=near).past()
         self._keep(start, base, fresh, learnt, state=state, causes=causes)
 
     def _in_turn(self, belief: Belief, forces: Forces, *, known: Container[int] = ()) -> Belief:
@@ -283,7 +283,7 @@ class _Pair:
             observed = as_observed(
                 [force for force in forces if force.cut_id in some], wear=belief.wear, known=known
             )
-            taught = learn if belief.cuts else learn_choosing
+            taught = learn if belief.cuts else learn_averaging
             belief = taught(belief, observed).past()
             self._progress(f"{self._name}: cut {begin + len(some)} of {len(cuts)}")
         return belief

@@ -23,7 +23,7 @@ from autodb.page import CalibrationPlot, JobRow, LearningCurve, Page, PredictedS
 from autodb.pairs.belief import Belief
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
-from autodb.pairs.learning import learn_choosing
+from autodb.pairs.learning import learn_averaging
 from autodb.sensing import ranges
 from autodb.sensing.holds import ANY, holds_of
 from autodb.store import Store, models
@@ -141,7 +141,7 @@ class _History:
             kept = set(self._cuts[:cuts])
             some = [force for force in self._forces if force.cut_id in kept]
             self._learnt[cuts] = (
-                learn_choosing(self._start, as_observed(some, wear=self._start.wear)).past()
+                learn_averaging(self._start, as_observed(some, wear=self._start.wear)).past()
                 if some
                 else self._start
             )

@@ -21,7 +21,7 @@ from autodb.explain import Explained, explain
 from autodb.explain.suspects import UNKNOWN
 from autodb.pairs.belief import WEAR, Belief
 from autodb.pairs.engaged import CUTTING_TIME
-from autodb.pairs.learning import learn, learn_choosing
+from autodb.pairs.learning import learn, learn_averaging
 from autodb.pairs.surprise import surprise
 from autodb.store import models
 
@@ -140,7 +140,7 @@ def sorted_out(
         odd += [force for force in some if force.cut_id in surprising]
         kept += usual
         if usual:
-            taught = learn if belief.cuts else learn_choosing
+            taught = learn if belief.cuts else learn_averaging
             belief = taught(belief, as_observed(usual, wear=belief.wear)).past()
     return Sorted(kept, odd)
 

@@ -32,7 +32,6 @@ BLOCK, STEEP = 500, 200
 processor."""
 BEHIND = (*steepness.ORDER, shear.FLOW)
 """Coordinates of the law in the order that derivatives are worked out in, behind three parts."""
-AT = np.argsort([-3, -2, -1, *BEHIND])
 
 
 @dataclass(frozen=True)
@@ -165,15 +164,37 @@ def force_parts(theta: Array, elements: Elements) -> Array:
     return _summed(elements, _parts(_gathered(elements)(_pushed(theta, elements))))
 
 
-def linearised(theta: Array, elements: Elements) -> tuple[Array, Array, Array]:
-    """Return forces (n, 5), their ``force_parts`` and ``force_gradient``, worked out together."""
+def linearised(
+    theta: Array, elements: Elements, off: Array | None = None
+) -> tuple[Array, Array, Array]:
+    """Return forces (n, 5), their ``force_parts`` and ``force_gradient``, worked out together.
+
+    With ``off`` (n, 3), what the law is off by in each part (``force_parts``), the derivatives of
+    what that adds stand behind those of the forces: (n, 5, 2 p).
+    """
     whole = np.concatenate(
-        [_summed(block, _steep(theta, block))[..., AT] for block in _blocks(elements, STEEP)]
+        [_summed(block, _steep(theta, block, some)) for block, some in _off_blocks(elements, off)]
     )
-    return whole[..., 0] + whole[..., 1], whole[..., :3], whole[..., 3:]
+    parts, slopes = whole[..., :3], [whole[..., 3:][..., k] for k in _columns(off)]
+    return whole[..., 0] + whole[..., 1], parts, np.concatenate(slopes, axis=-1)
 
 
-def _steep(theta: Array, elements: Elements) -> Array:
+def _columns(off: Array | None) -> list[NDArray[np.intp]]:
+    """Return where behind the parts the derivatives by the coordinates stand, in their order."""
+    order = np.argsort(BEHIND)
+    return [order] if off is None else [order, len(BEHIND) + order]
+
+
+def _off_blocks(elements: Elements, off: Array | None) -> Iterator[tuple[Elements, Array | None]]:
+    """Return some cuts after the others, with what the law is off by in them."""
+    begin = 0
+    for block in _blocks(elements, STEEP):
+        end = begin + block.count
+        yield block, None if off is None else off[begin:end]
+        begin = end
+
+
+def _steep(theta: Array, elements: Elements, off: Array | None) -> Array:
     """Return forces of the elements' parts, as ``_parts`` has them, and behind them derivatives.
 
     Tangential, radial and up (3, 3 + p, …), gathered; the derivatives in the order of BEHIND.
@@ -196,7 +217,18 @@ def _steep(theta: Array, elements: Elements) -> Array:
         flow[1, 0] = gather(across * (elements.kappa[0] - elements.flow[0]))
         flow[2, 0] = gather(across * (elements.flow[1] - elements.kappa[1]))
     rubs = gathered[:, 0] + gathered[:, 1] + theta[shear.EDGE_A] * gathered[:, 2]
-    return np.concatenate([_parts(made[0][:, 0] + rubs), *made, flow], axis=1)
+    slopes = np.concatenate([*made, flow], axis=1)
+    behind = [] if off is None else [_off_by(slopes, elements, off)]
+    return np.concatenate([_parts(made[0][:, 0] + rubs), slopes, *behind], axis=1)
+
+
+def _off_by(pushed: Array, elements: Elements, off: Array) -> Array:
+    """Return what a law that is off by shares and a direction (n, 3) adds to forces (3, k, …)."""
+    along, across, turned = off.T[:, elements.of] if elements.of is not None else off.T[..., None]
+    _, radial, up = pushed
+    return np.stack(
+        [along * pushed[0], across * radial - turned * up, across * up + turned * radial]
+    )
 
 
 def _gathered(elements: Elements) -> Callable[[Array], Array]:

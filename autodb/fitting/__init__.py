@@ -2,7 +2,7 @@
 
 from autodb.fitting.covariance import autoregression, given_one, long_run_variance
 from autodb.fitting.deviation import Deviating, least_squares_with_deviation
-from autodb.fitting.gaussian import NORMAL_95, Gaussian, update
+from autodb.fitting.gaussian import NORMAL_95, Gaussian, root_of, update
 from autodb.fitting.groups import Components, components, small_sample
 from autodb.fitting.linear import (
     BLOCK_ROWS,
@@ -26,6 +26,7 @@ from autodb.fitting.projection import (
     separable,
     slopes,
 )
+from autodb.fitting.rounds import NotSettled, stationary
 from autodb.fitting.scores import (
     bootstrap_r_squared,
     held_out,
@@ -45,6 +46,7 @@ __all__ = [
     "Fit",
     "Gaussian",
     "NotConverged",
+    "NotSettled",
     "Problem",
     "Separable",
     "Undetermined",
@@ -63,12 +65,14 @@ __all__ = [
     "r_squared",
     "robust_least_squares",
     "robust_line",
+    "root_of",
     "separable",
     "slopes",
     "small_sample",
     "solve",
     "spanning",
     "spread",
+    "stationary",
     "triangle",
     "update",
 ]

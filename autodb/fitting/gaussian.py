@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dtrtri, dtrtrs
 
 Array = NDArray[np.float64]
 
@@ -22,16 +23,32 @@ class Gaussian:
 def update(prior: Gaussian, design: Array, values: Array, noise_sd: Array) -> Gaussian:
     """Return the posterior after values (n,) = design (n, p) · θ + noise of sd (n,), independent.
 
-    Kalman form in p dimensions: Λ = (1 + Σ XᵀWX)⁻¹ Σ, μ' = μ + Λ XᵀW (y − Xμ); cost linear in n.
-    What the prior is sure of, a variance of zero, stays as it is.
+    In z, θ = mean + root · z with z ~ N(0, 1) beforehand, by QR; cost linear in n. What the prior
+    is sure of, a variance of zero, stays as it is.
     """
-    weighted = design / noise_sd[:, None] ** 2
-    size = np.sqrt(np.diag(prior.covariance))
-    unit = np.where(size > 0, size, 1.0)
-    known = prior.covariance / np.outer(unit, unit)
-    told = design.T @ weighted * np.outer(unit, unit)
-    covariance = np.linalg.solve(np.eye(len(unit)) + known @ told, known) * np.outer(unit, unit)
-    covariance = 0.5 * (covariance + covariance.T)
-    covariance[size == 0.0] = covariance[:, size == 0.0] = 0.0
-    mean = prior.mean + covariance @ (weighted.T @ (values - design @ prior.mean))
-    return Gaussian(mean, covariance)
+    root = root_of(prior.covariance)
+    rows = np.vstack([design @ root / noise_sd[:, None], np.eye(root.shape[1])])
+    left = np.concatenate([(values - design @ prior.mean) / noise_sd, np.zeros(root.shape[1])])
+    whole = np.asarray(np.linalg.qr(np.column_stack([rows, left]), mode="r"))
+    triangle = whole[: root.shape[1]]
+    spread = root @ dtrtri(triangle[:, :-1])[0]
+    mean = prior.mean + root @ dtrtrs(triangle[:, :-1], triangle[:, -1])[0]
+    return Gaussian(mean, spread @ spread.T)
+
+
+def root_of(covariance: Array) -> Array:
+    """Return a root (p, k) of a covariance (p, p), root · rootᵀ, of its k variances beyond zero.
+
+    Cholesky's of the correlations, so that parameters of any size are alike; where these are
+    singular to rounding, that of their eigenvalues.
+    """
+    size = np.sqrt(np.diag(covariance))
+    active = np.flatnonzero(size > 0)
+    alike = covariance[np.ix_(active, active)] / np.outer(size[active], size[active])
+    factor, failed = dpotrf(alike, lower=1)
+    if failed:
+        values, vectors = np.linalg.eigh(alike)
+        factor = vectors * np.sqrt(np.maximum(values, 0.0))
+    root = np.zeros((len(size), len(active)))
+    root[active] = size[active, None] * factor
+    return root

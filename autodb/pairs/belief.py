@@ -67,6 +67,21 @@ class OffLaw:
     grow: tuple[float, float, float]
     cut_direction_rad: float
 
+    def averaged(self, other: "OffLaw", weight: float) -> "OffLaw":
+        """Return how far off a law is that is the other with a probability of ``weight``."""
+
+        def sd(a: float, b: float) -> float:
+            return float(np.sqrt((1.0 - weight) * a**2 + weight * b**2))
+
+        grow = [sd(a, b) for a, b in zip(self.grow, other.grow, strict=True)]
+        return OffLaw(
+            sd(self.along, other.along),
+            sd(self.across, other.across),
+            sd(self.direction_rad, other.direction_rad),
+            (grow[0], grow[1], grow[2]),
+            sd(self.cut_direction_rad, other.cut_direction_rad),
+        )
+
 
 NEAR = OffLaw(0.025, 0.025, 0.0, (0.0, 0.0, 0.0), 0.0)
 """A law that holds but for its size. Chosen, where Aksu, Celebi and Budak 2016 find orthogonal

@@ -16,7 +16,7 @@ from autodb.cutting.elements import Elements
 from autodb.cutting.shear import NAMES, PARAMETERS
 from autodb.fitting import update
 from autodb.pairs.belief import OWN, Belief
-from autodb.pairs.learning import own_variance
+from autodb.pairs.modelled import own_variance
 from autodb.pairs.observed import CHIP, Cuts, Observed
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from autodb.cutting.elements import edge_parts, force_parts, forces, joined, linearised
 from autodb.pairs.belief import OWN, WEAR, Belief
-from autodb.pairs.learning import own_variance
+from autodb.pairs.modelled import own_variance
 from autodb.pairs.observed import Cuts, with_growth
 
 Array = NDArray[np.float64]

@@ -4,8 +4,8 @@
 
 θ coordinates of the law of machine m's pair with tool t; T and E how far any two metals are apart,
 but for an edge's own numbers, of which half of that is the tool's whatever a is. a and b are told
-by the pairs themselves: of a grid of both, the point nearest the mean of their posterior (empirical
-Bayes; Efron and Morris 1975).
+by the pairs themselves: the mean of their posterior on a grid of both (empirical Bayes; Efron and
+Morris 1975), where between its points beliefs are averaged.
 
 Of each pair counts only what its own cuts told, as information, Λ and Λθ: what its belief holds
 less what it began with, so that one that began from the others is not told twice. Everything else
@@ -99,12 +99,13 @@ OF_TOOLS = np.where(EDGES, OF_EDGES, (RELATIVE * np.exp(STEPS))[:, None] ** 2) *
 class Known:
     """What is known of a material: where it started, and what each tool's pairs told.
 
-    ``held``: where on the grid the spreads are taken to be; None: where the pairs put them.
+    ``held``: where on the grid, in its steps, the spreads are taken to be; None: where the pairs
+    put them.
     """
 
     start: Gaussian
     tools: Mapping[str, OfTool] = field(default_factory=dict)
-    held: tuple[int, int] | None = None
+    held: tuple[float, float] | None = None
 
     def changed(self, tool: str, *, more: Told | None = None, less: Told | None = None) -> "Known":
         """Return it with what a pair told added, or taken out."""
@@ -130,12 +131,12 @@ class Known:
     @property
     def shares(self) -> tuple[float, float]:
         """How far tools and machines are apart, shares a and b of what metals are."""
-        a, b = self._spread
-        return RELATIVE * float(np.exp(STEPS[a])), MACHINES * float(np.exp(STEPS[b]))
+        a, b = (np.interp(at, np.arange(len(STEPS)), STEPS) for at in self._spread)
+        return RELATIVE * float(np.exp(a)), MACHINES * float(np.exp(b))
 
     @cached_property
-    def _spread(self) -> tuple[int, int]:
-        """Where on the grid tools' and machines' shares are."""
+    def _spread(self) -> tuple[float, float]:
+        """Where on the grid, in its steps, tools' and machines' shares are."""
         if self.held is not None:
             return self.held
         log = -0.5 * (STEPS[:, None] ** 2 + STEPS**2) / FOLDS**2
@@ -144,7 +145,15 @@ class Known:
         weight = np.exp(log - log.max())
         weight /= weight.sum()
         at = np.arange(len(STEPS))
-        return round(float(weight.sum(1) @ at)), round(float(weight.sum(0) @ at))
+        return float(weight.sum(1) @ at), float(weight.sum(0) @ at)
+
+    def _corners(self) -> list[tuple[int, int, float]]:
+        """Return the points of the grid around the spreads, with their weights."""
+        sides = []
+        for at in self._spread:
+            lower = min(int(at), len(STEPS) - 2)
+            sides.append([(lower, 1.0 - (at - lower)), (lower + 1, at - lower)])
+        return [(a, b, of_a * of_b) for a, of_a in sides[0] for b, of_b in sides[1] if of_a * of_b]
 
     def _evidence(self, of_tools: Array) -> Array:
         """Return the logarithm of how probable what pairs told is, for each b."""
@@ -163,9 +172,16 @@ class Known:
         told_of = np.einsum("si,sij->s", moved, inner) - np.linalg.slogdet(loose)[1]
         return np.asarray(log + 0.5 * told_of)
 
-    def material(self, *, but: str | None = None) -> Gaussian:
-        """Return the belief about μ (a,) from all tools, or all but one."""
-        a, b = self._spread
+    def material(self) -> Gaussian:
+        """Return the belief about μ (a,) from all tools."""
+        return _mixed([(self._material(a, b), weight) for a, b, weight in self._corners()])
+
+    def pair(self, tool: str) -> Gaussian:
+        """Return the belief about the pair of a machine that has not cut it, all coordinates."""
+        return whole(_mixed([(self._pair(tool, a, b), w) for a, b, w in self._corners()]))
+
+    def _material(self, a: int, b: int, *, but: str | None = None) -> Gaussian:
+        """Return the belief about μ at a point of the grid, from all tools or all but one."""
         belief = _active(self.start)
         for name, tool in self.tools.items():
             if name != but:
@@ -174,15 +190,23 @@ class Known:
                 belief = _posterior(belief, passed.precision[0], passed.weighted[0])
         return belief
 
-    def pair(self, tool: str) -> Gaussian:
-        """Return the belief about the pair of a machine that has not cut it, all coordinates."""
-        a, b = self._spread
-        others = self.material(but=tool)
+    def _pair(self, tool: str, a: int, b: int) -> Gaussian:
+        others = self._material(a, b, but=tool)
         belief = Gaussian(others.mean, others.covariance + np.diag(OF_TOOLS[a]))
         if tool in self.tools:
             of_tool = self.tools[tool].told
             belief = _posterior(belief, of_tool.precision[b], of_tool.weighted[b])
-        return whole(Gaussian(belief.mean, belief.covariance + np.diag(OF_MACHINES[b])))
+        return Gaussian(belief.mean, belief.covariance + np.diag(OF_MACHINES[b]))
+
+
+def _mixed(some: list[tuple[Gaussian, float]]) -> Gaussian:
+    """Return the normal belief with mean and covariance of beliefs averaged with weights."""
+    mean = sum((weight * one.mean for one, weight in some), np.zeros_like(some[0][0].mean))
+    covariance = np.zeros_like(some[0][0].covariance)
+    for one, weight in some:
+        off = one.mean - mean
+        covariance += weight * (one.covariance + np.outer(off, off))
+    return Gaussian(mean, covariance)
 
 
 def told(after: Gaussian, before: Gaussian) -> Told:

@@ -10,59 +10,62 @@ What is assumed of cuts (an entering angle nobody stated) is one more such error
 one standard deviation of it changes.
 
 A step that does not raise the posterior is halved. The share that cuts scatter by is learnt along
-with it, one step of expectation and maximisation a batch, so that a batch and the same cuts one
-after the other agree but for what is linearised (a test says how closely). A cut costs the same
-however many came before. Source: physics reference, section 7; Bell and Cathey 1993 for the
-iterated filter as Gauss-Newton.
+with it: expectation and maximisation, every round one step of both, Anderson's mixing over the last
+rounds (``fitting.stationary``). Learning ends where a round moves nothing by 1e-9 of its own
+standard deviation, so that the same cuts give one answer, whatever unit, order or processor they
+come in. A cut costs the same however many came before. Source: physics reference, section 7; Bell
+and Cathey 1993 for the iterated filter as Gauss-Newton.
 """
 
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dtrtri, dtrtrs
 
-from autodb.fitting import Gaussian, update
-from autodb.pairs.belief import CUT_SHARE, FAR, OWN, Belief, OffLaw, Scatter
+from autodb.errors import UnusableInput
+from autodb.fitting import Gaussian, NotSettled, root_of, stationary
+from autodb.pairs.belief import FAR, OWN, Belief, Scatter, Shared
+from autodb.pairs.modelled import FORCE, Modelled, Seen
 from autodb.pairs.observed import Observed
 
 Array = NDArray[np.float64]
 
-FORCE = 2
-"""Parts of a reading that are force; the third is a chip's thickness."""
-SCATTERED = 3
-"""Times that scatter and state are fitted in turn."""
-ROUNDS = 20
-CLOSE_BY = 1
-"""Steps from a belief that is close. Chosen: where much is assumed of a tool, far from each other
-two maxima may say nearly the same, and what is learnt beside stays at the one where it was."""
+STEPS, CLOSE = 20, 0.3
+"""Steps with one noise, and how near, in standard deviations, the maximum has to be for one step to
+be enough. Chosen."""
 HALVINGS = 8
 TINY = 1e-12
 """Square of a part, N², below which there is none."""
-SURER = 20.0
-"""Odds from which on a law is taken to be far off. Chosen: what is usual for strong evidence."""
-CLOSE = 1e-3
-"""Change of the state in its own standard deviations at which it has settled."""
+FAR_ODDS = 1.0 / 20.0
+"""Odds, before any cut, that a law is far off. Chosen: strong evidence, 20 to 1, makes them even.
+"""
 
 
 def learn(belief: Belief, observed: Observed, *, near: Belief | None = None) -> Belief:
     """Return the belief after readings.
 
     ``near``: one that is close to it, from which the maximum is looked for; it tells nothing else.
+
+    Raises UnusableInput where learning does not come to rest.
     """
     prior, model = _met(belief, observed)
-    scatter, state = prior.scatter, prior.state
-    if near is not None:
-        scatter, state = near.scatter, Gaussian(_begun(prior, near), prior.state.covariance)
-    rounds = ROUNDS if near is None else CLOSE_BY
-    for _ in range(SCATTERED):
-        state = _settled(prior.state, state, model, scatter, rounds)
-        scatter = _scatter(prior.scatter, state, model, scatter)
+    begun = (
+        prior if near is None else replace(prior, scatter=near.scatter, state=_begun(prior, near))
+    )
+    try:
+        state, scatter = _Rounds(prior, model).settled(begun)
+    except NotSettled as error:
+        cuts = len(np.unique(observed.cut))
+        raise UnusableInput(
+            f"{cuts} cuts do not determine the pair ({error}); leave out those that stand out"
+        ) from error
     return replace(
         prior, state=state, scatter=scatter, cuts=prior.cuts + len(np.unique(observed.cut))
     )
 
 
-def _begun(prior: Belief, near: Belief) -> Array:
+def _begun(prior: Belief, near: Belief) -> Gaussian:
     """Return the state of a prior, with the numbers that a belief near has of it."""
     mean = prior.state.mean.copy()
     mean[:OWN] = near.state.mean[:OWN]
@@ -70,18 +73,44 @@ def _begun(prior: Belief, near: Belief) -> Array:
     for one in prior.shared:
         if one.key in known:
             mean[prior.columns(one.key)] = near.state.mean[near.columns(one.key)]
-    return mean
+    return Gaussian(mean, prior.state.covariance)
 
 
-def learn_choosing(belief: Belief, observed: Observed, *, near: Belief | None = None) -> Belief:
-    """Return the belief after a pair's first readings: of a law near, or FAR off if they say so.
+def learn_averaging(belief: Belief, observed: Observed, *, near: Belief | None = None) -> Belief:
+    """Return the belief after a pair's first readings, over laws that are near and FAR off.
 
-    They say so where the evidence for it is more than SURER times as large. ``near`` as in learn.
+    Each law is learnt, and their beliefs are averaged by their posterior odds (Hoeting, Madigan,
+    Raftery, Volinsky 1999, Statistical Science 14:382): the normal belief with the mean and
+    covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn.
     """
     far = replace(belief, off_law=FAR)
-    held, let_go = learn(belief, observed, near=near), learn(far, observed, near=near)
-    odds = evidence(far, let_go, observed) - evidence(belief, held, observed)
-    return let_go if odds > np.log(SURER) else held
+    held = learn(belief, observed, near=near)
+    let_go = learn(far, observed, near=near or held)
+    odds = evidence(far, let_go, observed) - evidence(belief, held, observed) + np.log(FAR_ODDS)
+    return _averaged(held, let_go, float(0.5 * (1.0 + np.tanh(0.5 * odds))))
+
+
+def _averaged(one: Belief, other: Belief, weight: float) -> Belief:
+    """Return the normal belief with mean and covariance of a mixture, ``weight`` of the other."""
+    shares = np.array([1.0 - weight, weight])
+    off = other.state.mean - one.state.mean
+    covariance = shares[0] * one.state.covariance + shares[1] * other.state.covariance
+    squares = shares @ np.array([one.scatter.share**2, other.scatter.share**2])
+    law = one.off_law.averaged(other.off_law, weight)
+    return replace(
+        one,
+        state=Gaussian(
+            one.state.mean + weight * off, covariance + shares.prod() * np.outer(off, off)
+        ),
+        shared=tuple(
+            Shared(a.key, shares[0] * a.covariance + shares[1] * b.covariance)
+            for a, b in zip(one.shared, other.shared, strict=True)
+        ),
+        scatter=Scatter(
+            np.sqrt(squares), shares @ np.array([one.scatter.weight, other.scatter.weight])
+        ),
+        off_law=law,
+    )
 
 
 def evidence(before: Belief, after: Belief, observed: Observed) -> float:
@@ -93,8 +122,9 @@ def evidence(before: Belief, after: Belief, observed: Observed) -> float:
     active = np.diag(prior.state.covariance) > 0
     rows = np.ix_(active, active)
     wide, narrow = (one.state.covariance[rows] for one in (prior, after))
-    noise = model.noise(after.state.mean, after.scatter)
-    left = (observed.value - model.expected(after.state.mean)) / noise
+    seen = model.seen(after.state.mean)
+    noise = model.noise(seen, after.scatter)
+    left = (observed.value - seen.expected) / noise
     off = (after.state.mean - prior.state.mean)[active]
     misfit = left @ left + off @ np.linalg.solve(wide, off)
     volume = np.linalg.slogdet(wide)[1] - np.linalg.slogdet(narrow)[1]
@@ -104,145 +134,111 @@ def evidence(before: Belief, after: Belief, observed: Observed) -> float:
 def expected_of(belief: Belief, observed: Observed) -> tuple[Array, Array]:
     """Return what a belief expects of readings before they are learnt: (m,), covariance (m, m)."""
     known, model = _met(belief, observed)
-    design = model.design(known.state.mean)
-    own = model.noise(known.state.mean, known.scatter)
+    seen, design = model.steep(known.state.mean)
+    own = model.noise(seen, known.scatter)
     covariance = design @ known.state.covariance @ design.T + np.diag(own**2)
-    return model.expected(known.state.mean), covariance
+    return seen.expected, covariance
 
 
-def _met(belief: Belief, observed: Observed) -> "tuple[Belief, _Model]":
+def _met(belief: Belief, observed: Observed) -> tuple[Belief, Modelled]:
     """Return a belief that has met what readings share, and the readings as its functions."""
     laws = tuple(belief.law_error(operation) for operation in observed.operations)
     known = belief.also((*observed.shared, *laws, *observed.assumed))
-    return known, _Model(known, observed)
+    return known, Modelled(known, observed)
 
 
-class _Model:
-    """Readings as functions of a belief's state."""
+class _Rounds:
+    """Rounds of Gauss-Newton and of expectation, on state and scatter at once.
 
-    def __init__(self, belief: Belief, observed: Observed) -> None:
-        self.observed = observed
-        self._off_law = belief.off_law
-        self._gains = np.zeros((len(observed.value), len(belief.state.mean) - OWN))
-        self._shifts = np.zeros_like(self._gains)
-        begin = 0
-        for one in observed.shared:
-            columns = slice(begin, begin + len(one.covariance))
-            place = _behind(belief, one.key)
-            self._gains[:, place] = observed.common[:, columns]
-            if observed.shift is not None:
-                self._shifts[:, place] = observed.shift[:, columns]
-            begin = columns.stop
-        self._assumed = [
-            (_behind(belief, one.key).start, observed.as_if(one.key)) for one in observed.assumed
-        ]
-        self._laws = [
-            (_behind(belief, belief.law_error(name).key), observed.within(name)[:, None])
-            for name in observed.operations
-        ]
-
-    def expected(self, state: Array) -> Array:
-        """Return the readings expected (m,)."""
-        parts = self.observed.parts(state[:OWN])
-        return np.asarray(parts.sum(axis=1) + self._shared(parts, state[:OWN]) @ state[OWN:])
-
-    def design(self, state: Array) -> Array:
-        """Return derivatives (m, p) of the readings by the state."""
-        theta = state[:OWN]
-        errors = state[OWN:]
-        felt = 1.0 + self._gains @ errors
-        as_assumed = self.observed.slopes(theta)
-        slopes = as_assumed * felt[:, None]
-        for place, other in self._assumed:
-            if errors[place]:
-                slopes += errors[place] * (other.slopes(theta) - as_assumed)
-        return np.column_stack([slopes, self._shared(self.observed.parts(theta), theta)])
-
-    def _shared(self, parts: Array, theta: Array) -> Array:
-        """Return derivatives (m, k) of the readings, in parts (m, 3), by what they share."""
-        whole = parts.sum(axis=1)
-        columns = np.asarray(self._gains * whole[:, None] + self._shifts)
-        off = self.observed.off(theta)
-        for place, inside in self._laws:
-            columns[:, place] = np.where(inside, off, 0.0)
-        for place, other in self._assumed:
-            columns[:, place] = other.parts(theta).sum(axis=1) - whole
-        return columns
-
-    def variances(self, state: Array, share: Array | float) -> Array:
-        """Return the variance (m, 2) of readings whose parts are off by shares."""
-        return np.asarray((self.observed.parts(state[:OWN])[:, :FORCE] * share) ** 2)
-
-    def noise(self, state: Array, scatter: Scatter) -> Array:
-        """Return the sd (m,): the sensor's, the law's from chip to chip, the repeated cut's."""
-        own = own_variance(scatter, self._off_law, self.observed.off(state[:OWN]))
-        return np.asarray(np.sqrt(self.observed.sd**2 + own))
-
-
-def own_variance(scatter: Scatter, law: OffLaw, off: Array) -> Array:
-    """Return the variance (...,) that is one cut's own, of what errors of the law change (..., 6).
-
-    What repeats scatter by, and what the law is off from one chip to another.
+    The state is searched in z, θ = prior mean + root · z, so that the prior of z is N(0, 1) and a
+    step is one least-squares problem, solved by QR: normal equations would know it to 1e-6 sd only.
     """
-    share = np.array([*(scatter.share**2 + CUT_SHARE**2), law.cut_direction_rad**2])
-    return np.asarray(off[..., : len(share)] ** 2 @ share)
 
+    def __init__(self, prior: Belief, model: Modelled) -> None:
+        self._prior, self._model = prior, model
+        self._root = root_of(prior.state.covariance)
 
-def _behind(belief: Belief, key: str) -> slice:
-    """Return where errors stand behind the law's coordinates."""
-    columns = belief.columns(key)
-    return slice(columns.start - OWN, columns.stop - OWN)
+    def settled(self, begun: Belief) -> tuple[Gaussian, Scatter]:
+        """Return the normal belief at the maximum of the posterior, and what cuts scatter by."""
+        weight, triangle = self._prior.scatter.weight, np.eye(self._root.shape[1])
 
+        def moved(place: Array) -> tuple[Array, Array]:
+            nonlocal weight, triangle
+            z, scatter = place[:-FORCE], Scatter(np.exp(0.5 * place[-FORCE:]), weight)
+            z, found, triangle = self._stepped(z, scatter)
+            weight = found.weight
+            spread = np.linalg.norm(dtrtri(triangle)[0], axis=1)
+            there = np.concatenate([z, 2.0 * np.log(found.share)])
+            return there, np.concatenate([spread, np.sqrt(2.0 / weight)])
 
-def _settled(
-    prior: Gaussian, start: Gaussian, model: _Model, scatter: Scatter, rounds: int
-) -> Gaussian:
-    """Return the normal belief at the maximum of the posterior."""
-    mean, value = start.mean, model.observed.value
-    noise = model.noise(mean, scatter)
-    size = np.sqrt(np.diag(prior.covariance))
-    active = size > 0
-    inverse = np.linalg.inv(prior.covariance[np.ix_(active, active)])
+        off = begun.state.mean - self._prior.state.mean
+        z = np.linalg.lstsq(self._root, off, rcond=1e-12)[0]
+        place = stationary(moved, np.concatenate([z, 2.0 * np.log(begun.scatter.share)]))
+        spread = self._root @ dtrtri(triangle)[0]
+        state = Gaussian(self._mean(place[:-FORCE]), spread @ spread.T)
+        return state, Scatter(np.exp(0.5 * place[-FORCE:]), weight)
 
-    def misfit(state: Array) -> float:
-        off = (state - prior.mean)[active]
-        left = (value - model.expected(state)) / noise
-        return float(left @ left + off @ inverse @ off)
+    def _mean(self, z: Array) -> Array:
+        return np.asarray(self._prior.state.mean + self._root @ z)
 
-    best = misfit(mean)
-    for _ in range(rounds):
-        design = model.design(mean)
-        linear = value - model.expected(mean) + design @ mean
-        posterior = update(prior, design, linear, noise)
-        step, scale = posterior.mean - mean, 1.0
-        for _ in range(HALVINGS):
-            there = misfit(mean + scale * step)
-            if np.isfinite(there) and there <= best + 1e-9 * abs(best):
+    def _stepped(self, z: Array, scatter: Scatter) -> tuple[Array, Scatter, Array]:
+        """Return z after steps, scatter there, R of its precision (all as the noise was before).
+
+        One step, but as many as lead near the maximum where that is far: a noise that follows every
+        step of a long way would never let it end.
+        """
+        seen, design = self._model.steep(self._mean(z))
+        noise = self._model.noise(seen, scatter)
+        for _ in range(STEPS):
+            triangle, columns, step = self._step(z, seen, design, noise)
+            z, seen = self._halved(z, seen, step, noise)
+            if np.max(np.abs(step) / np.linalg.norm(dtrtri(triangle)[0], axis=1)) < CLOSE:
                 break
-            scale *= 0.5
-        else:
-            return Gaussian(mean, posterior.covariance)
-        mean, best = mean + scale * step, there
-        spread = np.sqrt(np.diag(posterior.covariance))
-        if np.max(np.abs(scale * step[active]) / spread[active]) < CLOSE:
-            break
-    return Gaussian(mean, posterior.covariance)
+            seen, design = self._model.steep(self._mean(z))
+        known = dtrtrs(triangle, columns.T, trans=1)[0]
+        return z, self._scatter(seen, np.sum(known**2, axis=0), scatter), triangle
 
+    def _step(
+        self, z: Array, seen: Seen, design: Array, noise: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return R (p, p) of the precision, the readings' columns by z (m, p), and the step."""
+        columns = design @ self._root
+        rows = np.vstack([columns / noise[:, None], np.eye(len(z))])
+        left = np.concatenate([(self._model.observed.value - seen.expected) / noise, -z])
+        whole = np.asarray(np.linalg.qr(np.column_stack([rows, left]), mode="r"))
+        triangle = whole[: len(z), : len(z)]
+        return triangle, columns, dtrtrs(triangle, whole[: len(z), len(z)])[0]
 
-def _scatter(prior: Scatter, state: Gaussian, model: _Model, now: Scatter) -> Scatter:
-    """Return what cuts scatter by: the prior's weight and one expectation over the readings.
+    def _halved(self, z: Array, seen: Seen, step: Array, noise: Array) -> tuple[Array, Seen]:
+        """Return z after a step, halved until it leads down, and the readings there."""
+        value = self._model.observed.value
 
-    Of a reading's error the share that a part's scatter has in its variance is that part's.
-    """
-    design = model.design(state.mean)
-    known = np.einsum("ij,jk,ik->i", design, state.covariance, design)
-    square = (model.observed.value - model.expected(state.mean)) ** 2 + known
-    variances, parts = model.variances(state.mean, now.share), model.variances(state.mean, 1.0)
-    whole = model.noise(state.mean, now)[:, None] ** 2
-    share = variances / whole
-    felt = share**2 * square[:, None] + variances * (1.0 - share)
-    counts = parts / np.maximum(parts.sum(axis=1, keepdims=True), TINY)
-    each = np.where(counts > 0.0, felt / np.maximum(parts, TINY), 0.0)
-    weight = prior.weight + counts.sum(axis=0)
-    total = prior.weight * prior.share**2 + (counts * each).sum(axis=0)
-    return Scatter(np.sqrt(total / weight), weight)
+        def misfit(there: Seen, z: Array) -> float:
+            left = (value - there.expected) / noise
+            return float(left @ left + z @ z)
+
+        best = misfit(seen, z)
+        for _ in range(HALVINGS):
+            there = self._model.seen(self._mean(z + step))
+            if misfit(there, z + step) <= best * (1.0 + 1e-9):
+                return z + step, there
+            step = 0.5 * step
+        return z, seen
+
+    def _scatter(self, seen: Seen, known: Array, now: Scatter) -> Scatter:
+        """Return what cuts scatter by: the prior's weight and one expectation over the readings.
+
+        Of a reading's error the share that a part's scatter has in its variance is that part's.
+        ``known`` (m,): variance of what is expected.
+        """
+        prior = self._prior.scatter
+        square = (self._model.observed.value - seen.expected) ** 2 + known
+        parts = seen.parts[:, :FORCE] ** 2
+        variances = parts * now.share**2
+        share = variances / self._model.noise(seen, now)[:, None] ** 2
+        felt = share**2 * square[:, None] + variances * (1.0 - share)
+        counts = parts / np.maximum(parts.sum(axis=1, keepdims=True), TINY)
+        each = np.where(counts > 0.0, felt / np.maximum(parts, TINY), 0.0)
+        weight = prior.weight + counts.sum(axis=0)
+        total = prior.weight * prior.share**2 + (counts * each).sum(axis=0)
+        return Scatter(np.sqrt(total / weight), weight)

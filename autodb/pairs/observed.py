@@ -96,7 +96,7 @@ class Observed:
         force = self.quantity != CHIP
         chip = np.zeros(len(self.cut))
         if not force.all():
-            chip = self._of(partial(_chip_mm, theta))[self.cut]
+            chip = self.chips_mm(theta)[self.cut]
         return np.column_stack([self.off(theta)[:, :2], np.where(force, 0.0, chip)])
 
     def off(self, theta: Array) -> Array:
@@ -109,8 +109,16 @@ class Observed:
         force = self.quantity != CHIP
         slopes = self._of(partial(force_gradient, theta))[self.cut, self.quantity % CHIP]
         if not force.all():
-            slopes[~force] = self._of(partial(_chip_slopes, theta))[self.cut[~force]]
+            slopes[~force] = self.chip_slopes(theta)[self.cut[~force]]
         return slopes
+
+    def chips_mm(self, theta: Array) -> Array:
+        """Return the thickness of each cut's chip (n,)."""
+        return self._of(partial(_chip_mm, theta))
+
+    def chip_slopes(self, theta: Array) -> Array:
+        """Return derivatives (n, p) of the thickness of each cut's chip by the coordinates."""
+        return self._of(partial(_chip_slopes, theta))
 
     def within(self, operation: str) -> NDArray[np.bool_]:
         """Say which readings (m,) are of an operation."""
@@ -133,9 +141,13 @@ def off_law(theta: Array, elements: Elements) -> Array:
 
 def with_growth(parts: Array, elements: Elements) -> Array:
     """Return parts of forces (n, 5, 3), and behind them how they grow with the engaged edge."""
+    return np.concatenate([parts, parts * growth(elements)[:, None, None]], axis=-1)
+
+
+def growth(elements: Elements) -> Array:
+    """Return the logarithm of the engaged edge over 1 mm (n,); 0 where nothing is engaged."""
     length = engaged_mm(elements)
-    grown = np.log(np.where(length > 0.0, length, 1.0))
-    return np.concatenate([parts, parts * grown[:, None, None]], axis=-1)
+    return np.log(np.where(length > 0.0, length, 1.0))
 
 
 def _chip_slopes(theta: Array, elements: Elements) -> Array:

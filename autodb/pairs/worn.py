@@ -7,11 +7,11 @@ normal belief: what is wear is not taken for the material's force, nor the rever
 differently: what one differs by is shared by its cuts and forgotten after them; of the next edge it
 is part of the interval.
 
-How it bends (p) and how much edges differ are those of a few tried that have the most evidence. The
+How it bends (p) and how much edges differ are the means of a few tried by their evidence. The
 edge's force as Armarego has it: physics reference, section 6; growth with cutting time: section 8.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -86,14 +86,17 @@ def told(
         learnt = learn(before, readings, near=near)
         return evidence(before, learnt, readings), learnt
 
-    bent = max((after(Wear(power, longest_s)) for power in POWERS), key=_surest)
-    wear = bent[1].wear
-    assert wear is not None
-    along, across = bent[1].state.mean[bent[1].columns(WEAR)]
-    size = (float(along), float(across))
-    apart = (after(replace(wear, between=share, size=size)) for share in BETWEEN)
-    return max((bent, *apart), key=_surest)[1]
+    bends = {power: after(Wear(power, longest_s)) for power in POWERS}
+    power = float(np.exp(_mean(np.log(POWERS), [log for log, _ in bends.values()])))
+    log, bent = after(Wear(power, longest_s))
+    along, across = bent.state.mean[bent.columns(WEAR)]
+    wear = Wear(power, longest_s, size=(float(along), float(across)))
+    apart = [after(replace(wear, between=share))[0] for share in BETWEEN]
+    between = _mean(np.array([0.0, *BETWEEN]), [log, *apart])
+    return after(replace(wear, between=between))[1]
 
 
-def _surest(tried: tuple[float, Belief]) -> float:
-    return tried[0]
+def _mean(values: Array, log: Sequence[float]) -> float:
+    """Return the mean of values by what readings say of each, all alike beforehand."""
+    weight = np.exp(np.asarray(log) - max(log))
+    return float(weight @ values / weight.sum())

@@ -1,0 +1,180 @@
+"""Readings as functions of a belief's state: what is expected of them, and how it changes.
+
+    y = F(θ) (1 + C δ) + L(θ) λ,   L(θ) λ of the law's errors and of what is assumed
+
+θ coordinates of the law, δ errors of calibrations, λ errors of the law in an operation and of what
+is assumed of the cuts, each behind the other in the state.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting.elements import force_parts, joined, linearised
+from autodb.pairs.belief import CUT_SHARE, OWN, Belief, OffLaw, Scatter
+from autodb.pairs.observed import CHIP, Cuts, Observed, growth, with_growth
+
+Array = NDArray[np.float64]
+
+FORCE = 2
+"""Parts of a reading that are force; the third is a chip's thickness."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Readings (m,) at a state: their ``parts`` (m, 3), what errors of the law change (m, 6), what
+    each error behind the law changes ``shared`` (m, k), and what is expected.
+    """
+
+    parts: Array
+    off: Array
+    shared: Array
+    expected: Array
+
+
+@dataclass(frozen=True)
+class _Worked:
+    """Readings as assumed, and, for each assumption, as if it were off by its sd (v + 1, m, …).
+
+    ``off_slopes`` (m, p): of what the law's errors add to the first.
+    """
+
+    parts: Array
+    off: Array
+    slopes: Array | None
+    off_slopes: Array | None
+
+
+class Modelled:
+    """Readings as functions of the state of a belief that has met what they share."""
+
+    def __init__(self, belief: Belief, observed: Observed) -> None:
+        self.observed = observed
+        self._off_law = belief.off_law
+        self._gains = np.zeros((len(observed.value), len(belief.state.mean) - OWN))
+        self._shifts = np.zeros_like(self._gains)
+        begin = 0
+        for one in observed.shared:
+            columns = slice(begin, begin + len(one.covariance))
+            place = _behind(belief, one.key)
+            self._gains[:, place] = observed.common[:, columns]
+            if observed.shift is not None:
+                self._shifts[:, place] = observed.shift[:, columns]
+            begin = columns.stop
+        self._keys = [one.key for one in observed.assumed]
+        self._assumed = [_behind(belief, key).start for key in self._keys]
+        self._laws = [
+            (_behind(belief, belief.law_error(name).key), observed.within(name)[:, None])
+            for name in observed.operations
+        ]
+        self._law_of_batch = [
+            _behind(belief, belief.law_error(one.operation).key) for one in observed.cuts
+        ]
+        several = [[one.elements, *(v.elements for v in one.variants)] for one in observed.cuts]
+        self._joined = [joined(one) for one in several]
+        self._at = [_places(one, self._keys) for one in observed.cuts]
+
+    def seen(self, state: Array) -> Seen:
+        """Return the readings at a state."""
+        return self._seen(self._worked(state[:OWN]), state)
+
+    def steep(self, state: Array) -> tuple[Seen, Array]:
+        """Return the readings at a state and their derivatives (m, p) by it."""
+        worked = self._worked(state[:OWN], self._off(state))
+        assert worked.slopes is not None
+        assert worked.off_slopes is not None
+        seen, errors = self._seen(worked, state), state[OWN:]
+        slopes = worked.slopes[0] * (1.0 + self._gains @ errors)[:, None] + worked.off_slopes
+        for k, place in enumerate(self._assumed, start=1):
+            slopes += errors[place] * (worked.slopes[k] - worked.slopes[0])
+        return seen, np.column_stack([slopes, seen.shared])
+
+    def noise(self, seen: Seen, scatter: Scatter) -> Array:
+        """Return the sd (m,): the sensor's, the law's from chip to chip, the repeated cut's."""
+        own = own_variance(scatter, self._off_law, seen.off)
+        return np.asarray(np.sqrt(self.observed.sd**2 + own))
+
+    def _seen(self, worked: _Worked, state: Array) -> Seen:
+        whole = worked.parts.sum(axis=2)
+        shared = self._gains * whole[0][:, None] + self._shifts
+        for place, inside in self._laws:
+            shared[:, place] = np.where(inside, worked.off[0], 0.0)
+        for k, place in enumerate(self._assumed, start=1):
+            shared[:, place] = whole[k] - whole[0]
+        return Seen(worked.parts[0], worked.off[0], shared, whole[0] + shared @ state[OWN:])
+
+    def _off(self, state: Array) -> list[Array]:
+        """Return what the law is off by in each part of each batch's forces, with variants (n, 3).
+
+        Of the variants nothing: what they add is worked out of the law as it is.
+        """
+        errors, found = state[OWN:], []
+        for one, elements, law in zip(
+            self.observed.cuts, self._joined, self._law_of_batch, strict=True
+        ):
+            off = np.zeros((elements.count, 3))
+            grown = growth(one.elements)[:, None]
+            off[: one.elements.count] = errors[law][:3] + grown * errors[law][3:]
+            found.append(off)
+        return found
+
+    def _worked(self, theta: Array, off: list[Array] | None = None) -> _Worked:
+        """Return the readings as assumed and as if; forces of a batch and its variants at once.
+
+        With slopes where it is given what the law is ``off`` by.
+        """
+        parts, slopes = [], []
+        for k, (elements, at) in enumerate(zip(self._joined, self._at, strict=True)):
+            if off is None:
+                found = force_parts(theta, elements)
+            else:
+                _, found, by_law = linearised(theta, elements, off[k])
+                slopes.append(_apart(by_law, at))
+            parts.append(_apart(with_growth(found, elements), at))
+        return self._read(theta, np.concatenate(parts, axis=1), slopes)
+
+    def _read(self, theta: Array, parts: Array, slopes: list[Array]) -> _Worked:
+        """Return what readings are of forces of cuts (v + 1, n, 5, …), and of chips."""
+        observed = self.observed
+        force, quantity = observed.quantity != CHIP, observed.quantity % CHIP
+        off = np.where(force[:, None], parts[:, observed.cut, quantity], 0.0)
+        chips = np.zeros(off.shape[:2])
+        steep = np.concatenate(slopes, axis=1)[:, observed.cut, quantity] if slopes else None
+        if not force.all():
+            for k, one in enumerate((observed, *map(observed.as_if, self._keys))):
+                chips[k] = np.where(force, 0.0, one.chips_mm(theta)[observed.cut])
+                if steep is not None:
+                    steep[k, ~force] = 0.0
+                    steep[k, ~force, :OWN] = one.chip_slopes(theta)[observed.cut[~force]]
+        whole = np.dstack([off[..., :FORCE], chips])
+        if steep is None:
+            return _Worked(whole, off, None, None)
+        return _Worked(whole, off, steep[..., :OWN], steep[0, :, OWN:])
+
+
+def _places(cuts: Cuts, keys: list[str]) -> list[int]:
+    """Return which of a batch's elements hold: as assumed, and as if each of the keys were off."""
+    own = [one.key for one in cuts.variants]
+    return [0, *(1 + own.index(key) if key in own else 0 for key in keys)]
+
+
+def _apart(values: Array, at: list[int]) -> Array:
+    """Return values (v · n, …) of a batch's variants behind each other as (len(at), n, …)."""
+    several = max(at) + 1
+    return values.reshape(several, -1, *values.shape[1:])[at]
+
+
+def own_variance(scatter: Scatter, law: OffLaw, off: Array) -> Array:
+    """Return the variance (...,) that is one cut's own, of what errors of the law change (..., 6).
+
+    What repeats scatter by, and what the law is off from one chip to another.
+    """
+    share = np.array([*(scatter.share**2 + CUT_SHARE**2), law.cut_direction_rad**2])
+    return np.asarray(off[..., : len(share)] ** 2 @ share)
+
+
+def _behind(belief: Belief, key: str) -> slice:
+    """Return where errors stand behind the law's coordinates."""
+    columns = belief.columns(key)
+    return slice(columns.start - OWN, columns.stop - OWN)
