@@ -11,7 +11,8 @@ from autodb.explain.apart import told_apart
 from autodb.explain.axis_form import Short, short_form
 from autodb.explain.axis_loads import DELAYS_S
 from autodb.explain.axis_signals import READ_OFF
-from autodb.explain.inquiry import Inquiry
+from autodb.explain.confidence import Mistuned, of_missing, of_mistuned
+from autodb.explain.entries import told
 from autodb.explain.reading import Reading
 from autodb.explain.suspects import UNKNOWN, Choice
 from autodb.explain.tuning import Beside, Tuned, tuned
@@ -23,17 +24,10 @@ from autodb.terms import Term
 Array = NDArray[np.float64]
 Read = Mapping[str, Value]
 
-NEAR = 20.0
-"""A set whose 2·ln-likelihood is not this much lower is an alternative: odds of e¹⁰. Chosen."""
-TEMPER = 4.0
-"""Evidence is divided by this before it is turned into a probability: laws are never exact, so that
-likelihoods of real data claim too much. Chosen."""
-SUREST = 0.99
 AS_MUCH = 0.985
 """Share of what a smooth curve does from which on a short form does as much."""
 RETUNED = 0.01
 """Relative change of an own term below which it is not called mistuned."""
-RETUNED_SDS = 4.0
 INDISTINCT: Mapping[str, tuple[str, ...]] = {"gravity": ("sensor_drift",)}
 """Effects that no recording of forces can tell apart: a constant load and a sensor's constant."""
 
@@ -48,7 +42,8 @@ def causes(reading: Reading) -> list[Cause]:
     """Return the entries of accepted effects, then of the simulation's own terms that are off."""
     entries = [_effect(reading, number) for number in range(len(reading.inquiry.found.choices))]
     named = {entry.term for entry in entries}
-    return [*_merged(entries), *(c for c in _mistuned(reading) if c.term not in named)]
+    again = _mistuned(reading, beside=entries)
+    return [*_merged(entries), *(c for c in again if c.term not in named)]
 
 
 def _merged(entries: list[Cause]) -> list[Cause]:
@@ -62,11 +57,12 @@ def _merged(entries: list[Cause]) -> list[Cause]:
 def _effect(reading: Reading, number: int) -> Cause:
     choice = reading.inquiry.found.choices[number]
     size = _size(reading, number)
-    others, sure = rivals(reading.inquiry, choice)
+    always = INDISTINCT.get(choice.suspect.term, ())
+    stands = of_missing(reading.inquiry.search, reading.inquiry.found, choice, but=always)
+    others, sure = list(stands.near), stands.confidence
     if not choice.suspect.named:
         return _unknown(reading, number, size, others, sure)
     term = term_called(choice.suspect.term)
-    always = INDISTINCT.get(term.name, ())
     alternatives = tuple(dict.fromkeys([*always, *others]))
     kind: Literal["missing", "mistuned"] = "mistuned" if term.name in reading.had else "missing"
     return Cause(
@@ -96,18 +92,6 @@ def _size(reading: Reading, number: int) -> Value:
     at = reading.fitted.columns[number][row]
     covariance = reading.fitted.covariances[number]
     return value_of(peak, float(np.sqrt(max(at @ covariance @ at, 0.0))), reading.unit)
-
-
-def rivals(inquiry: Inquiry, choice: Choice) -> tuple[list[str], float]:
-    """Return the names that would do nearly as well, nearest first, and how sure the name is."""
-    of = {s.key: s.term for s in inquiry.search.suspects}
-    best: dict[str, float] = {}
-    for rival, by in inquiry.search.rivals(inquiry.found, choice.suspect.key).items():
-        if of[rival] not in (choice.suspect.term, UNKNOWN) or not choice.suspect.named:
-            best[of[rival]] = min(by, best.get(of[rival], np.inf))
-    odds = sum(float(np.exp(-0.5 * max(by, 0.0) / TEMPER)) for by in best.values())
-    near = sorted((by, name) for name, by in best.items() if by < NEAR and name != UNKNOWN)
-    return [name for _, name in near], min(SUREST, 1.0 / (1.0 + odds))
 
 
 def parameters(reading: Reading, choice: Choice, term: Term) -> dict[str, Value]:
@@ -277,35 +261,51 @@ def _signed(value: Value) -> str:
     return f"{value.value:.3g} {value.unit}".replace("-", "−")
 
 
-def _mistuned(reading: Reading) -> list[Cause]:
+def _mistuned(reading: Reading, *, beside: list[Cause]) -> list[Cause]:
     """Return the simulation's own terms whose coefficient the recording contradicts."""
-    return [
-        _retuned(reading, name)
-        for name in reading.fitted.own
-        if name in reading.signals.had and _is_off(reading, name)
-    ]
+    off = {name: _judged(reading, name) for name in _changed(reading)}
+    causes = {name: _retuned(reading, name, one) for name, one in off.items()}
+    return told(off, causes, beside=beside)
 
 
-def _is_off(reading: Reading, name: str) -> bool:
+def _changed(reading: Reading) -> list[str]:
+    """Return the own terms whose coefficient changes by more than its interval and RETUNED."""
+    found = []
+    for name in reading.fitted.own:
+        if name in reading.signals.had:
+            change, sd = reading.fitted.of_own(name)
+            if abs(change) > max(NORMAL_95 * sd, RETUNED * abs(reading.signals.had[name])):
+                found.append(name)
+    return found
+
+
+def _judged(reading: Reading, name: str) -> Mistuned:
+    inquiry, own = reading.inquiry, list(reading.bench.own)
+    return of_mistuned(inquiry.search, inquiry.found, [own.index(name)])
+
+
+def _change_size(reading: Reading, name: str) -> Value:
     change, sd = reading.fitted.of_own(name)
-    return abs(change) > max(RETUNED_SDS * sd, RETUNED * abs(reading.signals.had[name]))
+    peak = float(np.max(np.abs(reading.signals.own[name])))
+    return value_of(abs(change) * peak, sd * peak, reading.unit)
 
 
-def _retuned(reading: Reading, name: str) -> Cause:
+def _retuned(reading: Reading, name: str, off: Mistuned) -> Cause:
+    """Return the entry of an own term that is off."""
     change, sd = reading.fitted.of_own(name)
     had, main = reading.signals.had[name], term_called(name).parameters[0]
     what, unit = (main.name, main.unit) if name in READ_OFF else ("factor", "1")
     now = value_of(had + change, sd, unit.replace("U", reading.unit))
-    peak = float(np.max(np.abs(reading.signals.own[name])))
     return Cause(
         term=name,
         kind="mistuned",
-        confidence=SUREST,
+        confidence=off.standing.confidence,
         statement=(
             f"The simulation has {name} with {what} {had:.4g}{_unit_words(now.unit)}; the "
             f"recording says {now.value:.4g} ({now.low:.4g} to {now.high:.4g})."
         ),
-        parameters={"size": value_of(abs(change) * peak, sd * peak, reading.unit), what: now},
+        parameters={"size": _change_size(reading, name), what: now},
+        alternatives=off.standing.near,
     )
 
 

@@ -1,10 +1,11 @@
 """Entries of the answer: an effect with its name, and one that may be any of several names."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 from typing import Literal
 
 from autodb.explain.answer import Cause, Value
-from autodb.explain.cutting.rivals import Standing
+from autodb.explain.confidence import Mistuned, Standing
+from autodb.explain.cutting.rivals import alike_terms
 from autodb.explain.suspects import UNKNOWN, Choice
 
 LIKELY = 0.6
@@ -13,9 +14,10 @@ LEAST = 0.3
 """The same for a name beside others that are known to look like it: three such share one table."""
 
 
-def is_undecided(sure: Standing) -> bool:
+def is_undecided(choice: Choice, sure: Standing) -> bool:
     """Say whether several names are about as likely."""
-    return bool(sure.near) and (sure.like < LIKELY or sure.confidence < LEAST)
+    like = sure.of(alike_terms(choice.suspect.term))
+    return bool(sure.near) and (like < LIKELY or sure.confidence < LEAST)
 
 
 def named(
@@ -50,6 +52,44 @@ def named(
         variables=choice.suspect.variables,
         to_tell_apart=apart,
     )
+
+
+def told(
+    off: Mapping[str, Mistuned], causes: Mapping[str, Cause], *, beside: Collection[Cause]
+) -> list[Cause]:
+    """Return what is said of own terms: the entries of those that are mistuned, ``causes``.
+
+    Where nothing is told, of these or ``beside`` them, one entry without a name for all that
+    something else may stand in for: what is off then is not passed over.
+    """
+    entries = [cause for name, cause in causes.items() if off[name].told]
+    sizes = {n: cause.parameters["size"] for n, cause in causes.items() if off[n].either}
+    return [_either(off, sizes)] if sizes and not entries and not beside else entries
+
+
+def _either(off: Mapping[str, Mistuned], sizes: Mapping[str, Value]) -> Cause:
+    """Return the entry of own terms that may be off, or something in their place."""
+    names = sorted(sizes, key=lambda name: -sizes[name].value)
+    sure, size = off[names[0]], sizes[names[0]]
+    others = tuple(dict.fromkeys((*names, *sure.standing.near)))
+    over = f" over {' and '.join(sure.variables)}" if sure.variables else ""
+    return Cause(
+        term=UNKNOWN,
+        kind="missing",
+        confidence=1.0 - sure.standing.confidence,
+        statement=(
+            f"Something of up to {size.value:.3g} {size.unit} is off that {_or(names)} of another "
+            f"size would explain, or something{over} that the simulation leaves out. This "
+            "recording does not tell which."
+        ),
+        parameters={"size": size},
+        alternatives=others,
+        variables=sure.variables,
+    )
+
+
+def _or(names: Sequence[str]) -> str:
+    return " or ".join(name.replace("_", " ") for name in names)
 
 
 def undecided(

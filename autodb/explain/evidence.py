@@ -13,7 +13,9 @@ Bayesian interpolation (evidence of a linear model).
 """
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,6 +76,13 @@ class Products:
         ends = np.cumsum([1 + own, *widths.values()])
         self.places = {key: np.arange(ends[i], ends[i + 1]) for i, key in enumerate(widths)}
         self._given: dict[frozenset[tuple[str, int]], Given] = {}
+
+    def with_held(self, own: Sequence[int]) -> Self:
+        """Return the same with some own columns left as they are, by their numbers."""
+        held = copy(self)
+        held.own = np.delete(self.own, list(own))
+        held._given = {}
+        return held
 
     def given(self, keys: Keys) -> "Given":
         """Return the products after own columns and those of ``keys`` are projected out."""
@@ -141,10 +150,19 @@ class Given:
             return gain
         return NOTHING
 
-    def _gain(self, at: NDArray[np.intp]) -> Gain:
+    def gain_of(self, at: NDArray[np.intp]) -> Gain:
+        """Return what columns at some places explain of what is left, free or all alike."""
+        norm = self.of.norm[at]
+        alike = self._gain(at, norm[:, None] / np.linalg.norm(norm))
+        return max(self._gain(at), alike, key=lambda gain: gain.evidence)
+
+    def _gain(self, at: NDArray[np.intp], mix: Array | None = None) -> Gain:
+        """Return what columns explain, or ``mix`` (p, k) of them, k alone for ``at`` of size k."""
         held = self._held[:, at]
         matrix = self.of.inner[np.ix_(at, at)] - held.T @ held
         right = self.of.inner[at, 0] - held.T @ self._held[:, 0]
+        if mix is not None:
+            matrix, right, at = mix.T @ matrix @ mix, mix.T @ right, at[: mix.shape[1]]
         values, vectors = np.linalg.eigh(matrix)
         keep = values > SPANNED
         if not keep.any():

@@ -19,6 +19,9 @@ KEPT_SDS = 1.5
 """An own term is re-tuned in the correction when its change is this many standard deviations: near
 √2, where a coefficient starts to predict better than none (Akaike 1974)."""
 
+LOOSE = 1e-4
+"""A re-tuning that a curve takes up as well, drawn this many times less, is left to the curve.
+Chosen: next to free, and still one answer where the curve holds the own term exactly."""
 DEVIATES = 0.0
 """Evidence above which what a law gets wrong in shape is corrected too."""
 
@@ -54,13 +57,17 @@ class Fitted:
 def fit(bench: Bench, choices: Sequence[Choice], noise: Noise) -> Fitted:
     """Fit own and chosen columns together to rows that a noise's filter makes white.
 
-    Which own terms are re-tuned is judged beside the laws alone. The correction also takes what a
-    law gets wrong in shape, as far as the rows show it.
+    Which own terms are re-tuned is judged beside the laws alone, and beside curves that are free to
+    take the re-tuning up: what either would do is no contradiction of the simulation. The
+    correction also takes what a law gets wrong in shape, as far as the rows show it.
     """
     own = tuple(bench.own)
     coefficients, covariance = _beside(bench, choices, noise, range(len(own)))
     sd = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    retuned = [i for i in range(len(own)) if abs(coefficients[i]) > KEPT_SDS * sd[i]]
+    free, free_covariance = _beside(bench, choices, noise, range(len(own)), loose=LOOSE)
+    free_sd = np.sqrt(np.maximum(np.diag(free_covariance), 1e-300))
+    off = np.minimum(np.abs(coefficients / sd), np.abs(free / free_sd))
+    retuned = [i for i in range(len(own)) if off[i] > KEPT_SDS]
     _, law_covariance = _beside(bench, choices, noise, retuned)
     shaped = [*choices, *deviations(bench, choices, noise)]
     values, _ = _beside(bench, shaped, noise, retuned)
@@ -86,10 +93,13 @@ def fit(bench: Bench, choices: Sequence[Choice], noise: Noise) -> Fitted:
 
 
 def _beside(
-    bench: Bench, choices: Sequence[Choice], noise: Noise, own: Sequence[int]
+    bench: Bench, choices: Sequence[Choice], noise: Noise, own: Sequence[int], *, loose: float = 1.0
 ) -> tuple[Array, Array]:
-    """Return coefficients and covariance of some own columns and the choices' columns."""
-    columns, weight = bench.chosen(choices), drawn(bench, choices, noise)
+    """Return coefficients and covariance of some own columns and the choices' columns.
+
+    Curves are drawn to none, ``loose`` times as much as their evidence says.
+    """
+    columns, weight = bench.chosen(choices), loose * drawn(bench, choices, noise)
     kept = [*own, *range(len(bench.own), columns.shape[1])]
     return _least_squares(columns[:, kept], bench.reduced_difference, noise, weight[kept])
 

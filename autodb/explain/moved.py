@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from autodb.explain import moved_words as words
 from autodb.explain.answer import Cause, Value
+from autodb.explain.confidence import of_missing
 from autodb.explain.cutting.again import made_again
 from autodb.explain.cutting.answers import FELT
 from autodb.explain.cutting.currents import (
@@ -32,7 +33,6 @@ from autodb.explain.cutting.fit import Fit, fit, held_out_rows
 from autodb.explain.cutting.laws import Columns
 from autodb.explain.cutting.look import Looked, look_for
 from autodb.explain.cutting.profile import value
-from autodb.explain.cutting.rivals import standing
 from autodb.explain.fit import rms
 from autodb.explain.moved_words import FORCE
 from autodb.explain.suspects import UNKNOWN, Choice
@@ -106,7 +106,7 @@ class _Told:
     def _cause(self, number: int) -> Cause:
         choice = self.choices[number]
         term, acts = choice.suspect.term, _acts_on(choice)
-        sure = standing(self.looked.search, self.looked.found, choice)
+        sure = of_missing(self.looked.search, self.looked.found, choice)
         near = (*sure.near, *self._alike(term, acts))
         named = not sure.near or sure.confidence >= SURE
         change = self._change(number, acts[0])

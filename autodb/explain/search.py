@@ -6,7 +6,9 @@ freedom costs and less 2·ln of the shapes and suspects that were looked through
 """
 
 from collections.abc import Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +89,13 @@ class Search:
         places = [int(self.products.places[c.key][0]) for c in choices]
         penalties = np.array([self.penalty(c) for c in choices])
         return choices, np.array(places, dtype=np.intp), penalties
+
+    def with_held(self, own: Sequence[int]) -> Self:
+        """Return the search with some own columns left as they are, by their numbers."""
+        held = copy(self)
+        held.products = self.products.with_held(own)
+        held._settled = {}
+        return held
 
     def bar(self, choice: Choice) -> None:
         """Offer a shape no more."""

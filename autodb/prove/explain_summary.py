@@ -42,6 +42,17 @@ class Limit:
             return False
         return self.share >= self.limit if self.at_least else self.share <= self.limit
 
+    def cells(self) -> tuple[str, ...]:
+        """Return the row of a table under LIMIT_HEADS."""
+        return (
+            self.name,
+            str(self.cases),
+            percent(self.share),
+            f"{percent(self.low)} to {percent(self.high)}" if self.cases else "",
+            f"{'≥' if self.at_least else '≤'} {100.0 * self.limit:g} %",
+            "no case" if not self.cases else "passed" if self.passed else "FAILED",
+        )
+
 
 @dataclass(frozen=True)
 class EffectRow:
@@ -87,7 +98,7 @@ class Summary:
     def tables(self) -> tuple[Table, ...]:
         """Return limits, effects, confidence, confusion."""
         return (
-            Table("Limits", LIMIT_HEADS, tuple(_limit_cells(one) for one in self.limits)),
+            Table("Limits", LIMIT_HEADS, tuple(one.cells() for one in self.limits)),
             Table("Effects", EFFECT_HEADS, tuple(_effect_cells(one) for one in self.effects)),
             Table(self._confidence_title, BIN_HEADS, tuple(_bin_cells(one) for one in self.bins)),
             self._confusion(),
@@ -245,17 +256,6 @@ def confusion(asked: Sequence[Scored]) -> dict[str, dict[str, int]]:
                 named = [term] if term in one.found else others
                 found.setdefault(term, Counter()).update(named)
     return {term: dict(sorted(counts.items())) for term, counts in found.items()}
-
-
-def _limit_cells(one: Limit) -> tuple[str, ...]:
-    return (
-        one.name,
-        str(one.cases),
-        percent(one.share),
-        f"{percent(one.low)} to {percent(one.high)}" if one.cases else "",
-        f"{'≥' if one.at_least else '≤'} {100.0 * one.limit:g} %",
-        "no case" if not one.cases else "passed" if one.passed else "FAILED",
-    )
 
 
 def _effect_cells(one: EffectRow) -> tuple[str, ...]:

@@ -34,6 +34,8 @@ from autodb.prove import (
     mill_run,
     mill_summary,
     network_summary,
+    outside_run,
+    outside_summary,
     pair_run,
     summary,
     table_run,
@@ -80,6 +82,7 @@ from autodb.virtual.concealed import (
     mill_plan,
     mill_table_effects,
     milling,
+    outside,
 )
 
 J = TypeVar("J")
@@ -200,6 +203,16 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=explain_summary.summary_of,
         read=explain_summary.Summary.from_json,
         generator=CONCEALED,
+    ),
+    Proof(
+        name="explain-outside",
+        what="what a simulation has right is not called mistuned, whatever else is missing",
+        runs=200,
+        run=outside_run.run,
+        kept=TypeAdapter(Finished[outside_run.Answered]),
+        score=outside_summary.summary_of,
+        read=outside_summary.Summary.from_json,
+        generator=(*CONCEALED, outside),
     ),
     Proof(
         name="explain-milling",

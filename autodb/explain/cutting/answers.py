@@ -14,14 +14,14 @@ from autodb.explain.answer import (
     Value,
     Where,
 )
+from autodb.explain.confidence import Standing, of_missing
 from autodb.explain.cutting.apart import after_forces
 from autodb.explain.cutting.fit import Fit, fit, held_out_rows
 from autodb.explain.cutting.laws import Columns
 from autodb.explain.cutting.look import Looked
 from autodb.explain.cutting.parameters import Effect, parameters
 from autodb.explain.cutting.profile import value
-from autodb.explain.cutting.retuned import retuned
-from autodb.explain.cutting.rivals import Standing, standing
+from autodb.explain.cutting.retuned import judged, retuned
 from autodb.explain.cutting.table import Stack
 from autodb.explain.cutting.words import shape_words
 from autodb.explain.entries import is_undecided, named, undecided
@@ -59,9 +59,10 @@ class _Told:
         self.choices, self.own = looked.found.choices, looked.own
         self.fit: Fit = fit(self.stack, self.own, self.choices)
         self.standing = {
-            c.suspect.key: _limited(self.stack, c, standing(looked.search, looked.found, c))
+            c.suspect.key: _limited(self.stack, c, of_missing(looked.search, looked.found, c))
             for c in self.choices
         }
+        self.own_terms = judged(looked)
         self.teller = after_forces(looked)
         self._apart: dict[str, str | None] = {}
 
@@ -79,7 +80,7 @@ class _Told:
         felt = [(n, c) for n, c in enumerate(self.choices) if self.felt(n, component)]
         causes = [self._cause(n, c, component) for n, c in felt]
         causes.sort(key=lambda cause: cause.term == UNKNOWN)
-        again = retuned(self.stack, self.own, self.choices, self.fit, component)
+        again = retuned(self.looked, self.own_terms, self.fit, component, beside=causes)
         return (*causes, *again)
 
     def _cause(self, number: int, choice: Choice, component: int) -> Cause:
@@ -87,7 +88,7 @@ class _Told:
         size = self._size(number, component)
         if not choice.suspect.named:
             return _unnamed(self, number, choice, component, size)
-        if is_undecided(sure):
+        if is_undecided(choice, sure):
             return undecided(choice, sure, size, where="These cuts", apart=self.apart(choice))
         others = tuple(c for c in self.choices if c is not choice)
         effect = Effect(self.stack, self.own, choice, others)

@@ -7,8 +7,10 @@ Before anything was found the size of the scatter is not known at all, as the di
 far more than any model that is freed at once: −N ln s then.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +45,12 @@ class TableProducts(Products):
         self.freedom, self.known = freedom, known
         self.rows_free = max(1.0, rows - own)
         self._seen: dict[frozenset[tuple[str, int]], TableGiven] = {}
+
+    def with_held(self, own: Sequence[int]) -> Self:
+        """Return the same with some own columns left as they are, by their numbers."""
+        held = super().with_held(own)
+        held._seen = {}
+        return held
 
     def likelihood(self, rss: float) -> float:
         """Return twice the log-likelihood of a sum of squares, but for a constant."""
@@ -81,8 +89,8 @@ class TableGiven(Given):
         after = self.of.likelihoods(np.maximum(self.rss - full, 0.0))
         return np.asarray(np.maximum(after - self.of.likelihood(self.rss) - cost, 0.0))
 
-    def _gain(self, at: NDArray[np.intp]) -> Gain:
-        found = super()._gain(at)
+    def _gain(self, at: NDArray[np.intp], mix: Array | None = None) -> Gain:
+        found = super()._gain(at, mix)
         if found is NOTHING:
             return NOTHING
         after = self.of.likelihood(max(self.rss - found.full, 0.0))

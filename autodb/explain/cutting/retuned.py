@@ -1,36 +1,47 @@
 """The simulation's own terms that the recording contradicts."""
 
+from collections.abc import Collection, Mapping
+
 import numpy as np
-from numpy.typing import NDArray
 
 from autodb.explain.answer import Cause, Value
-from autodb.explain.cutting.fit import Fit, all_columns, inner_products, norms
+from autodb.explain.confidence import Mistuned, Standing, of_mistuned
+from autodb.explain.cutting.fit import Fit
 from autodb.explain.cutting.laws import Columns
+from autodb.explain.cutting.look import Looked
 from autodb.explain.cutting.profile import value
-from autodb.explain.cutting.table import Stack
-from autodb.explain.suspects import Choice
+from autodb.explain.entries import told
 from autodb.fitting import NORMAL_95
 from autodb.sensing.axis_model import term_called
 
-Array = NDArray[np.float64]
 
-WORTH = 6.0
-"""Evidence above which a re-tuning is told, beyond ln n for each column. Chosen."""
+def judged(looked: Looked) -> dict[str, Mistuned]:
+    """Return how sure it is of each own term that it is off, in all components together."""
+    found, first = {}, 0
+    for name, columns in looked.own.items():
+        places = range(first, first := first + columns.mix.shape[2])
+        found[name] = of_mistuned(looked.search, looked.found, places)
+    return found
 
 
 def retuned(
-    stack: Stack, own: dict[str, Columns], choices: tuple[Choice, ...], fitted: Fit, component: int
+    looked: Looked,
+    own: Mapping[str, Mistuned],
+    fitted: Fit,
+    component: int,
+    *,
+    beside: Collection[Cause],
 ) -> list[Cause]:
-    """Return the own terms of one component whose coefficient changes, each judged as a whole."""
-    columns = all_columns(own, choices)
-    inner = inner_products(stack, columns)
-    causes = []
-    for number, name in enumerate(own):
-        at = fitted.places[number]
-        change = _change(own[name], fitted, at, component)
-        if change.low * change.high > 0 and _worth(inner, at, stack.simulation.size) > WORTH:
-            causes.append(_cause(stack, name, own[name], change, component))
-    return causes
+    """Return the own terms of one component whose coefficient changes, as ``judged``.
+
+    ``beside``: what else is told of the component.
+    """
+    causes = {}
+    for number, (name, columns) in enumerate(looked.own.items()):
+        change = _change(columns, fitted, fitted.places[number], component)
+        if change.low * change.high > 0:
+            causes[name] = _cause(looked, name, change, component, own[name].standing)
+    return told(own, causes, beside=beside)
 
 
 def _change(columns: Columns, fitted: Fit, at: slice, component: int) -> Value:
@@ -44,19 +55,9 @@ def _place(columns: Columns, component: int) -> int:
     return component if columns.mix.shape[2] > 1 else 0
 
 
-def _worth(inner: Array, at: slice, rows: int) -> float:
-    """Return the evidence that the columns ``at`` are needed beside the others."""
-    norm = norms(inner)
-    right, inner = inner[1:, 0] / norm, inner[1:, 1:] / np.outer(norm, norm)
-    kept = np.array([i for i in range(len(norm)) if not at.start <= i < at.stop], dtype=np.intp)
-    full = right @ np.linalg.pinv(inner, rcond=1e-9, hermitian=True) @ right
-    part = inner[np.ix_(kept, kept)]
-    less = right[kept] @ np.linalg.pinv(part, rcond=1e-9, hermitian=True) @ right[kept]
-    return float(full - less - (at.stop - at.start) * np.log(rows))
-
-
-def _cause(stack: Stack, name: str, columns: Columns, change: Value, component: int) -> Cause:
+def _cause(looked: Looked, name: str, change: Value, component: int, sure: Standing) -> Cause:
     """Return the entry of an own term whose coefficient changes by ``change``."""
+    stack, columns = looked.stack, looked.own[name]
     term, sign = term_called(name), float(stack.sign[component])
     column = columns.raw()[component, :, _place(columns, component)]
     peak, half = float(np.max(np.abs(column))), change.high - change.value
@@ -73,7 +74,7 @@ def _cause(stack: Stack, name: str, columns: Columns, change: Value, component: 
     return Cause(
         term=name,
         kind="mistuned",
-        confidence=0.99,
+        confidence=sure.confidence,
         statement=(
             f"{text} The simulation has {term.parameters[0].name} {had:.3g}; the recording says "
             f"{now.value:.3g} ({now.low:.3g} to {now.high:.3g})."
@@ -82,4 +83,5 @@ def _cause(stack: Stack, name: str, columns: Columns, change: Value, component: 
             "size": value(abs(change.value) * peak, half * peak, "N"),
             term.parameters[0].name: now,
         },
+        alternatives=sure.near,
     )

@@ -15,13 +15,13 @@ from autodb.explain.answer import (
     Value,
     Where,
 )
-from autodb.explain.cutting.rivals import Standing, standing
+from autodb.explain.confidence import Mistuned, Standing, of_missing
 from autodb.explain.entries import is_undecided, named, undecided
 from autodb.explain.fit import rms
 from autodb.explain.locate import regimes
 from autodb.explain.milling.fit import Fit, fit, noise_sd
 from autodb.explain.milling.look import Looked
-from autodb.explain.milling.own import retuned
+from autodb.explain.milling.own import judged, retuned
 from autodb.explain.milling.parameters import Effect, of_one, shared, value
 from autodb.explain.milling.suspects import OWN_WAYS
 from autodb.explain.milling.wandering import as_one
@@ -69,7 +69,12 @@ class Told:
     def standing(self) -> list[Standing]:
         """How sure the name of each effect is."""
         looked = self.looked
-        return [standing(looked.search, looked.found, choice) for choice in self.choices]
+        return [of_missing(looked.search, looked.found, choice) for choice in self.choices]
+
+    @cached_property
+    def own_terms(self) -> dict[str, Mistuned]:
+        """How sure it is of each own term that it is off."""
+        return judged(self.looked)
 
     @cached_property
     def effects(self) -> list[Effect]:
@@ -105,7 +110,8 @@ class Told:
             if choice.suspect.key != OWN_WAYS and self.felt[number, component]
         ]
         causes.sort(key=lambda cause: cause.term == UNKNOWN)
-        return (*causes, *retuned(self.looked, self.fit, component))
+        again = retuned(self.looked, self.own_terms, self.fit, component, beside=causes)
+        return (*causes, *again)
 
     def _cause(self, number: int, component: int) -> Cause:
         choice, sure = self.choices[number], self.standing[number]
@@ -113,7 +119,7 @@ class Told:
         if not choice.suspect.named:
             return self._unnamed(number, component, size)
         apart = told_apart(choice.suspect.term, sure.near)
-        if is_undecided(sure):
+        if is_undecided(choice, sure):
             return undecided(choice, sure, size, where="These turns", apart=apart)
         values = {**self.shared[number], **of_one(self.effects[number], component)}
         statement = STATEMENTS[choice.suspect.term]

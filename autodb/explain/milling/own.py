@@ -1,9 +1,13 @@
 """The simulation's own terms that a milled waveform contradicts."""
 
+from collections.abc import Collection, Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.answer import Cause
+from autodb.explain.confidence import Mistuned, Standing, of_mistuned
+from autodb.explain.entries import told
 from autodb.explain.milling.fit import Fit
 from autodb.explain.milling.look import Looked
 from autodb.explain.milling.parameters import value
@@ -11,22 +15,46 @@ from autodb.explain.milling.suspects import OWN_WAYS
 
 Array = NDArray[np.float64]
 
-WORTH = 12.0
-"""Evidence above which a re-tuning is told, beyond ln n for each column. Chosen."""
 LEAST = 0.01
 """Change of a term, as a share of itself, below which it is not called mistuned."""
-SUREST = 0.99
 TERMS = ("shear", "edge_force")
 
 
-def retuned(looked: Looked, fitted: Fit, component: int) -> list[Cause]:
-    """Return the own terms that are off in one component, judged in all of them together."""
-    found = []
-    for term in TERMS:
-        places = _places(looked, fitted, term)
-        if places and _worth(fitted, places) > WORTH:
-            found += _cause(term, fitted, places, component)
-    return found
+def judged(looked: Looked) -> dict[str, Mistuned]:
+    """Return how sure it is of each own term that it is off, in all components together."""
+    return {term: _mistuned(looked, term) for term in TERMS if term in looked.bench.own}
+
+
+def retuned(
+    looked: Looked,
+    own: Mapping[str, Mistuned],
+    fitted: Fit,
+    component: int,
+    *,
+    beside: Collection[Cause],
+) -> list[Cause]:
+    """Return the own terms that are off in one component, as ``judged``.
+
+    ``beside``: what else is told of the component.
+    """
+    causes = {
+        term: _cause(term, fitted, _places(looked, fitted, term), component, off.standing)
+        for term, off in own.items()
+    }
+    changed = {term: cause for term, cause in causes.items() if cause is not None}
+    return told(own, changed, beside=beside)
+
+
+def _mistuned(looked: Looked, term: str) -> Mistuned:
+    """Return how sure it is that an own term is off, in one way or another."""
+    own = list(looked.bench.own).index(term)
+    places = None
+    for choice in looked.found.choices:
+        if choice.suspect.key == OWN_WAYS:
+            at = looked.search.products.places[choice.key]
+            names = [name for name, count in choice.shape.shape.items() for _ in range(int(count))]
+            places = at[[name == term for name in names]]
+    return of_mistuned(looked.search, looked.found, [own], ways=places)
 
 
 def _places(looked: Looked, fitted: Fit, term: str) -> list[int]:
@@ -41,16 +69,10 @@ def _places(looked: Looked, fitted: Fit, term: str) -> list[int]:
     return places
 
 
-def _worth(fitted: Fit, places: list[int]) -> float:
-    """Return the evidence that coefficients are needed beside all others."""
-    change, spread = fitted.coefficients[places], fitted.covariance[np.ix_(places, places)]
-    held = np.linalg.pinv(spread, rcond=1e-9, hermitian=True)
-    rows = fitted.columns.shape[0] * fitted.columns.shape[1]
-    return float(change @ held @ change - len(places) * np.log(rows))
-
-
-def _cause(term: str, fitted: Fit, places: list[int], component: int) -> list[Cause]:
-    """Return the entry of an own term in one component; none where it hardly changes there."""
+def _cause(
+    term: str, fitted: Fit, places: list[int], component: int, sure: Standing
+) -> Cause | None:
+    """Return the entry of an own term in one component; None where it hardly changes there."""
     columns = fitted.columns[component][:, places]
     change, spread = fitted.coefficients[places], fitted.covariance[np.ix_(places, places)]
     base, part = columns[:, 0], columns @ change
@@ -58,20 +80,19 @@ def _cause(term: str, fitted: Fit, places: list[int], component: int) -> list[Ca
     factor = value(1.0 + float(share @ change), float(np.sqrt(share @ spread @ share)), "1")
     off = abs(factor.value - 1.0)
     if off < max(LEAST, factor.high - factor.value):
-        return []
+        return None
     peak = int(np.argmax(np.abs(part)))
     sd = float(np.sqrt(max(float(columns[peak] @ spread @ columns[peak]), 0.0)))
     size = value(abs(float(part[peak])), sd, "N")
     words = term.replace("_", " ")
-    return [
-        Cause(
-            term=term,
-            kind="mistuned",
-            confidence=SUREST,
-            statement=(
-                f"The recording has {factor.value:.3g} times the {words} of the simulation "
-                f"({factor.low:.3g} to {factor.high:.3g})."
-            ),
-            parameters={"size": size, "factor": factor},
-        )
-    ]
+    return Cause(
+        term=term,
+        kind="mistuned",
+        confidence=sure.confidence,
+        statement=(
+            f"The recording has {factor.value:.3g} times the {words} of the simulation "
+            f"({factor.low:.3g} to {factor.high:.3g})."
+        ),
+        parameters={"size": size, "factor": factor},
+        alternatives=sure.near,
+    )
