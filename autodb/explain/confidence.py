@@ -123,12 +123,13 @@ class _Held:
             self.kept = tuple(c for c in found.choices if not _holds(search, c, ways))
         self.search = search.with_held(own)
         keys = [choice.key for choice in self.kept]
-        given = self.search.products.given(keys), self.search.with_detail(self.kept)
-        gain = min((one.gain_of(places) for one in given), key=lambda gain: gain.evidence)
-        self.worth = gain.evidence - 2.0 * float(np.log(max(len(search.products.own), 1)))
+        looked = 2.0 * float(np.log(max(len(search.products.own), 1)))
+        plain, free = self.search.products.given(keys), self.search.with_detail(self.kept)
+        beside_laws = plain.gain_of(places).evidence - looked
+        self.worth = min(beside_laws, free.gain_of(places).evidence - looked)
         """Evidence that the columns change beside the set, whatever its laws get wrong in shape."""
         self.variables: tuple[str, ...] = ()
-        self._score = self.search.scored(self.kept).score
+        self._best = max(beside_laws, 0.0) + self.search.scored(self.kept).score
 
     def swaps(
         self, choice: Choice, name: str | None = None, *, asked: bool = False
@@ -146,10 +147,10 @@ class _Held:
             and name in (None, offer.choice.suspect.term)
         ]
         offers.sort(key=lambda offer: -offer.worth)
-        best, falls = max(self.worth, 0.0) + self._score, []
+        falls = []
         for offer in offers[:SWAPS]:
             suspect = offer.choice.suspect
-            fall = best - self.search.settled((*others, offer.choice)).score
+            fall = self._best - self.search.settled((*others, offer.choice)).score
             falls.append((suspect.term, fall if suspect.named or asked else fall - suspect.bar))
         return falls
 
