@@ -13,6 +13,7 @@ from autodb.pairs.learning import learn, learn_averaging
 from autodb.pairs.observed import Observed
 from autodb.pairs.worn import told
 from tests.test_law_off import PRIOR, cuts_of, felt
+from tests.test_pairs import prior
 from tests.test_worn import WEARS, week
 
 Array = NDArray[np.float64]

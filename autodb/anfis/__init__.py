@@ -15,6 +15,7 @@ from autodb.anfis.projection import Projection
 from autodb.anfis.refresh import refreshed, tally, undone
 from autodb.anfis.scaling import Unvarying
 from autodb.anfis.sentences import plain_consequents, sentences
+from autodb.anfis.settling import NotSettled
 from autodb.anfis.sums import Sums
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "Membership",
     "Monotone",
     "NotMonotone",
+    "NotSettled",
     "Prediction",
     "Premises",
     "Projection",

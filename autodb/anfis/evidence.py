@@ -8,7 +8,7 @@ variance of the noise. Both follow from the rows by MacKay's fixed point (1992, 
 
 Rows without noise so get next to no ridge, and noisy ones planes no wilder than they support.
 The premises' prior is not estimated: one unit in the logarithm of a width or slope and half the
-training range for a centre, hence a leash σ².
+training range for a centre, hence a leash σ², at least LEAST_NOISE.
 """
 
 from dataclasses import replace
@@ -19,10 +19,13 @@ from autodb.anfis.premises import Premises, design
 from autodb.anfis.rows import Rows
 from autodb.anfis.sums import sums
 
-ROUNDS = 100
-SETTLED = 1e-6
+ROUNDS = 2000
+SETTLED = 1e-11
 LEAST_RIDGE, MOST_RIDGE = 1e-12, 1e2
 """For each row: what keeps ΦᵀΦ + λ1 invertible in double precision, and the plane alone."""
+LEAST_NOISE = 1e-6
+"""Variance of the noise that the leash takes for granted, of the output's own: 0.1 % of its spread.
+Chosen: rows without noise leave premises open that double precision cannot settle."""
 
 
 def weighed(rows: Rows, premises: Premises) -> Rows:
@@ -41,4 +44,4 @@ def weighed(rows: Rows, premises: Premises) -> Rows:
         before, ridge = ridge, float(np.clip(noise / max(spread, 1e-300), low, high))
         if abs(np.log(ridge / before)) < SETTLED:
             break
-    return replace(rows, ridge=ridge, leash=noise)
+    return replace(rows, ridge=ridge, leash=max(noise, LEAST_NOISE))

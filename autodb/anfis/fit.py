@@ -20,8 +20,8 @@ from autodb.anfis.sums import posterior, sums
 Array = NDArray[np.float64]
 
 
-ROUNDS = 3
-"""Courses of learning from each start: the noise is known after the first."""
+ROUNDS = 2
+"""Courses of learning from each start, each to its optimum: the noise is known after the first."""
 
 
 class Learner(Protocol):

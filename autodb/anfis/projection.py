@@ -18,7 +18,7 @@ so that the exact Jacobian costs little more than Kaufman's approximation. A wea
 settles what the rows leave open.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,11 +57,11 @@ class Projected:
 
 @dataclass(frozen=True)
 class Projection:
-    """Learn by variable projection.
+    """Learn by variable projection, to the optimum of the penalised sum of squares.
 
-    At most ``most_steps`` accepted steps; it ends where ``idle`` steps in a row lower the sum of
-    squares by less than ``smallest_gain`` of it, or, where rows are held out, where the error on
-    these has not fallen for ``patience`` steps.
+    Steps bring it near, until ``idle`` in a row lower the sum by less than ``smallest_gain`` of it;
+    ``settling`` takes it from there. It stops short of that after ``most_steps``, and, where rows
+    are held out to stop by, where the error on these has not fallen for ``patience`` steps.
     """
 
     most_steps: int = 200
@@ -70,7 +70,12 @@ class Projection:
     patience: int = 20
 
     def learn(self, rows: Rows, start: Premises, held: NDArray[np.bool_]) -> Learned:
-        """Return the premises that fit the rows, or the held-out ones among them, best."""
+        """Return the premises that fit the rows, or the held-out ones among them, best.
+
+        Raises NotSettled where they do not come to an optimum.
+        """
+        from autodb.anfis.settling import settled
+
         fitted, judged = apart(rows, held)
         free = free_of(start, rows.x)
         search = _Search.begin(fitted, free)
@@ -87,7 +92,11 @@ class Projection:
             told = told.then(search.premises, point.consequents, point.left, judged)
             if slow >= self.idle or (held.any() and told.stale >= self.patience):
                 break
-        return told
+        if held.any() or told.steps >= self.most_steps:
+            return told
+        there = free.at(settled(fitted, free, search.here))
+        point = projected(fitted, there)
+        return replace(told.then(there, point.consequents, point.left, None), premises=there)
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,9 @@ class Fuzzy:
         start = anfis.grid((SETS,) * len(self.inputs))
         try:
             model = anfis.fit(columns, target, [start], monotone=rule)
-        except (anfis.TooFewRows, anfis.Unvarying, anfis.NotMonotone) as error:
+        except (
+            anfis.TooFewRows, anfis.Unvarying, anfis.NotMonotone, anfis.NotSettled
+        ) as error:  # fmt: skip
             raise fitting.Undetermined([]) from error
         spread = model.hull.sd * model.scaling.half
         learned = Learned(model.premises, model.scaling, model.hull.low, model.hull.high, spread)
