@@ -6,13 +6,17 @@ export OMP_NUM_THREADS := 1
 # the theme's notice about MkDocs 2 says nothing about this build
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test lint docs bench prove wheel-demo clean
+.PHONY: demo test kernels lint docs bench prove wheel-demo clean
 
 demo: $(VENV)/.core
 	$(BIN)/autodb demo --out demo-out
 
 test: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist worksteal -q
+
+# the numerical core once more, as other processors round it
+kernels: $(VENV)/.dev
+	$(BIN)/python -m tests.kernels
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
@@ -39,7 +43,7 @@ bench: $(VENV)/.dev
 # every proof; killed in the middle it goes on where it was
 prove: $(VENV)/.dev
 	failed=0; \
-	for name in published-axis axis-field published-mill mill-forces mill-networks table faults fleet axis-intervals pair-curve explain day; do \
+	for name in published-axis axis-field published-mill mill-forces mill-networks table faults fleet axis-intervals pair-curve explain explain-outside day; do \
 	  $(BIN)/autodb prove $$name --out prove-out || failed=1; \
 	done; exit $$failed
 

@@ -14,6 +14,9 @@ from tests.expected import LEARNT_FROM, OF_CUTS, answer
 
 QUANTITIES = ("force_x_N", "force_y_N", "force_z_N", "torque_N_m", "power_W")
 TAPER_DEG = 20.0
+SAME = 1e-3
+"""Share of its interval by which a number may differ between processors: what a calibration's groups
+share is climbed to by differences of the likelihood, and known no better than that."""
 MISSED = {"stepped_shaft": 1, "facing": 2, "contour": 11}
 """Intervals that do not hold the truth, for the reasons that the test says."""
 
@@ -46,8 +49,9 @@ def test_a_job_gives_its_expected_result(
     assert [cut["name"] for cut in found["cuts"]] == [cut["name"] for cut in expected["cuts"]]
     for cut, want in zip(found["cuts"], expected["cuts"], strict=True):
         for quantity in QUANTITIES:
+            width = want[quantity]["high"] - want[quantity]["low"]
             for edge in ("value", "low", "high"):
-                assert_allclose(cut[quantity][edge], want[quantity][edge], rtol=2e-5)
+                assert abs(cut[quantity][edge] - want[quantity][edge]) < SAME * width
 
 
 def test_a_job_holds_the_virtual_truth(of_cuts: tuple[str, dict[str, Any]]) -> None:
