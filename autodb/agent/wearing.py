@@ -25,7 +25,7 @@ def wear_words(belief: Belief) -> str:
     differ = f"edges differ by {100 * wear.between:.0f} %" if wear.between else "edges alike"
     return (
         f"{WEAR}: each mm of an edge takes {along} N more along the cutting speed and {across} N "
-        f"across the edge after {wear.reference_s:.0f} s, as T^{wear.power:g}; {differ}"
+        f"across the edge after {wear.reference_s:.0f} s, as T^{wear.power:.2g}; {differ}"
     )
 
 

@@ -81,7 +81,7 @@ def told(
     longest_s = max(float(c.worn_s.max()) for c in observed.cuts if c.worn_s is not None)
 
     def after(wear: Wear) -> tuple[float, Belief]:
-        progress(f"wear as T^{wear.power:g}, edges differ by {100.0 * wear.between:.0f} %")
+        progress(f"wear as T^{wear.power:.2g}, edges differ by {100.0 * wear.between:.0f} %")
         before, readings = replace(start, wear=wear), with_wear(observed, wear)
         learnt = learn(before, readings, near=near)
         return evidence(before, learnt, readings), learnt
