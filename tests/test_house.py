@@ -9,6 +9,7 @@ import tomllib
 import zipfile
 from pathlib import Path
 
+import grimp
 import pytest
 from hatchling.builders.wheel import WheelBuilder
 
@@ -81,6 +82,15 @@ def test_every_module_imports_alone(tmp_path: Path) -> None:
         env={**os.environ, "COMPILED": str(tmp_path)},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+def test_no_modules_import_each_other() -> None:
+    """Types that are named in comments of types alone are left out."""
+    graph = grimp.build_graph("autodb", exclude_type_checking_imports=True)
+    left = {name: set(graph.find_modules_directly_imported_by(name)) for name in graph.modules}
+    while ends := {name for name, imported in left.items() if not imported & left.keys()}:
+        left = {name: imported for name, imported in left.items() if name not in ends}
+    assert not left, f"in a circle or above one: {sorted(left)}"
 
 
 @pytest.mark.parametrize("asked", [["--help"], ["prove", "--help"]], ids=" ".join)

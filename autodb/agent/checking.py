@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from autodb.live.agentfile import AgentFile
 from autodb.live.batch import Value
-from autodb.live.source import Offered, source_of
+from autodb.live.opening import source_of
+from autodb.live.source import Offered
 
 WAIT_S = 5.0
 """How long an item may say nothing before it counts as one that does not. Chosen."""

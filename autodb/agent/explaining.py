@@ -246,11 +246,6 @@ def keep(session: Session, recording_id: int, explained: Explained) -> dict[Key,
     return {key: KeptCause(row.id, row.status) for key, row in rows.items()}
 
 
-def _now_called(row: models.Mismatch) -> str:
-    """Return the name by which a mismatch would be found again: what became of it in the model."""
-    return row.confirmed_term if row.confirmed_term and row.models else row.term
-
-
 def _row(recording_id: int, channel: str, answer: ChannelAnswer, cause: Cause) -> models.Mismatch:
     return models.Mismatch(
         recording_id=recording_id,

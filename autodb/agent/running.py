@@ -23,8 +23,9 @@ from autodb.live import recorder
 from autodb.live.agentfile import AgentFile
 from autodb.live.batch import Batch
 from autodb.live.journal import Journal
+from autodb.live.opening import source_of
 from autodb.live.segmenter import LiveCut, Segmenter
-from autodb.live.source import Away, source_of
+from autodb.live.source import Away
 
 Say = Callable[[str], None]
 HEALTH_S = 10.0

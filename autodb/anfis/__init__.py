@@ -11,9 +11,9 @@ from autodb.anfis.memberships import BELL, GAUSS, Membership
 from autodb.anfis.model import Anfis, Hull, Prediction, TooFewRows, evaluate, predict
 from autodb.anfis.monotone import Monotone, NotMonotone
 from autodb.anfis.premises import Premises, clusters, grid, nearby
-from autodb.anfis.projection import Projection
 from autodb.anfis.refresh import refreshed, tally, undone
 from autodb.anfis.scaling import Unvarying
+from autodb.anfis.searching import Projection
 from autodb.anfis.sentences import plain_consequents, sentences
 from autodb.anfis.settling import NotSettled
 from autodb.anfis.sums import Sums

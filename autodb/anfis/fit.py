@@ -12,9 +12,9 @@ from autodb.anfis.learned import Learned
 from autodb.anfis.model import Anfis, Belief, Hull, leverages, settled
 from autodb.anfis.monotone import Monotone
 from autodb.anfis.premises import Premises, design
-from autodb.anfis.projection import Projection
 from autodb.anfis.rows import Rows, rows
 from autodb.anfis.scaling import Scaling, scaling
+from autodb.anfis.searching import Projection
 from autodb.anfis.sums import posterior, sums
 
 Array = NDArray[np.float64]

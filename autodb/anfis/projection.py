@@ -18,13 +18,12 @@ so that the exact Jacobian costs little more than Kaufman's approximation. A wea
 settles what the rows leave open.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgeqrf, dorgqr, dtrtrs
 
-from autodb.anfis.learned import Learned, apart
 from autodb.anfis.premises import Premises, design, limits
 from autodb.anfis.rows import Rows
 
@@ -53,50 +52,6 @@ class Projected:
     def cost(self) -> float:
         """Sum of squares, the ridge's included."""
         return float(self.residual @ self.residual)
-
-
-@dataclass(frozen=True)
-class Projection:
-    """Learn by variable projection, to the optimum of the penalised sum of squares.
-
-    Steps bring it near, until ``idle`` in a row lower the sum by less than ``smallest_gain`` of it;
-    ``settling`` takes it from there. It stops short of that after ``most_steps``, and, where rows
-    are held out to stop by, where the error on these has not fallen for ``patience`` steps.
-    """
-
-    most_steps: int = 200
-    smallest_gain: float = 1e-5
-    idle: int = 5
-    patience: int = 20
-
-    def learn(self, rows: Rows, start: Premises, held: NDArray[np.bool_]) -> Learned:
-        """Return the premises that fit the rows, or the held-out ones among them, best.
-
-        Raises NotSettled where they do not come to an optimum.
-        """
-        from autodb.anfis.settling import settled
-
-        fitted, judged = apart(rows, held)
-        free = free_of(start, rows.x)
-        search = _Search.begin(fitted, free)
-        point = search.point
-        told = Learned.begin(search.premises, point.consequents, point.left, judged)
-        slow = 0
-        while told.steps < self.most_steps:
-            after = search.after(fitted, free)
-            if after is None:
-                break
-            gain = 1.0 - after.cost / search.cost
-            search, slow = after, slow + 1 if gain < self.smallest_gain else 0
-            point = search.point
-            told = told.then(search.premises, point.consequents, point.left, judged)
-            if slow >= self.idle or (held.any() and told.stale >= self.patience):
-                break
-        if held.any() or told.steps >= self.most_steps:
-            return told
-        there = free.at(settled(fitted, free, search.here))
-        point = projected(fitted, there)
-        return replace(told.then(there, point.consequents, point.left, None), premises=there)
 
 
 @dataclass(frozen=True)
@@ -144,7 +99,7 @@ def _searched(natural: Array, centre: NDArray[np.bool_]) -> Array:
 
 
 @dataclass(frozen=True)
-class _Search:
+class Search:
     """Where the search is: vector (q,), its premises, what is computed there, damping, largest
     columns (q,).
     """
@@ -158,14 +113,14 @@ class _Search:
     cost: float
 
     @classmethod
-    def begin(cls, rows: Rows, free: Free) -> "_Search":
+    def begin(cls, rows: Rows, free: Free) -> "Search":
         """Return the search at its start."""
         point = projected(rows, free.premises)
         return cls(
             free.start, free.at(free.start), point, DAMPING, np.zeros(len(free.start)), point.cost
         )
 
-    def after(self, rows: Rows, free: Free) -> "_Search | None":
+    def after(self, rows: Rows, free: Free) -> "Search | None":
         """Return the next place with a lower cost; None where no step leads to one."""
         low, high = free.low, free.high
         change, left = self._linearised(rows, free)
@@ -181,7 +136,7 @@ class _Search:
             cost = point.cost + float(np.sum(free.leash(rows, there) ** 2))
             if cost < self.cost:
                 damping = max(damping / 5.0, LEAST_DAMPING)
-                return _Search(there, premises, point, damping, largest, cost)
+                return Search(there, premises, point, damping, largest, cost)
             damping *= 4.0
         return None
 

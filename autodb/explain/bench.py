@@ -57,11 +57,6 @@ class Bench:
         self._difference = reduced(difference, factor)
 
     @property
-    def own_reduced(self) -> Array:
-        """The own columns at the working rate, (m, k)."""
-        return self._own
-
-    @property
     def reduced_difference(self) -> Array:
         """The difference at the working rate, (m,)."""
         return self._difference

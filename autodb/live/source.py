@@ -4,11 +4,9 @@ import math
 import time
 from collections.abc import AsyncGenerator, Iterable
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Protocol
 
 from autodb.errors import UnusableInput, near
-from autodb.live.agentfile import AgentFile
 from autodb.live.batch import Batch, Position, Said, Value
 
 QUIET_S = 10.0
@@ -18,7 +16,6 @@ STRAGGLE_S = 5.0
 """For how long after a clock was set values by the old one are passed over. Chosen."""
 JUMP_S = 10.0
 """From how far apart channels count as said by a clock that was set. Chosen: as QUIET_S."""
-LIBRARIES = ("asyncua", "httpx", "tomli_w", "filelock")
 
 
 class Away(UnusableInput):
@@ -132,24 +129,6 @@ def _parted(values: Said, old: float, new: float) -> tuple[Said, Said]:
         if place < len(instants):
             after[item] = (instants[place:], said[place:])
     return before, after
-
-
-def source_of(plan: AgentFile) -> Source:
-    """Return the source that an agent file names; raises UnusableInput without the extra."""
-    for name in LIBRARIES:
-        try:
-            import_module(name)
-        except ImportError:
-            raise UnusableInput(
-                f"agent needs {name}; \"pip install 'autodb[live]'\" would work"
-            ) from None
-    if plan.source.protocol == "opcua":
-        from autodb.live.opcua import OpcUa
-
-        return OpcUa(plan)
-    from autodb.live.mtconnect import MtConnect
-
-    return MtConnect(plan)
 
 
 def unknown_item(url: str, item: str, known: Iterable[str]) -> UnusableInput:

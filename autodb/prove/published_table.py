@@ -29,8 +29,6 @@ AIR_HZ, CUT_HZ = 20.0, 1000.0
 """Up to what air and cuts are looked at."""
 RANGES_N = (388.9, 291.0, 72.0)
 """P4, Table 2: of the cut's forces."""
-AIR_RANGES_N = (315.3, 216.8, 167.6)
-"""P4, Table 1: of the readings."""
 AIR = (0.003, 0.003, 0.009)
 """P4, Table 1: mean absolute error over the range."""
 REPEATS = ((0.009, 0.015), (0.022, 0.012), (0.019, 0.037))

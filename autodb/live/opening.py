@@ -1,0 +1,27 @@
+"""The source of a machine that an agent file names, with the libraries that its protocol needs."""
+
+from importlib import import_module
+
+from autodb.errors import UnusableInput
+from autodb.live.agentfile import AgentFile
+from autodb.live.source import Source
+
+LIBRARIES = ("asyncua", "httpx", "tomli_w", "filelock")
+
+
+def source_of(plan: AgentFile) -> Source:
+    """Return the source that an agent file names; raises UnusableInput without the extra."""
+    for name in LIBRARIES:
+        try:
+            import_module(name)
+        except ImportError:
+            raise UnusableInput(
+                f"agent needs {name}; \"pip install 'autodb[live]'\" would work"
+            ) from None
+    if plan.source.protocol == "opcua":
+        from autodb.live.opcua import OpcUa
+
+        return OpcUa(plan)
+    from autodb.live.mtconnect import MtConnect
+
+    return MtConnect(plan)
