@@ -21,6 +21,9 @@ SETTLED = 1e-9
 """Change of every number in its own standard deviations at which a round moves nothing."""
 MEMORY = 6
 """Rounds that are combined. Chosen: more are rarely of use for so smooth a map."""
+MIXED_ROUNDS, DAMPED = 150, 0.3
+"""Rounds after which they are no longer mixed, and the share of each that is then gone: rounds that
+go to and fro between two places come to rest between them. Chosen."""
 MOST_ROUNDS = 1000
 NEAR = 0.5
 """Standard deviations within which a round is linear enough to be mixed. Chosen."""
@@ -51,12 +54,15 @@ def stationary(
     changes: list[Array] = []
     least, best = np.inf, start
     far = np.inf
-    for _ in range(MOST_ROUNDS):
+    for number in range(MOST_ROUNDS):
         there, size = moved(here)
         change = there - here
         far = float(np.max(np.abs(change) / size, initial=0.0))
         if np.all(np.abs(change) <= settled * size + ROUNDING * np.abs(here)):
             return there
+        if number >= MIXED_ROUNDS:
+            here = here + DAMPED * change
+            continue
         if plain == 0 and far > WORSE * least:  # mixed into where rounds are not alike: go back
             points, changes, here, plain, least = [], [], best, PLAIN, np.inf
             continue
