@@ -15,9 +15,9 @@ Array = NDArray[np.float64]
 NARROWEST, WIDEST = 0.1, 4.0
 """Half widths at half height that are learned, in halves of the training range: from a twentieth of
 the range to one over which a set hardly varies."""
-FLATTEST = 1.5
-"""Least b of a bell that is learned: with less its curvature has no end, or a break, at each row
-that its centre passes, and learning no optimum that a processor could tell. Chosen."""
+FLATTEST = 1.0
+"""Least b of a bell that is learned: with less its curvature has no end at each row that its centre
+passes, and learning no optimum that a processor could tell. Chosen."""
 BELL_SLOPE = 2.0
 """b of a bell before anything is learned (Jang 1993, section V)."""
 HALF_HEIGHT = float(np.sqrt(2.0 * np.log(2.0)))
