@@ -6,13 +6,17 @@ export OMP_NUM_THREADS := 1
 # the theme's notice about MkDocs 2 says nothing about this build
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test kernels lint docs bench prove wheel-demo clean
+.PHONY: demo test campaigns kernels lint docs bench prove wheel-demo clean
 
 demo: $(VENV)/.core
 	$(BIN)/autodb demo --out demo-out
 
 test: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist worksteal -q
+
+# many draws of what the tests do with few; by hand
+campaigns: $(VENV)/.dev
+	$(BIN)/pytest -n 2 --dist worksteal -q -m campaign
 
 # the numerical core once more, as other processors round it
 kernels: $(VENV)/.dev

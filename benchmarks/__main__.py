@@ -1,95 +1,72 @@
-"""Print what the main steps cost, and how they grow: medians of repeated runs in one process."""
+"""`make bench`: what the program does most, as ratios to limits and to the last version's.
 
-import statistics
+A ratio that has grown by more than SLOWER over `benchmarks/figures.json` is measured once more; if
+it still has, the exit status is 1. `python -m benchmarks --keep` writes the figures anew, which
+every version does once; `python -m benchmarks WORD` measures only what has the word in its name.
+"""
+
+import argparse
+import json
+import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-import pyarrow as pa
-from numpy.typing import NDArray
-from pyarrow import csv as arrow_csv
+import autodb
+from benchmarks.core import MEASURES, Measure
+from benchmarks.timing import in_turn_s
 
-from autodb import fitting, records
-from autodb.demo import run as run_demo
-from autodb.explain import explain
-from autodb.records import Recording
-from autodb.virtual.axis import air_moves
-
-Array = NDArray[np.float64]
-
-RUNS = 5
+FIGURES = Path(__file__).parent / "figures.json"
+SLOWER = 1.3
 
 
-def median_s(function: Callable[[], object], runs: int = RUNS) -> float:
-    """Return the median wall time of ``runs`` calls after one warm-up."""
-    function()
-    times = []
-    for _ in range(runs):
-        start = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
+def main() -> int:
+    """Measure, print and compare; return the exit status."""
+    asked = argparse.ArgumentParser(prog="python -m benchmarks")
+    asked.add_argument("word", nargs="?", default="", help="only what has this in its name")
+    asked.add_argument("--keep", action="store_true", help="write the figures to compare with")
+    given = asked.parse_args()
+    version, last = _kept()
+    begun, ratios, slower = time.perf_counter(), dict[str, float](), list[str]()
+    for one in MEASURES:
+        if given.word in one.name:
+            ratios[one.name], grown = _measured(one, last.get(one.name))
+            slower += [one.name] if grown is not None and grown > SLOWER else []
+    print(f"{time.perf_counter() - begun:.0f} s; compared with version {version}")
+    if given.keep:
+        kept = {"version": autodb.__version__, "ratios": {**last, **ratios}}
+        FIGURES.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n")
+        return 0
+    for name in slower:
+        print(f"{name}: more than {SLOWER} times as slow as in the last version", file=sys.stderr)
+    return 1 if slower else 0
 
 
-def reading() -> None:
-    """Time reading CSV recordings as a ratio to pyarrow's own reader."""
+def _kept() -> tuple[str, dict[str, float]]:
+    """Return the last version and its ratios."""
+    if not FIGURES.exists():
+        return "none", {}
+    kept = json.loads(FIGURES.read_text())
+    return kept["version"], kept["ratios"]
+
+
+def _measured(one: Measure, last: float | None) -> tuple[float, float | None]:
+    """Print a measure; return its ratio to its limit, and how much that has grown."""
     with tempfile.TemporaryDirectory() as folder:
-        for seconds in (600.0, 12_000.0):
-            path = Path(folder) / f"{seconds:g}.csv"
-            channels = _repeated(seconds)
-            arrow_csv.write_csv(pa.table({k: np.round(v, 6) for k, v in channels.items()}), path)
-            ours = median_s(lambda p=path: records.read(p))  # type: ignore[misc]
-            peer = median_s(lambda p=path: arrow_csv.read_csv(p))  # type: ignore[misc]
-            size = f"{len(channels['t'])} rows, {path.stat().st_size / 1e6:.0f} MB"
-            print(f"read CSV, {size}: {1e3 * ours:.0f} ms, {ours / peer:.2f} x pyarrow's reader")
+        ours, limit = one.prepared(Path(folder))
+        took_s, limit_s = in_turn_s(ours, limit, one.runs)
+        if last is not None and took_s / limit_s > SLOWER * last:
+            took_s, limit_s = in_turn_s(ours, limit, one.runs)
+    ratio = took_s / limit_s
+    grown = None if last is None else ratio / last
+    then = "" if grown is None else f", {grown:.2f} × the last version's"
+    print(f"{one.name}: {_time(took_s)}, {ratio:.3g} × {one.limit}{then}", flush=True)
+    return ratio, grown
 
 
-def _repeated(seconds: float, *, part_s: float = 600.0) -> dict[str, Array]:
-    """Return air moves of a multiple of ``part_s``, the same over and over, in running time."""
-    channels, _ = air_moves(1, seconds=part_s)
-    times = round(seconds / part_s)
-    long = {name: np.tile(values, times) for name, values in channels.items()}
-    step_s = float(channels["t"][1] - channels["t"][0])
-    long["t"] = np.asarray(np.arange(len(long["t"])) * step_s, dtype=np.float64)
-    return long
-
-
-def least_squares() -> None:
-    """Time least squares as a ratio to NumPy's ``lstsq`` on the same columns."""
-    rng = np.random.default_rng(0)
-    design, values = rng.normal(size=(200_000, 10)), rng.normal(size=200_000)
-    ours = median_s(lambda: fitting.least_squares(design, values))
-    peer = median_s(lambda: np.linalg.lstsq(design, values, rcond=None))
-    print(f"least squares, 200000 x 10: {1e3 * ours:.0f} ms, {ours / peer:.2f} x numpy's lstsq")
-
-
-def explaining() -> None:
-    """Time explain against doubled lengths."""
-    before = 0.0
-    for seconds in (60.0, 120.0, 240.0):
-        channels, parts = air_moves(1, seconds=seconds)
-        simulation = sum(part for name, part in parts.items() if name != "gravity")
-        recording = Recording(path=Path("a"), channels=dict(channels))
-        simulated = Recording(
-            path=Path("b"), channels={"t": channels["t"], "x.current": np.asarray(simulation)}
-        )
-        took = median_s(lambda r=recording, s=simulated: explain(r, s), runs=3)  # type: ignore[misc]
-        grown = f", {took / before:.2f} x the half" if before else ""
-        print(f"explain, {len(recording)} samples: {took:.2f} s{grown}")
-        before = took
-
-
-def demo() -> None:
-    """Time the whole demo."""
-    with tempfile.TemporaryDirectory() as folder:
-        took = median_s(lambda: run_demo(Path(folder) / "out", progress=lambda _: None), runs=3)
-    print(f"demo: {took:.2f} s")
+def _time(seconds: float) -> str:
+    return f"{seconds:.2f} s" if seconds >= 1.0 else f"{1e3 * seconds:.3g} ms"
 
 
 if __name__ == "__main__":
-    reading()
-    least_squares()
-    explaining()
-    demo()
+    sys.exit(main())

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from autodb.cutting import endmill, insert, shear
 from autodb.cutting.elements import forces
-from benchmarks.__main__ import median_s
+from benchmarks.timing import median_s
 
 Array = NDArray[np.float64]
 

@@ -7,6 +7,7 @@ the jobs that are named; a test compares.
 import json
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -36,18 +37,21 @@ LEARNT_FROM = {
 OF_CUTS = tuple(job for job in LEARNT_FROM if job != "nc_profile")
 """Jobs whose cuts have one condition each; a program's lines have not."""
 MACHINE = "lathe-1"
-DIGITS = 6
+DIGITS = 9
 
 
-def answer(job: str, folder: Path) -> dict[str, Any]:
-    """Return the prediction of a sample job, learnt in a new database in ``folder``."""
+def answer(job: str, folder: Path, files: Sequence[Path] = ()) -> dict[str, Any]:
+    """Return the prediction of a sample job, learnt in a new database in ``folder``.
+
+    ``files``: what it is learnt from, in place of its own recordings.
+    """
     url = f"sqlite:///{folder / 'autodb.sqlite3'}"
     create_store(url)
     store = open_store(url)
     try:
         add_machine(store, MACHINE, LATHE)
-        for name in LEARNT_FROM[job]:
-            import_file(store, kit("sample_jobs") / name, machine=MACHINE)
+        for path in files or [kit("sample_jobs") / name for name in LEARNT_FROM[job]]:
+            import_file(store, path, machine=MACHINE)
         calibrate_machine(store, MACHINE)
         refresh(store, MACHINE)
         predicted = predict_job(store, MACHINE, read_job(kit("sample_jobs") / job / "job.toml"))

@@ -227,12 +227,13 @@ def _believed(work: Path) -> models.CuttingParameters:
 
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
 def test_kills_lose_nothing_and_count_nothing_twice() -> None:
+    """Some kills; `autodb prove faults` has two hundred."""
     from autodb.prove.faults_run import run as kill
     from autodb.prove.faults_summary import PHASES
 
-    kills = [one for seed in range(1, 41) for one in kill(seed)]
+    kills = [one for seed in range(1, 9) for one in kill(seed)]
     assert all(one.sound and one.rows and one.files for one in kills), kills
-    assert sum(one.phase in PHASES[1:3] for one in kills) >= 10
+    assert sum(one.phase in PHASES[1:3] for one in kills) >= 2
 
 
 def test_every_clock_column_that_is_not_compared_is_a_time() -> None:

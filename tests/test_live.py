@@ -374,7 +374,7 @@ def test_one_agent_a_file(cli: Cli) -> None:
 
 @pytest.mark.usefixtures("lathe")
 def test_without_the_extra_it_is_said(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("autodb.live.source.LIBRARIES", ("a_library_that_is_not_there",))
+    monkeypatch.setattr("autodb.live.opening.LIBRARIES", ("a_library_that_is_not_there",))
     done = cli("agent", "agent.toml")
     assert done.code == 2
     assert "pip install 'autodb[live]'" in done.err

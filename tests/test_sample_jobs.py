@@ -14,9 +14,8 @@ from tests.expected import LEARNT_FROM, OF_CUTS, answer
 
 QUANTITIES = ("force_x_N", "force_y_N", "force_z_N", "torque_N_m", "power_W")
 TAPER_DEG = 20.0
-SAME = 1e-3
-"""Share of its interval by which a number may differ between processors: what a calibration's
-groups share is climbed to by differences of the likelihood, and known no better than that."""
+SAME = 1e-6
+"""Share of its interval by which a number may differ between processors."""
 MISSED = {"stepped_shaft": 1, "facing": 2, "contour": 11}
 """Intervals that do not hold the truth, for the reasons that the test says."""
 

@@ -1,6 +1,7 @@
 """An accepted effect of an axis as an entry of the answer: sizes, certainty, alternatives."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -263,9 +264,9 @@ def _signed(value: Value) -> str:
 
 def _mistuned(reading: Reading, *, beside: list[Cause]) -> list[Cause]:
     """Return the simulation's own terms whose coefficient the recording contradicts."""
-    off = {name: _judged(reading, name) for name in _changed(reading)}
+    off = {name: _judged(reading, [name]) for name in _changed(reading)}
     causes = {name: _retuned(reading, name, one) for name, one in off.items()}
-    return told(off, causes, beside=beside)
+    return told(off, causes, beside=beside, jointly=partial(_judged, reading))
 
 
 def _changed(reading: Reading) -> list[str]:
@@ -279,9 +280,9 @@ def _changed(reading: Reading) -> list[str]:
     return found
 
 
-def _judged(reading: Reading, name: str) -> Mistuned:
+def _judged(reading: Reading, names: Collection[str]) -> Mistuned:
     inquiry, own = reading.inquiry, list(reading.bench.own)
-    return of_mistuned(inquiry.search, inquiry.found, [own.index(name)])
+    return of_mistuned(inquiry.search, inquiry.found, [own.index(name) for name in names])
 
 
 def _change_size(reading: Reading, name: str) -> Value:

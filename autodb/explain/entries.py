@@ -1,6 +1,6 @@
 """Entries of the answer: an effect with its name, and one that may be any of several names."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Literal
 
 from autodb.explain.answer import Cause, Value
@@ -55,22 +55,47 @@ def named(
 
 
 def told(
-    off: Mapping[str, Mistuned], causes: Mapping[str, Cause], *, beside: Collection[Cause]
+    off: Mapping[str, Mistuned],
+    causes: Mapping[str, Cause],
+    *,
+    beside: Collection[Cause],
+    jointly: Callable[[Collection[str]], Mistuned],
 ) -> list[Cause]:
     """Return what is said of own terms: the entries of those that are mistuned, ``causes``.
 
     Where nothing is told, of these or ``beside`` them, one entry without a name for all that
-    something else may stand in for: what is off then is not passed over.
+    something else may stand in for: what is off then is not passed over. ``jointly``: how several
+    are judged as one, which may be clear where it is not which of them is off.
     """
     entries = [cause for name, cause in causes.items() if off[name].told]
     sizes = {n: cause.parameters["size"] for n, cause in causes.items() if off[n].either}
-    return [_either(off, sizes)] if sizes and not entries and not beside else entries
-
-
-def _either(off: Mapping[str, Mistuned], sizes: Mapping[str, Value]) -> Cause:
-    """Return the entry of own terms that may be off, or something in their place."""
+    if not sizes or entries or beside:
+        return entries
     names = sorted(sizes, key=lambda name: -sizes[name].value)
-    sure, size = off[names[0]], sizes[names[0]]
+    if len(names) > 1:
+        joint = jointly(names)
+        if joint.told:
+            return [_one_of(joint, names, sizes[names[0]])]
+    return [_either(off[names[0]], names, sizes[names[0]])]
+
+
+def _one_of(joint: Mistuned, names: Sequence[str], size: Value) -> Cause:
+    """Return the entry of own terms of which one or more are off, and nothing tells which."""
+    return Cause(
+        term=UNKNOWN,
+        kind="mistuned",
+        confidence=joint.standing.confidence,
+        statement=(
+            f"{_or(names).capitalize()} has another size than in the simulation, by up to "
+            f"{size.value:.3g} {size.unit}. This recording does not tell which."
+        ),
+        parameters={"size": size},
+        alternatives=tuple(names),
+    )
+
+
+def _either(sure: Mistuned, names: Sequence[str], size: Value) -> Cause:
+    """Return the entry of own terms that may be off, or something in their place."""
     others = tuple(dict.fromkeys((*names, *sure.standing.near)))
     over = f" over {' and '.join(sure.variables)}" if sure.variables else ""
     return Cause(

@@ -40,6 +40,8 @@ TINY = 1e-12
 FAR_ODDS = 1.0 / 20.0
 """Odds, before any cut, that a law is far off. Chosen: strong evidence, 20 to 1, makes them even.
 """
+SHUT = 1e-13
+"""Share of the greatest variance, of numbers in their standard deviations, that is rounding."""
 
 
 def learn(belief: Belief, observed: Observed, *, near: Belief | None = None) -> Belief:
@@ -119,16 +121,23 @@ def evidence(before: Belief, after: Belief, observed: Observed) -> float:
     After Laplace: at the posterior's maximum, times the share of the prior that it leaves.
     """
     prior, model = _met(before, observed)
-    active = np.diag(prior.state.covariance) > 0
-    rows = np.ix_(active, active)
-    wide, narrow = (one.state.covariance[rows] for one in (prior, after))
+    open_ways = _open(prior.state.covariance)
+    wide, narrow = (open_ways.T @ one.state.covariance @ open_ways for one in (prior, after))
     seen = model.seen(after.state.mean)
     noise = model.noise(seen, after.scatter)
     left = (observed.value - seen.expected) / noise
-    off = (after.state.mean - prior.state.mean)[active]
+    off = open_ways.T @ (after.state.mean - prior.state.mean)
     misfit = left @ left + off @ np.linalg.solve(wide, off)
     volume = np.linalg.slogdet(wide)[1] - np.linalg.slogdet(narrow)[1]
     return float(-0.5 * (misfit + 2.0 * np.sum(np.log(noise)) + volume))
+
+
+def _open(covariance: Array) -> Array:
+    """Return the combinations (p, k) of numbers that a covariance (p, p) leaves open."""
+    sd = np.sqrt(np.diag(covariance))
+    size = np.where(sd > 0.0, sd, 1.0)
+    spread, ways = np.linalg.eigh(covariance / np.outer(size, size))
+    return np.asarray((ways / size[:, None])[:, spread > SHUT * spread[-1]])
 
 
 def expected_of(belief: Belief, observed: Observed) -> tuple[Array, Array]:

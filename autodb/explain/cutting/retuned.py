@@ -1,6 +1,7 @@
 """The simulation's own terms that the recording contradicts."""
 
 from collections.abc import Collection, Mapping
+from functools import partial
 
 import numpy as np
 
@@ -17,11 +18,16 @@ from autodb.sensing.axis_model import term_called
 
 def judged(looked: Looked) -> dict[str, Mistuned]:
     """Return how sure it is of each own term that it is off, in all components together."""
-    found, first = {}, 0
+    return {name: _judged(looked, [name]) for name in looked.own}
+
+
+def _judged(looked: Looked, names: Collection[str]) -> Mistuned:
+    places, first = list[int](), 0
     for name, columns in looked.own.items():
-        places = range(first, first := first + columns.mix.shape[2])
-        found[name] = of_mistuned(looked.search, looked.found, places)
-    return found
+        after = first + columns.mix.shape[2]
+        places += range(first, after) if name in names else ()
+        first = after
+    return of_mistuned(looked.search, looked.found, places)
 
 
 def retuned(
@@ -41,7 +47,7 @@ def retuned(
         change = _change(columns, fitted, fitted.places[number], component)
         if change.low * change.high > 0:
             causes[name] = _cause(looked, name, change, component, own[name].standing)
-    return told(own, causes, beside=beside)
+    return told(own, causes, beside=beside, jointly=partial(_judged, looked))
 
 
 def _change(columns: Columns, fitted: Fit, at: slice, component: int) -> Value:

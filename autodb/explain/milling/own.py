@@ -1,6 +1,7 @@
 """The simulation's own terms that a milled waveform contradicts."""
 
 from collections.abc import Collection, Mapping
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ TERMS = ("shear", "edge_force")
 
 def judged(looked: Looked) -> dict[str, Mistuned]:
     """Return how sure it is of each own term that it is off, in all components together."""
-    return {term: _mistuned(looked, term) for term in TERMS if term in looked.bench.own}
+    return {term: _judged(looked, [term]) for term in TERMS if term in looked.bench.own}
 
 
 def retuned(
@@ -42,19 +43,19 @@ def retuned(
         for term, off in own.items()
     }
     changed = {term: cause for term, cause in causes.items() if cause is not None}
-    return told(own, changed, beside=beside)
+    return told(own, changed, beside=beside, jointly=partial(_judged, looked))
 
 
-def _mistuned(looked: Looked, term: str) -> Mistuned:
-    """Return how sure it is that an own term is off, in one way or another."""
-    own = list(looked.bench.own).index(term)
+def _judged(looked: Looked, terms: Collection[str]) -> Mistuned:
+    """Return how sure it is that own terms are off, in one way or another."""
+    own = [number for number, term in enumerate(looked.bench.own) if term in terms]
     places = None
     for choice in looked.found.choices:
         if choice.suspect.key == OWN_WAYS:
             at = looked.search.products.places[choice.key]
             names = [name for name, count in choice.shape.shape.items() for _ in range(int(count))]
-            places = at[[name == term for name in names]]
-    return of_mistuned(looked.search, looked.found, [own], ways=places)
+            places = at[[name in terms for name in names]]
+    return of_mistuned(looked.search, looked.found, own, ways=places)
 
 
 def _places(looked: Looked, fitted: Fit, term: str) -> list[int]:
