@@ -17,6 +17,7 @@ from autodb.anfis.learned import error_of
 from autodb.anfis.premises import design, input_slopes, limits, shares
 from autodb.anfis.projection import jacobian, projected
 from autodb.anfis.rows import Rows, rows
+from tests.campaigns import first
 from tests.conftest import SHARED
 
 Array = NDArray[np.float64]
@@ -323,7 +324,7 @@ def _held(seed: int, *, learned: bool) -> bool:
     return bool(low[0] <= value[0] <= high[0])
 
 
-@pytest.mark.parametrize(("learned", "n"), [(False, 1000), (True, 400)])
+@pytest.mark.parametrize(("learned", "n"), first(1, [(False, 1000), (True, 400)]))
 def test_95_per_cent_intervals_hold_95_per_cent(learned: bool, n: int) -> None:
     """n independent fits, one new value each; a right interval misses these limits 1 in 1000."""
     held = sum(_held(seed, learned=learned) for seed in range(n))

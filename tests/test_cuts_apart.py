@@ -25,6 +25,7 @@ from autodb.explain.cutting.trials import CUTS, LEAST, MOST, Trial, joined, pair
 from autodb.explain.suspects import Choice
 from autodb.explain.telling import SEPARATES
 from autodb.records import CutTable
+from tests.campaigns import first
 
 Array = NDArray[np.float64]
 Table = dict[str, Array]
@@ -166,7 +167,7 @@ def _named(case: Case, table: Table) -> list[Cause]:
     return [c for answer in answers.values() for c in answer.missing if c.kind == "missing"]
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", first(2, CASES))
 def test_the_cuts_asked_for_tell_the_two_apart(name: str) -> None:
     case = CASES[name]
     best = _best(case)

@@ -254,6 +254,7 @@ def test_an_edge_is_named_by_its_own_rate_and_a_bar_by_its_cuts() -> None:
     assert wrong.double
 
 
+@pytest.mark.campaign
 def test_a_short_day_of_large_effects_is_walked_through() -> None:
     day = _day(2.5, 60)
     (hard,) = [event for event in day.events if event.term == "hard_spot"]

@@ -17,6 +17,7 @@ from autodb.records import CutTable, Recording
 from autodb.records.mistaken import Mistake, Radius
 from autodb.sensing import faults, ranges, raw
 from autodb.sensing.faults.travel import pass_steps_mm
+from autodb.sensing.forms import LINE
 from autodb.sidefile import SideFile
 from autodb.standard import Protocol
 from autodb.virtual.jobs import cut_at, standard_cuts
@@ -55,7 +56,8 @@ KEPT: dict[tuple[object, ...], ranges.Calibration] = {}
 
 @pytest.fixture
 def calibrated_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An axis is fitted once for the same cuts, whatever is done to the other axes' currents.
+    """An axis is fitted once for the same cuts, whatever is done to the other axes' currents, and
+    by a line alone.
 
     Which axes are calibrated, and on what, is asked in every test; how well is tested elsewhere.
     """
@@ -73,6 +75,7 @@ def calibrated_once(monkeypatch: pytest.MonkeyPatch) -> None:
         return KEPT[key]
 
     monkeypatch.setattr(ranges, "calibrate", once)
+    monkeypatch.setattr(ranges, "_forms", lambda *_: (LINE,))
 
 
 def forces_of(table: CutTable) -> dict[str, Array]:

@@ -7,9 +7,11 @@ change has lost what was had: every seventh of the sixty, and all sixty in `make
 from dataclasses import replace
 
 import pytest
+from numpy.testing import assert_array_equal
 
 from autodb.prove.explain_score import Scored
 from autodb.prove.left_out import answered
+from autodb.virtual.concealed.case import Case
 from autodb.virtual.concealed.plan import FIXED, draw, fixed_cases, planned
 
 TEN = 10
@@ -27,9 +29,13 @@ def _told(scored: list[Scored], *, missed: int) -> None:
     assert sum(bool(one.wrong) for one in decidable) <= 1, wanting
 
 
-def _answered(seed: int) -> Scored:
+def _drawn(seed: int) -> Case:
     plan = replace(planned(seed), wanted=20.0 if seed % 2 else 8.0)
-    return answered(draw(seed, family=FIXED, asked=plan))
+    return draw(seed, family=FIXED, asked=plan)
+
+
+def _answered(seed: int) -> Scored:
+    return answered(_drawn(seed))
 
 
 @pytest.mark.parametrize("seeds", [FEW[:4], FEW[4:]], ids=["first", "last"])
@@ -45,6 +51,7 @@ def test_ten_fixed_cases(first: int) -> None:
 
 
 def test_the_fixed_cases_are_those_of_the_plan() -> None:
-    first = next(fixed_cases(1))
-    assert first.seed == 1
-    assert first.hidden == draw(1, family=FIXED, asked=replace(planned(1), wanted=20.0)).hidden
+    first, again = next(fixed_cases(1)), _drawn(1)
+    assert first.seed == again.seed == 1
+    assert first.terms == again.terms
+    assert_array_equal(first.measured, again.measured)

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.fitting import Undetermined
-from autodb.sensing.choosing import FOLDS, best, left_out, nested, tried
+from autodb.sensing.choosing import FOLDS, assessed, best, left_out, tried
 from autodb.sensing.forms import (
     FEED_FORMS,
     LAWS,
@@ -121,7 +121,7 @@ def test_the_true_form_is_chosen_and_errors_left_out_are_those_of_the_noise(
     target = target + noise * np.random.default_rng(4).standard_normal(N)
     trials = tried(forms, felt, target, groups, folds=FOLDS)
     assert best(trials, groups).form is truth
-    errors = nested(trials, felt, target, groups)
+    errors = assessed(trials, groups)
     assert 0.8 * noise < float(np.sqrt(np.mean(errors**2))) < 1.3 * noise
     if truth is not LINE:
         worse = left_out(LINE, felt, target, groups, folds=20)

@@ -36,6 +36,11 @@ def _right(seed: int) -> list[Judged]:
     return [Judged("a", "N", 0.0, value, *ends, *ends)]
 
 
+def _slowly(seed: int) -> list[Judged]:
+    time.sleep(0.05)
+    return _right(seed)
+
+
 def _narrow(seed: int) -> list[Judged]:
     (one,) = _right(seed)
     assert one.value is not None
@@ -103,17 +108,17 @@ def test_a_killed_process_leaves_runs_that_are_gone_on_with(tmp_path: Path) -> N
     child = os.fork()
     if child == 0:
         try:
-            _carried_out(PROOFS[0], path.parent, 1000)
+            _carried_out(_made(_slowly), path.parent, 1000)
         finally:
             os._exit(0)
     while not path.exists() or path.read_bytes().count(b"\n") < 4:
         time.sleep(0.01)
     os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
-    done = len(begin(PROOFS[0], path.parent).finished)
+    done = len(begin(_made(_right), path.parent).finished)
     assert 3 <= done < 1000
-    _carried_out(PROOFS[0], path.parent, done + 2)
-    _carried_out(PROOFS[0], tmp_path / "whole", done + 2)
+    _carried_out(_made(_right), path.parent, done + 2)
+    _carried_out(_made(_right), tmp_path / "whole", done + 2)
     assert _files(path.parent) == _files(tmp_path / "whole")
 
 
@@ -261,6 +266,7 @@ def test_what_is_given_is_value_and_interval_of_quantities_that_are_asked_for() 
             assert one.low < one.value < one.high
 
 
+@pytest.mark.campaign
 def test_intervals_of_twenty_axes_hold() -> None:
     """The first 20 axes of the proof; 15 quantities, all of them together at 1 in 1000.
 

@@ -99,6 +99,7 @@ def test_the_oracle_of_a_run_without_noise_is_the_truth(made: Traced) -> None:
     assert_allclose(contour_A, made.contour.expected_A, atol=1e-3)
 
 
+@pytest.mark.campaign
 def test_autodb_is_nearer_to_the_true_field_and_contour_than_the_published_way(
     made: Traced,
 ) -> None:

@@ -34,6 +34,7 @@ def _changed(runs: list[Finished[AxisErrors]], **factors: float) -> lathe_summar
     return lathe_summary.summary_of(changed, ORIGIN)
 
 
+@pytest.mark.campaign
 def test_forces_of_calibrated_lathes(runs: list[Finished[AxisErrors]]) -> None:
     found = _changed(runs)
     assert {(row.plan, row.axis): row.cuts for row in found.rows} == {
@@ -50,6 +51,7 @@ def test_forces_of_calibrated_lathes(runs: list[Finished[AxisErrors]]) -> None:
     assert lathe_summary.Summary.from_json(found.to_json()) == found
 
 
+@pytest.mark.campaign
 def test_worse_lathes_and_worse_forces_fail(runs: list[Finished[AxisErrors]]) -> None:
     softer = _changed(runs, published_N=1.8).rows
     assert not any(row.as_hard for row in softer if row.published_N is not None)

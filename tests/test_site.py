@@ -126,7 +126,8 @@ def test_the_planner_says_what_the_library_says(
     with store.reading() as session:
         alone = Shelf(session, "lathe-1").look_up(**pair, cut=as_cut(CUT))
     text = _text(client.get(f"{MACHINE}/plan?{urlencode(pair | CUT)}").text)
-    assert f"{alone.cut.force_y_N.value:.0f}"[:3] in text
+    rounded = float(f"{alone.cut.force_y_N.value:.3g}")
+    assert f"{rounded:.0f} N" in text
     for one in alone.exceeds:
         assert one.statement in text
     assert alone.exceeds

