@@ -143,7 +143,7 @@ def _looked_up(folder: Path) -> Pair:
     with store.reading() as session:
         pair = session.scalars(select(models.Pair)).first()
         assert pair is not None
-        material, tool = pair.material.name, pair.tool.name
+        number, material, tool = pair.id, pair.material.name, pair.tool.name
     plain = sqlite3.connect(folder / "shop.sqlite3")
     cut = JobCut(operation="turn", diameter_mm=50.0, depth_mm=2.0, feed_mm_rev=0.2, speed_m_min=180)
     select_row = "SELECT * FROM cutting_parameters WHERE pair_id = ?"
@@ -156,7 +156,7 @@ def _looked_up(folder: Path) -> Pair:
 
     def rows() -> None:
         for _ in range(LOOK_UPS):
-            plain.execute(select_row, (pair.id,)).fetchone()
+            plain.execute(select_row, (number,)).fetchone()
 
     return ours, rows
 
@@ -225,8 +225,8 @@ def _explained_cuts(folder: Path) -> Pair:  # noqa: ARG001
     cuts = 40
     feed, depth = rng.uniform(0.1, 0.4, cuts), rng.uniform(0.5, 3.0, cuts)
     held = {
-        "cut": np.arange(1.0, cuts + 1.0), "feed": feed, "depth": depth,
-        "speed": np.full(cuts, 180.0),
+        "cut": np.arange(1.0, cuts + 1.0), "cutting.feed": feed, "cutting.depth": depth,
+        "cutting.speed": np.full(cuts, 180.0),
     }  # fmt: skip
     plain = 1800.0 * depth * feed
     force = {"force.y": plain + 60.0 * depth + rng.normal(0.0, 5.0, cuts)}

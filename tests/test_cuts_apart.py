@@ -326,3 +326,20 @@ def test_conditions_join_in_their_order() -> None:
         assert whole.cutting_time_s is not None
         assert trial.known.cutting_time_s is not None
         assert_allclose(whole.cutting_time_s[start:end], trial.known.cutting_time_s)
+
+
+def test_a_table_that_nothing_can_follow_asks_for_nothing() -> None:
+    """A table without the columns that trials would change: there are none to follow it."""
+    rng = np.random.default_rng(2)
+    feed, depth = rng.uniform(0.1, 0.4, 40), rng.uniform(0.5, 3.0, 40)
+    held = {
+        "cut": np.arange(1.0, 41.0), "feed": feed, "depth": depth, "speed": np.full(40, 180.0),
+    }  # fmt: skip
+    plain = 1800.0 * depth * feed
+    felt = plain + 60.0 * depth + rng.normal(0.0, 5.0, 40)
+    texts = {"operation": ["turn"] * 40}
+    recording = CutTable(Path("cuts.csv"), {**held, "force.y": felt}, texts)
+    simulation = CutTable(Path("simulation.csv"), {**held, "force.y": plain}, texts)
+    channel = explain(recording, simulation).explanation.channels["force.y"]
+    assert channel.missing
+    assert all(cause.to_tell_apart is None for cause in channel.missing)

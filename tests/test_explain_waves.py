@@ -190,19 +190,6 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_command_explains_a_mill(cli: Cli, files: Path, tmp_path: Path) -> None:
-    done = cli(
-        "explain", files / "cut.csv", "--simulation", files / "simulation.csv",
-        "--out", tmp_path / "answer",
-    )  # fmt: skip
-    assert done.code == 0
-    assert done.out.count("runout (missing") >= 2
-    corrected = pd.read_csv(tmp_path / "answer" / "corrected.csv")
-    assert list(corrected) == ["t", "force.x", "force.y", "force.z"]
-    page = (tmp_path / "answer" / "report.html").read_text()
-    assert "Some turns of the spindle, close up" in page
-
-
 def test_recordings_are_explained_together(cli: Cli, files: Path, tmp_path: Path) -> None:
     done = cli(
         "explain", files / "cut.csv", files / "other.csv", "--simulation",
@@ -220,6 +207,10 @@ def test_recordings_are_explained_together(cli: Cli, files: Path, tmp_path: Path
     page = (tmp_path / "both" / "together.html").read_text()
     assert "mill-8" in page
     assert "1-cut/report.html" in page
+    corrected = pd.read_csv(tmp_path / "both" / "1-cut" / "corrected.csv")
+    assert list(corrected) == ["t", "force.x", "force.y", "force.z"]
+    report = (tmp_path / "both" / "1-cut" / "report.html").read_text()
+    assert "Some turns of the spindle, close up" in report
 
 
 def test_each_recording_needs_its_simulation(refused: Callable[..., str], files: Path) -> None:

@@ -1,7 +1,7 @@
 """Fixed cases with concealed effects: what is named, and nothing where nothing is hidden.
 
 `autodb prove explain` counts over many cases how often names are right; here a few say whether a
-change has lost what was had: every seventh of the sixty, and all sixty in `make campaigns`.
+change has lost what was had: every fourteenth of the sixty, and all sixty in `make campaigns`.
 """
 
 from dataclasses import replace
@@ -17,7 +17,7 @@ from autodb.virtual.concealed.plan import FIXED, draw, fixed_cases, planned
 TEN = 10
 MISSED = 2
 """Of some five decidable cases in ten, those that may come out otherwise than exactly."""
-FEW = range(7, 61, 7)
+FEW = range(7, 61, 14)
 
 
 def _told(scored: list[Scored], *, missed: int) -> None:
@@ -38,8 +38,8 @@ def _answered(seed: int) -> Scored:
     return answered(_drawn(seed))
 
 
-@pytest.mark.parametrize("seeds", [FEW[:4], FEW[4:]], ids=["first", "last"])
-def test_every_seventh_case(seeds: range) -> None:
+@pytest.mark.parametrize("seeds", [FEW[:2], FEW[2:]], ids=["first", "last"])
+def test_every_fourteenth_case(seeds: range) -> None:
     _told([_answered(seed) for seed in seeds], missed=1)
 
 

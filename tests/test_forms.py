@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.fitting import Undetermined
-from autodb.sensing.choosing import FOLDS, assessed, best, left_out, tried
+from autodb.sensing.choosing import FOLDS, Trial, assessed, best, close, left_out, tried
 from autodb.sensing.forms import (
     FEED_FORMS,
     LAWS,
@@ -126,3 +126,17 @@ def test_the_true_form_is_chosen_and_errors_left_out_are_those_of_the_noise(
     if truth is not LINE:
         worse = left_out(LINE, felt, target, groups, folds=20)
         assert np.mean(worse**2) > 2.0 * np.mean(errors**2)
+
+
+@pytest.mark.parametrize(
+    ("better", "said"), [(0.7, [LINE_OF_SPEED]), (1.3, [LINE]), (3.0, []), (0.0, [])]
+)
+def test_a_choice_near_its_margin_is_said(better: float, said: list[Form]) -> None:
+    """A richer form has to be better by one standard error over groups."""
+    groups = np.arange(100)
+    gain = np.random.default_rng(5).standard_normal(100)
+    gain = (gain - gain.mean()) / gain.std(ddof=1) + 0.1 * better  # of the mean: so many errors
+    plain = Trial(LINE, np.full(100, 10.0))
+    richer = Trial(LINE_OF_SPEED, np.sqrt(100.0 - gain))
+    assert best([plain, richer], groups).form is (LINE_OF_SPEED if better > 1.0 else LINE)
+    assert close([plain, richer], groups) == said

@@ -209,6 +209,7 @@ def test_wear_is_named_on_real_turning_and_starts_again_at_an_edge_change(vicomt
     assert "tool_wear" not in wear.terms(mixed)
 
 
+@pytest.mark.campaign
 def test_the_law_of_wear_goes_on_and_tells_flank_wear(vicomtech: Path) -> None:
     table = wear.read(vicomtech)
     found = wear.extrapolation(table)

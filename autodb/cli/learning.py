@@ -294,6 +294,8 @@ def _show_calibrations(done: "list[Calibration]") -> None:
         say(f"axis {c.called}: I = {c.channel}; {s.n} cuts, scored on {s.groups} x {s.grouped_by} "
             "left out")  # fmt: skip
         say(f"axis {c.called}: RMSE {c.trials_words()}")
+        for form in c.close:
+            say(f"axis {c.called}: the choice of its form is close: {form} would do as well")
         if not c.offered:
             say(f"axis {c.called}: {c.verdict}")
         for sentence in sentences(c.outliers):

@@ -14,6 +14,8 @@ Groups = NDArray[np.generic]
 
 FOLDS = 15
 """Folds that groups are dealt to, at most: up to so many groups each is left out alone."""
+CLOSE = 0.5
+"""Standard errors within which a choice is close. Chosen: half of the margin."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,18 +46,31 @@ def tried(
     return trials
 
 
-def best(trials: Sequence[Trial], groups: Groups) -> Trial:
-    """Return the plainest that no richer one clearly beats; raises Undetermined where none held."""
+def best(trials: Sequence[Trial], groups: Groups, *, stricter: float = 0.0) -> Trial:
+    """Return the plainest that no richer one clearly beats; raises Undetermined where none held.
+
+    ``stricter``: standard errors that a richer one has to be better by beyond its margin.
+    """
     found: Trial | None = None
     lowest: Array | None = None
     for trial in trials:
         if trial.errors is None:
             continue
-        if lowest is None or _less(trial.errors, lowest, groups) > trial.form.margin:
+        if lowest is None or _less(trial.errors, lowest, groups) > trial.form.margin + stricter:
             found, lowest = trial, trial.errors
     if found is None:
         raise Undetermined([])
     return found
+
+
+def close(trials: Sequence[Trial], groups: Groups) -> list[Form]:
+    """Return the forms that would be taken were every margin CLOSE standard errors larger or less.
+
+    A choice next to its threshold is one of them as well as of the form that is taken.
+    """
+    taken = best(trials, groups)
+    others = [best(trials, groups, stricter=by) for by in (-CLOSE, CLOSE)]
+    return [one.form for one in others if one is not taken]
 
 
 def left_out(form: Form, felt: Felt, target: Array, groups: Groups, *, folds: int) -> Array:

@@ -13,7 +13,7 @@ from autodb import fitting
 from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
-from autodb.sensing.choosing import FOLDS, assessed, best, left_out, tried
+from autodb.sensing.choosing import FOLDS, assessed, best, close, left_out, tried
 from autodb.sensing.error_kinds import DAY_SHARE, ErrorKinds, Fitted, apart
 from autodb.sensing.forms import (
     FEED_FORMS,
@@ -56,6 +56,7 @@ class Calibration:
     """A fitted form: ``coefficients`` (p,), their covariance (p, p), and the kinds of error.
 
     ``trials``: root mean square error on groups left out of each form tried (NaN: not held).
+    ``close``: labels of forms that would do as well; known where it is fitted, and not kept.
     ``holds``: of which cuts it tells the force.
     """
 
@@ -75,6 +76,7 @@ class Calibration:
     trials: dict[str, float]
     current_low: float
     current_high: float
+    close: tuple[str, ...] = ()
     holds: Holds = ANY
 
     @property
@@ -248,6 +250,7 @@ def calibrate(
         transients=tuple(points.cut[sudden].tolist()),
         outliers=outliers(law, slopes, off, sound.cut),
         trials={trial.form.label: trial.rmse for trial in trials},
+        close=tuple(one.label for one in close(trials, sound.groups)),
         current_low=float(sound.felt.current.min()),
         current_high=float(sound.felt.current.max()),
     )

@@ -55,6 +55,8 @@ class Trials:
 
     def best(self, first: tuple[Choice, ...], second: tuple[Choice, ...]) -> Parted | None:
         """Return the trial on which two sets differ most, None where none separates them."""
+        if not self.trials:
+            return None
         accounts = [account(self.looked, choices, self.cuts) for choices in (first, second)]
         able = [p for p in self._parted(*accounts) if p.gap.odds > SEPARATES]
         return max(able, key=lambda parted: parted.gap.odds, default=None)
