@@ -44,9 +44,8 @@ AT_ONCE = 200
 """Cuts of a pair up to which all of them are learnt at once when there are new ones; beyond, the
 new ones change the belief. Chosen: some seconds' work."""
 SETTLED = 50
-"""Cuts of a pair from which on a pass that goes on looks for its next belief near the last, three
-to seven times as fast. Chosen: in the sample job that is 0.04 to 0.09 of its standard deviations
-from what all anew gives, 0.6 where the choice of law was close."""
+"""Cuts of a pair from which on a pass that goes on looks for its next belief near the last, which
+takes fewer rounds. Chosen."""
 IN_TURN = 1000
 """Cuts that are learnt at once where more are new: the equations grow with them. Chosen."""
 

@@ -176,12 +176,19 @@ def verdict(answer: ChannelAnswer) -> str:
 
 def _causes_of_kind(answer: ChannelAnswer, kind: str) -> str:
     """Return "A, B and C are missing", or nothing."""
-    names = [term_words(cause.term) for cause in answer.missing if cause.kind == kind]
+    names = [_cause_words(cause) for cause in answer.missing if cause.kind == kind]
     if not names:
         return ""
     *others, last = names
     named = f"{', '.join(others)} and {last}" if others else last
     return f"{named} {KIND_WORDS[kind][bool(others)]}"
+
+
+def _cause_words(cause: Cause) -> str:
+    """Return a cause in shop words; of own terms of which one is off, all of them."""
+    if cause.term == UNKNOWN and cause.kind == "mistuned":
+        return " or ".join(term_words(name) for name in cause.alternatives)
+    return term_words(cause.term)
 
 
 def certainty(cause: Cause) -> tuple[str, int]:

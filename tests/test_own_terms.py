@@ -1,0 +1,68 @@
+"""What is said of a simulation's own terms that may be off, alone and together."""
+
+import pytest
+
+from autodb.explain.answer import Cause, ChannelAnswer, FitQuality, Value, Where
+from autodb.explain.confidence import Mistuned, standing
+from autodb.explain.entries import told
+from autodb.explain.report import verdict
+from autodb.explain.suspects import UNKNOWN
+
+CLEAR = Mistuned(30.0, standing({}, nothing=40.0), ())
+OPEN = Mistuned(30.0, standing({"sensor_drift": 0.0, UNKNOWN: 0.0}, nothing=40.0), ("t",))
+NONE = Mistuned(-5.0, standing({}, nothing=0.0), ())
+
+
+def _cause(term: str, size: float) -> Cause:
+    value = Value(value=size, low=0.5 * size, high=1.5 * size, unit="A")
+    return Cause(
+        term=term, kind="mistuned", confidence=0.9, statement="It is off.",
+        parameters={"size": value},
+    )  # fmt: skip
+
+
+CAUSES = {"viscous": _cause("viscous", 0.2), "coulomb": _cause("coulomb", 0.3)}
+
+
+@pytest.mark.parametrize(
+    ("off", "together", "said"),
+    [
+        ({"viscous": CLEAR, "coulomb": NONE}, CLEAR, [("viscous", "mistuned", ())]),
+        (
+            {"viscous": OPEN, "coulomb": OPEN}, CLEAR,
+            [(UNKNOWN, "mistuned", ("coulomb", "viscous"))],
+        ),
+        (
+            {"viscous": OPEN, "coulomb": OPEN}, OPEN,
+            [(UNKNOWN, "missing", ("coulomb", "viscous", "sensor_drift"))],
+        ),
+        (
+            {"viscous": OPEN, "coulomb": NONE}, CLEAR,
+            [(UNKNOWN, "missing", ("viscous", "sensor_drift"))],
+        ),
+        ({"viscous": NONE, "coulomb": NONE}, CLEAR, []),
+    ],
+    ids=["one is", "one of two is", "two may be", "one may be", "none is"],
+)  # fmt: skip
+def test_own_terms(
+    off: dict[str, Mistuned], together: Mistuned, said: list[tuple[str, str, tuple[str, ...]]]
+) -> None:
+    entries = told(off, CAUSES, beside=[], jointly=lambda _: together)
+    assert [(one.term, one.kind, one.alternatives) for one in entries] == said
+    if entries:
+        assert entries[0].confidence > 0.5
+
+
+def test_beside_a_name_what_may_be_is_not_said() -> None:
+    off = {"viscous": OPEN, "coulomb": OPEN}
+    assert told(off, CAUSES, beside=[_cause("backlash", 1.0)], jointly=lambda _: CLEAR) == []
+
+
+def test_the_headline_has_all_of_which_one_is_off() -> None:
+    (entry,) = told({"viscous": OPEN, "coulomb": OPEN}, CAUSES, beside=[], jointly=lambda _: CLEAR)
+    fit = FitQuality(
+        rms_before=1.0, rms_after=0.5, heldout_before=1.0, heldout_after=0.5, noise_floor=0.5
+    )
+    answer = ChannelAnswer(unit="A", mismatch=True, where=Where(), missing=(entry,), fit=fit)
+    said = "dry friction or friction that grows with speed is set wrong"
+    assert verdict(answer).endswith(said)
