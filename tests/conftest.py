@@ -1,5 +1,6 @@
 """Shared fixtures: where the real recordings are, and the command line in-process."""
 
+import gc
 import os
 import shutil
 
@@ -17,6 +18,14 @@ if TYPE_CHECKING:
     from tests.servers import Server
 
 ROOT = Path(__file__).parent.parent
+
+
+def pytest_collection_finish() -> None:
+    """Leave what was imported out of every later collection of garbage."""
+    gc.collect()
+    gc.freeze()
+
+
 SHARED = Path(os.environ.get("AUTODB_SHARED", ROOT.parent / "shared")) / "data"
 
 
