@@ -1,12 +1,16 @@
 """What is said of a simulation's own terms that may be off, alone and together."""
 
+import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
 from autodb.explain.answer import Cause, ChannelAnswer, FitQuality, Value, Where
+from autodb.explain.axis_signals import _read_off
 from autodb.explain.confidence import Mistuned, standing
 from autodb.explain.entries import told
 from autodb.explain.report import verdict
 from autodb.explain.suspects import UNKNOWN
+from autodb.terms.friction import direction
 
 CLEAR = Mistuned(30.0, standing({}, nothing=40.0), ())
 OPEN = Mistuned(30.0, standing({"sensor_drift": 0.0, UNKNOWN: 0.0}, nothing=40.0), ("t",))
@@ -66,3 +70,18 @@ def test_the_headline_has_all_of_which_one_is_off() -> None:
     answer = ChannelAnswer(unit="A", mismatch=True, where=Where(), missing=(entry,), fit=fit)
     said = "dry friction or friction that grows with speed is set wrong"
     assert verdict(answer).endswith(said)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_where_a_simulation_has_no_friction_no_rounding_chooses_how_it_turns(seed: int) -> None:
+    t = np.arange(4000) / 250.0
+    velocity = 80.0 * np.sin(1.7 * t) * np.sin(0.31 * t)
+    inputs = {
+        "velocity": velocity, "acceleration": np.gradient(velocity, t),
+        "direction": direction(velocity),
+    }  # fmt: skip
+    simulation = 0.2 * velocity + 0.1 * inputs["acceleration"] - 3.0
+    rounded = simulation * (1.0 + 1e-15 * np.random.default_rng(seed).standard_normal(4000))
+    sense, had = _read_off(rounded, inputs)
+    assert_array_equal(sense, inputs["direction"])
+    assert set(had) == {"viscous", "inertia", "gravity"}

@@ -19,6 +19,8 @@ OWN_SHARE = 0.005
 """A term of which the simulation has less than this share is not in it."""
 WIDTHS_MM_S = (0.0, 0.1, 0.3, 1.0, 3.0)
 """Speeds over which a simulation's friction may turn; 0 is the recording's own direction."""
+WRITTEN = 1e-12
+"""Share of a simulation's sum of squares that six written digits leave: no width leaves less."""
 READ_OFF = frozenset({"coulomb", "viscous", "inertia", "gravity"})
 """Terms that a simulation is read off with."""
 NO_PARTS: Mapping[str, Array] = MappingProxyType({})
@@ -145,6 +147,7 @@ def _read_off(simulation: Array, inputs: dict[str, Array]) -> tuple[Array, dict[
     which its friction turns is the one that leaves least.
     """
     v, rows = inputs["velocity"], slice(None, None, max(1, len(simulation) // 200_000))
+    rounding = WRITTEN * float(np.sum(simulation[rows] ** 2))
     best: tuple[float, Array, Array] = (np.inf, inputs["direction"], np.zeros(4))
     for width in WIDTHS_MM_S:
         sense = np.asarray(np.tanh(v / width)) if width else inputs["direction"]
@@ -153,7 +156,7 @@ def _read_off(simulation: Array, inputs: dict[str, Array]) -> tuple[Array, dict[
             np.linalg.lstsq(matrix[rows], simulation[rows], rcond=None)[0], dtype=np.float64
         )
         left = float(np.sum((simulation[rows] - matrix[rows] @ coefficients) ** 2))
-        if left < 0.98 * best[0]:
+        if left + rounding < 0.98 * best[0]:
             best = (left, sense, coefficients)
     _, sense, coefficients = best
     level = OWN_SHARE * float(np.sqrt(np.mean(simulation**2)))
