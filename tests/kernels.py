@@ -11,7 +11,8 @@ import sys
 
 CORE = (
     "test_anfis.py", "test_one_answer.py", "test_sample_jobs.py", "test_fitting.py",
-    "test_certified.py", "test_own_terms.py", "test_shear.py", "test_elements.py", "test_terms.py", "test_forward.py",
+    "test_certified.py", "test_own_terms.py", "test_shear.py", "test_elements.py", "test_terms.py",
+    "test_forward.py",
 )  # fmt: skip
 LEFT_OUT = "mackey_glass or 95_per_cent"
 """Campaigns of many fits, which `make test` runs once."""
