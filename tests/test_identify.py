@@ -141,6 +141,27 @@ def test_a_late_recording_is_seen_as_lag() -> None:
     assert_allclose(model.value("inertia"), INERTIA, rtol=0.01)
 
 
+SHAPED = (*drives.SYMMETRIC, "stribeck", "lag")
+
+
+@pytest.mark.parametrize("terms", [drives.SYMMETRIC, SHAPED], ids=["symmetric", "shaped"])
+def test_the_fit_ends_at_its_optimum(terms: tuple[str, ...]) -> None:
+    """Another unit, and roundings of 1e-9: the same to 1e-6 of its own standard deviation."""
+    channels = moves(13)
+    v = channels["x.velocity"]
+    falls = 0.3 * np.tanh(v / 0.1) * np.exp(-((v / 20.0) ** 2))
+    effort = np.roll(current(channels, 13) + falls, round(0.008 * RATE_HZ))
+    model = drives.identify(recorded(channels, effort), terms=terms)
+    assert {t.term for t in model.fitted} == set(terms), "every shape is shown"
+    scaled = drives.identify(recorded(channels, 1000.0 * effort), terms=terms)
+    changed = effort * (1.0 + 1e-9 * np.random.default_rng(1).normal(size=len(effort)))
+    rounded = drives.identify(recorded(channels, changed), terms=terms)
+    for one, other, again in zip(model.fitted, scaled.fitted, rounded.fitted, strict=True):
+        unit = 1000.0 if "A" in one.unit else 1.0
+        assert_allclose(other.value / unit, one.value, atol=1e-6 * (one.sd or 0.0), rtol=0)
+        assert_allclose(again.value, one.value, atol=1e-6 * (one.sd or 0.0), rtol=0)
+
+
 def _with_ripple(seed: int, *, flips: bool) -> Recording:
     channels = moves(seed, seconds=60.0)
     phase = 2 * np.pi * channels["x.position"] / 8.0

@@ -14,20 +14,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
-from scipy.linalg.lapack import dpotrf, dpotrs
-from scipy.optimize import minimize
+from scipy.linalg import solve_triangular
 from scipy.signal import lfilter
 
 from autodb.fitting.covariance import autoregression
-from autodb.fitting.linear import triangle
+from autodb.fitting.linear import RANK, triangle
+from autodb.fitting.optimum import optima
 
 Array = NDArray[np.float64]
 
-LOG_RATIO = (-20.0, 25.0)
-"""Range of ln(τ²/σ²): from no freedom to as much as the data can use."""
 RIDGE = 1e-10
 """Added to the scaled inner products: a direction that no row shows gets the value 0 and a variance
 10¹⁰ times that of a column seen whole, instead of no answer at all."""
+STARTS = (0.3, 3.0)
+"""Sizes of the deviations, in standard deviations of the noise that a column's rows together leave,
+from which the likelihood is climbed."""
+VAST = 30.0
+"""A size's logarithm is taken to be below VAST beforehand, as one standard deviation: what the rows
+do not show stays where none is needed, and no other is moved by it. Chosen."""
 SURE = 0.999
 """Blocks widen the covariance where chance would make them differ so much in 1 case of 1000."""
 
@@ -59,16 +63,30 @@ class Deviating:
 
 
 @dataclass(frozen=True)
-class _Equations:
-    """Inner products of the white columns, scaled: Gᵀ·(β, u) = right."""
+class _Rows:
+    """The white rows reduced: R (p + m + 1, p + m + 1) of [X, Z, values], columns scaled.
 
-    gram: Array
-    right: Array
-    total: float
+    ``scale`` (p + m,) of them; ``unit`` (groups,): the mean of a group's scales.
+    """
+
+    factor: Array
     scale: Array
     rows: int
     columns: int
     group: NDArray[np.intp]
+    unit: Array
+
+    @property
+    def freedom(self) -> int:
+        """Rows that X leaves."""
+        return self.rows - self.columns
+
+    def sizes(self, at: Array) -> Array:
+        """Return τ_g/σ (groups,) where the likelihood is looked at.
+
+        τ_g/σ = sinh(at)/unit: as even as τ² near none, as slow as its logarithm where it is much.
+        """
+        return np.asarray(np.abs(np.sinh(at)) / self.unit)
 
 
 def least_squares_with_deviation(
@@ -86,22 +104,30 @@ def least_squares_with_deviation(
     widened to what the blocks show: the model misses something that differs between them. It is
     scaled so that ± 1.96 sd are 95 % of Student's t with G − 1 degrees of freedom: how noise and
     deviation vary is not known better than the blocks tell.
+
+    Raises NotSettled where the variances' likelihood has no end to climb to.
     """
     matrix = np.column_stack([design, *deviations])
     group = np.repeat(np.arange(len(deviations)), [z.shape[1] for z in deviations])
     whitener = _noise(matrix, values, order)
     white = _whitened(np.column_stack([matrix, values]), whitener)
-    equations = _equations(white, design.shape[1], group)
-    ratios = _variances(equations, len(deviations))
-    whole, covariance, variance = _henderson(equations, ratios)
-    inflation = _inflation(white, blocks[order:], equations, ratios, covariance)
+    rows = _reduced(white, design.shape[1], group, len(deviations))
+    answers = [
+        (share, _answer(rows, rows.sizes(at), white, blocks[order:])) for share, at in _optima(rows)
+    ]
+    whole = sum(share * one.whole for share, one in answers)
+    covariance = sum(
+        share * (one.covariance + np.outer(one.whole - whole, one.whole - whole))
+        for share, one in answers
+    )
+    inflation = sum(share * one.inflation for share, one in answers)
     full = np.concatenate([inflation, np.ones(len(whole) - len(inflation))])
     full *= _few_blocks(int(blocks.max()) + 1)
     return Deviating(
         whole,
         covariance * np.outer(full, full),
         design.shape[1],
-        np.sqrt(np.exp(ratios) * variance),
+        np.sqrt(sum(share * one.variances for share, one in answers)),
         whitener,
         inflation,
     )
@@ -120,84 +146,109 @@ def _whitened(columns: Array, a: Array) -> Array:
     return np.asarray(lfilter(taps, [1.0], columns, axis=0)[len(a) :], dtype=np.float64)
 
 
-def _equations(white: Array, columns: int, group: NDArray[np.intp]) -> _Equations:
-    scale = np.sqrt(np.einsum("ij,ij->j", white[:, :-1], white[:, :-1]))
-    scale = np.where(scale == 0, 1.0, scale)
-    gram = white[:, :-1].T @ white[:, :-1] / np.outer(scale, scale)
-    right = white[:, :-1].T @ white[:, -1] / scale
-    total = float(white[:, -1] @ white[:, -1])
-    return _Equations(gram, right, total, scale, len(white), columns, group)
+def _reduced(white: Array, columns: int, group: NDArray[np.intp], groups: int) -> _Rows:
+    found = triangle(white[:, :-1], white[:, -1])
+    k = found.columns
+    ridged = np.vstack([found.factor, np.sqrt(RIDGE) * np.eye(k, k + 1)])
+    factor = np.asarray(np.linalg.qr(ridged, mode="r"))
+    unit = np.array([found.scale[columns:][group == g].mean() for g in range(groups)])
+    return _Rows(factor, found.scale, found.rows, columns, group, unit)
 
 
-def _ridge(equations: _Equations, log_ratios: Array) -> Array:
-    """Return what τ² adds to the diagonal (p + m,), in scaled columns."""
-    p = equations.columns
-    u = np.exp(-log_ratios)[equations.group] / equations.scale[p:] ** 2
-    return np.concatenate([np.full(p, RIDGE), u + RIDGE])
-
-
-def _restricted_likelihood(equations: _Equations, log_ratios: Array) -> float:
-    """Return −2 ln of the restricted likelihood, up to a constant, σ² profiled out."""
-    p, free = equations.columns, equations.rows - equations.columns
-    ridge = _ridge(equations, log_ratios)
-    factor, failed = dpotrf(equations.gram + np.diag(ridge), clean=False)
-    if failed:
-        raise np.linalg.LinAlgError(f"the equations' minor {failed} is not positive definite")
-    rss = equations.total - float(equations.right @ dpotrs(factor, equations.right)[0])
-    determinant = 2.0 * float(np.sum(np.log(np.diag(factor))))
-    determinant += 2.0 * float(np.sum(np.log(equations.scale[p:])))
-    determinant += float(np.sum(log_ratios[equations.group]))
-    return free * float(np.log(max(rss, 1e-300))) + determinant
-
-
-def _variances(equations: _Equations, groups: int) -> Array:
-    """Return ln(τ_g²/σ²) that make the restricted likelihood largest, from two starts."""
+def _optima(rows: _Rows) -> list[tuple[float, Array]]:
+    """Return where the restricted likelihood is largest, each place with its probability."""
+    groups = len(rows.unit)
     if groups == 0:
-        return np.empty(0)
-
-    def misfit(log_ratios: NDArray[np.float64]) -> float:
-        return _restricted_likelihood(equations, np.clip(log_ratios, *LOG_RATIO))
-
-    found = [
-        minimize(misfit, np.array([start] * groups), method="Nelder-Mead", tol=0.01)
-        for start in (0.0, 8.0)
-    ]
-    best = min(found, key=lambda r: float(r.fun))
-    return np.asarray(np.clip(best.x, *LOG_RATIO), dtype=np.float64)
+        return [(1.0, np.empty(0))]
+    starts = [np.full(groups, np.arcsinh(size)) for size in STARTS]
+    return optima(lambda at: _restricted_likelihood(rows, at), starts, numbers=np.abs)
 
 
-def _henderson(equations: _Equations, log_ratios: Array) -> tuple[Array, Array, float]:
-    """Return β and u, their covariance, and σ²."""
-    matrix = equations.gram + np.diag(_ridge(equations, log_ratios))
-    inverse = np.linalg.inv(matrix)
-    scaled = inverse @ equations.right
-    rss = equations.total - float(equations.right @ scaled)
-    variance = max(rss, 0.0) / (equations.rows - equations.columns)
-    scale = equations.scale
-    return scaled / scale, inverse * variance / np.outer(scale, scale), variance
+def _restricted_likelihood(rows: _Rows, at: Array) -> tuple[float, Array]:
+    """Return −2 ln of the restricted likelihood, up to a constant, σ² profiled out; its gradient.
+
+    X is taken out by R: what is left of Z, B (m, m), and of the values, y (m,), has the variance
+    V = I + B D Bᵀ, in units of σ², and ``beyond`` of the values is out of both. Of a change of D_ii
+    the determinant's logarithm changes by bᵢᵀ V⁻¹ bᵢ, yᵀ V⁻¹ y by −(bᵢᵀ V⁻¹ y)².
+    """
+    p, group = rows.columns, rows.group
+    unit = rows.unit[group]
+    left = rows.factor[p:-1, p:-1] * (rows.scale[p:] / unit)
+    y, beyond = rows.factor[p:-1, -1], rows.factor[-1, -1]
+    size, slope = np.sinh(at), np.cosh(at)
+    grown = np.vstack([np.eye(len(y)), (left * size[group]).T])
+    root = np.linalg.qr(grown, mode="r")
+    white = solve_triangular(root, np.column_stack([left, y]), trans="T")
+    rounding = (RANK * float(np.linalg.norm(rows.factor[:, -1]))) ** 2
+    rss = float(beyond**2 + white[:, -1] @ white[:, -1] + rounding)
+    misfit = rows.freedom * np.log(rss) + 2.0 * float(np.sum(np.log(np.abs(np.diag(root)))))
+    misfit += float(np.sum((at / VAST) ** 2))
+    felt = white[:, :-1].T @ white[:, -1]
+    each = np.einsum("ij,ij->j", white[:, :-1], white[:, :-1]) - rows.freedom / rss * felt**2
+    gradient = 2.0 * size * slope * np.bincount(group, each, len(size)) + 2.0 * at / VAST**2
+    return float(misfit), np.asarray(gradient)
+
+
+@dataclass(frozen=True)
+class _Answer:
+    """What the rows say given the sizes of the deviations.
+
+    ``variances`` (groups,): τ_g².
+    """
+
+    whole: Array
+    covariance: Array
+    variances: Array
+    inflation: Array
+
+
+def _answer(rows: _Rows, sizes: Array, white: Array, blocks: NDArray[np.intp]) -> _Answer:
+    """Return β and u by the mixed-model equations, in columns at which u has the variance σ²."""
+    p = rows.columns
+    to_own = np.concatenate([1.0 / rows.scale[:p], sizes[rows.group]])
+    seen = rows.factor[:, :-1] * (rows.scale * to_own)
+    deviates = np.eye(len(to_own))[p:]
+    both = np.vstack(
+        [
+            np.column_stack([seen, rows.factor[:, -1]]),
+            np.column_stack([deviates, np.zeros(len(deviates))]),
+        ]
+    )
+    solved = np.asarray(np.linalg.qr(both, mode="r"))
+    inverse = solve_triangular(solved[:-1, :-1], np.eye(len(to_own)))
+    scaled = inverse @ solved[:-1, -1]
+    variance = float(solved[-1, -1] ** 2) / rows.freedom
+    covariance = inverse @ inverse.T * variance
+    inflation = _inflation(white, blocks, solved, to_own, np.diag(covariance)[:p])
+    return _Answer(
+        scaled * to_own,
+        covariance * np.outer(to_own, to_own),
+        np.square(sizes) * variance,
+        inflation,
+    )
 
 
 def _inflation(
-    white: Array,
-    blocks: NDArray[np.intp],
-    equations: _Equations,
-    log_ratios: Array,
-    covariance: Array,
+    white: Array, blocks: NDArray[np.intp], solved: Array, to_own: Array, variances: Array
 ) -> Array:
-    """Return how much wider (p,) leaving out blocks shows the coefficients to be, at least 1."""
-    p = equations.columns
+    """Return how much wider (p,) leaving out blocks shows the coefficients to be, at least 1.
+
+    ``solved``: the triangle of all rows, in columns each ``to_own`` times its own; ``variances``
+    (p,) there.
+    """
+    p = len(variances)
     edges = np.searchsorted(blocks, np.arange(blocks[0], blocks[-1] + 2))
     count = len(edges) - 1
-    ridge = np.diag(_ridge(equations, log_ratios))
+    gram = solved[:-1, :-1].T @ solved[:-1, :-1]
+    right = solved[:-1, :-1].T @ solved[:-1, -1]
     left = np.empty((count, p))
     for g in range(count):
         part = white[edges[g] : edges[g + 1]]
-        columns = part[:, :-1] / equations.scale
-        gram = equations.gram - columns.T @ columns + ridge
-        right = equations.right - columns.T @ part[:, -1]
-        left[g] = np.linalg.lstsq(gram, right, rcond=1e-12)[0][:p] / equations.scale[:p]
+        columns = part[:, :-1] * to_own
+        without = gram - columns.T @ columns
+        left[g] = np.linalg.lstsq(without, right - columns.T @ part[:, -1], rcond=1e-12)[0][:p]
     shown = (count - 1) / count * np.sum((left - left.mean(axis=0)) ** 2, axis=0)
-    ratio = shown / np.diag(covariance)[:p]
+    ratio = shown / variances
     limit = stats.chi2.ppf(SURE, count - 1) / (count - 1)
     return np.where(ratio > limit, np.sqrt(np.maximum(ratio, 1.0)), 1.0)
 

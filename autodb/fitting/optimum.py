@@ -23,6 +23,9 @@ FLAT = 1e-10
 NEAR, SLOWER = 1e-5, 0.5
 """Length of a step from which on it has to be shorter than the last by this share, or is rounding.
 """
+WITHIN, FAR = 50.0, 1.0
+"""Where optima are looked for, and the longest step: parameters are shares and logarithms, of the
+order of 1."""
 WIDTH = 1e-5
 """Half width of differences of the gradient."""
 ALIKE = 1e-3
@@ -56,20 +59,26 @@ def optima(
 def _climbed(misfit: Misfit, start: Array) -> Array:
     from scipy.optimize import minimize
 
-    return np.asarray(minimize(misfit, start, jac=True, method="L-BFGS-B").x)
+    bounds = [(-WITHIN, WITHIN)] * len(start)
+    return np.asarray(minimize(misfit, start, jac=True, method="L-BFGS-B", bounds=bounds).x)
 
 
 def _ended(misfit: Misfit, near: Array) -> Array:
     """Return the optimum near a point."""
     length = np.inf
     for _ in range(MOST_STEPS):
+        height, slope = misfit(near)
         curved, ways = np.linalg.eigh(_curvature(misfit, near))
         curved = np.maximum(np.abs(curved), FLAT * max(curved[-1], 1.0))  # leaves saddles
-        down = ways.T @ misfit(near)[1]
+        down = ways.T @ slope
         before, length = length, float(np.sqrt(np.sum(down**2 / curved) / 2.0))
         if length < SETTLED or SLOWER * before < length < NEAR:
             return near  # the second: what is left is the gradient's rounding
-        near = near - ways @ (down / curved)
+        step = -ways @ (down / curved)
+        step *= min(1.0, FAR / float(np.linalg.norm(step)))
+        while length > NEAR and misfit(near + step)[0] > height:
+            step *= SLOWER
+        near = near + step
     raise NotSettled(f"a likelihood's optimum still moves by {length:.2g} standard errors a step")
 
 

@@ -5,7 +5,7 @@ fitted together around that shape, with friction free to deviate from its law an
 noise (``fitting.deviation``), and the shape is moved to where that fit wants it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -41,8 +41,13 @@ EXCITED = 0.5
 """A term is excited while its sd times its column's rms is below EXCITED times the effort's rms:
 else its 95 % interval holds the whole effort."""
 TURNED = "is the sign of the effort turned round?"
-ROUNDS = 6
-"""Times that the shape is moved to where the fit with deviation and coloured noise wants it."""
+SETTLED = 1e-6
+"""Step of the shape, in standard errors, at which it is where the fit with deviation and coloured
+noise wants it."""
+ROUNDS = 40
+"""Steps after which a shape that still moves is not determined. Chosen."""
+STAYS = 0.1
+"""Step, in standard errors, up to which such a shape is told, with its doubt."""
 
 
 def fitted(
@@ -65,11 +70,13 @@ def fitted(
     """
     dropped: list[Name] = []
     while True:
-        solved = _settled(rows, parts, uneven=uneven)
+        solved, moving = _settled(rows, parts, uneven=uneven)
         if beliefs is not None:
             solved = believed(solved, beliefs, rows)
         vague = [solved.problem.names[i] for i in _vague(solved, rows)]
         shapeless = {part.key for part, p in vague if part.free and _told_by(part, p)}
+        if beliefs is None:
+            shapeless |= {key for key, step in moving.items() if step > STAYS}
         if not shapeless:
             break
         gone = [part for part in parts if part.key in shapeless]
@@ -77,7 +84,7 @@ def fitted(
         parts = tuple(part for part in parts if part not in gone)
     if len(vague) == len(solved.problem.names):
         raise UnusableInput(f"{rows.path}: {rows.axis} does not move enough")
-    return _described(rows, solved, dropped, published, sweep=uneven)
+    return _described(rows, solved, dropped, published, moving, sweep=uneven)
 
 
 def _told_by(part: Part, parameter: Parameter) -> bool:
@@ -86,30 +93,40 @@ def _told_by(part: Part, parameter: Parameter) -> bool:
     return parameter in part.term.shape or alone
 
 
-def _settled(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> Solved:
-    """Fit around the shape, move the shape to where the fit wants it, and again until it stays."""
+def _settled(
+    rows: Prepared, parts: tuple[Part, ...], *, uneven: bool
+) -> tuple[Solved, dict[str, float]]:
+    """Fit around the shape that the fit itself wants, where a step of Gauss-Newton moves nothing.
+
+    Return also the last step, in standard errors, of each part whose shape still moves: these rows
+    show none at which the fit stays. A step is at most half of a value.
+    """
     for _ in range(ROUNDS):
         solved, wanted = _solved(rows, parts, uneven=uneven)
-        sd = np.sqrt(np.diag(solved.covariance))
-        moved: dict[tuple[str, str], float] = {}
-        for i, (part, p) in enumerate(solved.problem.names):
-            here = part.shape.get(p.name)
-            if p in part.term.shape and here is not None and abs(wanted[i] - here) > 0.1 * sd[i]:
-                half = 0.5 * abs(here)
-                moved[part.key, p.name] = float(np.clip(wanted[i], here - half, here + half))
-        if not moved:
+        names = solved.problem.names
+        shape = [i for i, (part, p) in enumerate(names) if p in part.term.shape]
+        free = [names[i] for i in shape]
+        here = np.array([part.shape[p.name] for part, p in free])
+        lower, upper = (np.array([getattr(p, end) for _, p in free]) for end in ("lower", "upper"))
+        half = 0.5 * np.abs(here)
+        there = np.clip(np.clip(wanted[shape], here - half, here + half), lower, upper)
+        steps = np.abs(there - here) / np.sqrt(np.diag(solved.covariance))[shape]
+        moving: dict[str, float] = {}
+        for (part, _), step in zip(free, steps.tolist(), strict=True):
+            if step > SETTLED:
+                moving[part.key] = max(step, moving.get(part.key, 0.0))
+        if not moving:
             break
-        parts = tuple(_moved(part, moved) for part in parts)
-    return solved
+        parts = _shaped(parts, free, there)
+    return solved, moving
 
 
-def _moved(part: Part, shape: dict[tuple[str, str], float]) -> Part:
-    """Return the part with the new shape, within its bounds."""
-    values = {
-        p.name: float(np.clip(shape.get((part.key, p.name), part.shape[p.name]), p.lower, p.upper))
-        for p in part.term.shape
-    }
-    return part.with_shape(values)
+def _shaped(parts: tuple[Part, ...], free: list[Name], at: Array) -> tuple[Part, ...]:
+    """Return the parts with the values ``at`` (s,) of their ``free`` shape."""
+    values: dict[str, dict[str, float]] = {}
+    for (part, p), value in zip(free, at.tolist(), strict=True):
+        values.setdefault(part.key, {})[p.name] = value
+    return tuple(part.with_shape(values.get(part.key, {})) for part in parts)
 
 
 def _solved(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> tuple[Solved, Array]:
@@ -191,7 +208,13 @@ def _without_vague(solved: Solved, rows: Prepared) -> Array:
 
 
 def _described(
-    rows: Prepared, solved: Solved, dropped: Sequence[Name], published: Prepared, *, sweep: bool
+    rows: Prepared,
+    solved: Solved,
+    dropped: Sequence[Name],
+    published: Prepared,
+    moving: Mapping[str, float],
+    *,
+    sweep: bool,
 ) -> Identified:
     names = solved.problem.names
     vague = sorted(_vague(solved, rows))
@@ -218,7 +241,7 @@ def _described(
         residual_rms=rms,
         protocol=published.protocol,
         not_excited=_not_excited([*dropped, *(names[i] for i in vague)]),
-        doubts=tuple(_doubts(terms)),
+        doubts=(*_doubts(terms), *_restless(moving)),
         plain=_plain(published, there),
         steady=solved.deviation.steady(solved.fit, values, weights) if solved.deviation else None,
         off_law=off_law,
@@ -280,6 +303,13 @@ def _doubts(terms: Sequence[IdentifiedTerm]) -> list[str]:
         hint = TURNED if t.term in ("coulomb", "inertia") else "the moves show no such effect"
         said.append(f"{t.key} {t.parameter} is {t.value:.4g} {t.unit}, beyond {limit:g}: {hint}")
     return said
+
+
+def _restless(moving: Mapping[str, float]) -> list[str]:
+    return [
+        f"{key}: where its shape stays is told to {step:.2g} of its standard deviation only"
+        for key, step in moving.items()
+    ]
 
 
 def plain_fit(rows: Prepared, parts: tuple[Part, ...]) -> PlainFit:
