@@ -17,7 +17,6 @@ from autodb.explain.apart import (
     separation,
     told_apart,
 )
-from autodb.explain.axis import tuned_choices
 from autodb.explain.axis_friction import (
     asymmetry,
     friction_suspects,
@@ -47,6 +46,7 @@ from autodb.explain.scan import rough_place, travel_ripple
 from autodb.explain.search import Search
 from autodb.explain.suspects import Choice, Rung, Suspect
 from autodb.explain.telling import SEPARATES, Separation
+from autodb.explain.tuning import tuned_together
 from autodb.records import Recording
 from autodb.terms.friction import backlash, direction
 
@@ -88,7 +88,7 @@ def _reading(
     search = Search(bench.products(bench.blocks(suspects), white), suspects)
     found = search.settled((Choice(suspects[0], 0),))
     inquiry = Inquiry(found, search, *white, {})
-    choices = tuned_choices(bench, inquiry)
+    choices = tuned_together(bench, found.choices, white)
     fitted = fit(bench, choices, white)
     return Reading(bench, inquiry, white, choices, fitted, signals, frozenset(signals.own), "A")
 

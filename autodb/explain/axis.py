@@ -22,7 +22,7 @@ from autodb.explain.noise import Whitener
 from autodb.explain.reading import Reading
 from autodb.explain.scan import Left, proposals
 from autodb.explain.suspects import Choice, Suspect
-from autodb.explain.tuning import Beside, tuned
+from autodb.explain.tuning import tuned_together
 from autodb.explain.weighing import weighing
 from autodb.records import Recording
 
@@ -79,7 +79,7 @@ def explain_axis(
     bench = Bench(difference, own, _factor(recording))
     inquiry = inquire(bench, AxisField(signals, bench))
     bench.loosen(inquiry.found.choices)
-    choices = tuned_choices(bench, inquiry)
+    choices = tuned_together(bench, inquiry.found.choices, inquiry.noise)
     noise = weighing(bench, choices, inquiry.noise)
     fitted = fit(bench, choices, noise)
     had = frozenset(own) | frozenset(includes or ())
@@ -139,16 +139,6 @@ def _own_columns(signals: AxisSignals, includes: list[str] | None) -> dict[str, 
     if rms(rest) > REST * rms(signals.simulation) > 0:
         own["rest"] = rest
     return own
-
-
-def tuned_choices(bench: Bench, inquiry: Inquiry) -> tuple[Choice, ...]:
-    """Return the accepted choices, each with its shape tuned beside the others."""
-    choices = inquiry.found.choices
-    for number in range(len(choices)):
-        others = (*choices[:number], *choices[number + 1 :])
-        beside = Beside(bench, others, inquiry.noise)
-        choices = (*choices[:number], tuned(choices[number], beside).choice, *choices[number + 1 :])
-    return choices
 
 
 def _answer(reading: Reading, trace: Trace) -> tuple[ChannelAnswer, Trace]:

@@ -112,22 +112,21 @@ def least_squares_with_deviation(
     whitener = _noise(matrix, values, order)
     white = _whitened(np.column_stack([matrix, values]), whitener)
     rows = _reduced(white, design.shape[1], group, len(deviations))
-    answers = [
-        (share, _answer(rows, rows.sizes(at), white, blocks[order:])) for share, at in _optima(rows)
-    ]
-    whole = sum(share * one.whole for share, one in answers)
-    covariance = sum(
-        share * (one.covariance + np.outer(one.whole - whole, one.whole - whole))
-        for share, one in answers
-    )
-    inflation = sum(share * one.inflation for share, one in answers)
+    places = _optima(rows)
+    shares = [share for share, _ in places]
+    answers = [_answer(rows, rows.sizes(at), white, blocks[order:]) for _, at in places]
+    whole = np.average([one.whole for one in answers], axis=0, weights=shares)
+    apart = [np.outer(one.whole - whole, one.whole - whole) for one in answers]
+    within = [one.covariance for one in answers]
+    covariance = np.average(np.add(within, apart), axis=0, weights=shares)
+    inflation = np.average([one.inflation for one in answers], axis=0, weights=shares)
     full = np.concatenate([inflation, np.ones(len(whole) - len(inflation))])
     full *= _few_blocks(int(blocks.max()) + 1)
     return Deviating(
         whole,
         covariance * np.outer(full, full),
         design.shape[1],
-        np.sqrt(sum(share * one.variances for share, one in answers)),
+        np.sqrt(np.average([one.variances for one in answers], axis=0, weights=shares)),
         whitener,
         inflation,
     )
