@@ -11,8 +11,9 @@ from typing import Any, Protocol
 import pyarrow.parquet as pq
 from sqlalchemy import select
 
+from autodb.agent.health import read_health
 from autodb.agent.machines import add_machine
-from autodb.agent.running import Agent
+from autodb.agent.running import Agent, health_of
 from autodb.excuses import excuse
 from autodb.live.agentfile import read_agentfile
 from autodb.machinefile import LATHE, AxisFile, MachineFile
@@ -52,11 +53,11 @@ class Running:
         """Have it do something, without waiting for it."""
         asyncio.run_coroutine_threadsafe(what, self._loop)
 
-    def later(self, wait_s: float, speed: float) -> None:
-        """Have it play its shift after a while, without waiting for it."""
+    def when_read(self, path: Path, speed: float) -> None:
+        """Have it play its shift once the agent of an agent file reads it."""
 
         async def play() -> None:
-            await asyncio.sleep(wait_s)
+            await holds(lambda: connected(path))
             await self.server.play(speed=speed)
 
         self.begin(play())
@@ -74,6 +75,20 @@ class Running:
         for task in others:
             task.cancel()
         await asyncio.gather(*others, return_exceptions=True)
+
+
+async def holds(what: Callable[[], bool], timeout_s: float = 60.0) -> None:
+    """Wait until something holds, which it must in time."""
+    end = time.monotonic() + timeout_s
+    while not what():
+        assert time.monotonic() < end, "it came to hold in no time"
+        await asyncio.sleep(0.05)
+
+
+def connected(path: Path) -> bool:
+    """Say whether the agent of an agent file reads its machine."""
+    health = health_of(path)
+    return health.is_file() and read_health(health).state == "connected"
 
 
 @contextmanager

@@ -27,10 +27,15 @@ URL = "sqlite:///autodb.sqlite3"
 NOW = "2026-01-01T00:00:00+00:00"
 
 
-def _content(path: Path) -> dict[str, list[tuple[Any, ...]]]:
+def _content(path: Path) -> dict[str, list[dict[str, Any]]]:
+    """Return the rows of each table, whatever the order of rows and columns."""
     with closing(sqlite3.connect(path)) as connection:
-        names = connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()
-        return {n: sorted(connection.execute(f"SELECT * FROM {n}"), key=repr) for (n,) in names}
+        connection.row_factory = lambda cursor, row: dict(
+            sorted(zip([column[0] for column in cursor.description], row, strict=True))
+        )
+        found = connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
+        names = [row["name"] for row in found]
+        return {n: sorted(connection.execute(f"SELECT * FROM {n}"), key=repr) for n in names}
 
 
 @pytest.fixture
@@ -376,7 +381,7 @@ def test_killed_at_the_rename_it_is_the_old_or_the_new(
         finally:
             os._exit(0)
     assert os.WIFSIGNALED(os.waitpid(child, 0)[1])
-    names = {row[1] for row in _content(DB)["machine"]}
+    names = {row["name"] for row in _content(DB)["machine"]}
     assert names == ({"old"} if after else {"old", "newer"})
     assert cli("doctor").code == 0
     assert cli("restore", "copy.sqlite3", "--replace").code == 0
@@ -432,11 +437,11 @@ def test_the_export_of_one_machine_holds_no_other(
     assert cli("export", "out", "--machine", "lathe-1").code == 0
     assert cli("restore", "out", "--db", "sqlite:///one.sqlite3").code == 0
     mine, one = _content(DB), _content(Path("one.sqlite3"))
-    assert [row[1] for row in one["machine"]] == ["lathe-1"]
+    assert [row["name"] for row in one["machine"]] == ["lathe-1"]
     assert one["cutting_parameters_force"] == mine["cutting_parameters_force"]
     assert len(one["cut"]) == len(mine["cut"]) - 2
     assert len(one["recording"]) == len(mine["recording"]) - 1
-    assert [row[0] for row in one["pair"]] == [1]
+    assert [row["id"] for row in one["pair"]] == [1]
     assert len(mine["pair"]) == 2
     assert cli("doctor", "--db", "sqlite:///one.sqlite3").code == 0
     assert cli("export", "whole").code == 0

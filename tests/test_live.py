@@ -1,6 +1,5 @@
 """An agent beside virtual machines that run: nothing they cut is lost, nothing is counted twice."""
 
-import asyncio
 import hashlib
 import json
 import os
@@ -19,11 +18,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.agent.health import Health, read_health
-from autodb.agent.running import Agent, health_of
+from autodb.agent.running import Agent, health_of, journal_of
 from autodb.errors import UnusableInput
 from autodb.excuses import excuse
 from autodb.live import mtconnect
 from autodb.live.agentfile import read_agentfile
+from autodb.live.journal import Journal
 from autodb.live.mtconnect import MtConnect
 from autodb.live.source import Away, Clock
 from autodb.virtual.served.mtconnect import MtConnectServer
@@ -33,7 +33,9 @@ from tests.conftest import Cli
 from tests.running_machine import (
     MACHINE,
     Running,
+    connected,
     cuts_stored,
+    holds,
     new_database,
     opened,
     recorded,
@@ -46,6 +48,7 @@ from tests.running_machine import (
 LATHE = lathe_shift(3, 5)
 MILL = mill_shift(2, 5, longest_s=1.5, pause_s=1.4)
 SPEED = 6.0
+CHANNELS = [OpcUaServer(MILL, port=0).item(name) for name in MILL.columns]
 
 
 def _free_port() -> int:
@@ -89,7 +92,7 @@ def test_a_lathe_behind_mtconnect_teaches_its_database(
     assert cli("import", str(table), "--machine", MACHINE).code == 0
     assert cli("calibrate", "--machine", MACHINE).code == 0
     assert cli("refresh", "--machine", MACHINE).code == 0
-    lathe.later(1.0, SPEED)
+    lathe.when_read(Path("agent.toml"), SPEED)
     said, agent = run_agent(Path("agent.toml"), _all_in(3))
     same_as_said(LATHE)
     cuts = cuts_stored()
@@ -108,7 +111,7 @@ def test_a_mill_over_opc_ua(cli: Cli) -> None:
     """Fourteen channels, a node each, at 250 Hz."""
     del cli
     with _mill(history=False) as one:
-        one.later(1.5, 1.0)
+        one.when_read(Path("agent.toml"), 1.0)
         said, agent = run_agent(Path("agent.toml"), _all_in(2))
         same_as_said(MILL)
         (first, second) = cuts_stored()
@@ -140,7 +143,7 @@ def _kill_in_turn(path: Path, lives_s: list[float]) -> None:
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
 def test_killed_again_and_again_no_cut_is_lost_or_comes_twice(lathe: Running, cli: Cli) -> None:
     """Eight lives of an agent while a lathe turns three bars; the same files, the same cuts."""
-    lathe.later(1.0, SPEED)
+    lathe.when_read(Path("agent.toml"), SPEED)
     lives = np.random.default_rng(140).uniform(0.3, 1.4, 8)
     _kill_in_turn(Path("agent.toml"), lives.tolist())
     run_agent(Path("agent.toml"), _all_in(3))
@@ -155,10 +158,29 @@ def test_killed_again_and_again_no_cut_is_lost_or_comes_twice(lathe: Running, cl
     lathe.call(lathe.server.stop())
     with running(MtConnectServer(LATHE)) as again:
         write_agentfile(again.server, LATHE, protocol="mtconnect")
-        again.later(1.0, 2.0 * SPEED)
+        again.when_read(Path("agent.toml"), 2.0 * SPEED)
         run_agent(Path("agent.toml"), _all_in(3))
     lathe.call(lathe.server.start())
     assert _checksums() == killed
+
+
+def _killed_at(one: Running, row: int) -> None:
+    """Kill an agent when all is in its journal that the mill said before a row."""
+    path = Path("agent.toml")
+    child = _forked(path)
+    one.call(holds(lambda: connected(path)))
+    one.call(one.server.play(speed=1.0, upto=row))
+    heard_s = MILL.instant_s(row - 1) - 1e-6
+
+    def heard() -> bool:
+        said = Journal(journal_of(path)).read()
+        last = {} if said.position is None else said.position["last"]
+        return max((last[item] for item in CHANNELS if item in last), default=0.0) >= heard_s
+
+    one.call(holds(heard))
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    health_of(path).unlink()
 
 
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
@@ -166,14 +188,9 @@ def test_what_a_server_remembers_is_read_after_a_kill(cli: Cli) -> None:
     """While nobody listens the mill goes on; its server's history has it."""
     del cli
     with _mill(history=True) as one:
-        child = _forked(Path("agent.toml"))
-        time.sleep(2.0)
-        one.call(one.server.play(speed=1.0, upto=MILL.cuts[0][0] + 150))
-        time.sleep(0.5)
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
+        _killed_at(one, MILL.cuts[0][0] + 150)
         one.call(one.server.play(speed=1.0, upto=MILL.cuts[1][0] + 100))
-        one.later(1.0, 1.0)
+        one.when_read(Path("agent.toml"), 1.0)
         _, agent = run_agent(Path("agent.toml"), _all_in(2))
         same_as_said(MILL)
         assert agent.health.gaps == 0
@@ -184,15 +201,10 @@ def test_without_a_history_what_nobody_heard_is_a_gap(cli: Cli) -> None:
     """What was heard before it is recorded, and what comes behind it."""
     del cli
     with _mill(history=False) as one:
-        child = _forked(Path("agent.toml"))
-        time.sleep(2.0)
         middle = MILL.cuts[0][0] + 150
-        one.call(one.server.play(speed=1.0, upto=middle))
-        time.sleep(0.6)
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
+        _killed_at(one, middle)
         one.call(one.server.play(speed=1.0, upto=middle + 30))
-        one.later(1.0, 1.0)
+        one.when_read(Path("agent.toml"), 1.0)
         _, agent = run_agent(Path("agent.toml"), _all_in(3))
         assert agent.health.gaps == 1
         rows = [len(mill_rows) for mill_rows in _rows()]
@@ -207,23 +219,26 @@ def _rows() -> list[Any]:
     return [pq.read_table(path)["t"] for path in recorded()]
 
 
+async def _restarted(one: Running, pause: int, *, speed: float) -> None:
+    """Play a shift up to a row in a pause, be away until that was noticed, and play the rest."""
+    path = Path("agent.toml")
+    await holds(lambda: connected(path))
+    await one.server.play(speed=speed, upto=pause)
+    await holds(lambda: len(recorded()) == 1)
+    await one.server.stop()
+    await holds(lambda: not connected(path))
+    await one.server.start()
+    await holds(lambda: connected(path))
+    await one.server.play(speed=speed)
+
+
 def test_a_server_that_is_restarted_is_read_again(cli: Cli) -> None:
     """OPC UA: the server goes in a pause and comes back; both cuts are whole."""
     del cli
     with _mill(history=False) as one:
         pause = (MILL.cuts[0][1] + MILL.cuts[1][0]) // 2
 
-        async def restarted() -> None:
-            await asyncio.sleep(1.5)
-            await one.server.play(speed=1.0, upto=pause)
-            await asyncio.sleep(0.5)
-            await one.server.stop()
-            await asyncio.sleep(0.5)
-            await one.server.start()
-            await asyncio.sleep(4.0)
-            await one.server.play(speed=1.0)
-
-        one.begin(restarted())
+        one.begin(_restarted(one, pause, speed=1.0))
         said, agent = run_agent(Path("agent.toml"), _all_in(2))
         same_as_said(MILL)
         assert agent.health.gaps == 1
@@ -234,17 +249,7 @@ def test_a_server_that_is_restarted_is_read_again(cli: Cli) -> None:
 def test_an_mtconnect_agent_that_is_restarted_is_read_from_its_beginning(lathe: Running) -> None:
     """It counts anew, and what it had kept is gone: both sides of a gap in a pause are whole."""
     pause = (LATHE.cuts[0][1] + LATHE.cuts[1][0]) // 2
-
-    async def restarted() -> None:
-        await asyncio.sleep(1.0)
-        await lathe.server.play(speed=SPEED, upto=pause)
-        await asyncio.sleep(0.3)
-        await lathe.server.stop()
-        await asyncio.sleep(0.3)
-        await lathe.server.start()
-        await lathe.server.play(speed=SPEED)
-
-    lathe.begin(restarted())
+    lathe.begin(_restarted(lathe, pause, speed=SPEED))
     _, agent = run_agent(Path("agent.toml"), _all_in(3))
     same_as_said(LATHE)
     assert agent.health.gaps == 1
@@ -259,7 +264,7 @@ def test_what_an_agent_has_forgotten_is_a_gap(cli: Cli) -> None:
         one.call(one.server.play(speed=50.0, upto=1000))
         run_agent(path, lambda: health_of(path).is_file() and read_health(health_of(path)).well)
         one.call(one.server.play(speed=50.0, upto=LATHE.cuts[1][0] + 1000))
-        one.later(0.5, SPEED)
+        one.when_read(path, SPEED)
         _, agent = run_agent(path, _all_in(2))
         assert agent.health.gaps == 1
         assert len(recorded()) == 2
@@ -275,7 +280,7 @@ def test_a_machine_whose_clock_is_set_cuts_on(cli: Cli, off_s: float) -> None:
     with running(MtConnectServer(shift)) as one:
         new_database(mill=False)
         path = write_agentfile(one.server, shift, protocol="mtconnect")
-        one.later(1.0, SPEED)
+        one.when_read(path, SPEED)
         said, agent = run_agent(path, _all_in(3))
     same_as_said(LATHE)
     assert sum("clock was set" in line for line in said) == agent.health.gaps == 1
@@ -290,14 +295,14 @@ def test_a_clock_that_is_set_in_a_cut_parts_it(cli: Cli) -> None:
     with running(server) as one:
         new_database(mill=True)
         path = write_agentfile(server, shift, protocol="opcua", item=server.item)
-        one.later(1.5, 1.0)
+        one.when_read(path, 1.0)
         _, agent = run_agent(path, _all_in(3))
     assert [len(rows) for rows in _rows()] == [200, 176, 376]
     assert (agent.health.gaps, agent.health.late) == (1, 0)
 
 
 def test_while_the_database_is_away_cuts_wait_in_the_inbox(lathe: Running) -> None:
-    lathe.later(1.0, SPEED)
+    lathe.when_read(Path("agent.toml"), SPEED)
     away = Path("away.sqlite3")
 
     def recorded_all() -> bool:

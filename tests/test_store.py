@@ -9,7 +9,7 @@ import alembic.op
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
-from sqlalchemy import create_engine, inspect, select
+from sqlalchemy import Engine, Table, create_engine, inspect, select
 from sqlalchemy.exc import IntegrityError
 
 from autodb.errors import UnusableInput
@@ -35,23 +35,38 @@ def test_creating_twice_changes_nothing(url: str) -> None:
     assert not create_store(url).changed
 
 
-def test_the_migrations_make_the_tables_of_the_models(store: Store) -> None:
-    with store.engine.connect() as connection:
+@pytest.fixture
+def migrated(tmp_path: Path) -> Iterator[Engine]:
+    at = f"sqlite:///{tmp_path / 'migrated.sqlite3'}"
+    migrate(at, head())
+    engine = create_engine(at)
+    yield engine
+    engine.dispose()
+
+
+def test_the_migrations_make_the_tables_of_the_models(migrated: Engine) -> None:
+    with migrated.connect() as connection:
         context = MigrationContext.configure(connection)
         assert compare_metadata(context, models.Base.metadata) == []
 
 
-def test_the_migrations_make_the_checks_of_the_models(store: Store, tmp_path: Path) -> None:
-    """Alembic compares no checks and defaults: a database made from the models has the same."""
-    made = create_engine(f"sqlite:///{tmp_path / 'made.sqlite3'}")
-    models.Base.metadata.create_all(made)
-    by_models, by_migrations = inspect(made), inspect(store.engine)
-    for table in models.Base.metadata.tables:
-        for look in ("get_check_constraints", "get_columns", "get_unique_constraints"):
-            ours = getattr(by_models, look)(table)
-            theirs = getattr(by_migrations, look)(table)
+def test_a_new_database_is_what_the_migrations_make(store: Store, migrated: Engine) -> None:
+    """Column by column, with checks, keys and indexes, and at the same revision."""
+    new, old = inspect(store.engine), inspect(migrated)
+    assert sorted(new.get_table_names()) == sorted(old.get_table_names())
+    for table in new.get_table_names():
+        for look in (
+            "get_check_constraints",
+            "get_columns",
+            "get_foreign_keys",
+            "get_indexes",
+            "get_unique_constraints",
+        ):
+            ours, theirs = getattr(new, look)(table), getattr(old, look)(table)
             assert sorted(map(_without_order, ours)) == sorted(map(_without_order, theirs)), table
-    made.dispose()
+    with store.engine.connect() as one, migrated.connect() as other:
+        asked = "SELECT version_num FROM alembic_version"
+        assert one.exec_driver_sql(asked).all() == other.exec_driver_sql(asked).all()
 
 
 def _without_order(found: dict[str, Any]) -> str:
@@ -80,10 +95,27 @@ def test_a_migration_that_fails_halfway_leaves_nothing(
     real = alembic.op.create_table
     monkeypatch.setattr(alembic.op, "create_table", create)
     with pytest.raises(RuntimeError):
+        migrate(url, head())
+    assert _tables(url) == []
+
+
+def test_a_creation_that_fails_halfway_leaves_nothing(
+    url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise RuntimeError
+
+    monkeypatch.setattr(Table, "create", fail)  # the last of them, alembic's own
+    with pytest.raises(RuntimeError):
         create_store(url)
+    assert _tables(url) == []
+
+
+def _tables(url: str) -> list[str]:
     engine = engine_of(url)
-    assert inspect(engine).get_table_names() == []
+    found = inspect(engine).get_table_names()
     engine.dispose()
+    return found
 
 
 def test_foreign_keys_and_write_ahead_log_are_on(store: Store) -> None:

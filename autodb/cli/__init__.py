@@ -3,7 +3,9 @@
 import io
 import signal
 import sys
+from functools import cache
 from types import FrameType
+from typing import Any
 
 import typer
 
@@ -74,10 +76,9 @@ app.command("prove")(proving.prove)
 def run(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit status: 0 answered, 2 unusable input, 130 interrupted."""
     from typer.exceptions import TyperException
-    from typer.main import get_command
 
     try:
-        code = get_command(app).main(arguments, prog_name="autodb", standalone_mode=False)
+        code = _command().main(arguments, prog_name="autodb", standalone_mode=False)
     except TyperException as error:
         show = getattr(error, "show", None)
         if show is not None:
@@ -94,6 +95,14 @@ def run(arguments: list[str] | None = None) -> int:
         typer.echo(f"autodb: {said}", err=True)
         return 2
     return _interrupted() if code == INTERRUPTED else int(code or 0)
+
+
+@cache
+def _command() -> Any:
+    """Return all commands as one; built once in a process that runs several."""
+    from typer.main import get_command
+
+    return get_command(app)
 
 
 _pressed: list[int] = []
