@@ -46,6 +46,8 @@ SETTLED = 1e-6
 noise wants it."""
 ROUNDS = 40
 """Steps after which a shape that still moves is not determined. Chosen."""
+BACK = 0.5
+"""Share of a step by which the next comes back where it was too long. Chosen."""
 STAYS = 0.1
 """Step, in standard errors, up to which such a shape is told, with its doubt."""
 
@@ -99,8 +101,10 @@ def _settled(
     """Fit around the shape that the fit itself wants, where a step of Gauss-Newton moves nothing.
 
     Return also the last step, in standard errors, of each part whose shape still moves: these rows
-    show none at which the fit stays. A step is at most half of a value.
+    show none at which the fit stays. A step is at most half of a value, and half as long from then
+    on where it comes back as far as it went.
     """
+    before, pace = np.zeros(0), np.ones(0)
     for _ in range(ROUNDS):
         solved, wanted = _solved(rows, parts, uneven=uneven)
         names = solved.problem.names
@@ -110,14 +114,18 @@ def _settled(
         lower, upper = (np.array([getattr(p, end) for _, p in free]) for end in ("lower", "upper"))
         half = 0.5 * np.abs(here)
         there = np.clip(np.clip(wanted[shape], here - half, here + half), lower, upper)
-        steps = np.abs(there - here) / np.sqrt(np.diag(solved.covariance))[shape]
+        step = (there - here) / np.sqrt(np.diag(solved.covariance))[shape]
         moving: dict[str, float] = {}
-        for (part, _), step in zip(free, steps.tolist(), strict=True):
-            if step > SETTLED:
-                moving[part.key] = max(step, moving.get(part.key, 0.0))
+        for (part, _), far in zip(free, np.abs(step).tolist(), strict=True):
+            if far > SETTLED:
+                moving[part.key] = max(far, moving.get(part.key, 0.0))
         if not moving:
             break
-        parts = _shaped(parts, free, there)
+        if len(before) == 0:
+            before, pace = np.zeros(len(step)), np.ones(len(step))
+        pace = np.where(step * before < -BACK * before**2, 0.5 * pace, pace)
+        before = step
+        parts = _shaped(parts, free, here + pace * (there - here))
     return solved, moving
 
 
