@@ -35,7 +35,7 @@ from tests import shops
 from tests.serving import served
 
 TIMES = int(os.environ.get("AUTODB_CONTRACT", "1"))
-REQUESTS = 12
+REQUESTS = 6
 """Requests of an operation, of each of three kinds."""
 NAMES = (
     "not_a_server_error", "status_code_conformance", "content_type_conformance",

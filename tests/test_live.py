@@ -46,7 +46,7 @@ from tests.running_machine import (
 )
 
 LATHE = lathe_shift(3, 5)
-MILL = mill_shift(2, 5, longest_s=1.5, pause_s=1.4)
+MILL = mill_shift(2, 5, longest_s=1.5, pause_s=0.8)
 SPEED = 6.0
 CHANNELS = [OpcUaServer(MILL, port=0).item(name) for name in MILL.columns]
 

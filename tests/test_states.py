@@ -56,6 +56,19 @@ def worn(learnt: Cli, sample_jobs: Path) -> Iterator[Cli]:
     yield learnt
 
 
+@pytest.fixture
+def set_aside(worn: Cli, once: Once) -> Cli:
+    """Return it once they stand aside; `said.txt` is what was said then."""
+    before = Path.cwd()
+
+    def refresh() -> None:
+        shutil.copytree(before, ".", dirs_exist_ok=True)
+        Path("said.txt").write_text(worn("refresh", "--machine", "lathe-1").out)
+
+    once(refresh)
+    return worn
+
+
 def _rows() -> list[dict[str, Any]]:
     store = open_store(URL)
     with store.reading() as session:
@@ -83,8 +96,9 @@ def _may_also_be(term: str) -> None:
     store.close()
 
 
-def test_cuts_stand_aside_are_named_and_once_confirmed_are_a_state(worn: Cli) -> None:
-    done = worn("refresh", "--machine", "lathe-1").out
+def test_cuts_stand_aside_are_named_and_once_confirmed_are_a_state(set_aside: Cli) -> None:
+    worn = set_aside
+    done = Path("said.txt").read_text()
     assert "are not of its usual state" in done
     assert "force.y: tool_wear (missing)" in done
     usual = _rows()[-1]
@@ -306,8 +320,8 @@ def test_wear_that_no_cutting_time_tells_makes_a_state_as_any_cause(
     assert [row["state"] for row in _rows()] == [None, None, "tool_wear"]
 
 
-def test_rejected_they_are_learnt_after_all(worn: Cli) -> None:
-    worn("refresh", "--machine", "lathe-1")
+def test_rejected_they_are_learnt_after_all(set_aside: Cli) -> None:
+    worn = set_aside
     before = _rows()[-1]
     for number in (1, 2):
         assert worn("mismatch", "reject", number).code == 0
