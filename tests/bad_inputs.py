@@ -193,6 +193,7 @@ def _raw(
 LOOK = "autodb import moves.csv"
 RAW_CUT = "autodb calibrate cut.parquet"
 FILES = (
+    Case("folder for a file", LOOK, lambda folder: (folder / "moves.csv").mkdir()),
     Case("empty file", LOOK, _text("moves.csv")),
     Case("header only", LOOK, _text("moves.csv", "t,x.position")),
     Case("wrong separator", LOOK, _text("moves.csv", "t;x.position", "0;1", "1;2")),

@@ -52,7 +52,7 @@ class Bench:
         self.firm = len(own)
         self.factor = factor
         self.through: tuple[Choice, ...] = ()
-        self._kept: dict[tuple[str, int], Array] = {}
+        self._kept: dict[tuple[str, int], tuple[Rung | None, Array]] = {}
         self._own = self.reduce(self.own_columns())
         self._difference = reduced(difference, factor)
 
@@ -120,10 +120,15 @@ class Bench:
         return np.asfortranarray(reduced(values.reshape(len(values), -1), self.factor))
 
     def columns(self, key: tuple[str, int], rung: Rung) -> Array:
-        """Return a shape's columns at the working rate, built once."""
-        if key not in self._kept:
-            self._kept[key] = self.reduce(self.built(rung))
-        return self._kept[key]
+        """Return a shape's columns at the working rate, built once.
+
+        A place on a ladder is built anew where another shape stands in it: one tuned elsewhere.
+        """
+        shape, columns = self._kept.get(key, (None, np.empty(0)))
+        if shape != rung:
+            columns = self.reduce(self.built(rung))
+            self._kept[key] = (rung, columns)
+        return columns
 
     def detail(self, suspect: Suspect) -> Array:
         """Return a suspect's detail columns at the working rate, (m, p), p = 0 if it has none."""
@@ -132,8 +137,8 @@ class Bench:
             columns = np.empty((len(self.difference), 0))
             if suspect.detail is not None:
                 columns = self._seen(suspect.detail())
-            self._kept[key] = self.reduce(columns)
-        return self._kept[key]
+            self._kept[key] = (None, self.reduce(columns))
+        return self._kept[key][1]
 
     def blocks(self, suspects: Iterable[Suspect]) -> dict[tuple[str, int], Array]:
         """Return the columns of every shape of the suspects, and their details."""

@@ -5,6 +5,7 @@ once, end where what the shape explains rises no more.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from scipy.optimize import minimize_scalar
 from autodb.explain.bench import Bench
 from autodb.explain.noise import Noise
 from autodb.explain.suspects import Choice, Rung
+from autodb.fitting import NotSettled, stationary
 
 Array = NDArray[np.float64]
 
@@ -25,10 +27,11 @@ CURVED = 0.02
 SETTLED, STEPS = 1e-6, 20
 """Step in standard errors at which values are at their best, and the most steps: a step in time
 that lies between two rows has no best place."""
-NEAR = 0.3
+NEAR = 0.03
 """Half width in standard errors over which slope and curvature are taken, once they are known."""
-PASSES = 30
-"""Times that several effects are tuned one beside the others, until none moves."""
+PASSES, TOGETHER = 30, 1e-5
+"""The most times that several effects are tuned one beside the others, and the step in standard
+errors at which none moves."""
 
 
 @dataclass(frozen=True)
@@ -100,39 +103,66 @@ def tuned(choice: Choice, beside: Beside) -> Tuned:
 
 
 def tuned_together(bench: Bench, choices: Sequence[Choice], noise: Noise) -> tuple[Choice, ...]:
-    """Return choices, the shape of each tuned beside the others, until none moves any more."""
+    """Return choices, the shape of each tuned beside the others, until none moves any more.
+
+    A shape that has no best place, a step in time between two rows, stays where PASSES leave it.
+    """
     found = list(choices)
     for number in range(len(found)):
         found[number] = tuned(found[number], _beside(bench, found, number, noise)).choice
     shaped = [number for number, choice in enumerate(found) if choice.shape.within]
-    for _ in range(PASSES if len(shaped) > 1 else 0):
-        farthest = 0.0
+
+    def moved(at: Array) -> tuple[Array, Array]:
+        for number, values in zip(shaped, np.split(at, ends), strict=True):
+            found[number] = _placed(found[number], values)
+        sizes = []
         for number in shaped:
             beside = _beside(bench, found, number, noise)
-            rung, moved = _settled(found[number].shape, beside)
-            farthest = max(farthest, moved)
-            found[number] = _with(found[number], rung)
-        if farthest < SETTLED:
-            break
+            rung, size = _settled(found[number].shape, beside)
+            found[number] = _instead(found[number], rung)
+            sizes.append(size)
+        return _values(found, shaped), np.concatenate(sizes)
+
+    if len(shaped) > 1:
+        ends = np.cumsum([len(found[number].shape.within) for number in shaped])[:-1]
+        with suppress(NotSettled):
+            stationary(moved, _values(found, shaped), settled=TOGETHER, most=PASSES)
     return tuple(found)
+
+
+def _values(choices: Sequence[Choice], shaped: Sequence[int]) -> Array:
+    shapes = [choices[number].shape for number in shaped]
+    return np.array([shape.shape[name] for shape in shapes for name in shape.within])
 
 
 def _beside(bench: Bench, choices: Sequence[Choice], number: int, noise: Noise) -> Beside:
     return Beside(bench, [*choices[:number], *choices[number + 1 :]], noise)
 
 
+def _placed(choice: Choice, values: Array) -> Choice:
+    rung = choice.shape
+    limits = np.array(list(rung.within.values())).T
+    return _instead(choice, _shaped(rung, list(rung.within), np.clip(values, *limits)))
+
+
 def _with(choice: Choice, rung: Rung) -> Choice:
+    """Return a choice of a further shape, at the top of its ladder."""
     suspect = replace(choice.suspect, rungs=(*choice.suspect.rungs, rung))
     return Choice(suspect, len(choice.suspect.rungs))
 
 
-def _settled(rung: Rung, beside: Beside) -> tuple[Rung, float]:
-    """Return a shape from which no step explains more, and how far it moved, in standard errors."""
+def _instead(choice: Choice, rung: Rung) -> Choice:
+    """Return a choice with a shape in the place of the one at the top of its ladder."""
+    suspect = replace(choice.suspect, rungs=(*choice.suspect.rungs[:-1], rung))
+    return replace(choice, suspect=suspect)
+
+
+def _settled(rung: Rung, beside: Beside) -> tuple[Rung, Array]:
+    """Return a shape from which no step explains more, and its values' standard errors (p,)."""
     names = list(rung.within)
     lower, upper = np.array(list(rung.within.values())).T
-    width = CURVED * (upper - lower)
+    width, size = CURVED * (upper - lower), upper - lower
     at = np.array([rung.shape[name] for name in names])
-    moved = 0.0
 
     def gain(values: Array) -> float:
         return beside.gain(_shaped(rung, names, values))
@@ -146,11 +176,13 @@ def _settled(rung: Rung, beside: Beside) -> tuple[Rung, float]:
         there = np.clip(at + ways @ ((ways.T @ slope) / sharp), lower, upper)
         step = float(np.sqrt((there - at) @ -curvature @ (there - at) / 2.0))
         reached = gain(there)
-        if step < SETTLED or reached <= height:
+        size = np.sqrt(2.0 / np.diag(-curvature))
+        wide, width = width, np.minimum(width, NEAR * size)
+        if step >= SETTLED and reached > height:
+            at, height = there, reached
+        elif np.all(width == wide):
             break
-        at, height, moved = there, reached, moved + step
-        width = np.minimum(width, NEAR / np.sqrt(np.diag(-curvature) / 2.0))
-    return _shaped(rung, names, at), moved
+    return _shaped(rung, names, at), size
 
 
 def _derivatives(

@@ -40,21 +40,25 @@ class NotSettled(ValueError):  # noqa: N818 - the data's state, not a program er
 
 
 def stationary(
-    moved: Callable[[Array], tuple[Array, Array]], start: Array, *, settled: float = SETTLED
+    moved: Callable[[Array], tuple[Array, Array]],
+    start: Array,
+    *,
+    settled: float = SETTLED,
+    most: int = MOST_ROUNDS,
 ) -> Array:
     """Return the point (p,) that a round leaves where it is.
 
     ``moved``: G(x) (p,) of a point, and the size (p,) in which a change of each number counts, its
     standard deviation.
 
-    Raises NotSettled after MOST_ROUNDS.
+    Raises NotSettled after ``most`` rounds.
     """
     here, plain = start, PLAIN
     points: list[Array] = []
     changes: list[Array] = []
     least, best = np.inf, start
     far = np.inf
-    for number in range(MOST_ROUNDS):
+    for number in range(most):
         there, size = moved(here)
         change = there - here
         far = float(np.max(np.abs(change) / size, initial=0.0))
@@ -71,7 +75,7 @@ def stationary(
         points, changes = [*points, here][-MEMORY:], [*changes, change][-MEMORY:]
         plain = PLAIN if far > NEAR else max(plain - 1, 0)
         here = there if plain else _mixed(points, changes, size)
-    raise NotSettled(f"not at rest after {MOST_ROUNDS} rounds: the last moved {far:.2g} sd")
+    raise NotSettled(f"not at rest after {most} rounds: the last moved {far:.2g} sd")
 
 
 def _mixed(points: list[Array], changes: list[Array], size: Array) -> Array:

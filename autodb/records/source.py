@@ -93,7 +93,9 @@ class TimeBase:
         check_time(path, channels["t"])
         rows = len(channels["t"])
         if rows < FEWEST_ROWS:
-            raise UnusableInput(f"{path}: {rows} rows are too few for a recording")
+            raise UnusableInput(
+                f"{path}: {rows} rows are too few for a recording; {FEWEST_ROWS} would work"
+            )
         usable = {name: values for name, values in channels.items() if name not in unusable}
         return Recording(
             path, usable, texts, conversion.units, conversion.side, unusable, self.ignored
@@ -177,6 +179,8 @@ def open_source(path: Path, *, columns: Path | None = None) -> Source:
 
     Raises UnusableInput for a file or side file that cannot be used.
     """
+    if path.is_dir():
+        raise UnusableInput(f"{path}: is a folder; the files in it would work")
     beside = path.with_suffix(".toml")
     side_path = columns or (beside if beside.is_file() else None)
     opened = readers.open_bases(path)

@@ -143,13 +143,20 @@ def _solved(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> tuple[S
     deviation = friction_deviation(rows, problem)
     groups = deviation.groups if deviation else []
     root = row_roots(rows, problem, groups) if uneven else np.ones(len(problem.target))
-    fit = fitting.least_squares_with_deviation(
-        problem.columns * root[:, None],
-        [group * root[:, None] for group in groups],
-        problem.target * root,
-        blocks=motion_blocks(rows.sampled("t"), rows.sampled("direction")),
-        order=NOISE_ORDER,
-    )
+    try:
+        fit = fitting.least_squares_with_deviation(
+            problem.columns * root[:, None],
+            [group * root[:, None] for group in groups],
+            problem.target * root,
+            blocks=motion_blocks(rows.sampled("t"), rows.sampled("direction")),
+            order=NOISE_ORDER,
+        )
+    except fitting.NotSettled as error:
+        terms = ",".join(part.key for part in parts)
+        raise UnusableInput(
+            f"{rows.path}: {rows.axis}: how far friction is off its law is not told ({error}); "
+            f"fewer terms than {terms} would work"
+        ) from None
     values, weights = np.split(_at_shape(problem, fit), [fit.columns])
     return Solved(problem, fit, deviation, values, fit.covariance, weights), fit.coefficients
 

@@ -162,7 +162,7 @@ def create_store(url: str) -> Created:
 def _make(url: str) -> None:
     """Make the tables that this version's models state, in one transaction.
 
-    They are those of all migrations, which take eight times as long.
+    They are those that all migrations make, sooner.
     """
     from autodb.store import models
 

@@ -53,21 +53,23 @@ class Bench:
         self.difference = difference
         self.own = own
         self._own = np.stack(list(own.values()), axis=-1)
-        self._kept: dict[tuple[str, int], Array] = {}
+        self._kept: dict[tuple[str, int], tuple[Rung | None, Array]] = {}
 
     def columns(self, key: tuple[str, int], rung: Rung) -> Array:
         """Return a shape's columns (C, n, p), built once."""
-        if key not in self._kept:
-            self._kept[key] = columns_of(rung)
-        return self._kept[key]
+        shape, columns = self._kept.get(key, (None, np.empty(0)))
+        if shape != rung:
+            columns = columns_of(rung)
+            self._kept[key] = (rung, columns)
+        return columns
 
     def detail(self, suspect: Suspect) -> Array:
         """Return what a suspect's shapes may get wrong (C, n, p), p = 0 if nothing."""
         key = (suspect.key, DETAIL)
         if key not in self._kept:
             none = np.empty((*self.difference.shape, 0))
-            self._kept[key] = none if suspect.detail is None else suspect.detail()
-        return self._kept[key]
+            self._kept[key] = (None, none if suspect.detail is None else suspect.detail())
+        return self._kept[key][1]
 
     def forget(self, keys: Iterable[str]) -> None:
         """Drop the columns of suspects that are built anew."""

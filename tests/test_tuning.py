@@ -1,0 +1,65 @@
+"""Shapes that are tuned end at their best, in whatever order they are taken."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+from autodb.explain.bench import Bench
+from autodb.explain.noise import Noise, Whitener
+from autodb.explain.suspects import Choice, Rung, Suspect
+from autodb.explain.tuning import Beside, tuned_together
+
+Array = NDArray[np.float64]
+
+T_S = np.linspace(0.0, 1.0, 800)
+NOISE = 0.05
+TRUE_S = {"fast": 0.08, "slow": 0.3}
+
+
+def _settling(time_s: float) -> Array:
+    return -np.expm1(-T_S / time_s)
+
+
+def _decaying(name: str, start_s: float) -> Choice:
+    rung = Rung(
+        _settling,
+        shape={"time_s": start_s},
+        within={"time_s": (start_s / 2.0, start_s * 2.0)},
+        names=("level",),
+    )
+    return Choice(Suspect(name, "unknown", (rung,)), 0)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    """Return what two effects add that are much alike."""
+    drawn = np.random.default_rng(17).normal(0.0, NOISE, len(T_S))
+    signs = zip((1.0, -0.8), TRUE_S.values(), strict=True)
+    return Bench(sum(k * _settling(s) for k, s in signs) + drawn, {}, 1)
+
+
+def test_two_effects_end_where_neither_moves(bench: Bench) -> None:
+    noise: Noise = (Whitener(np.zeros(1)), NOISE**2)
+    starts = [_decaying("fast", 0.06), _decaying("slow", 0.4)]
+    one = tuned_together(bench, starts, noise)
+    other = tuned_together(bench, starts[::-1], noise)[::-1]
+    for found, again, name in zip(one, other, TRUE_S, strict=True):
+        beside = Beside(bench, [c for c in one if c is not found], noise)
+        here = found.shape.shape["time_s"]
+        sd = _sd(beside, found, here)
+        assert_allclose(again.shape.shape["time_s"], here, atol=1e-3 * sd, rtol=0, err_msg=name)
+        assert_allclose(here, TRUE_S[name], atol=6.0 * sd + 0.5 * TRUE_S[name], err_msg=name)
+        slope = np.diff([_gain(beside, found, here + k * 1e-2 * sd) for k in (-1.0, 1.0)])[0]
+        assert abs(slope) / 0.02 < 0.02, "in standard errors what is left to the best"
+
+
+def _gain(beside: Beside, found: Choice, time_s: float) -> float:
+    rung = found.shape
+    return beside.gain(Rung(rung.law, shape={"time_s": time_s}, names=rung.names))
+
+
+def _sd(beside: Beside, found: Choice, here: float) -> float:
+    width = 1e-2 * here
+    below, at, above = (_gain(beside, found, here + k * width) for k in (-1.0, 0.0, 1.0))
+    return float(width * np.sqrt(2.0 / (2.0 * at - below - above)))
