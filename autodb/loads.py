@@ -11,9 +11,9 @@ from pyarrow import csv
 from autodb import __version__, figures
 from autodb.agent.reconstructing import Felt
 from autodb.channels import LINEAR_AXES
+from autodb.files.targets import hidden, replace_by
 from autodb.fitting import NORMAL_95
 from autodb.sensing.reconstruct import Load
-from autodb.store.copies import hidden, replace_by
 
 Array = NDArray[np.float64]
 

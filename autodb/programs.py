@@ -12,11 +12,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.checksums import checksum
 from autodb.cutting import turning
 from autodb.cutting.contour import TOUCH_MM, Engagement, engagement
 from autodb.cutting.stock import Stock, bar, profile
 from autodb.errors import UnusableInput
+from autodb.files.checksums import checksum
 from autodb.jobs import JobProgram
 from autodb.nc.reading import Arc, Move, program_text, turning_program
 from autodb.nc.reading.blocks import blocks

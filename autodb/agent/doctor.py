@@ -12,7 +12,7 @@ from sqlalchemy.exc import DatabaseError
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from autodb.agent.importing import files_of
-from autodb.checksums import checksum
+from autodb.files.checksums import checksum
 from autodb.sensing.drives import IDENTIFIABLE
 from autodb.store import Store, head, models, on_server, open_store, pointing_nowhere
 

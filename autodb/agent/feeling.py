@@ -22,8 +22,8 @@ from autodb.agent.machines import find_machine
 from autodb.agent.marks import ESTIMATORS, FELT_OVER_TIME, last_mark
 from autodb.agent.reconstructing import Felt, known_scale
 from autodb.channels import LINEAR_AXES
-from autodb.checksums import checksum
 from autodb.errors import UnusableInput
+from autodb.files.checksums import checksum
 from autodb.records import Recording
 from autodb.records.source import open_as_stored
 from autodb.sensing.in_cut import mean_of, steady_rows

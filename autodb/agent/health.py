@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from autodb.errors import UnusableInput
-from autodb.store.copies import write_text
+from autodb.files.targets import write_text
 
 STALE_S = 60.0
 """From when on a health file that nobody writes any more says that the agent is gone."""

@@ -10,8 +10,8 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.importing import import_file
 from autodb.agent.machines import find_machine, signed
-from autodb.checksums import checksum
 from autodb.errors import UnusableInput
+from autodb.files.checksums import checksum
 from autodb.records import Recording
 from autodb.sensing import faults
 from autodb.sensing.axis_model import Beliefs, Identified, IdentifiedTerm

@@ -14,8 +14,8 @@ from autodb.agent.catalogue import pair_id
 from autodb.agent.machines import find_machine
 from autodb.agent.redelivered import ROWS_ALIKE, Sorted, as_it_was, earlier, rows_alike, sorted_cuts
 from autodb.channels import axis_of
-from autodb.checksums import checksum
 from autodb.errors import UnusableInput
+from autodb.files.checksums import checksum
 from autodb.pairs.engaged import BY_NAME
 from autodb.records import EDGE, CutTable, Recording, Source, edge_codes
 from autodb.records.plausible import refuse_implausible

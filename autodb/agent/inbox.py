@@ -19,11 +19,11 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.importing import Imported, Kept, import_file, whole_file
 from autodb.agent.machines import find_machine
-from autodb.checksums import checksum
 from autodb.errors import SetAside, UnusableInput
+from autodb.files.checksums import checksum
+from autodb.files.targets import hidden, replace_by
 from autodb.sidefile import read_sidefile
 from autodb.store import Store, models
-from autodb.store.copies import replace_by
 
 KEPT = "kept"
 BESIDE = (".toml", ".sha256")
@@ -292,9 +292,6 @@ def _link(path: Path, target: Path) -> None:
     try:
         os.link(path, target)
     except OSError:  # another disk, or one without links
-        part = target.with_name(f".{target.name}.partial")
-        try:
+        with hidden(target) as part:
             shutil.copyfile(path, part)
             replace_by(part, target)
-        finally:
-            part.unlink(missing_ok=True)

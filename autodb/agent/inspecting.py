@@ -8,8 +8,8 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.estimators import Fitted, keep, newest
 from autodb.agent.machines import find_machine
-from autodb.checksums import checksum
 from autodb.errors import UnusableInput
+from autodb.files.checksums import checksum
 from autodb.partfile import PartFile
 from autodb.sensing.inspection import Inspected, passive_force
 from autodb.store import Store, models

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
-from autodb.checksums import checksum
 from autodb.errors import UnusableInput
+from autodb.files.checksums import checksum
 from autodb.records import Source, open_as_stored
 from autodb.sidefile import SideFile
 from autodb.store import models

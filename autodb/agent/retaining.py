@@ -20,12 +20,12 @@ from sqlalchemy.orm import Session
 from autodb import readers
 from autodb.agent.importing import files_of
 from autodb.agent.machines import find_machine
-from autodb.checksums import checksum
 from autodb.errors import UnusableInput
+from autodb.files.checksums import checksum
+from autodb.files.targets import hidden, replace_by
 from autodb.records import Source, open_as_stored
 from autodb.sidefile import SideFile
 from autodb.store import Store, models
-from autodb.store.copies import replace_by
 
 COMPRESSED = ".csv"
 """Ending of files that become Parquet."""
@@ -135,17 +135,15 @@ def _compress(store: Store, machine: str, recording: int, done: Retained) -> Non
         _keep(store, machine, recording, path, sha256)
         return
     target = path.with_name(f"{path.name}.parquet")
-    part = target.with_name(f".part-{target.name}")
     try:
-        _write(path, side, part)
-        _compare(open_as_stored(path, side), open_as_stored(part, side))
-        replace_by(part, target)
+        with hidden(target) as part:
+            _write(path, side, part)
+            _compare(open_as_stored(path, side), open_as_stored(part, side))
+            replace_by(part, target)
     except UnusableInput as error:
         done.left.append(f"{path}: not compressed: {error}")
         _keep(store, machine, recording, path, sha256)
         return
-    finally:
-        part.unlink(missing_ok=True)
     _keep(store, machine, recording, target, checksum(target))
     done.compressed += 1
     done.bytes_before += path.stat().st_size

@@ -9,7 +9,7 @@ from pathlib import Path
 from autodb.card.machine import Card
 from autodb.card.render import render_card
 from autodb.errors import UnusableInput
-from autodb.store.copies import hidden, needs_folder, replace_by
+from autodb.files.targets import hidden, needs_folder, replace_by
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 """Names under which a browser that prints without a screen is looked for."""

@@ -55,8 +55,8 @@ def predict(
     """Predict forces, torque and power of a job's cuts, with 95 % intervals."""
     from autodb.agent.machines import limits_of_machine
     from autodb.agent.predicting import predict_job
+    from autodb.files.targets import check_target
     from autodb.jobs import read_job
-    from autodb.store.copies import check_target
 
     if csv is not None:
         check_target(csv, suffix=".csv", option="--csv")
@@ -85,7 +85,7 @@ def predict(
 def _write_predicted(
     answer: "Predicted", limits: "dict[str, Limits]", csv: Path | None, plot: Path | None
 ) -> None:
-    from autodb.store.copies import write_text
+    from autodb.files.targets import write_text
 
     if csv is not None:
         from autodb.predictedfile import as_csv

@@ -158,7 +158,7 @@ def _show_masses(masses: "Mapping[str, Mass]") -> None:
 def _check(update: bool, machine: str | None, page: Path | None) -> None:
     """Refuse options that do not go together, before anything is fitted."""
     from autodb.errors import UnusableInput
-    from autodb.store.copies import check_target
+    from autodb.files.targets import check_target
 
     if update and machine is None:
         raise UnusableInput(
@@ -170,7 +170,7 @@ def _check(update: bool, machine: str | None, page: Path | None) -> None:
 
 def _write_page(model: "Identified", moves: "records.Recording", page: Path) -> None:
     from autodb.axispage import render_axis
-    from autodb.store.copies import write_text
+    from autodb.files.targets import write_text
 
     write_text(page, render_axis(model, moves))
 

@@ -136,7 +136,7 @@ def _export_coefficients(
 ) -> None:
     from autodb.agent.coefficients import coefficients
     from autodb.errors import UnusableInput
-    from autodb.store.copies import check_target, write_text
+    from autodb.files.targets import check_target, write_text
 
     check_target(path, suffix=".json", option="--coefficients")
     if machine is None:
@@ -157,8 +157,8 @@ def _export_cards(
 ) -> None:
     from autodb.agent.made_cards import made_cards
     from autodb.errors import UnusableInput
+    from autodb.files.targets import check_target, write_text
     from autodb.pairs.cards import as_csv
-    from autodb.store.copies import check_target, write_text
 
     check_target(path, suffix=".csv", option="--cards")
     if machine is None:

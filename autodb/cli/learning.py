@@ -214,7 +214,7 @@ def _calibrate_files(
 ) -> "Calibrated":
     from autodb.agent.calibrating import Calibrated, calibrate_table
     from autodb.agent.gathering import cuts_of_files
-    from autodb.checksums import checksum
+    from autodb.files.checksums import checksum
     from autodb.sensing.ranges import COMPONENT_OF_AXIS
 
     axes = tuple(COMPONENT_OF_AXIS)

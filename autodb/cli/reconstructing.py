@@ -125,8 +125,8 @@ def reconstruct(
 
     Or the forces that a machine's network, its table dynamometer, or all of them together feel.
     """
+    from autodb.files.targets import check_target, write_text
     from autodb.loads import render, write_table
-    from autodb.store.copies import check_target, write_text
 
     _check(
         _Given(estimator, machine, moves, terms, removed),

@@ -27,7 +27,7 @@ def schedule(
     """Write a systemd timer, or a line for cron, that refreshes a machine every so often."""
     from autodb.agent.scheduling import cron_line, systemd_units
     from autodb.errors import UnusableInput
-    from autodb.store.copies import needs_folder, write_text
+    from autodb.files.targets import needs_folder, write_text
 
     if cron and out is not None:
         raise UnusableInput("--out is for systemd's units; a line of cron is printed")

@@ -3,8 +3,6 @@
 Several recordings together have such a folder each, beside together.json and together.html.
 """
 
-import shutil
-import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -17,6 +15,7 @@ from autodb.explain.answer import Explained
 from autodb.explain.report import render_explanation
 from autodb.explain.together import Together
 from autodb.explain.togetherpage import folders, render_together
+from autodb.files.targets import hidden, replace_by
 
 FILES = frozenset({"corrected.csv", "report.html", "explanation.json"})
 OF_SEVERAL = frozenset({"together.json", "together.html"})
@@ -60,19 +59,17 @@ def _is_of_several(folder: Path) -> bool:
 def _replace(folder: Path, write: Callable[[Path], None], ours: Callable[[Path], bool]) -> None:
     """Put a folder that ``write`` fills in the place of an earlier answer, or of nothing."""
     folder = folder.resolve()
-    if folder.exists() and not folder.is_dir():
-        raise UnusableInput(f"{folder}: is a file; --out needs a folder")
-    if folder.is_dir() and not ours(folder):
-        raise UnusableInput(f"{folder}: holds other files, it would be replaced; give a new --out")
     folder.parent.mkdir(parents=True, exist_ok=True)
-    new = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-    try:
-        new.chmod(0o755)
+    with hidden(folder) as new:
+        if folder.exists() and not folder.is_dir():
+            raise UnusableInput(f"{folder}: is a file; --out needs a folder")
+        if folder.is_dir() and not ours(folder):
+            raise UnusableInput(
+                f"{folder}: holds other files, it would be replaced; give a new --out"
+            )
+        new.mkdir()
         write(new)
-        _swap(new, folder)
-    except BaseException:
-        shutil.rmtree(new, ignore_errors=True)
-        raise
+        replace_by(new, folder)
 
 
 def _write(explained: Explained, folder: Path) -> None:
@@ -84,18 +81,3 @@ def _write(explained: Explained, folder: Path) -> None:
     text = explained.explanation.model_dump_json(indent=1)
     (folder / "explanation.json").write_text(text + "\n", encoding="utf-8")
     (folder / "report.html").write_text(render_explanation(explained), encoding="utf-8")
-
-
-def _swap(new: Path, folder: Path) -> None:
-    """Put ``new`` in the place of ``folder``; the old one is away only between two renames."""
-    if not folder.exists():
-        new.rename(folder)
-        return
-    old = new.with_name(new.name + "-old")
-    folder.rename(old)
-    try:
-        new.rename(folder)
-    except BaseException:
-        old.rename(folder)
-        raise
-    shutil.rmtree(old)

@@ -6,7 +6,7 @@ from autodb.errors import UnusableInput
 from autodb.live.agentfile import AgentFile
 from autodb.live.source import Source
 
-LIBRARIES = ("asyncua", "httpx", "tomli_w", "filelock")
+LIBRARIES = ("asyncua", "httpx", "tomli_w")
 
 
 def source_of(plan: AgentFile) -> Source:

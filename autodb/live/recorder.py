@@ -10,13 +10,13 @@ import tomli_w
 from pyarrow import parquet
 from pydantic import ValidationError
 
-from autodb.checksums import checksum
 from autodb.errors import UnusableInput
+from autodb.files.checksums import checksum
+from autodb.files.targets import hidden, replace_by, write_text
 from autodb.live.agentfile import AgentFile, Told
 from autodb.live.batch import Value
 from autodb.live.segmenter import LiveCut
 from autodb.sidefile import CutSection, RecordingSection, SideFile, ToolSection
-from autodb.store.copies import hidden, replace_by, write_text
 from autodb.toolfile import geometry_of, read_tool
 
 PER_TURN = ("turn", "face", "taper", "contour", "drill")

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from autodb.errors import UnusableInput
+from autodb.files.targets import write_text
 from autodb.standard.protocol import Protocol
 
 
@@ -41,7 +42,5 @@ def keep(text: str, path: Path) -> bool:
         if path.read_bytes() == text.encode():
             return False
         raise UnusableInput(f"{path}: is there already and differs; another --out would work")
-    part = path.with_name(f"{path.name}.part")
-    part.write_bytes(text.encode())
-    part.replace(path)
+    write_text(path, text)
     return True

@@ -5,20 +5,9 @@ from contextlib import closing
 from pathlib import Path
 
 from autodb.errors import UnusableInput
+from autodb.files.targets import LOGS, Progress, hidden, needs_folder, replace_by
 from autodb.store import file_of, on_server
-from autodb.store.copies import (
-    LOGS,
-    Copied,
-    Progress,
-    connect,
-    copy_of,
-    hidden,
-    needs_folder,
-    same_folder,
-    schema_of,
-    settle,
-    sync,
-)
+from autodb.store.copies import Copied, connect, copy_of, same_folder, schema_of, settle
 from autodb.store.moving import to_file
 
 
@@ -35,15 +24,14 @@ def backup(
         raise UnusableInput(f"{url}: no database there; 'autodb init' makes one")
     target = target.resolve() if target.is_symlink() else target
     needs_folder(target)
-    _may_be_written(target, source, replace=replace)
-    with hidden(target) as partial:
+    with hidden(target, progress) as partial:
+        _may_be_written(target, source, replace=replace)
         if source is None:
             copied = to_file(url, partial, progress)
         else:
             copied = copy_of(source, partial, progress)
         settle(partial)
-        partial.replace(target)
-        sync(target.parent)
+        replace_by(partial, target)
     return copied
 
 

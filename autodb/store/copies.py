@@ -1,22 +1,16 @@
-"""Copies of a database: taken while it is in use, checked, and put in place by one rename.
+"""Copies of a database: taken while it is in use, and checked."""
 
-A copy is made beside its target under a hidden name and takes the target's name only when it is
-whole. Killed at any moment, the target is what it was before or what it is to become.
-"""
-
-import os
 import sqlite3
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
 from autodb.errors import UnusableInput
+from autodb.files.targets import Progress, sync
 from autodb.store import head, revisions
 
-Progress = Callable[[str], None]
 PAGES_A_STEP = 2048
-LOGS = ("-wal", "-shm", "-journal")
 WAIT_S = 5.0
 
 
@@ -111,57 +105,3 @@ def settle(path: Path) -> None:
     with closing(connect(path)) as connection:
         connection.execute("PRAGMA journal_mode=DELETE")
     sync(path)
-
-
-def sync(path: Path) -> None:
-    """Have a file or folder written to the disk."""
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
-def needs_folder(target: Path) -> None:
-    """Raise UnusableInput when the folder that ``target`` is to lie in is not there."""
-    if not target.parent.is_dir():
-        raise UnusableInput(f"{target.parent}: no such folder; one that is there would work")
-
-
-def check_target(path: Path, *, suffix: str, option: str) -> None:
-    """Raise UnusableInput where a file could not be written to ``path``."""
-    if path.suffix != suffix:
-        raise UnusableInput(f"{option}: {path} does not end in {suffix}; FILE{suffix} would work")
-    if path.is_dir():
-        raise UnusableInput(f"{path}: is a folder; {option} needs the name of a file")
-    needs_folder(path)
-
-
-def write_text(target: Path, text: str) -> None:
-    """Write a file whole or not at all; an earlier one of that name is replaced."""
-    with hidden(target) as part:
-        part.write_text(text, encoding="utf-8")
-        replace_by(part, target)
-
-
-def replace_by(part: Path, target: Path) -> None:
-    """Put a finished file in the place of ``target``, on the disk when this returns."""
-    sync(part)
-    part.replace(target)
-    sync(target.parent)
-
-
-@contextmanager
-def hidden(target: Path) -> Iterator[Path]:
-    """Give a hidden name beside ``target``; what is left under it in the end is removed."""
-    path = target.with_name(f".{target.name}.partial")
-    _remove(path)
-    try:
-        yield path
-    finally:
-        _remove(path)
-
-
-def _remove(path: Path) -> None:
-    for end in ("", *LOGS):
-        path.with_name(f"{path.name}{end}").unlink(missing_ok=True)

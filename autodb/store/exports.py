@@ -4,7 +4,6 @@ Columns are typed; JSON columns are JSON text as it is stored. ``load`` puts the
 """
 
 import json
-import shutil
 import sqlite3
 from contextlib import closing
 from pathlib import Path
@@ -28,10 +27,11 @@ from sqlalchemy import (
 )
 
 import autodb
-from autodb.checksums import checksum
 from autodb.errors import UnusableInput, near
+from autodb.files.checksums import checksum
+from autodb.files.targets import Progress, hidden, needs_folder, replace_by
 from autodb.store import Store, head, migrate, models, revisions
-from autodb.store.copies import Copied, Progress, needs_folder
+from autodb.store.copies import Copied
 from autodb.store.moving import ROWS_A_STEP, as_stored, in_steps
 
 FORMAT = 1
@@ -66,13 +66,11 @@ def export(
 
     Raises UnusableInput when the folder holds anything, or there is no such machine.
     """
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise UnusableInput(f"{folder}: is there already; a new folder would work")
     needs_folder(folder)
-    partial = folder.with_name(f".{folder.name}.partial")
-    shutil.rmtree(partial, ignore_errors=True)
-    partial.mkdir()
-    try:
+    with hidden(folder, progress) as partial:
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise UnusableInput(f"{folder}: is there already; a new folder would work")
+        partial.mkdir()
         with store.reading() as session:
             owner = None if machine is None else _machine_id(session.connection(), machine)
             tables = _write_tables(session.connection(), partial, owner, progress)
@@ -85,9 +83,7 @@ def export(
         )
         text = json.dumps(manifest.model_dump(), indent=1) + "\n"
         (partial / MANIFEST).write_text(text, encoding="utf-8")
-        partial.replace(folder)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
+        replace_by(partial, folder)
     return manifest
 
 

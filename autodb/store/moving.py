@@ -14,8 +14,9 @@ from sqlalchemy import JSON, Connection, Select, Table, Text, cast, func, select
 from sqlalchemy.exc import DBAPIError
 
 from autodb.errors import UnusableInput
+from autodb.files.targets import Progress
 from autodb.store import create_store, head, models, open_store, shown
-from autodb.store.copies import Copied, Progress
+from autodb.store.copies import Copied
 
 ROWS_A_STEP = 10_000
 

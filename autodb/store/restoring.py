@@ -7,20 +7,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from autodb.errors import UnusableInput
+from autodb.files.targets import LOGS, Progress, hidden, needs_folder, replace_by
 from autodb.store import create_store, file_of, head, on_server
-from autodb.store.copies import (
-    LOGS,
-    Copied,
-    Progress,
-    connect,
-    copy_of,
-    counts,
-    hidden,
-    needs_folder,
-    schema_of,
-    settle,
-    sync,
-)
+from autodb.store.copies import Copied, connect, copy_of, counts, schema_of, settle
 from autodb.store.exports import load
 from autodb.store.moving import to_server
 
@@ -41,8 +30,8 @@ def restore(
         return copied
     target = file_of(url)
     needs_folder(target)
-    _may_be_replaced(target, replace=replace)
-    with hidden(target) as partial:
+    with hidden(target, progress) as partial:
+        _may_be_replaced(target, replace=replace)
         copied = _made(source, partial, progress)
         settle(partial)
         _put_in_place(partial, target)
@@ -95,7 +84,7 @@ def _put_in_place(partial: Path, target: Path) -> None:
                 # behind that SQLite would take for the new one's
                 old.execute("PRAGMA journal_mode=DELETE")
                 old.execute("BEGIN EXCLUSIVE")
-                partial.replace(target)
+                replace_by(partial, target, in_use=True)
         except sqlite3.OperationalError as error:
             if "locked" in str(error):
                 raise UnusableInput(
@@ -104,10 +93,9 @@ def _put_in_place(partial: Path, target: Path) -> None:
             raise UnusableInput(f"{target}: cannot be replaced ({error})") from None
         except sqlite3.DatabaseError:
             _set_aside(target)
-            partial.replace(target)
+            replace_by(partial, target, in_use=True)
     else:
-        partial.replace(target)
-    sync(target.parent)
+        replace_by(partial, target, in_use=True)
 
 
 def _set_aside(target: Path) -> None:
