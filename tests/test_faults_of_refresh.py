@@ -17,7 +17,7 @@ from numpy.testing import assert_allclose
 from sqlalchemy import event, select
 from sqlalchemy.engine import Engine
 
-from autodb.agent import inbox as inboxes
+from autodb.agent.arrival import Arrival
 from autodb.cli import run
 from autodb.prove.faults_run import CLOCKS, MACHINE, State, prepare, state_of, take
 from autodb.store import models, open_store
@@ -109,7 +109,7 @@ def test_a_full_disk_under_the_inbox(
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patched:
-        patched.setattr(inboxes, "_link", full)
+        patched.setattr(Arrival, "_link", full)
         assert "No space left on device" in _said(capsys)
     assert len([one for one in (work / "in").iterdir() if one.is_file()]) == 6
     take(work)
@@ -140,7 +140,7 @@ def test_a_clock_that_jumps_back(
         patched.setattr("autodb.store.models._base.datetime", Wrong)
         patched.setattr("autodb.agent.inbox.time.time", lambda: 631152000.0)
         patched.setattr(
-            "autodb.agent.inbox.time.gmtime", lambda: time.struct_time((1990, 1) + 7 * (1,))
+            "autodb.agent.arrival.time.gmtime", lambda: time.struct_time((1990, 1) + 7 * (1,))
         )
         take(work)
     assert state_of(work) == undisturbed

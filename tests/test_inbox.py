@@ -3,6 +3,7 @@
 import errno
 import hashlib
 import json
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -118,6 +119,7 @@ def _undisturbed() -> tuple[list[tuple[float, str]], Belief]:
     for one in Path().glob("autodb.sqlite3*"):
         one.unlink()
     Path("autodb.sqlite3").write_bytes(before)
+    shutil.rmtree("in/kept")
     return known
 
 

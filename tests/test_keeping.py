@@ -524,7 +524,7 @@ def test_the_doctor_passes_what_is_sound(cli: Cli, recordings: Path) -> None:
     done = cli("doctor")
     assert done.code == 0
     assert "FAILED" not in done.out
-    assert done.out.count("passed") == 9
+    assert done.out.count("passed") == 10
 
 
 def _ill(statement: str) -> None:

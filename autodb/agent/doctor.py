@@ -12,6 +12,7 @@ from sqlalchemy.exc import DatabaseError
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from autodb.agent.importing import files_of
+from autodb.agent.kept import every_unread
 from autodb.files.checksums import checksum
 from autodb.sensing.drives import IDENTIFIABLE
 from autodb.store import Store, head, models, on_server, open_store, pointing_nowhere
@@ -198,6 +199,15 @@ def unaltered(session: Session, progress: Progress) -> Outcome:
     return _none_of(found)
 
 
+def imported(session: Session, _progress: Progress) -> Outcome:
+    """Look for recordings that an inbox keeps and the database has not, or only their beginning."""
+    return _none_of(
+        f"{machine}: {one.path}{'' if one.grown is None else ': has grown since it was imported'}"
+        for machine, some in every_unread(session).items()
+        for one in some
+    )
+
+
 OF_A_SCHEMA = (Check("schema", schema, "'autodb init' brings it to this version's schema"),)
 OF_THE_FILE = (
     *OF_A_SCHEMA,
@@ -214,4 +224,5 @@ OF_THE_CONTENT = (
     *OF_ROWS,
     Check("recordings not on the disk", present, "put the file back under its path"),
     Check("recordings altered on the disk", unaltered, "put back the file that was imported"),
+    Check("kept recordings not imported", imported, "'autodb refresh --inbox INBOX' imports them"),
 )

@@ -13,8 +13,9 @@ from collections.abc import Callable
 from contextlib import aclosing
 from pathlib import Path
 
+from autodb.agent.entries import entries
 from autodb.agent.health import Health
-from autodb.agent.inbox import Inbox, stamps
+from autodb.agent.inbox import Inbox
 from autodb.agent.machines import find_machine
 from autodb.agent.refreshing import refresh
 from autodb.agent.watching import Excuse, Opens
@@ -205,7 +206,7 @@ class Agent:
         """Write the health file with another state; what keeps it from that is no trouble."""
         self.health.state = state
         try:
-            self.health.waiting = len(stamps(self._inbox))
+            self.health.waiting = len(entries(self._inbox).files)
             self.health.write(health_of(self._path))
         except OSError:
             return
@@ -258,10 +259,14 @@ class _Refresher(threading.Thread):
         """Refresh until it is stopped."""
         seen: dict[Path, str] = {}
         while not self._ends:
-            if self.new.is_set() or self._agent.health.refresh or stamps(self._agent.inbox) != seen:
+            if (
+                self.new.is_set()
+                or self._agent.health.refresh
+                or entries(self._agent.inbox).files != seen
+            ):
                 self.new.clear()
                 self._agent.refresh()
-                seen = stamps(self._agent.inbox)
+                seen = entries(self._agent.inbox).files
             self.new.wait(RETRIES_S[0] if self._agent.health.refresh else LOOKS_S)
 
     def stop(self) -> None:

@@ -4,7 +4,8 @@ import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 
-from autodb.agent.inbox import Inbox, stamps
+from autodb.agent.entries import entries
+from autodb.agent.inbox import Inbox
 from autodb.agent.passes import Refreshed
 from autodb.agent.refreshing import Progress, refresh
 from autodb.store import Store
@@ -33,11 +34,11 @@ def watch(
     """
     with opens() as store:
         tell(refresh(store, machine, inbox=inbox, progress=progress))
-    seen, said = stamps(inbox.folder), ""
+    seen, said = entries(inbox.folder).files, ""
     while goes_on():
         time.sleep(every_s)
         try:
-            there = stamps(inbox.folder)
+            there = entries(inbox.folder).files
             if there == seen and not said:
                 continue
             with opens() as store:

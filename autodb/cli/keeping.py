@@ -74,6 +74,19 @@ def restore(
     upgraded = "" if done.schema == head() else f", upgraded to {head()}"
     rows = f"{done.total} rows of {len(done.rows)} tables"
     say(f"{shown(url)}: {rows}, schema {done.schema}{upgraded}")
+    _say_unread(url)
+
+
+def _say_unread(url: str) -> None:
+    """Say which recordings on the disk a database that was put back does not know."""
+    from autodb.agent.kept import every_unread
+
+    with opened(url) as store, store.reading() as session:
+        for machine, some in every_unread(session).items():
+            say(
+                f"{machine}: {len(some)} recordings that its inbox keeps are not in it; "
+                f"'autodb refresh --machine {machine} --inbox INBOX' imports them"
+            )
 
 
 def export(
