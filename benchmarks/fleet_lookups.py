@@ -34,6 +34,7 @@ from autodb.machinefile import LATHE
 from autodb.pairs.belief import Belief, Shared, law_error
 from autodb.pairs.prior import any_metal
 from autodb.store import Store, create_store, models, open_store
+from autodb.store.rowsums import register
 from autodb.virtual import fleets
 from tests import shops
 from tests.servers import Server
@@ -116,6 +117,7 @@ def fill(url: str, versions: int, file: Path | None) -> None:
 
 def _fill_file(file: Path, versions: int) -> None:
     with closing(sqlite3.connect(file)) as connection, connection:
+        register(connection)
         connection.execute("PRAGMA synchronous=OFF")
         for table, rows in tables(versions):
             every = iter(rows)

@@ -31,6 +31,7 @@ from autodb.machinefile import AxisFile, MachineFile
 from autodb.pairs.belief import Belief, Shared, law_error
 from autodb.pairs.prior import any_metal
 from autodb.store import create_store, open_store
+from autodb.store.rowsums import register
 
 Array = NDArray[np.float64]
 
@@ -95,6 +96,7 @@ def fill(path: Path) -> None:
              for k, of in enumerate(kinds))  # fmt: skip
     materials = range(PAIRS // TOOLS)
     with closing(sqlite3.connect(path)) as connection, connection:
+        register(connection)
         connection.execute("PRAGMA synchronous=OFF")
         for row in tools:
             _insert(connection, "tool", iter([row]))

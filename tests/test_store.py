@@ -9,12 +9,14 @@ import alembic.op
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
-from sqlalchemy import Engine, Table, create_engine, inspect, select
+from sqlalchemy import Engine, MetaData, Table, create_engine, inspect, select
 from sqlalchemy.exc import IntegrityError
 
 from autodb.errors import UnusableInput
 from autodb.store import Store, create_store, head, migrate, models, open_store
 from autodb.store.engines import engine_of
+from autodb.store.rowsums import SUMS, driver_of
+from autodb.store.shape import objects
 
 
 @pytest.fixture
@@ -45,9 +47,12 @@ def migrated(tmp_path: Path) -> Iterator[Engine]:
 
 
 def test_the_migrations_make_the_tables_of_the_models(migrated: Engine) -> None:
+    both = MetaData()
+    for table in (*models.Base.metadata.sorted_tables, SUMS):
+        table.to_metadata(both)
     with migrated.connect() as connection:
         context = MigrationContext.configure(connection)
-        assert compare_metadata(context, models.Base.metadata) == []
+        assert compare_metadata(context, both) == []
 
 
 def test_a_new_database_is_what_the_migrations_make(store: Store, migrated: Engine) -> None:
@@ -67,6 +72,7 @@ def test_a_new_database_is_what_the_migrations_make(store: Store, migrated: Engi
     with store.engine.connect() as one, migrated.connect() as other:
         asked = "SELECT version_num FROM alembic_version"
         assert one.exec_driver_sql(asked).all() == other.exec_driver_sql(asked).all()
+        assert objects(driver_of(one)) == objects(driver_of(other))  # triggers to the letter
 
 
 def _without_order(found: dict[str, Any]) -> str:

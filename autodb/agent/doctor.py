@@ -15,7 +15,17 @@ from autodb.agent.importing import files_of
 from autodb.agent.kept import every_unread
 from autodb.files.checksums import checksum
 from autodb.sensing.drives import IDENTIFIABLE
-from autodb.store import Store, head, models, on_server, open_store, pointing_nowhere
+from autodb.store import (
+    Store,
+    head,
+    models,
+    on_server,
+    open_store,
+    pointing_nowhere,
+    revisions,
+    rowsums,
+    shape,
+)
 
 Progress = Callable[[str], None]
 
@@ -49,17 +59,18 @@ class Finding:
 
 
 def examine(url: str, *, progress: Progress) -> list[Finding]:
-    """Run the checks on a database; those of its content only where the file itself is sound.
+    """Run the checks on a database; of its content only where file and values are sound.
 
     A server sees to its pages and keys itself, and the recordings lie on the machines' computers:
     of its database the others are checked. Raises UnusableInput when there is no database of ours.
     """
     store = open_store(url, any_schema=True)
-    first, then = (OF_A_SCHEMA, OF_ROWS) if on_server(url) else (OF_THE_FILE, OF_THE_CONTENT)
+    file = (OF_THE_FILE, OF_ITS_VALUES, OF_THE_CONTENT)
+    findings: list[Finding] = []
     try:
-        findings = _run(store, first, progress)
-        if all(finding.outcome.passed for finding in findings):
-            findings += _run(store, then, progress)
+        for checks in (OF_A_SCHEMA, OF_ROWS) if on_server(url) else file:
+            if all(finding.outcome.passed for finding in findings):
+                findings += _run(store, checks, progress)
     finally:
         store.close()
     return findings
@@ -80,6 +91,8 @@ def _outcome(check: Check, session: Session, progress: Progress) -> Outcome:
         return check.run(session, progress)
     except DatabaseError as error:
         return Outcome("unreadable", "=", "0", False, (str(error.orig),))
+    except rowsums.UNREADABLE as error:
+        return Outcome("unreadable", "=", "0", False, (str(error),))
 
 
 def _none_of(found: Iterable[str]) -> Outcome:
@@ -103,6 +116,22 @@ def integrity(session: Session, _progress: Progress) -> Outcome:
 def references(session: Session, _progress: Progress) -> Outcome:
     """Look for rows that point to a row which is not there, such as cuts without recording."""
     return _none_of(pointing_nowhere(session.connection()))
+
+
+def of_the_schema(session: Session, _progress: Progress) -> Outcome:
+    """Look for tables, indices, triggers and views that the schema has not, lacks or has otherwise.
+
+    A trigger or view of somebody else's runs with the rights of who writes to the database.
+    """
+    revision = str(session.execute(text("SELECT version_num FROM alembic_version")).scalar())
+    if revision not in revisions():
+        return _none_of([f"schema {revision} is not known to this version"])
+    return _none_of(shape.strange(rowsums.driver_of(session.connection()), revision))
+
+
+def values(session: Session, _progress: Progress) -> Outcome:
+    """Look for groups of rows that are not what was written, by their checksums."""
+    return _none_of(rowsums.altered(rowsums.driver_of(session.connection())))
 
 
 def readable_json(session: Session, progress: Progress) -> Outcome:
@@ -213,7 +242,9 @@ OF_THE_FILE = (
     *OF_A_SCHEMA,
     Check("integrity of the file", integrity, "'autodb restore BACKUP --replace'"),
     Check("rows that point to no row", references, "'autodb restore BACKUP --replace'"),
+    Check("what is no part of the schema", of_the_schema, "'autodb restore BACKUP --replace'"),
 )
+OF_ITS_VALUES = (Check("values that nobody wrote", values, "'autodb restore BACKUP --replace'"),)
 OF_ROWS = (
     Check("unreadable JSON", readable_json, "'autodb restore BACKUP --replace'"),
     Check("derived rows without a source", sources, "'autodb restore BACKUP --replace'"),

@@ -14,7 +14,7 @@ Replace = Annotated[bool, typer.Option("--replace", help="Replace what is there.
 
 def doctor(db: Database = None) -> None:
     """Check the database and the recordings it came from; exit 1 when a check fails."""
-    from autodb.agent.doctor import OF_THE_CONTENT, examine
+    from autodb.agent.doctor import OF_ITS_VALUES, OF_THE_CONTENT, examine
     from autodb.store import database_url, on_server
 
     url = database_url(db)
@@ -30,7 +30,7 @@ def doctor(db: Database = None) -> None:
     if on_server(url):
         why_not = "they lie on the machines' computers" if sound else "the schema comes first"
     done = {finding.check.name for finding in findings}
-    for check in OF_THE_CONTENT:
+    for check in (*OF_ITS_VALUES, *OF_THE_CONTENT):
         if check.name not in done:
             rows.add_row(check.name, "", "", f"not checked: {why_not}")
     show(rows)

@@ -4,7 +4,6 @@ SQLite with foreign keys and write-ahead log, or PostgreSQL. Every change is one
 process killed in the middle leaves the database as it was before.
 """
 
-import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -26,6 +25,7 @@ from sqlalchemy.orm import Session
 
 from autodb.assets import kit
 from autodb.errors import UnusableInput
+from autodb.store import rowsums
 from autodb.store.engines import MACHINE, WRITES, backend_of, engine_of, lasting, lock_catalogue
 from autodb.store.urls import DEFAULT_URL, SQLITE, database_url, file_of, on_server, shown
 
@@ -40,6 +40,7 @@ __all__ = [
     "head",
     "lasting",
     "lock_catalogue",
+    "make_in",
     "migrate",
     "nothing_else",
     "on_server",
@@ -116,7 +117,21 @@ def open_store(url: str, *, any_schema: bool = False) -> Store:
     if found != head() and not any_schema:
         works = "'autodb init' brings it there" if found in revisions() else "a newer autodb works"
         raise UnusableInput(f"{named}: schema {found}, this version needs {head()}; {works}")
+    if not (any_schema or on_server(url)):
+        _runs_nothing_else(engine, named)
     return Store(engine)
+
+
+def _runs_nothing_else(engine: Engine, named: str) -> None:
+    """Raise UnusableInput where a write would run what is not ours, or keep no checksum."""
+    from autodb.store import shape
+
+    with engine.connect() as connection:
+        strange = shape.running(rowsums.driver_of(connection))
+    if strange:
+        raise UnusableInput(
+            f"{named}: {strange[0]}; 'autodb restore' of a backup, or of an export, would work"
+        )
 
 
 @dataclass(frozen=True)
@@ -155,40 +170,59 @@ def create_store(url: str) -> Created:
     if found is None:
         _make(url)
     elif found != head():
+        _holds_its_schema(engine, url, found)
         migrate(url, head())
     return Created(found, head())
 
 
-def _make(url: str) -> None:
-    """Make the tables that this version's models state, in one transaction.
+def _holds_its_schema(engine: Engine, url: str, revision: str) -> None:
+    """Raise UnusableInput where a file of an earlier version is not what that version made."""
+    from autodb.store import shape
 
-    They are those that all migrations make, sooner.
-    """
+    if on_server(url):
+        return
+    with engine.connect() as connection:
+        strange = shape.strange(rowsums.driver_of(connection), revision)
+    engine.dispose()
+    _none_of(strange, url)
+
+
+def _make(url: str) -> None:
+    """Make the tables that this version's models state, in one transaction."""
+    engine = engine_of(url)
+    try:
+        with engine.connect().execution_options(**{WRITES: True}) as connection:
+            if not inspect(connection).has_table("alembic_version"):  # another did it meanwhile
+                make_in(connection)
+            connection.commit()
+    finally:
+        engine.dispose()
+
+
+def make_in(connection: Connection) -> None:
+    """Make the tables and triggers of this version: those that all migrations make, sooner."""
     from autodb.store import models
 
-    engine = engine_of(url)
     stamp = Table(
         "alembic_version",
         MetaData(),
         Column("version_num", String(32), nullable=False),
         PrimaryKeyConstraint("version_num", name="alembic_version_pkc"),
     )
-    try:
-        with engine.connect().execution_options(**{WRITES: True}) as connection:
-            if not inspect(connection).has_table(stamp.name):  # another did it meanwhile
-                models.Base.metadata.create_all(connection)
-                stamp.create(connection)
-                connection.execute(stamp.insert().values(version_num=head()))
-            connection.commit()
-    finally:
-        engine.dispose()
+    models.Base.metadata.create_all(connection)
+    if connection.dialect.name == SQLITE:
+        rowsums.SUMS.create(connection)
+    rowsums.lay(connection)
+    stamp.create(connection)
+    connection.execute(stamp.insert().values(version_num=head()))
 
 
 def migrate(url: str, revision: str) -> None:
     """Bring a database up or down to a schema revision, in one transaction.
 
-    Going down forgets what the lower schema cannot hold. Raises UnusableInput when a row would
-    lose the row that it points to.
+    Going down forgets what the lower schema cannot hold. Checksums of rows are taken anew, of
+    what was found to be as it was written. Raises UnusableInput when a row is not, or would lose
+    the row that it points to.
     """
     from alembic import command
 
@@ -199,13 +233,22 @@ def migrate(url: str, revision: str) -> None:
     move = command.downgrade if down else command.upgrade
     try:
         with engine.connect().execution_options(**{WRITES: True}) as connection:
+            connection.begin()
+            if not on_server(url):
+                _none_of(rowsums.altered(rowsums.driver_of(connection)), url)
+            rowsums.lift(connection)
             move(_alembic(connection), revision)
-            lost = () if on_server(url) else pointing_nowhere(connection)
-            if lost:
-                raise UnusableInput(f"{url}: {lost[0]}; a backup would work: 'autodb restore'")
+            rowsums.lay(connection)
+            if not on_server(url):
+                _none_of(pointing_nowhere(connection), url)
             connection.commit()
     finally:
         engine.dispose()
+
+
+def _none_of(faults: list[str], url: str) -> None:
+    if faults:
+        raise UnusableInput(f"{url}: {faults[0]}; a backup would work: 'autodb restore'")
 
 
 def _alembic(connection: Connection | None) -> Any:
@@ -241,7 +284,7 @@ def _revision(engine: Engine, url: str) -> str | None:
         with engine.connect() as connection:
             row = connection.exec_driver_sql("SELECT version_num FROM alembic_version").first()
         return str(row[0]) if row else None
-    except (sqlite3.Error, DatabaseError) as error:
+    except (*rowsums.UNREADABLE, DatabaseError) as error:
         reason = " ".join(str(getattr(error, "orig", error)).split())
         works = (
             "a database that is there, on a server that answers, would work"

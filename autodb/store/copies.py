@@ -8,7 +8,7 @@ from pathlib import Path
 
 from autodb.errors import UnusableInput
 from autodb.files.targets import Progress, sync
-from autodb.store import head, revisions
+from autodb.store import head, revisions, rowsums, shape
 
 PAGES_A_STEP = 2048
 WAIT_S = 5.0
@@ -33,12 +33,10 @@ def same_folder(a: Path, b: Path) -> bool:
 
 
 def counts(connection: sqlite3.Connection) -> dict[str, int]:
-    """Return the number of rows of every table but the migrations' own."""
-    names = connection.execute("SELECT name FROM sqlite_master WHERE type = 'table' ORDER BY name")
+    """Return the number of rows of every table but the migrations' own and the checksums."""
     return {
         name: connection.execute(f'SELECT COUNT(*) FROM "{name}"').fetchone()[0]
-        for (name,) in names.fetchall()
-        if name != "alembic_version" and not name.startswith("sqlite_")
+        for name in rowsums.tables_of(connection)
     }
 
 
@@ -53,8 +51,8 @@ def copy_of(source: Path, partial: Path, progress: Progress | None) -> Copied:
             before = counts(live)
             live.backup(copy, pages=PAGES_A_STEP, progress=_said(progress))
             live.execute("ROLLBACK")
-            _check(copy, source, before)
-    except sqlite3.DatabaseError as error:
+            _check(copy, source, schema, before)
+    except rowsums.UNREADABLE as error:
         if "full" in str(error):
             raise UnusableInput(f"{partial.parent}: {error}; more room would work") from None
         raise UnusableInput(f"{source}: cannot be copied as a database ({error})") from None
@@ -85,7 +83,11 @@ def schema_of(connection: sqlite3.Connection, path: Path) -> str:
     return str(row[0])
 
 
-def _check(copy: sqlite3.Connection, source: Path, before: dict[str, int]) -> None:
+def _check(copy: sqlite3.Connection, source: Path, schema: str, before: dict[str, int]) -> None:
+    """Raise UnusableInput where a copy is not sound, holds what is not ours, or other values."""
+    strange = shape.strange(copy, schema)
+    if strange:
+        raise UnusableInput(f"{source}: {strange[0]}; an earlier backup, or an export, would work")
     faults = [row[0] for row in copy.execute("PRAGMA integrity_check") if row[0] != "ok"]
     faults += [f"rows of '{row[0]}' point to no row" for row in copy.execute(
         "PRAGMA foreign_key_check")]  # fmt: skip
@@ -93,11 +95,17 @@ def _check(copy: sqlite3.Connection, source: Path, before: dict[str, int]) -> No
         faults.append("the copy holds another number of rows")
     if faults:
         raise UnusableInput(f"{source}: damaged ({faults[0]}); 'autodb doctor' says more")
+    altered = rowsums.altered(copy)
+    if altered:
+        raise UnusableInput(
+            f"{source}: damaged ({altered[0]}: not as they were written); 'autodb restore' of an "
+            "earlier backup would work"
+        )
 
 
 def connect(path: Path) -> sqlite3.Connection:
     """Open a database file as it is, without changing how it keeps its log."""
-    return sqlite3.connect(path, isolation_level=None, timeout=WAIT_S)
+    return rowsums.register(sqlite3.connect(path, isolation_level=None, timeout=WAIT_S))
 
 
 def settle(path: Path) -> None:

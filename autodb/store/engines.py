@@ -26,6 +26,7 @@ from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import Session
 
 from autodb.errors import UnusableInput
+from autodb.store import rowsums
 from autodb.store.urls import POSTGRESQL, SQLITE, parsed
 
 LOCKED_MS = 150_000
@@ -74,6 +75,7 @@ class _SQLite:
     @staticmethod
     def _on_connect(foreign_keys: bool, connection: Any, _record: object) -> None:
         connection.isolation_level = None  # the driver begins nothing by itself: DDL transactional
+        rowsums.register(connection)
         cursor = connection.cursor()
         cursor.execute(f"PRAGMA foreign_keys={'ON' if foreign_keys else 'OFF'}")
         cursor.execute(f"PRAGMA busy_timeout={LOCKED_MS}")

@@ -31,7 +31,7 @@ from autodb.errors import UnusableInput, near
 from autodb.files.checksums import checksum
 from autodb.files.targets import Progress, hidden, needs_folder, replace_by
 from autodb.store import Store, head, migrate, models, revisions
-from autodb.store.copies import Copied
+from autodb.store.copies import Copied, connect
 from autodb.store.moving import ROWS_A_STEP, as_stored, in_steps
 
 FORMAT = 1
@@ -182,7 +182,7 @@ def load(folder: Path, target: Path, *, progress: Progress | None = None) -> Cop
     manifest = read_manifest(folder)
     url = f"sqlite:///{target}"
     migrate(url, manifest.schema_revision)
-    with closing(sqlite3.connect(target, isolation_level=None)) as connection:
+    with closing(connect(target)) as connection:
         connection.execute("BEGIN")
         for name in manifest.tables:
             if progress:

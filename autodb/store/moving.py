@@ -4,7 +4,6 @@ A backup of a server is a file that `autodb restore` puts in place anywhere; a m
 to a server the same way. Rows are read from one state, and written in one transaction.
 """
 
-import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
@@ -16,7 +15,7 @@ from sqlalchemy.exc import DBAPIError
 from autodb.errors import UnusableInput
 from autodb.files.targets import Progress
 from autodb.store import create_store, head, models, open_store, shown
-from autodb.store.copies import Copied
+from autodb.store.copies import Copied, connect
 
 ROWS_A_STEP = 10_000
 
@@ -48,7 +47,7 @@ def to_file(url: str, target: Path, progress: Progress | None) -> Copied:
     try:
         with (
             store.reading() as session,
-            closing(sqlite3.connect(target, isolation_level=None)) as file,
+            closing(connect(target)) as file,
         ):
             file.execute("BEGIN")
             for table in models.Base.metadata.sorted_tables:
