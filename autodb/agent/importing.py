@@ -11,8 +11,17 @@ from sqlalchemy.orm import Session
 
 from autodb import records
 from autodb.agent.catalogue import pair_id
+from autodb.agent.content import of_cut, of_series
 from autodb.agent.machines import find_machine
-from autodb.agent.redelivered import ROWS_ALIKE, Sorted, as_it_was, earlier, rows_alike, sorted_cuts
+from autodb.agent.redelivered import (
+    ROWS_ALIKE,
+    Sorted,
+    as_it_was,
+    earlier,
+    rows_alike,
+    sorted_cuts,
+    twins,
+)
 from autodb.channels import axis_of
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
@@ -43,9 +52,9 @@ CHIP = "chip.thickness"
 class Imported:
     """What an import did; ``other_side``: it was there already, with another side file.
 
-    ``cuts`` are new; ``again`` were there, of a file that came in before under its name, and
-    ``replaced`` had another content then. ``notes``: what was left out of the averages of a raw
-    recording's cut.
+    ``cuts`` are new; ``again`` were there, of a file that came in before under its name or with the
+    same content, and ``replaced`` had another content then. ``notes``: what was left out of the
+    averages of a raw recording's cut.
     """
 
     recording_id: int
@@ -107,12 +116,12 @@ def import_file(
     summary = summarise(source, progress=progress)
     refuse_implausible(source, summary)
     cuts, notes = _cuts(source, progress)
+    row = _row(source, summary, sha256)
     with store.writing(machine) as session:
         owner = find_machine(session, machine)
-        # another agent may have been faster
-        done = _known(session, owner.id, sha256, source.side)
+        # another agent may have been faster, or it was there in other bytes
+        done = _known(session, owner.id, sha256, source.side, row.content)
         if done is None:
-            row = _row(source, summary, sha256)
             row.delivered_as = str(came_as.resolve())
             if kept is not None:
                 row.path = str(kept.path.resolve())
@@ -143,14 +152,17 @@ def _same_series(session: Session, machine_id: int, source: Source, came_as: Pat
 
 
 def _row(source: Source, summary: Sequence[BaseSummary], sha256: str) -> models.Recording:
+    channels = [row for base in summary for row in _channel_rows(base)]
+    cuts = any(base.holds_cuts for base in summary)
     return models.Recording(
         sha256=sha256,
         path=str(source.path.resolve()),
-        kind="cuts" if any(base.holds_cuts for base in summary) else "series",
+        kind="cuts" if cuts else "series",
         rows=max(base.rows for base in summary),
         units={n: u for base in source.usable() for n, u in base.conversion.units.items()},
         side=_said(source.side),
-        channels=[row for base in summary for row in _channel_rows(base)],
+        channels=channels,
+        content=None if cuts else of_series(channels),
     )
 
 
@@ -165,12 +177,21 @@ def _keep(
     cuts: CutTable | None,
     before: _Again | None,
 ) -> Imported:
-    """Add a recording with its cuts, of a file that came in again those that are new."""
+    """Add a recording with its cuts, of a file that came in again those that are new.
+
+    Not where all of them are in one that is there.
+    """
     made = [] if cuts is None else _made_cuts(session, owner, cuts)
     recording.machine_id = owner.id
     if recording.kind == "cuts":
         with session.no_autoflush:
+            there = twins(session, owner.id, made)
+            holding = {there[one.content].recording_id for one in made if one.content in there}
+            if len(holding) == 1 and len(there) == len(made):
+                return _as_known(session.get_one(models.Recording, *holding), other_side=False)
             found = sorted_cuts(made, earlier(session, owner.id, Path(str(recording.delivered_as))))
+        new = [cut for cut in found.new if cut.content not in there]
+        found = replace(found, new=new, there=found.there + len(found.new) - len(new))
     elif before is None:
         found = Sorted(made, 0, [])
     else:
@@ -207,7 +228,7 @@ def _made_cuts(session: Session, owner: models.Machine, cuts: CutTable) -> list[
         if named not in pairs:
             pairs[named] = _pair_id(session, *named, cuts.side)
         made = _cut_row(cuts, row, signs)
-        made.pair_id = pairs[named]
+        made.pair_id, made.content = pairs[named], of_cut(made, *named)
         rows.append(made)
     return rows
 
@@ -229,16 +250,24 @@ def _channel_rows(base: BaseSummary) -> list[models.RecordingChannel]:
     ]
 
 
-def _known(session: Session, machine_id: int, sha256: str, side: SideFile) -> Imported | None:
+def _known(
+    session: Session, machine_id: int, sha256: str, side: SideFile, content: str | None = None
+) -> Imported | None:
+    """Return what is there of a file: by its bytes, or by its ``content`` where that is known."""
+    alike = models.Recording.sha256 == sha256
+    if content is not None:
+        alike |= models.Recording.content == content
     found = session.scalar(
-        select(models.Recording).where(
-            models.Recording.machine_id == machine_id, models.Recording.sha256 == sha256
-        )
+        select(models.Recording)
+        .where(models.Recording.machine_id == machine_id, alike)
+        .order_by(models.Recording.sha256 != sha256, models.Recording.id)
+        .limit(1)
     )
-    if found is None:
-        return None
-    other = found.side != _said(side)
-    return Imported(found.id, found.kind, found.rows, len(found.cuts), True, other)
+    return None if found is None else _as_known(found, other_side=found.side != _said(side))
+
+
+def _as_known(row: models.Recording, *, other_side: bool) -> Imported:
+    return Imported(row.id, row.kind, row.rows, len(row.cuts), True, other_side)
 
 
 def _cuts(

@@ -22,13 +22,14 @@ CONFIRMS = (
 
 @dataclass(frozen=True)
 class CameIn:
-    """A file of the inbox and what became of it; ``cuts`` that were new."""
+    """A file of the inbox and what became of it: ``cuts`` new ones, ``again`` there already."""
 
     file: str
     status: str
     reason: str | None
     recording: int | None
     cuts: int
+    again: int = 0
 
 
 @dataclass
@@ -90,7 +91,8 @@ class Refreshed:
 def _of_file(one: CameIn) -> str:
     if one.status == "refused":
         return f"{one.file}: refused: {one.reason}"
-    return f"{one.file}: recording {one.recording}, {one.cuts} new cuts"
+    again = f", {one.again} there already" if one.again else ""
+    return f"{one.file}: recording {one.recording}, {one.cuts} new cuts{again}"
 
 
 def files_since(session: Session, machine_id: int) -> Sequence[models.InboxFile]:
@@ -105,13 +107,15 @@ def came_in(session: Session, files: Sequence[models.InboxFile], span: Span) -> 
     """Return what became of files, with the cuts of a pass that they brought."""
     found = []
     for row in files:
+        recording = row.recording_id and session.get_one(models.Recording, row.recording_id)
         cuts = session.scalar(
             select(func.count())
             .select_from(models.Cut)
             .where(models.Cut.recording_id == row.recording_id, models.Cut.id > span.old)
         )
-        name = Path(row.path).name
-        found.append(CameIn(name, row.status, row.reason, row.recording_id, cuts or 0))
+        name, new = Path(row.path).name, cuts or 0
+        again = recording.rows - new if recording and recording.kind == "cuts" else 0
+        found.append(CameIn(name, row.status, row.reason, row.recording_id, new, max(0, again)))
     return found
 
 

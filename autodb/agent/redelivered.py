@@ -5,7 +5,8 @@ half of the cuts that both number alike are equal: equal ones stay with the reco
 them, a changed one takes the place of the one before, others are new. A recording over time is the
 same where nine tenths of the rows that both have are equal: it takes the earlier one's place.
 One that is shorter than what was there is taken for cut off, and changes nothing. Anything else
-that a logger writes under one name is a recording of its own.
+that a logger writes under one name is a recording of its own. Under any name, cuts that are there
+with the same content (autodb.agent.content) are not counted again.
 """
 
 from collections.abc import Sequence
@@ -26,6 +27,7 @@ from autodb.store import models
 CUTS_ALIKE, ROWS_ALIKE = 0.5, 0.9
 """Share of cuts and of rows from which on two files hold the same. Chosen: two cuts' noise is never
 equal but while the machine stands; damage or a missing end leaves more."""
+ASKED_AT_ONCE = 500
 Array = NDArray[np.float64]
 
 
@@ -55,6 +57,24 @@ class Sorted:
     there: int
     replaced: list[models.Cut]
     continues: int | None = None
+
+
+def twins(session: Session, machine_id: int, cuts: Sequence[models.Cut]) -> dict[str, models.Cut]:
+    """Return the cuts of a machine that count and are the same as some, by their content."""
+    found: dict[str, models.Cut] = {}
+    wanted = [cut.content for cut in cuts]
+    for begin in range(0, len(wanted), ASKED_AT_ONCE):
+        query = (
+            select(models.Cut)
+            .join(models.Recording)
+            .where(
+                models.Recording.machine_id == machine_id,
+                models.Cut.superseded_at.is_(None),
+                models.Cut.content.in_(wanted[begin : begin + ASKED_AT_ONCE]),
+            )
+        )
+        found |= {str(cut.content): cut for cut in session.scalars(query)}
+    return found
 
 
 def sorted_cuts(cuts: list[models.Cut], before: Sequence[models.Recording]) -> Sorted:

@@ -117,7 +117,9 @@ def _import(store: "Store", file: Path, machine: str, columns: Path | None) -> i
     what = "already there" if done.already_there else "imported"
     if done.other_side:
         what += " (with another side file, which still holds)"
-    say(f"recording {done.recording_id}: {file.name}: {what}, {done.rows} rows, {done.cuts} cuts")
+    again = f", {done.again} more are there already" if done.again else ""
+    counted = f"{done.rows} rows, {done.cuts} cuts{again}"
+    say(f"recording {done.recording_id}: {file.name}: {what}, {counted}")
     for note in done.notes:
         say(f"{file.name}: {note}")
     return done.recording_id

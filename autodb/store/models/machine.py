@@ -14,7 +14,10 @@ VERTICALS = ("up", "down")
 
 
 class Machine(Base):
-    """One machine. ``version`` counts its changes, so that two writers notice each other."""
+    """One machine. ``version`` counts its changes, so that two writers notice each other.
+
+    ``retired_at``: since when nothing more comes in of it; what it told stays.
+    """
 
     __tablename__ = "machine"
     __table_args__ = (
@@ -34,6 +37,7 @@ class Machine(Base):
     shares: Mapped[str | None]
     compress_after_days: Mapped[float | None]
     drop_after_days: Mapped[float | None]
+    retired_at: Mapped[str | None]
     axes: Mapped[list["Axis"]] = relationship(
         back_populates="machine", order_by="Axis.id", cascade="all, delete-orphan"
     )

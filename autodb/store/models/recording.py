@@ -16,6 +16,9 @@ class Recording(Base):
     ``stored_path``: where our own copy lies, with its checksum; NULL: there is only ``path``.
     ``continues_id``: the first recording that the file came in as, where it came again with more.
     ``dropped_at``: since when no file of it is kept; what was derived from it stays.
+    ``content``: by what one over time is known again, in whatever bytes.
+    ``looked_at``: when it came in to be explained alone, so that its cuts do not count.
+    ``withdrawn_at``: since when it does not count any more, and ``withdrawn_why``.
     """
 
     __tablename__ = "recording"
@@ -25,6 +28,7 @@ class Recording(Base):
         CheckConstraint(
             "(stored_path IS NULL) = (stored_sha256 IS NULL)", name="ck_recording_stored_copy"
         ),
+        Index("ix_recording_content", "machine_id", "content"),
         Index("ix_recording_delivered_as", "machine_id", "delivered_as"),
         Index("ix_recording_stored", "machine_id", "stored_path", "imported_at"),
         Index("ix_recording_dropped", "machine_id", "dropped_at", "imported_at"),
@@ -46,6 +50,10 @@ class Recording(Base):
         ForeignKey("recording.id", name="fk_recording_continues")
     )
     dropped_at: Mapped[str | None]
+    content: Mapped[str | None]
+    looked_at: Mapped[str | None]
+    withdrawn_at: Mapped[str | None]
+    withdrawn_why: Mapped[str | None]
     cuts: Mapped[list["Cut"]] = relationship(back_populates="recording", order_by="Cut.number")
     channels: Mapped[list["RecordingChannel"]] = relationship(order_by="RecordingChannel.id")
 
@@ -83,7 +91,8 @@ class Cut(Base):
 
     ``state``: what the cutting was like, such as a built-up edge; NULL: not known.
     ``superseded_at``: since when its recording, which came in again with another content, has
-    another in its place; it does not count any more.
+    another in its place, or is withdrawn; it does not count any more.
+    ``content``: by what a cut of a table is known again, in whatever bytes.
     """
 
     __tablename__ = "cut"
@@ -101,5 +110,6 @@ class Cut(Base):
     started_at: Mapped[str | None] = mapped_column(index=True)
     state: Mapped[str | None]
     superseded_at: Mapped[str | None] = mapped_column(index=True)
+    content: Mapped[str | None] = mapped_column(index=True)
     recording: Mapped[Recording] = relationship(back_populates="cuts")
     pair: Mapped[Pair | None] = relationship()
