@@ -1,20 +1,46 @@
 """Errors that input or surroundings are to blame for, in one line each."""
 
+import errno
+import os
+import sqlite3
+from pathlib import Path
+
 from autodb.errors import UnusableInput
+
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
+"""Of a full disk, and of a share of it that is used up."""
 
 
 def excuse(error: Exception) -> str | None:
     """Return the line for an error that input or surroundings are to blame for, else None."""
     if isinstance(error, UnusableInput):
         return str(error)
+    if is_full(error):
+        return full_under(getattr(getattr(error, "orig", error), "filename", None))
     if isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
         return f"{where}{error.strerror or error}"
     return _of_the_database(error)
 
 
+def is_full(error: BaseException) -> bool:
+    """Say whether an error of the system, or of an SQLite file, is that of a full disk."""
+    cause = getattr(error, "orig", error)
+    if isinstance(cause, sqlite3.Error):
+        return getattr(cause, "sqlite_errorname", None) == "SQLITE_FULL"
+    return isinstance(cause, OSError) and cause.errno in NO_ROOM
+
+
+def full_under(name: str | bytes | None) -> str:
+    """Return the line for a full disk that a file, or a folder, of this name lies on."""
+    if not name:
+        return "disk full; more room would work"
+    place = Path(os.fsdecode(name)).absolute()
+    return f"disk full under {place if place.is_dir() else place.parent}; more room would work"
+
+
 def _of_the_database(error: Exception) -> str | None:
-    """Return the line for what the database cannot do: locked, read-only, full, damaged, away."""
+    """Return the line for what the database cannot do: locked, read-only, damaged, away."""
     cause = getattr(error, "orig", error)
     if type(cause).__module__.startswith("psycopg"):
         said = str(cause).splitlines()[0]
@@ -24,7 +50,6 @@ def _of_the_database(error: Exception) -> str | None:
     works = {
         "locked": "when the other program that writes to it is done, it would work",
         "readonly": "a database that may be written would work",
-        "full": "more room on the disk would work",
     }
     known = next((text for word, text in works.items() if word in str(cause)), None)
     return f"the database: {cause}; {known or 'autodb doctor says more'}"

@@ -6,6 +6,9 @@ Each check is a function that returns (statistic, operator, threshold, passed) a
 import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
 
 from sqlalchemy import JSON, ColumnElement, Text, cast, exists, select, text
 from sqlalchemy.exc import DatabaseError
@@ -13,6 +16,7 @@ from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from autodb.agent.importing import files_of
 from autodb.agent.kept import every_unread
+from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.sensing.drives import IDENTIFIABLE
 from autodb.store import (
@@ -26,6 +30,7 @@ from autodb.store import (
     rowsums,
     shape,
 )
+from autodb.store.rotation import drill, said
 
 Progress = Callable[[str], None]
 
@@ -58,8 +63,10 @@ class Finding:
     outcome: Outcome
 
 
-def examine(url: str, *, progress: Progress) -> list[Finding]:
+def examine(url: str, *, backups: Path | None = None, progress: Progress) -> list[Finding]:
     """Run the checks on a database; of its content only where file and values are sound.
+
+    ``backups``: the folder whose newest one is tried too, whatever the database is like.
 
     A server sees to its pages and keys itself, and the recordings lie on the machines' computers:
     of its database the others are checked. Raises UnusableInput when there is no database of ours.
@@ -71,9 +78,24 @@ def examine(url: str, *, progress: Progress) -> list[Finding]:
         for checks in (OF_A_SCHEMA, OF_ROWS) if on_server(url) else file:
             if all(finding.outcome.passed for finding in findings):
                 findings += _run(store, checks, progress)
+        if backups is not None:
+            again = f"'autodb backup {backups} --keep 7' makes a new one"
+            drilled = Check("restore of the newest backup", partial(restores, backups), again)
+            findings += _run(store, (drilled,), progress)
     finally:
         store.close()
     return findings
+
+
+def restores(folder: Path, _session: Session, progress: Progress) -> Outcome:
+    """Restore the newest backup of a folder aside, as a restore would, and say how old it is."""
+    must = "restored"
+    try:
+        tried = drill(folder, now=datetime.now(UTC), progress=progress)
+    except UnusableInput as error:
+        return Outcome("not restored", "=", must, False, (str(error),))
+    line = f"{folder}: {tried.restored.total} rows of one that is {said(tried.age)} old"
+    return Outcome(must, "=", must, True, (line,))
 
 
 def _run(store: Store, checks: Iterable[Check], progress: Progress) -> list[Finding]:

@@ -1,62 +1,122 @@
 """`doctor`, `backup`, `restore`, `export`: a database that lasts."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from autodb.cli._common import Database, opened, say, show, table, working
+
+if TYPE_CHECKING:
+    from autodb.agent.doctor import Finding
 
 CHECK_FAILED = 1
 EXAMPLES = 3
 Replace = Annotated[bool, typer.Option("--replace", help="Replace what is there.")]
 
 
-def doctor(db: Database = None) -> None:
+def doctor(
+    backups: Annotated[
+        Path | None,
+        typer.Option(
+            "--backups", metavar="FOLDER", help="Restore the newest backup in it aside, and check."
+        ),
+    ] = None,
+    db: Database = None,
+) -> None:
     """Check the database and the recordings it came from; exit 1 when a check fails."""
-    from autodb.agent.doctor import OF_ITS_VALUES, OF_THE_CONTENT, examine
+    from autodb.agent.doctor import OF_ITS_VALUES, OF_ROWS, OF_THE_CONTENT, examine
     from autodb.store import database_url, on_server
 
     url = database_url(db)
     with working("checking") as progress:
-        findings = examine(url, progress=progress)
+        findings = examine(url, backups=backups, progress=progress)
     rows = table("Checks", "check", ">found", "must be", "")
     for finding in findings:
         out = finding.outcome
         verdict = "passed" if out.passed else "FAILED"
         rows.add_row(finding.check.name, out.statistic, f"{out.operator} {out.threshold}", verdict)
-    sound = all(finding.outcome.passed for finding in findings)
+    done = {finding.check.name for finding in findings}
     why_not = "the file comes first"
     if on_server(url):
-        why_not = "they lie on the machines' computers" if sound else "the schema comes first"
-    done = {finding.check.name for finding in findings}
+        looked = OF_ROWS[0].name in done
+        why_not = "they lie on the machines' computers" if looked else "the schema comes first"
     for check in (*OF_ITS_VALUES, *OF_THE_CONTENT):
         if check.name not in done:
             rows.add_row(check.name, "", "", f"not checked: {why_not}")
     show(rows)
-    failed = [finding for finding in findings if not finding.outcome.passed]
-    for finding in failed:
-        found = finding.outcome.found
-        for line in found[:EXAMPLES]:
-            say(f"{finding.check.name}: {line}")
-        more = f" ({len(found) - EXAMPLES} more)" if len(found) > EXAMPLES else ""
-        say(f"{finding.check.name}{more}: {finding.check.what_to_do}")
-    if failed:
+    _say_what_was_found(findings)
+    if not all(finding.outcome.passed for finding in findings):
         raise typer.Exit(CHECK_FAILED)
 
 
+def _say_what_was_found(findings: "list[Finding]") -> None:
+    """Print what passed checks tell, and of failed ones some examples and what to do."""
+    for finding in findings:
+        found, check = finding.outcome.found, finding.check
+        for line in found[:EXAMPLES]:
+            say(f"{check.name}: {line}")
+        if not finding.outcome.passed:
+            more = f" ({len(found) - EXAMPLES} more)" if len(found) > EXAMPLES else ""
+            say(f"{check.name}{more}: {check.what_to_do}")
+
+
 def backup(
-    file: Annotated[Path, typer.Argument(help="File to write the copy to.")],
+    file: Annotated[
+        Path, typer.Argument(help="File to write the copy to; with --keep or --every, a folder.")
+    ],
     replace: Replace = False,
+    keep: Annotated[
+        int | None,
+        typer.Option(
+            "--keep", metavar="N", min=1, help="A dated one in the folder, of which N stay."
+        ),
+    ] = None,
+    every: Annotated[
+        str | None,
+        typer.Option(
+            "--every",
+            metavar="PERIOD",
+            help="A dated one in the folder where the newest is as old: hour, day or week.",
+        ),
+    ] = None,
     db: Database = None,
 ) -> None:
     """Copy the database into one SQLite file, also while others write to it, and check it."""
+    from autodb.errors import UnusableInput
     from autodb.store import database_url
     from autodb.store.backups import backup as run
 
+    if keep is not None or every is not None:
+        if replace:
+            raise UnusableInput("--replace goes with a file; dated backups replace none")
+        _rotate(database_url(db), file, keep, every)
+        return
     with working(f"copying to {file.name}") as progress:
         done = run(database_url(db), file, replace=replace, progress=progress)
     say(f"{file}: {done.total} rows of {len(done.rows)} tables, schema {done.schema}")
+
+
+def _rotate(url: str, folder: Path, keep: int | None, every: str | None) -> None:
+    """Make a dated backup in a folder where one is due, and say what there is."""
+    from datetime import UTC, datetime
+
+    from autodb.errors import UnusableInput
+    from autodb.store.rotation import Every, rotate, said
+
+    if every is not None and every not in list(Every):
+        raise UnusableInput(f"--every {every}: {', '.join(Every)} would work")
+    apart, now = None if every is None else Every(every), datetime.now(UTC)
+    with working(f"copying to {folder.name}") as progress:
+        done = rotate(url, folder, keep=keep, every=apart, now=now, progress=progress)
+    there = f"{len(done.there)} there"
+    if done.copied is None:
+        say(f"{folder}: {there}, the newest {said(now - done.there[-1].at)} old: none is due")
+        return
+    rows = f"{done.copied.total} rows of {len(done.copied.rows)} tables"
+    say(f"{folder}: a new one, {rows}, schema {done.copied.schema}; {there}")
+    for path in done.removed:
+        say(f"{path}: removed")
 
 
 def restore(

@@ -10,6 +10,7 @@ import os
 import re
 import secrets
 import shutil
+import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -59,9 +60,18 @@ def hidden(target: Path, progress: Progress | None = None) -> Iterator[Path]:
         path = target.with_name(f".{secrets.token_hex(8)}.partial.{target.name}")
         try:
             yield path
+        except (OSError, sqlite3.Error) as error:
+            named(error, target)
+            raise
         finally:
             for end in ("", *LOGS):
                 _remove(path.with_name(f"{path.name}{end}"))
+
+
+def named(error: BaseException, place: Path) -> None:
+    """Have an error that names no file name one: by a handle, nothing knows which it was."""
+    if getattr(error, "filename", None) is None:
+        error.filename = str(place)  # type: ignore[attr-defined]
 
 
 def replace_by(part: Path, target: Path, *, in_use: bool = False) -> None:

@@ -25,6 +25,7 @@ from sqlalchemy.orm import Session
 
 from autodb.assets import kit
 from autodb.errors import UnusableInput
+from autodb.excuses import full_under, is_full
 from autodb.store import rowsums
 from autodb.store.engines import MACHINE, WRITES, backend_of, engine_of, lasting, lock_catalogue
 from autodb.store.urls import DEFAULT_URL, SQLITE, database_url, file_of, on_server, shown
@@ -285,6 +286,8 @@ def _revision(engine: Engine, url: str) -> str | None:
             row = connection.exec_driver_sql("SELECT version_num FROM alembic_version").first()
         return str(row[0]) if row else None
     except (*rowsums.UNREADABLE, DatabaseError) as error:
+        if is_full(error):
+            raise UnusableInput(full_under(str(engine.url.database))) from None
         reason = " ".join(str(getattr(error, "orig", error)).split())
         works = (
             "a database that is there, on a server that answers, would work"

@@ -43,7 +43,9 @@ def _may_be_written(target: Path, source: Path | None, *, replace: bool) -> None
     if not target.exists():
         return
     if not target.is_file() or (source is not None and target.samefile(source)):
-        raise UnusableInput(f"{target}: is no file for a backup; a new name would work")
+        raise UnusableInput(
+            f"{target}: is no file for a backup; a new name, or of a folder --keep, would work"
+        )
     if not replace:
         raise UnusableInput(f"{target}: is there already; another name, or --replace, would work")
     try:

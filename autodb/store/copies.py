@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from autodb.errors import UnusableInput
+from autodb.excuses import full_under, is_full
 from autodb.files.targets import Progress, sync
 from autodb.store import head, revisions, rowsums, shape
+from autodb.store.engines import opened
 
 PAGES_A_STEP = 2048
 WAIT_S = 5.0
@@ -53,8 +55,8 @@ def copy_of(source: Path, partial: Path, progress: Progress | None) -> Copied:
             live.execute("ROLLBACK")
             _check(copy, source, schema, before)
     except rowsums.UNREADABLE as error:
-        if "full" in str(error):
-            raise UnusableInput(f"{partial.parent}: {error}; more room would work") from None
+        if is_full(error):
+            raise UnusableInput(full_under(str(partial))) from None
         raise UnusableInput(f"{source}: cannot be copied as a database ({error})") from None
     return Copied(before, schema)
 
@@ -105,7 +107,7 @@ def _check(copy: sqlite3.Connection, source: Path, schema: str, before: dict[str
 
 def connect(path: Path) -> sqlite3.Connection:
     """Open a database file as it is, without changing how it keeps its log."""
-    return rowsums.register(sqlite3.connect(path, isolation_level=None, timeout=WAIT_S))
+    return opened(path, isolation_level=None, timeout=WAIT_S)
 
 
 def settle(path: Path) -> None:

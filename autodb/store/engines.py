@@ -13,6 +13,7 @@ A writer reads what is committed at each statement (after it had to wait for a l
 from before would lack what the other wrote); a reader sees one state.
 """
 
+import sqlite3
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -21,11 +22,12 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from sqlalchemy import Connection, Engine, bindparam, create_engine, event, func, select
-from sqlalchemy.engine import URL
+from sqlalchemy.engine import URL, ExceptionContext
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import Session
 
 from autodb.errors import UnusableInput
+from autodb.files.targets import named
 from autodb.store import rowsums
 from autodb.store.urls import POSTGRESQL, SQLITE, parsed
 
@@ -45,6 +47,24 @@ AGAIN = ("40001", "40P01")
 
 
 Done = TypeVar("Done")
+NO_ROOM_TO_SHARE = ("SQLITE_IOERR_SHMSIZE", "SQLITE_IOERR_SHMMAP", "SQLITE_IOERR_SHMOPEN")
+"""What SQLite says where it cannot make the file by which those who have a log open share it."""
+
+
+def opened(*where: Any, **how: Any) -> sqlite3.Connection:
+    """Return a connection to an SQLite file, which may be read where its disk is full.
+
+    There it is alone: the index of the log is kept in memory, and others wait until it is closed.
+    """
+    connection = rowsums.register(sqlite3.connect(*where, **how))
+    try:
+        connection.execute("PRAGMA schema_version").fetchone()
+    except sqlite3.DatabaseError as error:  # of any other, whoever uses the connection is told
+        if getattr(error, "sqlite_errorname", None) in NO_ROOM_TO_SHARE:
+            connection.close()
+            connection = rowsums.register(sqlite3.connect(*where, **how))
+            connection.execute("PRAGMA locking_mode=EXCLUSIVE")
+    return connection
 
 
 class Backend(Protocol):
@@ -68,14 +88,20 @@ class _SQLite:
     def made(self, url: URL, *, foreign_keys: bool) -> Engine:
         """Return a new engine."""
         engine = create_engine(url)
+        event.listen(engine, "do_connect", lambda _dialect, _record, at, how: opened(*at, **how))
         event.listen(engine, "connect", partial(self._on_connect, foreign_keys))
         event.listen(engine, "begin", self._on_begin)
+        event.listen(engine, "handle_error", partial(self._on_error, Path(str(url.database))))
         return engine
+
+    @staticmethod
+    def _on_error(path: Path, context: ExceptionContext) -> None:
+        """Have errors name the file: of a full disk, it says which."""
+        named(context.original_exception, path)
 
     @staticmethod
     def _on_connect(foreign_keys: bool, connection: Any, _record: object) -> None:
         connection.isolation_level = None  # the driver begins nothing by itself: DDL transactional
-        rowsums.register(connection)
         cursor = connection.cursor()
         cursor.execute(f"PRAGMA foreign_keys={'ON' if foreign_keys else 'OFF'}")
         cursor.execute(f"PRAGMA busy_timeout={LOCKED_MS}")
