@@ -20,7 +20,7 @@ def listening(
     """Return a service that answers, its thread, and its address."""
     settings = replace(settings, port=0, tls=certificate is not None)
     bound = serving.bound(settings)
-    made = serving.server_of(make_app(settings), certificate)
+    made = serving.server_of(make_app(settings), certificate, settings.proxies)
     thread = threading.Thread(target=made.run, kwargs={"sockets": [bound]})
     thread.start()
     while not made.started:

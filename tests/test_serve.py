@@ -44,6 +44,7 @@ from autodb.virtual import fleets
 from autodb.web.app import make_app
 from autodb.web.guard import HEADERS
 from autodb.web.server import Certificate
+from autodb.web.service import PASSED_ON
 from autodb.web.settings import Settings
 from tests import shops
 from tests.conftest import Cli
@@ -457,9 +458,51 @@ def test_who_guesses_tokens_has_to_wait(url: str, store: Store) -> None:
     with _client(url, host="192.0.2.1") as client:
         for k in range(20):
             assert client.get(f"{API}/machines", headers=_bearer(f"guess {k}")).status_code == 401
-        got = client.get(f"{API}/machines", headers=_bearer(secret))
+        got = client.get(f"{API}/machines", headers=_bearer("one more"))
         assert got.status_code == 429
         assert 0 < int(got.headers["retry-after"]) <= 60
+        as_long = client.get(f"{API}/machines", headers=_bearer(secret[:-1] + "~"))
+        assert as_long.status_code == 429
+        assert client.get(f"{API}/machines", headers=_bearer(secret)).status_code == 200
+        assert client.post("/sign-in", data={"token": "no"}).status_code == 429
+        signed_in = client.post("/sign-in", data={"token": secret}, follow_redirects=False)
+        assert signed_in.status_code == 303
+
+
+@pytest.mark.parametrize(
+    "more", [{"names": ("shop.example",)}, {"proxies": ("127.0.0.1",)}], ids=["name", "proxy"]
+)
+def test_behind_a_proxy_all_but_health_needs_a_token(
+    url: str, store: Store, more: dict[str, Any]
+) -> None:
+    secret = add_token(store, "planner", "read", days=1)
+    with _client(url, **more) as client:
+        assert client.get("/healthz").status_code == 200
+        for path in (f"{API}/machines", "/metrics", "/machines/lathe-0"):
+            assert client.get(path).status_code == 401, path
+            assert client.get(path, headers=_bearer(secret)).status_code == 200, path
+
+
+@pytest.mark.parametrize("name", PASSED_ON)
+def test_what_was_passed_on_is_not_of_this_computer(client: TestClient, name: str) -> None:
+    assert client.get(f"{API}/machines").status_code == 200
+    assert client.get(f"{API}/machines", headers={name: "127.0.0.1"}).status_code == 401
+
+
+@pytest.mark.parametrize(
+    ("proxies", "seen"),
+    [((), {"127.0.0.1"}), (("192.0.2.0/24",), {"127.0.0.1"}), (("127.0.0.0/8",), {"192.0.2.7"})],
+)
+def test_who_asks_is_believed_from_named_proxies_alone(
+    url: str, store: Store, proxies: tuple[str, ...], seen: set[str], caplog: Any
+) -> None:
+    secret = add_token(store, "planner", "read", days=1)
+    said = {"X-Forwarded-For": "192.0.2.7", "X-Forwarded-Proto": "https"}
+    with served(Settings(url, proxies=proxies)) as at, caplog.at_level("INFO", "autodb.web"):
+        httpx.get(f"{at}{API}/machines", headers=_bearer(secret) | said).raise_for_status()
+        cookie = httpx.post(f"{at}/sign-in", data={"token": secret}, headers=said).headers
+    assert {one.client for one in caplog.records if one.message == "answered"} == seen
+    assert ("Secure" in cookie["set-cookie"]) == (seen == {"192.0.2.7"})
 
 
 # What stands before every route
@@ -743,6 +786,9 @@ def test_tokens_by_command(cli: Cli) -> None:
         (("--certificate", "c.pem"), "both would work"),
         (("--certificate", "c.pem", "--key", "k.pem"), "both as PEM would work"),
         (("--host", "203.0.113.9", "--port", "9"), "autodb token add"),
+        (("--name", "shop.example"), "autodb token add NAME --role read"),
+        (("--proxy", "127.0.0.1"), "autodb token add NAME --role read"),
+        (("--proxy", "shop"), "127.0.0.1 or 192.0.2.0/24 would work"),
     ],
 )
 def test_a_service_that_nobody_could_use_does_not_begin(
