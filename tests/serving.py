@@ -3,9 +3,10 @@
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 
+import httpx
 import uvicorn
 
 from autodb.web import server as serving
@@ -39,3 +40,14 @@ def served(settings: Settings, certificate: Certificate | None = None) -> Iterat
     finally:
         made.should_exit = True
         thread.join(30.0)
+
+
+def wait_for(at: str) -> None:
+    """Wait until a service answers."""
+    until = time.monotonic() + 60.0
+    while time.monotonic() < until:
+        with suppress(httpx.HTTPError):
+            if httpx.get(f"{at}/healthz").status_code == 200:
+                return
+        time.sleep(0.1)
+    raise AssertionError("it does not answer")

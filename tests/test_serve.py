@@ -5,9 +5,8 @@ import os
 import signal
 import socket
 import sys
-import time
 from collections.abc import Iterator
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -49,7 +48,7 @@ from autodb.web.settings import Settings
 from tests import shops
 from tests.conftest import Cli
 from tests.servers import Server
-from tests.serving import served
+from tests.serving import served, wait_for
 
 API = "/api/v1"
 CUT: dict[str, Any] = {
@@ -729,7 +728,7 @@ def test_stopped_it_answers_what_is_on_its_way(
         finally:
             os._exit(code)
     at, lines = f"http://127.0.0.1:{port}", (json.dumps(CUT) + "\n") * 3000
-    _wait_for(at)
+    wait_for(at)
     path = f"{at}{API}/machines/lathe-0/lookup/batch"
     got: list[str] = []
     with httpx.stream("POST", path, params=pair, content=lines, timeout=60.0) as response:
@@ -744,16 +743,6 @@ def test_stopped_it_answers_what_is_on_its_way(
     said = [json.loads(line) for line in logged]
     answered = [one for one in said if one.get("route", "").endswith("/batch")]
     assert [one["status"] for one in answered] == [200]
-
-
-def _wait_for(at: str) -> None:
-    until = time.monotonic() + 60.0
-    while time.monotonic() < until:
-        with suppress(httpx.HTTPError):
-            if httpx.get(f"{at}/healthz").status_code == 200:
-                return
-        time.sleep(0.1)
-    raise AssertionError("it does not answer")
 
 
 # The command
