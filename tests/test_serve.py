@@ -8,7 +8,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import asdict
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
@@ -16,10 +15,6 @@ from urllib.parse import urlencode
 import httpx
 import numpy as np
 import pytest
-from cryptography import x509
-from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import ec
-from cryptography.x509.oid import NameOID
 from fastapi.testclient import TestClient
 from numpy.testing import assert_allclose
 from pydantic import TypeAdapter
@@ -42,13 +37,12 @@ from autodb.store.watched import Watched
 from autodb.virtual import fleets
 from autodb.web.app import make_app
 from autodb.web.guard import HEADERS
-from autodb.web.server import Certificate
 from autodb.web.service import PASSED_ON
 from autodb.web.settings import Settings
 from tests import shops
 from tests.conftest import Cli
 from tests.servers import Server
-from tests.serving import served, wait_for
+from tests.serving import self_signed, served, wait_for
 
 API = "/api/v1"
 CUT: dict[str, Any] = {
@@ -653,35 +647,12 @@ def _slot() -> JobCut:
 
 
 def test_over_tls(url: str, tmp_path: Path) -> None:
-    certificate = _self_signed(tmp_path)
+    certificate = self_signed(tmp_path)
     with served(Settings(url), certificate) as at:
         with Client(at, ca=certificate.chain) as client:
             assert client.machine("lathe-0").name == "lathe-0"
         with pytest.raises(Unanswered, match="CERTIFICATE_VERIFY_FAILED"), Client(at) as client:
             client.machine("lathe-0")
-
-
-def _self_signed(folder: Path) -> Certificate:
-    key = ec.generate_private_key(ec.SECP256R1())
-    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "localhost")])
-    now = datetime.now(UTC)
-    made = (
-        x509.CertificateBuilder()
-        .subject_name(name)
-        .issuer_name(name)
-        .public_key(key.public_key())
-        .serial_number(1)
-        .not_valid_before(now - timedelta(days=1))
-        .not_valid_after(now + timedelta(days=1))
-        .add_extension(x509.SubjectAlternativeName([x509.DNSName("localhost")]), critical=False)
-        .add_extension(x509.BasicConstraints(ca=True, path_length=None), critical=True)
-        .sign(key, hashes.SHA256())
-    )
-    pem = serialization.Encoding.PEM
-    (folder / "c.pem").write_bytes(made.public_bytes(pem))
-    plain = serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
-    (folder / "k.pem").write_bytes(key.private_bytes(pem, *plain))
-    return Certificate(folder / "c.pem", folder / "k.pem")
 
 
 def test_connections_that_say_nothing_keep_nobody_out(
