@@ -6,7 +6,7 @@ import signal
 import socket
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -676,10 +676,68 @@ def test_connections_that_say_nothing_keep_nobody_out(
         held[0].sendall(b"GET /healthz HTTP/1.1\r\nHost:")
         statuses = (client.get("/healthz").status_code for _ in range(200))
         assert 503 in statuses, "once all are accepted"
-        assert [one.recv(1) for one in held] == 4 * [b""]
+        assert [one.recv(12) for one in held] == [b"HTTP/1.1 408", b"", b"", b""]
         assert client.get("/healthz").status_code == 200
         slow.sendall(line)
         assert slow.recv(12) == b"HTTP/1.1 200"
+
+
+HEALTH = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n"
+CHUNKED = HEALTH + b"Transfer-Encoding: chunked\r\n\r\n"
+
+
+@pytest.mark.parametrize(
+    ("parts", "status"),
+    [
+        ([HEALTH + b"A: " + b"a" * 15_000, b"\r\n\r\n"], b"200"),
+        ([HEALTH, *(b"A%d: a\r\n" % k for k in range(98)), b"\r\n"], b"200"),
+        ([CHUNKED, *[b"1\r\na\r\n" * 20_000], b"0\r\n\r\n"], b"200"),
+        ([HEALTH + b"A: ", *[b"a" * 65_536] * 1000], b"431"),
+        ([HEALTH + b"A: " + b"a" * 16_384 + b"\r\n\r\n"], b"431"),
+        ([HEALTH, b"A: a\r\n" * 99 + b"\r\n"], b"431"),
+        ([b"GET /" + b"a" * 1_000_000], b"431"),
+        ([b"\r\n" * 1_000_000], b"431"),
+        ([b"no request\r\n\r\n"], b"400"),
+    ],
+    ids=["long", "many", "chunks", "endless", "too long", "too many", "path", "blank", "none"],
+)
+def test_a_head_that_goes_on_is_refused(url: str, parts: list[bytes], status: bytes) -> None:
+    with served(Settings(url)) as at, socket.socket() as one:
+        one.settimeout(20.0)
+        one.connect(("127.0.0.1", httpx.URL(at).port or 0))
+        with suppress(ConnectionError):  # it is ended before all is sent
+            for part in parts:
+                one.sendall(part)
+        said = one.recv(4096)
+        head, _, body = said.partition(b"\r\n\r\n")
+        assert head.startswith(b"HTTP/1.1 " + status)
+        assert b"x-content-type-options: nosniff" in head.lower()
+        assert (status == b"200") or list(json.loads(body)) == ["detail"]
+        with suppress(ConnectionError):
+            assert one.recv(4096) == b""
+
+
+def test_trailers_that_go_on_end_the_connection(url: str) -> None:
+    with served(Settings(url)) as at, socket.socket() as one:
+        one.settimeout(20.0)
+        one.connect(("127.0.0.1", httpx.URL(at).port or 0))
+        one.sendall(CHUNKED + b"1\r\na\r\n0\r\nT: ")
+        with pytest.raises(ConnectionError):
+            for _ in range(1000):
+                one.sendall(b"t" * 65_536)
+
+
+def test_blank_lines_between_requests_keep_no_connection(
+    url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("autodb.web.connections.HEAD_S", 0.5)
+    with served(Settings(url)) as at, socket.socket() as one:
+        one.settimeout(20.0)
+        one.connect(("127.0.0.1", httpx.URL(at).port or 0))
+        one.sendall(HEALTH.replace(b"close", b"keep-alive") + b"\r\n")
+        assert one.recv(4096).startswith(b"HTTP/1.1 200")
+        one.sendall(b"\r\n")
+        assert one.recv(1) == b""
 
 
 def test_stopped_it_answers_what_is_on_its_way(
