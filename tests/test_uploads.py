@@ -217,6 +217,8 @@ WRONG: tuple[tuple[str, bytes | Callable[[Path], None], str, str], ...] = (
         "g.csv", b"t,x.current\n0,1\n1,2\n2,3\n", '[tool]\nfile = "/etc/passwd"\n',
         "g.toml: tool.file: only the recording and this file were sent",
     ),
+    ("w.csv", b"cut," + b"c" * 9 + b",".join(b"%d" % k for k in range(10_000)) + b"\n", "",
+     "w.csv: 10001 columns; at most 10000"),
     ("h.h5", _elsewhere, "", "h.h5: the rows of 'x.current' lie in another file"),
     ("i.mat", pickle.dumps(_Trap()), "", "i.mat: not a whole MAT file"),
 )  # fmt: skip

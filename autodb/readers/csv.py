@@ -10,7 +10,7 @@ from pyarrow import csv
 
 from autodb.errors import UnusableInput
 from autodb.readers._arrow import numpy_columns
-from autodb.readers._base import Columns, TimeBase, not_a_number
+from autodb.readers._base import Columns, TimeBase, not_a_number, refuse_twice
 
 BLOCK_BYTES = 1 << 24
 LONGEST_LINE = 1 << 24
@@ -59,12 +59,7 @@ def _header(path: Path) -> list[str]:
 def _named(path: Path, header: list[str]) -> list[str]:
     """Return the columns' names without spaces around them; one without a name gets its place."""
     names = [name.strip() or f"column {place}" for place, name in enumerate(header, start=1)]
-    twice = {n for n in names if names.count(n) > 1}
-    if twice:
-        raise UnusableInput(
-            f"{path}: column '{min(twice)}' stands in the header twice; its own "
-            "name for each column would work"
-        )
+    refuse_twice(path, names, "header")
     return names
 
 
