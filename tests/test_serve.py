@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
+from itertools import product
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
@@ -27,10 +28,11 @@ from autodb.agent.machines import add_machine
 from autodb.agent.predicting import Answer
 from autodb.agent.refreshing import refresh
 from autodb.agent.shelves import Shelves
+from autodb.channels import largest_of
 from autodb.cli import run
 from autodb.client import Client, Unanswered
 from autodb.errors import NotThere, UnusableInput
-from autodb.jobs import Job, JobCut
+from autodb.jobs import LEAST, Job, JobCut
 from autodb.machinefile import LATHE
 from autodb.store import Store, create_store, models, open_store
 from autodb.store.watched import Watched
@@ -151,6 +153,48 @@ def test_a_cut_that_cannot_be_is_refused_in_one_line(
     got = client.get(f"{API}/machines/lathe-0/lookup", params=pair | CUT | change)
     assert got.status_code == status
     assert said in _detail(got)
+
+
+BEYOND = [
+    ({"depth_mm": 1e308}, "depth_mm: Input should be less than or equal to 1000"),
+    ({"feed_mm_rev": 1e5}, "feed_mm_rev: Input should be less than or equal to 1000"),
+    ({"speed_m_min": 1e7}, "speed_m_min: Input should be less than or equal to 100000"),
+    ({"diameter_mm": 1e308}, "diameter_mm: Input should be less than or equal to 100000"),
+    ({"cutting_time_s": 1e300}, "cutting_time_s: Input should be less than or equal to 100000000"),
+    ({"depth_mm": 1e-308}, "depth_mm: 1e-308 is below any machine; at least 1e-06 would work"),
+]
+
+
+@pytest.mark.parametrize(("change", "said"), BEYOND)
+def test_what_no_machine_does_is_refused_in_the_same_words_everywhere(
+    url: str, store: Store, pair: dict[str, str], change: dict[str, float], said: str
+) -> None:
+    """By a look-up, a batch, a job that is kept or not, and on the planner's page."""
+    cut, at = CUT | change, f"{API}/machines/lathe-0"
+    operates = _bearer(add_token(store, "shop", "operate", days=1))
+    job = {"name": "j", **pair, "cut": [CUT, cut]}
+    with _client(url, writes=True) as client:
+        assert _detail(client.get(f"{at}/lookup", params=pair | cut)) == said
+        row, end = _batch(client, pair, [json.dumps(cut)])
+        assert (row["problem"], end) == (said, {"answered": 0, "refused": 1})
+        for path in ("predict", "predictions"):
+            got = client.post(f"{at}/{path}", json=job, headers=operates)
+            assert (got.status_code, _detail(got)) == (422, f"cut.1.{said}")
+        page = client.get("/machines/lathe-0/plan", params=pair | cut)
+        assert f"cut 1: {said}" in page.text
+
+
+def test_the_furthest_that_is_taken_is_answered(client: TestClient, pair: dict[str, str]) -> None:
+    ends = {
+        "diameter_mm": (LEAST, largest_of("work.diameter")),
+        "depth_mm": (LEAST, largest_of("cutting.depth")),
+        "feed_mm_rev": (LEAST, largest_of("cutting.feed")),
+        "speed_m_min": (LEAST, largest_of("cutting.speed")),
+    }
+    for stated in product(*ends.values()):
+        cut = CUT | dict(zip(ends, stated, strict=True))
+        got = client.get(f"{API}/machines/lathe-0/lookup", params=pair | cut)
+        assert got.status_code == 200, cut
 
 
 def test_what_is_not_there_is_404(client: TestClient) -> None:
