@@ -5,7 +5,7 @@ import os
 import signal
 import socket
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from itertools import product
@@ -318,6 +318,36 @@ def test_an_answer_is_fresh_as_soon_as_something_is_written(
     fresh = client.get(path, headers={"If-None-Match": first.headers["etag"]})
     assert fresh.status_code == 200
     assert "new" in [one["name"] for one in fresh.json()["machines"]]
+
+
+@pytest.mark.parametrize(
+    ("made", "status"),
+    [
+        (lambda tag: [tag], 304),
+        (lambda tag: [f"W/{tag}"], 304),
+        (lambda tag: [f'"a,b", W/"c" ,W/{tag}'], 304),
+        (lambda tag: ['"other"', tag], 304),
+        (lambda _: ["*"], 304),
+        (lambda _: [" * "], 304),
+        (lambda tag: [tag.strip('"')], 200),
+        (lambda tag: [f'"{tag[1:-1]}-more"'], 200),
+        (lambda _: ['"other", W/"another"'], 200),
+        (lambda _: [""], 200),
+    ],
+)
+def test_tags_are_compared_as_http_says(
+    client: TestClient, pair: dict[str, str], made: Callable[[str], list[str]], status: int
+) -> None:
+    for path in (f"{API}/machines", f"{API}/machines/lathe-0/lookup?{urlencode(pair | CUT)}"):
+        tag = client.get(path).headers["etag"]
+        got = client.get(path, headers=[("If-None-Match", one) for one in made(tag)])
+        assert (got.status_code, got.headers["etag"]) == (status, tag)
+        assert (got.content == b"") == (status == 304)
+
+
+def test_any_tag_of_what_is_not_there_is_404(client: TestClient) -> None:
+    got = client.get(f"{API}/machines/nobody", headers={"If-None-Match": "*"})
+    assert got.status_code == 404
 
 
 def test_a_look_up_follows_what_is_learnt(
