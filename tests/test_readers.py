@@ -143,6 +143,14 @@ def test_edges_may_be_named_by_text(tmp_path: Path) -> None:
     assert table.texts["tool.edge"] == ["B", "A", "B"]
 
 
+def test_a_text_that_was_made_neutral_is_read_as_it_was(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("cut,force.x,tool\n1,-1,'=1+1\n2,2,'own'\n3,3,-5\n")
+    table = records.read(path)
+    assert table.texts["tool"] == ["=1+1", "'own'", "-5"]
+    assert table["force.x"].tolist() == [-1.0, 2.0, 3.0]
+
+
 def test_nan_in_an_unused_column_is_none_of_our_business(tmp_path: Path) -> None:
     path = write(tmp_path / "a.csv", {"t": T, "x.position": X, "other": [float("nan")] * 20})
     assert len(records.read(path)) == 20
