@@ -1,6 +1,7 @@
 """Names of channels and the unit that each name carries (`shared` interface: docs/formats.md)."""
 
 import re
+from math import inf
 
 LINEAR_AXES = ("x", "y", "z", "u", "v", "w")
 ROTARY_AXES = ("a", "b", "c")
@@ -32,6 +33,23 @@ _UNITS: tuple[tuple[str, str], ...] = (
     (r"tool\.cutting_time", "s"),
     (r"(cut|tool\.edge)", "1"),
 )
+_LARGEST: tuple[tuple[str, float], ...] = (
+    (r"spindle\.speed", 5e5),
+    (r".\.position", 2e5),
+    (r".\.velocity", 1e5),
+    (r".*\.current(\..+)?", 1e5),
+    (r"(force\..|.\.drive_force)", 1e7),
+    (r"(torque\.spindle|.\.drive_torque)", 1e6),
+    (r"spindle\.power", 1e8),
+    (r".*\.temperature", 3e3),
+    (r"cutting\.speed", 1e5),
+    (r"cutting\.(feed|depth|width)|tool\.flank_wear|chip\.thickness", 1e3),
+    (r"(work|pocket)\.diameter", 1e5),
+    (r"cutting\.(direction|ramp)", 1e3),
+    (r"tool\.cutting_time", 1e8),
+)
+"""Beyond what machine tools do by a factor: the fastest air-bearing spindles reach some 350 000 rpm
+and the longest portal mills some 100 m; the others are ten times and more over what is built."""
 TEXT_COLUMNS = ("operation", "work.material", "tool")
 
 
@@ -42,6 +60,15 @@ def unit_of(name: str) -> str | None:
     'A'
     """
     return next((unit for pattern, unit in _UNITS if re.fullmatch(pattern, name)), None)
+
+
+def largest_of(name: str) -> float:
+    """Return what channel ``name`` exceeds on no machine, in its unit; infinity where any may be.
+
+    >>> largest_of("cutting.depth")
+    1000.0
+    """
+    return next((most for pattern, most in _LARGEST if re.fullmatch(pattern, name)), inf)
 
 
 def is_channel(name: str) -> bool:

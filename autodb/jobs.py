@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import atan2, degrees, pi
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Annotated, Literal, get_args
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.config import JsonDict
 
+from autodb.channels import largest_of
 from autodb.errors import UnusableInput
 from autodb.pairs.engaged import BY_NAME, END_MILL, INSERT
 from autodb.tomlfile import Finite, NotNegative, Positive, Section, read_toml
@@ -53,8 +54,36 @@ KEYS = {
 """Keys of a cut by its operation; a mill or drill has its diameter from the tool."""
 
 
+LEAST = 1e-6
+"""What a cut states is larger than this in its unit, where it cannot be nothing: an atom has some
+10⁻⁷ mm, and a speed of 10⁻⁶ rpm is a turn in two years. Chosen."""
+
+
+def _is_something(value: float) -> float:
+    if value < LEAST:
+        raise ValueError(f"{value:g} is below any machine; at least {LEAST:g} would work")
+    return value
+
+
+_Something = Annotated[Positive, AfterValidator(_is_something)]
+Across = Annotated[_Something, Field(le=largest_of("cutting.depth"))]
+"""Depth, width, feed, mm."""
+Diameter = Annotated[_Something, Field(le=largest_of("work.diameter"))]
+EndDiameter = Annotated[NotNegative, Field(le=largest_of("work.diameter"))]
+Length = Annotated[NotNegative, Field(le=largest_of("x.position"))]
+Coordinate = Annotated[Finite, Field(ge=-largest_of("x.position"), le=largest_of("x.position"))]
+Direction = Annotated[
+    Finite, Field(ge=-largest_of("cutting.direction"), le=largest_of("cutting.direction"))
+]
+Ramp = Annotated[_Something, Field(le=largest_of("cutting.ramp"))]
+CuttingTime = Annotated[NotNegative, Field(le=largest_of("tool.cutting_time"))]
+FlankWear = Annotated[NotNegative, Field(le=largest_of("tool.flank_wear"))]
+Rpm = Annotated[_Something, Field(le=largest_of("spindle.speed"))]
+CuttingSpeed = Annotated[_Something, Field(le=largest_of("cutting.speed"))]
+
+
 class JobCut(Section):
-    """One cut; give the spindle speed or the cutting speed.
+    """One cut; give the spindle speed or the cutting speed. What no machine does is refused.
 
     Turning: ``diameter_mm`` is the machined diameter at the tool tip, ``end_diameter_mm`` the one
     at the end of a cut whose radius changes, ``length_mm`` how far it goes along the axis;
@@ -64,20 +93,20 @@ class JobCut(Section):
 
     name: str = ""
     operation: Operation = "turn"
-    diameter_mm: Positive | None = None
-    end_diameter_mm: NotNegative | None = None
-    length_mm: NotNegative | None = None
-    depth_mm: Positive | None = None
-    width_mm: Positive | None = None
-    feed_mm_rev: Positive | None = None
-    feed_mm_tooth: Positive | None = None
-    direction_deg: Finite | None = None
-    ramp_deg: Positive | None = None
-    pocket_diameter_mm: Positive | None = None
-    cutting_time_s: NotNegative | None = None
-    flank_wear_mm: NotNegative | None = None
-    speed_rpm: Positive | None = None
-    speed_m_min: Positive | None = None
+    diameter_mm: Diameter | None = None
+    end_diameter_mm: EndDiameter | None = None
+    length_mm: Length | None = None
+    depth_mm: Across | None = None
+    width_mm: Across | None = None
+    feed_mm_rev: Across | None = None
+    feed_mm_tooth: Across | None = None
+    direction_deg: Direction | None = None
+    ramp_deg: Ramp | None = None
+    pocket_diameter_mm: Diameter | None = None
+    cutting_time_s: CuttingTime | None = None
+    flank_wear_mm: FlankWear | None = None
+    speed_rpm: Rpm | None = None
+    speed_m_min: CuttingSpeed | None = None
 
     @model_validator(mode="after")
     def _keys_of_its_operation(self) -> "JobCut":
@@ -183,9 +212,11 @@ class JobProgram(Section):
     model_config = ConfigDict(json_schema_extra=_either("stock_diameter_mm", "stock"))
 
     file: str
-    stock_diameter_mm: Positive | None = Field(default=None, exclude_if=is_none)
-    stock_face_mm: Finite | None = None
-    stock: tuple[tuple[Finite, NotNegative], ...] | None = Field(default=None, exclude_if=is_none)
+    stock_diameter_mm: Diameter | None = Field(default=None, exclude_if=is_none)
+    stock_face_mm: Coordinate | None = None
+    stock: tuple[tuple[Coordinate, EndDiameter], ...] | None = Field(
+        default=None, exclude_if=is_none
+    )
     units: Literal["mm", "inch"] | None = None
     diameter: bool | None = None
     sha256: str | None = None

@@ -4,13 +4,12 @@ Columns: docs/formats.md, "Predictions". Numbers are written with six digits; wh
 machine has not is empty.
 """
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
 from autodb.exceeding import SPINDLE, beyond
+from autodb.files import csvtext
 from autodb.forward import Interval, Peaks, PredictedCut
 from autodb.machinefile import Limits
 
@@ -51,12 +50,8 @@ def as_csv(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> str:
         *("cut", "name", "operation", "spindle.speed", "spindle.speed.limit", "cutting.speed"),
         *chain.from_iterable(_columns(one) for one in QUANTITIES),
     ]
-    text = io.StringIO()
-    written = csv.writer(text, lineterminator="\n")
-    written.writerow(columns)
-    for number, cut in enumerate(cuts, start=1):
-        written.writerow(_row(number, cut, limits))
-    return text.getvalue()
+    rows = (_row(number, cut, limits) for number, cut in enumerate(cuts, start=1))
+    return csvtext.as_csv([columns, *rows])
 
 
 def _columns(one: Quantity) -> list[str]:

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import socket
+import ssl
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -23,6 +25,7 @@ from autodb.virtual import fleets
 from tests import shops
 from tests.conftest import Cli, Once
 from tests.servers import Server
+from tests.serving import self_signed
 
 MACHINES, CUTS = 5, 6
 URL = "sqlite:///autodb.sqlite3"
@@ -32,6 +35,8 @@ FIRST, SECOND = FLEET.tools
 PAIRS = [(material, FIRST) for material in FLEET.materials]
 FEW = 20
 """Values that a statement is given, whatever the number of machines: more than a row's keys."""
+PAGES = ("", "status", "info/main/workers.html", "metrics", "health", "json/counts.json")
+"""Of Dask's dashboard, and of its members over HTTP."""
 OFF = "lathe-2"
 """The machine whose calibration is off."""
 
@@ -306,6 +311,7 @@ def test_nothing_known_together_says_what_would(cli: Cli) -> None:
     [
         (["--scheduler", "tcp://127.0.0.1:1"], "--workers in place of --scheduler, would work"),
         (["--scheduler", "tcp://127.0.0.1:1", "--workers", "2"], "one of them would work"),
+        (["--workers", "2", "--ca", "c.pem"], "all three, with --scheduler, would work"),
         (["--inboxes", "nowhere"], "nowhere: no such folder"),
         (["--machine", "lathe-9"], "no machine 'lathe-9'"),
         (["--standard", "nowhere.toml"], "nowhere.toml"),
@@ -319,15 +325,72 @@ def test_what_cannot_be_spread_is_one_line(cli: Cli, given: list[str], says: str
 
 
 def test_a_scheduler_that_does_not_answer(
-    cli: Cli, server: Server, monkeypatch: pytest.MonkeyPatch
+    cli: Cli, server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("autodb.fleet.clusters.ANSWER_S", 0.5)
     url = server.database()
     create_store(url)
     cli("machine", "add", "lathe-1", "--db", url)
-    done = cli("fleet", "refresh", "--scheduler", "tcp://127.0.0.1:1", "--db", url)
-    assert done.code == 2
-    assert "no Dask scheduler answers there" in done.err
+    made = self_signed(tmp_path)
+    shown = ("--ca", made.chain, "--certificate", made.chain, "--key", made.key)
+    for address, given, says in (
+        ("tls://127.0.0.1:1", shown, "no Dask scheduler answers there"),
+        ("tls://127.0.0.1:1", (), "--ca, --certificate and --key of the cluster would work"),
+        ("tcp://127.0.0.1:1", shown, "tls://HOST:PORT with --ca"),
+        ("tls://127.0.0.1:1", (*shown[:-1], made.chain), "all as PEM would work"),
+    ):
+        done = cli("fleet", "refresh", "--scheduler", address, *given, "--db", url)
+        assert done.code == 2
+        assert says in done.err
+        assert len(done.err.splitlines()) == 1
+
+
+def test_nobody_else_of_this_computer_reaches_the_workers() -> None:
+    """All listen on loopback, over TLS, to who shows this session's certificate; none has pages."""
+    psutil = pytest.importorskip("psutil", reason="no Dask here: the extra 'fleet' is missing")
+    from distributed.security import Security
+
+    from autodb.fleet.clusters import workers_here
+
+    with workers_here(1) as client:
+        pids = {os.getpid(), *client.run(os.getpid).values(), *client.run(os.getppid).values()}
+        ours = [one for pid in pids for one in psutil.Process(pid).net_connections()]
+        listening = {one.laddr for one in ours if one.status == psutil.CONN_LISTEN}
+        assert {at.ip for at in listening} == {"127.0.0.1"}
+        known = client.scheduler_info()
+        members = [known["address"], *known["workers"]]
+        assert {member.partition("://")[0] for member in members} == {"tls"}
+        theirs = Security.temporary().get_connection_args("client")
+        shown = client.security.get_connection_args("client")
+        spoken_to = set()
+        for port in {at.port for at in listening}:
+            pages = [_said(port, None, f"GET /{path} HTTP/1.0\r\n\r\n") for path in PAGES]
+            if all(page.startswith(b"HTTP/1.1 404 ") for page in pages):
+                continue
+            assert set(pages) == {b""}
+            assert _said(port, _unverified()) == b""
+            assert _said(port, _unverified(theirs)) == b""
+            assert _said(port, _unverified(shown))
+            spoken_to.add(port)
+        assert {int(one.rpartition(":")[2]) for one in members} <= spoken_to
+
+
+def _unverified(given: dict[str, Any] | None = None) -> ssl.SSLContext:
+    """Return a context that believes any server, and shows what it is given."""
+    context: ssl.SSLContext = given["ssl_context"] if given else ssl.create_default_context()
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    return context
+
+
+def _said(port: int, context: ssl.SSLContext | None, asked: str = "") -> bytes:
+    """Return the first that is said at a port to who connects and asks, if anything is."""
+    with socket.create_connection(("127.0.0.1", port), 10.0) as plain:
+        try:
+            with context.wrap_socket(plain) if context else plain as connection:
+                connection.sendall(asked.encode())
+                return connection.recv(20)
+        except (ssl.SSLError, ConnectionError):
+            return b""
 
 
 def test_a_plain_loop_refreshes_all_and_one_s_fault_is_its_own(cli: Cli) -> None:

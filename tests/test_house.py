@@ -11,6 +11,7 @@ from pathlib import Path
 import grimp
 import pytest
 from hatchling.builders.wheel import WheelBuilder
+from packaging.requirements import Requirement
 
 from autodb.terms import TERMS
 from autodb.terms.vocabulary import VOCABULARY
@@ -140,3 +141,28 @@ def test_public_functions_say_what_they_do() -> None:
         for node in [*body, *inside]:
             if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
                 assert ast.get_docstring(node), f"{path.name}:{node.lineno} {node.name}"
+
+
+HOLES = {
+    "cryptography": ("44.0.0", "CVE-2024-12797"),
+    "distributed": ("2026.1.0", "CVE-2026-23528"),
+    "filelock": ("3.20.2", "CVE-2026-22701"),
+    "h11": ("0.14.0", "CVE-2025-43859"),
+    "jinja2": ("3.1.5", "CVE-2025-27516"),
+    "python-multipart": ("0.0.21", "CVE-2026-24486"),
+    "starlette": ("0.49.0", "CVE-2025-62727"),
+    "tornado": ("6.5.4", "CVE-2026-31958"),
+    "urllib3": ("2.6.2", "CVE-2026-21441"),
+}
+"""The last version of a library with a hole that is known, and the hole."""
+
+
+@pytest.mark.parametrize("name", HOLES)
+def test_no_version_with_a_known_hole_is_installed(name: str) -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    groups = [project["dependencies"], *project["optional-dependencies"].values()]
+    asked = [Requirement(text) for group in groups for text in group]
+    stated = [one.specifier for one in asked if one.name.lower() == name and one.specifier]
+    version, hole = HOLES[name]
+    assert stated
+    assert not any(one.contains(version) for one in stated), hole

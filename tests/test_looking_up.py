@@ -325,6 +325,13 @@ def test_names_that_cannot_be_written_are_refused_before_anything_is_stored(
         assert session.query(models.Prediction).all() == []
 
 
+def test_a_cut_s_name_that_is_a_formula_is_written_as_text() -> None:
+    mean = Interval(-1.0, -2.0, 0.5)
+    cut = PredictedCut("=1+1", "turn", 3000.0, 94.0, mean, mean, mean, mean, mean)
+    (row,) = csv.DictReader(as_csv([cut], {}).splitlines())
+    assert (row["name"], row["force.x"]) == ("'=1+1", "-1")
+
+
 def test_a_mill_s_row_has_peaks_and_its_chance_is_theirs() -> None:
     mean, peak = Interval(100.0, 80.4, 119.6), Interval(200.0, 180.4, 219.6)
     cut = PredictedCut(

@@ -2,6 +2,7 @@
 
 import csv
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +70,18 @@ def test_what_is_written_reads_back(tmp_path: Path) -> None:
         )  # fmt: skip
     with pytest.raises(UnusableInput, match="is there already and differs"):
         write_cards(as_csv(cards[:1]), path)
+
+
+@pytest.mark.parametrize("name", ["=cmd|' /C calc'!A0", "+1+1", "-x", "@SUM(1)", "\t=1", "'=1"])
+def test_a_material_that_is_a_formula_is_written_as_text_and_reads_back(
+    tmp_path: Path, name: str
+) -> None:
+    card = replace(_card(1234.56, 0.21, Planned()), material=name, source=name)
+    text = as_csv([card])
+    (row,) = csv.DictReader(io.StringIO(text))
+    assert (row["material"], row["source"]) == (f"'{name}", f"'{name}")
+    (again,) = read_cards(_written(tmp_path, text))
+    assert (again.material, again.source) == (name, name)
 
 
 @pytest.mark.parametrize("k_c11", [600.0, 3500.0])

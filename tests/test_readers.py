@@ -9,7 +9,9 @@ from numpy.testing import assert_allclose
 
 from autodb import records
 from autodb.errors import UnusableInput
+from autodb.readers import MOST_COLUMNS
 from autodb.records import CutTable, Recording
+from tests.conftest import Cli
 from tests.files import write
 
 T = np.arange(20) * 0.01
@@ -141,6 +143,14 @@ def test_edges_may_be_named_by_text(tmp_path: Path) -> None:
     assert table.texts["tool.edge"] == ["B", "A", "B"]
 
 
+def test_a_text_that_was_made_neutral_is_read_as_it_was(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("cut,force.x,tool\n1,-1,'=1+1\n2,2,'own'\n3,3,-5\n")
+    table = records.read(path)
+    assert table.texts["tool"] == ["=1+1", "'own'", "-5"]
+    assert table["force.x"].tolist() == [-1.0, 2.0, 3.0]
+
+
 def test_nan_in_an_unused_column_is_none_of_our_business(tmp_path: Path) -> None:
     path = write(tmp_path / "a.csv", {"t": T, "x.position": X, "other": [float("nan")] * 20})
     assert len(records.read(path)) == 20
@@ -248,3 +258,44 @@ def test_a_missing_channel_names_near_ones(tmp_path: Path) -> None:
     table = records.read(write(tmp_path / "a.csv", {"t": T, "x.position": X}))
     with pytest.raises(UnusableInput, match=r"did you mean x\.position"):
         table["x.positon"]
+
+
+def _wide(folder: Path, columns: int) -> Path:
+    """Write a table of two cuts and as many columns."""
+    names = ["cut", "force.x", *(f"c{k}" for k in range(2, columns))]
+    rows = [",".join([str(row), *["7"] * (columns - 1)]) for row in (1, 2)]
+    path = folder / "wide.csv"
+    path.write_text("\n".join([",".join(names), *rows, ""]))
+    return path
+
+
+def test_as_many_columns_as_are_taken_are_read(tmp_path: Path) -> None:
+    table = records.read(_wide(tmp_path, MOST_COLUMNS))
+    assert isinstance(table, CutTable)
+    assert table["force.x"].tolist() == [7.0, 7.0]
+    assert len(table.ignored) == MOST_COLUMNS - 2
+
+
+@pytest.mark.parametrize("columns", [MOST_COLUMNS + 1, 300_000])
+def test_more_columns_are_refused_in_one_line(tmp_path: Path, columns: int) -> None:
+    """Each name is looked at once: squared, a third of a million would take most of an hour."""
+    with pytest.raises(UnusableInput, match=rf"wide\.csv: {columns} columns; at most 10000"):
+        records.read(_wide(tmp_path, columns))
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".h5"])
+def test_columns_of_any_format_are_bounded(
+    tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write(tmp_path / f"a{suffix}", {"t": T, "x.position": X, "note": X})
+    monkeypatch.setattr("autodb.readers.MOST_COLUMNS", 2)
+    with pytest.raises(UnusableInput, match="3 columns; at most 2"):
+        records.read(path)
+
+
+def test_a_table_too_wide_is_exit_2(cli: Cli, tmp_path: Path) -> None:
+    cli("init")
+    cli("machine", "add", "lathe-1")
+    done = cli("import", _wide(tmp_path, MOST_COLUMNS + 1), "--machine", "lathe-1")
+    assert (done.code, done.err.count("\n")) == (2, 1)
+    assert "10001 columns" in done.err

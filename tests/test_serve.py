@@ -5,11 +5,10 @@ import os
 import signal
 import socket
 import sys
-import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
-from datetime import UTC, datetime, timedelta
+from itertools import product
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
@@ -17,10 +16,6 @@ from urllib.parse import urlencode
 import httpx
 import numpy as np
 import pytest
-from cryptography import x509
-from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import ec
-from cryptography.x509.oid import NameOID
 from fastapi.testclient import TestClient
 from numpy.testing import assert_allclose
 from pydantic import TypeAdapter
@@ -33,22 +28,23 @@ from autodb.agent.machines import add_machine
 from autodb.agent.predicting import Answer
 from autodb.agent.refreshing import refresh
 from autodb.agent.shelves import Shelves
+from autodb.channels import largest_of
 from autodb.cli import run
 from autodb.client import Client, Unanswered
 from autodb.errors import NotThere, UnusableInput
-from autodb.jobs import Job, JobCut
+from autodb.jobs import LEAST, Job, JobCut
 from autodb.machinefile import LATHE
 from autodb.store import Store, create_store, models, open_store
 from autodb.store.watched import Watched
 from autodb.virtual import fleets
 from autodb.web.app import make_app
 from autodb.web.guard import HEADERS
-from autodb.web.server import Certificate
+from autodb.web.service import PASSED_ON
 from autodb.web.settings import Settings
 from tests import shops
 from tests.conftest import Cli
 from tests.servers import Server
-from tests.serving import served
+from tests.serving import self_signed, served, wait_for
 
 API = "/api/v1"
 CUT: dict[str, Any] = {
@@ -157,6 +153,48 @@ def test_a_cut_that_cannot_be_is_refused_in_one_line(
     got = client.get(f"{API}/machines/lathe-0/lookup", params=pair | CUT | change)
     assert got.status_code == status
     assert said in _detail(got)
+
+
+BEYOND = [
+    ({"depth_mm": 1e308}, "depth_mm: Input should be less than or equal to 1000"),
+    ({"feed_mm_rev": 1e5}, "feed_mm_rev: Input should be less than or equal to 1000"),
+    ({"speed_m_min": 1e7}, "speed_m_min: Input should be less than or equal to 100000"),
+    ({"diameter_mm": 1e308}, "diameter_mm: Input should be less than or equal to 100000"),
+    ({"cutting_time_s": 1e300}, "cutting_time_s: Input should be less than or equal to 100000000"),
+    ({"depth_mm": 1e-308}, "depth_mm: 1e-308 is below any machine; at least 1e-06 would work"),
+]
+
+
+@pytest.mark.parametrize(("change", "said"), BEYOND)
+def test_what_no_machine_does_is_refused_in_the_same_words_everywhere(
+    url: str, store: Store, pair: dict[str, str], change: dict[str, float], said: str
+) -> None:
+    """By a look-up, a batch, a job that is kept or not, and on the planner's page."""
+    cut, at = CUT | change, f"{API}/machines/lathe-0"
+    operates = _bearer(add_token(store, "shop", "operate", days=1))
+    job = {"name": "j", **pair, "cut": [CUT, cut]}
+    with _client(url, writes=True) as client:
+        assert _detail(client.get(f"{at}/lookup", params=pair | cut)) == said
+        row, end = _batch(client, pair, [json.dumps(cut)])
+        assert (row["problem"], end) == (said, {"answered": 0, "refused": 1})
+        for path in ("predict", "predictions"):
+            got = client.post(f"{at}/{path}", json=job, headers=operates)
+            assert (got.status_code, _detail(got)) == (422, f"cut.1.{said}")
+        page = client.get("/machines/lathe-0/plan", params=pair | cut)
+        assert f"cut 1: {said}" in page.text
+
+
+def test_the_furthest_that_is_taken_is_answered(client: TestClient, pair: dict[str, str]) -> None:
+    ends = {
+        "diameter_mm": (LEAST, largest_of("work.diameter")),
+        "depth_mm": (LEAST, largest_of("cutting.depth")),
+        "feed_mm_rev": (LEAST, largest_of("cutting.feed")),
+        "speed_m_min": (LEAST, largest_of("cutting.speed")),
+    }
+    for stated in product(*ends.values()):
+        cut = CUT | dict(zip(ends, stated, strict=True))
+        got = client.get(f"{API}/machines/lathe-0/lookup", params=pair | cut)
+        assert got.status_code == 200, cut
 
 
 def test_what_is_not_there_is_404(client: TestClient) -> None:
@@ -280,6 +318,36 @@ def test_an_answer_is_fresh_as_soon_as_something_is_written(
     fresh = client.get(path, headers={"If-None-Match": first.headers["etag"]})
     assert fresh.status_code == 200
     assert "new" in [one["name"] for one in fresh.json()["machines"]]
+
+
+@pytest.mark.parametrize(
+    ("made", "status"),
+    [
+        (lambda tag: [tag], 304),
+        (lambda tag: [f"W/{tag}"], 304),
+        (lambda tag: [f'"a,b", W/"c" ,W/{tag}'], 304),
+        (lambda tag: ['"other"', tag], 304),
+        (lambda _: ["*"], 304),
+        (lambda _: [" * "], 304),
+        (lambda tag: [tag.strip('"')], 200),
+        (lambda tag: [f'"{tag[1:-1]}-more"'], 200),
+        (lambda _: ['"other", W/"another"'], 200),
+        (lambda _: [""], 200),
+    ],
+)
+def test_tags_are_compared_as_http_says(
+    client: TestClient, pair: dict[str, str], made: Callable[[str], list[str]], status: int
+) -> None:
+    for path in (f"{API}/machines", f"{API}/machines/lathe-0/lookup?{urlencode(pair | CUT)}"):
+        tag = client.get(path).headers["etag"]
+        got = client.get(path, headers=[("If-None-Match", one) for one in made(tag)])
+        assert (got.status_code, got.headers["etag"]) == (status, tag)
+        assert (got.content == b"") == (status == 304)
+
+
+def test_any_tag_of_what_is_not_there_is_404(client: TestClient) -> None:
+    got = client.get(f"{API}/machines/nobody", headers={"If-None-Match": "*"})
+    assert got.status_code == 404
 
 
 def test_a_look_up_follows_what_is_learnt(
@@ -457,9 +525,51 @@ def test_who_guesses_tokens_has_to_wait(url: str, store: Store) -> None:
     with _client(url, host="192.0.2.1") as client:
         for k in range(20):
             assert client.get(f"{API}/machines", headers=_bearer(f"guess {k}")).status_code == 401
-        got = client.get(f"{API}/machines", headers=_bearer(secret))
+        got = client.get(f"{API}/machines", headers=_bearer("one more"))
         assert got.status_code == 429
         assert 0 < int(got.headers["retry-after"]) <= 60
+        as_long = client.get(f"{API}/machines", headers=_bearer(secret[:-1] + "~"))
+        assert as_long.status_code == 429
+        assert client.get(f"{API}/machines", headers=_bearer(secret)).status_code == 200
+        assert client.post("/sign-in", data={"token": "no"}).status_code == 429
+        signed_in = client.post("/sign-in", data={"token": secret}, follow_redirects=False)
+        assert signed_in.status_code == 303
+
+
+@pytest.mark.parametrize(
+    "more", [{"names": ("shop.example",)}, {"proxies": ("127.0.0.1",)}], ids=["name", "proxy"]
+)
+def test_behind_a_proxy_all_but_health_needs_a_token(
+    url: str, store: Store, more: dict[str, Any]
+) -> None:
+    secret = add_token(store, "planner", "read", days=1)
+    with _client(url, **more) as client:
+        assert client.get("/healthz").status_code == 200
+        for path in (f"{API}/machines", "/metrics", "/machines/lathe-0"):
+            assert client.get(path).status_code == 401, path
+            assert client.get(path, headers=_bearer(secret)).status_code == 200, path
+
+
+@pytest.mark.parametrize("name", PASSED_ON)
+def test_what_was_passed_on_is_not_of_this_computer(client: TestClient, name: str) -> None:
+    assert client.get(f"{API}/machines").status_code == 200
+    assert client.get(f"{API}/machines", headers={name: "127.0.0.1"}).status_code == 401
+
+
+@pytest.mark.parametrize(
+    ("proxies", "seen"),
+    [((), {"127.0.0.1"}), (("192.0.2.0/24",), {"127.0.0.1"}), (("127.0.0.0/8",), {"192.0.2.7"})],
+)
+def test_who_asks_is_believed_from_named_proxies_alone(
+    url: str, store: Store, proxies: tuple[str, ...], seen: set[str], caplog: Any
+) -> None:
+    secret = add_token(store, "planner", "read", days=1)
+    said = {"X-Forwarded-For": "192.0.2.7", "X-Forwarded-Proto": "https"}
+    with served(Settings(url, proxies=proxies)) as at, caplog.at_level("INFO", "autodb.web"):
+        httpx.get(f"{at}{API}/machines", headers=_bearer(secret) | said).raise_for_status()
+        cookie = httpx.post(f"{at}/sign-in", data={"token": secret}, headers=said).headers
+    assert {one.client for one in caplog.records if one.message == "answered"} == seen
+    assert ("Secure" in cookie["set-cookie"]) == (seen == {"192.0.2.7"})
 
 
 # What stands before every route
@@ -611,35 +721,12 @@ def _slot() -> JobCut:
 
 
 def test_over_tls(url: str, tmp_path: Path) -> None:
-    certificate = _self_signed(tmp_path)
+    certificate = self_signed(tmp_path)
     with served(Settings(url), certificate) as at:
         with Client(at, ca=certificate.chain) as client:
             assert client.machine("lathe-0").name == "lathe-0"
         with pytest.raises(Unanswered, match="CERTIFICATE_VERIFY_FAILED"), Client(at) as client:
             client.machine("lathe-0")
-
-
-def _self_signed(folder: Path) -> Certificate:
-    key = ec.generate_private_key(ec.SECP256R1())
-    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "localhost")])
-    now = datetime.now(UTC)
-    made = (
-        x509.CertificateBuilder()
-        .subject_name(name)
-        .issuer_name(name)
-        .public_key(key.public_key())
-        .serial_number(1)
-        .not_valid_before(now - timedelta(days=1))
-        .not_valid_after(now + timedelta(days=1))
-        .add_extension(x509.SubjectAlternativeName([x509.DNSName("localhost")]), critical=False)
-        .add_extension(x509.BasicConstraints(ca=True, path_length=None), critical=True)
-        .sign(key, hashes.SHA256())
-    )
-    pem = serialization.Encoding.PEM
-    (folder / "c.pem").write_bytes(made.public_bytes(pem))
-    plain = serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
-    (folder / "k.pem").write_bytes(key.private_bytes(pem, *plain))
-    return Certificate(folder / "c.pem", folder / "k.pem")
 
 
 def test_connections_that_say_nothing_keep_nobody_out(
@@ -663,10 +750,68 @@ def test_connections_that_say_nothing_keep_nobody_out(
         held[0].sendall(b"GET /healthz HTTP/1.1\r\nHost:")
         statuses = (client.get("/healthz").status_code for _ in range(200))
         assert 503 in statuses, "once all are accepted"
-        assert [one.recv(1) for one in held] == 4 * [b""]
+        assert [one.recv(12) for one in held] == [b"HTTP/1.1 408", b"", b"", b""]
         assert client.get("/healthz").status_code == 200
         slow.sendall(line)
         assert slow.recv(12) == b"HTTP/1.1 200"
+
+
+HEALTH = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n"
+CHUNKED = HEALTH + b"Transfer-Encoding: chunked\r\n\r\n"
+
+
+@pytest.mark.parametrize(
+    ("parts", "status"),
+    [
+        ([HEALTH + b"A: " + b"a" * 15_000, b"\r\n\r\n"], b"200"),
+        ([HEALTH, *(b"A%d: a\r\n" % k for k in range(98)), b"\r\n"], b"200"),
+        ([CHUNKED, *[b"1\r\na\r\n" * 20_000], b"0\r\n\r\n"], b"200"),
+        ([HEALTH + b"A: ", *[b"a" * 65_536] * 1000], b"431"),
+        ([HEALTH + b"A: " + b"a" * 16_384 + b"\r\n\r\n"], b"431"),
+        ([HEALTH, b"A: a\r\n" * 99 + b"\r\n"], b"431"),
+        ([b"GET /" + b"a" * 1_000_000], b"431"),
+        ([b"\r\n" * 1_000_000], b"431"),
+        ([b"no request\r\n\r\n"], b"400"),
+    ],
+    ids=["long", "many", "chunks", "endless", "too long", "too many", "path", "blank", "none"],
+)
+def test_a_head_that_goes_on_is_refused(url: str, parts: list[bytes], status: bytes) -> None:
+    with served(Settings(url)) as at, socket.socket() as one:
+        one.settimeout(20.0)
+        one.connect(("127.0.0.1", httpx.URL(at).port or 0))
+        with suppress(ConnectionError):  # it is ended before all is sent
+            for part in parts:
+                one.sendall(part)
+        said = one.recv(4096)
+        head, _, body = said.partition(b"\r\n\r\n")
+        assert head.startswith(b"HTTP/1.1 " + status)
+        assert b"x-content-type-options: nosniff" in head.lower()
+        assert (status == b"200") or list(json.loads(body)) == ["detail"]
+        with suppress(ConnectionError):
+            assert one.recv(4096) == b""
+
+
+def test_trailers_that_go_on_end_the_connection(url: str) -> None:
+    with served(Settings(url)) as at, socket.socket() as one:
+        one.settimeout(20.0)
+        one.connect(("127.0.0.1", httpx.URL(at).port or 0))
+        one.sendall(CHUNKED + b"1\r\na\r\n0\r\nT: ")
+        with pytest.raises(ConnectionError):
+            for _ in range(1000):
+                one.sendall(b"t" * 65_536)
+
+
+def test_blank_lines_between_requests_keep_no_connection(
+    url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("autodb.web.connections.HEAD_S", 0.5)
+    with served(Settings(url)) as at, socket.socket() as one:
+        one.settimeout(20.0)
+        one.connect(("127.0.0.1", httpx.URL(at).port or 0))
+        one.sendall(HEALTH.replace(b"close", b"keep-alive") + b"\r\n")
+        assert one.recv(4096).startswith(b"HTTP/1.1 200")
+        one.sendall(b"\r\n")
+        assert one.recv(1) == b""
 
 
 def test_stopped_it_answers_what_is_on_its_way(
@@ -686,7 +831,7 @@ def test_stopped_it_answers_what_is_on_its_way(
         finally:
             os._exit(code)
     at, lines = f"http://127.0.0.1:{port}", (json.dumps(CUT) + "\n") * 3000
-    _wait_for(at)
+    wait_for(at)
     path = f"{at}{API}/machines/lathe-0/lookup/batch"
     got: list[str] = []
     with httpx.stream("POST", path, params=pair, content=lines, timeout=60.0) as response:
@@ -701,16 +846,6 @@ def test_stopped_it_answers_what_is_on_its_way(
     said = [json.loads(line) for line in logged]
     answered = [one for one in said if one.get("route", "").endswith("/batch")]
     assert [one["status"] for one in answered] == [200]
-
-
-def _wait_for(at: str) -> None:
-    until = time.monotonic() + 60.0
-    while time.monotonic() < until:
-        with suppress(httpx.HTTPError):
-            if httpx.get(f"{at}/healthz").status_code == 200:
-                return
-        time.sleep(0.1)
-    raise AssertionError("it does not answer")
 
 
 # The command
@@ -743,6 +878,9 @@ def test_tokens_by_command(cli: Cli) -> None:
         (("--certificate", "c.pem"), "both would work"),
         (("--certificate", "c.pem", "--key", "k.pem"), "both as PEM would work"),
         (("--host", "203.0.113.9", "--port", "9"), "autodb token add"),
+        (("--name", "shop.example"), "autodb token add NAME --role read"),
+        (("--proxy", "127.0.0.1"), "autodb token add NAME --role read"),
+        (("--proxy", "shop"), "127.0.0.1 or 192.0.2.0/24 would work"),
     ],
 )
 def test_a_service_that_nobody_could_use_does_not_begin(

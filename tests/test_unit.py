@@ -35,7 +35,8 @@ def _unit(cli: Cli, *options: object) -> str:
 def test_the_unit_serves_as_it_was_said(cli: Cli) -> None:
     Path("kept recordings").mkdir()
     options = ("--host", "0.0.0.0", "--recordings", "kept recordings", "--upload-mib", 64)
-    unit = _parsed(_unit(cli, *options, "--name", "a.example", "--name", "b.example"))
+    names = ("--name", "a.example", "--name", "b.example")
+    unit = _parsed(_unit(cli, *options, *names, "--proxy", "192.0.2.1"))
     service = unit["Service"]
     words = shlex.split(service["ExecStart"])
     here = Path.cwd().resolve()
@@ -47,6 +48,7 @@ def test_the_unit_serves_as_it_was_said(cli: Cli) -> None:
     assert [words[k + 1] for k, word in enumerate(words) if word == "--name"] == [
         "a.example", "b.example"
     ]  # fmt: skip
+    assert words[words.index("--proxy") + 1] == "192.0.2.1"
     assert "--write" in words
     assert service["User"] == Path("autodb.sqlite3").owner()
     assert LOCKED.items() <= dict(service).items()

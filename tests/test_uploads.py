@@ -5,6 +5,9 @@ import json
 import os
 import pickle
 import signal
+import socket
+import subprocess
+import sys
 import time
 import zipfile
 from collections.abc import Callable, Iterator
@@ -14,6 +17,7 @@ from typing import Any
 
 import anyio
 import h5py
+import httpx
 import numpy as np
 import pytest
 from fastapi import HTTPException
@@ -31,6 +35,7 @@ from autodb.jobs import read_job
 from autodb.machinefile import LATHE
 from autodb.store import Store, create_store, models, open_store
 from autodb.web import apart, landing
+from autodb.web.accepted import ACCEPTED
 from autodb.web.app import make_app
 from autodb.web.imports import Imports
 from autodb.web.sent import received, safe
@@ -38,7 +43,7 @@ from autodb.web.settings import Bounds, Limits, Settings
 from tests.conftest import Cli
 from tests.files import write
 from tests.kills import content
-from tests.serving import served
+from tests.serving import served, wait_for
 
 API = "/api/v1"
 SEND = f"{API}/machines/lathe-1/recordings"
@@ -212,6 +217,8 @@ WRONG: tuple[tuple[str, bytes | Callable[[Path], None], str, str], ...] = (
         "g.csv", b"t,x.current\n0,1\n1,2\n2,3\n", '[tool]\nfile = "/etc/passwd"\n',
         "g.toml: tool.file: only the recording and this file were sent",
     ),
+    ("w.csv", b"cut," + b"c" * 9 + b",".join(b"%d" % k for k in range(10_000)) + b"\n", "",
+     "w.csv: 10001 columns; at most 10000"),
     ("h.h5", _elsewhere, "", "h.h5: the rows of 'x.current' lie in another file"),
     ("i.mat", pickle.dumps(_Trap()), "", "i.mat: not a whole MAT file"),
 )  # fmt: skip
@@ -458,17 +465,93 @@ def test_killed_in_the_middle_nothing_is_there(
         assert _files(tmp_path / "recordings") == []
         assert content(tmp_path / "sent.sqlite3") == before
 
-        # Stopped in the middle, the service ends it, and refuses what waits
+        # Stopped in the middle, the service ends it, and leaves what waits to the next one
         two = [client.post(SEND, files=files, headers=operates) for _ in range(2)]
         pid = _reading(client, two[0])
         imports = client.app.state.service.imports  # type: ignore[attr-defined]
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
     for one in two:
-        ended = imports.said(one.json()["number"])
-        assert "the service end" in ended.refused
-    assert _files(tmp_path / "recordings") == []
+        assert imports.said(one.json()["number"]).state == "waiting"
     assert content(tmp_path / "sent.sqlite3") == before
+
+
+def test_what_was_accepted_is_imported_after_a_stop(
+    url: str, store: Store, operates: dict[str, str], week: bytes, tmp_path: Path
+) -> None:
+    """In its order, under its number, by whom it was sent; numbers go on."""
+    side = b'[recording]\nmachine = "lathe-1"\n'
+    with _serving(url) as client:
+        sent = [
+            client.post(SEND, files=files, headers=operates)
+            for files in (
+                {"recording": ("part.csv", week[: week.rindex(b"\n", 0, 1500) + 1])},
+                {"recording": (WEEK, week), "side": ("s.toml", side)},
+                {"recording": ("bad.csv", b"t,x.current\n0,1\n1,a\n")},
+            )
+        ]
+    with _serving(url) as client:
+        said = [_done(client, one) for one in sent]
+        again = client.post(SEND, files={"recording": (WEEK, week)}, headers=operates)
+        assert again.json()["number"] > max(one["number"] for one in said)
+        assert _done(client, again)["came_in"]["already_there"]
+        assert "autodb_imports_running 0.0" in client.get("/metrics").text
+    assert [one["state"] for one in said] == ["done", "done", "refused"]
+    with store.reading() as session:
+        notes = [one for _, one in noted(session, most=9) if one.row_kind == "recording"]
+    audit = [(one.who, one.row_id) for one in notes]
+    assert audit == [("shop", 2), ("shop", 2), ("shop", 1)]
+    assert list((tmp_path / "recordings" / ACCEPTED).iterdir()) == []
+    assert list((tmp_path / "recordings" / landing.UNFINISHED).iterdir()) == []
+
+
+def test_what_was_accepted_is_imported_after_a_kill(
+    url: str, store: Store, operates: dict[str, str], week: bytes, tmp_path: Path
+) -> None:
+    """Killed as soon as it has said 202; its note is older than what is taken away."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    command = [sys.executable, "-m", "autodb", "serve", "--write", "--port", str(port), "--db", url]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        at = f"http://127.0.0.1:{port}"
+        wait_for(at)
+        sent = httpx.post(f"{at}{SEND}", files={"recording": (WEEK, week)}, headers=operates)
+        process.kill()
+    assert sent.status_code == 202
+    folder = tmp_path / "recordings"
+    (note,) = (folder / landing.UNFINISHED).iterdir()
+    os.utime(note, (0.0, 0.0))
+    with _serving(url) as client:
+        assert _done(client, sent)["state"] == "done"
+    with store.reading() as session:
+        (row,) = session.scalars(select(models.Recording))
+        assert [row.path] == [str(path) for path in _files(folder)]
+
+
+def test_what_another_service_has_at_work_is_left_to_it(
+    url: str, operates: dict[str, str], week: bytes
+) -> None:
+    with _serving(url) as first:
+        sent = first.post(SEND, files={"recording": (WEEK, week)}, headers=operates)
+        with _serving(url) as second:
+            assert second.get(sent.headers["location"]).status_code == 404
+        assert _done(first, sent)["state"] == "done"
+
+
+@pytest.mark.parametrize(
+    "text", ["{", json.dumps({"number": 1, "machine": "lathe-1", "file": "../a/b.csv",
+                              "by": {"who": "a", "role": 2, "token_id": None}})]
+)  # fmt: skip
+def test_a_note_that_nothing_accepted_wrote_is_left(url: str, tmp_path: Path, text: str) -> None:
+    folder = tmp_path / "recordings" / ACCEPTED
+    folder.mkdir(parents=True)
+    (tmp_path / "a").mkdir()
+    (folder / "a.json").write_text(text)
+    with _serving(url) as client:
+        assert client.get(f"{API}/imports/1").status_code == 404
+    assert (tmp_path / "a").is_dir()
+    assert (folder / "a.json").read_text() == text
 
 
 def test_what_a_killed_service_left_is_decided_a_day_later(

@@ -20,6 +20,7 @@ from autodb.store import Also, Store, models
 BEGINS = "autodb_"
 """What a token begins with, so that one that leaked is recognised."""
 RANDOM_BYTES = 32
+LENGTH = len(BEGINS) + len(secrets.token_urlsafe(RANDOM_BYTES))
 
 
 class Role(IntEnum):
@@ -102,6 +103,11 @@ def tokens(session: Session) -> list[Token]:
         Token(row.name, row.role, row.created_at, row.expires_at, row.revoked_at, valid=_valid(row))
         for row in rows
     ]
+
+
+def is_token(secret: str) -> bool:
+    """Return whether a text has the shape of a token: any other needs no look at the database."""
+    return len(secret) == LENGTH and secret.startswith(BEGINS)
 
 
 def access_of(session: Session, secret: str) -> Access | None:

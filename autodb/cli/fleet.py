@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +13,7 @@ from autodb.cli._common import Database, counting, opened, say, show, table, wor
 if TYPE_CHECKING:
     from distributed import Client
 
+    from autodb.fleet.clusters import Shown
     from autodb.fleet.tasks import Machine, Refreshed
     from autodb.store import Store
 
@@ -34,8 +36,21 @@ def refresh(
     scheduler: Annotated[
         str | None,
         typer.Option(
-            "--scheduler", metavar="ADDRESS", help="Spread them over this Dask scheduler's workers."
+            "--scheduler",
+            metavar="ADDRESS",
+            help="Spread them over this Dask scheduler's workers: tls://HOST:PORT.",
         ),
+    ] = None,
+    ca: Annotated[
+        Path | None,
+        typer.Option("--ca", metavar="FILE", help="Authority of the cluster's certificates (PEM)."),
+    ] = None,
+    certificate: Annotated[
+        Path | None,
+        typer.Option("--certificate", metavar="FILE", help="Our certificate of it (PEM)."),
+    ] = None,
+    key: Annotated[
+        Path | None, typer.Option("--key", metavar="FILE", help="Key of our certificate (PEM).")
     ] = None,
     workers: Annotated[
         int | None,
@@ -59,6 +74,7 @@ def refresh(
 
     if scheduler is not None and workers is not None:
         raise UnusableInput("--scheduler and --workers: one of them would work")
+    where = _Where(scheduler, workers, _shown(scheduler, ca, certificate, key))
     if inboxes is not None and not inboxes.is_dir():
         raise UnusableInput(f"{inboxes}: no such folder; one that is there would work")
     url = database_url(db)
@@ -76,7 +92,7 @@ def refresh(
             if one.failed is not None:
                 failed.append(one.machine)
 
-        _run(machines, sharing, scheduler, workers, url, tell)
+        _run(machines, sharing, where, url, tell)
     _learn(db, standard)
     if failed:
         say(f"{len(failed)} of {len(machines)} machines not refreshed: {', '.join(failed[:5])}")
@@ -112,33 +128,60 @@ def _machines(
 def _run(
     machines: "Sequence[Machine]",
     sharing: set[str],
-    scheduler: str | None,
-    workers: int | None,
+    where: "_Where",
     url: str,
     tell: "Callable[[Refreshed], None]",
 ) -> None:
     """Refresh machines where they may be: what leaves no machine stays with this process."""
     from autodb.fleet import tasks
 
-    away = [one for one in machines if workers is not None or one.name in sharing]
+    away = [one for one in machines if where.workers is not None or one.name in sharing]
     here = list(machines)
-    if scheduler is not None or workers is not None:
+    if where.scheduler is not None or where.workers is not None:
         from autodb.fleet.spreading import refresh_all
 
-        with _cluster(scheduler, workers, url) as client:
+        with _cluster(where, url) as client:
             refresh_all(client, away, tell)
         here = [one for one in machines if one not in away]
-    if here and scheduler is not None:
+    if here and where.scheduler is not None:
         say(f"{len(here)} machines share no recordings: refreshed here")
     for one in here:
         tell(tasks.whole(one))
 
 
+@dataclass(frozen=True)
+class _Where:
+    """What machines are spread over: a scheduler, or workers of this computer; None: neither."""
+
+    scheduler: str | None
+    workers: int | None
+    shown: "Shown | None"
+
+
+def _shown(
+    scheduler: str | None, ca: Path | None, certificate: Path | None, key: Path | None
+) -> "Shown | None":
+    """Return what is shown to a scheduler; raises UnusableInput for a part, or without one."""
+    from autodb.errors import UnusableInput
+    from autodb.fleet.clusters import Shown
+
+    if ca is None and certificate is None and key is None:
+        return None
+    if scheduler is None or ca is None or certificate is None or key is None:
+        raise UnusableInput(
+            "--ca, --certificate and --key: all three, with --scheduler, would work"
+        )
+    return Shown(ca, certificate, key)
+
+
 @contextmanager
-def _cluster(scheduler: str | None, workers: int | None, url: str) -> "Iterator[Client]":
+def _cluster(where: _Where, url: str) -> "Iterator[Client]":
     from autodb.fleet.clusters import scheduler_at, workers_here
 
-    made = workers_here(workers or 1) if scheduler is None else scheduler_at(scheduler, url)
+    if where.scheduler is None:
+        made = workers_here(where.workers or 1)
+    else:
+        made = scheduler_at(where.scheduler, url, where.shown)
     with made as client:
         yield client
 

@@ -1,6 +1,7 @@
 """`serve` and `token`: the database over HTTP, and who may use it."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -34,7 +35,18 @@ def serve(
     name: Annotated[
         list[str] | None,
         typer.Option(
-            "--name", metavar="HOST", help="Name of a host to answer to; may be given again."
+            "--name",
+            metavar="HOST",
+            help="Name of a host to answer to, by tokens alone; may be given again.",
+        ),
+    ] = None,
+    proxy: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--proxy",
+            metavar="ADDRESS",
+            help="Address, or network, of a proxy whose X-Forwarded-For and -Proto are believed; "
+            "may be given again.",
         ),
     ] = None,
     certificate: Annotated[
@@ -80,7 +92,7 @@ def serve(
     tls = _certificate(certificate, key)
     settings = Settings(
         database_url(db), host, port, write, tuple(name or ()), tls is not None, recordings,
-        _limits(upload_mib),
+        _limits(upload_mib), _proxies(proxy or ()),
     )  # fmt: skip
     _refuse_idle(settings, upload_mib)
     _refuse_unusable(settings, db)
@@ -94,13 +106,29 @@ def serve(
     say(f"{at} (and {at}/api/v1): {does}; Ctrl-C stops it")
     if not settings.on_loopback and tls is None:
         say("without TLS tokens can be read on their way: --certificate and --key would work")
-    server.run(make_app(settings), listening, tls)
+    server.run(make_app(settings), listening, tls, settings.proxies)
 
 
 def _limits(upload_mib: int | None) -> "Limits":
     from autodb.web.settings import Limits
 
     return Limits() if upload_mib is None else Limits(recording_MiB=upload_mib)
+
+
+def _proxies(given: Sequence[str]) -> tuple[str, ...]:
+    """Return addresses and networks; raises UnusableInput for what is none."""
+    from ipaddress import ip_network
+
+    from autodb.errors import UnusableInput
+
+    for one in given:
+        try:
+            ip_network(one)
+        except ValueError as error:
+            raise UnusableInput(
+                f"--proxy '{one}': {error}; 127.0.0.1 or 192.0.2.0/24 would work"
+            ) from None
+    return tuple(given)
 
 
 def _refuse_idle(settings: "Settings", upload_mib: int | None) -> None:
@@ -138,6 +166,7 @@ def _options(settings: "Settings", certificate: Path | None, key: Path | None) -
     paths = {"--certificate": certificate, "--key": key, "--recordings": settings.recordings}
     said = [word for o, path in paths.items() if path for word in (o, str(path.resolve()))]
     said += [word for name in settings.names for word in ("--name", name)]
+    said += [word for proxy in settings.proxies for word in ("--proxy", proxy)]
     if settings.writes:
         said += ["--write", "--upload-mib", str(settings.limits.recording_MiB)]
     return ["--host", settings.host, "--port", str(settings.port), *said]
@@ -172,7 +201,7 @@ def _refuse_unusable(settings: "Settings", db: str | None) -> None:
     needed = Role.OPERATE if settings.writes else Role.READ
     with opened(db) as store, store.reading() as session:
         roles = [ROLES[one.role] for one in tokens(session) if one.valid]
-    if settings.on_loopback and not settings.writes:
+    if settings.anonymous and not settings.writes:
         return
     if not any(role >= needed for role in roles):
         raise UnusableInput(

@@ -3,9 +3,7 @@
 Columns: docs/formats.md, "Material cards". Numbers are written with six digits.
 """
 
-import csv
-import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
@@ -14,6 +12,7 @@ import numpy as np
 
 from autodb.cutting.kienzle import Planned
 from autodb.errors import UnusableInput, near
+from autodb.files import csvtext
 from autodb.pairs.card import STEEPEST, Bounded, KienzleCard, LinearCard
 from autodb.readers import Columns
 from autodb.readers.csv import open_csv
@@ -42,12 +41,12 @@ LINEAR_COLUMNS = (
 
 def as_csv(cards: Sequence[KienzleCard]) -> str:
     """Return cards as a table: k_c1.1 in N/mm²."""
-    return _table(COLUMNS, map(_kienzle_row, cards))
+    return csvtext.as_csv([COLUMNS, *map(_kienzle_row, cards)])
 
 
 def linear_as_csv(cards: Sequence[LinearCard]) -> str:
     """Return linear edges as a table: K_tc and K_rc in N/mm², K_te and K_re in N/mm."""
-    return _table(LINEAR_COLUMNS, map(_linear_row, cards))
+    return csvtext.as_csv([LINEAR_COLUMNS, *map(_linear_row, cards)])
 
 
 def write_cards(text: str, path: Path) -> bool:
@@ -80,12 +79,6 @@ def _holds(at: Planned) -> list[str]:
 
 def _number(value: float) -> str:
     return f"{value:.6g}"
-
-
-def _table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([columns, *rows])
-    return text.getvalue()
 
 
 def is_card(path: Path) -> bool:
@@ -143,7 +136,7 @@ class _Row:
 
     def text(self, name: str) -> str:
         """Return a cell's text; raises UnusableInput where there is none."""
-        cell = str(self.table[name][self.row]).strip()
+        cell = str(self.table[name][self.row]).strip(" ")
         return cell or self.refuse(name, "is empty", "a text")
 
     def states(self, name: str) -> bool:

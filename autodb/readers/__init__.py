@@ -16,8 +16,10 @@ from autodb.readers.mf4 import open_mf4
 from autodb.readers.parquet import open_parquet
 from autodb.readers.tdms import open_tdms
 
-__all__ = ["BLOCK_ROWS", "READERS", "Columns", "Labels", "TimeBase", "open_bases"]
+__all__ = ["BLOCK_ROWS", "MOST_COLUMNS", "READERS", "Columns", "Labels", "TimeBase", "open_bases"]
 
+MOST_COLUMNS = 10_000
+"""Columns of a file, of all its time bases. Chosen: controls record some hundreds."""
 READERS: dict[str, Callable[[Path], tuple[TimeBase, ...]]] = {
     ".csv": open_csv,
     ".parquet": open_parquet,
@@ -32,7 +34,8 @@ READERS: dict[str, Callable[[Path], tuple[TimeBase, ...]]] = {
 def open_bases(path: Path) -> tuple[TimeBase, ...]:
     """Return the time bases of the file ``path``; their columns are read later, block by block.
 
-    Raises UnusableInput for a missing, empty, unreadable or unknown kind of file.
+    Raises UnusableInput for a missing, empty, unreadable or unknown kind of file, or one of more
+    than MOST_COLUMNS columns.
     """
     if path.is_dir():
         raise UnusableInput(f"{path}: is a folder; give one recording file")
@@ -48,6 +51,12 @@ def open_bases(path: Path) -> tuple[TimeBase, ...]:
     except PermissionError:
         raise UnusableInput(f"{path}: no permission to read it") from None
     bases = opener(path)
+    columns = sum(len(base.columns) for base in bases)
+    if columns > MOST_COLUMNS:
+        raise UnusableInput(
+            f"{path}: {columns} columns; at most {MOST_COLUMNS}, such as the channels that are "
+            "needed alone, would work"
+        )
     if not any(base.columns for base in bases):
         raise UnusableInput(
             f"{path}: no columns of data; vectors at the top level of a MAT file, one-dimensional "

@@ -1,7 +1,9 @@
 """A time base: columns of one length that are read together, in blocks."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +40,16 @@ class TimeBase:
             return parts[0]
         names = [*numbers, *labels]
         return {n: np.concatenate([p[n] for p in parts]) for n in names} if parts else {}
+
+
+def refuse_twice(path: Path, names: Iterable[str], where: str) -> None:
+    """Raise UnusableInput where a column's name stands twice."""
+    twice = [name for name, times in Counter(names).items() if times > 1]
+    if twice:
+        raise UnusableInput(
+            f"{path}: column '{min(twice)}' stands in the {where} twice; its own "
+            "name for each column would work"
+        )
 
 
 def as_number(where: str, column: str, values: NDArray[np.generic], first_row: int = 0) -> Numbers:

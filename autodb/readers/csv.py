@@ -5,12 +5,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 from pyarrow import csv
 
 from autodb.errors import UnusableInput
+from autodb.files.csvtext import restored
 from autodb.readers._arrow import numpy_columns
-from autodb.readers._base import Columns, TimeBase, not_a_number
+from autodb.readers._base import Columns, Labels, Numbers, TimeBase, not_a_number, refuse_twice
 
 BLOCK_BYTES = 1 << 24
 LONGEST_LINE = 1 << 24
@@ -29,11 +31,17 @@ def open_csv(path: Path) -> tuple[TimeBase, ...]:
             piece = _Piece(path, text, names, row)
             table = piece.parse(numbers, labels)
             row += table.num_rows
-            yield numpy_columns(str(path), table, numbers, labels)
+            columns = numpy_columns(str(path), table, numbers, labels)
+            yield columns | {name: _restored(columns[name]) for name in labels}
         if not row:
             raise UnusableInput(f"{path}: no rows of data below the header line")
 
     return (TimeBase("", names, blocks),)
+
+
+def _restored(labels: Labels | Numbers) -> Labels:
+    """Return texts as they were before a formula among them was made neutral."""
+    return np.array([restored(text) for text in labels.tolist()], dtype=np.str_)
 
 
 def _header(path: Path) -> list[str]:
@@ -59,12 +67,7 @@ def _header(path: Path) -> list[str]:
 def _named(path: Path, header: list[str]) -> list[str]:
     """Return the columns' names without spaces around them; one without a name gets its place."""
     names = [name.strip() or f"column {place}" for place, name in enumerate(header, start=1)]
-    twice = {n for n in names if names.count(n) > 1}
-    if twice:
-        raise UnusableInput(
-            f"{path}: column '{min(twice)}' stands in the header twice; its own "
-            "name for each column would work"
-        )
+    refuse_twice(path, names, "header")
     return names
 
 

@@ -1,9 +1,9 @@
 """MF4 (ASAM MDF 4): each channel group is a time base; its master channel is the column `t`."""
 
+from collections import Counter
 from collections.abc import Container, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass
-from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,8 @@ def open_mf4(path: Path) -> tuple[TimeBase, ...]:
     asammdf = library(path, "asammdf")
     found = isolated_value(path, "MF4", lambda: _read_groups(asammdf, path))
     groups = [_Group(**group) for group in found]
-    return tuple(_base(asammdf, path, group, _label(group, groups)) for group in groups)
+    times = Counter(group.name for group in groups)
+    return tuple(_base(asammdf, path, group, _label(group, times)) for group in groups)
 
 
 @contextmanager
@@ -51,22 +52,29 @@ def _read_groups(asammdf: Any, path: Path) -> list[dict[str, Any]]:
 def _groups(file: Any) -> list[_Group]:
     found = []
     for number, group in enumerate(file.groups):
+        alike: Counter[str] = Counter()
         rows = int(group.channel_group.cycles_nr)
         master = file.masters_db.get(number)
         channels = {} if master is None else {TIME: master}
         for index, channel in enumerate(group.channels):
             if index != master:
-                channels[_unused(str(channel.name), channels)] = index
+                channels[_unused(str(channel.name), channels, alike)] = index
         units = {name: str(group.channels[index].unit or "") for name, index in channels.items()}
         if rows and channels:
             found.append(_Group(number, _name(group.channel_group), rows, channels, units))
     return found
 
 
-def _unused(name: str, taken: Container[str]) -> str:
-    """Return ``name``, numbered where a channel of the group has it already."""
-    numbered = (f"{name} ({number})" for number in count(2))
-    return next(n for n in chain((name,), numbered) if n not in taken)
+def _unused(name: str, taken: Container[str], alike: Counter[str]) -> str:
+    """Return ``name``, numbered where a channel of the group has it already.
+
+    ``alike`` counts how often each name was given, so that none is tried again.
+    """
+    unused = name
+    while unused in taken:
+        alike[name] += 1
+        unused = f"{name} ({alike[name] + 1})"
+    return unused
 
 
 def _name(group: Any) -> str:
@@ -75,10 +83,11 @@ def _name(group: Any) -> str:
     return "" if text.startswith("<") else (text.splitlines() or [""])[0]
 
 
-def _label(group: _Group, groups: list[_Group]) -> str:
-    if len(groups) == 1:
+def _label(group: _Group, times: Counter[str]) -> str:
+    """Return what a group is called; ``times``: how many are called so, by name."""
+    if times.total() == 1:
         return ""
-    alone = [other.name for other in groups].count(group.name) == 1
+    alone = times[group.name] == 1
     return group.name if group.name and alone else f"{group.name or 'group'} {group.number}"
 
 

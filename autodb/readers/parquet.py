@@ -8,7 +8,7 @@ from pyarrow import parquet
 
 from autodb.errors import UnusableInput
 from autodb.readers._arrow import numpy_columns
-from autodb.readers._base import BLOCK_ROWS, Columns, TimeBase
+from autodb.readers._base import BLOCK_ROWS, Columns, TimeBase, refuse_twice
 from autodb.readers._damage import damaged
 
 
@@ -21,12 +21,7 @@ def open_parquet(path: Path) -> tuple[TimeBase, ...]:
             units = {name: unit.decode("utf-8", "replace") for name, unit in said.items()}
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         raise damaged(path, "Parquet", (str(error).splitlines() or [""])[0]) from None
-    twice = {n for n in names if names.count(n) > 1}
-    if twice:
-        raise UnusableInput(
-            f"{path}: column '{min(twice)}' stands in the table twice; its own "
-            "name for each column would work"
-        )
+    refuse_twice(path, names, "table")
 
     def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
         row = 0

@@ -4,6 +4,7 @@ A waveform's increment gives the column `t` where none is recorded, counted from
 file's earliest waveform, so that the bases of one file stay aligned.
 """
 
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -38,7 +39,7 @@ def open_tdms(path: Path) -> tuple[TimeBase, ...]:
     """Open a TDMS file by its metadata."""
     nptdms = library(path, "nptdms")
     grouped, units = whole(path, "TDMS", lambda: _read_groups(nptdms, path))
-    groups = [clock.group for clock in grouped]
+    groups = Counter(clock.group for clock in grouped)
     return tuple(
         _base(
             nptdms,
@@ -88,8 +89,12 @@ def _grouped(file: Any) -> dict[_Clock, list[str]]:
 def _joined(grouped: dict[_Clock, list[str]]) -> dict[_Clock, list[str]]:
     """Let channels without a clock share the only one of their group and length."""
     joined = {clock: list(names) for clock, names in grouped.items()}
+    clocked: dict[tuple[str, int], list[_Clock]] = {}
+    for clock in grouped:
+        if clock.step_s:
+            clocked.setdefault((clock.group, clock.rows), []).append(clock)
     for clock, names in grouped.items():
-        alike = [c for c in grouped if c.step_s and (c.group, c.rows) == (clock.group, clock.rows)]
+        alike = clocked.get((clock.group, clock.rows), [])
         if not clock.step_s and len(alike) == 1:
             joined[alike[0]] += names
             del joined[clock]
@@ -107,10 +112,10 @@ def _clock(channel: Any, first: Any) -> _Clock:
     return _Clock(channel.group_name, len(channel), step_s, start_s)
 
 
-def _label(clock: _Clock, groups: list[str]) -> str:
-    if len(groups) == 1:
+def _label(clock: _Clock, groups: Counter[str]) -> str:
+    if groups.total() == 1:
         return ""
-    return clock.group if groups.count(clock.group) == 1 else str(clock)
+    return clock.group if groups[clock.group] == 1 else str(clock)
 
 
 def _base(nptdms: Any, path: Path, clock: _Clock, units: dict[str, str], label: str) -> TimeBase:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from autodb.channels import LINEAR_AXES
+from autodb.channels import LINEAR_AXES, largest_of, unit_of
 from autodb.errors import UnusableInput
 from autodb.records.mistaken import SPEEDS, Mistake
 from autodb.records.source import Source
@@ -18,21 +18,6 @@ from autodb.records.summary import LEVELS, BaseSummary, ChannelSummary
 from autodb.sidefile import SideFile
 from autodb.units import RAW
 
-LARGEST: tuple[tuple[str, float, str], ...] = (
-    (r"spindle\.speed", 5e5, "rpm"),
-    (r".\.position", 2e5, "mm"),
-    (r".\.velocity", 1e5, "mm/s"),
-    (r".*\.current(\..+)?", 1e5, "A"),
-    (r"(force\..|.\.drive_force)", 1e7, "N"),
-    (r"(torque\.spindle|.\.drive_torque)", 1e6, "N·m"),
-    (r"spindle\.power", 1e8, "W"),
-    (r".*\.temperature", 3e3, "°C"),
-    (r"cutting\.speed", 1e5, "m/min"),
-    (r"cutting\.(feed|depth|width)|tool\.flank_wear|chip\.thickness", 1e3, "mm"),
-    (r"work\.diameter", 1e5, "mm"),
-)
-"""Beyond what machine tools do by a factor: the fastest air-bearing spindles reach some 350 000 rpm
-and the longest portal mills some 100 m; the others are ten times and more over what is built."""
 LEAST_TRAVEL_MM = 1.0
 """A recording in which axes move, but none by this much, is taken for one in metres,"""
 LONGEST_MACHINE_M = 10.0
@@ -81,13 +66,12 @@ def doubts(base: BaseSummary, side: SideFile) -> Iterator[str]:
 
 def _too_large(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
     largest = max(abs(channel.minimum), abs(channel.maximum)) if channel.finite else 0.0
-    for pattern, limit, unit in LARGEST:
-        if channel.unit != RAW and re.fullmatch(pattern, channel.name) and largest > limit:
-            yield (
-                f"column '{_column(channel.name, side)}': {largest:g} {unit} as {channel.name} is "
-                "beyond any machine; its own unit in the side file would work "
-                f'("{channel.name}" = {{column = …, unit = …}})'
-            )
+    if channel.unit != RAW and largest > largest_of(channel.name):
+        yield (
+            f"column '{_column(channel.name, side)}': {largest:g} {unit_of(channel.name)} as "
+            f"{channel.name} is beyond any machine; its own unit in the side file would work "
+            f'("{channel.name}" = {{column = …, unit = …}})'
+        )
 
 
 def _too_cold(channel: ChannelSummary, side: SideFile) -> Iterator[str]:

@@ -1,10 +1,15 @@
 """Answers as JSON, with the mark of the state of the database that they are of."""
 
+import re
 from functools import cache
 from typing import Any
 
 from fastapi import Request, Response
 from pydantic import TypeAdapter
+
+ANY = "*"
+_TAG = re.compile(r'(?:W/)?("[^"]*")')
+"""An entity tag, of which what follows a W/ counts (RFC 9110, section 8.8.3)."""
 
 
 @cache
@@ -19,11 +24,27 @@ def tag_of(mark: str) -> str:
 
 
 def unchanged(request: Request, mark: str) -> Response | None:
-    """Return the answer to who has one of this state already, else None."""
+    """Return the answer to who has one of this state already, else None.
+
+    Whether a tag is weak does not matter here (RFC 9110, section 13.1.2).
+    """
     tag = tag_of(mark)
-    known = request.headers.get("if-none-match")
-    if known is None or tag not in (one.strip() for one in known.split(",")):
-        return None
+    return _not_modified(tag) if tag in _TAG.findall(_known(request)) else None
+
+
+def conditional(request: Request, kind: Any, value: object, mark: str) -> Response:
+    """Return a value as JSON, or that it is there, to who wants it only where it is not (`*`)."""
+    if _known(request).strip() == ANY:
+        return _not_modified(tag_of(mark))
+    return answer(kind, value, mark)
+
+
+def _known(request: Request) -> str:
+    """Return the tags that who asks has answers of; a list may come as several headers."""
+    return ",".join(request.headers.getlist("if-none-match"))
+
+
+def _not_modified(tag: str) -> Response:
     return Response(status_code=304, headers={"ETag": tag})
 
 

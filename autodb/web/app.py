@@ -62,7 +62,7 @@ def make_app(settings: Settings) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
-        service.imports.decide_left()
+        service.imports.take_up()
         yield
         await run_in_threadpool(service.close)
 

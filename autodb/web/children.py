@@ -38,6 +38,11 @@ class Children:
         self._running: set[int] = set()
         self._closed = False
 
+    @property
+    def closed(self) -> bool:
+        """Whether none is begun any more."""
+        return self._closed
+
     def do(
         self,
         task: Task,

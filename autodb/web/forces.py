@@ -9,6 +9,7 @@ from autodb.agent.grounds import LookedUp
 from autodb.agent.predicting import Answer, Predicted, answer_of, predict_job
 from autodb.errors import UnusableInput
 from autodb.jobs import Job
+from autodb.web import answers
 from autodb.web.answers import answer, unchanged
 from autodb.web.asked import EXAMPLES, cut_of, pair_of, parameters_of_a_cut
 from autodb.web.machines import MachineName, document
@@ -50,7 +51,7 @@ async def look_up(request: Request, _access: Reads, machine: MachineName) -> Res
     cut = cut_of(query)
     found = service.shelves.grounds(machine, material, tool)
     service.metrics.cuts.inc()
-    return answer(LookedUp, found.grounds.look_up(cut), found.mark)
+    return answers.conditional(request, LookedUp, found.grounds.look_up(cut), found.mark)
 
 
 AJob = Annotated[Job, Body(openapi_examples=JOB)]

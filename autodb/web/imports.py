@@ -1,4 +1,7 @@
-"""Recordings that were sent: received, and imported one after another while their senders ask."""
+"""Recordings that were sent: received, and imported one after another while their senders ask.
+
+What was accepted is imported also where the service ends before: by the one that begins next.
+"""
 
 import itertools
 import queue
@@ -20,6 +23,7 @@ from autodb.errors import NotThere, UnusableInput
 from autodb.excuses import excuse
 from autodb.store import Store
 from autodb.web import landing
+from autodb.web.accepted import Accepted, Claim, accept, left
 from autodb.web.apart import Import
 from autodb.web.children import Children, Unable
 from autodb.web.logs import LOG
@@ -45,6 +49,16 @@ class Place:
     machine: str
 
 
+@dataclass(frozen=True)
+class Waiting:
+    """A recording that was accepted: its import's number, where it lies, and the claim to it."""
+
+    number: int
+    place: Place
+    sent: Sent
+    claim: Claim
+
+
 class Imports:
     """Recordings that were sent to one service, by the numbers of their imports.
 
@@ -59,7 +73,7 @@ class Imports:
         self._lock = threading.Lock()
         self._numbers = itertools.count(int(time.time()))
         self._known: OrderedDict[int, Importing] = OrderedDict()
-        self._queue: queue.SimpleQueue[tuple[int, Place, Sent] | None] = queue.SimpleQueue()
+        self._queue: queue.SimpleQueue[Waiting | None] = queue.SimpleQueue()
         self._worker: threading.Thread | None = None
         self._held = 0
 
@@ -94,9 +108,18 @@ class Imports:
             raise
 
     def add(self, place: Place, path: Path, by: Access) -> Importing:
-        """Have what was received at a place imported; return how far it is."""
-        came_as = landing.came_as(place.folder, place.machine, path.name)
-        said = Importing(next(self._numbers), place.machine, path.name)
+        """Have what was received at a place imported; return how far it is.
+
+        It is on the disk by then, so that it outlasts the service.
+        """
+        file = str(path.relative_to(place.folder))
+        one = Accepted(next(self._numbers), place.machine, file, by)
+        return self._queued(one, place, accept(place.folder, place.made, one))
+
+    def _queued(self, one: Accepted, place: Place, claim: Claim) -> Importing:
+        path = place.folder / one.file
+        came_as = landing.came_as(place.folder, one.machine, path.name)
+        said = Importing(one.number, one.machine, path.name)
         with self._lock:
             self._known[said.number] = said
             if len(self._known) > REMEMBERED:
@@ -104,17 +127,25 @@ class Imports:
             if self._worker is None:
                 self._worker = threading.Thread(target=self._work, name="imports")
                 self._worker.start()
-        self._queue.put((said.number, place, Sent(path, place.machine, came_as, by)))
+        sent = Sent(path, one.machine, came_as, one.by)
+        self._queue.put(Waiting(one.number, place, sent, claim))
         return said
 
-    def decide_left(self) -> None:
-        """Decide about what a service left that was killed."""
+    def take_up(self) -> None:
+        """Have imported what a service accepted that ended, and decide what else it left."""
         folder = self._settings.keeps_in
-        if self._settings.writes and folder is not None:
-            landing.decide_left(folder, self._store)
+        if not self._settings.writes or folder is None:
+            return
+        for one, claim in left(folder):
+            self._numbers = itertools.count(max(one.number + 1, int(time.time())))
+            with self._lock:
+                self._held += 1
+            self._metrics.importing.inc()
+            self._queued(one, Place(folder, (folder / one.file).parent, one.machine), claim)
+        landing.decide_left(folder, self._store)
 
     def close(self) -> None:
-        """Refuse those that wait; the process at work has ended."""
+        """Leave those that wait to the service that begins next; the process at work has ended."""
         self._queue.put(None)
         if self._worker is not None:
             self._worker.join(STOPS_S)
@@ -140,19 +171,29 @@ class Imports:
 
     def _work(self) -> None:
         while (one := self._queue.get()) is not None:
-            number, place, sent = one
-            self._say(number, state="reading")
-            outcome = self._outcome(number, sent)
-            self._settle(place)
+            self._say(one.number, state="reading")
+            outcome = self._outcome(one.number, one.sent)
+            if outcome is None:
+                one.claim.let_go()
+                self._let_go()
+                self._say(one.number, progress="", state="waiting")
+                continue
+            self._settle(one)
             state = "refused" if isinstance(outcome, str) else "done"
             key = "refused" if isinstance(outcome, str) else "came_in"
             self._metrics.imports.labels(state).inc()
-            self._say(number, progress="", state=state, **{key: outcome})
+            self._say(one.number, progress="", state=state, **{key: outcome})
 
-    def _outcome(self, number: int, sent: Sent) -> Imported | str:
-        """Have a recording imported in a process of its own; return what came in, or why not."""
+    def _outcome(self, number: int, sent: Sent) -> Imported | str | None:
+        """Have a recording imported in a process of its own; return what came in, or why not.
+
+        None: the service ended before.
+        """
         bounds = self._settings.limits.importing
         try:
+            there = came_in(self._store, sent.path)
+            if there is not None:  # of a service that was killed as it had written all
+                return there
             try:
                 done: Imported = self._children.do(
                     Import(sent), Imported, bounds, lambda step: self._say(number, progress=step)
@@ -160,16 +201,18 @@ class Imports:
                 return done
             except (UnusableInput, Unable) as error:
                 # killed after all was written, it came in
-                return came_in(self._store, sent.path) or str(error)
+                ends = isinstance(error, Unable) and self._children.closed
+                return came_in(self._store, sent.path) or (None if ends else str(error))
         except Exception as error:
             LOG.error("import of %s", sent.path, exc_info=error)
             return excuse(error) or "an error of autodb; the service's log has it"
 
-    def _settle(self, place: Place) -> None:
+    def _settle(self, one: Waiting) -> None:
         """Keep what came in, and take away what did not."""
         try:
-            landing.decide(place.folder, place.made, self._store)
+            landing.decide(one.place.folder, one.place.made, self._store)
         except Exception as error:  # then it is decided when a service begins
-            LOG.error("what was sent to %s", place.made, exc_info=error)
+            LOG.error("what was sent to %s", one.place.made, exc_info=error)
         finally:
+            one.claim.finish()
             self._let_go()

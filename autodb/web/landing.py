@@ -13,6 +13,7 @@ from pathlib import Path
 from autodb.agent.receiving import came_in
 from autodb.agent.scheduling import slug
 from autodb.store import Store
+from autodb.web import accepted
 
 UNFINISHED = "unfinished"
 LEFT_S = 24 * 3600.0
@@ -56,6 +57,8 @@ def decide_left(folder: Path, store: Store) -> None:
         with contextlib.suppress(FileNotFoundError):
             if time.time() - note.stat().st_mtime > LEFT_S:
                 made = folder / note.read_text(encoding="utf-8")
+                if accepted.is_accepted(folder, made):
+                    continue
                 if made.name == note.name and made.resolve().is_relative_to(folder.resolve()):
                     decide(folder, made, store)
 

@@ -20,7 +20,8 @@ from autodb.agent.overview import (
 )
 from autodb.agent.sensors import sensors_of
 from autodb.agent.tracing import Node, trace
-from autodb.web.answers import answer, unchanged
+from autodb.web import answers
+from autodb.web.answers import unchanged
 from autodb.web.problems import problems
 from autodb.web.said import Entry, Feels, Machines, Step
 from autodb.web.service import Administers, Reads, service_of
@@ -43,7 +44,7 @@ def read(request: Request, kind: Any, asked: Callable[[Session], object]) -> Res
     if known is not None:
         return known
     with service.store.reading() as session:
-        return answer(kind, asked(session), mark)
+        return answers.conditional(request, kind, asked(session), mark)
 
 
 def document(kind: Any) -> dict[str, Any]:

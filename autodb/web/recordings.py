@@ -63,7 +63,7 @@ async def send(request: Request, access: Operates, machine: MachineName) -> Resp
     most = {RECORDING: limits.recording_MiB * MIB, SIDE: limits.side_MiB * MIB}
     with service.imports.place(machine) as place:
         path = named(await received(request, place.made, most, limits.receive_s))
-        said = service.imports.add(place, path, access)
+        said = await run_in_threadpool(service.imports.add, place, path, access)
     return _answer(said, 202, {"Location": f"/api/v1/imports/{said.number}"})
 
 

@@ -3,6 +3,7 @@
 import gc
 import signal
 import socket
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -46,8 +47,10 @@ def bound(settings: Settings) -> socket.socket:
     return made
 
 
-def server_of(app: FastAPI, certificate: Certificate | None) -> uvicorn.Server:
-    """Return what answers for an app."""
+def server_of(
+    app: FastAPI, certificate: Certificate | None, proxies: Sequence[str] = ()
+) -> uvicorn.Server:
+    """Return what answers for an app; ``proxies`` are believed for whom they ask, nobody else."""
     config = uvicorn.Config(
         app,
         http=Connection,
@@ -56,16 +59,23 @@ def server_of(app: FastAPI, certificate: Certificate | None) -> uvicorn.Server:
         limit_concurrency=AT_ONCE,
         timeout_keep_alive=IDLE_S,
         timeout_graceful_shutdown=STOP_S,
+        proxy_headers=bool(proxies),
+        forwarded_allow_ips=list(proxies),
         ssl_certfile=None if certificate is None else certificate.chain,
         ssl_keyfile=None if certificate is None else certificate.key,
     )
     return uvicorn.Server(config)
 
 
-def run(app: FastAPI, listening: socket.socket, certificate: Certificate | None) -> None:
+def run(
+    app: FastAPI,
+    listening: socket.socket,
+    certificate: Certificate | None,
+    proxies: Sequence[str],
+) -> None:
     """Answer until it is stopped (SIGTERM, Ctrl-C): then what is on its way is answered."""
     logs.begin()
     gc.collect()
     gc.freeze()  # what is loaded stays: looked through for garbage, it held up answers by 0.1 s
     signal.signal(signal.SIGTERM, signal.SIG_IGN)  # the server's own handler ends it, in order
-    server_of(app, certificate).run(sockets=[listening])
+    server_of(app, certificate, proxies).run(sockets=[listening])

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from anyio import CapacityLimiter, to_thread
 from fastapi import Depends, HTTPException, Request
 
-from autodb.agent.access import Access, Role, access_of
+from autodb.agent.access import Access, Role, access_of, is_token
 from autodb.agent.owner import owner_named
 from autodb.agent.shelves import Shelves
 from autodb.store import Store
@@ -27,7 +27,16 @@ BEARER = "bearer "
 HELD_S = 5.0
 """How long a token that was valid is taken to be so without asking again. Chosen."""
 GUESSES, GUESSES_S = 20, 60.0
-"""Tokens that are not valid, of one address, within so long: no more are looked at. Chosen."""
+"""Tokens that are not valid, of one address, within so long: then it has to wait. Chosen."""
+PASSED_ON = (
+    "forwarded",
+    "via",
+    "x-forwarded-for",
+    "x-forwarded-host",
+    "x-forwarded-proto",
+    "x-real-ip",
+)
+"""Headers of which a proxy adds one (RFC 7239, RFC 9110 section 7.6.3, and usage)."""
 WAIT_S = 10
 """When to try again where too many wait. Chosen."""
 SENDS_S = 60.0
@@ -67,22 +76,25 @@ class Service:
         signed_in = self._signed_in(request, brought)
         if signed_in is not None:
             return signed_in
-        if self.settings.on_loopback:
+        if self.settings.anonymous and not _was_passed_on(request):
             return ANYONE_HERE
         raise HTTPException(401, "a token is needed; 'autodb token add' makes one", CHALLENGE)
 
     def by_token(self, request: Request, secret: str) -> Access:
-        """Return whose token it is; raises HTTPException where it is not valid."""
+        """Return whose token it is; raises HTTPException where it is not valid.
+
+        One that is valid is taken however often its address guessed: others may share that.
+        """
+        found = self._of(secret) if is_token(secret) else None
+        if found is not None:
+            return found
+        self.metrics.refused_tokens.inc()
         client = client_of(request)
         wait_s = self._guesses.wait_s(client)
+        self._guesses.note(client)
         if wait_s:
             raise _too_often(f"{GUESSES} tokens that are not valid", wait_s)
-        found = self._of(secret)
-        if found is None:
-            self.metrics.refused_tokens.inc()
-            self._guesses.note(client)
-            raise HTTPException(401, "the token is not valid", CHALLENGE)
-        return found
+        raise HTTPException(401, "the token is not valid", CHALLENGE)
 
     def _signed_in(self, request: Request, brought: str | None) -> Access | None:
         """Return who is signed in with a browser, None: nobody.
@@ -138,6 +150,11 @@ CHALLENGE = {"WWW-Authenticate": "Bearer"}
 def client_of(request: Request) -> str:
     """Return the address that a request came from."""
     return request.client.host if request.client else ""
+
+
+def _was_passed_on(request: Request) -> bool:
+    """Return whether a request says that it came through a proxy: then anybody may have asked."""
+    return any(name in request.headers for name in PASSED_ON)
 
 
 def _too_often(what: str, wait_s: int) -> HTTPException:

@@ -57,7 +57,8 @@ class Settings:
     ``url``: of the database; ``host`` and ``port``: where it listens; ``writes``: whether anything
     may be changed; ``names``: by which hosts' names it may be asked, none: by any; ``tls``: whether
     it is reached over TLS; ``recordings``: the folder that keeps recordings which were sent, None:
-    one beside the database's file.
+    one beside the database's file; ``proxies``: addresses, or networks, of proxies that are
+    believed for whom they ask.
     """
 
     url: str
@@ -68,6 +69,7 @@ class Settings:
     tls: bool = False
     recordings: Path | None = None
     limits: Limits = Limits()
+    proxies: tuple[str, ...] = ()
 
     @property
     def keeps_in(self) -> Path | None:
@@ -80,6 +82,14 @@ class Settings:
     def on_loopback(self) -> bool:
         """Whether only programs of this computer reach it."""
         return is_loopback(self.host)
+
+    @property
+    def anonymous(self) -> bool:
+        """Whether who brings no token may read: only where nobody but this computer's can ask.
+
+        A name or a proxy says that others ask through this computer.
+        """
+        return self.on_loopback and not self.names and not self.proxies
 
     @property
     def answers_to(self) -> frozenset[str] | None:

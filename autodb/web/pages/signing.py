@@ -33,7 +33,8 @@ def sign_in(
             then=then,
         )  # fmt: skip
     response = RedirectResponse(_here(then), SEE_OTHER)
-    service.sessions.begin(response, token.strip(), tls=service.settings.tls)
+    tls = service.settings.tls or request.url.scheme == "https"  # as a proxy that is believed says
+    service.sessions.begin(response, token.strip(), tls=tls)
     return response
 
 
