@@ -317,7 +317,7 @@ def test_an_interrupt_ends_with_130(
 
     cli("init")
     cli("machine", "add", "lathe-1")
-    monkeypatch.setattr("autodb.agent.importing._cut_row", interrupted)
+    monkeypatch.setattr("autodb.agent.cuts_in_file._cut_row", interrupted)
     done: Ran = cli("import", recordings / "shop-week-1.csv", "--machine", "lathe-1")
     assert done.code == 130
     assert done.err.strip().splitlines()[-1].startswith("autodb: interrupted")

@@ -85,7 +85,11 @@ def current_calibrations(session: Session, machine_id: int, axis: str) -> list[m
     """Return an axis' calibrations that hold now, newest first, offered or not."""
     rows = session.scalars(
         select(models.Calibration)
-        .where(models.Calibration.machine_id == machine_id, models.Calibration.axis == axis)
+        .where(
+            models.Calibration.machine_id == machine_id,
+            models.Calibration.axis == axis,
+            models.Calibration.undone_at.is_(None),
+        )
         .order_by(models.Calibration.version.desc())
     )
     return holding(rows)

@@ -20,6 +20,7 @@ from autodb.agent.identifying import (
 )
 from autodb.agent.machines import find_machine, signed
 from autodb.agent.refreshing import learn_confirmed
+from autodb.agent.resting import counted
 from autodb.agent.wearing import wear_words
 from autodb.channels import effort_channels
 from autodb.errors import NotThere, UnusableInput, near
@@ -105,6 +106,7 @@ def confirm(
         if _is_decided(row, "confirmed", wanted):  # another process was faster
             return _decided(session, row, wanted, already=True)
         version = _keep_version(session, row, step) if step else None
+        counted(session, row.recording_id)
         row.confirmed_term = wanted
         _decide(row, "confirmed", by)
         also(session, number)

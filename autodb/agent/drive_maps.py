@@ -39,7 +39,8 @@ class DriveMap:
 def modelled_channels(session: Session, machine_id: int) -> list[str]:
     """Return the channels that a machine has a drive model of."""
     table = models.ChannelModel
-    query = select(table.channel).where(table.machine_id == machine_id).distinct()
+    own = table.machine_id == machine_id, table.undone_at.is_(None)
+    query = select(table.channel).where(*own).distinct()
     return sorted(session.scalars(query))
 
 

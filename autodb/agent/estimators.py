@@ -23,8 +23,12 @@ class Fitted:
 
 
 def newest(session: Session, machine_id: int, kind: str) -> list[models.Estimator]:
-    """Return the rows of a kind's newest version, by component; none where there is none."""
-    own = (models.Estimator.machine_id == machine_id, models.Estimator.kind == kind)
+    """Return the rows of a kind's newest version that was not taken back, by component."""
+    own = (
+        models.Estimator.machine_id == machine_id,
+        models.Estimator.kind == kind,
+        models.Estimator.undone_at.is_(None),
+    )
     version = session.scalar(select(func.max(models.Estimator.version)).where(*own))
     query = select(models.Estimator).where(*own, models.Estimator.version == version)
     return list(session.scalars(query.order_by(models.Estimator.component)))
@@ -43,8 +47,8 @@ def keep(
     recordings: Sequence[models.Recording],
 ) -> int:
     """Add a version, of what was fitted by component, and return its number."""
-    before = newest(session, machine_id, kind)
-    version = before[0].version + 1 if before else 1
+    own = models.Estimator.machine_id == machine_id, models.Estimator.kind == kind
+    version = 1 + (session.scalar(select(func.max(models.Estimator.version)).where(*own)) or 0)
     for component, one in sorted(fitted.items()):
         session.add(
             models.Estimator(

@@ -57,12 +57,13 @@ def explain_with_machine(
 ) -> AgainstMachine:
     """Explain a recording against the machine's own stored models.
 
-    The terms that a model has can only be mistuned. The recording is imported if it is not there
-    yet; mismatches are kept as open, once for a recording, channel, term and kind.
+    The terms that a model has can only be mistuned. The recording is kept if it is not there yet,
+    to be looked at: nothing is learnt from it, unless it is imported or a mismatch is confirmed;
+    mismatches are kept as open, once for a recording, channel, term and kind.
 
     Raises UnusableInput when the machine has no model of any channel of the recording.
     """
-    imported = import_file(store, path, machine=machine, columns=columns)
+    imported = import_file(store, path, machine=machine, columns=columns, looked_at=True)
     table = records.read(path, columns=columns)
     with store.reading() as session:
         owner = find_machine(session, machine)

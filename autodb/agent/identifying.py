@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.importing import import_file
@@ -48,10 +48,14 @@ def off_law_of(row: models.ChannelModel) -> OffLaw | None:
 
 
 def newest_model(session: Session, machine_id: int, channel: str) -> models.ChannelModel | None:
-    """Return the newest version of a channel's model, or None."""
+    """Return the newest version of a channel's model that was not taken back, or None."""
     return session.scalar(
         select(models.ChannelModel)
-        .where(models.ChannelModel.machine_id == machine_id, models.ChannelModel.channel == channel)
+        .where(
+            models.ChannelModel.machine_id == machine_id,
+            models.ChannelModel.channel == channel,
+            models.ChannelModel.undone_at.is_(None),
+        )
         .order_by(models.ChannelModel.version.desc())
         .limit(1)
     )
@@ -242,19 +246,16 @@ def add_version(
 ) -> models.ChannelModel:
     """Add a fit as the next version of its channel, and return it."""
     model = refit.model
-    newest = newest_model(session, machine_id, model.channel)
+    own = models.ChannelModel.machine_id == machine_id, models.ChannelModel.channel == model.channel
+    newest = session.scalar(select(func.max(models.ChannelModel.version)).where(*own)) or 0
     parent = session.scalar(
-        select(models.ChannelModel).where(
-            models.ChannelModel.machine_id == machine_id,
-            models.ChannelModel.channel == model.channel,
-            models.ChannelModel.version == refit.parent,
-        )
+        select(models.ChannelModel).where(*own, models.ChannelModel.version == refit.parent)
     )
     row = models.ChannelModel(
         machine_id=machine_id,
         axis=model.axis,
         channel=model.channel,
-        version=newest.version + 1 if newest else 1,
+        version=newest + 1,
         unit=model.unit,
         terms=[asdict(term) for term in model.terms],
         covariance=model.covariance.tolist(),

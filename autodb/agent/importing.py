@@ -10,9 +10,9 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import records
-from autodb.agent.catalogue import pair_id
-from autodb.agent.content import of_cut, of_series
-from autodb.agent.machines import find_machine
+from autodb.agent.content import of_series
+from autodb.agent.cuts_in_file import cuts_in, made_cuts
+from autodb.agent.machines import find_machine, working_machine
 from autodb.agent.redelivered import (
     ROWS_ALIKE,
     Sorted,
@@ -22,35 +22,23 @@ from autodb.agent.redelivered import (
     sorted_cuts,
     twins,
 )
-from autodb.channels import axis_of
+from autodb.agent.resting import counted
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
-from autodb.pairs.engaged import BY_NAME
-from autodb.records import EDGE, CutTable, Recording, Source, edge_codes
+from autodb.records import EDGE, CutTable, Source, edge_codes
 from autodb.records.plausible import refuse_implausible
 from autodb.records.summary import BaseSummary, summarise
-from autodb.sensing import faults, raw
 from autodb.sensing.holds import STATED
-from autodb.sensing.ranges import COMPONENT_OF_AXIS
 from autodb.sidefile import SideFile
 from autodb.store import Store, models
-
-_CONDITION_PREFIXES = (
-    "cutting.",
-    "work.",
-    "pocket.",
-    "spindle.speed",
-    "tool.",
-    "chip.",
-    "z.position",
-)
-CHIP = "chip.thickness"
-"""A condition of a cut that is measured all the same."""
 
 
 @dataclass(frozen=True)
 class Imported:
     """What an import did; ``other_side``: it was there already, with another side file.
+
+    ``withdrawn``: it was there, and does not count, for this reason; ``looked_at``: it was there,
+    and was only looked at.
 
     ``cuts`` are new; ``again`` were there, of a file that came in before under its name or with the
     same content, and ``replaced`` had another content then. ``notes``: what was left out of the
@@ -66,6 +54,8 @@ class Imported:
     notes: tuple[str, ...] = ()
     again: int = 0
     replaced: int = 0
+    withdrawn: str | None = None
+    looked_at: bool = False
 
 
 @dataclass(frozen=True)
@@ -88,6 +78,7 @@ def import_file(
     columns: Path | None = None,
     progress: Callable[[str], None] | None = None,
     kept: Kept | None = None,
+    looked_at: bool = False,
 ) -> Imported:
     """Import one recording or cut table of a machine; a second time says it is already there.
 
@@ -95,27 +86,26 @@ def import_file(
     kept cut by cut, raw phase currents give the cut they hold, and of any other recording over time
     the cut is kept that its side file states. Currents take the axis' sign
     from the machine. Of a file that came in before under its name only what is new counts
-    (autodb.agent.redelivered). Raises UnusableInput, SetAside of a raw cut that nothing can be
-    learned from; then nothing is written.
+    (autodb.agent.redelivered). What is only ``looked_at`` does not count, until it is imported.
+
+    Raises UnusableInput, SetAside of a raw cut that nothing can be learned from; then nothing is
+    written.
     """
     source = records.open_source(path, columns=columns)
     sha256 = checksum(path)
     came_as = path if kept is None or kept.came_as is None else kept.came_as
     with store.reading() as session:
-        machine_id = find_machine(session, machine).id
+        machine_id = working_machine(session, machine).id
         known = _known(session, machine_id, sha256, source.side)
         before = None if known else _same_series(session, machine_id, source, came_as)
     if known is not None:
-        if kept is not None:
-            with store.writing(machine) as session:
-                kept.also(session, known)
-        return known
+        return _once_more(store, machine, known, kept, looked_at=looked_at)
     named = source.side.recording.machine
     if named is not None and named != machine:
         raise UnusableInput(f"{path}: its side file says machine '{named}', not '{machine}'")
     summary = summarise(source, progress=progress)
     refuse_implausible(source, summary)
-    cuts, notes = _cuts(source, progress)
+    cuts, notes = cuts_in(source, progress)
     row = _row(source, summary, sha256)
     with store.writing(machine) as session:
         owner = find_machine(session, machine)
@@ -125,10 +115,28 @@ def import_file(
             row.delivered_as = str(came_as.resolve())
             if kept is not None:
                 row.path = str(kept.path.resolve())
+            if looked_at:
+                row.looked_at = models.now()
             done = replace(_keep(session, owner, row, cuts, before), notes=notes)
+        elif not looked_at:
+            counted(session, done.recording_id)
         if kept is not None:
             kept.also(session, done)
         return done
+
+
+def _once_more(
+    store: Store, machine: str, known: Imported, kept: Kept | None, *, looked_at: bool
+) -> Imported:
+    """Have a recording that is there count, where it was only looked at before."""
+    begins = known.looked_at and not looked_at
+    if begins or kept is not None:
+        with store.writing(machine) as session:
+            if begins:
+                counted(session, known.recording_id)
+            if kept is not None:
+                kept.also(session, known)
+    return known
 
 
 @dataclass(frozen=True)
@@ -181,8 +189,10 @@ def _keep(
 
     Not where all of them are in one that is there.
     """
-    made = [] if cuts is None else _made_cuts(session, owner, cuts)
+    made = [] if cuts is None else made_cuts(session, owner, cuts)
     recording.machine_id = owner.id
+    if recording.looked_at is not None:
+        return _aside(session, recording, made)
     if recording.kind == "cuts":
         with session.no_autoflush:
             there = twins(session, owner.id, made)
@@ -218,19 +228,14 @@ def _keep(
     )
 
 
-def _made_cuts(session: Session, owner: models.Machine, cuts: CutTable) -> list[models.Cut]:
-    """Return the cuts of a table as rows, not yet of a recording."""
-    signs = {axis.name: axis.current_sign for axis in owner.axes}
-    pairs: dict[tuple[str, str], int | None] = {}
-    rows = []
-    for row in range(len(cuts)):
-        named = _pair_names(cuts, row)
-        if named not in pairs:
-            pairs[named] = _pair_id(session, *named, cuts.side)
-        made = _cut_row(cuts, row, signs)
-        made.pair_id, made.content = pairs[named], of_cut(made, *named)
-        rows.append(made)
-    return rows
+def _aside(session: Session, recording: models.Recording, cuts: list[models.Cut]) -> Imported:
+    """Add a recording whose cuts do not count."""
+    session.add(recording)
+    session.flush()
+    for cut in cuts:
+        cut.recording_id, cut.superseded_at = recording.id, recording.looked_at
+    session.add_all(cuts)
+    return Imported(recording.id, recording.kind, recording.rows, len(cuts), already_there=False)
 
 
 def _channel_rows(base: BaseSummary) -> list[models.RecordingChannel]:
@@ -267,118 +272,21 @@ def _known(
 
 
 def _as_known(row: models.Recording, *, other_side: bool) -> Imported:
-    return Imported(row.id, row.kind, row.rows, len(row.cuts), True, other_side)
-
-
-def _cuts(
-    source: Source, progress: Callable[[str], None] | None
-) -> tuple[CutTable | None, tuple[str, ...]]:
-    """Return the cuts of a file: its table of cuts, or the cut that its phase currents hold.
-
-    With what was left out of that cut's averages. Raises SetAside.
-    """
-    holding = [
-        base
-        for base in source.usable()
-        if base.holds_cuts or raw.has_phase_currents(base.conversion.specs)
-    ]
-    if len(holding) > 1:
-        names = ", ".join(f"'{base.name}'" for base in holding)
-        raise UnusableInput(f"{source.path}: cuts in several time bases: {names}; one would work")
-    if not holding:
-        return _said_cut(source), ()
-    table = holding[0].read()
-    cuts, notes = (table, ()) if isinstance(table, CutTable) else _raw_cut(table, progress)
-    _refuse_unmeasured(cuts)
-    faults.refuse(source.path, faults.checks_of_units(cuts, tuple(COMPONENT_OF_AXIS)))
-    return cuts, notes
-
-
-def _said_cut(source: Source) -> CutTable | None:
-    """Return the cut that a side file states of a recording over time: nothing of it was averaged.
-
-    None where it says too little for its forces to be worked out: pair, operation, conditions.
-    """
-    side, known = source.side, raw.stated_by(source.side)
-    operation = BY_NAME.get(side.cut.operation or "")
-    named = side.recording.work is not None and side.tool.name is not None
-    if operation is None or not named or operation.lacking(known):
-        return None
-    return raw.table_of(source.path, side, {"cut": 1.0} | known)
-
-
-def _raw_cut(
-    recording: Recording, progress: Callable[[str], None] | None
-) -> tuple[CutTable, tuple[str, ...]]:
-    cut = raw.cut_of(recording, progress=progress)
-    return cut.table, cut.notes
-
-
-def _pair_names(table: CutTable, row: int) -> tuple[str, str]:
-    """Return material and tool of a cut; empty where it is not known."""
-    texts = {name: column[row] for name, column in table.texts.items()}
-    material = texts.get("work.material") or table.side.recording.work or ""
-    return material, texts.get("tool") or table.side.tool.name or ""
-
-
-def _refuse_unmeasured(table: CutTable) -> None:
-    """Raise UnusableInput where a table says how was cut, and nothing that was felt."""
-    felt = [name for name in table.channels if name != "cut" and not _is_condition(name)]
-    if not felt and CHIP not in table:
-        raise UnusableInput(
-            f"{table.path}: nothing measured of its cuts; a column like y.current.range, force.z "
-            f"or {CHIP} would work{table.near('force.z')}"
-        )
-
-
-def _is_condition(name: str) -> bool:
-    return name.startswith(_CONDITION_PREFIXES) or name == "t"
-
-
-def _cut_row(table: CutTable, row: int, signs: dict[str, int]) -> models.Cut:
-    row_of = {name: float(channel[row]) for name, channel in table.channels.items()}
-    values = {name: value for name, value in row_of.items() if np.isfinite(value)}
-    texts = {name: column[row] for name, column in table.texts.items() if column[row]}
-    conditions: dict[str, float | str] = {
-        name: value for name, value in values.items() if _is_condition(name)
-    }
-    if EDGE in texts:
-        conditions[EDGE] = texts[EDGE]
-    measured = {
-        name: value * (signs.get(axis_of(name), 1) if name.endswith(".current") else 1)
-        for name, value in values.items()
-        if name not in conditions and name != "cut"
-    }
-    return models.Cut(
-        number=values["cut"],
-        operation=texts.get("operation"),
-        conditions=conditions,
-        measured=measured,
+    return Imported(
+        row.id,
+        row.kind,
+        row.rows,
+        len(row.cuts),
+        True,
+        other_side,
+        withdrawn=row.withdrawn_why,
+        looked_at=row.looked_at is not None,
     )
 
 
-def _pair_id(session: Session, material: str, tool: str, side: SideFile) -> int | None:
-    if not material or not tool:
-        return None
-    stated = _geometry_of(side) if side.tool.name in (None, tool) else {}
-    return pair_id(session, material, tool, stated)
-
-
-def _geometry_of(side: SideFile) -> dict[str, Any]:
-    """Return the geometry that a side file states of its tool."""
-    every = {name: getattr(side.tool, name) for name in _GEOMETRY}
-    return {name: value for name, value in every.items() if value is not None}
-
-
-_GEOMETRY = (
-    *("kind", "diameter_mm", "teeth", "helix_deg", "corner_radius_mm", "point_angle_deg"),
-    *("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg"),
-)
-
-
 def counting(recording: models.Recording) -> list[models.Cut]:
-    """Return the cuts of a recording whose place no other took."""
-    return [cut for cut in recording.cuts if cut.superseded_at is None]
+    """Return the cuts of a recording whose place no other took; of one looked at, all."""
+    return [cut for cut in recording.cuts if cut.superseded_at == recording.looked_at]
 
 
 def cuts_as_table(cuts: list[models.Cut], *, path: Path) -> CutTable:

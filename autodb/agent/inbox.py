@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.arrival import Arrival, Desk, back
 from autodb.agent.entries import KEPT, entries, stamp
 from autodb.agent.kept import Unread, parted, unread
-from autodb.agent.machines import find_machine
+from autodb.agent.machines import find_machine, working_machine
 from autodb.errors import UnusableInput
 from autodb.sidefile import read_sidefile
 from autodb.store import Store, models
@@ -51,7 +51,7 @@ class Inbox:
             back(path, name)
             found.files.update({} if (seen := stamp(name)) is None else {name: seen})
         with store.reading() as session:
-            new = _new(session, find_machine(session, machine).id, found.files)
+            new = _new(session, working_machine(session, machine).id, found.files)
         desk = Desk(store, machine, self.folder, self.columns)
         settled, growing = _settled(new, self.settled_s)
         notes = [f"{path.name}: still being written; the next pass takes it" for path in growing]

@@ -215,6 +215,36 @@ def signed(recording: Recording, machine: models.Machine) -> Recording:
     return replace(recording, channels=channels)
 
 
+def rename_machine(store: Store, name: str, new: str) -> None:
+    """Give a machine another name; raises UnusableInput where one has it."""
+    with store.writing(name) as session:
+        machine = find_machine(session, name)
+        if session.scalar(select(models.Machine.id).where(models.Machine.name == new)) is not None:
+            raise UnusableInput(f"there is a machine '{new}' already; another name would work")
+        machine.name = new
+
+
+def retire_machine(store: Store, name: str, *, back: bool = False) -> bool:
+    """Have nothing more come in of a machine, or again; False where it is so already."""
+    with store.writing(name) as session:
+        machine = find_machine(session, name)
+        if (machine.retired_at is None) == back:
+            return False
+        machine.retired_at = None if back else models.now()
+        return True
+
+
+def working_machine(session: Session, name: str) -> models.Machine:
+    """Return a machine that something may come in of; raises UnusableInput of a retired one."""
+    machine = find_machine(session, name)
+    if machine.retired_at is not None:
+        raise UnusableInput(
+            f"machine '{name}' is retired since {machine.retired_at}; "
+            f"'autodb machine retire {name} --undo' would work"
+        )
+    return machine
+
+
 def find_machine(session: Session, name: str) -> models.Machine:
     """Return the machine called ``name``; raises UnusableInput naming near ones."""
     machine = session.scalar(select(models.Machine).where(models.Machine.name == name))

@@ -94,7 +94,11 @@ def _superseded(session: Session, machine_id: int) -> int:
         select(func.count())
         .select_from(models.Cut)
         .join(models.Recording)
-        .where(models.Cut.superseded_at.is_not(None), models.Recording.machine_id == machine_id)
+        .where(
+            models.Cut.superseded_at.is_not(None),
+            models.Recording.machine_id == machine_id,
+            models.Recording.looked_at.is_(None),
+        )
     )
     return session.scalar(query) or 0
 

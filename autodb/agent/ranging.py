@@ -53,6 +53,7 @@ def _cuts(machine_id: int, span: Span) -> Select[models.Cut]:
         .where(
             models.Cut.id > span.after,
             models.Cut.id <= span.upto,
+            models.Cut.superseded_at.is_(None),
             models.Cut.recording.has(machine_id=machine_id),
         )
         .order_by(models.Cut.id)

@@ -162,10 +162,14 @@ def drive_model(row: models.ChannelModel) -> DriveModel:
 
 
 def newest_scale(session: Session, machine_id: int, axis: str) -> models.DriveScale | None:
-    """Return the newest scale that a known load told of an axis, or None."""
+    """Return the newest scale that a known load told of an axis and that still holds, or None."""
     return session.scalar(
         select(models.DriveScale)
-        .where(models.DriveScale.machine_id == machine_id, models.DriveScale.axis == axis)
+        .where(
+            models.DriveScale.machine_id == machine_id,
+            models.DriveScale.axis == axis,
+            models.DriveScale.undone_at.is_(None),
+        )
         .order_by(models.DriveScale.version.desc())
         .limit(1)
     )

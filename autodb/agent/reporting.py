@@ -101,7 +101,9 @@ def _drive_terms(session: Session, machine_id: int) -> list[tuple[str, str, str]
     newest: dict[str, models.ChannelModel] = {}
     rows = session.scalars(
         select(models.ChannelModel)
-        .where(models.ChannelModel.machine_id == machine_id)
+        .where(
+            models.ChannelModel.machine_id == machine_id, models.ChannelModel.undone_at.is_(None)
+        )
         .order_by(models.ChannelModel.version)
     )
     for row in rows:

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.identifying import names_of, newest_model, refuse_faults, stored_terms
 from autodb.agent.importing import import_file
 from autodb.agent.machines import find_machine, signed
-from autodb.agent.reconstructing import Scale, drive_model, newest_scale, scale_of
+from autodb.agent.reconstructing import Scale, drive_model, scale_of
 from autodb.channels import LINEAR_AXES
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
@@ -145,11 +146,12 @@ def keep(store: Store, machine: str, told: Told, path: Path, *, columns: Path | 
     recording_id = import_file(store, path, machine=machine, columns=columns).recording_id
     with store.writing(machine) as session:
         owner = find_machine(session, machine)
-        newest = newest_scale(session, owner.id, told.axis)
+        own = models.DriveScale.machine_id == owner.id, models.DriveScale.axis == told.axis
+        newest = session.scalar(select(func.max(models.DriveScale.version)).where(*own)) or 0
         row = models.DriveScale(
             machine_id=owner.id,
             axis=told.axis,
-            version=newest.version + 1 if newest else 1,
+            version=newest + 1,
             kind=told.kind,
             per_ampere=told.newtons_per_ampere,
             share=told.share,

@@ -50,10 +50,13 @@ def trace(store: Store, kind: str, number: int) -> Node:
 
 def _recording(_session: Session, row: models.Recording) -> Node:
     path = Path(row.path)
-    there = "" if path.exists() else " (the file is no longer there)"
-    return Node(
-        f"recording {row.id}: {path.name}, {row.rows} rows, sha256 {row.sha256[:12]}{there}"
-    )
+    said = [] if path.exists() else ["the file is no longer there"]
+    if row.withdrawn_at is not None:
+        said.append(f"withdrawn {row.withdrawn_at}: {row.withdrawn_why}")
+    if row.looked_at is not None:
+        said.append("only looked at")
+    more = f" ({'; '.join(said)})" if said else ""
+    return Node(f"recording {row.id}: {path.name}, {row.rows} rows, sha256 {row.sha256[:12]}{more}")
 
 
 def _calibration(session: Session, row: models.Calibration) -> Node:

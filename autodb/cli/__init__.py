@@ -31,6 +31,7 @@ from autodb.cli import (
     serving,
     standard,
     sweeping,
+    withdrawing,
 )
 from autodb.excuses import excuse
 
@@ -65,6 +66,7 @@ app.command("plan")(planning.plan)
 app.command("explain")(explaining.explain)
 app.add_typer(deciding.mismatch, name="mismatch")
 app.command("trace")(answers.trace)
+app.command("withdraw")(withdrawing.withdraw)
 app.command("doctor")(keeping.doctor)
 app.command("backup")(keeping.backup)
 app.command("restore")(keeping.restore)

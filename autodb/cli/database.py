@@ -70,6 +70,35 @@ def update(
         say(line)
 
 
+@machine.command("rename")
+def rename(
+    name: Annotated[str, typer.Argument(help="Name of the machine.")],
+    new: Annotated[str, typer.Argument(help="Its name from now on.")],
+    db: Database = None,
+) -> None:
+    """Give a machine another name; agent and side files that state the old one need it too."""
+    from autodb.agent.machines import rename_machine
+
+    with opened(db) as store:
+        rename_machine(store, name, new)
+    say(f"machine '{name}': is '{new}' now")
+
+
+@machine.command("retire")
+def retire(
+    name: Annotated[str, typer.Argument(help="Name of the machine.")],
+    undo: Annotated[bool, typer.Option("--undo", help="Have it work again.")] = False,
+    db: Database = None,
+) -> None:
+    """Take nothing more in of a machine; what it told stays and is answered from."""
+    from autodb.agent.machines import retire_machine
+
+    with opened(db) as store:
+        changed = retire_machine(store, name, back=undo)
+    what = "works again" if undo else "retired"
+    say(f"machine '{name}': {what if changed else f'{what} already'}")
+
+
 @machine.command("list")
 def list_(db: Database = None) -> None:
     """List the machines."""
@@ -77,10 +106,11 @@ def list_(db: Database = None) -> None:
 
     from autodb.store.models import Machine
 
-    rows = table("Machines", "name", "axes", "since")
+    rows = table("Machines", "name", "axes", "since", "retired")
     with opened(db) as store, store.reading() as session:
         for row in session.scalars(select(Machine).order_by(Machine.name)):
-            rows.add_row(row.name, ", ".join(axis.name for axis in row.axes), row.created_at)
+            axes = ", ".join(axis.name for axis in row.axes)
+            rows.add_row(row.name, axes, row.created_at, row.retired_at or "")
     show(rows)
 
 

@@ -113,10 +113,14 @@ def _machines(
 
     with store.reading() as session:
         rows = [find_machine(session, name) for name in wanted] or list(
-            session.scalars(select(models.Machine).order_by(models.Machine.name))
+            session.scalars(
+                select(models.Machine)
+                .where(models.Machine.retired_at.is_(None))
+                .order_by(models.Machine.name)
+            )
         )
         if not rows:
-            raise UnusableInput("no machine in this database; 'autodb machine add NAME' makes one")
+            raise UnusableInput("no machine works here; 'autodb machine add NAME' makes one")
         found = []
         for row in rows:
             inbox = None if inboxes is None else (inboxes / row.name).resolve()

@@ -114,7 +114,9 @@ def _import(store: "Store", file: Path, machine: str, columns: Path | None) -> i
 
     with working(f"importing {file.name}") as progress:
         done = import_file(store, file, machine=machine, columns=columns, progress=progress)
-    what = "already there" if done.already_there else "imported"
+    what = "already there" if done.already_there and not done.looked_at else "imported"
+    if done.withdrawn is not None:
+        what = f"withdrawn ({done.withdrawn}), it does not count"
     if done.other_side:
         what += " (with another side file, which still holds)"
     again = f", {done.again} more are there already" if done.again else ""

@@ -47,6 +47,7 @@ class ChannelModel(Base):
     errors: Mapped[dict[str, Any] | None]
     off_law: Mapped[dict[str, Any] | None]
     created_at: Mapped[str] = mapped_column(default=now)
+    undone_at: Mapped[str | None]
     parent_id: Mapped[int | None] = mapped_column(
         ForeignKey("channel_model.id", name="fk_channel_model_parent")
     )

@@ -76,6 +76,7 @@ class Calibration(Base):
     reference_share: Mapped[float | None]
     current_sd: Mapped[float | None]
     group_covariance: Mapped[list[Any] | None]
+    undone_at: Mapped[str | None]
     recordings: Mapped[list[Recording]] = relationship(secondary=calibration_recording)
     repeats: Mapped[list[Cut]] = relationship(secondary=calibration_repeat)
 
@@ -103,6 +104,7 @@ class DriveScale(Base):
     source: Mapped[str]
     recording_id: Mapped[int] = mapped_column(ForeignKey("recording.id"))
     created_at: Mapped[str] = mapped_column(default=now)
+    undone_at: Mapped[str | None]
     recording: Mapped[Recording] = relationship()
 
 
@@ -127,6 +129,7 @@ class Estimator(Base):
     normalisation: Mapped[dict[str, Any] | None]
     scores: Mapped[dict[str, Any]]
     since: Mapped[str] = mapped_column(default=now)
+    undone_at: Mapped[str | None]
     recordings: Mapped[list[Recording]] = relationship(secondary=estimator_recording)
     calibrations: Mapped[list[Calibration]] = relationship(secondary=estimator_source)
 

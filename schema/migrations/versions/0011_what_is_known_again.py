@@ -20,6 +20,10 @@ ADDED = (
     ("recording", "withdrawn_at"),
     ("recording", "withdrawn_why"),
     ("machine", "retired_at"),
+    ("calibration", "undone_at"),
+    ("channel_model", "undone_at"),
+    ("drive_scale", "undone_at"),
+    ("estimator", "undone_at"),
 )
 CUTS = """
 SELECT cut.id, cut.number, cut.operation, material.name, tool.name, cut.conditions, cut.measured
