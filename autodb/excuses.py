@@ -64,7 +64,7 @@ def _of_a_server(state: str) -> str:
         "40": "nothing was changed; tried again, it would work",
         "55P03": "when the other program that writes to it is done, it would work",
         "25006": "a database that may be written would work",
-        "42501": "a user who may write to its tables would work",
+        "42501": "a role that may do that would work",
         "53100": "more room on the server's disk would work",
     }
     known = next((text for begin, text in works.items() if state.startswith(begin)), None)

@@ -10,13 +10,13 @@ from sqlalchemy import insert, text, update
 
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
+from autodb.prove.flips import flips
 from autodb.store import Store, create_store, migrate, models, open_store
 from autodb.store.backups import backup
 from autodb.store.copies import connect
 from autodb.store.restoring import restore
 from autodb.store.rowsums import GROUP, altered, row_digest
 from tests.conftest import Cli
-from tests.flips import flips
 
 DB = Path("autodb.sqlite3")
 N = 2 * GROUP + 50
@@ -186,7 +186,7 @@ def test_doctor_backup_and_restore_name_what_changed(store: Store, url: str, cli
 
 
 def test_every_bit_that_flips_in_a_cell_is_found(tmp_path: Path, store: Store, url: str) -> None:
-    """Some bits; of two hundred, or of another database: `tests.flips.flips`."""
+    """Some bits; of two hundred, or of another database: `autodb.prove.flips`."""
     with store.writing() as session:
         session.add(models.Machine(name="m", rotary_order=["c"]))
         session.flush()

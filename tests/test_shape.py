@@ -74,10 +74,13 @@ def test_a_database_that_would_run_something_else_is_not_opened(
     cli: Cli, refused: Callable[..., str], statements: tuple[str, ...], says: str
 ) -> None:
     cli("init")
+    cli("backup", "good.sqlite3")
     _do(DB, *statements)
     assert says in refused("machine", "add", "m")
     assert _tokens(DB) == 0
     assert says in cli("doctor").out
+    assert cli("restore", "good.sqlite3", "--replace").code == 0
+    assert cli("machine", "add", "m").code == 0
 
 
 def test_an_earlier_backup_with_a_trigger_is_not_brought_to_this_schema(

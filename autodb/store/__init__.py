@@ -8,26 +8,22 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from sqlalchemy import (
-    Column,
-    Connection,
-    Engine,
-    MetaData,
-    PrimaryKeyConstraint,
-    String,
-    Table,
-    inspect,
-)
-from sqlalchemy.exc import DatabaseError
+from sqlalchemy import Engine, inspect
 from sqlalchemy.orm import Session
 
-from autodb.assets import kit
 from autodb.errors import UnusableInput
-from autodb.excuses import full_under, is_full
 from autodb.store import rowsums
 from autodb.store.engines import MACHINE, WRITES, backend_of, engine_of, lasting, lock_catalogue
+from autodb.store.schemas import (
+    head,
+    make_in,
+    migrate,
+    none_of,
+    pointing_nowhere,
+    revision_of,
+    revisions,
+)
 from autodb.store.urls import DEFAULT_URL, SQLITE, database_url, file_of, on_server, shown
 
 __all__ = [
@@ -41,7 +37,6 @@ __all__ = [
     "head",
     "lasting",
     "lock_catalogue",
-    "make_in",
     "migrate",
     "nothing_else",
     "on_server",
@@ -112,7 +107,7 @@ def open_store(url: str, *, any_schema: bool = False) -> Store:
     named = shown(url)
     if not on_server(url) and not file_of(url).exists():
         raise UnusableInput(f"{named}: no database there; 'autodb init' makes one")
-    found = _revision(engine, url)
+    found = revision_of(engine, url)
     if found is None:
         raise UnusableInput(f"{named}: no autodb database; 'autodb init' makes one")
     if found != head() and not any_schema:
@@ -157,7 +152,7 @@ def create_store(url: str) -> Created:
         file_of(url)
     engine, named = engine_of(url), shown(url)
     try:
-        found = _revision(engine, url)
+        found = revision_of(engine, url)
         if found is None and inspect(engine).get_table_names():
             new = "database" if on_server(url) else "file"
             raise UnusableInput(f"{named}: holds another program's tables; a new {new} would work")
@@ -185,7 +180,7 @@ def _holds_its_schema(engine: Engine, url: str, revision: str) -> None:
     with engine.connect() as connection:
         strange = shape.strange(rowsums.driver_of(connection), revision)
     engine.dispose()
-    _none_of(strange, url)
+    none_of(strange, url)
 
 
 def _make(url: str) -> None:
@@ -198,102 +193,3 @@ def _make(url: str) -> None:
             connection.commit()
     finally:
         engine.dispose()
-
-
-def make_in(connection: Connection) -> None:
-    """Make the tables and triggers of this version: those that all migrations make, sooner."""
-    from autodb.store import models
-
-    stamp = Table(
-        "alembic_version",
-        MetaData(),
-        Column("version_num", String(32), nullable=False),
-        PrimaryKeyConstraint("version_num", name="alembic_version_pkc"),
-    )
-    models.Base.metadata.create_all(connection)
-    if connection.dialect.name == SQLITE:
-        rowsums.SUMS.create(connection)
-    rowsums.lay(connection)
-    stamp.create(connection)
-    connection.execute(stamp.insert().values(version_num=head()))
-
-
-def migrate(url: str, revision: str) -> None:
-    """Bring a database up or down to a schema revision, in one transaction.
-
-    Going down forgets what the lower schema cannot hold. Checksums of rows are taken anew, of
-    what was found to be as it was written. Raises UnusableInput when a row is not, or would lose
-    the row that it points to.
-    """
-    from alembic import command
-
-    engine = engine_of(url, foreign_keys=False)  # changing a table copies it; see schema/migrations
-    found = _revision(engine, url)
-    known = ["base", *revisions()]
-    down = found is not None and known.index(revision) < known.index(found)
-    move = command.downgrade if down else command.upgrade
-    try:
-        with engine.connect().execution_options(**{WRITES: True}) as connection:
-            connection.begin()
-            if not on_server(url):
-                _none_of(rowsums.altered(rowsums.driver_of(connection)), url)
-            rowsums.lift(connection)
-            move(_alembic(connection), revision)
-            rowsums.lay(connection)
-            if not on_server(url):
-                _none_of(pointing_nowhere(connection), url)
-            connection.commit()
-    finally:
-        engine.dispose()
-
-
-def _none_of(faults: list[str], url: str) -> None:
-    if faults:
-        raise UnusableInput(f"{url}: {faults[0]}; a backup would work: 'autodb restore'")
-
-
-def _alembic(connection: Connection | None) -> Any:
-    from alembic.config import Config
-
-    config = Config()
-    config.set_main_option("script_location", str(kit("schema") / "migrations"))
-    config.attributes["connection"] = connection
-    return config
-
-
-def revisions() -> list[str]:
-    """Return all revisions, oldest first, read off the file names (Alembic takes 0.2 s)."""
-    names = sorted((kit("schema") / "migrations" / "versions").glob("[0-9]*.py"))
-    return [name.name.split("_", 1)[0] for name in names]
-
-
-def head() -> str:
-    """Return the revision that this version works with."""
-    return revisions()[-1]
-
-
-def pointing_nowhere(connection: Connection) -> list[str]:
-    """Return the rows of an SQLite file that point to a row which is not there, in words."""
-    found = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
-    return [f"{row[0]} {row[1]} points to no {row[2]}" for row in found]
-
-
-def _revision(engine: Engine, url: str) -> str | None:
-    try:
-        if not inspect(engine).has_table("alembic_version"):
-            return None
-        with engine.connect() as connection:
-            row = connection.exec_driver_sql("SELECT version_num FROM alembic_version").first()
-        return str(row[0]) if row else None
-    except (*rowsums.UNREADABLE, DatabaseError) as error:
-        if is_full(error):
-            raise UnusableInput(full_under(str(engine.url.database))) from None
-        reason = " ".join(str(getattr(error, "orig", error)).split())
-        works = (
-            "a database that is there, on a server that answers, would work"
-            if on_server(url)
-            else "a SQLite file in a folder that may be written would work"
-        )
-        raise UnusableInput(
-            f"{shown(url)}: cannot be opened as a database ({reason}); {works}"
-        ) from None

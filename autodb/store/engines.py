@@ -25,6 +25,7 @@ from sqlalchemy import Connection, Engine, bindparam, create_engine, event, func
 from sqlalchemy.engine import URL, ExceptionContext
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import Session
+from sqlalchemy.pool import ConnectionPoolEntry
 
 from autodb.errors import UnusableInput
 from autodb.files.targets import named
@@ -67,6 +68,13 @@ def opened(*where: Any, **how: Any) -> sqlite3.Connection:
     return connection
 
 
+def is_alone(connection: Any) -> bool:
+    """Say whether a driver's connection keeps all others out for as long as it is there."""
+    if not isinstance(connection, sqlite3.Connection):
+        return False
+    return bool(connection.execute("PRAGMA locking_mode").fetchone()[0] == "exclusive")
+
+
 class Backend(Protocol):
     """A kind of database."""
 
@@ -88,11 +96,22 @@ class _SQLite:
     def made(self, url: URL, *, foreign_keys: bool) -> Engine:
         """Return a new engine."""
         engine = create_engine(url)
-        event.listen(engine, "do_connect", lambda _dialect, _record, at, how: opened(*at, **how))
+        event.listen(engine, "do_connect", self._do_connect)
+        event.listen(engine, "checkin", self._on_checkin)
         event.listen(engine, "connect", partial(self._on_connect, foreign_keys))
         event.listen(engine, "begin", self._on_begin)
         event.listen(engine, "handle_error", partial(self._on_error, Path(str(url.database))))
         return engine
+
+    @staticmethod
+    def _do_connect(_dialect: object, _record: object, at: Any, how: Any) -> sqlite3.Connection:
+        return opened(*at, timeout=LOCKED_MS / 1000.0, **how)
+
+    @staticmethod
+    def _on_checkin(connection: Any, record: ConnectionPoolEntry) -> None:
+        """Let others in, where the one that is given back keeps them out."""
+        if connection is not None and is_alone(connection):
+            record.invalidate()
 
     @staticmethod
     def _on_error(path: Path, context: ExceptionContext) -> None:

@@ -12,7 +12,8 @@ from tempfile import TemporaryDirectory
 
 from sqlalchemy import create_engine
 
-from autodb.store import head, make_in, migrate, models, rowsums
+from autodb.store import models, rowsums
+from autodb.store.schemas import head, make_in, migrate
 
 Objects = dict[tuple[str, str], str | tuple[str, ...] | None]
 """What makes each thing of a schema, by kind and name; None: SQLite makes it for a table."""

@@ -6,7 +6,7 @@ import threading
 from sqlalchemy.engine.interfaces import DBAPIConnection
 
 from autodb.store import Store
-from autodb.store.engines import backend_of
+from autodb.store.engines import backend_of, is_alone
 
 BETWEEN = "-"
 
@@ -15,7 +15,8 @@ class Watched:
     """Marks the states of a database, over one connection that is held.
 
     A file that another took the place of, as a restored backup does, is opened again, and so is a
-    connection that was lost.
+    connection that was lost. One that would keep all others out is not held: marks of two then
+    always differ.
     """
 
     def __init__(self, store: Store) -> None:
@@ -35,14 +36,21 @@ class Watched:
                     return self._asked(self._held)
                 except lost:
                     self._held = None
-            return self._asked(self._hold(file))
+            try:
+                return self._asked(self._hold(file))
+            finally:
+                if self._held is not None and is_alone(self._held):
+                    self._let_go()
 
     def close(self) -> None:
         """Give the connection back."""
         with self._lock:
-            if self._held is not None:
-                self._held.close()
-                self._held = None
+            self._let_go()
+
+    def _let_go(self) -> None:
+        if self._held is not None:
+            self._held.close()
+            self._held = None
 
     def _asked(self, held: DBAPIConnection) -> str:
         return f"{self._began}{BETWEEN}{backend_of(self._store.engine).state(held)}"
@@ -55,8 +63,7 @@ class Watched:
         return found.st_dev, found.st_ino
 
     def _hold(self, file: tuple[int, int] | None) -> DBAPIConnection:
-        if self._held is not None:
-            self._held.close()
+        self._let_go()
         self._store.engine.dispose()  # connections to the file before
         taken = self._store.engine.raw_connection()
         held = taken.dbapi_connection
