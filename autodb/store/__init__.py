@@ -26,7 +26,15 @@ from sqlalchemy.orm import Session
 
 from autodb.assets import kit
 from autodb.errors import UnusableInput
-from autodb.store.engines import MACHINE, WRITES, backend_of, engine_of, lasting, lock_catalogue
+from autodb.store.engines import (
+    MACHINE,
+    WRITES,
+    backend_of,
+    engine_of,
+    lasting,
+    lock_audit,
+    lock_catalogue,
+)
 from autodb.store.urls import DEFAULT_URL, SQLITE, database_url, file_of, on_server, shown
 
 __all__ = [
@@ -39,6 +47,7 @@ __all__ = [
     "file_of",
     "head",
     "lasting",
+    "lock_audit",
     "lock_catalogue",
     "migrate",
     "nothing_else",
