@@ -12,13 +12,22 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.channels import largest_of
 from autodb.cutting import turning
 from autodb.cutting.contour import TOUCH_MM, Engagement, engagement
 from autodb.cutting.stock import Stock, bar, profile
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
-from autodb.jobs import JobProgram
-from autodb.nc.reading import Arc, Move, program_text, turning_program
+from autodb.jobs import LEAST, JobProgram
+from autodb.nc.reading import (
+    Arc,
+    CuttingSpeed,
+    Move,
+    PerRev,
+    Rapid,
+    program_text,
+    turning_program,
+)
 from autodb.nc.reading.blocks import blocks
 from autodb.pairs.engaged import DEPTH, DIAMETER, DIRECTION, FEED, RPM, SPEED, Conditions
 
@@ -100,6 +109,8 @@ def follow(
     inches = (asked.units or units or "mm") == "inch"
     by_diameter = next((one for one in (asked.diameter, diameter) if one is not None), True)
     program = turning_program(text, source=str(path), diameter=by_diameter, inch=inches)
+    for move in program.moves:
+        _refuse_beyond(move, str(path))
     done, _ = engagement(program.moves, stock_of(asked), source=str(path))
     said = {
         block.line: " ".join(word.text for word in block.words if word.name != "N")
@@ -121,6 +132,29 @@ def stock_of(asked: JobProgram) -> Stock:
         return bar(0.5 * asked.stock_diameter_mm, face_mm=asked.stock_face_mm or 0.0)
     z_mm, diameter_mm = np.array(asked.stock, dtype=np.float64).T
     return profile(z_mm, 0.5 * diameter_mm)
+
+
+def _refuse_beyond(move: Move, source: str) -> None:
+    """Raise UnusableInput for a move that no machine makes: as of a cut that a job states."""
+    places = (move.start.x_mm, move.start.z_mm, move.end.x_mm, move.end.z_mm)
+    stated = [("a place", "mm", abs(place), 0.0, "x.position") for place in places]
+    if not isinstance(move, Rapid):
+        feed, speed = move.feed, move.speed
+        if isinstance(feed, PerRev):
+            stated.append(("a feed", "mm/rev", feed.mm, LEAST, "cutting.feed"))
+        else:
+            stated.append(("a feed", "mm/s", feed.mm / 60.0, LEAST, "x.velocity"))
+        if isinstance(speed, CuttingSpeed):
+            stated.append(("a speed", "m/min", speed.m_min, LEAST, "cutting.speed"))
+        else:
+            stated.append(("a speed", "rpm", speed.rpm, LEAST, "spindle.speed"))
+    for what, unit, value, least, channel in stated:
+        most = largest_of(channel)
+        if not least <= value <= most:
+            raise UnusableInput(
+                f"{source}: line {move.line}: {what} of {value:g} {unit} is beyond any machine; "
+                f"{least:g} to {most:g} would work"
+            )
 
 
 def _lines(

@@ -182,6 +182,25 @@ def test_a_broken_program_is_refused(
     assert "would work" in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("head", "body", "says"),
+    [
+        ("", "G0 X56 Z2\nG1 Z-30 F100000\n", "line 3: a feed of 100000 mm/rev is beyond"),
+        ("G94\n", f"G0 X56 Z2\nG1 Z-30 F{9 * 10**99}\n", "line 4: a feed of 1.5e+98 mm/s is"),
+        ("", f"G0 X56 Z2\nG1 Z-30 F0.{'0' * 310}1\n", "line 3: a feed of 1e-311 mm/rev is"),
+        (f"S{10**300}\n", "G0 X56 Z2\nG1 Z-30 F.2\n", "line 4: a speed of 1e+300 rpm is"),
+        (f"G96 S{10**6}\n", "G0 X56 Z2\nG1 Z-30 F.2\n", "line 4: a speed of 1e+06 m/min is"),
+        ("", f"G0 X56 Z2\nG1 Z-{10**300} F.2\n", "line 3: a place of 1e+300 mm is beyond"),
+    ],
+)
+def test_a_line_that_no_machine_makes_is_refused(
+    tmp_path: Path, head: str, body: str, says: str
+) -> None:
+    with pytest.raises(UnusableInput) as caught:
+        _follow(tmp_path, body, head=HEAD + head)
+    assert says in str(caught.value)
+
+
 def test_a_line_that_the_edge_cannot_follow_is_named(tmp_path: Path) -> None:
     stock = [[-50, 30], [-20, 30], [-20, 60], [0, 60]]
     body = "G0 X31 Z-22\nG1 Z-21 F.2\nX50 Z-18\n"

@@ -545,7 +545,13 @@ def test_behind_a_proxy_all_but_health_needs_a_token(
     secret = add_token(store, "planner", "read", days=1)
     with _client(url, **more) as client:
         assert client.get("/healthz").status_code == 200
-        for path in (f"{API}/machines", "/metrics", "/machines/lathe-0"):
+        for path in (
+            f"{API}/machines",
+            f"{API}/openapi.json",
+            "/metrics",
+            "/",
+            "/machines/lathe-0",
+        ):
             assert client.get(path).status_code == 401, path
             assert client.get(path, headers=_bearer(secret)).status_code == 200, path
 

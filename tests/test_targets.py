@@ -74,7 +74,9 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
     url = f"sqlite:///{path}"
     create_store(url)
     store = open_store(url)
-    rows = [{"who": f"panel {n}", "action": "read", "at": "2026"} for n in range(ROWS)]
+    rows = [
+        {"who": f"panel {n}", "action": "read", "at": "2026", "sha256": ""} for n in range(ROWS)
+    ]
     with store.writing() as session:
         session.bulk_insert_mappings(models.AuditEntry.__mapper__, rows)
     store.close()

@@ -14,6 +14,7 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.agent.chained import chain
 from autodb.errors import UnusableInput, near
 from autodb.store import Also, Store, models
 
@@ -129,7 +130,8 @@ def note(
 ) -> None:
     """Keep who did what, to which row, with the change itself."""
     kind, number = row or (None, None)
-    session.add(
+    chain(
+        session,
         models.AuditEntry(
             access_token_id=access.token_id,
             who=access.who,
@@ -137,7 +139,7 @@ def note(
             row_kind=kind,
             row_id=number,
             detail=detail or None,
-        )
+        ),
     )
 
 
@@ -152,7 +154,7 @@ def noting(access: Access, action: str, row_kind: str, **detail: Any) -> Also:
 
 @dataclass(frozen=True)
 class Noted:
-    """One thing that someone did."""
+    """One thing that someone did; ``sha256``: of it and of what was done before."""
 
     at: str
     who: str
@@ -160,6 +162,7 @@ class Noted:
     row_kind: str | None
     row_id: int | None
     detail: Mapping[str, Any] | None
+    sha256: str
 
 
 def noted(session: Session, *, most: int, before: int | None = None) -> list[tuple[int, Noted]]:
@@ -169,7 +172,10 @@ def noted(session: Session, *, most: int, before: int | None = None) -> list[tup
     if before is not None:
         query = query.where(entry.id < before)
     return [
-        (row.id, Noted(row.at, row.who, row.action, row.row_kind, row.row_id, row.detail))
+        (
+            row.id,
+            Noted(row.at, row.who, row.action, row.row_kind, row.row_id, row.detail, row.sha256),
+        )
         for row in session.scalars(query)
     ]
 

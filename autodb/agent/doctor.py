@@ -14,6 +14,7 @@ from sqlalchemy import JSON, ColumnElement, Text, cast, exists, select, text
 from sqlalchemy.exc import DatabaseError
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
+from autodb.agent.chained import first_broken
 from autodb.agent.importing import files_of
 from autodb.agent.kept import every_unread
 from autodb.errors import UnusableInput
@@ -223,6 +224,12 @@ def pairs(session: Session, _progress: Progress) -> Outcome:
     return _none_of(f"pair {row.id}: {row.material.name} / {row.tool.name}" for row in rows)
 
 
+def chained(session: Session, _progress: Progress) -> Outcome:
+    """Look for the first entry of the audit log that does not follow from those before it."""
+    broken = first_broken(session)
+    return _none_of([] if broken is None else [f"audit_entry {broken}: it, or the one before"])
+
+
 def present(session: Session, _progress: Progress) -> Outcome:
     """Look for recordings of which neither the original nor our copy is on the disk.
 
@@ -272,6 +279,7 @@ OF_ROWS = (
     Check("derived rows without a source", sources, "'autodb restore BACKUP --replace'"),
     Check("confirmed causes in no model", confirmed, "'autodb restore BACKUP --replace'"),
     Check("pairs nobody cut", pairs, "import their cuts; they do no harm"),
+    Check("audit log altered", chained, "compare it with a backup's: who wrote to the database?"),
 )
 OF_THE_CONTENT = (
     *OF_ROWS,

@@ -14,7 +14,15 @@ from sqlalchemy.orm import Session
 
 from autodb.errors import UnusableInput
 from autodb.store import rowsums
-from autodb.store.engines import MACHINE, WRITES, backend_of, engine_of, lasting, lock_catalogue
+from autodb.store.engines import (
+    MACHINE,
+    WRITES,
+    backend_of,
+    engine_of,
+    lasting,
+    lock_audit,
+    lock_catalogue,
+)
 from autodb.store.schemas import (
     head,
     make_in,
@@ -36,6 +44,7 @@ __all__ = [
     "file_of",
     "head",
     "lasting",
+    "lock_audit",
     "lock_catalogue",
     "migrate",
     "nothing_else",

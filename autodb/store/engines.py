@@ -6,6 +6,7 @@ with the transaction:
     writing of one machine      shared lock on ALL, then the machine's own
     writing of anything else    exclusive lock on ALL: as SQLite does
     what all machines share     CATALOGUE on top, when something is added to it
+    who did what                AUDIT last, when an entry is added to the log
 
 They are always taken in this order, so that no two wait for each other. A machine's ids are given
 out under its lock: of one machine, a larger id was kept later, which passes of the refresh rely on.
@@ -34,8 +35,9 @@ from autodb.store.urls import POSTGRESQL, SQLITE, parsed
 
 LOCKED_MS = 150_000
 """How long another program's write is waited for. Chosen: a backup of gigabytes is done by then."""
-ALL, CATALOGUE = 0x6175746F6462, 0x6175746F6463
-"""Keys of the locks on everything, and on what all machines share. Chosen: 'autodb' in ASCII."""
+ALL, CATALOGUE, AUDIT = 0x6175746F6462, 0x6175746F6463, 0x6175746F6464
+"""Keys of the locks on everything, on what all machines share, and on the audit log. Chosen:
+'autodb' in ASCII."""
 CONNECT_S = 10
 """How long a server is waited for that does not answer."""
 BACK_S, AGAIN_S = 60.0, 0.5
@@ -211,6 +213,12 @@ def lock_catalogue(session: Session) -> None:
     """Let no other add to what all machines share (materials, tools, pairs) until this commits."""
     if session.get_bind().dialect.name == POSTGRESQL:
         session.execute(select(func.pg_advisory_xact_lock(CATALOGUE)))
+
+
+def lock_audit(session: Session) -> None:
+    """Let no other add to the audit log until this commits."""
+    if session.get_bind().dialect.name == POSTGRESQL:
+        session.execute(select(func.pg_advisory_xact_lock(AUDIT)))
 
 
 def lasting(work: Callable[[], Done], tell: Callable[[str], None] = lambda _: None) -> Done:

@@ -6,7 +6,7 @@ from importlib.metadata import version
 
 from anyio import CapacityLimiter
 from fastapi import APIRouter, FastAPI, Request, Response
-from fastapi.responses import PlainTextResponse
+from fastapi.responses import JSONResponse, PlainTextResponse
 from starlette.concurrency import run_in_threadpool
 
 from autodb.agent.shelves import Shelves
@@ -72,7 +72,7 @@ def make_app(settings: Settings) -> FastAPI:
         description=ABOUT,
         docs_url=None,  # their pages load scripts from elsewhere
         redoc_url=None,
-        openapi_url=f"{API}/openapi.json",
+        openapi_url=None,  # its own route asks nobody for a token
         lifespan=lifespan,
     )
     app.state.service = service
@@ -103,6 +103,12 @@ def health(request: Request) -> Response:
     with service.store.reading() as session:
         session.connection().exec_driver_sql("SELECT version_num FROM alembic_version").one()
     return Response('{"status":"ok"}', media_type="application/json")
+
+
+@operations.get(f"{API}/openapi.json", include_in_schema=False)
+def document(request: Request, _access: Reads) -> Response:
+    """Describe the service to programs (OpenAPI)."""
+    return JSONResponse(request.app.openapi())
 
 
 @operations.get(

@@ -86,7 +86,10 @@ class AccessToken(Base):
 
 
 class AuditEntry(Base):
-    """One thing that someone did: ``row_kind`` and ``row_id`` say to which row."""
+    """One thing that someone did: ``row_kind`` and ``row_id`` say to which row.
+
+    ``sha256``: of this entry and of the one before.
+    """
 
     __tablename__ = "audit_entry"
     __table_args__ = (Index("ix_audit_entry_row", "row_kind", "row_id"),)
@@ -98,3 +101,4 @@ class AuditEntry(Base):
     row_kind: Mapped[str | None]
     row_id: Mapped[int | None]
     detail: Mapped[dict[str, Any] | None]
+    sha256: Mapped[str]
