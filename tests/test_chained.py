@@ -15,6 +15,7 @@ from autodb.agent.chained import first_broken
 from autodb.agent.machines import add_machine
 from autodb.machinefile import LATHE
 from autodb.store import Store, create_store, head, migrate, models, open_store
+from autodb.store.rowsums import register
 from tests.conftest import Cli
 from tests.servers import Server
 
@@ -72,7 +73,7 @@ def test_a_log_as_it_was_written_is_whole(log: Store, cli: Cli) -> None:
 def test_the_first_entry_that_does_not_fit_is_named(
     log: Store, cli: Cli, change: str, broken: int
 ) -> None:
-    with closing(sqlite3.connect(FILE, isolation_level=None)) as file:
+    with closing(register(sqlite3.connect(FILE, isolation_level=None))) as file:
         file.execute(change)
     assert _broken(log) == broken
     done = cli("doctor")
