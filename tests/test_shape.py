@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from autodb.store import head, migrate, revisions
+from autodb.store.engines import engine_of
 from autodb.store.shape import expected, objects, strange
 from tests.conftest import ROOT, Cli
 
@@ -78,6 +79,11 @@ def test_a_database_that_would_run_something_else_is_not_opened(
     _do(DB, *statements)
     assert says in refused("machine", "add", "m")
     assert _tokens(DB) == 0
+    assert (
+        engine_of(f"sqlite:///{DB}")
+        .pool.status()
+        .startswith("Pool size: 5  Connections in pool: 0")
+    )
     assert says in cli("doctor").out
     assert cli("restore", "good.sqlite3", "--replace").code == 0
     assert cli("machine", "add", "m").code == 0

@@ -40,14 +40,15 @@ def flips(path: Path, folder: Path, *, seed: int, n: int) -> Iterator[Flip]:
     assert not _found_by_backup(path, folder / "copy.sqlite3")
     used = cells(whole)
     draw = random.Random(seed)
-    for _ in range(n):
+    for number in range(n):
         byte, bit = draw.choice(used), draw.randrange(8)
         flipped = bytearray(whole)
         flipped[byte] ^= 1 << bit
-        copy = folder / "flipped.sqlite3"
+        copy = folder / f"flipped-{number}.sqlite3"  # no connection knows it from before
         copy.write_bytes(flipped)
         found = _found_by_doctor(copy), _found_by_backup(copy, folder / "copy.sqlite3")
         yield Flip(byte, bit, _read(copy) != before, *found)
+        copy.unlink()
 
 
 def cells(whole: bytes) -> list[int]:

@@ -116,6 +116,17 @@ def open_store(url: str, *, any_schema: bool = False) -> Store:
     named = shown(url)
     if not on_server(url) and not file_of(url).exists():
         raise UnusableInput(f"{named}: no database there; 'autodb init' makes one")
+    try:
+        _check_schema(engine, url, any_schema=any_schema)
+    except UnusableInput:
+        engine.dispose()  # a connection keeps what it read of the schema
+        raise
+    return Store(engine)
+
+
+def _check_schema(engine: Engine, url: str, *, any_schema: bool) -> None:
+    """Raise UnusableInput where a database has none of ours, or another than this version's."""
+    named = shown(url)
     found = revision_of(engine, url)
     if found is None:
         raise UnusableInput(f"{named}: no autodb database; 'autodb init' makes one")
@@ -124,7 +135,6 @@ def open_store(url: str, *, any_schema: bool = False) -> Store:
         raise UnusableInput(f"{named}: schema {found}, this version needs {head()}; {works}")
     if not (any_schema or on_server(url)):
         _runs_nothing_else(engine, named)
-    return Store(engine)
 
 
 def _runs_nothing_else(engine: Engine, named: str) -> None:
