@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import date, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pandas as pd
 import pytest
 from sqlalchemy import select, update
 
-from autodb.agent import retaining
+from autodb.agent import retaining, trash
 from autodb.agent.inbox import Inbox
 from autodb.agent.refreshing import refresh
 from autodb.agent.retaining import Retained, retain
@@ -82,6 +83,10 @@ def _cuts(path: Path) -> CutTable:
     return found
 
 
+def _thrown() -> list[str]:
+    return [path.name for path in Path("in/kept/.trash").rglob("*.csv")]
+
+
 @pytest.mark.usefixtures("kept")
 def test_without_a_policy_nothing_goes() -> None:
     before = _files()
@@ -110,7 +115,8 @@ def test_a_dropped_recording_leaves_all_that_was_derived(kept: Cli) -> None:
         before = session.scalars(select(models.SensedForce.value_N)).all()
     _policy(kept, "compress_after_days = 1\ndrop_after_days = 30")
     assert _retain().dropped == 1
-    assert {"old.toml", "new.csv", "new.toml"} == _files()
+    assert {"old.toml", "new.csv", "new.toml", "old.csv"} == _files()
+    assert _thrown() == ["old.csv"]
     with _opened() as store, store.reading() as session:
         assert session.scalars(select(models.SensedForce.value_N)).all() == before
     assert kept("doctor").code == 0
@@ -122,8 +128,8 @@ def test_a_dropped_recording_leaves_all_that_was_derived(kept: Cli) -> None:
     with _opened() as store:
         done = refresh(store, MACHINE, inbox=Inbox(Path("in"), settled_s=0.0))
     assert [one.cuts for one in done.came_in] == [0]
-    assert done.retained == ["1 recordings dropped; what was derived from them stays"]
-    assert "old.csv" not in _files()
+    assert done.retained == ["1 recordings dropped, into kept/.trash; what was derived stays"]
+    assert len(_thrown()) == 1
 
 
 def test_files_that_no_inbox_keeps_are_not_touched(kept: Cli) -> None:
@@ -151,6 +157,63 @@ def test_a_clock_that_jumped_back_makes_nothing_old(kept: Cli) -> None:
             update(models.Recording).where(last).values(imported_at="1970-01-01T00:00:10+00:00")
         )
     assert _retain() == Retained()
+
+
+def _imported(name: str, at: str) -> None:
+    with _opened() as store, store.writing() as session:
+        mine = models.Recording.path.endswith(f"{name}.csv")
+        session.execute(update(models.Recording).where(mine).values(imported_at=at))
+
+
+def test_a_clock_that_jumped_ahead_drops_nothing(kept: Cli) -> None:
+    """Until imports of three days lie behind what looks like a jump."""
+    _policy(kept, "drop_after_days = 100")
+    _imported("new", "2027-03-01T00:00:00+00:00")
+    (said,) = _retain().left
+    assert said.startswith("imports of 2026-01-01 and 2027-03-01 lie 424 days apart")
+    for number, day in enumerate((2, 3)):
+        pd.read_csv(RECORDINGS / WEEK).iloc[[20 + number]].to_csv(f"in/{day}.csv", index=False)
+        with _opened() as store:
+            refresh(store, MACHINE, inbox=Inbox(Path("in"), settled_s=0.0))
+        assert "old.csv" in [path.name for path in Path("in/kept").glob("2*/*")]
+        _imported(str(day), f"2027-03-0{day}T00:00:00+00:00")
+    assert _retain().dropped == 1
+
+
+def test_what_was_dropped_is_there_for_a_while_and_comes_back(
+    kept: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _policy(kept, "drop_after_days = 30")
+    assert _retain().dropped == 1
+    thrown = next(Path("in/kept/.trash").rglob("old.csv"))
+    dropped = date.fromisoformat(thrown.parts[3])
+    monkeypatch.setattr(trash, "_today", lambda: dropped + timedelta(days=400))
+    _retain()
+    assert _thrown() == ["old.csv"]  # there was no pass on another day
+    _policy(kept, "drop_after_days = 3000")
+    thrown.rename("in/old.csv")
+    with _opened() as store:
+        refresh(store, MACHINE, inbox=Inbox(Path("in"), settled_s=0.0))
+    assert _row("old.csv").dropped_at is None
+    assert kept("doctor").code == 0
+
+
+def test_the_trash_is_emptied_after_a_month_and_a_week_of_passes(
+    kept: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _policy(kept, "drop_after_days = 30")
+    _retain()
+    dropped = date.fromisoformat(next(Path("in/kept/.trash").rglob("old.csv")).parts[3])
+    for number in range(1, 8):
+        day = (dropped + timedelta(days=4 * number)).isoformat()
+        with _opened() as store, store.writing() as session:
+            session.add(models.RefreshPass(machine_id=1, status="done", finished_at=day))
+        monkeypatch.setattr(trash, "_today", lambda: dropped + timedelta(days=29))
+        _retain()
+        assert _thrown() == ["old.csv"]
+    monkeypatch.setattr(trash, "_today", lambda: dropped + timedelta(days=30))
+    _retain()
+    assert _thrown() == []
 
 
 def test_a_kill_before_the_original_goes_is_made_good(

@@ -118,3 +118,11 @@ def test_a_database_brought_up_step_by_step_is_a_new_one(tmp_path: Path) -> None
         migrate(f"sqlite:///{path}", revision)
     with closing(sqlite3.connect(path)) as file:
         assert objects(file) == expected(head())
+
+
+def test_what_analyze_leaves_is_no_fault(cli: Cli) -> None:
+    cli("init")
+    cli("machine", "add", "lathe-1")
+    _do(DB, "ANALYZE")
+    assert cli("backup", "copy.sqlite3").code == 0
+    assert cli("restore", "copy.sqlite3", "--replace").code == 0

@@ -52,12 +52,12 @@ def every_unread(session: Session) -> dict[str, list[Unread]]:
     """Return what inboxes keep and the database has not as it is, by machine."""
     found: dict[str, list[Unread]] = {}
     for machine in session.scalars(select(models.Machine).order_by(models.Machine.id)):
-        for folder in _folders(session, machine.id):
+        for folder in folders(session, machine.id):
             found.setdefault(machine.name, []).extend(unread(session, machine.id, folder))
     return {name: some for name, some in found.items() if some}
 
 
-def _folders(session: Session, machine_id: int) -> list[Path]:
+def folders(session: Session, machine_id: int) -> list[Path]:
     """Return the folders in which a machine's inboxes keep recordings."""
     paths = session.scalars(
         select(models.Recording.path).where(

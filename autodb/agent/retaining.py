@@ -2,7 +2,8 @@
 
 Only files that an inbox moved into its ``kept`` are touched. A table of text (CSV) becomes Parquet
 with checksums, read back and compared before the original goes; binary files are left as they are.
-Age counts from one import to the newest: a machine that stands still keeps everything.
+Age counts from one import to the newest: a machine that stands still keeps everything. What is
+dropped goes into a trash first (autodb.agent.trash).
 """
 
 from collections.abc import Callable
@@ -18,7 +19,10 @@ from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session
 
 from autodb import readers
+from autodb.agent import trash
+from autodb.agent.entries import KEPT
 from autodb.agent.importing import files_of
+from autodb.agent.kept import folders
 from autodb.agent.machines import find_machine
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
@@ -52,7 +56,8 @@ class Retained:
             sizes = f"{self.bytes_before / 1e6:.3g} to {self.bytes_after / 1e6:.3g} MB"
             said.append(f"{self.compressed} recordings compressed, {sizes}")
         if self.dropped:
-            said.append(f"{self.dropped} recordings dropped; what was derived from them stays")
+            where = f"into {KEPT}/{trash.TRASH}"
+            said.append(f"{self.dropped} recordings dropped, {where}; what was derived stays")
         return said + self.left
 
 
@@ -69,6 +74,12 @@ def retain(store: Store, machine: str, *, progress: Progress = lambda _: None) -
         there, plain = _Recording.dropped_at.is_(None), _Recording.stored_path.is_(None)
         old = _due(session, owner.id, newest, days[0], there & plain)
         gone = _due(session, owner.id, newest, days[1], there)
+        why_not = trash.jumped(session, owner.id) if gone else None
+        for folder in folders(session, owner.id):
+            trash.empty(session, owner.id, folder)
+    if why_not is not None:
+        done.left.append(why_not)
+        gone = []
     for number, one in enumerate(gone, start=1):
         progress(f"dropping {number} of {len(gone)}")
         _drop(store, machine, one)
@@ -120,7 +131,7 @@ def _finish(session: Session, machine_id: int) -> None:
         Path(stored.path).unlink()
     dropped = session.scalar(last.where(_Recording.dropped_at.is_not(None)))
     for path in files_of(dropped) if dropped is not None else ():
-        path.unlink()
+        trash.throw(path)
 
 
 def _compress(store: Store, machine: str, recording: int, done: Retained) -> None:
@@ -209,4 +220,4 @@ def _drop(store: Store, machine: str, recording: int) -> None:
         files = list(files_of(row))
         row.dropped_at = models.now()
     for path in files:
-        path.unlink(missing_ok=True)
+        trash.throw(path)

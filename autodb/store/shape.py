@@ -17,6 +17,8 @@ from autodb.store.schemas import head, make_in, migrate
 
 Objects = dict[tuple[str, str], str | tuple[str, ...] | None]
 """What makes each thing of a schema, by kind and name; None: SQLite makes it for a table."""
+STATISTICS = (("table", "sqlite_stat1"), ("table", "sqlite_stat4"))
+"""What SQLite's ANALYZE leaves: numbers that only its planner reads."""
 RUNS = ("trigger", "view")
 """Kinds that do something by themselves, or instead of what they are taken for."""
 
@@ -24,7 +26,11 @@ RUNS = ("trigger", "view")
 def objects(file: sqlite3.Connection) -> Objects:
     """Return what a database consists of."""
     found = file.execute("SELECT type, name, sql FROM sqlite_master").fetchall()
-    return {(kind, name): _plain(kind, sql) for kind, name, sql in found}
+    return {
+        (kind, name): _plain(kind, sql)
+        for kind, name, sql in found
+        if (kind, name) not in STATISTICS
+    }
 
 
 def _plain(kind: str, sql: str | None) -> str | tuple[str, ...] | None:
