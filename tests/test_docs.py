@@ -95,7 +95,7 @@ def test_formats_has_the_parameters_of_everything_that_explain_can_name() -> Non
     assert {name for row in rows for name in re.findall(r"`(\w+)`", row)} == explained.names()
 
 
-@pytest.mark.parametrize("page", ["kills.md", "threat-model.md"])
+@pytest.mark.parametrize("page", ["kills.md", "promises.md", "threat-model.md"])
 def test_tests_that_pages_name_are_there(page: str) -> None:
     text = (ROOT / "docs" / page).read_text("utf-8")
     tests = {path: path.read_text("utf-8") for path in (ROOT / "tests").glob("test_*.py")}
