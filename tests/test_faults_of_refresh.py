@@ -110,7 +110,9 @@ def test_a_full_disk_under_the_inbox(
 
     with monkeypatch.context() as patched:
         patched.setattr(Arrival, "_link", full)
-        assert "disk full; more room would work" in _said(capsys)
+        said = _said(capsys)
+        assert f"disk full under {work / 'in' / 'kept'}" in said
+        assert "more room would work" in said
     assert len([one for one in (work / "in").iterdir() if one.is_file()]) == 6
     take(work)
     assert state_of(work) == undisturbed
