@@ -1,12 +1,13 @@
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
+VERSIONS := $(VENV)/versions.txt
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 # the theme's notice about MkDocs 2 says nothing about this build
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test campaigns kernels lint docs bench prove wheel-demo clean
+.PHONY: demo test campaigns kernels hashes lint docs bench prove wheel-demo clean
 
 demo: $(VENV)/.core
 	$(BIN)/autodb demo --out demo-out
@@ -21,6 +22,14 @@ campaigns: $(VENV)/.dev
 # the numerical core once more, as other processors round it
 kernels: $(VENV)/.dev
 	$(BIN)/python -m tests.kernels
+
+# every file that pip takes is one whose checksum is known; torch comes from an index of its own, and
+# atheris is of the fuzzing by hand
+hashes: $(VERSIONS)
+	set -e; away=$$(mktemp -d); trap 'rm -rf "$$away"' EXIT; \
+	awk '/^[^ ]/ { left = /^(torch|atheris)==/ } !left' constraints.txt > "$$away/known.txt"; \
+	$(BIN)/python -m pip download --quiet --require-hashes --no-deps --dest "$$away" -r "$$away/known.txt"; \
+	echo "$$(ls "$$away" | wc -l) files, each with a known checksum"
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
@@ -38,7 +47,7 @@ wheel-demo: $(VENV)/.dev
 	set -e; away=$$(mktemp -d); trap 'rm -rf "$$away"' EXIT; \
 	$(BIN)/python -m build --wheel --no-isolation --outdir "$$away" . > "$$away/build.log"; \
 	$(PYTHON) -m venv "$$away/venv"; \
-	"$$away/venv/bin/python" -m pip install --quiet -c constraints.txt "$$away"/*.whl; \
+	"$$away/venv/bin/python" -m pip install --quiet -c $(VERSIONS) "$$away"/*.whl; \
 	cd "$$away" && venv/bin/autodb demo --out demo-out
 
 bench: $(VENV)/.dev
@@ -57,10 +66,14 @@ clean:
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.core: $(VENV)/bin/python pyproject.toml constraints.txt
-	$(BIN)/python -m pip install --quiet -c constraints.txt -e .
+# pip takes no checkout where it is told checksums: the versions alone
+$(VERSIONS): $(VENV)/bin/python constraints.txt
+	sed -n 's/^\([^ #]*==[^ ]*\).*/\1/p' constraints.txt > $@
+
+$(VENV)/.core: $(VERSIONS) pyproject.toml
+	$(BIN)/python -m pip install --quiet -c $(VERSIONS) -e .
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.core
-	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[dev]'
+	$(BIN)/python -m pip install --quiet -c $(VERSIONS) -e '.[dev]'
 	touch $@
