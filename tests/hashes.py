@@ -1,4 +1,4 @@
-"""`python -m tests.hashes`: write into constraints.txt the checksums of the versions' files on PyPI.
+"""`python -m tests.hashes`: write into constraints.txt the checksums of its versions' files on PyPI.
 
 To be run after a version there has changed; `make hashes` then has pip check them.
 """
