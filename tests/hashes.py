@@ -1,4 +1,4 @@
-"""`python -m tests.hashes`: write into constraints.txt the checksums of its versions' files on PyPI.
+"""`python -m tests.hashes`: write the checksums of its files on PyPI into constraints.txt.
 
 To be run after a version there has changed; `make hashes` then has pip check them.
 """
