@@ -30,41 +30,49 @@ Standard = Annotated[
     ),
 ]
 
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Spread them over this Dask scheduler's workers: tls://HOST:PORT.",
+    ),
+]
+AuthorityFile = Annotated[
+    Path | None,
+    typer.Option("--ca", metavar="FILE", help="Authority of the cluster's certificates (PEM)."),
+]
+CertificateFile = Annotated[
+    Path | None,
+    typer.Option("--certificate", metavar="FILE", help="Our certificate of it (PEM)."),
+]
+KeyFile = Annotated[
+    Path | None, typer.Option("--key", metavar="FILE", help="Key of our certificate (PEM).")
+]
+Workers = Annotated[
+    int | None,
+    typer.Option("--workers", metavar="N", min=1, help="Or over N processes of this computer."),
+]
+Inboxes = Annotated[
+    Path | None,
+    typer.Option(
+        "--inboxes", metavar="DIR", help="Folder with an inbox for each machine, of its name."
+    ),
+]
+OnlyMachines = Annotated[
+    list[str] | None, typer.Option("--machine", help="Only this one; may be given again.")
+]
+
 
 @fleet.command("refresh")
 def refresh(
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            "--scheduler",
-            metavar="ADDRESS",
-            help="Spread them over this Dask scheduler's workers: tls://HOST:PORT.",
-        ),
-    ] = None,
-    ca: Annotated[
-        Path | None,
-        typer.Option("--ca", metavar="FILE", help="Authority of the cluster's certificates (PEM)."),
-    ] = None,
-    certificate: Annotated[
-        Path | None,
-        typer.Option("--certificate", metavar="FILE", help="Our certificate of it (PEM)."),
-    ] = None,
-    key: Annotated[
-        Path | None, typer.Option("--key", metavar="FILE", help="Key of our certificate (PEM).")
-    ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option("--workers", metavar="N", min=1, help="Or over N processes of this computer."),
-    ] = None,
-    inboxes: Annotated[
-        Path | None,
-        typer.Option(
-            "--inboxes", metavar="DIR", help="Folder with an inbox for each machine, of its name."
-        ),
-    ] = None,
-    machine: Annotated[
-        list[str] | None, typer.Option("--machine", help="Only this one; may be given again.")
-    ] = None,
+    scheduler: Scheduler = None,
+    ca: AuthorityFile = None,
+    certificate: CertificateFile = None,
+    key: KeyFile = None,
+    workers: Workers = None,
+    inboxes: Inboxes = None,
+    machine: OnlyMachines = None,
     standard: Standard = None,
     db: Database = None,
 ) -> None:

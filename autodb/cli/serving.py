@@ -18,65 +18,74 @@ EXTRA = "serving needs the extra 'serve': pip install 'autodb[serve]' would work
 token = typer.Typer(help="Access tokens of the service.", no_args_is_help=True)
 TokenName = Annotated[str, typer.Argument(help="Name of the token: who uses it.")]
 
+Host = Annotated[
+    str,
+    typer.Option("--host", help="Address to listen at; any but this computer's own needs tokens."),
+]
+Port = Annotated[
+    int, typer.Option("--port", min=0, max=65535, help="Port to listen at; 0: a free one.")
+]
+Write = Annotated[
+    bool, typer.Option("--write", help="Let tokens of role operate or admin change something.")
+]
+HostNames = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--name",
+        metavar="HOST",
+        help="Name of a host to answer to, by tokens alone; may be given again.",
+    ),
+]
+Proxies = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--proxy",
+        metavar="ADDRESS",
+        help="Address, or network, of a proxy whose X-Forwarded-For and -Proto are believed; "
+        "may be given again.",
+    ),
+]
+CertificateFile = Annotated[
+    Path | None, typer.Option("--certificate", metavar="FILE", help="TLS certificate (PEM).")
+]
+KeyFile = Annotated[
+    Path | None, typer.Option("--key", metavar="FILE", help="Key of the certificate (PEM).")
+]
+RecordingsFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--recordings",
+        metavar="FOLDER",
+        help="Folder that keeps recordings which are sent, with --write; default: recordings, "
+        "beside the database's file.",
+    ),
+]
+UploadMib = Annotated[
+    int | None,
+    typer.Option(
+        "--upload-mib",
+        metavar="N",
+        min=1,
+        max=1_000_000,
+        help="Largest recording that may be sent, in MiB, with --write; default: 256.",
+    ),
+]
+Unit = Annotated[
+    bool, typer.Option("--unit", help="Print a systemd unit that serves so; serve nothing.")
+]
+
 
 def serve(
-    host: Annotated[
-        str,
-        typer.Option(
-            "--host", help="Address to listen at; any but this computer's own needs tokens."
-        ),
-    ] = "127.0.0.1",
-    port: Annotated[
-        int, typer.Option("--port", min=0, max=65535, help="Port to listen at; 0: a free one.")
-    ] = 8321,
-    write: Annotated[
-        bool, typer.Option("--write", help="Let tokens of role operate or admin change something.")
-    ] = False,
-    name: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--name",
-            metavar="HOST",
-            help="Name of a host to answer to, by tokens alone; may be given again.",
-        ),
-    ] = None,
-    proxy: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--proxy",
-            metavar="ADDRESS",
-            help="Address, or network, of a proxy whose X-Forwarded-For and -Proto are believed; "
-            "may be given again.",
-        ),
-    ] = None,
-    certificate: Annotated[
-        Path | None, typer.Option("--certificate", metavar="FILE", help="TLS certificate (PEM).")
-    ] = None,
-    key: Annotated[
-        Path | None, typer.Option("--key", metavar="FILE", help="Key of the certificate (PEM).")
-    ] = None,
-    recordings: Annotated[
-        Path | None,
-        typer.Option(
-            "--recordings",
-            metavar="FOLDER",
-            help="Folder that keeps recordings which are sent, with --write; default: recordings, "
-            "beside the database's file.",
-        ),
-    ] = None,
-    upload_mib: Annotated[
-        int | None,
-        typer.Option(
-            "--upload-mib",
-            metavar="N",
-            min=1,
-            max=1_000_000,
-            help="Largest recording that may be sent, in MiB, with --write; default: 256.",
-        ),
-    ] = None,
-    unit: Annotated[
-        bool, typer.Option("--unit", help="Print a systemd unit that serves so; serve nothing.")
-    ] = False,
+    host: Host = "127.0.0.1",
+    port: Port = 8321,
+    write: Write = False,
+    name: HostNames = None,
+    proxy: Proxies = None,
+    certificate: CertificateFile = None,
+    key: KeyFile = None,
+    recordings: RecordingsFolder = None,
+    upload_mib: UploadMib = None,
+    unit: Unit = False,
     db: Database = None,
 ) -> None:
     """Serve pages and look-ups: read-only, and to this computer alone, unless told otherwise."""
