@@ -5,9 +5,10 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy import signal
+from scipy.stats import chi2
 
 from autodb import fitting
-from autodb.fitting import Gaussian
+from autodb.fitting import Gaussian, deviation
 from autodb.fitting.covariance import bartlett
 
 RNG = np.random.default_rng(11)
@@ -266,3 +267,15 @@ def test_covariance_given_one_parameter_is_that_of_the_others_information() -> N
     information = np.linalg.inv(covariance)[np.ix_(others, others)]
     assert_allclose(given[np.ix_(others, others)], np.linalg.inv(information), rtol=1e-10)
     assert_allclose(given[1], 0.0)
+
+
+def test_standard_deviations_widen_without_a_step() -> None:
+    freedom = 20
+    limit = chi2.ppf(deviation.SURE, freedom) / freedom
+    ratio = np.concatenate([[0.01, 1.0], np.linspace(1.0, 20.0, 20_001), [limit]])
+    widened = deviation._widened(ratio, freedom)
+    assert_allclose(widened[:2], 1.0)
+    assert np.all(np.diff(widened[1:-1]) >= 0.0)
+    assert np.max(np.diff(widened[1:-1])) < 0.002
+    assert_allclose(widened[-1] ** 2, 0.5 * (1.0 + limit))
+    assert_allclose(widened[-2] ** 2, 20.0, rtol=1e-6)

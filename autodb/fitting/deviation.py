@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.linalg import solve_triangular
 from scipy.signal import lfilter
+from scipy.special import expit
 
 from autodb.fitting.covariance import autoregression
 from autodb.fitting.linear import RANK, triangle
@@ -33,7 +34,8 @@ VAST = 30.0
 """A size's logarithm is taken to be below VAST beforehand, as one standard deviation: what the rows
 do not show stays where none is needed, and no other is moved by it. Chosen."""
 SURE = 0.999
-"""Blocks widen the covariance where chance would make them differ so much in 1 case of 1000."""
+"""Blocks widen the covariance by half of what they show where chance would make them differ so much
+in 1 case of 1000, by more beyond, by less below."""
 
 
 @dataclass(frozen=True)
@@ -100,8 +102,9 @@ def least_squares_with_deviation(
     """Fit values (n,) = design (n, p) · β + deviations (n, m_g) · u + coloured noise.
 
     ``blocks`` (n,): contiguous blocks of motion, 0 … G − 1. Where leaving them out one by one moves
-    β by more than the model expects (beyond the 99.9 % point of χ²/(G − 1)), the covariance is
-    widened to what the blocks show: the model misses something that differs between them. It is
+    β by more than the model expects (about the 99.9 % point of χ²/(G − 1) and beyond), the
+    covariance is widened towards what the blocks show: the model misses something that differs
+    between them. It is
     scaled so that ± 1.96 sd are 95 % of Student's t with G − 1 degrees of freedom: how noise and
     deviation vary is not known better than the blocks tell.
 
@@ -247,9 +250,23 @@ def _inflation(
         without = gram - columns.T @ columns
         left[g] = np.linalg.lstsq(without, right - columns.T @ part[:, -1], rcond=1e-12)[0][:p]
     shown = (count - 1) / count * np.sum((left - left.mean(axis=0)) ** 2, axis=0)
-    ratio = shown / variances
-    limit = stats.chi2.ppf(SURE, count - 1) / (count - 1)
-    return np.where(ratio > limit, np.sqrt(np.maximum(ratio, 1.0)), 1.0)
+    return _widened(shown / variances, count - 1)
+
+
+def _widened(ratio: Array, freedom: int) -> Array:
+    """Return the standard deviations over the stated ones, where a variance is shown as ``ratio``.
+
+    With the stated variance ``freedom`` · ratio is distributed as χ². The variance is the mean of
+    the stated and the shown one, weighed by their likelihoods: both weigh alike where chance would
+    show as much in 1 − SURE of all cases, so that nothing jumps there.
+    """
+
+    def likelier(times: Array) -> Array:
+        return np.asarray(0.5 * freedom * (times - 1.0 - np.log(times)))
+
+    more = np.maximum(ratio, 1.0)
+    limit = stats.chi2.ppf(SURE, freedom) / freedom
+    return np.asarray(np.sqrt(1.0 + expit(likelier(more) - likelier(limit)) * (more - 1.0)))
 
 
 def _few_blocks(count: int) -> float:
