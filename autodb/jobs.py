@@ -12,8 +12,8 @@ from pydantic.config import JsonDict
 
 from autodb.channels import largest_of
 from autodb.errors import UnusableInput
-from autodb.pairs.engaged import BY_NAME, END_MILL, INSERT
 from autodb.tomlfile import Finite, NotNegative, Positive, Section, read_toml
+from autodb.toolfile import ToolKind
 
 Operation = Literal[
     "turn", "face", "taper", "contour", "slot", "side-up", "side-down", "ramp", "pocket", "drill"
@@ -25,8 +25,9 @@ ANY_CUT = ("name", "operation", *SPEEDS, "cutting_time_s", "flank_wear_mm")
 
 @dataclass(frozen=True)
 class Keys:
-    """Keys of a job's cut that an operation needs, and those that it may have beside them."""
+    """Of an operation: its kind of tool, the keys that a cut needs, and those that it may have."""
 
+    kind: ToolKind
     needs: tuple[str, ...]
     may: tuple[str, ...] = ()
 
@@ -38,18 +39,18 @@ class Keys:
 
 _TURNED = ("diameter_mm", "depth_mm", "feed_mm_rev")
 _MILLED = ("depth_mm", "feed_mm_tooth")
-_PROFILE = Keys(_TURNED, ("end_diameter_mm", "length_mm", "direction_deg"))
+_PROFILE = Keys("turning_insert", _TURNED, ("end_diameter_mm", "length_mm", "direction_deg"))
 KEYS = {
-    "turn": Keys(_TURNED),
-    "face": Keys(_TURNED, ("end_diameter_mm",)),
+    "turn": Keys("turning_insert", _TURNED),
+    "face": Keys("turning_insert", _TURNED, ("end_diameter_mm",)),
     "taper": _PROFILE,
     "contour": _PROFILE,
-    "slot": Keys(_MILLED, ("direction_deg",)),
-    "side-up": Keys((*_MILLED, "width_mm"), ("direction_deg",)),
-    "side-down": Keys((*_MILLED, "width_mm"), ("direction_deg",)),
-    "ramp": Keys((*_MILLED, "ramp_deg"), ("direction_deg",)),
-    "pocket": Keys((*_MILLED, "width_mm", "pocket_diameter_mm"), ("direction_deg",)),
-    "drill": Keys(("feed_mm_rev",)),
+    "slot": Keys("end_mill", _MILLED, ("direction_deg",)),
+    "side-up": Keys("end_mill", (*_MILLED, "width_mm"), ("direction_deg",)),
+    "side-down": Keys("end_mill", (*_MILLED, "width_mm"), ("direction_deg",)),
+    "ramp": Keys("end_mill", (*_MILLED, "ramp_deg"), ("direction_deg",)),
+    "pocket": Keys("end_mill", (*_MILLED, "width_mm", "pocket_diameter_mm"), ("direction_deg",)),
+    "drill": Keys("drill", ("feed_mm_rev",)),
 }
 """Keys of a cut by its operation; a mill or drill has its diameter from the tool."""
 
@@ -156,7 +157,7 @@ class JobCut(Section):
         diameter = self._cutting_diameter_mm(tool_diameter_mm)
         per_rev_m = pi * diameter / 1000.0
         rpm = self.speed_rpm or (self.speed_m_min or 0.0) / per_rev_m
-        turns = BY_NAME[self.operation].kind == INSERT
+        turns = KEYS[self.operation].kind == "turning_insert"
         stated = {
             "cutting.feed": self.feed_mm_rev or self.feed_mm_tooth,
             "cutting.depth": self.depth_mm,
@@ -181,7 +182,7 @@ class JobCut(Section):
         if self.diameter_mm is not None:
             return max(self.diameter_mm, self.end_diameter_mm or 0.0)
         if tool_diameter_mm is None:
-            what = "mill" if BY_NAME[self.operation].kind == END_MILL else "drill"
+            what = "mill" if KEYS[self.operation].kind == "end_mill" else "drill"
             raise UnusableInput(
                 f"cut '{self.name}': the {what}'s diameter is not known; a tool file that states "
                 "diameter_mm would work"

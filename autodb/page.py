@@ -8,6 +8,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from autodb import figures
+from autodb.agent.tightening import LearningCurve
 
 Array = NDArray[np.float64]
 
@@ -28,17 +29,6 @@ class CalibrationPlot:
     rmse: float
     offered: bool
     verdict: str
-
-
-@dataclass(frozen=True)
-class LearningCurve:
-    """What was believed of one component of one cut's force, N, after n cuts: n, mean, sd (m,)."""
-
-    component: str
-    cut: str
-    n: Array
-    mean: Array
-    sd: Array
 
 
 @dataclass(frozen=True)

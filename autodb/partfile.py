@@ -3,11 +3,9 @@
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
 from pydantic import model_validator
 
 from autodb.errors import UnusableInput
-from autodb.sensing.inspection import Bar, Measured, between_centres, held_in_a_chuck
 from autodb.tomlfile import Finite, NotNegative, Positive, Section, read_toml
 
 SHARE = 0.05
@@ -57,19 +55,6 @@ class PartFile(Section):
     bar: BarSection
     measured: MeasuredSection
     machine_compliance_mm_N: NotNegative = 0.0
-
-    def as_measured(self) -> Measured:
-        """Return it as sensing takes it."""
-        bar = Bar(self.bar.diameter_mm, self.bar.length_mm, self.bar.modulus_MPa)
-        bends = held_in_a_chuck if self.bar.held == "chuck" else between_centres
-        place = np.array(self.measured.place_mm)
-        return Measured(
-            error_mm=np.array(self.measured.diameter_error_mm),
-            compliance_mm_N=bends(bar, place) + self.machine_compliance_mm_N,
-            share=self.bar.share,
-            noise_mm=self.measured.noise_mm,
-            setting_mm=np.inf if self.measured.setting_mm is None else self.measured.setting_mm,
-        )
 
 
 def read_part(path: Path) -> PartFile:

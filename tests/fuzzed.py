@@ -20,6 +20,7 @@ from autodb.machinefile import flat, lasting, read_machine_file
 from autodb.nc.reading import read_program
 from autodb.partfile import read_part
 from autodb.programs import follow
+from autodb.sensing.inspection import as_measured
 from autodb.sidefile import read_sidefile
 from autodb.standard.protocol import read_protocol
 from autodb.toolfile import geometry_of, read_tool
@@ -67,7 +68,7 @@ def toml(data: bytes, folder: Path) -> None:
     with _refused(path):
         geometry_of(read_tool(path))
     with _refused(path):
-        read_part(path).as_measured()
+        as_measured(read_part(path))
     with _refused(path):
         machine = read_machine_file(path)
         assert flat(lasting(machine))

@@ -13,6 +13,7 @@ from numpy.testing import assert_array_equal
 from plotly.offline import get_plotlyjs
 
 from autodb import figures
+from autodb.agent.tightening import LearningCurve
 from autodb.explain.answer import (
     Cause,
     ChannelAnswer,
@@ -29,7 +30,6 @@ from autodb.explain.report import TERM_WORDS, explanation_fragment, render_expla
 from autodb.page import (
     CalibrationPlot,
     JobRow,
-    LearningCurve,
     Page,
     PredictedSensed,
     render_page,

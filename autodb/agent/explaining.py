@@ -1,5 +1,6 @@
 """The machine's own stored models as the simulation; what they leave out is kept as mismatches."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -32,6 +33,8 @@ from autodb.store import Store, models
 Array = NDArray[np.float64]
 
 
+EXPLAINED = 10
+"""Cuts of a recording from which on its differences are looked into. Chosen."""
 Key = tuple[str, str, str]
 """Channel, term and kind of a cause."""
 
@@ -263,3 +266,50 @@ def _row(recording_id: int, channel: str, answer: ChannelAnswer, cause: Cause) -
         to_tell_apart=cause.to_tell_apart,
         status="open",
     )
+
+
+def open_mismatches(
+    session: Session,
+    owner: models.Machine,
+    odd_cuts: Sequence[int],
+    *,
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[str]:
+    """Explain the recordings of cuts that stand aside, and keep what is found as mismatches.
+
+    A recording that has mismatches of forces already is left as it is. Returns what to say.
+    """
+    cuts = session.scalars(select(models.Cut).where(models.Cut.id.in_(odd_cuts))).all()
+    recordings = {cut.recording_id: cut.recording for cut in cuts}
+    known = set(
+        session.scalars(
+            select(models.Mismatch.recording_id).where(
+                models.Mismatch.recording_id.in_(recordings),
+                models.Mismatch.channel.startswith("force."),
+            )
+        )
+    )
+    said = []
+    for recording_id in sorted(recordings.keys() - known):
+        progress(f"explaining {recordings[recording_id].path}")
+        explained = _explained(session, owner, recordings[recording_id])
+        if explained is not None:
+            said += [
+                f"mismatch {row.number}: {channel}: {term} ({kind})"
+                for (channel, term, kind), row in keep(session, recording_id, explained).items()
+            ]
+    return said
+
+
+def _explained(
+    session: Session, owner: models.Machine, recording: models.Recording
+) -> Explained | None:
+    """Explain all cuts of a recording against what was expected; None: too few, or none felt."""
+    cuts = counting(recording)
+    if len(cuts) < EXPLAINED:
+        return None
+    try:
+        sensed, expected, has = expected_and_sensed(session, owner, cuts)
+    except UnusableInput:
+        return None
+    return explain(sensed, expected, includes=has)

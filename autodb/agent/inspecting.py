@@ -11,7 +11,7 @@ from autodb.agent.machines import find_machine
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.partfile import PartFile
-from autodb.sensing.inspection import Inspected, passive_force
+from autodb.sensing.inspection import Inspected, as_measured, passive_force
 from autodb.store import Store, models
 
 KIND = "inspection"
@@ -31,7 +31,7 @@ class OfCut:
 def inspect(part: PartFile, *, where: str) -> Inspected:
     """Return the passive force that a part tells; raises UnusableInput naming ``where``."""
     try:
-        return passive_force(part.as_measured(), range_N=part.measured.largest_N)
+        return passive_force(as_measured(part), range_N=part.measured.largest_N)
     except UnusableInput as error:
         raise UnusableInput(f"{where}: {error}") from None
 

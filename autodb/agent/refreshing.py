@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.beliefs import latest, pair_name
 from autodb.agent.due import calibrations_due
+from autodb.agent.explaining import open_mismatches
 from autodb.agent.feeling import feel_over_time
 from autodb.agent.felt import Calibrations, forces_of_pair
 from autodb.agent.inbox import Inbox
@@ -20,7 +21,6 @@ from autodb.agent.marks import Span, basis_of, last_mark, next_span
 from autodb.agent.passes import Kept, Refreshed, came_in, files_since, keep_pass
 from autodb.agent.ranging import sense_cuts, sensed_otherwise
 from autodb.agent.retaining import retain
-from autodb.agent.states import open_mismatches
 from autodb.store import Store, lasting, models
 
 Progress = Callable[[str], None]

@@ -15,11 +15,12 @@ from autodb.agent.felt import QUANTITY, as_cuts, as_observed, numbers_of
 from autodb.agent.importing import cuts_as_table
 from autodb.agent.machines import find_machine
 from autodb.agent.starting import start_of
+from autodb.agent.tightening import LearningCurve
 from autodb.agent.tracing import Node, trace
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.fitting import NORMAL_95
 from autodb.jobs import Job
-from autodb.page import CalibrationPlot, JobRow, LearningCurve, Page, PredictedSensed
+from autodb.page import CalibrationPlot, JobRow, Page, PredictedSensed
 from autodb.pairs.belief import Belief
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast

@@ -6,18 +6,14 @@ recording is explained against what was expected; where a person confirms the ca
 its cuts stand aside, they become a state of the pair with a belief of its own.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.beliefs import latest
-from autodb.agent.explaining import expected_and_sensed, keep
 from autodb.agent.felt import as_observed
-from autodb.agent.importing import counting
-from autodb.errors import UnusableInput
-from autodb.explain import Explained, explain
 from autodb.explain.suspects import UNKNOWN
 from autodb.pairs.belief import WEAR, Belief
 from autodb.pairs.engaged import CUTTING_TIME
@@ -29,8 +25,6 @@ ENOUGH = 8
 """Cuts that a belief rests on before it takes others for surprising. Chosen."""
 PERSISTS = 5
 """Cuts that make a state. Chosen."""
-EXPLAINED = 10
-"""Cuts of a recording from which on its differences are looked into. Chosen."""
 Forces = list[models.SensedForce]
 
 
@@ -196,50 +190,3 @@ def named_states(session: Session, odd: Forces) -> dict[str, Forces]:
         for name, forces in states.items()
         if len({force.cut_id for force in forces}) >= PERSISTS
     }
-
-
-def open_mismatches(
-    session: Session,
-    owner: models.Machine,
-    odd_cuts: Sequence[int],
-    *,
-    progress: Callable[[str], None] = lambda _: None,
-) -> list[str]:
-    """Explain the recordings of cuts that stand aside, and keep what is found as mismatches.
-
-    A recording that has mismatches of forces already is left as it is. Returns what to say.
-    """
-    cuts = session.scalars(select(models.Cut).where(models.Cut.id.in_(odd_cuts))).all()
-    recordings = {cut.recording_id: cut.recording for cut in cuts}
-    known = set(
-        session.scalars(
-            select(models.Mismatch.recording_id).where(
-                models.Mismatch.recording_id.in_(recordings),
-                models.Mismatch.channel.startswith("force."),
-            )
-        )
-    )
-    said = []
-    for recording_id in sorted(recordings.keys() - known):
-        progress(f"explaining {recordings[recording_id].path}")
-        explained = _explained(session, owner, recordings[recording_id])
-        if explained is not None:
-            said += [
-                f"mismatch {row.number}: {channel}: {term} ({kind})"
-                for (channel, term, kind), row in keep(session, recording_id, explained).items()
-            ]
-    return said
-
-
-def _explained(
-    session: Session, owner: models.Machine, recording: models.Recording
-) -> Explained | None:
-    """Explain all cuts of a recording against what was expected; None: too few, or none felt."""
-    cuts = counting(recording)
-    if len(cuts) < EXPLAINED:
-        return None
-    try:
-        sensed, expected, has = expected_and_sensed(session, owner, cuts)
-    except UnusableInput:
-        return None
-    return explain(sensed, expected, includes=has)

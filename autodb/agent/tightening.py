@@ -1,8 +1,9 @@
 """How what is known of a pair tightened: a usual cut's forces, as each kept version had them."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -11,13 +12,25 @@ from autodb.agent.felt import QUANTITY
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.forward import ToolOf
 from autodb.jobs import JobCut
-from autodb.page import LearningCurve
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
 from autodb.store import models
 
+Array = NDArray[np.float64]
+
 SHOWN = 30
 """Versions that are shown: the first and the newest ones. Chosen."""
+
+
+@dataclass(frozen=True)
+class LearningCurve:
+    """What was believed of one component of one cut's force, N, after n cuts: n, mean, sd (m,)."""
+
+    component: str
+    cut: str
+    n: Array
+    mean: Array
+    sd: Array
 
 
 def tightening(

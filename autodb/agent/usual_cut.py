@@ -1,6 +1,6 @@
 """A usual cut of a pair: one of its own, near the middle of what they state."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from pydantic import ValidationError
@@ -32,7 +32,7 @@ STATED = {
     RAMP: "ramp_deg", HOLE: "pocket_diameter_mm", SPEED: "speed_m_min", RPM: "speed_rpm",
 }  # fmt: skip
 """Keys of a job's cut by channel; a feed is by turn or by tooth."""
-OTHERWISE = {
+OTHERWISE: Mapping[str, JobCut] = {
     INSERT: JobCut(
         operation="turn", diameter_mm=50.0, depth_mm=2.0, feed_mm_rev=0.25, speed_m_min=150.0
     ),

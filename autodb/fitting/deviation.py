@@ -13,10 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special, stats
 from scipy.linalg import solve_triangular
 from scipy.signal import lfilter
-from scipy.special import expit
 
 from autodb.fitting.covariance import autoregression
 from autodb.fitting.linear import RANK, triangle
@@ -260,13 +259,10 @@ def _widened(ratio: Array, freedom: int) -> Array:
     the stated and the shown one, weighed by their likelihoods: both weigh alike where chance would
     show as much in 1 − SURE of all cases, so that nothing jumps there.
     """
-
-    def likelier(times: Array) -> Array:
-        return np.asarray(0.5 * freedom * (times - 1.0 - np.log(times)))
-
-    more = np.maximum(ratio, 1.0)
     limit = stats.chi2.ppf(SURE, freedom) / freedom
-    return np.asarray(np.sqrt(1.0 + expit(likelier(more) - likelier(limit)) * (more - 1.0)))
+    more = np.maximum(ratio, 1.0)
+    odds = 0.5 * freedom * ((more - np.log(more)) - (limit - np.log(limit)))
+    return np.asarray(np.sqrt(1.0 + special.expit(odds) * (more - 1.0)))
 
 
 def _few_blocks(count: int) -> float:

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from autodb.cutting import drill, endmill, insert, tools, turning
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import SPEED_M_MIN
+from autodb.jobs import KEYS
 from autodb.pairs.observed import Cuts, Variant
+from autodb.toolfile import ToolKind
 
 Array = NDArray[np.float64]
 Conditions = Mapping[str, float]
@@ -50,12 +52,16 @@ Band = Callable[[float, Stated], tuple[Array, Array]]
 
 @dataclass(frozen=True)
 class Operation:
-    """An operation: the kind of tool that makes it, and the channels that it needs of a cut."""
+    """An operation, and the channels that it needs of a cut."""
 
     name: str
-    kind: str
     needs: tuple[str, ...]
     made: Made
+
+    @property
+    def kind(self) -> ToolKind:
+        """The kind of tool that makes it."""
+        return KEYS[self.name].kind
 
     def lacking(self, conditions: Conditions) -> tuple[str, ...]:
         """Return the channels that a cut does not state and that cannot be assumed."""
@@ -175,18 +181,20 @@ BANDS: dict[str, Band] = {
     "slot": slot, "side-up": side_up, "side-down": side_down, "ramp": slot, "pocket": pocket,
 }  # fmt: skip
 _TURNED, _MILLED = (FEED, DEPTH), (FEED, DEPTH, RPM)
-INSERT, END_MILL, DRILL = "turning_insert", "end_mill", "drill"
+INSERT: ToolKind = "turning_insert"
+END_MILL: ToolKind = "end_mill"
+DRILL: ToolKind = "drill"
 OPERATIONS = (
-    Operation("turn", INSERT, _TURNED, _turns(lambda stated: 0.0 * stated[FEED])),
-    Operation("face", INSERT, _TURNED, _turns(lambda stated: 0.0 * stated[FEED] + 90.0)),
-    Operation("taper", INSERT, (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
-    Operation("contour", INSERT, (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
-    Operation("slot", END_MILL, _MILLED, _mills(slot)),
-    Operation("side-up", END_MILL, (*_MILLED, WIDTH), _mills(side_up)),
-    Operation("side-down", END_MILL, (*_MILLED, WIDTH), _mills(side_down)),
-    Operation("ramp", END_MILL, (*_MILLED, RAMP), _mills(slot)),
-    Operation("pocket", END_MILL, (*_MILLED, WIDTH, HOLE), _mills(pocket)),
-    Operation("drill", DRILL, (FEED, RPM), _drills),
+    Operation("turn", _TURNED, _turns(lambda stated: 0.0 * stated[FEED])),
+    Operation("face", _TURNED, _turns(lambda stated: 0.0 * stated[FEED] + 90.0)),
+    Operation("taper", (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
+    Operation("contour", (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
+    Operation("slot", _MILLED, _mills(slot)),
+    Operation("side-up", (*_MILLED, WIDTH), _mills(side_up)),
+    Operation("side-down", (*_MILLED, WIDTH), _mills(side_down)),
+    Operation("ramp", (*_MILLED, RAMP), _mills(slot)),
+    Operation("pocket", (*_MILLED, WIDTH, HOLE), _mills(pocket)),
+    Operation("drill", (FEED, RPM), _drills),
 )
 BY_NAME = {operation.name: operation for operation in OPERATIONS}
 UNSAID = "turn"

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
+from autodb.partfile import PartFile
 
 Array = NDArray[np.float64]
 
@@ -70,6 +71,20 @@ class Measured:
     share: float
     noise_mm: float
     setting_mm: float = np.inf
+
+
+def as_measured(part: PartFile) -> Measured:
+    """Return what a part file says, with the compliance of its bar."""
+    bar = Bar(part.bar.diameter_mm, part.bar.length_mm, part.bar.modulus_MPa)
+    bends = held_in_a_chuck if part.bar.held == "chuck" else between_centres
+    measured, place = part.measured, np.array(part.measured.place_mm)
+    return Measured(
+        error_mm=np.array(measured.diameter_error_mm),
+        compliance_mm_N=bends(bar, place) + part.machine_compliance_mm_N,
+        share=part.bar.share,
+        noise_mm=measured.noise_mm,
+        setting_mm=np.inf if measured.setting_mm is None else measured.setting_mm,
+    )
 
 
 @dataclass(frozen=True)
