@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import anfis
+from autodb.fitting import anfis
 
 Array = NDArray[np.float64]
 

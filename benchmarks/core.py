@@ -18,23 +18,23 @@ from pyarrow import parquet
 from sqlalchemy import select
 
 from autodb import fitting, records
-from autodb.agent.calibrating import calibrate_machine
-from autodb.agent.importing import import_file
-from autodb.agent.looking_up import Shelf
-from autodb.agent.machines import add_machine
-from autodb.agent.predicting import predict_job
-from autodb.agent.refreshing import refresh
+from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.predicting import predict_job
+from autodb.agent.ingest.importing import import_file
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.rows.machines import add_machine
+from autodb.agent.sense.calibrating import calibrate_machine
 from autodb.assets import kit
+from autodb.cli.start.demo import run as run_demo
 from autodb.cutting import endmill, insert, shear
 from autodb.cutting.elements import forces
-from autodb.demo import run as run_demo
 from autodb.explain import explain
-from autodb.jobs import JobCut, read_job
-from autodb.machinefile import LATHE
+from autodb.files.job import JobCut, read_job
+from autodb.files.machine import LATHE
+from autodb.proofs.machines.axis.axis import air_moves
 from autodb.records import CutTable, Recording
 from autodb.signals.filters import derivatives
 from autodb.store import Store, create_store, models, open_store
-from autodb.virtual.axis import air_moves
 from benchmarks.timing import Work
 
 Array = NDArray[np.float64]

@@ -15,9 +15,9 @@ from scipy.io import loadmat
 
 from autodb import signals
 from autodb.records import Recording
-from autodb.sensing.axis_model import IdentifiedTerm
-from autodb.sensing.drives import identify, predict_effort
-from autodb.sensing.reconstruct import DriveModel, observe, reconstruct
+from autodb.sensing.drives.feed_axis import identify, predict_effort
+from autodb.sensing.drives.fit.axis_model import IdentifiedTerm
+from autodb.sensing.drives.reconstruct import DriveModel, observe, reconstruct
 
 Array = NDArray[np.float64]
 

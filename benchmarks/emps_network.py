@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from autodb import signals
-from autodb.sensing.drives import identify
-from autodb.sensing.lstm.drive_loads import Drive
-from autodb.sensing.lstm.greybox import loads_of
-from autodb.sensing.lstm.learning import fit
-from autodb.sensing.lstm.recordings import channels_of, known_of
-from autodb.sensing.lstm.stream import forces
-from autodb.sensing.reconstruct import DriveModel
+from autodb.sensing.drives.feed_axis import identify
+from autodb.sensing.drives.reconstruct import DriveModel
+from autodb.sensing.network.drive_loads import Drive
+from autodb.sensing.network.greybox import loads_of
+from autodb.sensing.network.learning import fit
+from autodb.sensing.network.recordings import channels_of, known_of
+from autodb.sensing.network.stream import forces
 from benchmarks.emps_load import BANDWIDTHS_HZ, DIRECTED, ENDS_S, pulses_N, read
 
 

@@ -20,12 +20,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from autodb.agent.fleet import learn_fleet
-from autodb.fleet.clusters import workers_here
-from autodb.fleet.spreading import pinned, refresh_all
-from autodb.fleet.tasks import Machine, Refreshed
+from autodb.agent.fleet.clusters import workers_here
+from autodb.agent.fleet.sharing import learn_fleet
+from autodb.agent.fleet.spreading import pinned, refresh_all
+from autodb.agent.fleet.tasks import Machine, Refreshed
+from autodb.proofs.machines.lathe import fleets
 from autodb.store import create_store, open_store
-from autodb.virtual import fleets
 from tests import shops
 from tests.servers import Server
 

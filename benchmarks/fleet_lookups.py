@@ -24,18 +24,18 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import select
 
-from autodb.agent.beliefs import columns_of
-from autodb.agent.looking_up import Shelf
-from autodb.agent.machines import add_machine
-from autodb.agent.refreshing import refresh
+from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.rows.machines import add_machine
+from autodb.agent.rows.posteriors import columns_of
+from autodb.files.job import JobCut
+from autodb.files.machine import LATHE
 from autodb.fitting import Gaussian
-from autodb.jobs import JobCut
-from autodb.machinefile import LATHE
-from autodb.pairs.belief import Belief, Shared, law_error
+from autodb.pairs.posterior import Belief, Shared, law_error
 from autodb.pairs.prior import any_metal
+from autodb.proofs.machines.lathe import fleets
 from autodb.store import Store, create_store, models, open_store
 from autodb.store.rowsums import register
-from autodb.virtual import fleets
 from tests import shops
 from tests.servers import Server
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from autodb.virtual.axes import Run, columns, draw_run
-from autodb.virtual.curves import reversal
-from autodb.virtual.quantities import NAMES, Quantity, quantities
+from autodb.proofs.machines.axis.axes import Run, columns, draw_run
+from autodb.proofs.machines.axis.curves import reversal
+from autodb.proofs.machines.axis.quantities import NAMES, Quantity, quantities
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ import numpy as np
 from autodb import records
 from autodb.assets import kit
 from autodb.records import Recording
-from autodb.sensing.drives import identify
-from autodb.sensing.protocol import Protocol
+from autodb.sensing.drives.feed_axis import identify
+from autodb.sensing.drives.moves.protocol import Protocol
 
 TERMS = ("inertia", "viscous", "coulomb", "asymmetry")
 SPEEDS_MM_S = np.array([-100.0, -50.0, 50.0, 100.0])

@@ -10,8 +10,8 @@ from autodb import records
 from autodb.assets import kit
 from autodb.explain import explain
 from autodb.records import Recording
-from autodb.sensing.axis_model import terms_with
-from autodb.sensing.drives import predict_effort
+from autodb.sensing.drives.feed_axis import predict_effort
+from autodb.sensing.drives.fit.axis_model import terms_with
 
 # Janot, Gautier, Brunot 2019, symmetric model, in N per mm/s², mm/s and 1
 PUBLISHED = {"coulomb": 20.3935, "viscous": 0.2035034, "inertia": 0.0951089, "gravity": -3.1648}

@@ -59,19 +59,21 @@ def build(seconds: float) -> None:
 def identify(seconds: float) -> None:
     """Identify each axis: the command's own path, from a recording in memory."""
     from autodb.records import Recording
-    from autodb.sensing import drives
+    from autodb.sensing.drives import feed_axis
 
     for axis in range(AXES):
         made = moves(seconds, axis)
         named = {n: made[n] for n in ("position", "velocity", "acceleration", "current")}
         channels = {"t": made["t"], **{f"x.{n}": values for n, values in named.items()}}
         recording = Recording(path=Path("hour"), channels=channels)
-        drives.identify(recording, terms=(*drives.SYMMETRIC, "asymmetry", "position_friction"))
+        feed_axis.identify(
+            recording, terms=(*feed_axis.SYMMETRIC, "asymmetry", "position_friction")
+        )
 
 
 def columns(seconds: float, axis: int) -> tuple[Array, Array]:
     """Return ten columns (n, 10) of the terms on an axis' moves, and its current (n,)."""
-    from autodb.sensing.axis_model import term_called
+    from autodb.sensing.drives.fit.axis_model import term_called
     from autodb.terms.channel import Part
     from autodb.terms.channel import columns as made
     from autodb.terms.friction import direction

@@ -22,13 +22,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.agent.beliefs import columns_of
-from autodb.agent.looking_up import Shelf
-from autodb.agent.machines import add_machine
+from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.rows.machines import add_machine
+from autodb.agent.rows.posteriors import columns_of
+from autodb.files.job import JobCut
+from autodb.files.machine import AxisFile, MachineFile
 from autodb.fitting import Gaussian
-from autodb.jobs import JobCut
-from autodb.machinefile import AxisFile, MachineFile
-from autodb.pairs.belief import Belief, Shared, law_error
+from autodb.pairs.posterior import Belief, Shared, law_error
 from autodb.pairs.prior import any_metal
 from autodb.store import create_store, open_store
 from autodb.store.rowsums import register

@@ -15,17 +15,17 @@ from itertools import pairwise
 import numpy as np
 import torch
 
-from autodb.prove.mill_run import SCORED
-from autodb.prove.network_run import Machine, recorded_of
-from autodb.prove.published_lstm import published
-from autodb.sensing.lstm import learning
-from autodb.sensing.lstm.beside import together
-from autodb.sensing.lstm.fused import FusedStream
-from autodb.sensing.lstm.greybox import GreyBox
-from autodb.sensing.lstm.network import ran, side_by_side
-from autodb.sensing.lstm.stream import Stream
-from autodb.virtual.reference_mill_moves import RATE_HZ
-from autodb.virtual.reference_plan import TESTS, TRAINING
+from autodb.proofs.machines.mill.reference_mill_moves import RATE_HZ
+from autodb.proofs.machines.mill.reference_plan import TESTS, TRAINING
+from autodb.proofs.runs.mill.mill_run import SCORED
+from autodb.proofs.runs.mill.network_run import Machine, recorded_of
+from autodb.proofs.runs.mill.published_lstm import published
+from autodb.sensing.network import learning
+from autodb.sensing.network.beside import together
+from autodb.sensing.network.fused import FusedStream
+from autodb.sensing.network.greybox import GreyBox
+from autodb.sensing.network.network import ran, side_by_side
+from autodb.sensing.network.stream import Stream
 
 SEED, FEW, BLOCK_S, RUNS = 101, 16, 0.05, 5
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from autodb.errors import UnusableInput
-from autodb.prove.curve_case import draw_case
-from autodb.prove.curve_peers import Peer
-from autodb.prove.curve_run import OURS, Learnt, learnt
-from autodb.prove.curve_summary import Row, rows_of
-from autodb.prove.proofs import proof
+from autodb.proofs.catalogue import proof
+from autodb.proofs.runs.pairs.curve_case import draw_case
+from autodb.proofs.runs.pairs.curve_peers import Peer
+from autodb.proofs.runs.pairs.curve_run import OURS, Learnt, learnt
+from autodb.proofs.runs.pairs.curve_summary import Row, rows_of
 
 Array = NDArray[np.float64]
 ROWS: TypeAdapter[tuple[Row, ...]] = TypeAdapter(tuple[Row, ...])

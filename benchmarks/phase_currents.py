@@ -93,7 +93,7 @@ def _errors(
 ) -> tuple[float, float]:
     """Return the rms error of one phase and of three, away from the ends."""
     from autodb import signals
-    from autodb.virtual.phases import phases
+    from autodb.proofs.machines.lathe.phases import phases
 
     true_A = np.full(round(RATE_HZ * max(20.0, 9.0 / hertz)), 3.4)
     inside = slice(margin := round(RATE_HZ * max(2.0, 2.8 / hertz)), -margin)

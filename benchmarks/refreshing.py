@@ -18,13 +18,13 @@ from typing import Any
 import pandas as pd
 from sqlalchemy import Connection, func, insert, select
 
-from autodb.agent.calibrating import calibrate_machine
-from autodb.agent.importing import import_file
-from autodb.agent.inbox import Inbox
-from autodb.agent.machines import add_machine
-from autodb.agent.refreshing import refresh
+from autodb.agent.ingest.importing import import_file
+from autodb.agent.ingest.inbox import Inbox
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.rows.machines import add_machine
+from autodb.agent.sense.calibrating import calibrate_machine
 from autodb.assets import kit
-from autodb.machinefile import LATHE
+from autodb.files.machine import LATHE
 from autodb.store import Store, create_store, models, open_store
 
 MACHINE = "lathe-1"

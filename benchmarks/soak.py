@@ -20,17 +20,17 @@ from pathlib import Path
 
 import numpy as np
 
-from autodb.agent.health import memory_MB
-from autodb.agent.machines import add_machine
-from autodb.agent.running import Agent
-from autodb.excuses import excuse
+from autodb.agent.operate.health import memory_MB
+from autodb.agent.operate.running import Agent
+from autodb.agent.rows.machines import add_machine
+from autodb.files.excuses import excuse
+from autodb.files.machine import AxisFile, MachineFile
 from autodb.live.agentfile import read_agentfile
-from autodb.machinefile import AxisFile, MachineFile
+from autodb.proofs.machines.served.example import agent_text
+from autodb.proofs.machines.served.mtconnect import MtConnectServer
+from autodb.proofs.machines.served.opcua import OpcUaServer
+from autodb.proofs.machines.served.shift import Shift, mill_shift
 from autodb.store import Store, create_store, open_store
-from autodb.virtual.served.example import agent_text
-from autodb.virtual.served.mtconnect import MtConnectServer
-from autodb.virtual.served.opcua import OpcUaServer
-from autodb.virtual.served.shift import Shift, mill_shift
 
 MINUTES, LOADED_MIN = 10.0, 2.0
 PORT = 48_555

@@ -17,24 +17,24 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.agent.staging import pole_of
-from autodb.prove import mill_ours
-from autodb.prove.axis_ours import TERMS, recording
-from autodb.prove.mill_run import SCORED
+from autodb.agent.sense.staging import pole_of
+from autodb.proofs.machines.axis.reference_axis import traced
+from autodb.proofs.machines.axis.reference_moves import PITCH_MM
+from autodb.proofs.machines.mill.reference_mill import MillAxis, draw_mill, swept_axis
+from autodb.proofs.runs.axis.axis_ours import TERMS, recording
+from autodb.proofs.runs.mill import mill_ours
+from autodb.proofs.runs.mill.mill_run import SCORED
 from autodb.records import Recording
-from autodb.sensing.axis_model import Identified
-from autodb.sensing.drives import SYMMETRIC, identify
-from autodb.sensing.passes import passes_of
-from autodb.sensing.prepared import effort_axis, prepared
-from autodb.sensing.staged import agreement_linear
-from autodb.sensing.staged.agreement import agreement
-from autodb.sensing.staged.compared import Agreement
-from autodb.sensing.staged.linear import FourSteps, four_steps
-from autodb.sensing.staged.routine import staged
-from autodb.sensing.staged.sticking import Verdict, sticking
-from autodb.virtual.reference_axis import traced
-from autodb.virtual.reference_mill import MillAxis, draw_mill, swept_axis
-from autodb.virtual.reference_moves import PITCH_MM
+from autodb.sensing.drives.feed_axis import SYMMETRIC, identify
+from autodb.sensing.drives.fit.axis_model import Identified
+from autodb.sensing.drives.moves.passes import passes_of
+from autodb.sensing.drives.moves.prepared import effort_axis, prepared
+from autodb.sensing.drives.staged import agreement_linear
+from autodb.sensing.drives.staged.agreement import agreement
+from autodb.sensing.drives.staged.compared import Agreement
+from autodb.sensing.drives.staged.linear import FourSteps, four_steps
+from autodb.sensing.drives.staged.routine import staged
+from autodb.sensing.drives.staged.sticking import Verdict, sticking
 from tests import staged_axis
 
 Array = NDArray[np.float64]

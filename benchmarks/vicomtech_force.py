@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.records import CutTable
-from autodb.sensing import ranges
-from autodb.sensing.forms import LINE, OF_CURRENT, Felt, Form
+from autodb.sensing.ranges import calibration
+from autodb.sensing.ranges.forms import LINE, OF_CURRENT, Felt, Form
 from benchmarks.vicomtech_wear import read
 
 Array = NDArray[np.float64]
@@ -76,8 +76,8 @@ def on_tool(table: CutTable, tool: float) -> OnTool:
     """Sense a tool by a calibration on the others."""
     own = table["tool.edge"] == tool
     others, left = _rows(table, ~own), _rows(table, own)
-    found = ranges.calibrate(others, "z")
-    felt = ranges.sense(left, found)
+    found = calibration.calibrate(others, "z")
+    felt = calibration.sense(left, found)
     shared = np.einsum("ij,jk,ik->i", felt.common, found.shared_covariance, felt.common)
     error = left["force.z"] - felt.force_N
     return OnTool(

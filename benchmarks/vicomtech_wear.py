@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from autodb import records
 from autodb.assets import kit
-from autodb.explain.cutting.fit import fit
-from autodb.explain.cutting.look import Looked, look, stack_of
-from autodb.explain.cutting.wear import wear_law
+from autodb.explain.cuts.candidates.wear import wear_law
+from autodb.explain.cuts.fit import fit
+from autodb.explain.cuts.look import Looked, look, stack_of
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]

@@ -17,11 +17,11 @@ from pathlib import Path
 import numpy as np
 
 from autodb.cli import run
-from autodb.virtual.disturbed import Disturbance
-from autodb.virtual.jobs import cut_at, standard_cuts
-from autodb.virtual.lathe import cut_table
-from autodb.virtual.phases import raw_cut
-from autodb.virtual.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_parquet
+from autodb.proofs.machines.lathe.disturbed import Disturbance
+from autodb.proofs.machines.lathe.jobs import cut_at, standard_cuts
+from autodb.proofs.machines.lathe.lathe import cut_table
+from autodb.proofs.machines.lathe.phases import raw_cut
+from autodb.proofs.machines.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_parquet
 from tests.files import write, write_groups
 from tests.raw_cuts import made
 from tests.staged_axis import Axis, recorded

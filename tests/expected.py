@@ -14,14 +14,14 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from autodb import __version__
-from autodb.agent.calibrating import calibrate_machine
-from autodb.agent.importing import import_file
-from autodb.agent.machines import add_machine
-from autodb.agent.predicting import Predicted, predict_job
-from autodb.agent.refreshing import refresh
+from autodb.agent.answer.predicting import Predicted, predict_job
+from autodb.agent.ingest.importing import import_file
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.rows.machines import add_machine
+from autodb.agent.sense.calibrating import calibrate_machine
 from autodb.assets import kit
-from autodb.jobs import read_job
-from autodb.machinefile import LATHE
+from autodb.files.job import read_job
+from autodb.files.machine import LATHE
 from autodb.store import create_store, open_store
 
 _SHAFT = "stepped_shaft/recordings/"

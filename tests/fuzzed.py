@@ -14,18 +14,18 @@ from fastapi import HTTPException, Request
 from starlette.types import Message
 
 from autodb.errors import UnusableInput
-from autodb.jobs import JobProgram, read_job
+from autodb.files.job import JobProgram, read_job
+from autodb.files.machine import flat, lasting, read_machine_file
+from autodb.files.part import read_part
+from autodb.files.side import read_sidefile
+from autodb.files.tool import geometry_of, read_tool
+from autodb.forward.programs import follow
 from autodb.live.agentfile import read_agentfile
-from autodb.machinefile import flat, lasting, read_machine_file
 from autodb.nc.reading import read_program
-from autodb.partfile import read_part
-from autodb.programs import follow
-from autodb.sensing.inspection import as_measured
-from autodb.sidefile import read_sidefile
+from autodb.sensing.ranges.inspection import as_measured
 from autodb.standard.protocol import read_protocol
-from autodb.toolfile import geometry_of, read_tool
-from autodb.web.recordings import RECORDING, SIDE, named
-from autodb.web.sent import received
+from autodb.web.receive.sent import received
+from autodb.web.routes.recordings import RECORDING, SIDE, named
 
 CORPUS = Path(__file__).parent / "corpus"
 Target = Callable[[bytes, Path], None]

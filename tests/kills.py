@@ -20,14 +20,14 @@ from typing import Any
 from sqlalchemy import event, select
 
 from autodb import records
-from autodb.agent.calibrating import calibrate_machine
-from autodb.agent.deciding import confirm
-from autodb.agent.identifying import identify_on_machine
-from autodb.agent.importing import import_file
-from autodb.agent.machines import add_machine
-from autodb.agent.refreshing import refresh
+from autodb.agent.ingest.importing import import_file
+from autodb.agent.operate.deciding import confirm
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.rows.machines import add_machine
+from autodb.agent.sense.calibrating import calibrate_machine
+from autodb.agent.sense.identifying import identify_on_machine
 from autodb.assets import kit
-from autodb.machinefile import LATHE
+from autodb.files.machine import LATHE
 from autodb.store import Store, create_store, models, open_store
 
 MACHINE = "lathe-1"

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.proofs.machines.lathe.lathe import Lathe, cut_row
+from autodb.proofs.machines.lathe.process import ALUMINIUM, Cut
 from autodb.records import EDGE, CutTable, edge_codes
 from autodb.standard import Protocol, StandardCut, read_protocol, run_order
-from autodb.virtual.lathe import Lathe, cut_row
-from autodb.virtual.process import ALUMINIUM, Cut
 
 Array = NDArray[np.float64]
 

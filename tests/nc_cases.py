@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from autodb.machinefile import MachineFile
+from autodb.files.machine import MachineFile
 from autodb.nc import program
 from autodb.standard import Protocol, read_protocol
 from tests import nc

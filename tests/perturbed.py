@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 
 from autodb.assets import kit
 from autodb.explain import explain
-from autodb.explain.answer import Explanation
-from autodb.prove.left_out import tables
+from autodb.explain.answer.answer import Explanation
+from autodb.proofs.cases.plan import FIXED, draw, planned
+from autodb.proofs.runs.explain.left_out import tables
 from autodb.records import CutTable, Recording
-from autodb.virtual.concealed.plan import FIXED, draw, planned
 from tests.expected import LEARNT_FROM, answer
 
 Array = NDArray[np.float64]

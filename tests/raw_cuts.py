@@ -4,12 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from autodb.errors import SetAside
+from autodb.proofs.machines.lathe.disturbed import Disturbance, Disturbed, disturbed_cut
+from autodb.proofs.machines.lathe.jobs import cut_at
+from autodb.proofs.machines.lathe.process import Cut
+from autodb.proofs.machines.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_parquet
 from autodb.records import Recording
-from autodb.sensing import raw
-from autodb.virtual.disturbed import Disturbance, Disturbed, disturbed_cut
-from autodb.virtual.jobs import cut_at
-from autodb.virtual.process import Cut
-from autodb.virtual.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_parquet
+from autodb.sensing.ranges import raw
 
 CONDITIONS = (  # depth mm, feed mm/rev, speed rpm, machined diameter mm
     (1.0, 0.10, 2400.0, 48.0),

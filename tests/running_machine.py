@@ -11,15 +11,15 @@ from typing import Any, Protocol
 import pyarrow.parquet as pq
 from sqlalchemy import select
 
-from autodb.agent.health import read_health
-from autodb.agent.machines import add_machine
-from autodb.agent.running import Agent, health_of
-from autodb.excuses import excuse
+from autodb.agent.operate.health import read_health
+from autodb.agent.operate.running import Agent, health_of
+from autodb.agent.rows.machines import add_machine
+from autodb.files.excuses import excuse
+from autodb.files.machine import LATHE, AxisFile, MachineFile
 from autodb.live.agentfile import read_agentfile
-from autodb.machinefile import LATHE, AxisFile, MachineFile
+from autodb.proofs.machines.served.example import agent_text
+from autodb.proofs.machines.served.shift import Shift
 from autodb.store import Store, create_store, models, open_store
-from autodb.virtual.served.example import agent_text
-from autodb.virtual.served.shift import Shift
 
 MACHINE = "machine-1"
 MILL = MachineFile(axes={name: AxisFile() for name in ("x", "y", "z")})

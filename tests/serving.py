@@ -17,8 +17,8 @@ from cryptography.x509.oid import NameOID
 
 from autodb.web import server as serving
 from autodb.web.app import make_app
+from autodb.web.http.settings import Settings
 from autodb.web.server import Certificate
-from autodb.web.settings import Settings
 
 
 def listening(

@@ -6,12 +6,12 @@ import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.catalogue import pair_id
-from autodb.agent.machines import add_machine, find_machine
-from autodb.machinefile import LATHE
-from autodb.prove.pair_cuts import TURN, feel, sensing
+from autodb.agent.rows.catalogue import pair_id
+from autodb.agent.rows.machines import add_machine, find_machine
+from autodb.files.machine import LATHE
+from autodb.proofs.machines.lathe.power_pairs import GAIN, PowerPair, TurnedCut
+from autodb.proofs.runs.pairs.pair_cuts import TURN, feel, sensing
 from autodb.store import Store, models
-from autodb.virtual.power_pairs import GAIN, PowerPair, TurnedCut
 
 DIAMETER_MM = 50.0
 FELT = {"y": 1, "z": 2}

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from autodb import demo
-from autodb.agent.machines import add_machine
+from autodb.agent.rows.machines import add_machine
 from autodb.assets import kit
-from autodb.machinefile import LATHE
+from autodb.cli.start import demo
+from autodb.files.machine import LATHE
 from autodb.store import create_store, models, open_store
 
 LIMITS_N = {"x": 600.0, "z": 900.0}

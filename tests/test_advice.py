@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from autodb.explain.advice import advice, book
-from autodb.explain.report import TERM_WORDS, render_explanation
-from autodb.explain.suspects import UNKNOWN
+from autodb.explain.answer.advice import advice, book
+from autodb.explain.engine.candidates import UNKNOWN
+from autodb.reports.explanation import TERM_WORDS, render_explanation
 from autodb.terms.vocabulary import VOCABULARY
 from tests.test_pages import channel, explained, friction, readable
 

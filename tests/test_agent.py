@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 from sqlalchemy import select
 
-from autodb.agent import importing
+from autodb.agent.ingest import importing
 from autodb.records import Source
 from autodb.records.summary import summarise
 from autodb.store import models, open_store
@@ -317,7 +317,7 @@ def test_an_interrupt_ends_with_130(
 
     cli("init")
     cli("machine", "add", "lathe-1")
-    monkeypatch.setattr("autodb.agent.cuts_in_file._cut_row", interrupted)
+    monkeypatch.setattr("autodb.agent.ingest.cuts_in_file._cut_row", interrupted)
     done: Ran = cli("import", recordings / "shop-week-1.csv", "--machine", "lathe-1")
     assert done.code == 130
     assert done.err.strip().splitlines()[-1].startswith("autodb: interrupted")

@@ -9,14 +9,14 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.stats import binom
 
-from autodb import anfis
-from autodb.anfis import BELL, GAUSS, Membership, Monotone, Premises
-from autodb.anfis.evidence import weighed
-from autodb.anfis.hybrid import GROWS, SHRINKS, factor_of
-from autodb.anfis.learned import error_of
-from autodb.anfis.premises import design, input_slopes, limits, shares
-from autodb.anfis.projection import jacobian, projected
-from autodb.anfis.rows import Rows, rows
+from autodb.fitting import anfis
+from autodb.fitting.anfis import BELL, GAUSS, Membership, Monotone, Premises
+from autodb.fitting.anfis.evidence import weighed
+from autodb.fitting.anfis.hybrid import GROWS, SHRINKS, factor_of
+from autodb.fitting.anfis.learned import error_of
+from autodb.fitting.anfis.premises import design, input_slopes, limits, shares
+from autodb.fitting.anfis.projection import jacobian, projected
+from autodb.fitting.anfis.rows import Rows, rows
 from tests.campaigns import first
 from tests.conftest import SHARED
 
@@ -232,8 +232,8 @@ def test_a_monotone_rule_that_holds_already_changes_nothing() -> None:
 
 def test_constrained_consequents_are_the_best_ones() -> None:
     """The mode's conditions of Karush, Kuhn and Tucker, at what least distance programming says."""
-    from autodb.anfis.monotone import nearest
-    from autodb.anfis.sums import posterior, sums
+    from autodb.fitting.anfis.monotone import nearest
+    from autodb.fitting.anfis.sums import posterior, sums
 
     rng = np.random.default_rng(16)
     columns, least = rng.normal(size=(40, 6)), np.full(30, 0.2)

@@ -10,14 +10,9 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.explain.apart import (
-    distances,
-    instead,
-    noise,
-    separation,
-    told_apart,
-)
-from autodb.explain.axis_friction import (
+from autodb.explain.axis.apart import distances, instead, noise, separation, told_apart
+from autodb.explain.axis.elsewhere import account, design
+from autodb.explain.axis.friction import (
     asymmetry,
     friction_suspects,
     play,
@@ -25,7 +20,7 @@ from autodb.explain.axis_friction import (
     soft_start,
     warmup,
 )
-from autodb.explain.axis_loads import (
+from autodb.explain.axis.loads import (
     cross_couplings,
     drift,
     gain,
@@ -34,19 +29,18 @@ from autodb.explain.axis_loads import (
     sensor_suspects,
     spring,
 )
-from autodb.explain.axis_signals import AxisSignals, axis_signals
-from autodb.explain.bench import Bench
-from autodb.explain.elsewhere import account, design
-from autodb.explain.fitted import fit
-from autodb.explain.inquiry import Inquiry
-from autodb.explain.moves import LIBRARY, Move, Reach
-from autodb.explain.noise import Whitener
-from autodb.explain.reading import Reading
-from autodb.explain.scan import rough_place, travel_ripple
-from autodb.explain.search import Search
-from autodb.explain.suspects import Choice, Rung, Suspect
-from autodb.explain.telling import SEPARATES, Separation
-from autodb.explain.tuning import tuned_together
+from autodb.explain.axis.moves import LIBRARY, Move, Reach
+from autodb.explain.axis.reading import Reading
+from autodb.explain.axis.scan import rough_place, travel_ripple
+from autodb.explain.axis.signals import AxisSignals, axis_signals
+from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.fitted import fit
+from autodb.explain.engine.inquiry import Inquiry
+from autodb.explain.engine.noise import Whitener
+from autodb.explain.engine.search import Search
+from autodb.explain.engine.telling import SEPARATES, Separation
+from autodb.explain.engine.tuning import tuned_together
 from autodb.records import Recording
 from autodb.terms.friction import backlash, direction
 

@@ -11,11 +11,11 @@ import pandas as pd
 import pytest
 from sqlalchemy import Executable, select
 
-from autodb.agent import arrival
-from autodb.agent.importing import import_file
-from autodb.agent.inbox import Inbox
-from autodb.agent.passes import Refreshed
-from autodb.agent.refreshing import refresh
+from autodb.agent.ingest import arrival
+from autodb.agent.ingest.importing import import_file
+from autodb.agent.ingest.inbox import Inbox
+from autodb.agent.learn.passes import Refreshed
+from autodb.agent.operate.refreshing import refresh
 from autodb.assets import kit
 from autodb.files.checksums import checksum
 from autodb.store import models, open_store
@@ -119,7 +119,7 @@ def test_a_file_that_may_not_be_read_costs_itself_alone(monkeypatch: pytest.Monk
     _week(0, 8).to_csv("in/theirs.csv", index=False)
     _week(8).to_csv("in/week.csv", index=False)
     with monkeypatch.context() as patched:
-        patched.setattr("autodb.agent.entries.os.open", refuse)
+        patched.setattr("autodb.agent.ingest.entries.os.open", refuse)
         said = _take().set_aside
     assert any(line.startswith("theirs.csv: cannot be read (Permission denied)") for line in said)
     assert _numbers() == list(_week(8)["cut"])

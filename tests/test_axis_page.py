@@ -6,8 +6,8 @@ import numpy as np
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.sensing.drives import identify
-from autodb.sensing.field import PLACES, SPEEDS, field
+from autodb.sensing.drives.feed_axis import identify
+from autodb.sensing.drives.field import PLACES, SPEEDS, field
 from tests.conftest import Cli
 from tests.test_faults_of_moves import MACHINE
 from tests.test_reconstruct import COULOMB_A, VISCOUS_A, _recording, _write

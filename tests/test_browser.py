@@ -14,11 +14,11 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 
-from autodb.agent.access import add_token
-from autodb.agent.deciding import mismatches
-from autodb.agent.looking_up import Shelf
+from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.operate.access import add_token
+from autodb.agent.operate.deciding import mismatches
 from autodb.store import Store, open_store
-from autodb.web.settings import Settings
+from autodb.web.http.settings import Settings
 from tests.campaigns import first
 from tests.serving import served
 from tests.site import ODD, filled

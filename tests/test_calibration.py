@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from autodb import standard
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
-from autodb.sensing import ranges
-from autodb.sensing.transients import transients
+from autodb.sensing.ranges import calibration as ranges
+from autodb.sensing.ranges.transients import transients
 
 RNG = np.random.default_rng(4)
 N = 60

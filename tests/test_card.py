@@ -14,20 +14,21 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from sqlalchemy import func, select
 
-from autodb import figures, records
-from autodb.agent.calibrating import known_forces
-from autodb.agent.calibrations import current_calibrations
+from autodb import records
+from autodb.agent.rows.calibrations import current_calibrations
+from autodb.agent.sense.calibrating import known_forces
 from autodb.assets import kit
-from autodb.card import axis_card
-from autodb.card.axis import at_middle, rules, trueness
-from autodb.card.conditions import conditions, movement, scatter
-from autodb.card.files import BROWSERS
 from autodb.cli import run
 from autodb.fitting import NORMAL_95
 from autodb.records import CutTable
-from autodb.sensing import ranges
-from autodb.sensing.forms import OF_CURRENT_SPEED, Felt, Law
-from autodb.sensing.outliers import Outlier, numbers, sentences
+from autodb.reports import figures
+from autodb.reports.card import axis_card
+from autodb.reports.card.axis import at_middle, rules, trueness
+from autodb.reports.card.conditions import conditions, movement, scatter
+from autodb.reports.card.files import BROWSERS
+from autodb.sensing.ranges import calibration
+from autodb.sensing.ranges.forms import OF_CURRENT_SPEED, Felt, Law
+from autodb.sensing.ranges.outliers import Outlier, numbers, sentences
 from autodb.store import models, open_store
 from tests.conftest import Cli
 from tests.test_faults import protocol_of
@@ -106,8 +107,8 @@ def _is_told(row: models.Calibration, said: str) -> None:
 
 def test_estimates_are_of_cuts_left_out(cuts: Path) -> None:
     table = table_of(cuts)
-    for axis in ranges.COMPONENT_OF_AXIS:
-        found = ranges.calibrate(table, axis)
+    for axis in calibration.COMPONENT_OF_AXIS:
+        found = calibration.calibrate(table, axis)
         card = axis_card(found, table)
         assert_allclose(card.left_out_rmse, found.trials[found.form.label], rtol=1e-9)
         assert tuple(card.cut[card.sudden]) == found.transients
@@ -118,9 +119,9 @@ def test_estimates_are_of_cuts_left_out(cuts: Path) -> None:
 
 def test_the_parts_of_one_cuts_error_add_up_to_what_is_sensed_with(cuts: Path) -> None:
     table = table_of(cuts)
-    for axis in ranges.COMPONENT_OF_AXIS:
-        found = ranges.calibrate(table, axis, reference_share=0.03)
-        felt = ranges.calibration_points(table, axis).felt
+    for axis in calibration.COMPONENT_OF_AXIS:
+        found = calibration.calibrate(table, axis, reference_share=0.03)
+        felt = calibration.calibration_points(table, axis).felt
         cut = at_middle(found, felt)
         one = np.array([cut.current])
         rpm, feed, depth = (
@@ -187,7 +188,7 @@ def test_a_set_of_repeats_gives_its_split_and_what_moved(cli: Cli, cuts: Path) -
     assert cli("calibrate", path, "--card", "card.html").code == 0
     said = text_of(Path("card.html"))
     table = table_of(path)
-    card = axis_card(ranges.calibrate(table, "z"), table)
+    card = axis_card(calibration.calibrate(table, "z"), table)
     name, sentences = card.repeats[0]
     assert name in said
     assert "8 repeats: reference and estimate" in sentences[0]
@@ -243,7 +244,7 @@ def test_cuts_of_a_protocol_go_by_their_names(cuts: Path) -> None:
     names = {cut.name for cut in protocol.cut}
     assert set(conditions(table, protocol, with_diameter=False)) <= names | {""}
     forces = known_forces(table, protocol)
-    found = ranges.calibrate(table, "z", force_N=forces["z"], reference_share=0.02)
+    found = calibration.calibrate(table, "z", force_N=forces["z"], reference_share=0.02)
     card = axis_card(found, table, force_N=forces["z"], protocol=protocol)
     assert card.middle.references > 0.0
     assert_allclose(card.left_out_rmse, found.trials[found.form.label], rtol=1e-9)
@@ -263,9 +264,9 @@ def test_rules_are_said_in_sentences() -> None:
     assert made[0].endswith(" N·m")
 
 
-def _calibration_with(law: Law) -> ranges.Calibration:
+def _calibration_with(law: Law) -> calibration.Calibration:
     file = kit("sample_jobs") / "stepped_shaft" / "recordings" / "standard-cuts.csv"
-    found = ranges.calibrate(table_of(file), "spindle")
+    found = calibration.calibrate(table_of(file), "spindle")
     return replace(found, form=law.form, coefficients=law.coefficients, covariance=law.covariance)
 
 

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 from sqlalchemy import select, text
 
-from autodb.agent.access import Access, Role, add_token, note, noted
-from autodb.agent.chained import first_broken
-from autodb.agent.machines import add_machine
-from autodb.machinefile import LATHE
+from autodb.agent.operate.access import Access, Role, add_token, note, noted
+from autodb.agent.operate.chained import first_broken
+from autodb.agent.rows.machines import add_machine
+from autodb.files.machine import LATHE
 from autodb.store import Store, create_store, head, migrate, models, open_store
 from autodb.store.rowsums import register
 from tests.conftest import Cli

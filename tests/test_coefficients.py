@@ -8,16 +8,16 @@ import pytest
 from jsonschema import Draft202012Validator
 from numpy.testing import assert_allclose
 
-from autodb.agent.beliefs import as_belief, latest
-from autodb.agent.coefficients import tool_of
+from autodb.agent.answer.coefficients import tool_of
+from autodb.agent.rows.posteriors import as_belief, latest
 from autodb.assets import kit
-from autodb.coefficientsfile import read_coefficients
 from autodb.cutting.kienzle import Planned, linear_edge
 from autodb.cutting.shear import NAMES, PARAMETERS
 from autodb.errors import UnusableInput
+from autodb.files.coefficients import read_coefficients
+from autodb.files.tool import ISO_13399
 from autodb.fitting import Gaussian
 from autodb.store import models, open_store
-from autodb.toolfile import ISO_13399
 from tests.conftest import Cli
 
 FILE = "coefficients.json"

@@ -11,20 +11,20 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from pyarrow import csv
 
-from autodb.agent.identifying import KeptModel
-from autodb.cli.identifying import show_kept
+from autodb.agent.sense.identifying import KeptModel
+from autodb.cli.learn.identifying import show_kept
 from autodb.records import Recording
-from autodb.sensing import drives
-from autodb.sensing.axis_model import Identified, Moved, amplitudes, predicted
-from autodb.sensing.masses import Mass, own_masses
-from autodb.sensing.motion import term_inputs
+from autodb.sensing.drives import feed_axis
+from autodb.sensing.drives.fit.axis_model import Identified, Moved, amplitudes, predicted
+from autodb.sensing.drives.masses import Mass, own_masses
+from autodb.sensing.drives.moves.motion import term_inputs
 from autodb.terms.ripple import NODES, cogging_harmonics, cogging_table
 from tests.conftest import Cli
 
 Array = NDArray[np.float64]
 
 RATE_HZ, POLE_MM, NOISE = 100.0, 12.0, 0.02
-TERMS = (*drives.SYMMETRIC, "cogging")
+TERMS = (*feed_axis.SYMMETRIC, "cogging")
 
 
 def _motion() -> dict[str, Array]:
@@ -70,7 +70,7 @@ def toothed() -> tuple[Recording, Identified]:
     """An axis with narrow teeth, and what is identified of it."""
     channels = _motion()
     recording = _recorded(_teeth(channels["x.position"]), channels)
-    return recording, drives.identify(recording, terms=TERMS)
+    return recording, feed_axis.identify(recording, terms=TERMS)
 
 
 def test_a_table_wins_on_narrow_teeth_and_finds_the_pole(
@@ -109,7 +109,7 @@ def test_harmonics_win_on_a_ripple_that_has_few(form: str, higher: tuple[float, 
     phase = 2.0 * np.pi * channels["x.position"] / POLE_MM
     second, third = higher
     ripple = 0.2 * np.sin(phase) + second * np.cos(2.0 * phase) + third * np.sin(3.0 * phase)
-    found = drives.identify(_recorded(ripple, channels), terms=TERMS)
+    found = feed_axis.identify(_recorded(ripple, channels), terms=TERMS)
     assert _kept(found) == form
     period = next(t.value for t in found.fitted if t.parameter == "period")
     assert_allclose(period, POLE_MM, rtol=0.002)

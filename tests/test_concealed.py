@@ -4,13 +4,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.prove.explain_oracle import SURE, verdict
-from autodb.terms.vocabulary import VOCABULARY
-from autodb.virtual.concealed.axis_cases import AXIS_KINDS, EFFORT, draw_axis
-from autodb.virtual.concealed.case import UNKNOWN, Case, Yardstick
-from autodb.virtual.concealed.cut_cases import CUT_KINDS, FORCES, draw_table
-from autodb.virtual.concealed.disturbance import Disturbance
-from autodb.virtual.concealed.plan import (
+from autodb.proofs.cases.axis.axis_cases import AXIS_KINDS, EFFORT, draw_axis
+from autodb.proofs.cases.base.case import UNKNOWN, Case, Yardstick
+from autodb.proofs.cases.base.disturbance import Disturbance
+from autodb.proofs.cases.cuts.cut_cases import CUT_KINDS, FORCES, draw_table
+from autodb.proofs.cases.plan import (
     CLARITIES,
     DEVELOPMENT,
     NOTHING_EVERY,
@@ -19,6 +17,8 @@ from autodb.virtual.concealed.plan import (
     fixed_cases,
     planned,
 )
+from autodb.proofs.runs.explain.explain_oracle import SURE, verdict
+from autodb.terms.vocabulary import VOCABULARY
 
 RECORDED = {"saturation", "lost_sign"}
 """What acts on the noise too: the record less the truth is not the noise alone."""

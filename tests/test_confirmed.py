@@ -16,14 +16,14 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from pyarrow import csv
 
-from autodb.agent.deciding import confirm, reject
-from autodb.agent.identifying import newest_model, stored_terms
-from autodb.agent.machines import find_machine
+from autodb.agent.operate.deciding import confirm, reject
+from autodb.agent.rows.machines import find_machine
+from autodb.agent.sense.identifying import newest_model, stored_terms
 from autodb.errors import UnusableInput
-from autodb.explain.advice import advice
+from autodb.explain.answer.advice import advice
 from autodb.records import Recording, read
-from autodb.sensing import drives
-from autodb.sensing.axis_model import Beliefs, Identified
+from autodb.sensing.drives import feed_axis
+from autodb.sensing.drives.fit.axis_model import Beliefs, Identified
 from autodb.store import Store, models, open_store
 from tests.conftest import Cli, Once
 from tests.test_identify import COULOMB, INERTIA, NOISE, VISCOUS, WEIGHT, moves
@@ -181,13 +181,13 @@ def test_a_term_found_where_the_model_came_from(machine: Cli) -> None:
 @pytest.mark.parametrize("seed", range(20, 24))
 def test_a_version_that_lacked_a_term_does_not_hold_the_fit_back(seed: int) -> None:
     """Its friction and weight swallowed part of the effect; what they still say does no harm."""
-    terms = (*drives.SYMMETRIC, "asymmetry")
+    terms = (*feed_axis.SYMMETRIC, "asymmetry")
     first, second = (
         Recording(path=Path("a.csv"), channels={**m, "x.current": effort(m, n)})
         for n, m in ((seed, moves(seed)), (seed + 50, moves(seed + 50)))
     )
-    lacked = drives.identify(first)
-    with_it = drives.identify(second, terms=terms, beliefs=beliefs(lacked))
+    lacked = feed_axis.identify(first)
+    with_it = feed_axis.identify(second, terms=terms, beliefs=beliefs(lacked))
     truth = {"coulomb": COULOMB, "gravity": WEIGHT, "inertia": INERTIA, "viscous": VISCOUS}
     swallowed = abs(lacked.value("gravity") - WEIGHT)
     for term in (t for t in with_it.fitted if t.term in truth):
@@ -206,16 +206,16 @@ def test_given_shapes_stay_those_of_the_version_believed() -> None:
         Recording(path=Path("a.csv"), channels={**m, "x.current": effort(m, n, uneven=0.0)})
         for n, m in ((1, moves(1)), (2, moves(2)))
     )
-    terms = (*drives.SYMMETRIC, "position_friction")
-    one = drives.identify(first, terms=terms)
+    terms = (*feed_axis.SYMMETRIC, "position_friction")
+    one = feed_axis.identify(first, terms=terms)
     given = {(t.key, t.parameter): t.value for t in one.terms if t.sd == 0}
     known = beliefs(one)
-    both = drives.identify(
+    both = feed_axis.identify(
         second, terms=terms, beliefs=Beliefs(known.names, known.mean, known.covariance, given)
     )
     middle = next(t.value for t in both.terms if t.parameter == "middle")
     assert middle == given["position_friction", "middle"]
-    alone = drives.identify(second, terms=terms)
+    alone = feed_axis.identify(second, terms=terms)
     assert abs(middle - next(t.value for t in alone.terms if t.parameter == "middle")) > 10.0
 
 
@@ -378,8 +378,8 @@ def test_uneven_friction_of_the_real_axis(
     assert "version 2 of machine 'mill'" in cli("mismatch", "confirm", number).out
     other = read(pulses, columns=columns)
     assert isinstance(other, Recording)
-    protocol = drives.identify(other).protocol
+    protocol = feed_axis.identify(other).protocol
     before, after = (
-        drives.cross_test(other, "x", protocol, terms) for terms in (symmetric, stored(2, FORCE))
+        feed_axis.cross_test(other, "x", protocol, terms) for terms in (symmetric, stored(2, FORCE))
     )
     assert after < before

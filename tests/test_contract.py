@@ -22,15 +22,15 @@ from schemathesis import GenerationMode
 from schemathesis.checks import CHECKS, load_all_checks
 from schemathesis.core.failures import FailureGroup
 
-from autodb.agent.access import add_token
-from autodb.agent.looking_up import Shelf
-from autodb.agent.machines import add_machine
-from autodb.agent.refreshing import refresh
-from autodb.machinefile import LATHE
+from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.operate.access import add_token
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.rows.machines import add_machine
+from autodb.files.machine import LATHE
+from autodb.proofs.machines.lathe import fleets
 from autodb.store import create_store, models, open_store
-from autodb.virtual import fleets
-from autodb.web.asked import EXAMPLES
-from autodb.web.settings import Limits, Settings
+from autodb.web.http.settings import Limits, Settings
+from autodb.web.routes.asked import EXAMPLES
 from tests import shops
 from tests.serving import served
 

@@ -14,13 +14,13 @@ from autodb.cutting.shear import Edge
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95, Gaussian
 from autodb.pairs import conventional
-from autodb.pairs.belief import Belief
 from autodb.pairs.conventional import belief_of, card_of, fitted_kienzle, materials, named
 from autodb.pairs.forecast import forecast
 from autodb.pairs.observed import Cuts
+from autodb.pairs.posterior import Belief
 from autodb.pairs.prior import Card, any_metal
 from autodb.pairs.stated import Column, Material, Value
-from autodb.virtual.process import (
+from autodb.proofs.machines.lathe.process import (
     ALUMINIUM,
     ENTERING_DEG,
     NOSE_MM,

@@ -14,16 +14,16 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer import Cause
-from autodb.explain.cutting.apart import Parted, Trials, after_forces
-from autodb.explain.cutting.carried import account, elsewhere
-from autodb.explain.cutting.fit import fit
-from autodb.explain.cutting.laws import Columns
-from autodb.explain.cutting.look import Looked, look, stack_of
-from autodb.explain.cutting.runs import gain_step, hard_spot
-from autodb.explain.cutting.trials import CUTS, LEAST, MOST, Trial, joined, paired, plain, usual
-from autodb.explain.suspects import Choice
-from autodb.explain.telling import SEPARATES
+from autodb.explain.answer.answer import Cause
+from autodb.explain.cuts.apart import Parted, Trials, after_forces
+from autodb.explain.cuts.candidates.laws import Columns
+from autodb.explain.cuts.candidates.runs import gain_step, hard_spot
+from autodb.explain.cuts.carried import account, elsewhere
+from autodb.explain.cuts.fit import fit
+from autodb.explain.cuts.look import Looked, look, stack_of
+from autodb.explain.cuts.trials import CUTS, LEAST, MOST, Trial, joined, paired, plain, usual
+from autodb.explain.engine.candidates import Choice
+from autodb.explain.engine.telling import SEPARATES
 from autodb.records import CutTable
 from tests.campaigns import first
 

@@ -9,18 +9,24 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from autodb.errors import UnusableInput
-from autodb.explain.answer import Cause, ChannelAnswer, FitQuality, Value, Where
-from autodb.explain.cutting.ahead import ahead
-from autodb.explain.cutting.look import Looked, look, stack_of
-from autodb.explain.cutting.warming import coldness, has_pause, warming_suspects
-from autodb.prove import day_run
-from autodb.prove.day_oracle import FEWEST, case_of, decidable_from, first_sure, sure
-from autodb.prove.day_run import DayTold, Invented, Told, names_it, walked
-from autodb.prove.day_summary import BETTER, Summary, summary_of
-from autodb.prove.found import markdown
-from autodb.prove.runs import Finished, Origin
+from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, Value, Where
+from autodb.explain.cuts.ahead import ahead
+from autodb.explain.cuts.candidates.warming import coldness, has_pause, warming_suspects
+from autodb.explain.cuts.look import Looked, look, stack_of
+from autodb.proofs.machines.lathe.day import CUTS, FORCES, HOURS, Day, draw_day
+from autodb.proofs.runs.found import markdown
+from autodb.proofs.runs.keeping import day_run
+from autodb.proofs.runs.keeping.day_oracle import (
+    FEWEST,
+    case_of,
+    decidable_from,
+    first_sure,
+    sure,
+)
+from autodb.proofs.runs.keeping.day_run import DayTold, Invented, Told, names_it, walked
+from autodb.proofs.runs.keeping.day_summary import BETTER, Summary, summary_of
+from autodb.proofs.runs.runs import Finished, Origin
 from autodb.records import CutTable
-from autodb.virtual.day import CUTS, FORCES, HOURS, Day, draw_day
 
 SEED = 501
 

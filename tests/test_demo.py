@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb import records
-from autodb.virtual.sample import write_sample
+from autodb.proofs.machines.sample import write_sample
 from tests.conftest import Cli
 
 SAMPLE = (

@@ -1,6 +1,6 @@
 """A machine that disagrees is named, one that agrees is not, and the cause is the one that is true.
 
-Truths are of power laws (autodb.virtual.fleets), whose form the law does not have.
+Truths are of power laws (autodb.proofs.machines.lathe.fleets), whose form the law does not have.
 """
 
 from dataclasses import dataclass
@@ -22,9 +22,9 @@ from autodb.pairs.disagreeing import (
 )
 from autodb.pairs.hierarchy import Known, Told, told
 from autodb.pairs.learning import learn
-from autodb.prove import pair_ours
-from autodb.prove.pair_cuts import TURN, feel
-from autodb.virtual import fleets
+from autodb.proofs.machines.lathe import fleets
+from autodb.proofs.runs.pairs import pair_ours
+from autodb.proofs.runs.pairs.pair_cuts import TURN, feel
 from tests.campaigns import first
 
 MACHINES, CUTS = 6, 10

@@ -8,14 +8,14 @@ import pytest
 import yaml
 from numpy.testing import assert_allclose
 
-from autodb.prove.found import line
-from autodb.prove.proofs import PROOFS
-from autodb.prove.score import POOLED, coverage_limits, exact_interval
-from autodb.prove.summary import Summary
+from autodb.proofs.catalogue import PROOFS
+from autodb.proofs.machines.axis.quantities import NAMES
+from autodb.proofs.runs.found import line
+from autodb.proofs.runs.score import POOLED, coverage_limits, exact_interval
+from autodb.proofs.runs.summary import Summary
 from autodb.store import head
 from autodb.terms import TERMS
 from autodb.terms.vocabulary import VOCABULARY
-from autodb.virtual.quantities import NAMES
 from docs.make import __main__ as make
 from docs.make import blocks, commands, explained, frames, pair_peers, proofs, style, terms
 from tests.conftest import ROOT

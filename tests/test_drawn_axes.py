@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from autodb.proofs.machines.axis import curves
+from autodb.proofs.machines.axis.axes import Axis, draw_axis, draw_motion, draw_run, parts_A
+from autodb.proofs.machines.axis.curves import Curve
+from autodb.proofs.machines.axis.quantities import FRICTION_MM_S, NAMES, quantities
+from autodb.proofs.machines.lathe.process import Array
 from autodb.terms.friction import stribeck
-from autodb.virtual import curves
-from autodb.virtual.axes import Axis, draw_axis, draw_motion, draw_run, parts_A
-from autodb.virtual.curves import Curve
-from autodb.virtual.process import Array
-from autodb.virtual.quantities import FRICTION_MM_S, NAMES, quantities
 
 VISCOUS: tuple[Curve, ...] = (
     curves.TableCurve((0.0, 10.0, 30.0, 80.0, 250.0), (0.0, 1.0, 2.5, 5.0, 9.0)),

@@ -7,9 +7,15 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from autodb.prove.published_table import filtered
-from autodb.prove.table_run import recording
-from autodb.virtual.reference_table import WORK_KG, Recorded, draw_table, milled, tilted
+from autodb.proofs.machines.mill.reference_table import (
+    WORK_KG,
+    Recorded,
+    draw_table,
+    milled,
+    tilted,
+)
+from autodb.proofs.runs.mill.published_table import filtered
+from autodb.proofs.runs.mill.table_run import recording
 from tests.conftest import Cli, Once
 
 Array = NDArray[np.float64]

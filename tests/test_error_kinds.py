@@ -8,9 +8,9 @@ from scipy.stats import binom
 
 from autodb import fitting
 from autodb.fitting import components, small_sample
-from autodb.sensing.error_kinds import ErrorKinds, Fitted, apart, slow
-from autodb.sensing.forms import LINE, Felt
-from autodb.sensing.outliers import Outlier, outliers, sentences
+from autodb.sensing.ranges.error_kinds import ErrorKinds, Fitted, apart, slow
+from autodb.sensing.ranges.forms import LINE, Felt
+from autodb.sensing.ranges.outliers import Outlier, outliers, sentences
 from tests.campaigns import first
 
 Array = NDArray[np.float64]

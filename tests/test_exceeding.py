@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.exceeding import beyond, exceeding
-from autodb.forward import Interval, Peaks, PredictedCut
-from autodb.machinefile import Limits
+from autodb.files.machine import Limits
+from autodb.forward.limits import beyond, exceeding
+from autodb.forward.prediction import Interval, Peaks, PredictedCut
 
 CUT = PredictedCut(
     name="rough",

@@ -18,11 +18,17 @@ from pyarrow import csv
 from autodb import records
 from autodb.errors import UnusableInput
 from autodb.explain import explain
-from autodb.explain.answer import ChannelAnswer
-from autodb.explain.locate import regimes, strongest_interval
-from autodb.explain.noise import autoregression
+from autodb.explain.answer.answer import ChannelAnswer
+from autodb.explain.engine.locate import regimes, strongest_interval
+from autodb.explain.engine.noise import autoregression
+from autodb.proofs.machines.axis.axis import (
+    Cogging,
+    ExternalLoad,
+    PositionFriction,
+    Warmup,
+    air_moves,
+)
 from autodb.records import CutTable, Recording
-from autodb.virtual.axis import Cogging, ExternalLoad, PositionFriction, Warmup, air_moves
 from tests.campaigns import first
 from tests.conftest import Cli
 

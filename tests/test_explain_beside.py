@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from autodb.explain.evidence import Products
-from autodb.explain.milling.scans import LINE, WIDE, standing_out
-from autodb.explain.milling.wandering import shared_course
-from autodb.explain.search import FAINT, Search
-from autodb.explain.suspects import Rung, Suspect
+from autodb.explain.engine.candidates import Rung, Suspect
+from autodb.explain.engine.evidence import Products
+from autodb.explain.engine.search import FAINT, Search
+from autodb.explain.waves.scans import LINE, WIDE, standing_out
+from autodb.explain.waves.wandering import shared_course
 
 STRONG, WEAK = 300.0, 20.0
 """Clarities: squares are what columns explain."""

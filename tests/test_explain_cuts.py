@@ -13,15 +13,22 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer import Cause, ChannelAnswer, Value
-from autodb.explain.cutting.fit import held_out
-from autodb.explain.cutting.laws import added, each, only, per_depth, relative, values_of
-from autodb.explain.cutting.look import look, stack_of
-from autodb.explain.cutting.noise import with_noise
-from autodb.explain.cutting.products import products
-from autodb.explain.cutting.rivals import alike_terms
-from autodb.explain.cutting.table import edge_read_off
-from autodb.explain.suspects import Rung, Suspect
+from autodb.explain.answer.answer import Cause, ChannelAnswer, Value
+from autodb.explain.cuts.candidates.laws import (
+    added,
+    each,
+    only,
+    per_depth,
+    relative,
+    values_of,
+)
+from autodb.explain.cuts.fit import held_out
+from autodb.explain.cuts.look import look, stack_of
+from autodb.explain.cuts.noise import with_noise
+from autodb.explain.cuts.products import products
+from autodb.explain.cuts.table import edge_read_off
+from autodb.explain.engine.candidates import Rung, Suspect
+from autodb.explain.engine.rivals import alike_terms
 from autodb.records import CutTable
 from tests.campaigns import first
 from tests.truths import cuts as truths

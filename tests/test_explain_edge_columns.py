@@ -7,10 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.explain.cutting.edge_columns import OfEdges, of_edges, over_range, residual
-from autodb.explain.cutting.look import look, stack_of
-from autodb.explain.cutting.noise import with_noise
-from autodb.explain.cutting.table import Conditions, conditions
+from autodb.explain.cuts.edge_columns import OfEdges, of_edges, over_range, residual
+from autodb.explain.cuts.look import look, stack_of
+from autodb.explain.cuts.noise import with_noise
+from autodb.explain.cuts.table import Conditions, conditions
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]

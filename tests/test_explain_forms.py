@@ -8,21 +8,21 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer import Cause
-from autodb.explain.axis_form import Short, short_form
-from autodb.explain.axis_signals import axis_signals
-from autodb.explain.axis_unknown import unknown_suspects
-from autodb.explain.bench import Bench
-from autodb.explain.fit import held_out
-from autodb.explain.fitted import fit
-from autodb.explain.folds import Folds
-from autodb.explain.inquiry import Inquiry
-from autodb.explain.reading import Reading
-from autodb.explain.search import Found, Search
-from autodb.explain.suspects import Choice
-from autodb.explain.symbolic import Variable, forms, written
+from autodb.explain.answer.answer import Cause
+from autodb.explain.axis.form import Short, short_form
+from autodb.explain.axis.reading import Reading
+from autodb.explain.axis.signals import axis_signals
+from autodb.explain.axis.unknown import unknown_suspects
+from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.candidates import Choice
+from autodb.explain.engine.fit import held_out
+from autodb.explain.engine.fitted import fit
+from autodb.explain.engine.folds import Folds
+from autodb.explain.engine.inquiry import Inquiry
+from autodb.explain.engine.search import Found, Search
+from autodb.explain.engine.symbolic import Variable, forms, written
+from autodb.proofs.machines.axis.axis import air_moves
 from autodb.records import Recording
-from autodb.virtual.axis import air_moves
 
 Array = NDArray[np.float64]
 

@@ -9,18 +9,18 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.agent.beliefs import columns_of
-from autodb.agent.machines import find_machine
+from autodb.agent.rows.machines import find_machine
+from autodb.agent.rows.posteriors import columns_of
 from autodb.errors import UnusableInput
-from autodb.explain.milling.teeth import Mill, StandsOut, Teeth
-from autodb.forward import ToolOf
-from autodb.pairs.belief import Belief
+from autodb.explain.waves.teeth import Mill, StandsOut, Teeth
+from autodb.forward.prediction import ToolOf
+from autodb.forward.waveform import waves_N
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.learning import learn
 from autodb.pairs.observed import Observed
+from autodb.pairs.posterior import Belief
 from autodb.pairs.prior import any_metal
 from autodb.store import models, open_store
-from autodb.waveform import waves_N
 from tests.campaigns import first
 from tests.conftest import Cli, Once
 

@@ -7,17 +7,17 @@ import pytest
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.explain.milling.law import ReadLaw, in_ways, of_chip, read_off
-from autodb.explain.milling.look import Looked, look
-from autodb.explain.milling.noise import variance_of, whitener_of
-from autodb.explain.milling.suspects import OWN_WAYS
-from autodb.explain.milling.teeth import Mill, StandsOut, Teeth
-from autodb.explain.milling.waves import FORCES, mill_of, waves_of
-from autodb.prove.explain_oracle import verdict
+from autodb.explain.waves.candidates import OWN_WAYS
+from autodb.explain.waves.law import ReadLaw, in_ways, of_chip, read_off
+from autodb.explain.waves.look import Looked, look
+from autodb.explain.waves.noise import variance_of, whitener_of
+from autodb.explain.waves.teeth import Mill, StandsOut, Teeth
+from autodb.explain.waves.waves import FORCES, mill_of, waves_of
+from autodb.files.side import SideFile
+from autodb.proofs.cases.mill.mill_cases import MillCase, draw_mill
+from autodb.proofs.cases.plan import DEVELOPMENT
+from autodb.proofs.runs.explain.explain_oracle import verdict
 from autodb.records import Recording, read
-from autodb.sidefile import SideFile
-from autodb.virtual.concealed.mill_cases import MillCase, draw_mill
-from autodb.virtual.concealed.plan import DEVELOPMENT
 from tests.campaigns import first
 
 Array = NDArray[np.float64]

@@ -11,11 +11,30 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.explain.answer import Cause, ChannelAnswer, Explained, Explanation, FitQuality, Trace
-from autodb.explain.answer import Where as Place
-from autodb.prove import left_out, proofs
-from autodb.prove.explain_oracle import SURE, recovery, verdict
-from autodb.prove.explain_score import (
+from autodb.explain.answer.answer import (
+    Cause,
+    ChannelAnswer,
+    Explained,
+    Explanation,
+    FitQuality,
+    Trace,
+)
+from autodb.explain.answer.answer import Where as Place
+from autodb.proofs import catalogue
+from autodb.proofs.cases.base.case import Case, Hidden, Rival
+from autodb.proofs.cases.plan import Planned, draw
+from autodb.proofs.catalogue import (
+    CONCEALED,
+    CONCEALED_MILLS,
+    PROOFS,
+    Proof,
+    begin,
+    carry_out,
+    proof,
+)
+from autodb.proofs.runs.explain import left_out
+from autodb.proofs.runs.explain.explain_oracle import SURE, recovery, verdict
+from autodb.proofs.runs.explain.explain_score import (
     Named,
     Scored,
     brier,
@@ -25,13 +44,16 @@ from autodb.prove.explain_score import (
     reliability,
     stretches,
 )
-from autodb.prove.explain_score import recovery as recovery_of
-from autodb.prove.explain_summary import NOTHING, Summary, confusion, effects, limits
-from autodb.prove.found import markdown
-from autodb.prove.proofs import CONCEALED, CONCEALED_MILLS, PROOFS, Proof, begin, carry_out, proof
-from autodb.prove.score import exact_interval
-from autodb.virtual.concealed.case import Case, Hidden, Rival
-from autodb.virtual.concealed.plan import Planned, draw
+from autodb.proofs.runs.explain.explain_score import recovery as recovery_of
+from autodb.proofs.runs.explain.explain_summary import (
+    NOTHING,
+    Summary,
+    confusion,
+    effects,
+    limits,
+)
+from autodb.proofs.runs.found import markdown
+from autodb.proofs.runs.score import exact_interval
 from tests.conftest import ROOT, Cli
 
 EXPLAIN = proof("explain")
@@ -369,7 +391,7 @@ def test_the_generator_is_all_that_draws_a_case(
     drawn_by: str, digested: tuple[ModuleType, ...]
 ) -> None:
     """What a drawn case is made of, module by module, is what a table's digest is taken of."""
-    package = "autodb.virtual.concealed"
+    package = "autodb.proofs.cases"
     used, ahead = {package}, [f"{package}.{drawn_by}"]
     while ahead:
         name = ahead.pop()
@@ -385,7 +407,7 @@ def test_the_generator_is_all_that_draws_a_case(
 
 def test_the_command_proves_explanations(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "explain" in cli("prove").out
-    monkeypatch.setattr(proofs, "PROOFS", (PROOFS[0], _made(_by_seed)))
+    monkeypatch.setattr(catalogue, "PROOFS", (PROOFS[0], _made(_by_seed)))
     done = cli("prove", "explain", "--runs", 12, "--out", "here")
     assert done.code == 1
     assert "FAILED" in done.out

@@ -8,15 +8,15 @@ from numpy.testing import assert_allclose
 from scipy.signal import lfilter
 
 from autodb.explain import explain
-from autodb.explain.answer import ChannelAnswer
-from autodb.explain.bench import Bench
-from autodb.explain.noise import Whitener
-from autodb.explain.normal import solved
-from autodb.explain.prior import drawn
-from autodb.explain.suspects import Choice, Rung, Suspect
-from autodb.explain.weighing import unweighed, weighing
+from autodb.explain.answer.answer import ChannelAnswer
+from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.noise import Whitener
+from autodb.explain.engine.normal import solved
+from autodb.explain.engine.prior import drawn
+from autodb.explain.engine.weighing import unweighed, weighing
+from autodb.proofs.machines.axis.axis import air_moves
 from autodb.records import Recording
-from autodb.virtual.axis import air_moves
 
 ORDER = 25
 

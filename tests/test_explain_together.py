@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from autodb.explain.answer import Cause, ChannelAnswer, FitQuality, Value, Where
+from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, Value, Where
 from autodb.explain.together import FACTORS, SITS, Located, Setup, together
 from autodb.fitting import NORMAL_95
 from autodb.terms.vocabulary import VOCABULARY

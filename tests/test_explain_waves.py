@@ -11,14 +11,14 @@ import pytest
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer import Cause, Explained
-from autodb.explain.milling.teeth import Mill, StandsOut, Teeth
-from autodb.explain.milling.words import APART, STATEMENTS, told_apart
-from autodb.explain.report import explanation_fragment
+from autodb.explain.answer.answer import Cause, Explained
+from autodb.explain.waves.teeth import Mill, StandsOut, Teeth
+from autodb.explain.waves.words import APART, STATEMENTS, told_apart
+from autodb.files.side import SideFile
+from autodb.proofs.cases.mill.mill_families import MILL_KINDS
 from autodb.records import Recording
-from autodb.sidefile import SideFile
+from autodb.reports.explanation import explanation_fragment
 from autodb.terms.vocabulary import CUTTING, TABLE
-from autodb.virtual.concealed.mill_families import MILL_KINDS
 from tests.conftest import Cli
 
 Array = NDArray[np.float64]

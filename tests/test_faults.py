@@ -10,22 +10,22 @@ import pytest
 from numpy.typing import NDArray
 
 from autodb import records, standard
-from autodb.agent.calibrating import calibrate_table
+from autodb.agent.sense.calibrating import calibrate_table
 from autodb.errors import UnusableInput
-from autodb.machinefile import MachineFile
+from autodb.files.machine import MachineFile
+from autodb.files.side import SideFile
+from autodb.proofs.machines.lathe.jobs import cut_at, standard_cuts
+from autodb.proofs.machines.lathe.lathe import Lathe, cut_table
+from autodb.proofs.machines.lathe.phases import raw_cut
+from autodb.proofs.machines.lathe.process import ALUMINIUM, BRASS, STEEL
+from autodb.proofs.machines.lathe.reference_lathe import campaign
+from autodb.proofs.machines.sample import write_csv
 from autodb.records import CutTable, Recording
 from autodb.records.mistaken import Mistake, Radius
-from autodb.sensing import faults, ranges, raw
-from autodb.sensing.faults.travel import pass_steps_mm
-from autodb.sensing.forms import LINE
-from autodb.sidefile import SideFile
+from autodb.sensing.ranges import calibration, faults, raw
+from autodb.sensing.ranges.faults.travel import pass_steps_mm
+from autodb.sensing.ranges.forms import LINE
 from autodb.standard import Protocol
-from autodb.virtual.jobs import cut_at, standard_cuts
-from autodb.virtual.lathe import Lathe, cut_table
-from autodb.virtual.phases import raw_cut
-from autodb.virtual.process import ALUMINIUM, BRASS, STEEL
-from autodb.virtual.reference_lathe import campaign
-from autodb.virtual.sample import write_csv
 from tests.conftest import Cli
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ def as_table(columns: dict[str, NDArray[np.generic]]) -> CutTable:
     return CutTable(path=Path("cuts.csv"), channels=numbers, texts=texts)
 
 
-KEPT: dict[tuple[object, ...], ranges.Calibration] = {}
+KEPT: dict[tuple[object, ...], calibration.Calibration] = {}
 
 
 @pytest.fixture
@@ -61,11 +61,11 @@ def calibrated_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
     Which axes are calibrated, and on what, is asked in every test; how well is tested elsewhere.
     """
-    calibrate = ranges.calibrate
+    calibrate = calibration.calibrate
 
     def once(
         table: CutTable, axis: str, *, force_N: Array | None = None, reference_share: float = 0.0
-    ) -> ranges.Calibration:
+    ) -> calibration.Calibration:
         others = tuple(f"{other}.current" for other in AXES if other != axis)
         own = {n: v.tobytes() for n, v in table.channels.items() if not n.startswith(others)}
         force = None if force_N is None else force_N.tobytes()
@@ -74,8 +74,8 @@ def calibrated_once(monkeypatch: pytest.MonkeyPatch) -> None:
             KEPT[key] = calibrate(table, axis, force_N=force_N, reference_share=reference_share)
         return KEPT[key]
 
-    monkeypatch.setattr(ranges, "calibrate", once)
-    monkeypatch.setattr(ranges, "_forms", lambda *_: (LINE,))
+    monkeypatch.setattr(calibration, "calibrate", once)
+    monkeypatch.setattr(calibration, "_forms", lambda *_: (LINE,))
 
 
 def forces_of(table: CutTable) -> dict[str, Array]:

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from autodb.proofs.cases.axis.axis_cases import draw_axis
+from autodb.proofs.cases.axis.axis_families import FAMILIES
+from autodb.proofs.machines.axis.axes import draw_run
+from autodb.proofs.machines.axis.axis import HORIZONTAL, VERTICAL, air_moves
 from autodb.records import Recording
-from autodb.sensing.faults import faults_of_moves
-from autodb.virtual.axes import draw_run
-from autodb.virtual.axis import HORIZONTAL, VERTICAL, air_moves
-from autodb.virtual.concealed.axis_cases import draw_axis
-from autodb.virtual.concealed.axis_families import FAMILIES
+from autodb.sensing.ranges.faults import faults_of_moves
 from tests.conftest import Cli
 from tests.test_reconstruct import _emps, _recording, _write
 

@@ -17,9 +17,16 @@ from numpy.testing import assert_allclose
 from sqlalchemy import event, select
 from sqlalchemy.engine import Engine
 
-from autodb.agent.arrival import Arrival
+from autodb.agent.ingest.arrival import Arrival
 from autodb.cli import run
-from autodb.prove.faults_run import CLOCKS, MACHINE, State, prepare, state_of, take
+from autodb.proofs.runs.keeping.faults_run import (
+    CLOCKS,
+    MACHINE,
+    State,
+    prepare,
+    state_of,
+    take,
+)
 from autodb.store import models, open_store
 from autodb.store.engines import LOCKED_MS
 
@@ -140,9 +147,10 @@ def test_a_clock_that_jumps_back(
 
     with monkeypatch.context() as patched:
         patched.setattr("autodb.store.models._base.datetime", Wrong)
-        patched.setattr("autodb.agent.inbox.time.time", lambda: 631152000.0)
+        patched.setattr("autodb.agent.ingest.inbox.time.time", lambda: 631152000.0)
         patched.setattr(
-            "autodb.agent.arrival.time.gmtime", lambda: time.struct_time((1990, 1) + 7 * (1,))
+            "autodb.agent.ingest.arrival.time.gmtime",
+            lambda: time.struct_time((1990, 1) + 7 * (1,)),
         )
         take(work)
     assert state_of(work) == undisturbed
@@ -230,8 +238,8 @@ def _believed(work: Path) -> models.CuttingParameters:
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
 def test_kills_lose_nothing_and_count_nothing_twice() -> None:
     """Some kills; `autodb prove faults` has two hundred."""
-    from autodb.prove.faults_run import run as kill
-    from autodb.prove.faults_summary import PHASES
+    from autodb.proofs.runs.keeping.faults_run import run as kill
+    from autodb.proofs.runs.keeping.faults_summary import PHASES
 
     kills = [one for seed in range(1, 9) for one in kill(seed)]
     assert all(one.sound and one.rows and one.files for one in kills), kills

@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.sensing.in_cut import mean_of, steady_rows
-from autodb.virtual.reference_milling import ORDERS, Engagement, orders, waves
+from autodb.proofs.machines.mill.reference_milling import ORDERS, Engagement, orders, waves
+from autodb.sensing.ranges.in_cut import mean_of, steady_rows
 from tests.conftest import Cli, Once
 
 Array = NDArray[np.float64]

@@ -9,13 +9,13 @@ from numpy.testing import assert_allclose
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.calibrations import as_calibration
-from autodb.agent.felt import as_observed
-from autodb.agent.importing import cuts_as_table
-from autodb.agent.refreshing import refresh
+from autodb.agent.ingest.importing import cuts_as_table
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.rows.calibrations import as_calibration
+from autodb.agent.sense.sensed import as_observed
 from autodb.pairs.observed import CHIP
-from autodb.sensing.forms import LAWS, Felt, Form
-from autodb.sensing.ranges import sense
+from autodb.sensing.ranges.calibration import sense
+from autodb.sensing.ranges.forms import LAWS, Felt, Form
 from autodb.store import models, open_store
 from tests.conftest import Cli
 

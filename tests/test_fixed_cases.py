@@ -9,10 +9,10 @@ from dataclasses import replace
 import pytest
 from numpy.testing import assert_array_equal
 
-from autodb.prove.explain_score import Scored
-from autodb.prove.left_out import answered
-from autodb.virtual.concealed.case import Case
-from autodb.virtual.concealed.plan import FIXED, draw, fixed_cases, planned
+from autodb.proofs.cases.base.case import Case
+from autodb.proofs.cases.plan import FIXED, draw, fixed_cases, planned
+from autodb.proofs.runs.explain.explain_score import Scored
+from autodb.proofs.runs.explain.left_out import answered
 
 TEN = 10
 MISSED = 2

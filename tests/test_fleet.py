@@ -13,15 +13,15 @@ import pytest
 from numpy.testing import assert_allclose
 from sqlalchemy import event, select
 
-from autodb.agent.fleet import learn_fleet
-from autodb.agent.machines import as_file, find_machine, update_machine
-from autodb.agent.refreshing import refresh
-from autodb.agent.standing import standard_cut
-from autodb.agent.starting import start_of
-from autodb.agent.together import known_from, newest_prior
-from autodb.fleet.tasks import Machine, Refreshed
+from autodb.agent.fleet.sharing import learn_fleet
+from autodb.agent.fleet.tasks import Machine, Refreshed
+from autodb.agent.learn.starting import start_of
+from autodb.agent.learn.together import known_from, newest_prior
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.rows.machines import as_file, find_machine, update_machine
+from autodb.agent.sense.gain_check import standard_cut
+from autodb.proofs.machines.lathe import fleets
 from autodb.store import Store, create_store, models, open_store
-from autodb.virtual import fleets
 from tests import shops
 from tests.conftest import Cli, Once
 from tests.servers import Server
@@ -327,7 +327,7 @@ def test_what_cannot_be_spread_is_one_line(cli: Cli, given: list[str], says: str
 def test_a_scheduler_that_does_not_answer(
     cli: Cli, server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("autodb.fleet.clusters.ANSWER_S", 0.5)
+    monkeypatch.setattr("autodb.agent.fleet.clusters.ANSWER_S", 0.5)
     url = server.database()
     create_store(url)
     cli("machine", "add", "lathe-1", "--db", url)
@@ -350,7 +350,7 @@ def test_nobody_else_of_this_computer_reaches_the_workers() -> None:
     psutil = pytest.importorskip("psutil", reason="no Dask here: the extra 'fleet' is missing")
     from distributed.security import Security
 
-    from autodb.fleet.clusters import workers_here
+    from autodb.agent.fleet.clusters import workers_here
 
     with workers_here(1) as client:
         pids = {os.getpid(), *client.run(os.getpid).values(), *client.run(os.getppid).values()}
@@ -415,8 +415,8 @@ def test_workers_do_what_a_loop_does_and_a_lost_one_costs_only_time(
 ) -> None:
     """Two worker processes, of which one is killed as soon as a machine is done."""
     pytest.importorskip("dask", reason="no Dask here: the extra 'fleet' is not installed")
-    from autodb.fleet.clusters import workers_here
-    from autodb.fleet.spreading import pinned, refresh_all
+    from autodb.agent.fleet.clusters import workers_here
+    from autodb.agent.fleet.spreading import pinned, refresh_all
 
     url = f"sqlite:///{tmp_path / 'autodb.sqlite3'}"
     create_store(url)

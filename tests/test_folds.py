@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb import signals
-from autodb.virtual.phases import phases
+from autodb.proofs.machines.lathe.phases import phases
 
 Array = NDArray[np.float64]
 

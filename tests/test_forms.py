@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.fitting import Undetermined
-from autodb.sensing.choosing import FOLDS, Trial, assessed, best, close, left_out, tried
-from autodb.sensing.forms import (
+from autodb.sensing.ranges.choosing import FOLDS, Trial, assessed, best, close, left_out, tried
+from autodb.sensing.ranges.forms import (
     FEED_FORMS,
     LAWS,
     LINE,

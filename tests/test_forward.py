@@ -9,13 +9,13 @@ import pytest
 from numpy.testing import assert_allclose
 from pydantic import ValidationError
 
-from autodb import forward
 from autodb.errors import UnusableInput
+from autodb.files.job import KEYS, OPERATIONS, JobCut, Operation
 from autodb.fitting import Gaussian
-from autodb.forward import Interval, PredictedCut, ToolOf
-from autodb.jobs import KEYS, OPERATIONS, JobCut, Operation
-from autodb.pairs.belief import OWN, Belief
+from autodb.forward import prediction
+from autodb.forward.prediction import Interval, PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME
+from autodb.pairs.posterior import OWN, Belief
 from autodb.pairs.prior import any_metal
 
 INSERT = ToolOf(
@@ -44,7 +44,7 @@ def known(share: float = 0.1) -> Belief:
 
 
 def one(belief: Belief, tool: ToolOf, cut: JobCut) -> PredictedCut:
-    (found,) = forward.predict(belief, tool, [cut])
+    (found,) = prediction.predict(belief, tool, [cut])
     return found
 
 
@@ -68,7 +68,7 @@ def test_either_speed_gives_the_other() -> None:
 def test_cuts_together_and_alone_are_the_same() -> None:
     """Whatever operations stand between them."""
     cuts = [TURN, TURN.model_copy(update={"operation": "face"}), replace_(TURN, depth_mm=1.0)]
-    together = forward.predict(known(), INSERT, cuts)
+    together = prediction.predict(known(), INSERT, cuts)
     for cut, found in zip(cuts, together, strict=True):
         assert found == one(known(), INSERT, cut)
 

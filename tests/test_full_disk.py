@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import select
 
-from autodb.excuses import excuse
+from autodb.files.excuses import excuse
 from autodb.files.targets import write_text
 from autodb.store import create_store, models, open_store
 from autodb.store.copies import connect

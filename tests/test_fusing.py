@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autodb.agent.fusing import put_together
-from autodb.agent.reconstructing import Felt
+from autodb.agent.sense.fusing import put_together
+from autodb.agent.sense.reconstructing import Felt
 from autodb.records import Recording
-from autodb.sensing.reconstruct import Load
+from autodb.sensing.drives.reconstruct import Load
 from autodb.sensing.sensors import DRIVE, NETWORK, TABLE
 
 Array = NDArray[np.float64]

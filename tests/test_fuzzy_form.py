@@ -8,10 +8,17 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb import anfis
-from autodb.fitting import Undetermined
-from autodb.sensing.choosing import best, tried
-from autodb.sensing.forms import FEED_FORMS, OF_CURRENT, OF_CURRENT_FEED, Felt, Form, Law, kept
+from autodb.fitting import Undetermined, anfis
+from autodb.sensing.ranges.choosing import best, tried
+from autodb.sensing.ranges.forms import (
+    FEED_FORMS,
+    OF_CURRENT,
+    OF_CURRENT_FEED,
+    Felt,
+    Form,
+    Law,
+    kept,
+)
 
 Array = NDArray[np.float64]
 N = 160

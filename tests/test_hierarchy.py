@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from autodb.fitting import Gaussian, update
-from autodb.pairs.belief import OWN
 from autodb.pairs.hierarchy import (
     ACTIVE,
     ANY,
@@ -20,6 +19,7 @@ from autodb.pairs.hierarchy import (
     Told,
     told,
 )
+from autodb.pairs.posterior import OWN
 from autodb.pairs.prior import RELATIVE
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ import pytest
 from sqlalchemy import select
 
 from autodb.records import CutTable
-from autodb.sensing.holds import ANY, Holds, holds_of, partition, unstated, which
+from autodb.sensing.ranges.validity import ANY, Holds, holds_of, partition, unstated, which
 from autodb.store import models, open_store
 from tests.conftest import Cli
 

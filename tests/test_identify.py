@@ -14,9 +14,9 @@ from pyarrow import csv
 
 from autodb.errors import UnusableInput
 from autodb.records import Recording
-from autodb.sensing import drives
-from autodb.sensing.axis_model import Beliefs, Identified, amplitudes, predicted
-from autodb.sensing.motion import motion, motion_blocks, term_inputs
+from autodb.sensing.drives import feed_axis
+from autodb.sensing.drives.fit.axis_model import Beliefs, Identified, amplitudes, predicted
+from autodb.sensing.drives.moves.motion import motion, motion_blocks, term_inputs
 from tests.conftest import Cli
 
 Array = NDArray[np.float64]
@@ -60,7 +60,7 @@ def recorded(channels: dict[str, Array], effort: Array) -> Recording:
 
 def test_numbers_hold_within_their_uncertainty() -> None:
     channels = moves(1)
-    model = drives.identify(recorded(channels, current(channels, 1)))
+    model = feed_axis.identify(recorded(channels, current(channels, 1)))
     found = {(t.term, t.parameter): t for t in model.fitted}
     for key, true in {("inertia", "coefficient"): INERTIA, ("gravity", "level"): WEIGHT}.items():
         sd = found[key].sd or 0.0
@@ -73,7 +73,7 @@ def test_numbers_hold_within_their_uncertainty() -> None:
 
 def test_friction_over_speed_is_known_where_the_law_is_off() -> None:
     channels = moves(2)
-    model = drives.identify(recorded(channels, current(channels, 2)))
+    model = feed_axis.identify(recorded(channels, current(channels, 2)))
     assert model.steady is not None
     speeds = np.array([-90.0, 15.0, 40.0, 90.0, 140.0])
     true = np.sign(speeds) * COULOMB + VISCOUS * speeds * 150.0 / (150.0 + 0.2 * np.abs(speeds))
@@ -92,7 +92,7 @@ def test_moves_one_way_cannot_tell_weight_from_friction_and_say_so() -> None:
     kept = {name: values[moving] for name, values in channels.items()}
     kept["t"] = np.arange(moving.sum()) / RATE_HZ
     recording = recorded(kept, current(channels, 3)[moving])
-    model = drives.identify(recording)
+    model = feed_axis.identify(recording)
     named = {t.term for t in model.fitted}
     assert {"inertia", "viscous"} <= named
     assert not {"coulomb", "gravity"} & named
@@ -106,12 +106,12 @@ def test_an_axis_that_stands_is_refused() -> None:
     channels = {name: np.zeros(5000) for name in moves(1)} | {"t": np.arange(5000) / RATE_HZ}
     effort = np.random.default_rng(0).normal(0, 0.1, 5000)
     with pytest.raises(UnusableInput, match="x does not move enough"):
-        drives.identify(recorded(channels, effort))
+        feed_axis.identify(recorded(channels, effort))
 
 
 def test_a_turned_sign_is_doubted() -> None:
     channels = moves(4)
-    model = drives.identify(recorded(channels, -current(channels, 4)))
+    model = feed_axis.identify(recorded(channels, -current(channels, 4)))
     assert any("coulomb level is -0." in s and "turned round" in s for s in model.doubts)
 
 
@@ -128,7 +128,7 @@ def test_encoder_noise_makes_no_friction() -> None:
     standing = np.abs(np.gradient(clean, t)) < 1e-6
     assert standing.mean() > 0.1
     assert np.max(np.abs(direction[standing])) < 1.0
-    assert_allclose(drives.identify(recording).value("coulomb"), COULOMB, rtol=0.03)
+    assert_allclose(feed_axis.identify(recording).value("coulomb"), COULOMB, rtol=0.03)
 
 
 def test_a_late_recording_is_seen_as_lag() -> None:
@@ -136,26 +136,26 @@ def test_a_late_recording_is_seen_as_lag() -> None:
     late = current(channels, 5)[: -round(0.008 * RATE_HZ)]
     kept = {name: values[round(0.008 * RATE_HZ) :] for name, values in channels.items()}
     kept["t"] = kept["t"] - kept["t"][0]
-    model = drives.identify(recorded(kept, late), terms=(*drives.SYMMETRIC, "lag"))
+    model = feed_axis.identify(recorded(kept, late), terms=(*feed_axis.SYMMETRIC, "lag"))
     assert_allclose(model.value("lag"), 0.008, atol=1e-3)  # a quarter of a row
     assert_allclose(model.value("inertia"), INERTIA, rtol=0.01)
 
 
-SHAPED = (*drives.SYMMETRIC, "stribeck", "lag")
+SHAPED = (*feed_axis.SYMMETRIC, "stribeck", "lag")
 
 
-@pytest.mark.parametrize("terms", [drives.SYMMETRIC, SHAPED], ids=["symmetric", "shaped"])
+@pytest.mark.parametrize("terms", [feed_axis.SYMMETRIC, SHAPED], ids=["symmetric", "shaped"])
 def test_the_fit_ends_at_its_optimum(terms: tuple[str, ...]) -> None:
     """Another unit, and roundings of 1e-9: the same to 1e-6 of its own standard deviation."""
     channels = moves(13)
     v = channels["x.velocity"]
     falls = 0.3 * np.tanh(v / 0.1) * np.exp(-((v / 20.0) ** 2))
     effort = np.roll(current(channels, 13) + falls, round(0.008 * RATE_HZ))
-    model = drives.identify(recorded(channels, effort), terms=terms)
+    model = feed_axis.identify(recorded(channels, effort), terms=terms)
     assert {t.term for t in model.fitted} == set(terms), "every shape is shown"
-    scaled = drives.identify(recorded(channels, 1000.0 * effort), terms=terms)
+    scaled = feed_axis.identify(recorded(channels, 1000.0 * effort), terms=terms)
     changed = effort * (1.0 + 1e-9 * np.random.default_rng(1).normal(size=len(effort)))
-    rounded = drives.identify(recorded(channels, changed), terms=terms)
+    rounded = feed_axis.identify(recorded(channels, changed), terms=terms)
     for one, other, again in zip(model.fitted, scaled.fitted, rounded.fitted, strict=True):
         unit = 1000.0 if "A" in one.unit else 1.0
         assert_allclose(other.value / unit, one.value, atol=1e-6 * (one.sd or 0.0), rtol=0)
@@ -173,13 +173,13 @@ def _with_ripple(seed: int, *, flips: bool) -> Recording:
 @pytest.mark.parametrize(("flips", "term"), [(False, "cogging"), (True, "position_friction")])
 def test_a_ripple_is_found_and_classed_by_direction(flips: bool, term: str) -> None:
     recording = _with_ripple(6, flips=flips)
-    model = drives.identify(recording, terms=(*drives.SYMMETRIC, "cogging"))
+    model = feed_axis.identify(recording, terms=(*feed_axis.SYMMETRIC, "cogging"))
     (amplitude,) = amplitudes(model)
     assert amplitude.term == term
     assert_allclose(amplitude.value, 0.05, rtol=0.1)
     period = next(t.value for t in model.fitted if t.parameter == "period")
     assert_allclose(period, 8.0, rtol=0.002)
-    without = drives.identify(recording)
+    without = feed_axis.identify(recording)
     assert model.relative_error < 0.85 * without.relative_error
 
 
@@ -187,8 +187,9 @@ def test_a_ripple_is_found_and_classed_by_direction(flips: bool, term: str) -> N
 def test_no_ripple_is_invented(seed: int) -> None:
     channels = moves(seed)
     with pytest.raises(UnusableInput, match="no ripple over the travel stands out"):
-        drives.identify(
-            recorded(channels, current(channels, seed)), terms=(*drives.SYMMETRIC, "cogging")
+        feed_axis.identify(
+            recorded(channels, current(channels, seed)),
+            terms=(*feed_axis.SYMMETRIC, "cogging"),
         )
 
 
@@ -199,9 +200,9 @@ def _beliefs(model: Identified) -> Beliefs:
 
 def test_a_version_starts_from_the_last_and_gets_surer() -> None:
     first, second = moves(7), moves(8)
-    one = drives.identify(recorded(first, current(first, 7)))
-    alone = drives.identify(recorded(second, current(second, 8)))
-    both = drives.identify(recorded(second, current(second, 8)), beliefs=_beliefs(one))
+    one = feed_axis.identify(recorded(first, current(first, 7)))
+    alone = feed_axis.identify(recorded(second, current(second, 8)))
+    both = feed_axis.identify(recorded(second, current(second, 8)), beliefs=_beliefs(one))
     assert both.moved == ()
     sd = [np.sqrt(np.diag(m.covariance))[0] for m in (one, alone, both)]
     assert_allclose(sd[2], (sd[0] ** -2 + sd[1] ** -2) ** -0.5, rtol=0.3)
@@ -209,12 +210,12 @@ def test_a_version_starts_from_the_last_and_gets_surer() -> None:
 
 def test_what_changed_on_the_machine_is_said_and_followed() -> None:
     first, second = moves(9), moves(10)
-    one = drives.identify(recorded(first, current(first, 9)))
+    one = feed_axis.identify(recorded(first, current(first, 9)))
     later = recorded(second, current(second, 10, coulomb=0.8))
-    both = drives.identify(later, beliefs=_beliefs(one))
+    both = feed_axis.identify(later, beliefs=_beliefs(one))
     assert "coulomb" in [m.key for m in both.moved]
     assert "inertia" not in [m.key for m in both.moved]
-    alone = drives.identify(later)
+    alone = feed_axis.identify(later)
     sd = next(t.sd for t in alone.fitted if t.term == "coulomb") or 0.0
     assert abs(both.value("coulomb") - alone.value("coulomb")) < sd
 
@@ -224,8 +225,8 @@ def test_what_new_moves_do_not_excite_is_kept_from_the_last_version() -> None:
     moving = np.abs(second["x.velocity"]) > 2.0
     kept = {name: values[moving] for name, values in second.items()}
     kept["t"] = np.arange(moving.sum()) / RATE_HZ
-    one = drives.identify(recorded(first, current(first, 11)))
-    both = drives.identify(recorded(kept, current(second, 12)[moving]), beliefs=_beliefs(one))
+    one = feed_axis.identify(recorded(first, current(first, 11)))
+    both = feed_axis.identify(recorded(kept, current(second, 12)[moving]), beliefs=_beliefs(one))
     assert {"coulomb", "gravity"} <= {t.term for t in both.fitted}
     assert_allclose(both.value("gravity"), WEIGHT, atol=0.02)
 
@@ -256,7 +257,7 @@ def test_a_spindle_is_identified_over_its_speed() -> None:
     channels = {
         "t": t, "spindle.speed": speed + rng.normal(0, 0.3, len(t)), "spindle.current": effort
     }  # fmt: skip
-    model = drives.identify(Recording(path=Path("s.csv"), channels=channels), axis="spindle")
+    model = feed_axis.identify(Recording(path=Path("s.csv"), channels=channels), axis="spindle")
     units = {t.term: t.unit for t in model.fitted}
     assert units == {
         "inertia": "A·s/rpm", "viscous": "A/rpm", "coulomb": "A", "windage": "A/rpm²"

@@ -14,16 +14,18 @@ from numpy.testing import assert_allclose
 from sqlalchemy import event, func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent import learning, marks, refreshing
-from autodb.agent.beliefs import as_belief, latest
-from autodb.agent.inbox import Inbox
-from autodb.agent.passes import Refreshed
-from autodb.agent.refreshing import refresh
-from autodb.agent.shifted import Shift, shifts
-from autodb.agent.watching import watch
+from autodb.agent.ingest.inbox import Inbox
+from autodb.agent.learn import learning
+from autodb.agent.learn.passes import Refreshed
+from autodb.agent.learn.shifted import Shift, shifts
+from autodb.agent.operate import refreshing
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.operate.watching import watch
+from autodb.agent.rows import refresh_cursor
+from autodb.agent.rows.posteriors import as_belief, latest
 from autodb.assets import kit
 from autodb.errors import UnusableInput
-from autodb.pairs.belief import Belief
+from autodb.pairs.posterior import Belief
 from autodb.store import Store, models, open_store
 from tests.conftest import Cli, Once
 
@@ -256,11 +258,11 @@ def test_a_file_that_is_being_written_waits(
     def sleep(_seconds: float) -> None:
         _week().to_csv(path, index=False)
 
-    monkeypatch.setattr("autodb.agent.inbox.time.sleep", sleep)
+    monkeypatch.setattr("autodb.agent.ingest.inbox.time.sleep", sleep)
     done = calibrated("refresh", "--machine", MACHINE, "--inbox", "in").out
     assert "still being written" in done
     assert path.is_file()
-    monkeypatch.setattr("autodb.agent.inbox.time.sleep", lambda _s: None)
+    monkeypatch.setattr("autodb.agent.ingest.inbox.time.sleep", lambda _s: None)
     assert (
         f"{WEEK_ROWS} new cuts" in calibrated("refresh", "--machine", MACHINE, "--inbox", "in").out
     )
@@ -304,7 +306,7 @@ def test_passes_that_go_on_learn_what_one_would(monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.usefixtures("calibrated")
 def test_many_cuts_are_several_passes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(marks, "CUTS_A_PASS", 6)
+    monkeypatch.setattr(refresh_cursor, "CUTS_A_PASS", 6)
     _deliver(WEEK, _week())
     _take()
     with _reading() as session:

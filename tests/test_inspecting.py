@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autodb.sensing.inspection import Bar, held_in_a_chuck
+from autodb.sensing.ranges.inspection import Bar, held_in_a_chuck
 from tests.conftest import Cli, Once
 
 FORCE_N, OFF_MM, REST_MM_N = 240.0, 0.012, 3e-5

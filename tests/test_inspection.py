@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.sensing.inspection import (
+from autodb.sensing.ranges.inspection import (
     Bar,
     Measured,
     between_centres,

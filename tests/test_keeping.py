@@ -15,7 +15,7 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 
-from autodb.agent.access import Access, Role, note
+from autodb.agent.operate.access import Access, Role, note
 from autodb.errors import UnusableInput
 from autodb.store import create_store, head, models, open_store
 from autodb.store.backups import backup

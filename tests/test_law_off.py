@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from autodb.cutting.elements import engaged_mm, force_parts, forces
 from autodb.cutting.insert import Insert, Turned, elements_of
-from autodb.pairs.belief import DAY, FAR, NEAR, OWN, Belief, Shared
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
 from autodb.pairs.learning import evidence, learn, learn_averaging
 from autodb.pairs.observed import Cuts, Observed, X, Y, Z
+from autodb.pairs.posterior import DAY, FAR, NEAR, OWN, Belief, Shared
 from autodb.pairs.prior import Card, of_card
 
 Array = NDArray[np.float64]

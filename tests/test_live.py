@@ -17,18 +17,18 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.agent.health import Health, read_health
-from autodb.agent.running import Agent, health_of, journal_of
+from autodb.agent.operate.health import Health, read_health
+from autodb.agent.operate.running import Agent, health_of, journal_of
 from autodb.errors import UnusableInput
-from autodb.excuses import excuse
+from autodb.files.excuses import excuse
 from autodb.live import mtconnect
 from autodb.live.agentfile import read_agentfile
 from autodb.live.journal import Journal
 from autodb.live.mtconnect import MtConnect
 from autodb.live.source import Away, Clock
-from autodb.virtual.served.mtconnect import MtConnectServer
-from autodb.virtual.served.opcua import OpcUaServer
-from autodb.virtual.served.shift import lathe_shift, mill_shift
+from autodb.proofs.machines.served.mtconnect import MtConnectServer
+from autodb.proofs.machines.served.opcua import OpcUaServer
+from autodb.proofs.machines.served.shift import lathe_shift, mill_shift
 from tests.conftest import Cli
 from tests.running_machine import (
     MACHINE,

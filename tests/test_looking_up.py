@@ -13,24 +13,24 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.agent.beliefs import columns_of
-from autodb.agent.imported_cards import import_cards, imported_card
-from autodb.agent.looking_up import Shelf
-from autodb.agent.machines import add_machine
-from autodb.agent.predicting import predict_job
-from autodb.agent.starting import start_of
+from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.predicting import predict_job
+from autodb.agent.learn.starting import start_of
+from autodb.agent.rows.imported_cards import import_cards, imported_card
+from autodb.agent.rows.machines import add_machine
+from autodb.agent.rows.posteriors import columns_of
 from autodb.cutting import shear, tools
 from autodb.cutting.elements import Elements, force_gradient, force_parts, forces, linearised
 from autodb.cutting.kienzle import kienzle
+from autodb.files.job import KEYS, OPERATIONS, Job, JobCut
+from autodb.files.machine import AxisFile, Limits, MachineFile
 from autodb.fitting import Gaussian
-from autodb.forward import Interval, Peaks, PredictedCut
-from autodb.jobs import KEYS, OPERATIONS, Job, JobCut
-from autodb.machinefile import AxisFile, Limits, MachineFile
-from autodb.pairs.belief import Belief, law_error
+from autodb.forward.predictedfile import as_csv
+from autodb.forward.prediction import Interval, Peaks, PredictedCut
 from autodb.pairs.cards import read_cards
 from autodb.pairs.engaged import BY_NAME
+from autodb.pairs.posterior import Belief, law_error
 from autodb.pairs.prior import any_metal, of_card, of_relative
-from autodb.predictedfile import as_csv
 from autodb.store import Store, create_store, models, open_store
 from tests.conftest import Cli
 

@@ -11,21 +11,21 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from autodb.errors import UnusableInput
-from autodb.sensing.axis_model import IdentifiedTerm, predicted
-from autodb.sensing.drive_errors import DriveErrors
+from autodb.sensing.drives.fit.axis_model import IdentifiedTerm, predicted
+from autodb.sensing.drives.fit.drive_errors import DriveErrors
+from autodb.sensing.drives.reconstruct import DriveModel
 from autodb.sensing.fusion import independent
-from autodb.sensing.lstm.drive_loads import AxisLoad, AxisTables, Drive, SeenAxis
-from autodb.sensing.reconstruct import DriveModel
+from autodb.sensing.network.drive_loads import AxisLoad, AxisTables, Drive, SeenAxis
 from autodb.terms.friction import direction
 
 torch = pytest.importorskip("torch")
 
-from autodb.sensing.lstm import kept, learning, stream  # noqa: E402
-from autodb.sensing.lstm.coherent import coherent_hz, low_pass  # noqa: E402
-from autodb.sensing.lstm.fused import FusedStream  # noqa: E402
-from autodb.sensing.lstm.greybox import GreyBox, Recorded  # noqa: E402
-from autodb.sensing.lstm.network import Shape, Stacked, ran, side_by_side  # noqa: E402
-from autodb.sensing.lstm.training import Plan, Rows, trained  # noqa: E402
+from autodb.sensing.network import kept, learning, stream  # noqa: E402
+from autodb.sensing.network.coherent import coherent_hz, low_pass  # noqa: E402
+from autodb.sensing.network.fused import FusedStream  # noqa: E402
+from autodb.sensing.network.greybox import GreyBox, Recorded  # noqa: E402
+from autodb.sensing.network.network import Shape, Stacked, ran, side_by_side  # noqa: E402
+from autodb.sensing.network.training import Plan, Rows, trained  # noqa: E402
 
 Array = NDArray[np.float64]
 Channels = dict[str, Array]
@@ -115,7 +115,7 @@ def test_a_killed_training_goes_on_and_ends_as_if_nothing_had_happened(tmp_path:
 
 
 def test_p0s_network_has_three_layers_of_twenty_cells() -> None:
-    published = pytest.importorskip("autodb.prove.published_lstm")
+    published = pytest.importorskip("autodb.proofs.runs.mill.published_lstm")
     rng = np.random.default_rng(1)
     rows = [np.column_stack([rng.uniform(3.0, 9.0, 50), rng.uniform(-4.0, 2.0, 50)])]
     scaled = published.Scaled.of(rows)(rows[0])

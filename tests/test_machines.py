@@ -8,11 +8,11 @@ from numpy.testing import assert_allclose
 from sqlalchemy import select
 from sqlalchemy.orm.exc import StaleDataError
 
-from autodb.agent.machines import as_file
+from autodb.agent.rows.machines import as_file
 from autodb.errors import UnusableInput
-from autodb.machinefile import LATHE, MachineFile, flat, read_machine_file
+from autodb.files.machine import LATHE, MachineFile, flat, read_machine_file
+from autodb.files.tool import ISO_13399, geometry_of, read_tool
 from autodb.store import models, open_store
-from autodb.toolfile import ISO_13399, geometry_of, read_tool
 from tests.conftest import Cli
 
 URL = "sqlite:///autodb.sqlite3"
@@ -194,7 +194,7 @@ def test_bad_tool_files_name_the_key(tmp_path: Path, text: str, says: str) -> No
 
 
 def test_iso_codes_lead_to_fields_that_are_there() -> None:
-    from autodb.toolfile import Geometry
+    from autodb.files.tool import Geometry
 
     assert len({code.symbol for code in ISO_13399}) == len(ISO_13399)
     for code in ISO_13399:

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.machinefile import MachineFile
+from autodb.files.machine import MachineFile
 from autodb.nc import DIALECTS
 from autodb.nc.placing import Lane, distance_mm
 from autodb.standard import read_protocol, run_order

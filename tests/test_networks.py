@@ -43,7 +43,7 @@ def _write(path: Path, table: pd.DataFrame) -> Path:
 @pytest.fixture
 def trained(cli: Cli, once: Once, monkeypatch: pytest.MonkeyPatch) -> Cli:
     """Return the command line on a machine with a network that was trained shortly."""
-    from autodb.sensing.lstm import learning
+    from autodb.sensing.network import learning
 
     monkeypatch.setattr(learning, "STEPS", 150)
     before_threads = torch.get_num_threads()

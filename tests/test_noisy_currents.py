@@ -11,8 +11,8 @@ from scipy.stats import binom
 
 from autodb.fitting import Undetermined
 from autodb.records import CutTable
-from autodb.sensing import ranges
-from autodb.sensing.forms import LINE, LINE_OF_SPEED, POWER, Felt, Form
+from autodb.sensing.ranges import calibration
+from autodb.sensing.ranges.forms import LINE, LINE_OF_SPEED, POWER, Felt, Form
 
 Array = NDArray[np.float64]
 CUTS = 80
@@ -98,9 +98,9 @@ def test_intervals_of_cuts_hold_whatever_their_currents_errors() -> None:
     rng, held = np.random.default_rng(11), np.zeros(2)
     for _ in range(200):
         known = _table(rng, np.tile([0.02, 0.05, 0.1], 9))
-        found = ranges.calibrate(known, "z")
+        found = calibration.calibrate(known, "z")
         new = _table(rng, np.array([0.02, 2.0]))
-        felt = ranges.sense(new, found)
+        felt = calibration.sense(new, found)
         shared = np.einsum("ij,jk,ik->i", felt.common, found.shared_covariance, felt.common)
         held += np.abs(felt.force_N - new["force.z"]) < 1.96 * np.sqrt(felt.sd_N**2 + shared)
         assert felt.sd_N[1] > 150.0

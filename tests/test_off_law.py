@@ -8,10 +8,10 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.records import Recording
-from autodb.sensing.axis_model import Identified
-from autodb.sensing.drives import identify, predict_effort
-from autodb.sensing.off_law import OffLaw
-from autodb.sensing.protocol import Protocol
+from autodb.sensing.drives.feed_axis import identify, predict_effort
+from autodb.sensing.drives.fit.axis_model import Identified
+from autodb.sensing.drives.fit.discrepancy import OffLaw
+from autodb.sensing.drives.moves.protocol import Protocol
 from tests.conftest import Cli
 from tests.test_faults_of_moves import MACHINE
 from tests.test_reconstruct import _bare, _write

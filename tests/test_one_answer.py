@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from autodb.cutting.elements import engaged_mm, force_parts, forces
 from autodb.fitting import NotSettled, stationary
-from autodb.pairs.belief import OWN, Belief, Shared
 from autodb.pairs.learning import learn, learn_averaging
 from autodb.pairs.observed import Observed
+from autodb.pairs.posterior import OWN, Belief, Shared
 from autodb.pairs.worn import told
 from tests.test_law_off import PRIOR, cuts_of, felt
 from tests.test_pairs import prior

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from sqlalchemy import select
 
 from autodb.records import CutTable
-from autodb.sensing import ranges
+from autodb.sensing.ranges import calibration
 from autodb.store import models, open_store
 from tests.conftest import Cli
 
@@ -43,8 +43,8 @@ def test_facing_is_predicted_from_facing_and_holds_the_truth(learnt: Cli) -> Non
 
     One pinned cut with fixed recordings, not a claim about every cut.
     """
-    from autodb.virtual.jobs import cut_at
-    from autodb.virtual.sample import job_forces_N
+    from autodb.proofs.machines.lathe.jobs import cut_at
+    from autodb.proofs.machines.sample import job_forces_N
 
     answer = _predict(learnt, FACE + TURN)
     faced, turned = answer["cuts"]
@@ -103,8 +103,8 @@ def test_in_a_taper_both_axes_feed_and_are_sensed() -> None:
         channels={"cut": np.arange(float(n))},
         texts={"operation": ["turn", "face", "taper", "contour"]},
     )
-    assert ranges.moving(table, "x").tolist() == [False, True, True, True]
-    assert ranges.moving(table, "z").tolist() == [True, False, True, True]
+    assert calibration.moving(table, "x").tolist() == [False, True, True, True]
+    assert calibration.moving(table, "z").tolist() == [True, False, True, True]
 
 
 def test_a_version_taken_back_is_not_used_and_its_number_not_given_again(learnt: Cli) -> None:

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from autodb.explain.answer import Cause, ChannelAnswer, FitQuality, Value, Where
-from autodb.explain.axis_signals import _read_off
-from autodb.explain.confidence import Mistuned, standing
-from autodb.explain.entries import told
-from autodb.explain.report import verdict
-from autodb.explain.suspects import UNKNOWN
+from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, Value, Where
+from autodb.explain.axis.signals import _read_off
+from autodb.explain.engine.candidates import UNKNOWN
+from autodb.explain.engine.confidence import Mistuned, standing
+from autodb.explain.engine.entries import told
+from autodb.reports.explanation import verdict
 from autodb.terms.friction import direction
 
 CLEAR = Mistuned(30.0, standing({}, nothing=40.0), ())

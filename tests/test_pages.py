@@ -12,9 +12,8 @@ import pytest
 from numpy.testing import assert_array_equal
 from plotly.offline import get_plotlyjs
 
-from autodb import figures
-from autodb.agent.tightening import LearningCurve
-from autodb.explain.answer import (
+from autodb.agent.learn.precision_history import LearningCurve
+from autodb.explain.answer.answer import (
     Cause,
     ChannelAnswer,
     Considered,
@@ -26,8 +25,9 @@ from autodb.explain.answer import (
     Value,
     Where,
 )
-from autodb.explain.report import TERM_WORDS, explanation_fragment, render_explanation
-from autodb.page import (
+from autodb.reports import figures
+from autodb.reports.explanation import TERM_WORDS, explanation_fragment, render_explanation
+from autodb.reports.page import (
     CalibrationPlot,
     JobRow,
     Page,

@@ -11,20 +11,20 @@ from scipy.stats import binom
 from autodb.cutting import shear
 from autodb.cutting.elements import forces
 from autodb.cutting.insert import Insert, Turned, elements_of
-from autodb.pairs.belief import OWN, Belief, Shared
 from autodb.pairs.determined import chip_thickness, undetermined
 from autodb.pairs.forecast import forecast
+from autodb.pairs.information_gained import merged, told, undone
 from autodb.pairs.learning import learn
 from autodb.pairs.observed import CHIP, Cuts, Observed, Y, Z
+from autodb.pairs.outlier_test import surprise
 from autodb.pairs.planning import Limits, Sensed, gain, propose
+from autodb.pairs.posterior import OWN, Belief, Shared
 from autodb.pairs.prior import Card, any_metal, of_card, of_relative
-from autodb.pairs.surprise import surprise
-from autodb.pairs.told import merged, told, undone
-from autodb.prove import pair_ours
-from autodb.prove.pair_cuts import FAMILIES, KNOWN, drawn, feel
-from autodb.prove.pair_cuts import forces as true_forces
-from autodb.prove.score import Z as NORMAL_95
-from autodb.virtual.power_pairs import scattered
+from autodb.proofs.machines.lathe.power_pairs import scattered
+from autodb.proofs.runs.pairs import pair_ours
+from autodb.proofs.runs.pairs.pair_cuts import FAMILIES, KNOWN, drawn, feel
+from autodb.proofs.runs.pairs.pair_cuts import forces as true_forces
+from autodb.proofs.runs.score import Z as NORMAL_95
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from autodb.virtual.concealed.case import Case
-from autodb.virtual.concealed.plan import Planned, draw
+from autodb.proofs.cases.base.case import Case
+from autodb.proofs.cases.plan import Planned, draw
 from benchmarks.peers import score
 from benchmarks.peers.axis_dictionary import axis_columns, since_reversal
 from benchmarks.peers.cases import problem_of

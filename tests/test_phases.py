@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
 from autodb import signals
+from autodb.proofs.machines.lathe.phases import phases
 from autodb.signals import PhaseRange, PhaseStream
-from autodb.virtual.phases import phases
 
 Array = NDArray[np.float64]
 

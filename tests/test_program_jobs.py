@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb import along, forward, programs
 from autodb.errors import UnusableInput
-from autodb.exceeding import exceeding
+from autodb.files.job import JobCut, JobProgram, read_job
+from autodb.files.machine import Limits
 from autodb.fitting import Gaussian
-from autodb.forward import Interval, PredictedCut, ToolOf
-from autodb.jobs import JobCut, JobProgram, read_job
-from autodb.machinefile import Limits
-from autodb.pairs.belief import law_error
+from autodb.forward import along, prediction, programs
+from autodb.forward.limits import exceeding
+from autodb.forward.prediction import Interval, PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import expected, forecast
+from autodb.pairs.posterior import law_error
 from tests.conftest import Cli
 from tests.test_forward import INSERT, known
 
@@ -54,7 +54,7 @@ def test_a_longitudinal_line_takes_what_its_cut_takes(tmp_path: Path) -> None:
     """Through air first, of which nothing counts; the edge's way over the land is all alike."""
     (line,) = _predict(_follow(tmp_path, "G0 X56 Z2\nG1 Z-30 F.2\n"))
     cut = JobCut(diameter_mm=56, depth_mm=2, feed_mm_rev=0.2, speed_rpm=1000)
-    (same,) = forward.predict(known(), INSERT, [cut])
+    (same,) = prediction.predict(known(), INSERT, [cut])
     assert (line.operation, line.passive) == ("turn", "x")
     assert_allclose([line.speed_rpm, line.speed_m_min], [same.speed_rpm, same.speed_m_min])
     for name in (*FORCES, "power_W"):
@@ -69,7 +69,7 @@ def test_a_facing_line_at_one_speed_takes_the_forces_of_its_cut(tmp_path: Path) 
     found = _follow(tmp_path, "G96 S200\nG0 X62 Z-1\nG1 X20 F.2\n")
     (line,) = _predict(found)
     cut = JobCut(operation="face", diameter_mm=60, depth_mm=1, feed_mm_rev=0.2, speed_m_min=200)
-    (same,) = forward.predict(known(), INSERT, [cut])
+    (same,) = prediction.predict(known(), INSERT, [cut])
     assert line.operation == "face"
     for name in FORCES[:3]:
         assert_allclose(_ends(getattr(line, name)), _ends(getattr(same, name)), rtol=SAME)

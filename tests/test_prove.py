@@ -1,13 +1,14 @@
 """Proofs: killed and gone on they end the same, changed generators begin anew, and the table."""
 
+import ast
 import json
 import os
-import re
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -15,15 +16,16 @@ from scipy.stats import binom
 
 import autodb
 from autodb.errors import UnusableInput
-from autodb.prove import axis_intervals, proofs
-from autodb.prove.found import markdown
-from autodb.prove.oracle import oracle
-from autodb.prove.proofs import PROOFS, Proof, begin, carry_out
-from autodb.prove.runs import digest
-from autodb.prove.score import LEVEL, POOLED, Judged, Z, scored
-from autodb.prove.summary import COLUMNS, Summary, cells
-from autodb.virtual.axes import draw_run
-from autodb.virtual.quantities import NAMES, quantities
+from autodb.proofs import catalogue
+from autodb.proofs.catalogue import PROOFS, Proof, begin, carry_out
+from autodb.proofs.machines.axis.axes import draw_run
+from autodb.proofs.machines.axis.quantities import NAMES, quantities
+from autodb.proofs.runs.axis import axis_intervals
+from autodb.proofs.runs.found import markdown
+from autodb.proofs.runs.oracle import oracle
+from autodb.proofs.runs.runs import digest
+from autodb.proofs.runs.score import LEVEL, POOLED, Judged, Z, scored
+from autodb.proofs.runs.summary import COLUMNS, Summary, cells
 from tests.conftest import Cli
 
 RUNS = 12
@@ -169,14 +171,19 @@ def test_digest_changes_with_a_file_or_its_name(tmp_path: Path) -> None:
 
 
 def test_the_generator_of_every_proof_is_all_of_it() -> None:
-    """What a generator's modules import of autodb.virtual is hashed, but for a name of a type."""
+    """What a generator's modules import of virtual machines is hashed, but for a name of a type."""
     for proof in PROOFS:
         names = {module.__name__ for module in proof.generator}
         for module in proof.generator:
-            text = Path(str(module.__file__)).read_text("utf-8")
-            imported = set(re.findall(r"^from (autodb\S*) import", text, re.MULTILINE))
-            assert imported - names <= {"autodb.virtual.process"}
-            assert "process import Array\n" in text or "virtual.process" not in imported
+            others = {name for name in _imported(module) if name.rpartition(".")[0] not in names}
+            assert others - names <= {"autodb.proofs.machines.lathe.process.Array"}
+
+
+def _imported(module: ModuleType) -> Iterator[str]:
+    """Yield what a module imports of this program: modules, and names of modules, in full."""
+    for node in ast.parse(Path(str(module.__file__)).read_text("utf-8")).body:
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("autodb"):
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
 def test_what_is_no_proof_is_refused(tmp_path: Path, undisturbed: Path) -> None:
@@ -195,7 +202,7 @@ def test_the_command_lists_runs_goes_on_and_fails(
     cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert "axis-intervals" in cli("prove").out
-    monkeypatch.setattr(proofs, "PROOFS", (_made(_right),))
+    monkeypatch.setattr(catalogue, "PROOFS", (_made(_right),))
     done = cli("prove", "axis-intervals", "--runs", 40)
     assert done.code == 0
     assert f"seeds 1 to 40, autodb {autodb.__version__}" in done.out
@@ -203,7 +210,7 @@ def test_the_command_lists_runs_goes_on_and_fails(
     assert "40 of 50 runs are already there" in again.out
     written = json.loads(Path("axis-intervals-proof/axis-intervals.json").read_text("utf-8"))
     assert written["seeds"] == [1, 50]
-    monkeypatch.setattr(proofs, "PROOFS", (_made(_narrow),))
+    monkeypatch.setattr(catalogue, "PROOFS", (_made(_narrow),))
     failed = cli("prove", "axis-intervals", "--runs", 40, "--out", "narrow")
     assert failed.code == 1
     assert "FAILED" in failed.out
@@ -217,7 +224,7 @@ def test_the_command_interrupted_keeps_what_is_done(
             raise KeyboardInterrupt
         return _right(seed)
 
-    monkeypatch.setattr(proofs, "PROOFS", (_made(interrupted),))
+    monkeypatch.setattr(catalogue, "PROOFS", (_made(interrupted),))
     assert cli("prove", "axis-intervals", "--runs", 9).code == 130
     lines = Path("axis-intervals-proof/axis-intervals.jsonl").read_text("utf-8").splitlines()
     assert [json.loads(line)["seed"] for line in lines[1:]] == [1, 2, 3]

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.prove import axis_oracle, axis_run, axis_summary
-from autodb.prove.axis_cells import segments
-from autodb.prove.axis_errors import field_error
-from autodb.prove.axis_ours import ours, recording
-from autodb.prove.axis_run import ORACLE, OURS, PUBLISHED, Told
-from autodb.prove.published_axis import SevenParameters, published, weight
-from autodb.prove.runs import Finished, Origin
-from autodb.sensing.protocol import Protocol, means_by_way
-from autodb.virtual import reference_axis, reference_friction, reference_moves
-from autodb.virtual.motion import Motion
-from autodb.virtual.reference_axis import Traced, traced
+from autodb.proofs.machines.axis import reference_axis, reference_friction, reference_moves
+from autodb.proofs.machines.axis.motion import Motion
+from autodb.proofs.machines.axis.reference_axis import Traced, traced
+from autodb.proofs.runs.axis import axis_oracle, axis_run, axis_summary
+from autodb.proofs.runs.axis.axis_cells import segments
+from autodb.proofs.runs.axis.axis_errors import field_error
+from autodb.proofs.runs.axis.axis_ours import ours, recording
+from autodb.proofs.runs.axis.axis_run import ORACLE, OURS, PUBLISHED, Told
+from autodb.proofs.runs.axis.published_axis import SevenParameters, published, weight
+from autodb.proofs.runs.runs import Finished, Origin
+from autodb.sensing.drives.moves.protocol import Protocol, means_by_way
 
 ORIGIN = Origin("axis-field", "0", "g", "p")
 SEED = 101

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.prove import lathe_summary
-from autodb.prove.lathe_run import AxisErrors, run
-from autodb.prove.published_lathe import SpindleLaw
-from autodb.prove.runs import Finished, Origin
-from autodb.virtual import reference_lathe
+from autodb.proofs.machines.lathe import reference_lathe
+from autodb.proofs.runs.lathe import lathe_summary
+from autodb.proofs.runs.lathe.lathe_run import AxisErrors, run
+from autodb.proofs.runs.lathe.published_lathe import SpindleLaw
+from autodb.proofs.runs.runs import Finished, Origin
 
 ORIGIN = Origin("calibration", "0", "g", "p")
 MACHINES = range(1, 3)

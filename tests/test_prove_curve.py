@@ -8,9 +8,10 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.pairs.learning import learn
-from autodb.prove import pair_ours
-from autodb.prove.curve_case import JUDGED, draw_case, off, some
-from autodb.prove.curve_peers import (
+from autodb.proofs.machines.lathe.power_pairs import GAIN, TurnedCut
+from autodb.proofs.runs.pairs import pair_ours
+from autodb.proofs.runs.pairs.curve_case import JUDGED, draw_case, off, some
+from autodb.proofs.runs.pairs.curve_peers import (
     PEERS,
     RANGES,
     kienzle,
@@ -18,7 +19,7 @@ from autodb.prove.curve_peers import (
     nearest,
     nearest_by_section,
 )
-from autodb.prove.curve_plans import (
+from autodb.proofs.runs.pairs.curve_plans import (
     AT,
     CANDIDATES,
     CORNERS,
@@ -29,12 +30,11 @@ from autodb.prove.curve_plans import (
     judged,
     proposed,
 )
-from autodb.prove.curve_run import LEARNT, OURS, Learnt
-from autodb.prove.curve_summary import Summary, summary_of
-from autodb.prove.pair_cuts import TURN, Felt, drawn, made
-from autodb.prove.runs import Finished, Origin
-from autodb.prove.score import Z
-from autodb.virtual.power_pairs import GAIN, TurnedCut
+from autodb.proofs.runs.pairs.curve_run import LEARNT, OURS, Learnt
+from autodb.proofs.runs.pairs.curve_summary import Summary, summary_of
+from autodb.proofs.runs.pairs.pair_cuts import TURN, Felt, drawn, made
+from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.score import Z
 
 Array = NDArray[np.float64]
 Way = Callable[[Array, Array, Array], Array]

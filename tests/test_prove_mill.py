@@ -7,18 +7,24 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb import signals
-from autodb.prove import mill_run, mill_summary
-from autodb.prove.mill_ours import loads_A
-from autodb.prove.mill_run import PUBLISHED, Kept, Told
-from autodb.prove.mill_summary import PUBLISHED_N
-from autodb.prove.published_mill import Stribeck, four_steps
-from autodb.prove.runs import Finished, Origin
-from autodb.sensing.axis_model import terms_with
-from autodb.sensing.drive_errors import DriveErrors
-from autodb.sensing.reconstruct import DriveModel
-from autodb.virtual import reference_mill_moves, reference_milling
-from autodb.virtual.reference_cuts import PLAN
-from autodb.virtual.reference_mill import Logged, MillAxis, draw_mill, milled, swept_axis
+from autodb.proofs.machines.mill import reference_mill_moves, reference_milling
+from autodb.proofs.machines.mill.reference_cuts import PLAN
+from autodb.proofs.machines.mill.reference_mill import (
+    Logged,
+    MillAxis,
+    draw_mill,
+    milled,
+    swept_axis,
+)
+from autodb.proofs.runs.mill import mill_run, mill_summary
+from autodb.proofs.runs.mill.mill_ours import loads_A
+from autodb.proofs.runs.mill.mill_run import PUBLISHED, Kept, Told
+from autodb.proofs.runs.mill.mill_summary import PUBLISHED_N
+from autodb.proofs.runs.mill.published_mill import Stribeck, four_steps
+from autodb.proofs.runs.runs import Finished, Origin
+from autodb.sensing.drives.fit.axis_model import terms_with
+from autodb.sensing.drives.fit.drive_errors import DriveErrors
+from autodb.sensing.drives.reconstruct import DriveModel
 
 ORIGIN = Origin("mill-forces", "0", "g", "p")
 SEED = 101

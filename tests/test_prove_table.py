@@ -8,12 +8,12 @@ from numpy.testing import assert_allclose
 from scipy import constants
 
 from autodb.errors import UnusableInput
-from autodb.prove import published_table, table_run, table_summary
-from autodb.prove.runs import Finished, Origin
+from autodb.proofs.machines.mill import reference_table
+from autodb.proofs.machines.mill.reference_table import Recorded, Table
+from autodb.proofs.runs.mill import published_table, table_run, table_summary
+from autodb.proofs.runs.runs import Finished, Origin
 from autodb.records import Recording
 from autodb.sensing.table.engaged import engaged
-from autodb.virtual import reference_table
-from autodb.virtual.reference_table import Recorded, Table
 
 SEED = 101
 

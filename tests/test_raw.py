@@ -8,12 +8,12 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb import records
+from autodb.proofs.machines.lathe.jobs import cut_at
+from autodb.proofs.machines.lathe.phases import phases, raw_cut
+from autodb.proofs.machines.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_csv
 from autodb.records import CutTable, Recording
-from autodb.sensing import raw
+from autodb.sensing.ranges import raw
 from autodb.store import models, open_store
-from autodb.virtual.jobs import cut_at
-from autodb.virtual.phases import phases, raw_cut
-from autodb.virtual.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_csv
 from tests.conftest import Cli
 
 Array = NDArray[np.float64]

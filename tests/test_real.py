@@ -13,11 +13,12 @@ from pyarrow import csv
 from autodb import records
 from autodb.explain import explain
 from autodb.records import CutTable, Recording
-from autodb.sensing import drives, ranges
-from autodb.sensing.axis_model import amplitudes, terms_with
-from autodb.sensing.forms import LINE
-from autodb.sensing.protocol import Protocol
-from autodb.sensing.ripples import find_orders
+from autodb.sensing.drives import feed_axis
+from autodb.sensing.drives.fit.axis_model import amplitudes, terms_with
+from autodb.sensing.drives.fit.ripples import find_orders
+from autodb.sensing.drives.moves.protocol import Protocol
+from autodb.sensing.ranges import calibration
+from autodb.sensing.ranges.forms import LINE
 from benchmarks import vicomtech_wear as wear
 from tests.campaigns import first
 from tests.conftest import Cli
@@ -45,19 +46,19 @@ def _moves(path: Path, sample_jobs: Path) -> Recording:
 
 
 def test_feed_force_from_the_z_drive(vicomtech: Path, sample_jobs: Path) -> None:
-    found = ranges.calibrate(_turning(vicomtech, sample_jobs), "z")
+    found = calibration.calibrate(_turning(vicomtech, sample_jobs), "z")
     assert found.form is LINE
     assert_allclose(found.trials["line"], 71.7, atol=0.05)
     assert found.scores.rmse < 1.05 * found.trials["line"], "the choice among forms costs little"
     assert_allclose(found.scores_with_transients.rmse, 81.5, atol=0.05)
     assert found.transients == (371.0, 452.0, 1563.0, 1564.0)
     assert found.scores.groups == 13
-    assert found.scores.r_squared_low > ranges.OFFER_R_SQUARED
+    assert found.scores.r_squared_low > calibration.OFFER_R_SQUARED
     assert found.offered
 
 
 def test_spindle_current_is_refused_with_its_figure(vicomtech: Path, sample_jobs: Path) -> None:
-    found = ranges.calibrate(_turning(vicomtech, sample_jobs), "spindle")
+    found = calibration.calibrate(_turning(vicomtech, sample_jobs), "spindle")
     assert_allclose(found.scores.r_squared, -0.04, atol=0.005)
     assert not found.offered
     assert found.verdict.startswith("refused: R² -0.04")
@@ -79,7 +80,7 @@ def test_calibrate_command_on_the_real_table(cli: Cli, vicomtech: Path, sample_j
 
 
 def test_axis_identified_within_two_published_sd(emps: Path, sample_jobs: Path) -> None:
-    found = drives.plain(_moves(emps, sample_jobs))
+    found = feed_axis.plain(_moves(emps, sample_jobs))
     assert found.protocol == Protocol(cutoff_hz=100.0, decimate=10, crop_s=0.5)
     for term, (value, sd) in PUBLISHED.items():
         assert_allclose(found.value(term), value, atol=2.0 * sd, err_msg=term)
@@ -92,12 +93,12 @@ POINTS = 0.003
 
 
 @pytest.mark.parametrize(
-    ("terms", "published"), [(drives.SYMMETRIC, 0.040834), (ASYMMETRIC, 0.031117)]
+    ("terms", "published"), [(feed_axis.SYMMETRIC, 0.040834), (ASYMMETRIC, 0.031117)]
 )
 def test_relative_errors_are_the_published_ones(
     emps: Path, sample_jobs: Path, terms: tuple[str, ...], published: float
 ) -> None:
-    found = drives.identify(_moves(emps, sample_jobs), terms=terms)
+    found = feed_axis.identify(_moves(emps, sample_jobs), terms=terms)
     assert_allclose(found.plain.relative_error, published, atol=POINTS)
     assert_allclose(found.relative_error, published, atol=POINTS)
 
@@ -105,9 +106,9 @@ def test_relative_errors_are_the_published_ones(
 def test_cross_test_on_the_file_with_pulses_is_the_published_one(
     emps: Path, pulses: Path, sample_jobs: Path
 ) -> None:
-    plain = drives.plain(_moves(emps, sample_jobs))
+    plain = feed_axis.plain(_moves(emps, sample_jobs))
     other = _moves(pulses, sample_jobs)
-    error = drives.cross_test(other, "x", plain.protocol, [*plain.terms, *plain.given])
+    error = feed_axis.cross_test(other, "x", plain.protocol, [*plain.terms, *plain.given])
     assert_allclose(error, 0.059824, atol=POINTS)
 
 
@@ -115,15 +116,17 @@ def test_the_ripple_of_a_motor_turn_is_found_and_does_not_carry_over(
     emps: Path, pulses: Path, sample_jobs: Path
 ) -> None:
     """2.500 mm a motor turn; 1.07 N at 2.5 mm in the published data's own residual (SOURCE.md)."""
-    model = drives.identify(_moves(emps, sample_jobs), terms=(*ASYMMETRIC, "cogging"))
+    model = feed_axis.identify(_moves(emps, sample_jobs), terms=(*ASYMMETRIC, "cogging"))
     (ripple,) = amplitudes(model)
     assert ripple.term == "cogging"  # keeps its sign in both directions
     assert_allclose(ripple.value, 1.07, rtol=0.15)
     period = next(t.value for t in model.fitted if t.parameter == "period")
     assert_allclose(period, 2.5, rtol=0.002)
     other = _moves(pulses, sample_jobs)
-    with_it = drives.cross_test(other, "x", model.protocol, model.terms)
-    without = drives.cross_test(other, "x", model.protocol, drives.without_ripple(model.terms))
+    with_it = feed_axis.cross_test(other, "x", model.protocol, model.terms)
+    without = feed_axis.cross_test(
+        other, "x", model.protocol, feed_axis.without_ripple(model.terms)
+    )
     assert with_it > without
 
 
@@ -159,7 +162,7 @@ def test_what_was_left_out_of_the_simulation_is_named(
     moves = _moves(emps, sample_jobs)
     kept = {term: value for term, (value, _) in PUBLISHED.items() if term != left_out}
     simulation = tmp_path / "simulation.csv"
-    effort = drives.predict_effort(moves, "x", terms_with(kept, "N"))
+    effort = feed_axis.predict_effort(moves, "x", terms_with(kept, "N"))
     csv.write_csv(pa.table({"t": moves.t_s, "x.drive_force": effort}), simulation)
     columns = sample_jobs / "emps" / "columns.toml"
     done = cli("explain", emps, "--simulation", simulation, "--columns", columns, "--json")
@@ -181,7 +184,7 @@ def test_the_asymmetry_of_a_real_axis_is_named_and_helps_on_its_other_recording(
     left = {}
     for path in (emps, pulses):
         moves = _moves(path, sample_jobs)
-        effort = drives.predict_effort(moves, "x", published)
+        effort = feed_axis.predict_effort(moves, "x", published)
         left[path] = moves, effort
     moves, effort = left[emps]
     simulation = Recording(path=emps, channels={"t": moves.t_s, "x.drive_force": effort})

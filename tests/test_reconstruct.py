@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from autodb import signals
 from autodb.records import Recording
-from autodb.sensing.drives import identify
-from autodb.sensing.reconstruct import DriveModel, at_limit, observe, reconstruct
+from autodb.sensing.drives.feed_axis import identify
+from autodb.sensing.drives.reconstruct import DriveModel, at_limit, observe, reconstruct
 from tests.conftest import Cli
 
 Array = NDArray[np.float64]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.sensing.moved import moved, pooled_sd
-from autodb.sensing.repeats import (
+from autodb.sensing.ranges.moved import moved, pooled_sd
+from autodb.sensing.ranges.repeats import (
     Sample,
     equal_means,
     equal_variances,

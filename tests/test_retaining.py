@@ -10,13 +10,13 @@ import pandas as pd
 import pytest
 from sqlalchemy import select, update
 
-from autodb.agent import retaining, trash
-from autodb.agent.inbox import Inbox
-from autodb.agent.refreshing import refresh
-from autodb.agent.retaining import Retained, retain
+from autodb.agent.ingest.inbox import Inbox
+from autodb.agent.operate import retaining, trash
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.operate.retaining import Retained, retain
 from autodb.assets import kit
+from autodb.files.side import SideFile
 from autodb.records import CutTable, open_as_stored
-from autodb.sidefile import SideFile
 from autodb.store import Store, models, open_store
 from tests.conftest import Cli
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from sqlalchemy import text, update
 
-from autodb.agent.chained import chain
+from autodb.agent.operate.chained import chain
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
-from autodb.prove.flips import flips
+from autodb.proofs.runs.keeping.flips import flips
 from autodb.store import Store, create_store, head, migrate, models, open_store
 from autodb.store.backups import backup
 from autodb.store.copies import connect
@@ -185,7 +185,7 @@ def test_doctor_backup_and_restore_name_what_changed(store: Store, url: str, cli
 
 
 def test_every_bit_that_flips_in_a_cell_is_found(tmp_path: Path, store: Store, url: str) -> None:
-    """Some bits; of two hundred, or of another database: `autodb.prove.flips`."""
+    """Some bits; of two hundred, or of another database: `autodb.proofs.runs.keeping.flips`."""
     with store.writing() as session:
         session.add(models.Machine(name="m", rotary_order=["c"]))
         session.flush()

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.virtual.jobs import cut_at
-from autodb.virtual.sample import job_forces_N
+from autodb.proofs.machines.lathe.jobs import cut_at
+from autodb.proofs.machines.sample import job_forces_N
 from tests.expected import LEARNT_FROM, OF_CUTS, answer
 
 QUANTITIES = ("force_x_N", "force_y_N", "force_z_N", "torque_N_m", "power_W")

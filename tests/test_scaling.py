@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from autodb.records import Recording
-from autodb.sensing.drives import identify
-from autodb.sensing.reconstruct import DriveModel, reconstruct
-from autodb.sensing.scales import by_force, by_step
+from autodb.sensing.drives.feed_axis import identify
+from autodb.sensing.drives.reconstruct import DriveModel, reconstruct
+from autodb.sensing.drives.scales import by_force, by_step
 from tests.conftest import Cli
 from tests.test_reconstruct import (
     COULOMB_A,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from autodb.agent.scheduling import EVERY_H, EVERY_MIN, cron_line, slug, systemd_units
+from autodb.agent.operate.scheduling import EVERY_H, EVERY_MIN, cron_line, slug, systemd_units
 from autodb.errors import UnusableInput
 from tests.conftest import Cli
 

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from pydantic import ValidationError
 
-from autodb.schemas import FORMATS, texts, unit_of
+from autodb.cli.develop.schemas import FORMATS, texts, unit_of
 from tests.conftest import ROOT, Cli
 
 JOBS = ROOT / "sample_jobs"

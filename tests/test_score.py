@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.prove import score
-from autodb.prove.oracle import oracle
-from autodb.prove.score import Judged, Z, scored
-from autodb.virtual.axes import columns, draw_run
-from autodb.virtual.quantities import quantities
+from autodb.proofs.machines.axis.axes import columns, draw_run
+from autodb.proofs.machines.axis.quantities import quantities
+from autodb.proofs.runs import score
+from autodb.proofs.runs.oracle import oracle
+from autodb.proofs.runs.score import Judged, Z, scored
 
 
 def _normal(runs: int, *, factor: float, bias: float = 0.0, seed: int = 5) -> list[Judged]:

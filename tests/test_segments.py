@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb import signals
-from autodb.channels import unit_of
+from autodb.files.channels import unit_of
 
 RATE = 1000.0
 T = np.arange(10_000) / RATE

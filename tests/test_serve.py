@@ -21,26 +21,26 @@ from numpy.testing import assert_allclose
 from pydantic import TypeAdapter
 from sqlalchemy import inspect, select
 
-from autodb.agent.access import add_token, noted, revoke_token
-from autodb.agent.grounds import LookedUp
-from autodb.agent.looking_up import Shelf
-from autodb.agent.machines import add_machine
-from autodb.agent.predicting import Answer
-from autodb.agent.refreshing import refresh
-from autodb.agent.shelves import Shelves
-from autodb.channels import largest_of
+from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.lookup_cache import Shelves
+from autodb.agent.answer.predicting import Answer
+from autodb.agent.answer.prediction_basis import LookedUp
+from autodb.agent.operate.access import add_token, noted, revoke_token
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.rows.machines import add_machine
 from autodb.cli import run
-from autodb.client import Client, Unanswered
 from autodb.errors import NotThere, UnusableInput
-from autodb.jobs import LEAST, Job, JobCut
-from autodb.machinefile import LATHE
+from autodb.files.channels import largest_of
+from autodb.files.job import LEAST, Job, JobCut
+from autodb.files.machine import LATHE
+from autodb.proofs.machines.lathe import fleets
 from autodb.store import Store, create_store, models, open_store
 from autodb.store.watched import Watched
-from autodb.virtual import fleets
 from autodb.web.app import make_app
-from autodb.web.guard import HEADERS
+from autodb.web.client import Client, Unanswered
+from autodb.web.http.guard import HEADERS
+from autodb.web.http.settings import Settings
 from autodb.web.service import PASSED_ON
-from autodb.web.settings import Settings
 from tests import shops
 from tests.conftest import Cli
 from tests.servers import Server
@@ -740,7 +740,7 @@ def test_connections_that_say_nothing_keep_nobody_out(
 ) -> None:
     """Silent ones and begun ones are ended; idle ones between requests and slow bodies are not."""
     monkeypatch.setattr("autodb.web.server.AT_ONCE", 6)
-    monkeypatch.setattr("autodb.web.connections.HEAD_S", 1.0)
+    monkeypatch.setattr("autodb.web.http.connections.HEAD_S", 1.0)
     line = json.dumps(CUT).encode()
     asked = f"POST {API}/machines/lathe-0/lookup/batch?{urlencode(pair)} HTTP/1.1\r\n"
     head = f"{asked}Host: localhost\r\nContent-Length: {len(line)}\r\n\r\n".encode()
@@ -810,7 +810,7 @@ def test_trailers_that_go_on_end_the_connection(url: str) -> None:
 def test_blank_lines_between_requests_keep_no_connection(
     url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("autodb.web.connections.HEAD_S", 0.5)
+    monkeypatch.setattr("autodb.web.http.connections.HEAD_S", 0.5)
     with served(Settings(url)) as at, socket.socket() as one:
         one.settimeout(20.0)
         one.connect(("127.0.0.1", httpx.URL(at).port or 0))

@@ -14,14 +14,14 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from sqlalchemy import event, inspect, select
 
-from autodb.agent.calibrating import calibrate_machine
-from autodb.agent.importing import import_file
-from autodb.agent.inbox import Inbox
-from autodb.agent.machines import add_machine
-from autodb.agent.refreshing import refresh
+from autodb.agent.ingest.importing import import_file
+from autodb.agent.ingest.inbox import Inbox
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.rows.machines import add_machine
+from autodb.agent.sense.calibrating import calibrate_machine
 from autodb.errors import UnusableInput
-from autodb.machinefile import LATHE
-from autodb.prove.faults_run import CLOCKS, RECORDINGS
+from autodb.files.machine import LATHE
+from autodb.proofs.runs.keeping.faults_run import CLOCKS, RECORDINGS
 from autodb.store import Store, create_store, head, migrate, models, open_store, revisions
 from autodb.store.engines import engine_of
 from autodb.store.restoring import restore

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.agent.gathering import cuts_of_files
+from autodb.agent.ingest.gathering import cuts_of_files
 from autodb.errors import UnusableInput
-from autodb.sensing import raw
-from autodb.virtual.disturbed import Disturbance, Disturbed
-from autodb.virtual.process import Array
+from autodb.proofs.machines.lathe.disturbed import Disturbance, Disturbed
+from autodb.proofs.machines.lathe.process import Array
+from autodb.sensing.ranges import raw
 from tests.campaigns import first
 from tests.conftest import Cli
 from tests.files import write

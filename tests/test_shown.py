@@ -10,23 +10,23 @@ from numpy.testing import assert_allclose
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.drive_maps import drive_map, modelled_channels
-from autodb.agent.explaining import explain_recording, explain_with_machine
-from autodb.agent.force_map import force_map
-from autodb.agent.grounds import Grounds
-from autodb.agent.looking_up import Shelf
-from autodb.agent.machines import find_machine
-from autodb.agent.overview import machines_seen
-from autodb.agent.tightening import tightening
-from autodb.agent.usual_cut import OTHERWISE, usual_cut
+from autodb.agent.answer.explaining import explain_recording, explain_with_machine
+from autodb.agent.answer.force_map import force_map
+from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.overview import machines_seen
+from autodb.agent.answer.prediction_basis import Grounds
+from autodb.agent.learn.precision_history import tightening
+from autodb.agent.learn.usual_cut import OTHERWISE, usual_cut
+from autodb.agent.rows.machines import find_machine
+from autodb.agent.sense.drive_maps import drive_map, modelled_channels
 from autodb.assets import kit
 from autodb.errors import NotThere, UnusableInput
-from autodb.exceeding import beyond
-from autodb.forward import ToolOf
-from autodb.jobs import JobCut
-from autodb.machinefile import Limits
-from autodb.pairpage import map_plots
+from autodb.files.job import JobCut
+from autodb.files.machine import Limits
+from autodb.forward.limits import beyond
+from autodb.forward.prediction import ToolOf
 from autodb.pairs.engaged import DEPTH, FEED
+from autodb.reports.pair import map_plots
 from autodb.store import Store, models, open_store
 from tests.site import ODD, filled
 

@@ -10,14 +10,14 @@ from urllib.parse import quote, urlencode
 import pytest
 from fastapi.testclient import TestClient
 
-from autodb.agent.access import add_token
-from autodb.agent.deciding import mismatches
-from autodb.agent.looking_up import Shelf
+from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.operate.access import add_token
+from autodb.agent.operate.deciding import mismatches
 from autodb.store import Store, open_store
 from autodb.web.app import make_app
-from autodb.web.asked import as_cut
-from autodb.web.settings import Settings
-from autodb.web.static import FILES, at
+from autodb.web.http.settings import Settings
+from autodb.web.http.static import FILES, at
+from autodb.web.routes.asked import as_cut
 from tests.site import ODD, filled
 
 MACHINE = "/machines/lathe-1"
@@ -296,5 +296,5 @@ def test_signing_out_and_revoking_end_a_session(
         client.post("/sign-out", data={"csrf": csrf})
         assert client.get("/").status_code == 401
         _sign_in(client, secret)
-        monkeypatch.setattr("autodb.web.sessions.time.monotonic", lambda: 1e12)
+        monkeypatch.setattr("autodb.web.http.sessions.time.monotonic", lambda: 1e12)
         assert client.get("/").status_code == 401

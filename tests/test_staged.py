@@ -9,20 +9,20 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.axispage import render_axis
 from autodb.errors import UnusableInput
 from autodb.records import Recording
-from autodb.sensing.axis_model import Identified, IdentifiedTerm
-from autodb.sensing.drives import SYMMETRIC, identify
-from autodb.sensing.passes import both_ways, passes_of, sweeps_speeds, swept
-from autodb.sensing.prepared import Prepared, prepared
-from autodb.sensing.staged.agreement import agreement
-from autodb.sensing.staged.routine import Staged, staged
-from autodb.sensing.staged.segments import length_of, segments_of
-from autodb.sensing.staged.sticking import Verdict, sticking
-from autodb.sensing.staged.weight import weight_of
-from autodb.sensing.sweep import ladder, motion
-from autodb.sensing.thermal import thermal_state
+from autodb.reports.axis import render_axis
+from autodb.sensing.drives.feed_axis import SYMMETRIC, identify
+from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm
+from autodb.sensing.drives.fit.thermal import thermal_state
+from autodb.sensing.drives.moves.passes import both_ways, passes_of, sweeps_speeds, swept
+from autodb.sensing.drives.moves.prepared import Prepared, prepared
+from autodb.sensing.drives.staged.agreement import agreement
+from autodb.sensing.drives.staged.routine import Staged, staged
+from autodb.sensing.drives.staged.segments import length_of, segments_of
+from autodb.sensing.drives.staged.sticking import Verdict, sticking
+from autodb.sensing.drives.staged.weight import weight_of
+from autodb.sensing.drives.sweep import ladder, motion
 from tests.conftest import Cli
 from tests.files import write
 from tests.staged_axis import (

@@ -9,20 +9,20 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.agent.staging import Drive, beside, pole_of, tried
+from autodb.agent.sense.staging import Drive, beside, pole_of, tried
 from autodb.errors import UnusableInput
-from autodb.prove import mill_ours
+from autodb.proofs.machines.mill.reference_mill import draw_mill, swept_axis
+from autodb.proofs.machines.mill.reference_mill_moves import PITCH_MM
+from autodb.proofs.runs.mill import mill_ours
 from autodb.records import Recording
-from autodb.sensing.axis_model import Identified
-from autodb.sensing.drives import SYMMETRIC, identify
-from autodb.sensing.prepared import Prepared, prepared
-from autodb.sensing.staged.agreement_linear import agreement
-from autodb.sensing.staged.clusters import one_out
-from autodb.sensing.staged.linear import FourSteps, four_steps
-from autodb.sensing.staged.over_speed import Levels, law_of
-from autodb.sensing.staged.routine import Staged
-from autodb.virtual.reference_mill import draw_mill, swept_axis
-from autodb.virtual.reference_mill_moves import PITCH_MM
+from autodb.sensing.drives.feed_axis import SYMMETRIC, identify
+from autodb.sensing.drives.fit.axis_model import Identified
+from autodb.sensing.drives.moves.prepared import Prepared, prepared
+from autodb.sensing.drives.staged.agreement_linear import agreement
+from autodb.sensing.drives.staged.clusters import one_out
+from autodb.sensing.drives.staged.linear import FourSteps, four_steps
+from autodb.sensing.drives.staged.over_speed import Levels, law_of
+from autodb.sensing.drives.staged.routine import Staged
 from tests.conftest import Cli
 from tests.files import write
 from tests.staged_axis import MIDDLE_MM, POLE_MM, Axis, pole_shape, recorded

@@ -12,10 +12,10 @@ from numpy.testing import assert_allclose
 from scipy import stats
 
 from autodb import records, standard
-from autodb.agent.measuring import new_protocol, read_measured, with_references
+from autodb.agent.sense.measuring import new_protocol, read_measured, with_references
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
-from autodb.sensing import ranges
+from autodb.sensing.ranges import calibration
 from autodb.standard import Protocol, read_protocol, run_order
 from autodb.standard.writing import as_toml
 from tests.conftest import Cli
@@ -95,7 +95,7 @@ def test_an_operation_says_which_axis_is_passive() -> None:
                     f"force.{axis}": 100 * current}  # fmt: skip
         table = CutTable(Path("c.csv"), channels, {"operation": [operation] * rows})
         with pytest.raises(UnusableInput, match="0 independent groups"):
-            ranges.calibrate(table, axis)
+            calibration.calibrate(table, axis)
 
 
 def test_references_hold_the_true_force_and_are_students_interval(tmp_path: Path) -> None:

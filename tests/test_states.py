@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from pyarrow import csv
 from sqlalchemy import select
 
-from autodb.agent.beliefs import as_belief
+from autodb.agent.rows.posteriors import as_belief
 from autodb.fitting import NORMAL_95
-from autodb.pairs.belief import DAY
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
-from autodb.sensing.error_kinds import ErrorKinds, day_moves
+from autodb.pairs.posterior import DAY
+from autodb.proofs.machines.lathe.process import STEEL, Cut, mean_forces_N
+from autodb.sensing.ranges.error_kinds import ErrorKinds, day_moves
 from autodb.store import migrate, models, open_store
-from autodb.virtual.process import STEEL, Cut, mean_forces_N
 from tests.conftest import ROOT, Cli, Once
 
 Array = NDArray[np.float64]

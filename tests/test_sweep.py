@@ -9,13 +9,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.errors import UnusableInput
-from autodb.machinefile import MachineFile
+from autodb.files.machine import MachineFile
 from autodb.nc import DIALECTS
 from autodb.nc.sweep import MARGIN_MM, Way, program, stretch
 from autodb.records import Recording
-from autodb.sensing.drives import identify
-from autodb.sensing.reconstruct import DriveModel
-from autodb.sensing.sweep import REST_S, STEP_S, candidates, design, ladder, motion
+from autodb.sensing.drives.feed_axis import identify
+from autodb.sensing.drives.reconstruct import DriveModel
+from autodb.sensing.drives.sweep import REST_S, STEP_S, candidates, design, ladder, motion
 from tests import nc
 from tests.conftest import Cli
 from tests.test_reconstruct import COULOMB_A, MASS_A, NOISE_A, VISCOUS_A, _recording, _write

@@ -5,10 +5,10 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.explain.bench import Bench
-from autodb.explain.noise import Noise, Whitener
-from autodb.explain.suspects import Choice, Rung, Suspect
-from autodb.explain.tuning import Beside, tuned_together
+from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.noise import Noise, Whitener
+from autodb.explain.engine.tuning import Beside, tuned_together
 
 Array = NDArray[np.float64]
 

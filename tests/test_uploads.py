@@ -26,20 +26,20 @@ from fastapi.testclient import TestClient
 from scipy.io import savemat
 from sqlalchemy import select
 
-from autodb.agent.access import Access, Role, add_token, noted
-from autodb.agent.machines import add_machine
-from autodb.agent.receiving import Sent
-from autodb.client import Client
+from autodb.agent.operate.access import Access, Role, add_token, noted
+from autodb.agent.operate.receiving import Sent
+from autodb.agent.rows.machines import add_machine
 from autodb.errors import UnusableInput
-from autodb.jobs import read_job
-from autodb.machinefile import LATHE
+from autodb.files.job import read_job
+from autodb.files.machine import LATHE
 from autodb.store import Store, create_store, models, open_store
-from autodb.web import apart, landing
-from autodb.web.accepted import ACCEPTED
 from autodb.web.app import make_app
-from autodb.web.imports import Imports
-from autodb.web.sent import received, safe
-from autodb.web.settings import Bounds, Limits, Settings
+from autodb.web.client import Client
+from autodb.web.http.settings import Bounds, Limits, Settings
+from autodb.web.receive import apart, landing
+from autodb.web.receive.accepted import ACCEPTED
+from autodb.web.receive.imports import Imports
+from autodb.web.receive.sent import received, safe
 from tests.conftest import Cli
 from tests.files import write
 from tests.kills import content

@@ -8,18 +8,24 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from autodb.virtual.axis import (
+from autodb.proofs.machines.axis.axis import (
     Cogging,
     ExternalLoad,
     PositionFriction,
     Warmup,
     air_moves,
 )
-from autodb.virtual.jobs import FACED, cut_at, standard_cuts, week_1_cuts, week_2_cuts
-from autodb.virtual.lathe import Lathe, cut_table
-from autodb.virtual.phases import raw_cut
-from autodb.virtual.process import ALUMINIUM, STEEL, Cut, mean_forces_N
-from autodb.virtual.sample import SAMPLE_LATHE, SAMPLE_PAIR, job_forces_N, write_sample
+from autodb.proofs.machines.lathe.jobs import (
+    FACED,
+    cut_at,
+    standard_cuts,
+    week_1_cuts,
+    week_2_cuts,
+)
+from autodb.proofs.machines.lathe.lathe import Lathe, cut_table
+from autodb.proofs.machines.lathe.phases import raw_cut
+from autodb.proofs.machines.lathe.process import ALUMINIUM, STEEL, Cut, mean_forces_N
+from autodb.proofs.machines.sample import SAMPLE_LATHE, SAMPLE_PAIR, job_forces_N, write_sample
 
 newton = 1.0
 ANCHOR = replace(cut_at((2.0, 0.20, 1000.0, 60.0)), material="aluminium alloy")

@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.agent.moving import what_moved
-from autodb.explain.answer import Cause
-from autodb.explain.cutting.currents import FRICTION, GAIN, OFFSET
-from autodb.explain.moved_words import FORCE, sentences
-from autodb.explain.suspects import UNKNOWN
+from autodb.explain.answer.answer import Cause
+from autodb.explain.cuts.candidates.currents import FRICTION, GAIN, OFFSET
+from autodb.explain.cuts.candidates.moved_words import FORCE, sentences
+from autodb.explain.engine.candidates import UNKNOWN
 from autodb.records import CutTable
-from autodb.sensing import ranges
-from autodb.sensing.forms import FEED_FORMS, LINE, LINE_OF_SPEED, POWER, Felt, Form
-from autodb.sensing.turned_round import current_of
+from autodb.reports.card.moving import what_moved
+from autodb.sensing.ranges import calibration
+from autodb.sensing.ranges.forms import FEED_FORMS, LINE, LINE_OF_SPEED, POWER, Felt, Form
+from autodb.sensing.ranges.turned_round import current_of
 from autodb.standard import references
 from tests.campaigns import first
 from tests.conftest import Cli
@@ -38,7 +38,7 @@ Causes = tuple[Cause, ...]
 
 
 def moved_in(table: CutTable) -> Causes:
-    return what_moved(ranges.calibrate(table, "z"), table, force_N=None, protocol=None)
+    return what_moved(calibration.calibrate(table, "z"), table, force_N=None, protocol=None)
 
 
 def moved_by_protocol(table: CutTable) -> Causes:
@@ -46,7 +46,7 @@ def moved_by_protocol(table: CutTable) -> Causes:
     protocol = with_references(table)
     bare = replace(table, channels={n: v for n, v in table.channels.items() if "force" not in n})
     force_N = references(bare, protocol, "z").force_N
-    found = ranges.calibrate(bare, "z", force_N=force_N)
+    found = calibration.calibrate(bare, "z", force_N=force_N)
     return what_moved(found, bare, force_N=force_N, protocol=protocol)
 
 
@@ -165,7 +165,7 @@ def test_too_few_cuts_name_nothing_and_say_what_it_may_be() -> None:
         channels={name: values[kept] for name, values in table.channels.items()},
         texts={name: [values[row] for row in kept] for name, values in table.texts.items()},
     )
-    found = ranges.calibrate(table, "z")
+    found = calibration.calibrate(table, "z")
     causes = what_moved(found, few, force_N=None, protocol=None)
     assert not named(causes)
     (cause,) = (cause for cause in causes if FRICTION in cause.alternatives)

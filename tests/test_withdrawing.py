@@ -11,8 +11,8 @@ from numpy.testing import assert_allclose
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.beliefs import as_belief, latest
-from autodb.agent.calibrations import current_calibrations
+from autodb.agent.rows.calibrations import current_calibrations
+from autodb.agent.rows.posteriors import as_belief, latest
 from autodb.assets import kit
 from autodb.store import models, open_store
 from tests.conftest import Cli, Once

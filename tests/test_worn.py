@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from autodb.cutting import shear
 from autodb.cutting.elements import edge_parts, forces
-from autodb.pairs.belief import OWN, WEAR, Belief, Wear
 from autodb.pairs.engaged import BY_NAME, Conditions
 from autodb.pairs.forecast import forecast, worn
 from autodb.pairs.learning import learn
 from autodb.pairs.observed import Cuts, Observed
+from autodb.pairs.posterior import OWN, WEAR, Belief, Wear
 from autodb.pairs.prior import of_relative
 from autodb.pairs.worn import told, with_wear
 from tests.test_pairs import cuts_of, felt, prior, truth, turn

@@ -9,31 +9,22 @@ from typing import Any
 
 import typer
 
-from autodb.cli import (
-    answers,
-    database,
-    deciding,
-    explaining,
-    fleet,
+from autodb.cli.develop import proving
+from autodb.cli.learn import (
     identifying,
     inspecting,
-    keeping,
     learning,
-    looking_up,
-    planning,
-    proving,
     reconstructing,
     refreshing,
     running,
     scaling,
-    scheduling,
     sensing,
-    serving,
-    standard,
-    sweeping,
-    withdrawing,
 )
-from autodb.excuses import excuse
+from autodb.cli.maintain import fleet, keeping, withdrawing
+from autodb.cli.plan import answers, looking_up, planning
+from autodb.cli.setup import database, scheduling, serving, standard, sweeping
+from autodb.cli.understand import deciding, explaining
+from autodb.files.excuses import excuse
 
 INTERRUPTED = 130
 

@@ -3,13 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.channels import FORCES, axis_of, effort_channels
 from autodb.errors import UnusableInput, near
-from autodb.explain.answer import ChannelAnswer, Explained, Explanation, Trace
-from autodb.explain.axis import explain_axis
+from autodb.explain.answer.answer import ChannelAnswer, Explained, Explanation, Trace
+from autodb.explain.axis.look import explain_axis
 from autodb.explain.process import explain_cuts, explain_waves
+from autodb.files.channels import FORCES, axis_of, effort_channels
 from autodb.records import CutTable, Recording
-from autodb.sensing.protocol import default_protocol
+from autodb.sensing.drives.moves.protocol import default_protocol
 from autodb.terms.vocabulary import VOCABULARY
 
 Array = NDArray[np.float64]

@@ -12,12 +12,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain import moved_words as words
-from autodb.explain.answer import Cause, Value
-from autodb.explain.confidence import of_missing
-from autodb.explain.cutting.again import made_again
-from autodb.explain.cutting.answers import FELT
-from autodb.explain.cutting.currents import (
+from autodb.explain.answer.answer import Cause, Value
+from autodb.explain.cuts.again import made_again
+from autodb.explain.cuts.answers import FELT
+from autodb.explain.cuts.candidates import moved_words as words
+from autodb.explain.cuts.candidates.currents import (
     AIR,
     FRICTION,
     GAIN,
@@ -29,15 +28,16 @@ from autodb.explain.cutting.currents import (
     own_of_run,
     stack_of_run,
 )
-from autodb.explain.cutting.fit import Fit, fit, held_out_rows
-from autodb.explain.cutting.laws import Columns
-from autodb.explain.cutting.look import Looked, look_for
-from autodb.explain.cutting.profile import value
-from autodb.explain.fit import rms
-from autodb.explain.moved_words import FORCE
-from autodb.explain.suspects import UNKNOWN, Choice
+from autodb.explain.cuts.candidates.laws import Columns
+from autodb.explain.cuts.candidates.moved_words import FORCE
+from autodb.explain.cuts.fit import Fit, fit, held_out_rows
+from autodb.explain.cuts.look import Looked, look_for
+from autodb.explain.cuts.profile import value
+from autodb.explain.engine.candidates import UNKNOWN, Choice
+from autodb.explain.engine.confidence import of_missing
+from autodb.explain.engine.fit import rms
 from autodb.fitting import NORMAL_95
-from autodb.sensing.moved import Moved, moved
+from autodb.sensing.ranges.moved import Moved, moved
 
 Array = NDArray[np.float64]
 

@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer import ChannelAnswer, Trace
-from autodb.explain.cutting.answers import answers
-from autodb.explain.cutting.look import look, stack_of
-from autodb.explain.fit import SAME, no_difference, rms
-from autodb.explain.milling.answers import Told
-from autodb.explain.milling.look import look as look_at_waves
+from autodb.explain.answer.answer import ChannelAnswer, Trace
+from autodb.explain.cuts.answers import answers
+from autodb.explain.cuts.look import look, stack_of
+from autodb.explain.engine.fit import SAME, no_difference, rms
+from autodb.explain.waves.answers import Told
+from autodb.explain.waves.look import look as look_at_waves
 from autodb.records import CutTable, Recording
 
 Array = NDArray[np.float64]

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
-from autodb.explain.answer import Cause, ChannelAnswer, Value
-from autodb.explain.suspects import UNKNOWN
+from autodb.explain.answer.answer import Cause, ChannelAnswer, Value
+from autodb.explain.engine.candidates import UNKNOWN
 from autodb.fitting import NORMAL_95
 from autodb.records import CutTable, Recording
 

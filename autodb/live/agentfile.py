@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from autodb.channels import is_channel
 from autodb.errors import near
-from autodb.sidefile import Column, ToolSection
-from autodb.tomlfile import Finite, NotNegative, Positive, Section, read_toml
+from autodb.files.channels import is_channel
+from autodb.files.side import Column, ToolSection
+from autodb.files.toml import Finite, NotNegative, Positive, Section, read_toml
 
 CHANNELS = ("x.position", "x.current", "x.current.u", "spindle.current", "spindle.speed", "force.x")
 COLUMN = ("scale", "unit", "sign", "diameter", "kind", "rated_A", "clips")

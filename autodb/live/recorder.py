@@ -12,12 +12,12 @@ from pydantic import ValidationError
 
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
+from autodb.files.side import CutSection, RecordingSection, SideFile, ToolSection
 from autodb.files.targets import hidden, replace_by, write_text
+from autodb.files.tool import geometry_of, read_tool
 from autodb.live.agentfile import AgentFile, Told
 from autodb.live.batch import Value
 from autodb.live.segmenter import LiveCut
-from autodb.sidefile import CutSection, RecordingSection, SideFile, ToolSection
-from autodb.toolfile import geometry_of, read_tool
 
 PER_TURN = ("turn", "face", "taper", "contour", "drill")
 """Operations whose feed is per revolution; of the others it is per tooth."""

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from autodb.errors import UnusableInput
-from autodb.machinefile import AxisFile, MachineFile
+from autodb.files.machine import AxisFile, MachineFile
+from autodb.files.workholding import Setup
 from autodb.nc.steps import Move, Path
-from autodb.workholding import Setup
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from autodb.errors import UnusableInput, near
-from autodb.machinefile import MachineFile
+from autodb.files.machine import MachineFile
 from autodb.nc import fanuc, milling, siemens, turning
 from autodb.nc.fits import (
     Mounted,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import ceil, floor
 
 from autodb.errors import UnusableInput, near
-from autodb.machinefile import AxisFile, MachineFile
+from autodb.files.machine import AxisFile, MachineFile
 from autodb.nc.program import DIALECTS
 from autodb.nc.steps import DECIMALS
 from autodb.nc.words import Words

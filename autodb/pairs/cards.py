@@ -13,11 +13,11 @@ import numpy as np
 from autodb.cutting.kienzle import Planned
 from autodb.errors import UnusableInput, near
 from autodb.files import csvtext
+from autodb.files.units import RAW, conversion
 from autodb.pairs.card import STEEPEST, Bounded, KienzleCard, LinearCard
 from autodb.readers import Columns
 from autodb.readers.csv import open_csv
 from autodb.standard.writing import keep
-from autodb.units import RAW, conversion
 
 STEEPEST_RAKE_DEG = 60.0
 """Beyond any insert or mill. Chosen."""

@@ -20,12 +20,12 @@ from autodb.cutting import shear
 from autodb.cutting.kienzle import Planned
 from autodb.cutting.shear import THICKNESS_MM, Values
 from autodb.errors import UnusableInput, near
+from autodb.files.toml import read_toml
 from autodb.fitting import NORMAL_95, Gaussian
-from autodb.pairs.belief import P1_SCATTER, Belief
 from autodb.pairs.card import SHAPE, Bounded, KienzleCard, level
+from autodb.pairs.posterior import P1_SCATTER, Belief
 from autodb.pairs.prior import Card, any_metal, of_card
 from autodb.pairs.stated import Kienzle, LinearEdge, Material, Shear, Table
-from autodb.tomlfile import read_toml
 
 Array = NDArray[np.float64]
 

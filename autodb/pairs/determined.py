@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import NAMES, PARAMETERS
 from autodb.fitting import update
-from autodb.pairs.belief import OWN, Belief
 from autodb.pairs.modelled import own_variance
 from autodb.pairs.observed import CHIP, Cuts, Observed
+from autodb.pairs.posterior import OWN, Belief
 
 Array = NDArray[np.float64]
 

@@ -29,8 +29,8 @@ from scipy.stats import chi2
 
 from autodb.cutting.shear import BETA, EDGE_R, EDGE_T, TAU, Edge, coefficients
 from autodb.fitting import Gaussian
-from autodb.pairs.belief import OWN
 from autodb.pairs.hierarchy import ACTIVE, Told
+from autodb.pairs.posterior import OWN
 
 Array = NDArray[np.float64]
 

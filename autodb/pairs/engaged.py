@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from autodb.cutting import drill, endmill, insert, tools, turning
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import SPEED_M_MIN
-from autodb.jobs import KEYS
+from autodb.files.job import KEYS
+from autodb.files.tool import ToolKind
 from autodb.pairs.observed import Cuts, Variant
-from autodb.toolfile import ToolKind
 
 Array = NDArray[np.float64]
 Conditions = Mapping[str, float]

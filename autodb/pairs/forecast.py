@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import edge_parts, force_parts, forces, joined, linearised
-from autodb.pairs.belief import OWN, WEAR, Belief
 from autodb.pairs.modelled import own_variance
 from autodb.pairs.observed import Cuts, with_growth
+from autodb.pairs.posterior import OWN, WEAR, Belief
 
 Array = NDArray[np.float64]
 

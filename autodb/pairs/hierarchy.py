@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from autodb.cutting.shear import NAMES
 from autodb.fitting import Gaussian
-from autodb.pairs.belief import OWN
+from autodb.pairs.posterior import OWN
 from autodb.pairs.prior import OF_EDGE, RELATIVE, any_metal
 
 Array = NDArray[np.float64]

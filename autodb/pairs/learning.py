@@ -25,9 +25,9 @@ from scipy.linalg.lapack import dtrtri, dtrtrs
 
 from autodb.errors import UnusableInput
 from autodb.fitting import Gaussian, NotSettled, root_of, stationary
-from autodb.pairs.belief import FAR, OWN, Belief, Scatter, Shared
 from autodb.pairs.modelled import FORCE, Modelled, Seen
 from autodb.pairs.observed import Observed
+from autodb.pairs.posterior import FAR, OWN, Belief, Scatter, Shared
 
 Array = NDArray[np.float64]
 

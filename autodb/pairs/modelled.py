@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import force_parts, joined, linearised
-from autodb.pairs.belief import CUT_SHARE, OWN, Belief, OffLaw, Scatter
 from autodb.pairs.observed import CHIP, Cuts, Observed, growth, with_growth
+from autodb.pairs.posterior import CUT_SHARE, OWN, Belief, OffLaw, Scatter
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from autodb.cutting import shear
 from autodb.cutting.elements import Elements, engaged_mm, force_gradient, force_parts
 from autodb.cutting.shear import Edge, Values
-from autodb.pairs.belief import Shared
+from autodb.pairs.posterior import Shared
 
 Array = NDArray[np.float64]
 

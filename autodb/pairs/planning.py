@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from autodb.pairs.belief import Belief, Shared
 from autodb.pairs.forecast import Forecast, forecast
 from autodb.pairs.observed import Cuts
+from autodb.pairs.posterior import Belief, Shared
 
 Array = NDArray[np.float64]
 

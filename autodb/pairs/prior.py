@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import NAMES, PARAMETERS, Edge
 from autodb.fitting import Gaussian
-from autodb.pairs.belief import CALIBRATION, OWN, P1_SCATTER, REFERENCES, Belief, Shared
 from autodb.pairs.learning import learn
 from autodb.pairs.observed import Cuts, Observed, X, Y
+from autodb.pairs.posterior import CALIBRATION, OWN, P1_SCATTER, REFERENCES, Belief, Shared
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
-from autodb.tomlfile import Finite, Positive, Section
+from autodb.files.toml import Finite, Positive, Section
 
 
 class Value(Section):

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import edge_parts
-from autodb.pairs.belief import EDGE, WEAR, WORN, Belief, Shared, Wear
 from autodb.pairs.learning import evidence, learn
 from autodb.pairs.observed import CHIP, Cuts, Observed
+from autodb.pairs.posterior import EDGE, WEAR, WORN, Belief, Shared, Wear
 
 Array = NDArray[np.float64]
 

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from autodb.channels import TEXT_COLUMNS, is_channel, unit_of
 from autodb.errors import UnusableInput
+from autodb.files.channels import TEXT_COLUMNS, is_channel, unit_of
+from autodb.files.side import Column, SideFile
+from autodb.files.units import RAW, conversion
 from autodb.readers import Columns
 from autodb.records.tables import EDGE, Array
-from autodb.sidefile import Column, SideFile
-from autodb.units import RAW, conversion
 
 LARGEST = 1e15
 """Numbers beyond this are damage, not a measurement in any of our units."""

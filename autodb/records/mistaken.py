@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.channels import unit_of
-from autodb.units import conversion
+from autodb.files.channels import unit_of
+from autodb.files.units import conversion
 
 Array = NDArray[np.float64]
 

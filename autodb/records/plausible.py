@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from autodb.channels import LINEAR_AXES, largest_of, unit_of
 from autodb.errors import UnusableInput
+from autodb.files.channels import LINEAR_AXES, largest_of, unit_of
+from autodb.files.side import SideFile
+from autodb.files.units import RAW
 from autodb.records.mistaken import SPEEDS, Mistake
 from autodb.records.source import Source
 from autodb.records.summary import LEVELS, BaseSummary, ChannelSummary
-from autodb.sidefile import SideFile
-from autodb.units import RAW
 
 LEAST_TRAVEL_MM = 1.0
 """A recording in which axes move, but none by this much, is taken for one in metres,"""

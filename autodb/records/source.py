@@ -8,6 +8,7 @@ import numpy as np
 
 from autodb import readers
 from autodb.errors import UnusableInput, near
+from autodb.files.side import SideFile, read_sidefile
 from autodb.records.convert import Conversion, specs
 from autodb.records.tables import (
     EDGE,
@@ -19,7 +20,6 @@ from autodb.records.tables import (
     edge_codes,
     gap,
 )
-from autodb.sidefile import SideFile, read_sidefile
 
 FEWEST_ROWS = 3
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.channels import LINEAR_AXES, axis_of, unit_of
 from autodb.errors import UnusableInput
+from autodb.files.channels import LINEAR_AXES, axis_of, unit_of
 from autodb.records.convert import Conversion
 from autodb.records.source import Source, TimeBase
 from autodb.records.tables import Array, CutTable, Recording, check_cuts, check_time

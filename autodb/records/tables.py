@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.channels import unit_of
 from autodb.errors import UnusableInput, near
-from autodb.sidefile import SideFile
+from autodb.files.channels import unit_of
+from autodb.files.side import SideFile
 
 if TYPE_CHECKING:
     import pandas as pd

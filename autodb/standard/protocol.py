@@ -11,9 +11,9 @@ from pydantic import Field, PositiveInt, model_validator
 
 from autodb.assets import kit
 from autodb.errors import UnusableInput, near
-from autodb.sidefile import Operation
-from autodb.tomlfile import Finite, NotNegative, Positive, Section, read_toml
-from autodb.toolfile import Geometry
+from autodb.files.side import Operation
+from autodb.files.toml import Finite, NotNegative, Positive, Section, read_toml
+from autodb.files.tool import Geometry
 
 PASSIVE = {"turn": "x", "face": "z"}
 """The axis that stands still in a turning operation: its force shows in no current."""

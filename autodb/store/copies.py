@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from autodb.errors import UnusableInput
-from autodb.excuses import full_under, is_full
+from autodb.files.excuses import full_under, is_full
 from autodb.files.targets import Progress, sync
 from autodb.store import head, revisions, rowsums, shape
 from autodb.store.engines import opened

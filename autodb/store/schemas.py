@@ -16,7 +16,7 @@ from sqlalchemy.exc import DatabaseError
 
 from autodb.assets import kit
 from autodb.errors import UnusableInput
-from autodb.excuses import full_under, is_full
+from autodb.files.excuses import full_under, is_full
 from autodb.store import rowsums
 from autodb.store.engines import WRITES, engine_of
 from autodb.store.urls import SQLITE, on_server, shown

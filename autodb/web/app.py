@@ -9,30 +9,22 @@ from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import JSONResponse, PlainTextResponse
 from starlette.concurrency import run_in_threadpool
 
-from autodb.agent.shelves import Shelves
+from autodb.agent.answer.lookup_cache import Shelves
 from autodb.store import open_store
 from autodb.store.watched import Watched
-from autodb.web import (
-    batch,
-    decisions,
-    forces,
-    machines,
-    pages,
-    programs,
-    recordings,
-    static,
-    tools,
-)
-from autodb.web.children import Children
-from autodb.web.guard import Guard
-from autodb.web.imports import Imports
-from autodb.web.metrics import TEXT, Metrics
-from autodb.web.problems import problems
-from autodb.web.rates import Rate
+from autodb.web import pages
+from autodb.web.http import static
+from autodb.web.http.guard import Guard
+from autodb.web.http.metrics import TEXT, Metrics
+from autodb.web.http.problems import problems
+from autodb.web.http.rates import Rate
+from autodb.web.http.settings import Settings
+from autodb.web.receive.children import Children
+from autodb.web.receive.imports import Imports
 from autodb.web.refusals import handle
+from autodb.web.routes import batch, decisions, forces, machines, programs, recordings, tools
 from autodb.web.schema import with_units
 from autodb.web.service import SENDS_S, Reads, Service, service_of
-from autodb.web.settings import Settings
 
 API = "/api/v1"
 ABOUT = """What a machining database knows: forces, torque and power of cuts before they are made,

@@ -6,10 +6,11 @@ from urllib.parse import quote
 from fastapi import Request
 from fastapi.responses import HTMLResponse
 
-from autodb import __version__, figures
-from autodb.agent.access import Access, Role
+from autodb import __version__
+from autodb.agent.operate.access import Access, Role
+from autodb.reports import figures
+from autodb.web.http.static import at
 from autodb.web.service import service_of
-from autodb.web.static import at
 
 POLICY = "; ".join(
     (

@@ -9,9 +9,9 @@ from sqlalchemy.exc import DBAPIError
 from starlette.exceptions import HTTPException as StarletteHTTPException
 
 from autodb.errors import NotThere, UnusableInput
-from autodb.excuses import excuse
+from autodb.files.excuses import excuse
 from autodb.web import html
-from autodb.web.problems import first_of, problem
+from autodb.web.http.problems import first_of, problem
 
 NOT_THERE, UNUSABLE, AWAY = 404, 422, 503
 ELSEWHERE = "/api/v1/openapi.json lists what would work"

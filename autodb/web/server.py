@@ -11,9 +11,9 @@ import uvicorn
 from fastapi import FastAPI
 
 from autodb.errors import UnusableInput
-from autodb.web import logs
-from autodb.web.connections import Connection
-from autodb.web.settings import Settings
+from autodb.web.http import logs
+from autodb.web.http.connections import Connection
+from autodb.web.http.settings import Settings
 
 STOP_S = 20
 """How long answers on their way are waited for when it is stopped. Chosen."""

@@ -10,18 +10,18 @@ from typing import Annotated, Any
 from anyio import CapacityLimiter, to_thread
 from fastapi import Depends, HTTPException, Request
 
-from autodb.agent.access import Access, Role, access_of, is_token
-from autodb.agent.owner import owner_named
-from autodb.agent.shelves import Shelves
+from autodb.agent.answer.lookup_cache import Shelves
+from autodb.agent.operate.access import Access, Role, access_of, is_token
+from autodb.agent.rows.owner import owner_named
 from autodb.store import Store
 from autodb.store.watched import Watched
-from autodb.web.apart import Task
-from autodb.web.children import Children, Unable
-from autodb.web.imports import Imports
-from autodb.web.metrics import Metrics
-from autodb.web.rates import Rate
-from autodb.web.sessions import HEADER, SAFE, Sessions
-from autodb.web.settings import Bounds, Settings
+from autodb.web.http.metrics import Metrics
+from autodb.web.http.rates import Rate
+from autodb.web.http.sessions import HEADER, SAFE, Sessions
+from autodb.web.http.settings import Bounds, Settings
+from autodb.web.receive.apart import Task
+from autodb.web.receive.children import Children, Unable
+from autodb.web.receive.imports import Imports
 
 BEARER = "bearer "
 HELD_S = 5.0

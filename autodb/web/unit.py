@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from autodb.agent.scheduling import systemd_word
-from autodb.web.settings import Settings
+from autodb.agent.operate.scheduling import systemd_word
+from autodb.web.http.settings import Settings
 
 NAME = "autodb.service"
 PRIVILEGED = 1024

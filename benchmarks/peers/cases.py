@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from autodb.prove.left_out import tables
+from autodb.proofs.cases.base.case import Array, Case
+from autodb.proofs.runs.explain.left_out import tables
 from autodb.records import Recording
-from autodb.sensing.motion import motion
-from autodb.sensing.protocol import default_protocol
-from autodb.virtual.concealed.case import Array, Case
+from autodb.sensing.drives.moves.motion import motion
+from autodb.sensing.drives.moves.protocol import default_protocol
 from benchmarks.peers.problem import Problem
 
 AXES = ("x", "y")

@@ -16,8 +16,8 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from autodb.virtual.concealed.case import Case
-from autodb.virtual.concealed.plan import fixed_cases
+from autodb.proofs.cases.base.case import Case
+from autodb.proofs.cases.plan import fixed_cases
 from benchmarks.peers.answer import LIMIT_S
 from benchmarks.peers.cases import problem_of
 from benchmarks.peers.problem import read_answer

@@ -5,11 +5,11 @@ from functools import cache
 
 import numpy as np
 
-from autodb.prove.explain_oracle import rms
-from autodb.prove.explain_score import Scored, unanswered
-from autodb.prove.proofs import proof
-from autodb.prove.runs import Origin
-from autodb.virtual.concealed.case import UNKNOWN, Array, Case
+from autodb.proofs.cases.base.case import UNKNOWN, Array, Case
+from autodb.proofs.catalogue import proof
+from autodb.proofs.runs.explain.explain_oracle import rms
+from autodb.proofs.runs.explain.explain_score import Scored, unanswered
+from autodb.proofs.runs.runs import Origin
 from benchmarks.peers.problem import Answer
 
 READ_FROM = 0.05

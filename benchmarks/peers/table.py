@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from autodb.prove.found import Table, piped, ratio
+from autodb.proofs.runs.found import Table, piped, ratio
 from benchmarks.peers.run import CASES, METHODS, OURS, kept
 from benchmarks.peers.score import RECOVERED, Score
 

@@ -8,7 +8,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from autodb.prove.proofs import PROOFS
+from autodb.proofs.catalogue import PROOFS
 from docs.make import blocks, commands, day, emps, frames, pair_peers, peers, proofs, terms, turning
 
 DOCS = Path(__file__).parent.parent

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from autodb.explain import explain
-from autodb.prove.day_run import DayTold, Told, walked
+from autodb.proofs.machines.lathe.day import FORCES, Day, Event, draw_day
+from autodb.proofs.runs.keeping.day_run import DayTold, Told, walked
 from autodb.records import CutTable
-from autodb.virtual.day import FORCES, Day, Event, draw_day
 from docs.make.style import CORRECTED, INK, MUTED, RECORDING, SHADE, WARN, drawn, legend
 
 Array = NDArray[np.float64]

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from autodb import records, signals
 from autodb.explain import explain
-from autodb.explain.answer import Trace
-from autodb.figures import keep_peaks, thinned
+from autodb.explain.answer.answer import Trace
 from autodb.records import Recording
-from autodb.sensing import drives
-from autodb.sensing.axis_model import Identified, IdentifiedTerm, PlainFit
-from autodb.sensing.motion import Motion, motion
+from autodb.reports.figures import keep_peaks, thinned
+from autodb.sensing.drives import feed_axis
+from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, PlainFit
+from autodb.sensing.drives.moves.motion import Motion, motion
 from docs.make.style import CORRECTED, INK, MUTED, RECORDING, SHADE, SIMULATION, drawn, legend
 
 Array = NDArray[np.float64]
@@ -41,14 +41,14 @@ def draw(data: Path, columns: Path) -> None:
     """Draw every figure of the EMPS recording."""
     moves = records.read(data, columns=columns)
     assert isinstance(moves, Recording)
-    model = drives.identify(moves)
-    fitted = drives.predict_effort(moves, "x", model.terms)
+    model = feed_axis.identify(moves)
+    fitted = feed_axis.predict_effort(moves, "x", model.terms)
     cutoff_hz = model.protocol.cutoff_hz
     effort = signals.lowpass(moves[model.channel], rate_hz=moves.rate_hz, cutoff_hz=cutoff_hz)
     _effort(moves.t_s, effort, fitted)
     _over_position(motion(moves, "x", cutoff_hz=cutoff_hz), effort - fitted)
-    _friction(drives.identify(moves, terms=DIRECTION_DEPENDENT))
-    _spread(drives.spread_over_filters(moves))
+    _friction(feed_axis.identify(moves, terms=DIRECTION_DEPENDENT))
+    _spread(feed_axis.spread_over_filters(moves))
     _left_out(moves, model.terms)
 
 
@@ -145,7 +145,7 @@ def _spread(spread: list[PlainFit]) -> None:
 def _left_out(moves: Recording, terms: tuple[IdentifiedTerm, ...]) -> None:
     """A simulation without Coulomb friction: what is missing, and what is left after explain."""
     kept = [term for term in terms if term.term != "coulomb"]
-    effort = drives.predict_effort(moves, "x", kept)
+    effort = feed_axis.predict_effort(moves, "x", kept)
     simulation = Recording(path=moves.path, channels={"t": moves.t_s, "x.drive_force": effort})
     trace: Trace = explain(moves, simulation).traces["x.drive_force"]
     with drawn("emps-explain", height_in=4.6, rows=2, share_x=True) as (above, below):

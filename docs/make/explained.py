@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from autodb.explain.axis import AxisField
-from autodb.explain.axis_signals import axis_signals
-from autodb.explain.bench import Bench
-from autodb.explain.cutting.parameters import READ
-from autodb.explain.milling.words import STATEMENTS
-from autodb.explain.noise import Whitener
+from autodb.explain.axis.look import AxisField
+from autodb.explain.axis.signals import axis_signals
+from autodb.explain.cuts.candidates.parameters import READ
+from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.noise import Whitener
+from autodb.explain.waves.words import STATEMENTS
 from autodb.records import Recording
 
 RATE_HZ = 50.0

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from autodb.prove.curve_run import LEARNT
-from autodb.prove.found import Table, percent, piped
+from autodb.proofs.runs.found import Table, percent, piped
+from autodb.proofs.runs.pairs.curve_run import LEARNT
 from benchmarks.pair_peers import ROWS
 
 KEPT = Path(__file__).parent / "pair-peers.json"

@@ -5,8 +5,8 @@ A proof takes too long for a test: its summary is kept here, and the page is mad
 
 from pathlib import Path
 
-from autodb.prove.found import Found, markdown
-from autodb.prove.proofs import proof
+from autodb.proofs.catalogue import proof
+from autodb.proofs.runs.found import Found, markdown
 
 KEPT = Path(__file__).parent
 BEGIN, END = "<!-- proof: {} -->\n", "<!-- end of proof -->\n"

@@ -16,7 +16,7 @@ from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from autodb.figures import FONT, PALETTE
+from autodb.reports.figures import FONT, PALETTE
 
 FIGURES = Path(__file__).parent.parent / "figures"
 WIDTH_IN = 5.8

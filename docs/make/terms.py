@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from autodb.explain.milling.words import APART, STATEMENTS
+from autodb.explain.waves.words import APART, STATEMENTS
 from autodb.terms import TERMS, Contribution, Parameter, Term
 from docs.make import explained
 

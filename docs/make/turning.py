@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from autodb import fitting, records
 from autodb.explain import explain
-from autodb.figures import keep_peaks
 from autodb.records import CutTable
-from autodb.sensing import ranges
-from autodb.sensing.transients import transients
+from autodb.reports.figures import keep_peaks
+from autodb.sensing.ranges import calibration
+from autodb.sensing.ranges.transients import transients
 from docs.make.style import CORRECTED, INK, MUTED, RECORDING, RULE, SIMULATION, WARN, drawn, legend
 
 Array = NDArray[np.float64]
@@ -22,14 +22,14 @@ def draw(data: Path, columns: Path) -> None:
     """Draw every figure of the turning table."""
     table = records.read(data, columns=columns)
     assert isinstance(table, CutTable)
-    points = ranges.calibration_points(table, "z")
+    points = calibration.calibration_points(table, "z")
     sudden = transients(points.felt.current, points.target, points.groups)
     _lines(points, sudden)
     _by_tool(points, sudden)
     _wear(table)
 
 
-def _lines(points: ranges.Points, sudden: NDArray[np.bool_]) -> None:
+def _lines(points: calibration.Points, sudden: NDArray[np.bool_]) -> None:
     """Force against current, with one line for each tool left out."""
     kept = ~sudden
     few = np.flatnonzero(kept)[::3]
@@ -48,7 +48,7 @@ def _lines(points: ranges.Points, sudden: NDArray[np.bool_]) -> None:
         legend(axes)
 
 
-def _by_tool(points: ranges.Points, sudden: NDArray[np.bool_]) -> None:
+def _by_tool(points: calibration.Points, sudden: NDArray[np.bool_]) -> None:
     """Error of the force sensed on each tool by the line that never saw it."""
     kept = ~sudden
     groups = points.groups[kept]

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from starlette.datastructures import QueryParams
 
 from autodb.errors import UnusableInput
-from autodb.figures import number, span
-from autodb.forward import Interval, PredictedCut
-from autodb.jobs import ANY_CUT, KEYS, OPERATIONS, JobCut
-from autodb.web.asked import as_cut
+from autodb.files.job import ANY_CUT, KEYS, OPERATIONS, JobCut
+from autodb.forward.prediction import Interval, PredictedCut
+from autodb.reports.figures import number, span
+from autodb.web.routes.asked import as_cut
 
 MOST = 50
 """Cuts of a form. Chosen: more come as a program or by the API."""

@@ -2,7 +2,7 @@
 
 from fastapi import APIRouter, Request, Response
 
-from autodb.agent.owner import owner_named
+from autodb.agent.rows.owner import owner_named
 from autodb.web.html import page
 from autodb.web.pages.reading import read
 from autodb.web.service import Reads, service_of

@@ -4,16 +4,16 @@ from fastapi import APIRouter, Request, Response
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb import axispage
-from autodb.agent.drive_maps import DriveMap, drive_map, modelled_channels
-from autodb.agent.machines import find_machine
-from autodb.agent.overview import MachineSaid, machine_said
-from autodb.agent.passes import passes_of
-from autodb.agent.reporting import calibration_plots
-from autodb.agent.sensors import Sensor, sensors_of
-from autodb.figures import quantity
-from autodb.machinefile import Limits
-from autodb.page import CalibrationPlot, calibration_plot, equation_words
+from autodb.agent.answer.overview import MachineSaid, machine_said
+from autodb.agent.learn.passes import passes_of
+from autodb.agent.rows.machines import find_machine
+from autodb.agent.sense.drive_maps import DriveMap, drive_map, modelled_channels
+from autodb.agent.sense.sensors import Sensor, sensors_of
+from autodb.files.machine import Limits
+from autodb.reports import axis
+from autodb.reports.figures import quantity
+from autodb.reports.machine import calibration_plots
+from autodb.reports.page import CalibrationPlot, calibration_plot, equation_words
 from autodb.store import models
 from autodb.web.html import page
 from autodb.web.pages.reading import day, read
@@ -55,7 +55,7 @@ def drive(request: Request, _access: Reads, machine: str, channel: str) -> Respo
         return drive_map(session, machine, channel)
 
     found = read(request, asked)
-    maps = [] if found.field is None else axispage.map_plots(found.field, found.axis, found.unit)
+    maps = [] if found.field is None else axis.map_plots(found.field, found.axis, found.unit)
     return page(
         request,
         "drive.html.j2",
@@ -64,7 +64,7 @@ def drive(request: Request, _access: Reads, machine: str, channel: str) -> Respo
         drive=found,
         made=day(found.made_at),
         error=f"{100.0 * found.relative_error:.2g} %",
-        terms=[axispage.term_row(one) for one in found.terms],
+        terms=[axis.term_row(one) for one in found.terms],
         maps=maps,
     )
 

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 
-from autodb.agent.overview import machines_seen
+from autodb.agent.answer.overview import machines_seen
 from autodb.web.html import page
 from autodb.web.pages.reading import day, read
 from autodb.web.service import Reads

@@ -8,15 +8,15 @@ from fastapi.responses import RedirectResponse
 from markupsafe import Markup
 from sqlalchemy.orm import Session
 
-from autodb.agent.access import Role, noting
-from autodb.agent.deciding import confirm, mismatch, mismatches, reject
-from autodb.agent.overview import MismatchSaid, mismatch_said
+from autodb.agent.answer.overview import MismatchSaid, mismatch_said
+from autodb.agent.operate.access import Role, noting
+from autodb.agent.operate.deciding import confirm, mismatch, mismatches, reject
 from autodb.errors import UnusableInput
-from autodb.explain.report import TERM_WORDS, certainty_words
-from autodb.web.apart import Explanation
+from autodb.reports.explanation import TERM_WORDS, certainty_words
 from autodb.web.html import page, path, piece
-from autodb.web.machines import Number
 from autodb.web.pages.reading import day, read
+from autodb.web.receive.apart import Explanation
+from autodb.web.routes.machines import Number
 from autodb.web.service import Reads, allowed, made_apart, service_of
 
 router = APIRouter()

@@ -6,17 +6,17 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request, Response
 from sqlalchemy.orm import Session
 
-from autodb.agent.coefficients import coefficients
-from autodb.agent.force_map import force_map
-from autodb.agent.looking_up import Shelf
-from autodb.agent.owner import owner_named
-from autodb.agent.tightening import tightening
-from autodb.agent.usual_cut import usual_cut
-from autodb.coefficientsfile import Bounds
-from autodb.figures import number
-from autodb.jobs import JobCut
-from autodb.page import learning_plot, learnt_words
-from autodb.pairpage import map_plots
+from autodb.agent.answer.coefficients import coefficients
+from autodb.agent.answer.force_map import force_map
+from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.learn.precision_history import tightening
+from autodb.agent.learn.usual_cut import usual_cut
+from autodb.agent.rows.owner import owner_named
+from autodb.files.coefficients import Bounds
+from autodb.files.job import JobCut
+from autodb.reports.figures import number
+from autodb.reports.page import learning_plot, learnt_words
+from autodb.reports.pair import map_plots
 from autodb.web.html import page
 from autodb.web.pages.cuts import FIELDS, SHOWN, cut_rows, in_words, read_cuts, spans, stated_rows
 from autodb.web.pages.reading import day, read

@@ -6,15 +6,15 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request, Response
 from sqlalchemy.orm import Session
 
-from autodb import predictedpage
-from autodb.agent.looking_up import Listed, Shelf
-from autodb.agent.owner import owner_named
-from autodb.agent.planning import Plan, plan
-from autodb.agent.predicting import Answer, answer_of
-from autodb.agent.usual_cut import usual_cut
+from autodb.agent.answer.looking_up import Listed, Shelf
+from autodb.agent.answer.planning import Plan, plan
+from autodb.agent.answer.predicting import Answer, answer_of
+from autodb.agent.learn.usual_cut import usual_cut
+from autodb.agent.rows.owner import owner_named
 from autodb.errors import UnusableInput
-from autodb.figures import number
-from autodb.jobs import Job, JobCut
+from autodb.files.job import Job, JobCut
+from autodb.reports import predicted
+from autodb.reports.figures import number
 from autodb.web.html import page
 from autodb.web.pages.cuts import FIELDS, SHOWN, cut_rows, in_words, read_cuts, spans, stated_rows
 from autodb.web.pages.reading import read
@@ -82,7 +82,7 @@ def _answered(request: Request, machine: str, answered: Answer | None) -> dict[s
     limits = read(request, lambda session: owner_named(session, machine).limits)
     return {
         "answer": answered,
-        "plot": predictedpage.plot(answered, limits),
+        "plot": predicted.plot(answered, limits),
         "left_out": 0,
         "cuts": [(cut, spans(cut)) for cut in answered.cuts],
         "exceeds": [(answered.cuts[one.cut - 1].name, one.statement) for one in answered.exceeds],

@@ -2,12 +2,12 @@
 
 from fastapi import APIRouter, Request, Response
 
-from autodb import predictedpage
-from autodb.agent.owner import owner_named
+from autodb.agent.rows.owner import owner_named
+from autodb.reports import predicted as predictedpage
 from autodb.web.html import piece
 from autodb.web.pages.cuts import spans
 from autodb.web.pages.reading import read
-from autodb.web.programs import predicted
+from autodb.web.routes.programs import predicted
 from autodb.web.service import Reads
 
 SHOWN = 300

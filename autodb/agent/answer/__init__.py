@@ -1,0 +1,1 @@
+"""What is asked of a machine: look-ups, predictions, plans, explanations, traces."""

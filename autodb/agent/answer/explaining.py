@@ -1,0 +1,315 @@
+"""The machine's own stored models as the simulation; what they leave out is kept as mismatches."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb import records
+from autodb.agent.answer.milling import HAS, expected_waves, known_pair
+from autodb.agent.ingest.as_imported import as_imported
+from autodb.agent.ingest.importing import counting, cuts_as_table, import_file
+from autodb.agent.learn.known import Known
+from autodb.agent.rows.calibrations import as_calibration, current_calibrations
+from autodb.agent.rows.machines import find_machine, signed
+from autodb.agent.rows.posteriors import as_belief, latest
+from autodb.agent.sense.identifying import newest_model, off_law_of, stored_terms
+from autodb.agent.sense.sensed import QUANTITY, as_cuts, usable
+from autodb.errors import UnusableInput
+from autodb.explain import Explained, explain
+from autodb.explain.answer.answer import Cause, ChannelAnswer
+from autodb.files.channels import FORCES, effort_channels
+from autodb.pairs.forecast import forecast
+from autodb.pairs.posterior import WEAR
+from autodb.records import CutTable, Recording
+from autodb.sensing.drives.feed_axis import predict_effort
+from autodb.sensing.ranges import chosen
+from autodb.store import Store, models
+
+Array = NDArray[np.float64]
+
+
+EXPLAINED = 10
+"""Cuts of a recording from which on its differences are looked into. Chosen."""
+Key = tuple[str, str, str]
+"""Channel, term and kind of a cause."""
+
+
+@dataclass(frozen=True)
+class KeptCause:
+    """A cause's row in the database: its number, and whether it was decided on already."""
+
+    number: int
+    status: str
+
+
+@dataclass(frozen=True)
+class AgainstMachine:
+    """An explanation, and where each of its causes is kept."""
+
+    explained: Explained
+    kept: dict[Key, KeptCause]
+
+
+def explain_with_machine(
+    store: Store, machine: str, path: Path, *, columns: Path | None = None
+) -> AgainstMachine:
+    """Explain a recording against the machine's own stored models.
+
+    The terms that a model has can only be mistuned. The recording is kept if it is not there yet,
+    to be looked at: nothing is learnt from it, unless it is imported or a mismatch is confirmed;
+    mismatches are kept as open, once for a recording, channel, term and kind.
+
+    Raises UnusableInput when the machine has no model of any channel of the recording.
+    """
+    imported = import_file(store, path, machine=machine, columns=columns, looked_at=True)
+    table = records.read(path, columns=columns)
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        if isinstance(table, CutTable):
+            row = session.get_one(models.Recording, imported.recording_id)
+            explained = _of_cuts(session, owner, row)
+        else:
+            explained = _over_time(session, owner, signed(table, owner))
+    with store.writing(machine) as session:
+        kept = keep(session, imported.recording_id, explained)
+    return AgainstMachine(explained, kept)
+
+
+def explain_recording(session: Session, row: models.Recording) -> Explained:
+    """Explain a recording of the database against what its machine knows now; nothing is kept.
+
+    Raises UnusableInput where no file of it is there as it was imported, or as
+    ``explain_with_machine``.
+    """
+    owner = session.get_one(models.Machine, row.machine_id)
+    table = as_imported(row)
+    if isinstance(table, CutTable):
+        return _of_cuts(session, owner, row)
+    return _over_time(session, owner, signed(table, owner))
+
+
+def _of_cuts(session: Session, owner: models.Machine, row: models.Recording) -> Explained:
+    sensed, predicted, has = expected_and_sensed(session, owner, counting(row))
+    return explain(sensed, predicted, includes=has)
+
+
+def _over_time(session: Session, owner: models.Machine, recording: Recording) -> Explained:
+    """Explain a recording's drives against their models, its forces against its pair's belief.
+
+    Raises UnusableInput where the machine has neither.
+    """
+    simulated, parts = _simulate_axes(session, owner.id, recording)
+    forces = any(name in recording for name in FORCES)
+    if not simulated and not forces:
+        raise UnusableInput(
+            f"{recording.path}: the machine has no model of its axes; one made by "
+            "'autodb identify' would work"
+        )
+    found = []
+    if simulated:
+        found.append(explain(recording, _as_simulation(recording, simulated), includes=parts))
+    if forces:
+        try:
+            known = known_pair(session, owner, recording)
+        except UnusableInput as error:
+            if not found:
+                raise
+            found[0] = replace(found[0], notes=(*found[0].notes, f"forces not explained: {error}"))
+        else:
+            found.append(_waves(known, recording))
+    return _joined(found)
+
+
+def _waves(known: Known, recording: Recording) -> Explained:
+    """Explain a recording's forces against its pair's belief."""
+    waves = expected_waves(known, recording)
+    made = _as_simulation(waves.measured, waves.forces_N)
+    explained = explain(waves.measured, made, includes=list(HAS))
+    return replace(explained, notes=(*waves.notes, *explained.notes))
+
+
+def _joined(found: list[Explained]) -> Explained:
+    """Return explanations of channels of one recording as one."""
+    channels = {n: a for one in found for n, a in one.explanation.channels.items()}
+    return Explained(
+        found[0].explanation.model_copy(update={"channels": channels}),
+        {name: trace for one in found for name, trace in one.traces.items()},
+        tuple(note for one in found for note in one.notes),
+    )
+
+
+def _as_simulation(recording: Recording, simulated: dict[str, Array]) -> Recording:
+    return Recording(path=recording.path, channels={"t": recording.t_s, **simulated})
+
+
+def _simulate_axes(
+    session: Session, machine_id: int, recording: Recording
+) -> tuple[dict[str, Array], dict[str, dict[str, Array]]]:
+    """Return what the newest channel models give for the recording's motion, and each term's part.
+
+    A term's part is what would go with it. A term that no move excited has no number and gives
+    nothing: it has no part.
+    """
+    found: dict[str, Array] = {}
+    parts: dict[str, dict[str, Array]] = {}
+    for channel in effort_channels(list(recording.channels)):
+        model = newest_model(session, machine_id, channel)
+        if model is not None:
+            terms = stored_terms(model)
+            alone = predict_effort(recording, model.axis, terms)
+            found[channel] = predict_effort(recording, model.axis, terms, off_law_of(model))
+            parts[channel] = {
+                name: alone
+                - predict_effort(recording, model.axis, [t for t in terms if t.term != name])
+                for name in sorted({t.term for t in terms if t.sd is not None})
+            }
+    return found, parts
+
+
+def expected_and_sensed(
+    session: Session, owner: models.Machine, cuts: list[models.Cut]
+) -> tuple[CutTable, CutTable, list[str]]:
+    """Return the sensed forces of cuts, those that the pairs' beliefs expect, and what terms these
+    have.
+
+    Both hold the components that are sensed in every cut; cuts of pairs not learnt yet, and those
+    whose forces cannot be worked out, are left out. Raises UnusableInput when nothing is left.
+    """
+    kept, expected_N, has = _expected(session, owner, cuts)
+    if not kept:
+        raise UnusableInput("no cut of a work-tool pair that the machine has learnt; refresh first")
+    table = cuts_as_table(kept, path=Path(kept[0].recording.path))
+    sensed: dict[str, Array] = {}
+    predicted: dict[str, Array] = {}
+    for axis in owner.axes:
+        current = current_calibrations(session, owner.id, axis.name)
+        if not any(row.offered for row in current):
+            continue
+        component = current[0].component
+        force = chosen.force_N(table, [as_calibration(row) for row in current])
+        mean = expected_N[:, QUANTITY[component]]
+        if np.isfinite(force).all() and np.isfinite(mean).all():
+            sensed[f"force.{component}"] = force
+            predicted[f"force.{component}"] = mean
+    if not sensed:
+        raise UnusableInput(f"{table.path}: no force component is sensed in every cut")
+    others = {n: c for n, c in table.channels.items() if not n.startswith("force.")}
+    known = {n: c for n, c in others.items() if np.isfinite(c).all()}
+    return (
+        CutTable(path=table.path, channels={**known, **sensed}, texts=table.texts),
+        CutTable(path=table.path, channels={"cut": table.cut, **predicted}),
+        has,
+    )
+
+
+def _expected(
+    session: Session, owner: models.Machine, cuts: list[models.Cut]
+) -> tuple[list[models.Cut], Array, list[str]]:
+    """Return the cuts of pairs that the machine has learnt, and the forces x, y, z expected, N.
+
+    And the terms that these have: wear where a pair's belief has it.
+    """
+    has = ["shear", "edge_force"]
+    kept: list[models.Cut] = []
+    forces: list[Array] = []
+    for pair_id in dict.fromkeys(cut.pair_id for cut in cuts if usable(cut)):
+        row = None if pair_id is None else latest(session, owner.id, pair_id)
+        if row is not None:
+            belief = as_belief(row)
+            if belief.wear is not None and WEAR not in has:
+                has.append(WEAR)
+            number, made = as_cuts([cut for cut in cuts if cut.pair_id == pair_id and usable(cut)])
+            means = np.concatenate([forecast(belief, some).mean[:, :3] for some in made])
+            for cut in cuts:
+                if cut.id in number:
+                    kept.append(cut)
+                    forces.append(means[number[cut.id]])
+    order = np.argsort([cut.number for cut in kept], kind="stable")
+    return [kept[k] for k in order], np.array([forces[k] for k in order]).reshape(-1, 3), has
+
+
+def keep(session: Session, recording_id: int, explained: Explained) -> dict[Key, KeptCause]:
+    """Keep every cause that is not there yet as an open mismatch; return where all of them are."""
+    old = session.scalars(
+        select(models.Mismatch).where(models.Mismatch.recording_id == recording_id)
+    )
+    known = {(row.channel, row.confirmed_term or row.term, row.kind): row for row in old}
+    found = [
+        ((channel, cause.term, cause.kind), _row(recording_id, channel, answer, cause))
+        for channel, answer in explained.explanation.channels.items()
+        for cause in answer.missing
+    ]
+    rows = {key: known.get(key, row) for key, row in found}
+    session.add_all(rows.values())
+    session.flush()
+    return {key: KeptCause(row.id, row.status) for key, row in rows.items()}
+
+
+def _row(recording_id: int, channel: str, answer: ChannelAnswer, cause: Cause) -> models.Mismatch:
+    return models.Mismatch(
+        recording_id=recording_id,
+        channel=channel,
+        term=cause.term,
+        kind=cause.kind,
+        confidence=cause.confidence,
+        parameters={k: v.model_dump() for k, v in cause.parameters.items()},
+        statement=cause.statement,
+        alternatives=list(cause.alternatives),
+        variables=list(cause.variables),
+        intervals=[list(interval) for interval in answer.where.intervals],
+        regime=[regime.model_dump() for regime in answer.where.regime],
+        to_tell_apart=cause.to_tell_apart,
+        status="open",
+    )
+
+
+def open_mismatches(
+    session: Session,
+    owner: models.Machine,
+    odd_cuts: Sequence[int],
+    *,
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[str]:
+    """Explain the recordings of cuts that stand aside, and keep what is found as mismatches.
+
+    A recording that has mismatches of forces already is left as it is. Returns what to say.
+    """
+    cuts = session.scalars(select(models.Cut).where(models.Cut.id.in_(odd_cuts))).all()
+    recordings = {cut.recording_id: cut.recording for cut in cuts}
+    known = set(
+        session.scalars(
+            select(models.Mismatch.recording_id).where(
+                models.Mismatch.recording_id.in_(recordings),
+                models.Mismatch.channel.startswith("force."),
+            )
+        )
+    )
+    said = []
+    for recording_id in sorted(recordings.keys() - known):
+        progress(f"explaining {recordings[recording_id].path}")
+        explained = _explained(session, owner, recordings[recording_id])
+        if explained is not None:
+            said += [
+                f"mismatch {row.number}: {channel}: {term} ({kind})"
+                for (channel, term, kind), row in keep(session, recording_id, explained).items()
+            ]
+    return said
+
+
+def _explained(
+    session: Session, owner: models.Machine, recording: models.Recording
+) -> Explained | None:
+    """Explain all cuts of a recording against what was expected; None: too few, or none felt."""
+    cuts = counting(recording)
+    if len(cuts) < EXPLAINED:
+        return None
+    try:
+        sensed, expected, has = expected_and_sensed(session, owner, cuts)
+    except UnusableInput:
+        return None
+    return explain(sensed, expected, includes=has)

@@ -1,0 +1,189 @@
+"""Look up: forces, torque and power of one cut of a pair, and which pairs a machine knows.
+
+Nothing is stored. A pair that the machine has learnt takes one query, by indices; of its belief the
+JSON text is read as it lies in the row. Every other pair is found as `autodb predict` finds it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic_core import from_json
+from sqlalchemy import (
+    ColumnElement,
+    Executable,
+    Row,
+    Select,
+    Text,
+    bindparam,
+    cast,
+    func,
+    select,
+)
+from sqlalchemy.orm import Session, aliased
+
+from autodb.agent.answer.in_state import others_of
+from autodb.agent.answer.prediction_basis import Grounds, LookedUp, Stamp, grounds_of
+from autodb.agent.learn.known import Behind, Known, known_of
+from autodb.agent.rows.owner import owner_named
+from autodb.agent.rows.posteriors import LAW, belief_of
+from autodb.agent.sense.sensed import GEOMETRY
+from autodb.errors import UnusableInput, near
+from autodb.files.job import JobCut
+from autodb.forward.prediction import ToolOf
+from autodb.store import models
+
+_Parameters = models.CuttingParameters
+_JSON = ("mean", "covariance", "shared", "scatter", "terms")
+_NUMBERS = ("id", "version", "n_cuts", "started_from")
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A pair that a machine knows: the newest version of its belief, cuts behind it, and when."""
+
+    material: str
+    tool: str
+    cuts: int
+    version: int
+    learnt_at: str
+
+
+class Shelf:
+    """What one machine knows, read in one session. Raises UnusableInput for an unknown machine."""
+
+    def __init__(self, session: Session, machine: str) -> None:
+        self._session = session
+        self._owner = owner_named(session, machine)
+
+    def look_up(self, material: str, tool: str, cut: JobCut) -> LookedUp:
+        """Return what a cut of a pair will take.
+
+        Raises UnusableInput where the tool cannot make it, or the pair was learnt under an earlier
+        law only.
+        """
+        return self.grounds(material, tool).look_up(cut)
+
+    def grounds(self, material: str, tool: str) -> Grounds:
+        """Return what answers about a pair rest on; raises UnusableInput as ``known`` does."""
+        known = self.known(material, tool)
+        return grounds_of(self._session, self._owner, material, known)
+
+    def stamp(self, material: str, tool: str) -> Stamp | None:
+        """Return what answers about a pair depend on; None where the pair is not learnt."""
+        asked = {"machine": self._owner.id, "material": material, "tool": tool, "law": LAW}
+        row = self._session.connection().execute(_NEWEST, asked).first()
+        if row is None:
+            return None
+        number, *geometry = tuple[Any, ...](row)
+        others = others_of(self._session, number)
+        return Stamp(number, others, _numbers(geometry), self._owner.limits)
+
+    def known(self, material: str, tool: str) -> Known:
+        """Return what the machine knows of a pair, learnt or not.
+
+        Raises UnusableInput where the pair was learnt under an earlier law only.
+        """
+        asked = {"machine": self._owner.id, "material": material, "tool": tool, "law": LAW}
+        row = self._session.connection().execute(_LEARNT, asked).first()
+        if row is None:
+            return known_of(self._session, self._owner, material, tool)
+        return _as_known(row, tool)
+
+    def pairs(self, material: str | None = None, tool: str | None = None) -> list[Listed]:
+        """Return the pairs that the machine has learnt, all or those of a material or a tool.
+
+        Raises UnusableInput naming near ones where it knows none of that name.
+        """
+        rows = (
+            self._session.connection()
+            .execute(_LISTED, {"machine": self._owner.id, "law": LAW})
+            .all()
+        )
+        listed = [Listed(*row) for row in rows]
+        self._refuse_unknown("material", material, {one.material for one in listed})
+        self._refuse_unknown("tool", tool, {one.tool for one in listed})
+        return [
+            one for one in listed if material in (None, one.material) and tool in (None, one.tool)
+        ]
+
+    def _refuse_unknown(self, what: str, name: str | None, known: set[str]) -> None:
+        if name is None or name in known:
+            return
+        hint = near(name, sorted(known)) if known else "; 'autodb refresh' learns pairs"
+        raise UnusableInput(
+            f"machine '{self._owner.name}' has learnt no pair of {what} '{name}'{hint}"
+        )
+
+
+def _as_known(row: Row[Any], tool: str) -> Known:
+    number, version, cuts, started_from, *rest = tuple[Any, ...](row)
+    kept: list[Any] = [None if text is None else from_json(text) for text in rest[: len(_JSON)]]
+    belief = belief_of(*kept, cuts=cuts)
+    called = ToolOf(tool, _numbers(rest[len(_JSON) :]))
+    return Known(belief, called, Behind(number, version, cuts, started_from), None)
+
+
+def _numbers(geometry: Sequence[float | None]) -> dict[str, float]:
+    """Return what is known of a tool's geometry, by name."""
+    named = zip(GEOMETRY, geometry, strict=True)
+    return {name: value for name, value in named if value is not None}
+
+
+def _usual(table: Any) -> Sequence[ColumnElement[bool]]:
+    """Return which versions are a machine's beliefs in the usual state of its pairs."""
+    return (
+        table.machine_id == bindparam("machine"),
+        table.law == bindparam("law"),
+        table.state.is_(None),
+        table.undone_at.is_(None),
+    )
+
+
+def _newest(*columns: Any) -> Select[Any]:
+    """Return the query of a pair's newest belief, with its tool's geometry."""
+    return (
+        select(*columns, *(getattr(models.Tool, name) for name in GEOMETRY))
+        .join(models.Pair, models.Pair.id == _Parameters.pair_id)
+        .join(models.Material, models.Material.id == models.Pair.material_id)
+        .join(models.Tool, models.Tool.id == models.Pair.tool_id)
+        .where(
+            models.Material.name == bindparam("material"),
+            models.Tool.name == bindparam("tool"),
+            *_usual(_Parameters),
+        )
+        .order_by(_Parameters.version.desc())
+        .limit(1)
+    )
+
+
+def _listed() -> Executable:
+    """Return the query of the newest belief of every pair, by material and tool."""
+    other = aliased(_Parameters)
+    newest = (
+        select(func.max(other.version))
+        .where(other.pair_id == _Parameters.pair_id, *_usual(other))
+        .scalar_subquery()
+    )
+    return (
+        select(
+            models.Material.name,
+            models.Tool.name,
+            _Parameters.n_cuts,
+            _Parameters.version,
+            _Parameters.created_at,
+        )
+        .join(models.Pair, models.Pair.id == _Parameters.pair_id)
+        .join(models.Material, models.Material.id == models.Pair.material_id)
+        .join(models.Tool, models.Tool.id == models.Pair.tool_id)
+        .where(*_usual(_Parameters), _Parameters.version == newest)
+        .order_by(models.Material.name, models.Tool.name)
+    )
+
+
+_NEWEST = _newest(_Parameters.id)
+_LEARNT = _newest(
+    *(getattr(_Parameters, name) for name in _NUMBERS),
+    *(cast(getattr(_Parameters, name), Text) for name in _JSON),
+)
+_LISTED = _listed()

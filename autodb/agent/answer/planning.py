@@ -1,0 +1,299 @@
+"""Which cut to make next for a job: within the machine's limits, the one that leaves least open."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb.agent.learn.known import Known, known_of
+from autodb.agent.learn.starting import start_of
+from autodb.agent.rows.calibrations import current_calibrations
+from autodb.agent.rows.machines import find_machine
+from autodb.agent.rows.owner import owner_of
+from autodb.agent.sense.sensed import QUANTITY, Readings
+from autodb.cutting.turning import PASSIVE_AXIS
+from autodb.errors import UnusableInput
+from autodb.files.job import Job, JobCut
+from autodb.files.machine import Limits
+from autodb.fitting import NORMAL_95
+from autodb.forward import prediction
+from autodb.forward.limits import exceeding
+from autodb.pairs.determined import Trial, Undetermined, chip_thickness, undetermined
+from autodb.pairs.engaged import BY_NAME
+from autodb.pairs.forecast import forecast
+from autodb.pairs.observed import Cuts, Observed
+from autodb.pairs.planning import MAY_EXCEED, Moved, Sensed, weighed
+from autodb.pairs.posterior import DAY, Belief
+from autodb.store import Store, models
+
+Array = NDArray[np.float64]
+
+SHOWN = 3
+"""Cuts that are proposed."""
+LEVELS = {"feed": 5, "depth": 4, "speed": 3}
+"""Values of each that are tried."""
+REACH = {"feed": (0.5, 1.5), "depth": (0.5, 1.5), "speed": (0.7, 1.3)}
+"""Parts of the job's least and largest that are tried where no range is given. Chosen."""
+HARDLY = 0.95
+NEWEST = 200
+"""Newest forces of a calibration that its sensing error is read off."""
+
+Ranges = dict[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Proposed:
+    """A cut that may be made, and the mean half 95 % interval, of the force, that is left then."""
+
+    cut: JobCut
+    left: float
+
+
+@dataclass(frozen=True)
+class Target:
+    """A force of one of the job's cuts: half its 95 % interval, of the force, now and after."""
+
+    cut: str
+    component: str
+    now: float
+    after: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """``proposed``: best first; ``targets`` after the first of them; ``too_much``: cuts left out
+    because they may exceed a limit; ``open``: what the pair's cuts leave undetermined, and
+    what would determine it; ``not_told``: numbers of the law that nothing tried would tell.
+    """
+
+    proposed: tuple[Proposed, ...]
+    now: float
+    targets: tuple[Target, ...]
+    too_much: int
+    open: tuple[str, ...]
+    not_told: tuple[str, ...]
+
+    @property
+    def hardly(self) -> bool:
+        """Whether the best cut leaves nearly all that is open now."""
+        return self.proposed[0].left > HARDLY * self.now
+
+
+def plan(store: Store, machine: str, job: Job, *, ranges: Ranges | None = None) -> Plan:
+    """Return the cuts that would narrow a job's predicted forces most.
+
+    ``ranges``: of ``feed``, ``depth`` (mm) and ``speed`` (m/min) that may be tried. Raises
+    UnusableInput for a job that is a program, an unknown machine, one that feels nothing, and where
+    every cut may exceed a limit.
+    """
+    if job.program is not None:
+        raise UnusableInput(
+            f"job '{job.name}': a plan is made for cuts; a job with [[cut]] in place of [program] "
+            "would work"
+        )
+    with store.reading() as session:
+        row = find_machine(session, machine)
+        owner = owner_of(row)
+        known = known_of(session, owner, job.material, job.tool)
+        sensed = _sensed(session, row)
+        start = start_of(session, owner.id, job.material, job.tool).belief
+    search = _Search(known, job, sensed)
+    candidates = list(_candidates(job, ranges or {}))
+    order, worth = search.ranked(candidates)
+    best, too_much = [], 0
+    for k in order:
+        if _may_exceed(known, candidates[k], owner.limits):
+            too_much += 1
+        else:
+            best.append(Proposed(candidates[k], float(NORMAL_95 * np.sqrt(worth[k]))))
+        if len(best) == SHOWN:
+            break
+    if not best:
+        raise UnusableInput(
+            f"each of {len(candidates)} cuts may exceed a limit of machine '{machine}'; lighter "
+            "ones would work: --depth, --feed"
+        )
+    now, targets = search.targets(best[0].cut)
+    open_ = search.open(start)
+    return Plan(
+        proposed=tuple(best),
+        now=now,
+        targets=targets,
+        too_much=too_much,
+        open=tuple(one.statement for one in open_ if one.helps),
+        not_told=tuple(name for one in open_ if not one.helps for name in one.names),
+    )
+
+
+class _Search:
+    """What is believed of a job's pair, what is asked, and what the machine feels."""
+
+    def __init__(self, known: Known, job: Job, sensed: dict[str, Sensed]) -> None:
+        self._belief, self._tool = known.belief, known.tool
+        self._job, self._sensed = job, sensed
+        self._asked = [self._cuts(cut.operation, [cut]) for cut in job.cut]
+
+    def ranked(self, candidates: Sequence[JobCut]) -> tuple[NDArray[np.intp], Array]:
+        """Return the candidates' order, best first, and their worth."""
+        worth = np.zeros(len(candidates))
+        for operation in dict.fromkeys(cut.operation for cut in candidates):
+            rows = [k for k, cut in enumerate(candidates) if cut.operation == operation]
+            tried = self._cuts(operation, [candidates[k] for k in rows])
+            for asked in self._asked:
+                worth[rows] += self._weighed(tried, asked)[1] / len(self._asked)
+        return np.argsort(worth, kind="stable"), worth
+
+    def targets(self, cut: JobCut) -> tuple[float, tuple[Target, ...]]:
+        """Return how wide the job's forces are now, in the mean, and each of them after a cut."""
+        tried, found, squares = self._cuts(cut.operation, [cut]), [], []
+        for target, asked in zip(self._job.cut, self._asked, strict=True):
+            left, _ = self._weighed(tried, asked)
+            expected = forecast(self._belief, asked)
+            for component in self._components(asked.operation):
+                k = QUANTITY[component]
+                size = abs(float(expected.mean[0, k]))
+                now, after = float(expected.sd[0, k]) / size, float(left[0, 0, k]) / size
+                squares.append(now**2)
+                found.append(Target(target.name, component, NORMAL_95 * now, NORMAL_95 * after))
+        return float(NORMAL_95 * np.sqrt(np.mean(squares))), tuple(found)
+
+    def open(self, start: Belief) -> tuple[Undetermined, ...]:
+        """Return what the pair's cuts leave undetermined, and what would help."""
+        if self._belief.cuts == 0:
+            return ()
+        first = self._job.cut[0]
+        changes = {
+            "a cut at half the feed": {
+                name: 0.5 * value
+                for name in ("feed_mm_rev", "feed_mm_tooth")
+                if (value := getattr(first, name)) is not None
+            },
+            "a cut at twice the speed": {
+                name: 2.0 * value
+                for name in ("speed_rpm", "speed_m_min")
+                if (value := getattr(first, name)) is not None
+            },
+        }
+        trials = [
+            self._trial(called, first.model_copy(update=changed))
+            for called, changed in changes.items()
+        ]
+        chip = chip_thickness(self._belief, self._cuts(first.operation, [first]))
+        return undetermined(start, self._belief, [chip, *trials])
+
+    def _trial(self, called: str, cut: JobCut) -> Trial:
+        felt = [self._sensed[c] for c in self._components(cut.operation)]
+        count = len(felt)
+        return Trial(
+            called,
+            Observed(
+                cuts=(self._cuts(cut.operation, [cut]),),
+                cut=np.zeros(count, dtype=np.intp),
+                quantity=np.array([one.quantity for one in felt], dtype=np.intp),
+                value=np.zeros(count),
+                sd=np.array([one.sd for one in felt]),
+                common=np.zeros((count, 0)),
+            ),
+        )
+
+    def _weighed(self, tried: Cuts, asked: Cuts) -> tuple[Array, Array]:
+        felt = tuple(self._sensed[c] for c in self._components(tried.operation))
+        asked_for = tuple(QUANTITY[c] for c in self._components(asked.operation))
+        return weighed(self._belief, tried, asked, sensed=felt, quantities=asked_for)
+
+    def _components(self, operation: str) -> list[str]:
+        """Return the components that the machine feels in an operation."""
+        found = [c for c in self._sensed if c != PASSIVE_AXIS.get(operation)]
+        if not found:
+            raise UnusableInput(f"in operation '{operation}' the machine feels no force")
+        return found
+
+    def _cuts(self, operation: str, cuts: Sequence[JobCut]) -> Cuts:
+        stated = [cut.conditions(self._tool.diameter_mm) for cut in cuts]
+        return BY_NAME[operation].cuts(self._tool.numbers, stated, called=self._tool.name)
+
+
+def _sensed(session: Session, owner: models.Machine) -> dict[str, Sensed]:
+    """Return what the machine's offered calibrations feel, by component.
+
+    Sensing errors and how a calibration's errors move a reading are those of its newest forces, in
+    the middle. Raises UnusableInput where none has felt anything yet.
+    """
+    found = {}
+    for axis in owner.axes:
+        current = current_calibrations(session, owner.id, axis.name)
+        query = (
+            select(models.SensedForce)
+            .where(
+                models.SensedForce.calibration_id.in_([row.id for row in current if row.offered]),
+                models.SensedForce.value_N.is_not(None),
+            )
+            .order_by(models.SensedForce.id.desc())
+            .limit(NEWEST)
+        )
+        forces = list(session.scalars(query))
+        if forces:
+            found[forces[0].component] = _usual(forces)
+    if not found:
+        raise UnusableInput(
+            f"machine '{owner.name}' has felt no force yet; 'autodb refresh' senses those of the "
+            "cuts that were imported"
+        )
+    return found
+
+
+def _usual(forces: Sequence[models.SensedForce]) -> Sensed:
+    """Return how the newest of an axis' calibrations feels a cut: of a day of its own."""
+    newest = [f for f in forces if f.calibration_id == forces[0].calibration_id]
+    newest = [f for f in newest if f.cut.recording_id == newest[0].cut.recording_id]
+    felt = Readings(newest)
+    errors, begin = [], 0
+    for one in felt.shared:
+        columns = slice(begin, begin + len(one.covariance))
+        begin = columns.stop
+        key = f"{DAY} to come" if one.key.startswith(DAY) else one.key
+        errors.append(
+            Moved(
+                type(one)(key, one.covariance),
+                np.median(felt.share[:, columns], axis=0),
+                np.median(felt.shift[:, columns], axis=0),
+            )
+        )
+    return Sensed(QUANTITY[newest[0].component], float(np.median(felt.sd_N)), tuple(errors))
+
+
+def _candidates(job: Job, ranges: Ranges) -> Iterator[JobCut]:
+    """Give cuts of the job's operations over the ranges of feed, depth and speed."""
+    for operation in dict.fromkeys(cut.operation for cut in job.cut):
+        own = [cut for cut in job.cut if cut.operation == operation]
+        feed_key = "feed_mm_rev" if own[0].feed_mm_rev is not None else "feed_mm_tooth"
+        feeds = _levels("feed", [getattr(cut, feed_key) for cut in own], ranges)
+        depths = _levels("depth", [cut.depth_mm for cut in own], ranges)
+        speeds = _levels("speed", [cut.speed_m_min for cut in own], ranges)
+        turns = _levels("speed", [cut.speed_rpm for cut in own], {}) if not speeds else []
+        speed_key = "speed_m_min" if speeds else "speed_rpm"
+        bare = own[0].model_copy(update={"name": "", "speed_m_min": None, "speed_rpm": None})
+        for feed, speed in product(feeds, speeds or turns):
+            for deep in [{"depth_mm": depth} for depth in depths] or [{}]:
+                yield bare.model_copy(update={feed_key: feed, speed_key: speed, **deep})
+
+
+def _levels(what: str, stated: Sequence[float | None], ranges: Ranges) -> list[float]:
+    """Return the values to try of a quantity; none where the job's cuts do not state it."""
+    known = [value for value in stated if value is not None]
+    if what in ranges:
+        low, high = ranges[what]
+    elif known:
+        low, high = REACH[what][0] * min(known), REACH[what][1] * max(known)
+    else:
+        return []
+    return [float(f"{value:.3g}") for value in np.linspace(low, high, LEVELS[what])]
+
+
+def _may_exceed(known: Known, cut: JobCut, limits: Mapping[str, Limits]) -> bool:
+    done = prediction.predict(known.belief, known.tool, [cut])
+    return any(one.probability > MAY_EXCEED for one in exceeding(done, limits))

@@ -1,0 +1,131 @@
+"""Predict a job from what the machine believes of its pair, and keep what was answered."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from autodb.agent.answer.prediction_basis import Grounds, grounds_of
+from autodb.agent.learn.known import Behind, known_of
+from autodb.agent.learn.wearing import said_of_wear
+from autodb.agent.rows.machines import as_file, find_machine
+from autodb.agent.rows.owner import owner_named
+from autodb.files.job import Job
+from autodb.forward import along, programs
+from autodb.forward.limits import Exceeding
+from autodb.forward.prediction import PredictedCut
+from autodb.store import Also, Store, models, nothing_else
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The answer for a job: a row per cut, or line of a program that cuts.
+
+    ``exceeds``: limits that a cut may go beyond.
+    """
+
+    job: Job
+    cuts: tuple[PredictedCut, ...]
+    behind: Behind
+    notes: tuple[str, ...]
+    exceeds: tuple[Exceeding, ...]
+
+
+@dataclass(frozen=True)
+class Predicted(Answer):
+    """An answer that is kept, and its number."""
+
+    prediction_id: int
+
+
+def predict_job(store: Store, machine: str, job: Job, *, also: Also = nothing_else) -> Predicted:
+    """Predict every cut of a job; the prediction is stored with the parameters it used.
+
+    A pair that the machine has not cut is predicted from a related one or from conventional values,
+    and the notes say so. ``also``: what else is written in its transaction. Raises UnusableInput
+    for an unknown machine, a program that is broken, or where the tool cannot make a cut.
+    """
+    program = _followed(store, machine, job)
+    with store.writing(machine) as session:
+        owner = owner_named(session, machine)
+        known = known_of(session, owner, job.material, job.tool)
+        answer, states = _answer(grounds_of(session, owner, job.material, known), job, program)
+        stored = models.Prediction(
+            machine_id=owner.id,
+            job=_stored(job, program),
+            cuts=[asdict(cut) for cut in answer.cuts],
+            started_from=None if known.own else known.behind.started_from,
+            prior=known.prior,
+            parameters=[*([known.row] if known.row is not None else []), *states],
+        )
+        session.add(stored)
+        session.flush()
+        also(session, stored.id)
+        return Predicted(**vars(answer), prediction_id=stored.id)
+
+
+def answer_of(grounds: Grounds, job: Job) -> Answer:
+    """Return the answer for a job of cuts; nothing is kept."""
+    return _answer(grounds, job, None)[0]
+
+
+def answer_job(store: Store, machine: str, job: Job) -> Answer:
+    """Return the answer for a job, of cuts or with a program; nothing is kept.
+
+    Raises UnusableInput as ``predict_job``.
+    """
+    program = _followed(store, machine, job)
+    with store.reading() as session:
+        owner = owner_named(session, machine)
+        known = known_of(session, owner, job.material, job.tool)
+        return _answer(grounds_of(session, owner, job.material, known), job, program)[0]
+
+
+def _followed(store: Store, machine: str, job: Job) -> programs.Followed | None:
+    """Return a job's program followed through its stock; None where the job lists cuts."""
+    if job.program is None:
+        return None
+    with store.reading() as session:
+        file = as_file(find_machine(session, machine))
+    return programs.follow(job.program, units=file.units, diameter=file.diameter)
+
+
+def _answer(
+    grounds: Grounds, job: Job, program: programs.Followed | None
+) -> tuple[Answer, list[models.CuttingParameters]]:
+    """Return the answer, and the parameters of other process states that were used.
+
+    A program's lines are predicted in the usual state.
+    """
+    known = grounds.known
+    if program is None:
+        cuts, states = grounds.predict(job.cut)
+        notes = grounds.said(job.cut, cuts)
+    else:
+        source, states = program.source, []
+        cuts = along.predict_lines(known.belief, known.tool, program.lines, source=source)
+        notes = (
+            *grounds.notes(program.lines),
+            *said_of_wear(known.belief, known.tool, (), cuts),
+            *_of_program(program, job.tool, cuts),
+        )
+    return Answer(job, cuts, known.behind, notes, grounds.exceeding(cuts)), states
+
+
+def _stored(job: Job, program: programs.Followed | None) -> dict[str, Any]:
+    """Return a job as it is kept: of a program with the checksum of what was read."""
+    if program is None:
+        return job.model_dump(mode="json")
+    stored = job.model_dump(mode="json", exclude={"cut"})
+    stored["program"]["sha256"] = program.sha256
+    return stored
+
+
+def _of_program(
+    program: programs.Followed, tool: str, cuts: Sequence[PredictedCut]
+) -> Iterable[str]:
+    """Say how long a program cuts, what of its tools counts, and which line has a high peak."""
+    lines = f"{len(cuts)} lines" if len(cuts) > 1 else "1 line"
+    yield f"{lines} cut for {program.cutting_s:.1f} s, of {program.fed_s:.1f} s at a feed"
+    if len(program.tools) > 1:
+        yield f"cuts with tools {', '.join(program.tools)}: all predicted as {tool}"
+    yield from along.peaked(cuts)

@@ -1,0 +1,190 @@
+"""What answers about a machine's pair rest on, read at once: each answer is then calculated."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from sqlalchemy.orm import Session
+
+from autodb.agent.answer import in_state
+from autodb.agent.answer.in_state import States, states_of
+from autodb.agent.learn.known import Behind, Known
+from autodb.agent.learn.learnt_from import LearntFrom
+from autodb.agent.learn.wearing import said_of_wear
+from autodb.agent.rows.owner import Owner
+from autodb.agent.rows.posteriors import learnt_pairs
+from autodb.cutting import tools
+from autodb.errors import near
+from autodb.files.job import JobCut
+from autodb.files.machine import Limits
+from autodb.forward.limits import Exceeding, exceeding
+from autodb.forward.prediction import PredictedCut, ToolOf
+from autodb.pairs.engaged import BY_NAME, DEPTH, FEED
+from autodb.store import models
+
+RANGES = ((DEPTH, "depth", "mm"), (FEED, "feed", "mm"))
+
+
+class Asked(Protocol):
+    """A cut, or a line of a program, that a planner asks for."""
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+
+    @property
+    def operation(self) -> str:
+        """What it is."""
+
+    def ranges(self, tool_diameter_mm: float | None) -> Mapping[str, tuple[float, float]]:
+        """Return from where to where what is stated of it goes, by channel."""
+
+
+@dataclass(frozen=True)
+class LookedUp:
+    """What one cut will take, on what that rests, and the limits that it may exceed."""
+
+    material: str
+    tool: str
+    cut: PredictedCut
+    behind: Behind
+    notes: tuple[str, ...]
+    exceeds: tuple[Exceeding, ...]
+
+
+@dataclass(frozen=True)
+class Stamp:
+    """What grounds of a learnt pair depend on: as long as it is equal, so are they.
+
+    ``usual`` and ``others``: newest versions of the pair's states, by id; nobody changes a version.
+    """
+
+    usual: int
+    others: frozenset[int]
+    tool: Mapping[str, float]
+    limits: Mapping[str, Limits]
+
+
+@dataclass(frozen=True)
+class Grounds:
+    """What a machine knows of a pair, what its cuts were, and the machine's limits by axis.
+
+    ``states``: None where the pair is not learnt; ``learnt``: then the names of those that are.
+    """
+
+    machine: str
+    limits: Mapping[str, Limits]
+    material: str
+    known: Known
+    states: States | None
+    learnt: tuple[str, ...]
+
+    @property
+    def stamp(self) -> Stamp | None:
+        """What they depend on; None where the pair is not learnt."""
+        usual = self.known.behind.parameters
+        if usual is None or self.states is None:
+            return None
+        others = frozenset(one.row.id for one in self.states.others)
+        return Stamp(usual, others, self.known.tool.numbers, self.limits)
+
+    def predict(
+        self, cuts: Sequence[JobCut]
+    ) -> tuple[tuple[PredictedCut, ...], list[models.CuttingParameters]]:
+        """Predict cuts, each in its process state; return them, and the states' parameters.
+
+        Raises UnusableInput where the tool cannot make one.
+        """
+        return in_state.predict(self.known.belief, self.known.tool, self.states, cuts)
+
+    def look_up(self, cut: JobCut) -> LookedUp:
+        """Return what one cut will take. Raises UnusableInput where the tool cannot make it."""
+        (found,), _ = self.predict([cut])
+        return LookedUp(
+            material=self.material,
+            tool=self.known.tool.name,
+            cut=found,
+            behind=self.known.behind,
+            notes=self.said([cut], [found]),
+            exceeds=self.exceeding([found]),
+        )
+
+    def said(self, cuts: Sequence[JobCut], found: Sequence[PredictedCut]) -> tuple[str, ...]:
+        """Say what a planner has to know of predicted cuts."""
+        return (
+            *self.notes(cuts),
+            *said_of_states(found),
+            *said_of_wear(self.known.belief, self.known.tool, cuts, found),
+        )
+
+    def exceeding(self, found: Sequence[PredictedCut]) -> tuple[Exceeding, ...]:
+        """Return the machine's limits that predicted cuts may exceed."""
+        return exceeding(found, self.limits)
+
+    def notes(self, cuts: Sequence[Asked]) -> Iterable[str]:
+        """Say from what an answer is, what is assumed, and what is far from the pair's cuts.
+
+        Far are depths, feeds and operations that they do not hold.
+        """
+        if not self.known.own:
+            name = f"{self.material} / {self.known.tool.name}"
+            hint = near(name, self.learnt) if self.learnt else ""
+            start = self.known.behind.started_from
+            yield f"{self.machine} has not learnt {name}{hint}: predicted from {start}"
+        yield from _assumed(self.known, cuts)
+        if self.states is not None:
+            yield from _outside(self.states.usual, cuts, self.known.tool)
+
+
+def grounds_of(session: Session, owner: Owner, material: str, known: Known) -> Grounds:
+    """Read what else answers rest on about a pair of which this is known."""
+    number = known.behind.parameters
+    return Grounds(
+        machine=owner.name,
+        limits=owner.limits,
+        material=material,
+        known=known,
+        states=None if number is None else states_of(session, number),
+        learnt=() if known.own else tuple(learnt_pairs(session, owner.id)),
+    )
+
+
+def said_of_states(cuts: Sequence[PredictedCut]) -> Iterable[str]:
+    """Say which cuts are predicted in another process state than the usual one."""
+    for number, cut in enumerate(cuts, start=1):
+        if cut.state is not None:
+            yield (
+                f"cut {number} '{cut.name}': in the state '{cut.state}', which its speed or the "
+                "wear of its edge implies"
+            )
+
+
+def _assumed(known: Known, cuts: Sequence[Asked]) -> Iterable[str]:
+    """Say which geometry of the tool is assumed because nobody stated it."""
+    kinds = dict.fromkeys(BY_NAME[cut.operation].kind for cut in cuts)
+    names = [one.name for kind in kinds for one in tools.assumed_of(kind, known.tool.numbers)]
+    if names:
+        listed = ", ".join(dict.fromkeys(names))
+        yield (
+            f"assumed of {known.tool.name}, because nobody stated it: {listed}; a tool file would "
+            "narrow the intervals"
+        )
+
+
+def _outside(made: LearntFrom, cuts: Sequence[Asked], tool: ToolOf) -> Iterable[str]:
+    """Say which cuts lie outside the depths, feeds and operations that the pair was learnt from."""
+    for operation in dict.fromkeys(cut.operation for cut in cuts):
+        if operation not in made.operations:
+            yield f"operation '{operation}' was never cut: from the law alone, wider"
+    for number, asked in enumerate(cuts, start=1):
+        stated = asked.ranges(tool.diameter_mm)
+        for channel, what, unit in RANGES:
+            if channel not in stated or channel not in made.ranges:
+                continue
+            (least, most), (low, high) = stated[channel], made.ranges[channel]
+            if not (low * 0.999 <= least and most <= high * 1.001):
+                value = most if most > high * 1.001 else least
+                which = f"cut {number} '{asked.name}': " if asked.name or len(cuts) > 1 else ""
+                yield (
+                    f"{which}{what} {value:.4g} {unit} was never cut ({low:g} to {high:g} {unit})"
+                )

@@ -1,0 +1,237 @@
+"""Trace: from a stored answer down to the recordings it came from."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb.agent.learn.together import RECORDINGS
+from autodb.agent.learn.wearing import wear_words
+from autodb.agent.rows.calibrations import as_calibration
+from autodb.agent.rows.posteriors import LAW, as_belief, chain, pair_name
+from autodb.cutting import shear
+from autodb.errors import NotThere, near
+from autodb.fitting import NORMAL_95
+from autodb.sensing.ranges.forms import kept
+from autodb.store import Store, models
+
+ARMAREGO = ("shear_stress", "friction_angle", "chip_ratio", "K_te", "K_re")
+EARLIER_LAWS = {
+    "linear_edge_nose": (("K_c", "N/mm²"), ("K_e", "N/mm"), ("K_n", "N")),
+}
+
+
+@dataclass
+class Node:
+    """One step of a trace: a sentence and what it came from."""
+
+    text: str
+    sources: list["Node"] = field(default_factory=list)
+
+
+def trace(store: Store, kind: str, number: int) -> Node:
+    """Return where row ``number`` of ``kind`` came from, down to recordings.
+
+    Raises NotThere for an unknown kind or number.
+    """
+    if kind not in _KINDS:
+        raise NotThere(f"nothing called '{kind}' is traced{near(kind, _KINDS)}")
+    model, describe = _KINDS[kind]
+    with store.reading() as session:
+        row = session.get(model, number)
+        if row is None:
+            raise NotThere(f"there is no {kind} {number} in this database")
+        return describe(session, row)
+
+
+def _recording(_session: Session, row: models.Recording) -> Node:
+    path = Path(row.path)
+    said = [] if path.exists() else ["the file is no longer there"]
+    if row.withdrawn_at is not None:
+        said.append(f"withdrawn {row.withdrawn_at}: {row.withdrawn_why}")
+    if row.looked_at is not None:
+        said.append("only looked at")
+    more = f" ({'; '.join(said)})" if said else ""
+    return Node(f"recording {row.id}: {path.name}, {row.rows} rows, sha256 {row.sha256[:12]}{more}")
+
+
+def _calibration(session: Session, row: models.Calibration) -> Node:
+    form, coefficients = kept(row.kind, row.parameters), np.array(row.coefficients)
+    equation = form.equation(coefficients, row.unit, row.current_unit)
+    said = f"{equation}, I = {row.channel}; {row.verdict}"
+    text = f"calibration {row.id}: axis {as_calibration(row).called} version {row.version}: {said}"
+    return Node(text, [_recording(session, r) for r in row.recordings])
+
+
+def _sensed(session: Session, row: models.SensedForce) -> Node:
+    what = f"{row.value_N:.1f} ± {row.sd_N:.1f} N" if row.value_N is not None else str(row.reason)
+    text = f"sensed force {row.id}: force.{row.component} of cut {row.cut.number:g}: {what}"
+    sources = [_recording(session, row.cut.recording)]
+    if row.calibration is not None:
+        sources.append(_calibration(session, row.calibration))
+    if row.sensor is not None:
+        sources.append(_sensor(session, row.sensor))
+    return Node(text, sources)
+
+
+def _sensor(session: Session, row: models.Estimator) -> Node:
+    text = f"sensor {row.id}: {row.kind} of force.{row.component}, version {row.version}"
+    return Node(text, [_recording(session, r) for r in row.recordings])
+
+
+def _parameters(session: Session, row: models.CuttingParameters) -> Node:
+    node = Node(
+        f"{_named(row)}, {row.n_cuts} cuts",
+        [Node(_belief(row) if row.law == LAW else _earlier_law(row))],
+    )
+    causes = [_cause(session, mismatch) for mismatch in row.mismatches]
+    if row.terms is not None:
+        node.sources.append(Node(wear_words(as_belief(row)), causes))
+    elif row.state is not None:
+        node.sources.append(Node(f"of the state '{row.state}'", causes))
+    if row.started_from is not None:
+        begun = [] if row.relative is None else [_parameters(session, row.relative)]
+        begun += [] if row.prior is None else [_of_others(session, row.prior, row.machine_id)]
+        node.sources.append(Node(f"began as: {row.started_from}", begun))
+    forces = [force for version in chain(row) for force in version.forces]
+    by_recording: dict[int, list[models.SensedForce]] = {}
+    for force in forces:
+        by_recording.setdefault(force.cut.recording_id, []).append(force)
+    for some in by_recording.values():
+        source = _recording(session, some[0].cut.recording)
+        cuts = ", ".join(dict.fromkeys(f"{force.cut.number:g}" for force in some))
+        source.sources.append(Node(f"cuts {cuts}"))
+        node.sources.append(source)
+    felt_by = {force.calibration.id: force.calibration for force in forces if force.calibration}
+    node.sources += [_calibration(session, calibration) for calibration in felt_by.values()]
+    sensors = {force.sensor.id: force.sensor for force in forces if force.sensor}
+    node.sources += [_sensor(session, sensor) for sensor in sensors.values()]
+    return node
+
+
+def _named(row: models.CuttingParameters) -> str:
+    return f"parameters {row.id}: {pair_name(row.pair)}, version {row.version}"
+
+
+def _belief(row: models.CuttingParameters) -> str:
+    """Return the five numbers of the law with their 95 % intervals."""
+    law = as_belief(row).law
+    half = NORMAL_95 * np.sqrt(np.diag(law.covariance))
+    low, middle, high = (shear.named(law.mean + step * half) for step in (-1.0, 0.0, 1.0))
+    units = {one.name: one.unit for one in shear.PARAMETERS}
+    return ", ".join(
+        f"{name} {middle[name]:.3g} ({low[name]:.3g} to {high[name]:.3g}) {units[name]}".rstrip()
+        for name in ARMAREGO
+    )
+
+
+def _earlier_law(row: models.CuttingParameters) -> str:
+    """Return the numbers of a law that earlier versions kept for each operation and component."""
+    sd = np.sqrt(np.diag(np.array(row.covariance)))
+    values = ", ".join(
+        f"{name} {mean:.1f} ± {one:.1f} {unit}"
+        for (name, unit), mean, one in zip(EARLIER_LAWS[row.law], row.mean, sd, strict=True)
+    )
+    return f"{row.operation}, force.{row.component}: {values}"
+
+
+def _prediction(session: Session, row: models.Prediction) -> Node:
+    node = Node(f"prediction {row.id}: job '{row.job['name']}'")
+    program = row.job.get("program")
+    if program is not None:
+        node.sources.append(Node(f"program {program['file']}, sha256 {program['sha256'][:12]}"))
+    for cut in row.cuts:
+        name = cut["name"] or f"{cut['speed_rpm']:.0f} rpm"
+        for component in "xyz":
+            force = cut[f"force_{component}_N"]
+            if force is not None:
+                interval = f"{force['value']:.0f} N ({force['low']:.0f} to {force['high']:.0f})"
+                node.sources.append(Node(f"cut '{name}': force.{component} {interval}"))
+    if row.started_from is not None:
+        known = [] if row.prior is None else [_of_others(session, row.prior, row.machine_id)]
+        node.sources.append(Node(f"the pair was not learnt: {row.started_from}", known))
+    node.sources += [_parameters(session, p) for p in row.parameters]
+    return node
+
+
+def _of_others(session: Session, row: models.FleetPrior, machine_id: int) -> Node:
+    """A prior comes from machines' parameters; of another than one's own no more is told.
+
+    But of one whose file shares its recordings.
+    """
+    node = Node(
+        f"prior {row.id}: {row.material.name}, version {row.version}, {row.machines} machines"
+    )
+    for one in row.parameters:
+        machine = session.get_one(models.Machine, one.machine_id)
+        if one.machine_id == machine_id or machine.shares == RECORDINGS:
+            node.sources.append(_parameters(session, one))
+        else:
+            node.sources.append(Node(f"machine '{machine.name}': {_named(one)}, {one.n_cuts} cuts"))
+    return node
+
+
+def _model(session: Session, row: models.ChannelModel) -> Node:
+    """A version comes from its recordings, the mismatches confirmed, and the version before."""
+    node = Node(
+        f"{_version(row)}: {', '.join(_term(t) for t in row.terms)}",
+        [_recording(session, r) for r in row.recordings],
+    )
+    confirmed = select(models.Mismatch).where(
+        models.Mismatch.models.any(models.ChannelModel.id == row.id)
+    )
+    node.sources += [_cause(session, mismatch) for mismatch in session.scalars(confirmed)]
+    if row.parent is not None:
+        node.sources.append(_model(session, row.parent))
+    return node
+
+
+def _version(row: models.ChannelModel) -> str:
+    return f"model {row.id}: {row.channel} version {row.version}"
+
+
+def _term(t: dict[str, Any]) -> str:
+    sure = "in the sum only" if t["sd"] is None else f"± {t['sd']:.2g} {t['unit']}"
+    return f"{t['term']} {t['value']:.4g} {sure}"
+
+
+def _scale(session: Session, row: models.DriveScale) -> Node:
+    percent = 100.0 * NORMAL_95 * row.share
+    text = (
+        f"scale {row.id}: {row.axis} version {row.version}: 1 A is {row.per_ampere:.4g} N ± "
+        f"{percent:.2g} % (95 %), {row.source}"
+    )
+    return Node(text, [_recording(session, row.recording)])
+
+
+def _cause(session: Session, row: models.Mismatch) -> Node:
+    called = f" as {row.confirmed_term}" if row.confirmed_term not in (None, row.term) else ""
+    by = f" by {row.decided_by}" if row.decided_by else ""
+    when = f" on {row.decided_at}" if row.decided_at else ""
+    status = f"{row.status}{called}{by}{when}"
+    text = f"mismatch {row.id}: {row.channel}: {row.term} ({row.kind}, {status}): {row.statement}"
+    return Node(text, [_recording(session, row.recording)])
+
+
+def _mismatch(session: Session, row: models.Mismatch) -> Node:
+    """A mismatch leads to its recording, and to the version that confirming it made."""
+    node = _cause(session, row)
+    node.sources += [Node(f"confirmed, it made {_version(model)}") for model in row.models]
+    node.sources += [Node(f"confirmed, it is in {_named(row)}") for row in row.parameters_of_pairs]
+    return node
+
+
+_KINDS: dict[str, tuple[type[models.Base], Callable[[Session, Any], Node]]] = {
+    "prediction": (models.Prediction, _prediction),
+    "parameters": (models.CuttingParameters, _parameters),
+    "force": (models.SensedForce, _sensed),
+    "calibration": (models.Calibration, _calibration),
+    "model": (models.ChannelModel, _model),
+    "scale": (models.DriveScale, _scale),
+    "mismatch": (models.Mismatch, _mismatch),
+    "recording": (models.Recording, _recording),
+}

@@ -1,0 +1,1 @@
+"""What machines know together, and refreshing many of them."""

@@ -1,0 +1,298 @@
+"""Learning what machines know together, and naming the machine that disagrees.
+
+A pass adds the newest versions of pairs to their material's sums, and takes out those they replace.
+A machine that disagrees with the others is named, and its pairs that do so stay out of the sums
+until they agree.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+from sqlalchemy import insert
+from sqlalchemy.orm import Session
+
+from autodb.agent.fleet.named import Named, named_of
+from autodb.agent.learn.starting import of_material
+from autodb.agent.learn.together import (
+    OwnCuts,
+    Version,
+    as_kept,
+    known_from,
+    known_materials,
+    machine_names,
+    machines_of,
+    newest_prior,
+    own_cuts,
+    sharing,
+    told_by,
+)
+from autodb.agent.rows.posteriors import LAW, pair_name
+from autodb.agent.sense.gain_check import standard_cut
+from autodb.pairs.disagreeing import Cause, Compared, compared, disagrees
+from autodb.pairs.hierarchy import MANY, Known, whole
+from autodb.standard.protocol import Protocol
+from autodb.store import Store, lasting, models
+from autodb.store.models.learning import EVERY, fleet_prior_parameters
+
+Progress = Callable[[str], None]
+
+FLEET = "fleet "
+"""Whose rows a pass writes: no machine's name ends with a blank."""
+MOST_ASIDE = 3
+"""One in so many machines may be set aside of a material: most must agree. Chosen."""
+
+
+@dataclass(frozen=True)
+class Together:
+    """What a pass left of a material: its version, how many machines and tools told it."""
+
+    material: str
+    version: int
+    machines: int
+    tools: int
+
+
+@dataclass
+class Learnt:
+    """What a pass did: the materials that have a new version, and the machines named now."""
+
+    materials: list[Together] = field(default_factory=list)
+    named: list[Named] = field(default_factory=list)
+
+    def lines(self) -> list[str]:
+        """Return it in words, a line each."""
+        said = [
+            f"{one.material}: version {one.version} from {_counted(one.machines, 'machine')}, "
+            f"{_counted(one.tools, 'tool')}"
+            for one in self.materials
+        ]
+        return (said or ["nothing new to know together"]) + [one.words for one in self.named]
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def learn_fleet(
+    store: Store, *, protocols: Sequence[Protocol] = (), progress: Progress = lambda _: None
+) -> Learnt:
+    """Bring what machines know together up to their newest versions.
+
+    ``protocols``: standard cuts whose forces are known, beside those of the kit.
+    """
+
+    def one_pass() -> Learnt:
+        with store.writing(FLEET) as session:
+            return _Pass(session, protocols, progress).run()
+
+    return lasting(one_pass, progress)
+
+
+@dataclass
+class _Material:
+    """One material in a pass: what is known, which pairs are in it, and which stand aside, by id;
+    ``told`` reads what a version's own cuts told.
+    """
+
+    row: models.Material
+    prior: models.FleetPrior | None
+    known: Known
+    told: Callable[[int], OwnCuts]
+    inside: dict[int, Version] = field(default_factory=dict)
+    aside: dict[int, Version] = field(default_factory=dict)
+    changed: set[int] = field(default_factory=set)
+
+    @property
+    def every(self) -> list[Version]:
+        """All pairs that are shared of it."""
+        return [*self.inside.values(), *self.aside.values()]
+
+    def put(self, one: Version) -> None:
+        """Take a pair into the sums."""
+        self.known = self.known.changed(one.tool, more=self.told(one.id).as_stated)
+        self.inside[one.id] = one
+        self.changed.add(one.id)
+
+    def take_out(self, one: Version) -> None:
+        """Take a pair out of the sums."""
+        del self.inside[one.id]
+        self.known = self.known.changed(one.tool, less=self.told(one.id).as_stated)
+        self.changed.add(one.id)
+
+    def compared(self, one: Version) -> Compared:
+        """Compare a pair with the others."""
+        own = self.told(one.id)
+        others = self.known
+        if one.id in self.inside:
+            others = others.without(one.tool, own.as_stated)
+        return compared(
+            own.as_felt,
+            as_stated=own.as_stated,
+            others=others.pair(one.tool),
+            rake_rad=float(np.radians(one.rake_deg or 0.0)),
+        )
+
+
+class _Pass:
+    """One pass over all materials."""
+
+    def __init__(self, session: Session, protocols: Sequence[Protocol], progress: Progress) -> None:
+        self._session, self._protocols, self._progress = session, protocols, progress
+        self._read: dict[int, OwnCuts] = {}
+        self._materials: list[_Material] = []
+
+    def run(self) -> Learnt:
+        """Bring the sums up to date, name who disagrees, and keep what is new."""
+        versions = sharing(self._session)
+        numbers = sorted(versions.keys() | known_materials(self._session))
+        self._materials = [self._brought_up(one, versions.get(one, [])) for one in numbers]
+        named = self._named()
+        kept = [self._kept(one, named) for one in self._materials if one.changed and one.every]
+        for one in self._materials:
+            if one.prior is not None and (one.changed or not one.every):
+                one.prior.known = None  # its sums are in the next, or nobody shares any
+        return Learnt(kept, list(named.values()))
+
+    def _told(self, version: int) -> OwnCuts:
+        if version not in self._read:
+            self._read[version] = own_cuts(self._session, version)
+        return self._read[version]
+
+    def _brought_up(self, number: int, versions: Sequence[Version]) -> _Material:
+        """Take a material's newest versions into its sums, and out what they replace."""
+        row = self._session.get_one(models.Material, number)
+        self._progress(f"what is known of {row.name}")
+        prior, aside = newest_prior(self._session, number), set()
+        found = _Material(row, prior, Known(of_material(row.name).belief.law), self._told)
+        if prior is not None and prior.known is not None:
+            found.known, aside = known_from(prior.known), set(prior.known["aside"])
+            found.inside = {one.id: one for one in told_by(self._session, prior)}
+        newest = {one.id: one for one in versions}
+        for one in [one for one in found.inside.values() if one.id not in newest]:
+            found.take_out(one)
+        for one in newest.values():
+            if one.id in aside:
+                found.aside[one.id] = one
+            elif one.id not in found.inside:
+                found.put(one)
+        found.changed |= aside - newest.keys()
+        return found
+
+    def _named(self) -> dict[int, Named]:
+        """Name the machines that disagree, the farthest off first, and set their pairs aside."""
+        named: dict[int, Named] = {}
+        waiting = self._waiting()
+        while waiting:
+            found = self._look(waiting)
+            self._return(waiting - found.keys())
+            new = {key: one for key, one in found.items() if key not in named}
+            if not new:
+                break
+            worst = min(new, key=lambda key: new[key].improbable)
+            named[worst] = new[worst].named
+            self._set_aside(new[worst].odd)
+            if sum(one.known.pairs for one in self._materials) > MANY:
+                waiting = set(found)  # one machine more or less moves no other across the line
+        return named
+
+    def _waiting(self) -> set[int]:
+        """Return the machines, by id, that may agree no more, or again."""
+        waiting = set()
+        for material in self._materials:
+            few = bool(material.changed) and len(material.every) <= MANY
+            waiting |= {
+                one.machine_id
+                for one in material.every
+                if few or one.id in material.changed or one.id in material.aside
+            }
+        return waiting
+
+    def _look(self, machines: set[int]) -> "dict[int, _Found]":
+        """Return which machines disagree."""
+        pairs: dict[int, list[tuple[_Material, Version]]] = {}
+        for material in self._materials:
+            if machines_of(material.inside.values()) > 1:
+                for one in material.every:
+                    pairs.setdefault(one.machine_id, []).append((material, one))
+        count = sum(map(len, pairs.values())) + len(pairs)
+        names = machine_names(self._session)
+        found = {}
+        for machine in sorted(machines & pairs.keys()):
+            self._progress(f"comparing {names[machine]}")
+            sides = [material.compared(one) for material, one in pairs[machine]]
+            told = disagrees(sides, compared_in_all=count)
+            if told is not None:
+                standard = standard_cut(self._session, machine, self._protocols)
+                told = disagrees(sides, compared_in_all=count, standard=standard) or told
+                versions = [one for _, one in pairs[machine]]
+                of = [self._session.get_one(models.Pair, one.pair_id) for one in versions]
+                named = named_of(names[machine], [pair_name(one) for one in of], told)
+                least = min(one.improbable() for one in sides)
+                found[machine] = _Found(named, least, told.pairs, versions)
+        return found
+
+    def _set_aside(self, odd: set[int]) -> None:
+        """Set pairs of a machine aside, but where too many machines are already."""
+        for material in self._materials:
+            some = [one for one in material.inside.values() if one.id in odd]
+            aside = machines_of(material.aside.values()) + 1
+            if some and aside * MOST_ASIDE <= machines_of(material.every):
+                for one in some:
+                    material.take_out(one)
+                    material.aside[one.id] = one
+
+    def _return(self, machines: set[int]) -> None:
+        """Take pairs of machines that agree again back into the sums."""
+        for material in self._materials:
+            for one in [one for one in material.aside.values() if one.machine_id in machines]:
+                del material.aside[one.id]
+                material.put(one)
+
+    def _kept(self, material: _Material, named: Mapping[int, Named]) -> Together:
+        belief = whole(material.known.material())
+        version = 1 if material.prior is None else material.prior.version + 1
+        machines = {one.machine_id for one in material.every}
+        row = models.FleetPrior(
+            material_id=material.row.id,
+            operation=EVERY,
+            component=EVERY,
+            law=LAW,
+            version=version,
+            mean=belief.mean.tolist(),
+            covariance=belief.covariance.tolist(),
+            machines=machines_of(material.inside.values()),
+            known={
+                **as_kept(material.known),
+                "aside": sorted(material.aside),
+                "named": [asdict(one) for key, one in named.items() if key in machines],
+            },
+        )
+        self._session.add(row)
+        self._session.flush()
+        links = [
+            {"fleet_prior_id": row.id, "cutting_parameters_id": one} for one in material.inside
+        ]
+        if links:
+            self._session.execute(insert(fleet_prior_parameters), links)
+        tools = len(material.known.tools)
+        return Together(material.row.name, version, row.machines, tools)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A machine that disagrees: how it is named, how improbable its worst pair is, which pairs do,
+    of all of its versions.
+    """
+
+    named: Named
+    improbable: float
+    odd_pairs: tuple[int, ...]
+    versions: Sequence[Version]
+
+    @property
+    def odd(self) -> set[int]:
+        """The versions, by id, that stand aside: where the calibration may be off, all of them."""
+        if self.named.cause == Cause.CALIBRATION.value:
+            return {one.id for one in self.versions}
+        return {self.versions[k].id for k in self.odd_pairs}

@@ -1,0 +1,20 @@
+"""A recording of the database, read again as it came in."""
+
+from autodb.agent.ingest.importing import whole_file
+from autodb.errors import UnusableInput
+from autodb.files.side import SideFile
+from autodb.records import CutTable, Recording, open_as_stored
+from autodb.store import models
+
+
+def as_imported(row: models.Recording) -> Recording | CutTable:
+    """Read a recording with the side file that it came in with.
+
+    Raises UnusableInput where no file of it is there as it was imported.
+    """
+    path = whole_file(row)
+    if path is None:
+        raise UnusableInput(
+            f"{row.path}: not there as it was imported; put back under its path it would work"
+        )
+    return open_as_stored(path, SideFile.model_validate(row.side)).choose().read()

@@ -1,0 +1,151 @@
+"""The cuts that a file holds: of a table, of raw phase currents, or stated of a recording."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from sqlalchemy.orm import Session
+
+from autodb.agent.rows.catalogue import pair_id
+from autodb.agent.rows.content import of_cut
+from autodb.errors import UnusableInput
+from autodb.files.channels import axis_of
+from autodb.files.side import SideFile
+from autodb.pairs.engaged import BY_NAME
+from autodb.records import EDGE, CutTable, Recording, Source
+from autodb.sensing.ranges import faults, raw
+from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
+from autodb.store import models
+
+_CONDITION_PREFIXES = (
+    "cutting.",
+    "work.",
+    "pocket.",
+    "spindle.speed",
+    "tool.",
+    "chip.",
+    "z.position",
+)
+CHIP = "chip.thickness"
+"""A condition of a cut that is measured all the same."""
+
+
+def cuts_in(
+    source: Source, progress: Callable[[str], None] | None
+) -> tuple[CutTable | None, tuple[str, ...]]:
+    """Return the cuts of a file: its table of cuts, or the cut that its phase currents hold.
+
+    With what was left out of that cut's averages. Raises SetAside.
+    """
+    holding = [
+        base
+        for base in source.usable()
+        if base.holds_cuts or raw.has_phase_currents(base.conversion.specs)
+    ]
+    if len(holding) > 1:
+        names = ", ".join(f"'{base.name}'" for base in holding)
+        raise UnusableInput(f"{source.path}: cuts in several time bases: {names}; one would work")
+    if not holding:
+        return _said_cut(source), ()
+    table = holding[0].read()
+    cuts, notes = (table, ()) if isinstance(table, CutTable) else _raw_cut(table, progress)
+    _refuse_unmeasured(cuts)
+    faults.refuse(source.path, faults.checks_of_units(cuts, tuple(COMPONENT_OF_AXIS)))
+    return cuts, notes
+
+
+def _said_cut(source: Source) -> CutTable | None:
+    """Return the cut that a side file states of a recording over time: nothing of it was averaged.
+
+    None where it says too little for its forces to be worked out: pair, operation, conditions.
+    """
+    side, known = source.side, raw.stated_by(source.side)
+    operation = BY_NAME.get(side.cut.operation or "")
+    named = side.recording.work is not None and side.tool.name is not None
+    if operation is None or not named or operation.lacking(known):
+        return None
+    return raw.table_of(source.path, side, {"cut": 1.0} | known)
+
+
+def _raw_cut(
+    recording: Recording, progress: Callable[[str], None] | None
+) -> tuple[CutTable, tuple[str, ...]]:
+    cut = raw.cut_of(recording, progress=progress)
+    return cut.table, cut.notes
+
+
+def _pair_names(table: CutTable, row: int) -> tuple[str, str]:
+    """Return material and tool of a cut; empty where it is not known."""
+    texts = {name: column[row] for name, column in table.texts.items()}
+    material = texts.get("work.material") or table.side.recording.work or ""
+    return material, texts.get("tool") or table.side.tool.name or ""
+
+
+def _refuse_unmeasured(table: CutTable) -> None:
+    """Raise UnusableInput where a table says how was cut, and nothing that was felt."""
+    felt = [name for name in table.channels if name != "cut" and not _is_condition(name)]
+    if not felt and CHIP not in table:
+        raise UnusableInput(
+            f"{table.path}: nothing measured of its cuts; a column like y.current.range, force.z "
+            f"or {CHIP} would work{table.near('force.z')}"
+        )
+
+
+def _is_condition(name: str) -> bool:
+    return name.startswith(_CONDITION_PREFIXES) or name == "t"
+
+
+def _cut_row(table: CutTable, row: int, signs: dict[str, int]) -> models.Cut:
+    row_of = {name: float(channel[row]) for name, channel in table.channels.items()}
+    values = {name: value for name, value in row_of.items() if np.isfinite(value)}
+    texts = {name: column[row] for name, column in table.texts.items() if column[row]}
+    conditions: dict[str, float | str] = {
+        name: value for name, value in values.items() if _is_condition(name)
+    }
+    if EDGE in texts:
+        conditions[EDGE] = texts[EDGE]
+    measured = {
+        name: value * (signs.get(axis_of(name), 1) if name.endswith(".current") else 1)
+        for name, value in values.items()
+        if name not in conditions and name != "cut"
+    }
+    return models.Cut(
+        number=values["cut"],
+        operation=texts.get("operation"),
+        conditions=conditions,
+        measured=measured,
+    )
+
+
+def _pair_id(session: Session, material: str, tool: str, side: SideFile) -> int | None:
+    if not material or not tool:
+        return None
+    stated = _geometry_of(side) if side.tool.name in (None, tool) else {}
+    return pair_id(session, material, tool, stated)
+
+
+def _geometry_of(side: SideFile) -> dict[str, Any]:
+    """Return the geometry that a side file states of its tool."""
+    every = {name: getattr(side.tool, name) for name in _GEOMETRY}
+    return {name: value for name, value in every.items() if value is not None}
+
+
+_GEOMETRY = (
+    *("kind", "diameter_mm", "teeth", "helix_deg", "corner_radius_mm", "point_angle_deg"),
+    *("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg"),
+)
+
+
+def made_cuts(session: Session, owner: models.Machine, cuts: CutTable) -> list[models.Cut]:
+    """Return the cuts of a table as rows, not yet of a recording."""
+    signs = {axis.name: axis.current_sign for axis in owner.axes}
+    pairs: dict[tuple[str, str], int | None] = {}
+    rows = []
+    for row in range(len(cuts)):
+        named = _pair_names(cuts, row)
+        if named not in pairs:
+            pairs[named] = _pair_id(session, *named, cuts.side)
+        made = _cut_row(cuts, row, signs)
+        made.pair_id, made.content = pairs[named], of_cut(made, *named)
+        rows.append(made)
+    return rows

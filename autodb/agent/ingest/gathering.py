@@ -1,0 +1,104 @@
+"""Several files at once: their cuts as one table, and what becomes of those that are set aside."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import records
+from autodb.errors import SetAside, UnusableInput
+from autodb.records import EDGE, CutTable, edge_codes
+from autodb.records.plausible import refuse_doubtful
+from autodb.records.summary import summary_of
+from autodb.sensing.ranges import raw
+from autodb.sensing.ranges.validity import with_stated
+
+Array = NDArray[np.float64]
+Done = TypeVar("Done")
+Tell = Callable[[str], None]
+
+
+def each_used(files: Sequence[Path], work: Callable[[Path], Done], *, tell: Tell) -> list[Done]:
+    """Do ``work`` on every file and return what it gave; a cut that is set aside is told.
+
+    Raises what ``work`` raises of one file alone, and UnusableInput when none of several is left.
+    """
+    done = []
+    for file in files:
+        try:
+            done.append(work(file))
+        except SetAside as error:
+            if len(files) == 1:
+                raise
+            tell(f"set aside: {error}")
+    if not done:
+        raise UnusableInput(f"none of the {len(files)} cuts can be used: all are set aside")
+    return done
+
+
+def cuts_of_files(files: Sequence[Path], *, columns: Path | None, tell: Tell) -> CutTable:
+    """Return the cuts of cut tables, and of raw recordings of one cut each, as one table.
+
+    Cuts of several files are numbered in the order given. What is left out of a cut's averages, and
+    cuts that are set aside, are told. Raises UnusableInput.
+    """
+    tables = each_used(files, lambda file: _cuts_of(file, columns, tell), tell=tell)
+    return tables[0] if len(files) == 1 else _joined(tables)
+
+
+def _cuts_of(path: Path, columns: Path | None, tell: Tell) -> CutTable:
+    found = records.read(path, columns=columns)
+    refuse_doubtful(path, summary_of(found), found.side)
+    if isinstance(found, CutTable):
+        return with_stated(found)
+    if not raw.has_phase_currents(found.channels):
+        raise UnusableInput(
+            f"{path}: no column 'cut' and no phase currents; calibrate needs a table of cuts, or "
+            "raw recordings of one cut each"
+        )
+    cut = raw.cut_of(found)
+    for note in cut.notes:
+        tell(f"{path}: {note}")
+    return with_stated(cut.table)
+
+
+def _joined(tables: Sequence[CutTable]) -> CutTable:
+    """Return tables below each other: NaN and empty text where one lacks a column.
+
+    Raises UnusableInput where a channel's unit is not the same everywhere.
+    """
+    names = list(dict.fromkeys(name for table in tables for name in table.channels))
+    for name in names:
+        units = {table.unit(name) for table in tables if name in table}
+        if len(units) > 1:
+            raise UnusableInput(
+                f"{tables[0].path}: {name} is in {' and '.join(sorted(units))} in different files; "
+                "one unit in all of them would work"
+            )
+    channels = {
+        name: np.concatenate([table.channels.get(name, _unknown(table)) for table in tables])
+        for name in names
+    }
+    texts = {
+        name: [text for table in tables for text in table.texts.get(name) or _labels(table, name)]
+        for name in dict.fromkeys(name for table in tables for name in table.texts)
+    }
+    channels["cut"] = np.arange(1.0, 1.0 + sum(len(table) for table in tables))
+    if EDGE in texts:
+        channels[EDGE] = edge_codes(texts[EDGE])
+    units_of = {name: unit for table in tables for name, unit in table.units.items()}
+    path = Path(f"{tables[0].path} and {len(tables) - 1} more")
+    return replace(tables[0], path=path, channels=channels, texts=texts, units=units_of)
+
+
+def _unknown(table: CutTable) -> Array:
+    return np.full(len(table), np.nan)
+
+
+def _labels(table: CutTable, name: str) -> list[str]:
+    """Return a text column that a table lacks: its numbers where it has such, else empty."""
+    numbers = table.channels.get(name)
+    return [""] * len(table) if numbers is None else [f"{value:g}" for value in numbers]

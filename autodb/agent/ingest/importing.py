@@ -1,0 +1,332 @@
+"""A file enters the database once, known by its checksum."""
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb import records
+from autodb.agent.ingest.cuts_in_file import cuts_in, made_cuts
+from autodb.agent.ingest.redelivered import (
+    ROWS_ALIKE,
+    Sorted,
+    as_it_was,
+    earlier,
+    rows_alike,
+    sorted_cuts,
+    twins,
+)
+from autodb.agent.ingest.uncounted import counted
+from autodb.agent.rows.content import of_series
+from autodb.agent.rows.machines import find_machine, working_machine
+from autodb.errors import UnusableInput
+from autodb.files.checksums import checksum
+from autodb.files.side import SideFile
+from autodb.records import EDGE, CutTable, Source, edge_codes
+from autodb.records.plausible import refuse_implausible
+from autodb.records.summary import BaseSummary, summarise
+from autodb.sensing.ranges.validity import STATED
+from autodb.store import Store, models
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What an import did; ``other_side``: it was there already, with another side file.
+
+    ``withdrawn``: it was there, and does not count, for this reason; ``looked_at``: it was there,
+    and was only looked at.
+
+    ``cuts`` are new; ``again`` were there, of a file that came in before under its name or with the
+    same content, and ``replaced`` had another content then. ``notes``: what was left out of the
+    averages of a raw recording's cut.
+    """
+
+    recording_id: int
+    kind: str
+    rows: int
+    cuts: int
+    already_there: bool
+    other_side: bool = False
+    notes: tuple[str, ...] = ()
+    again: int = 0
+    replaced: int = 0
+    withdrawn: str | None = None
+    looked_at: bool = False
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Where a file lies from now on, and what else is written in the import's transaction.
+
+    ``came_as``: the path that it counts as having come in under; None: the one that it is read at.
+    """
+
+    path: Path
+    also: Callable[[Session, Imported], None]
+    came_as: Path | None = None
+
+
+def import_file(
+    store: Store,
+    path: Path,
+    *,
+    machine: str,
+    columns: Path | None = None,
+    progress: Callable[[str], None] | None = None,
+    kept: Kept | None = None,
+    looked_at: bool = False,
+) -> Imported:
+    """Import one recording or cut table of a machine; a second time says it is already there.
+
+    The file is read in blocks, its checksum taken and its channels checked; a table of cuts is
+    kept cut by cut, raw phase currents give the cut they hold, and of any other recording over time
+    the cut is kept that its side file states. Currents take the axis' sign
+    from the machine. Of a file that came in before under its name only what is new counts
+    (``redelivered``). What is only ``looked_at`` does not count, until it is imported.
+
+    Raises UnusableInput, SetAside of a raw cut that nothing can be learned from; then nothing is
+    written.
+    """
+    source = records.open_source(path, columns=columns)
+    sha256 = checksum(path)
+    came_as = path if kept is None or kept.came_as is None else kept.came_as
+    with store.reading() as session:
+        machine_id = working_machine(session, machine).id
+        known = _known(session, machine_id, sha256, source.side)
+        before = None if known else _same_series(session, machine_id, source, came_as)
+    if known is not None:
+        return _once_more(store, machine, known, kept, looked_at=looked_at)
+    named = source.side.recording.machine
+    if named is not None and named != machine:
+        raise UnusableInput(f"{path}: its side file says machine '{named}', not '{machine}'")
+    summary = summarise(source, progress=progress)
+    refuse_implausible(source, summary)
+    cuts, notes = cuts_in(source, progress)
+    row = _row(source, summary, sha256)
+    with store.writing(machine) as session:
+        owner = find_machine(session, machine)
+        # another agent may have been faster, or it was there in other bytes
+        done = _known(session, owner.id, sha256, source.side, row.content)
+        if done is None:
+            row.delivered_as = str(came_as.resolve())
+            if kept is not None:
+                row.path = str(kept.path.resolve())
+            if looked_at:
+                row.looked_at = models.now()
+            done = replace(_keep(session, owner, row, cuts, before), notes=notes)
+        elif not looked_at:
+            counted(session, done.recording_id)
+        if kept is not None:
+            kept.also(session, done)
+        return done
+
+
+def _once_more(
+    store: Store, machine: str, known: Imported, kept: Kept | None, *, looked_at: bool
+) -> Imported:
+    """Have a recording that is there count, where it was only looked at before."""
+    begins = known.looked_at and not looked_at
+    if begins or kept is not None:
+        with store.writing(machine) as session:
+            if begins:
+                counted(session, known.recording_id)
+            if kept is not None:
+                kept.also(session, known)
+    return known
+
+
+@dataclass(frozen=True)
+class _Again:
+    """The recording over time, by id, that came in again; ``cut_off``: it is shorter now."""
+
+    recording: int
+    cut_off: bool
+
+
+def _same_series(session: Session, machine_id: int, source: Source, came_as: Path) -> _Again | None:
+    before = earlier(session, machine_id, came_as)
+    if not before or before[0].kind != "series":
+        return None
+    for path, sha256 in files_of(before[0]).items():
+        there = as_it_was(path, sha256, SideFile.model_validate(before[0].side))
+        if there is not None:
+            share, cut_off = rows_alike(there, source)
+            return _Again(before[0].id, cut_off) if share >= ROWS_ALIKE else None
+    return None
+
+
+def _row(source: Source, summary: Sequence[BaseSummary], sha256: str) -> models.Recording:
+    channels = [row for base in summary for row in _channel_rows(base)]
+    cuts = any(base.holds_cuts for base in summary)
+    return models.Recording(
+        sha256=sha256,
+        path=str(source.path.resolve()),
+        kind="cuts" if cuts else "series",
+        rows=max(base.rows for base in summary),
+        units={n: u for base in source.usable() for n, u in base.conversion.units.items()},
+        side=_said(source.side),
+        channels=channels,
+        content=None if cuts else of_series(channels),
+    )
+
+
+def _said(side: SideFile) -> dict[str, Any]:
+    return side.model_dump(mode="json", exclude_defaults=True)
+
+
+def _keep(
+    session: Session,
+    owner: models.Machine,
+    recording: models.Recording,
+    cuts: CutTable | None,
+    before: _Again | None,
+) -> Imported:
+    """Add a recording with its cuts, of a file that came in again those that are new.
+
+    Not where all of them are in one that is there.
+    """
+    made = [] if cuts is None else made_cuts(session, owner, cuts)
+    recording.machine_id = owner.id
+    if recording.looked_at is not None:
+        return _aside(session, recording, made)
+    if recording.kind == "cuts":
+        with session.no_autoflush:
+            there = twins(session, owner.id, made)
+            holding = {there[one.content].recording_id for one in made if one.content in there}
+            if len(holding) == 1 and len(there) == len(made):
+                return _as_known(session.get_one(models.Recording, *holding), other_side=False)
+            found = sorted_cuts(made, earlier(session, owner.id, Path(str(recording.delivered_as))))
+        new = [cut for cut in found.new if cut.content not in there]
+        found = replace(found, new=new, there=found.there + len(found.new) - len(new))
+    elif before is None:
+        found = Sorted(made, 0, [])
+    else:
+        last = session.get_one(models.Recording, before.recording)
+        old, first = counting(last), last.first_id
+        cut_off = before.cut_off
+        found = Sorted([], len(old), [], first) if cut_off else Sorted(made, 0, old, first)
+    recording.continues_id = found.continues
+    session.add(recording)
+    session.flush()
+    for cut in found.replaced:
+        cut.superseded_at = models.now()
+    for cut in found.new:
+        cut.recording_id = recording.id
+    session.add_all(found.new)
+    return Imported(
+        recording.id,
+        recording.kind,
+        recording.rows,
+        len(found.new),
+        already_there=False,
+        again=found.there,
+        replaced=len(found.replaced),
+    )
+
+
+def _aside(session: Session, recording: models.Recording, cuts: list[models.Cut]) -> Imported:
+    """Add a recording whose cuts do not count."""
+    session.add(recording)
+    session.flush()
+    for cut in cuts:
+        cut.recording_id, cut.superseded_at = recording.id, recording.looked_at
+    session.add_all(cuts)
+    return Imported(recording.id, recording.kind, recording.rows, len(cuts), already_there=False)
+
+
+def _channel_rows(base: BaseSummary) -> list[models.RecordingChannel]:
+    return [
+        models.RecordingChannel(
+            time_base=base.name,
+            name=channel.name,
+            unit=channel.unit,
+            rows=channel.rows,
+            rate_hz=base.rate_hz,
+            minimum=channel.minimum if channel.finite else None,
+            maximum=channel.maximum if channel.finite else None,
+            mean=channel.mean if channel.finite else None,
+            sd=channel.sd if channel.finite else None,
+        )
+        for channel in base.channels.values()
+    ]
+
+
+def _known(
+    session: Session, machine_id: int, sha256: str, side: SideFile, content: str | None = None
+) -> Imported | None:
+    """Return what is there of a file: by its bytes, or by its ``content`` where that is known."""
+    alike = models.Recording.sha256 == sha256
+    if content is not None:
+        alike |= models.Recording.content == content
+    found = session.scalar(
+        select(models.Recording)
+        .where(models.Recording.machine_id == machine_id, alike)
+        .order_by(models.Recording.sha256 != sha256, models.Recording.id)
+        .limit(1)
+    )
+    return None if found is None else _as_known(found, other_side=found.side != _said(side))
+
+
+def _as_known(row: models.Recording, *, other_side: bool) -> Imported:
+    return Imported(
+        row.id,
+        row.kind,
+        row.rows,
+        len(row.cuts),
+        True,
+        other_side,
+        withdrawn=row.withdrawn_why,
+        looked_at=row.looked_at is not None,
+    )
+
+
+def counting(recording: models.Recording) -> list[models.Cut]:
+    """Return the cuts of a recording whose place no other took; of one looked at, all."""
+    return [cut for cut in recording.cuts if cut.superseded_at == recording.looked_at]
+
+
+def cuts_as_table(cuts: list[models.Cut], *, path: Path) -> CutTable:
+    """Return stored cuts as one cut table; NaN where a cut lacks a channel that another has."""
+    rows = [{**cut.conditions, **cut.measured, "cut": cut.number} for cut in cuts]
+    names = sorted(set().union(*rows) - {EDGE}) if rows else ["cut"]
+    channels = {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
+    texts = {
+        "operation": [cut.operation or "" for cut in cuts],
+        "work.material": [cut.pair.material.name if cut.pair else "" for cut in cuts],
+        **{name: [_stated(cut.recording, name) for cut in cuts] for name in STATED},
+    }
+    labels = [row.get(EDGE) for row in rows]
+    if None not in labels:
+        texts[EDGE] = [v if isinstance(v, str) else f"{v:g}" for v in labels]
+        channels[EDGE] = edge_codes(texts[EDGE])
+    units = {name: unit for cut in cuts for name, unit in cut.recording.units.items()}
+    return CutTable(path=path, channels=channels, texts=texts, units=units)
+
+
+def _stated(row: models.Recording, key: str) -> str:
+    """Return what a recording's side file states in [recording]; empty: nothing."""
+    value = row.side.get("recording", {}).get(key)
+    return "" if value is None else str(value)
+
+
+def files_of(row: models.Recording) -> dict[Path, str]:
+    """Return the files of a recording that are there, with the checksum that each must have."""
+    said = {Path(row.path): row.sha256}
+    if row.stored_path is not None and row.stored_sha256 is not None:
+        said[Path(row.stored_path)] = row.stored_sha256
+    return {path: sha256 for path, sha256 in said.items() if path.is_file()}
+
+
+def whole_file(row: models.Recording, *, but: Collection[Path] = ()) -> Path | None:
+    """Return a file of a recording that is there as it came in, beside some; None: there is none.
+
+    ``but``: whole paths of files that do not count.
+    """
+    for path, sha256 in files_of(row).items():
+        if path not in but and checksum(path) == sha256:
+            return path
+    return None

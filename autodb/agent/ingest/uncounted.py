@@ -1,0 +1,62 @@
+"""Cuts that rest: of a recording that was only looked at, or that was withdrawn."""
+
+from collections.abc import Sequence
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb.agent.ingest.redelivered import twins
+from autodb.store import models
+
+COPIED = (
+    *("recording_id", "pair_id", "operation", "conditions", "measured", "content"),
+    *("started_at", "state"),
+)
+
+
+def counted(session: Session, number: int) -> None:
+    """Have the cuts of a recording that was only looked at count; of any other, nothing changes."""
+    row = session.get_one(models.Recording, number)
+    if row.looked_at is not None:
+        anew(session, row, since=row.looked_at)
+        row.looked_at = None
+
+
+def anew(session: Session, row: models.Recording, *, since: str) -> None:
+    """Have cuts of a recording count that do not since a moment, those that nobody has felt yet as
+    if they came in now.
+
+    Those that are there in another recording meanwhile stay with that. A cut that comes in is newer
+    than all others, by its id: passes go on from the newest that the last one looked at.
+    """
+    resting = [cut for cut in row.cuts if cut.superseded_at == since]
+    there = twins(session, row.machine_id, resting)
+    felt = set(
+        session.scalars(
+            select(models.SensedForce.cut_id)
+            .join(models.Cut)
+            .where(models.Cut.recording_id == row.id)
+        )
+    )
+    back = [cut for cut in resting if cut.content is None or cut.content not in there]
+    for cut in back:
+        if cut.id in felt:
+            cut.superseded_at = None
+    _come_in(session, [cut for cut in back if cut.id not in felt])
+    session.expire(row, ["cuts"])
+
+
+def _come_in(session: Session, cuts: Sequence[models.Cut]) -> None:
+    """Put new cuts in the place of some."""
+    numbers = {cut.id: cut.number for cut in cuts}
+    for place, cut in enumerate(cuts, start=1):
+        cut.number = -float(place)  # its number is another's now
+    session.flush()
+    session.add_all(
+        models.Cut(number=numbers[cut.id], **{name: getattr(cut, name) for name in COPIED})
+        for cut in cuts
+    )
+    session.flush()
+    for cut in cuts:
+        session.delete(cut)
+    session.flush()

@@ -1,0 +1,1 @@
+"""From sensed forces to a pair's cutting parameters."""

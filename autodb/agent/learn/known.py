@@ -1,0 +1,94 @@
+"""What a machine knows of a work-tool pair, learnt or not, and on what that rests."""
+
+from dataclasses import dataclass
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb.agent.learn.starting import start_of
+from autodb.agent.rows.owner import Owner
+from autodb.agent.rows.posteriors import LAW, as_belief, latest
+from autodb.agent.sense.sensed import numbers_of
+from autodb.errors import UnusableInput
+from autodb.forward.prediction import ToolOf
+from autodb.pairs.posterior import Belief
+from autodb.store import models
+
+
+@dataclass(frozen=True)
+class Behind:
+    """What a prediction rests on.
+
+    ``parameters``, ``version`` and ``cuts`` of the pair's own belief; None and 0 where the machine
+    has not cut it, and then it rests on what ``started_from`` says.
+    """
+
+    parameters: int | None
+    version: int | None
+    cuts: int
+    started_from: str | None
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a machine knows of a pair: its belief, its tool, the rows that these are from.
+
+    ``row``: the pair's newest parameters, or a related pair's; None: no machine's. ``prior``: what
+    other machines know, where the belief is from that.
+    """
+
+    belief: Belief
+    tool: ToolOf
+    behind: Behind
+    row: models.CuttingParameters | None
+    prior: models.FleetPrior | None = None
+
+    @property
+    def own(self) -> bool:
+        """Whether the machine has learnt this pair."""
+        return self.behind.parameters is not None
+
+
+def known_of(session: Session, owner: Owner, material: str, tool: str) -> Known:
+    """Return what a machine knows of a pair, learnt or not.
+
+    Raises UnusableInput where the pair was learnt under an earlier law only.
+    """
+    its_tool = session.scalar(select(models.Tool).where(models.Tool.name == tool))
+    called = ToolOf(tool, numbers_of(its_tool) if its_tool is not None else {})
+    pair = _pair(session, material, tool)
+    row = latest(session, owner.id, pair.id) if pair is not None else None
+    if row is not None:
+        behind = Behind(row.id, row.version, row.n_cuts, row.started_from)
+        return Known(as_belief(row), called, behind, row)
+    _refuse_earlier_law(session, owner, pair)
+    start = start_of(session, owner.id, material, tool)
+    behind = Behind(None, None, 0, start.said)
+    return Known(start.belief, called, behind, start.row, start.prior)
+
+
+def _refuse_earlier_law(session: Session, owner: Owner, pair: models.Pair | None) -> None:
+    """Raise UnusableInput where a pair's parameters are all of an earlier law."""
+    earlier = pair is not None and session.scalar(
+        select(models.CuttingParameters.law)
+        .where(
+            models.CuttingParameters.machine_id == owner.id,
+            models.CuttingParameters.pair_id == pair.id,
+            models.CuttingParameters.law != LAW,
+        )
+        .limit(1)
+    )
+    if earlier:
+        raise UnusableInput(
+            f"machine '{owner.name}': its parameters of the pair are of an earlier autodb's law; "
+            f"'autodb refresh --machine {owner.name}' learns it anew from the same cuts"
+        )
+
+
+def _pair(session: Session, material: str, tool: str) -> models.Pair | None:
+    return session.scalar(
+        select(models.Pair)
+        .join(models.Material)
+        .join(models.Tool)
+        .where(models.Material.name == material, models.Tool.name == tool)
+    )

@@ -1,0 +1,325 @@
+"""What the newest forces of one pair change: its belief, its process states, what stands aside."""
+
+from collections.abc import Callable, Container, Sequence
+from dataclasses import dataclass, field, replace
+
+from sqlalchemy.orm import Session
+
+from autodb.agent.learn.shifted import Shift, shifts
+from autodb.agent.learn.starting import start_of
+from autodb.agent.learn.states import (
+    Forces,
+    causes_of,
+    implausible,
+    looked_at,
+    named_states,
+    sorted_out,
+    states_of,
+    worn_forces,
+)
+from autodb.agent.rows.posteriors import (
+    Start,
+    as_belief,
+    began,
+    begins,
+    chain,
+    columns_of,
+    latest,
+    newest_version,
+    pair_name,
+)
+from autodb.agent.sense.sensed import Felt, as_observed
+from autodb.errors import UnusableInput
+from autodb.pairs.engaged import CUTTING_TIME
+from autodb.pairs.learning import learn, learn_averaging
+from autodb.pairs.posterior import WEAR, Belief
+from autodb.pairs.prior import of_state
+from autodb.pairs.worn import told
+from autodb.store import models
+
+LOOKED = 2
+"""Times that worn cuts are looked at for those that are not of the state with wear either: the
+second finds those that only others, which it leaves out, had made so. Chosen."""
+AT_ONCE = 200
+"""Cuts of a pair up to which all of them are learnt at once when there are new ones; beyond, the
+new ones change the belief. Chosen: some seconds' work."""
+SETTLED = 50
+"""Cuts of a pair from which on a pass that goes on looks for its next belief near the last, which
+takes fewer rounds. Chosen."""
+IN_TURN = 1000
+"""Cuts that are learnt at once where more are new: the equations grow with them. Chosen."""
+
+
+@dataclass
+class Outcome:
+    """``versions``: pair and state, version, cuts behind it; ``odd``: cuts that stand aside, by id;
+    ``set_aside``: what to say of what was not learnt from; ``shifts``: what a version moved.
+    """
+
+    versions: list[tuple[str, int, int]] = field(default_factory=list)
+    odd: list[int] = field(default_factory=list)
+    set_aside: list[str] = field(default_factory=list)
+    shifts: list[Shift] = field(default_factory=list)
+
+
+def learn_pair(
+    session: Session,
+    machine_id: int,
+    found: Felt,
+    *,
+    old: int | None = None,
+    goes_on: bool = False,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Outcome:
+    """Add versions where a pair has forces that its last ones have not seen, or a confirmed cause.
+
+    A version builds on the last one where that one's forces all count still; one with a cause that
+    the last had not stands alone. ``old``: the last cut, by id, that was looked at before; None:
+    all were. ``goes_on``: nothing that the last version rests on has changed since.
+    """
+    pair = _Pair(session, machine_id, found, progress)
+    return pair.learnt(old, goes_on=goes_on)
+
+
+class _Pair:
+    """One pair on one machine, and the forces that count of it."""
+
+    def __init__(
+        self,
+        session: Session,
+        machine_id: int,
+        found: Felt,
+        progress: Callable[[str], None],
+    ) -> None:
+        self._session, self._machine_id, self._found = session, machine_id, found
+        self._name, self._progress = pair_name(found.pair), progress
+        self._old: int | None = None
+        self._goes_on = False
+        self._done = Outcome()
+
+    def learnt(self, old: int | None, *, goes_on: bool) -> Outcome:
+        """Learn the usual state and those confirmed; say what was left out or stands aside."""
+        self._old, self._goes_on = old, goes_on
+        said = self._done.set_aside
+        for reason, cuts in self._found.left_out.items():
+            said.append(f"{self._name}: {cuts} cuts not learnt from: {reason}")
+        try:
+            if self._found.after:
+                self._done.odd += sorted({force.cut_id for force in self._new_ones()})
+            else:
+                self._with_wear()
+                self._other_states(self._usual_state())
+        except UnusableInput as error:
+            said.append(f"{self._name}: {error}")
+        if self._done.odd:
+            said.append(
+                f"{self._name}: {len(self._done.odd)} cuts are not of its usual state (less "
+                "probable than 1 in 1000) and do not change it"
+            )
+        return self._done
+
+    def _latest(self, state: str | None = None) -> models.CuttingParameters | None:
+        return latest(self._session, self._machine_id, self._found.pair.id, state)
+
+    def _with_wear(self) -> None:
+        """Add a version with wear in it where it was confirmed and the last one has it not.
+
+        It is told with the law, from the cuts that the last has learnt and those of the recordings
+        that wear was found in; but those of them that are not of the usual state with wear either.
+        """
+        last = self._latest()
+        causes = causes_of(self._session, self._found.forces, WEAR)
+        if last is None or not causes:
+            return
+        recordings, known = (
+            {row.recording_id for row in some} for some in (causes, last.mismatches)
+        )
+        if recordings <= known:
+            last.mismatches = list(causes)
+            return
+        seen = seen_by(last)
+        usual = self._but_of_states(but=WEAR)
+        worn = [
+            force
+            for force in worn_forces(causes, usual)
+            if force.cut.recording_id in recordings or force.id in seen
+        ]
+        if not worn:
+            return
+        start = self._start()
+        before = replace(start.belief, off_law=as_belief(last).off_law)
+        observed = as_observed(worn)
+        learnt = told(before, observed, near=as_belief(last), progress=self._progress)
+        before, kept = replace(before, wear=learnt.wear), worn
+        for _ in range(LOOKED):
+            aside = implausible(learnt.past(), worn)
+            now = [force for force in worn if force.id in seen or force.cut_id not in aside]
+            if now == kept:
+                break
+            kept, near = now, learnt
+            learnt = learn(before, as_observed(kept, wear=learnt.wear), near=near)
+        self._keep(start, None, kept, learnt.past(), causes=causes)
+
+    def _start(self) -> Start:
+        pair = self._found.pair
+        return start_of(self._session, self._machine_id, pair.material.name, pair.tool.name)
+
+    def _new_ones(self) -> Forces:
+        """Learn new cuts that are of the usual state; return the forces of the others.
+
+        Nothing that was learnt or decided before is looked at.
+        """
+        last = self._latest()
+        assert last is not None  # without a version no cut of a pair is old
+        belief, forces = as_belief(last), self._found.forces
+        if belief.wear is not None:
+            forces = self._of_known_wear(forces)
+        parted = sorted_out(belief, forces)
+        if parted.usual:
+            start = began(last)
+            learnt = self._in_turn(belief, parted.usual)
+            self._keep(start, last, parted.usual, learnt, causes=last.mismatches)
+        return parted.odd
+
+    def _usual_state(self) -> Forces:
+        """Learn what is of the usual state; return the forces of no state yet."""
+        last = self._latest()
+        wear = None if last is None else as_belief(last).wear
+        forces = self._but_of_states(but=None if wear is None else WEAR)
+        if wear is not None:
+            forces = self._of_known_wear(forces)
+        base = self._still_counting(last, forces)
+        seen = seen_by(base)
+        fresh = [force for force in forces if force.id not in seen]
+        if not fresh:
+            return []
+        start = self._start()
+        start = replace(start, belief=replace(start.belief, wear=wear))
+        looked = looked_at(
+            self._session,
+            [force for force in forces if force.id in seen],
+            worn=wear is not None,
+            old=self._old,
+        )
+        belief = start.belief if base is None else as_belief(base)
+        parted = sorted_out(belief, fresh, looked=looked)
+        self._add(start, base, parted.usual, causes=[] if last is None else last.mismatches)
+        return parted.odd
+
+    def _but_of_states(self, *, but: str | None) -> Forces:
+        """Return the forces that no other state than ``but`` has learnt."""
+        states = states_of(self._session, self._machine_id, self._found.pair.id)
+        elsewhere = {n for state in states if state.state != but for n in seen_by(state)}
+        return [force for force in self._found.forces if force.id not in elsewhere]
+
+    def _of_known_wear(self, forces: Forces) -> Forces:
+        """Return the forces of cuts that say how worn their edge was; say how many do not."""
+        kept = [force for force in forces if CUTTING_TIME in force.cut.conditions]
+        cuts = {force.cut_id for force in forces} - {force.cut_id for force in kept}
+        if cuts:
+            self._done.set_aside.append(
+                f"{self._name}: {len(cuts)} cuts not learnt from: its edges wear, and "
+                f"they do not state {CUTTING_TIME}"
+            )
+        return kept
+
+    def _other_states(self, odd: Forces) -> None:
+        """Learn states from cuts whose cause was confirmed; note the cuts that stand aside."""
+        usual = self._latest()
+        states = named_states(self._session, odd) if usual is not None else {}
+        if usual is not None and as_belief(usual).wear is not None:
+            states.pop(WEAR, None)
+        for name, fresh in states.items():
+            assert usual is not None  # without one there is no other state
+            start = begins(of_state(as_belief(usual)), f"the usual state, version {usual.version}")
+            base = self._still_counting(self._latest(name), self._found.forces)
+            known = seen_by(base)
+            cuts = [*fresh, *(force for force in self._found.forces if force.id in known)]
+            self._add(start, base, fresh, name, causes_of(self._session, cuts, name))
+        named = {force.cut_id for forces in states.values() for force in forces}
+        self._done.odd += sorted({force.cut_id for force in odd} - named)
+
+    def _still_counting(
+        self, last: models.CuttingParameters | None, forces: Forces
+    ) -> models.CuttingParameters | None:
+        """Return a version whose forces all count still, else None."""
+        return last if seen_by(last) <= {force.id for force in forces} else None
+
+    def _add(
+        self,
+        start: Start,
+        base: models.CuttingParameters | None,
+        fresh: Forces,
+        state: str | None = None,
+        causes: Sequence[models.Mismatch] = (),
+    ) -> None:
+        """Add a version that has learnt ``fresh`` beside what ``base`` has."""
+        if not fresh:
+            return
+        seen = seen_by(base)
+        before = [force for force in self._found.forces if force.id in seen]
+        known = {force.cut_id for force in before}
+        if base is not None and len(known) >= AT_ONCE:
+            start = began(base)
+            learnt = self._in_turn(start.belief, fresh, known=known)
+        elif len({force.cut_id for force in fresh}) > IN_TURN:
+            every = sorted([*before, *fresh], key=lambda force: force.cut_id)
+            learnt = self._in_turn(start.belief, every)
+        else:
+            observed = as_observed([*before, *fresh], wear=start.belief.wear)
+            last = None if start.belief.wear is None else base or self._latest(state)
+            if self._goes_on and len(known) >= SETTLED:
+                last = base
+            near = None if last is None else as_belief(last)
+            learnt = learn_averaging(start.belief, observed, near=near).past()
+        self._keep(start, base, fresh, learnt, state=state, causes=causes)
+
+    def _in_turn(self, belief: Belief, forces: Forces, *, known: Container[int] = ()) -> Belief:
+        """Return a belief after forces, IN_TURN cuts at once; ``known``: as in as_observed."""
+        cuts = list(dict.fromkeys(force.cut_id for force in forces))
+        for begin in range(0, len(cuts), IN_TURN):
+            some = set(cuts[begin : begin + IN_TURN])
+            observed = as_observed(
+                [force for force in forces if force.cut_id in some], wear=belief.wear, known=known
+            )
+            taught = learn if belief.cuts else learn_averaging
+            belief = taught(belief, observed).past()
+            self._progress(f"{self._name}: cut {begin + len(some)} of {len(cuts)}")
+        return belief
+
+    def _keep(
+        self,
+        start: Start,
+        base: models.CuttingParameters | None,
+        fresh: Forces,
+        learnt: Belief,
+        *,
+        state: str | None = None,
+        causes: Sequence[models.Mismatch] = (),
+    ) -> None:
+        name = self._name if state is None else f"{self._name}, {state}"
+        before = self._latest(state)
+        if before is not None:
+            self._done.shifts += shifts(name, as_belief(before), learnt, fresh)
+        version = newest_version(self._session, self._machine_id, self._found.pair.id) + 1
+        self._session.add(
+            models.CuttingParameters(
+                machine_id=self._machine_id,
+                pair_id=self._found.pair.id,
+                version=version,
+                state=state,
+                previous=base,
+                forces=fresh,
+                mismatches=list(causes),
+                **start.columns,
+                **columns_of(learnt),
+            )
+        )
+        self._session.flush()
+        self._done.versions.append((name, version, learnt.cuts))
+
+
+def seen_by(parameters: models.CuttingParameters | None) -> set[int]:
+    """Return the sensed forces that a version and those before it learnt from."""
+    versions = [] if parameters is None else chain(parameters)
+    return {force.id for version in versions for force in version.forces}

@@ -1,0 +1,198 @@
+"""Passes of the refresh as the database keeps them: what each did, and the lines that say it."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from autodb.agent.learn.shifted import Shift
+from autodb.agent.rows.machines import find_machine
+from autodb.agent.rows.refresh_cursor import Span, last_force
+from autodb.errors import UnusableInput
+from autodb.store import Store, models
+
+CONFIRMS = (
+    "'autodb mismatch confirm NUMBER' keeps a cause that holds: tool_wear enters the pair's "
+    "parameters, 5 cuts of another make a state of the pair"
+)
+
+
+@dataclass(frozen=True)
+class CameIn:
+    """A file of the inbox and what became of it: ``cuts`` new ones, ``again`` there already."""
+
+    file: str
+    status: str
+    reason: str | None
+    recording: int | None
+    cuts: int
+    again: int = 0
+
+
+@dataclass
+class Refreshed:
+    """What passes did: files that came in; forces; versions as (pair, version, cuts behind it) and
+    what they moved; what stands aside; mismatches opened for it; calibrations that are due.
+
+    ``waiting``: how many of the machine's mismatches nobody has decided on; ``retained``: what
+    became of old recordings afterwards.
+    """
+
+    came_in: list[CameIn] = field(default_factory=list)
+    sensed: int = 0
+    not_sensed: int = 0
+    versions: list[tuple[str, int, int]] = field(default_factory=list)
+    shifts: list[Shift] = field(default_factory=list)
+    set_aside: list[str] = field(default_factory=list)
+    mismatches: list[str] = field(default_factory=list)
+    due: list[str] = field(default_factory=list)
+    waiting: int = 0
+    retained: list[str] = field(default_factory=list)
+
+    @property
+    def anything(self) -> bool:
+        """Whether anything was new."""
+        return bool(self.came_in or self.sensed or self.not_sensed or self.versions)
+
+    def also(self, other: "Refreshed") -> None:
+        """Add what a later pass did."""
+        self.came_in += other.came_in
+        self.sensed += other.sensed
+        self.not_sensed += other.not_sensed
+        self.versions += other.versions
+        self.shifts += other.shifts
+        self.set_aside += [one for one in other.set_aside if one not in self.set_aside]
+        self.mismatches += other.mismatches
+        self.due = other.due
+        self.waiting = other.waiting
+
+    def lines(self) -> list[str]:
+        """Return it in words, a line each."""
+        said = [_of_file(one) for one in self.came_in]
+        if self.anything:
+            said.append(f"{self.sensed} forces sensed, {self.not_sensed} not sensed")
+        else:
+            said.append("nothing new: every cut is sensed and every pair is up to date")
+        said += [f"{pair}: version {version} from {n} cuts" for pair, version, n in self.versions]
+        said += [one.words for one in self.shifts]
+        said += [f"set aside: {sentence}" for sentence in self.set_aside]
+        said += self.mismatches
+        if self.mismatches:
+            said.append(CONFIRMS)
+        elif self.waiting:
+            said.append(f"{self.waiting} mismatches wait to be decided on: 'autodb mismatch list'")
+        said += [f"calibration due: {sentence}" for sentence in self.due]
+        return said + self.retained
+
+
+def _of_file(one: CameIn) -> str:
+    if one.status == "refused":
+        return f"{one.file}: refused: {one.reason}"
+    again = f", {one.again} there already" if one.again else ""
+    return f"{one.file}: recording {one.recording}, {one.cuts} new cuts{again}"
+
+
+def files_since(session: Session, machine_id: int) -> Sequence[models.InboxFile]:
+    """Return the files of the inbox that no pass has reported."""
+    query = select(models.InboxFile).where(
+        models.InboxFile.machine_id == machine_id, models.InboxFile.refresh_pass_id.is_(None)
+    )
+    return session.scalars(query.order_by(models.InboxFile.id)).all()
+
+
+def came_in(session: Session, files: Sequence[models.InboxFile], span: Span) -> list[CameIn]:
+    """Return what became of files, with the cuts of a pass that they brought."""
+    found = []
+    for row in files:
+        recording = row.recording_id and session.get_one(models.Recording, row.recording_id)
+        cuts = session.scalar(
+            select(func.count())
+            .select_from(models.Cut)
+            .where(models.Cut.recording_id == row.recording_id, models.Cut.id > span.old)
+        )
+        name, new = Path(row.path).name, cuts or 0
+        again = recording.rows - new if recording and recording.kind == "cuts" else 0
+        found.append(CameIn(name, row.status, row.reason, row.recording_id, new, max(0, again)))
+    return found
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A pass to be kept: what it did, over which cuts, by what, and the files that it reports."""
+
+    done: Refreshed
+    span: Span
+    basis: dict[str, Any]
+    files: Sequence[models.InboxFile]
+
+
+def keep_pass(session: Session, machine_id: int, kept: Kept) -> None:
+    """Keep a pass and its report, with the mark that the next one goes on from."""
+    done = kept.done
+    row = models.RefreshPass(
+        machine_id=machine_id,
+        status="done",
+        finished_at=models.now(),
+        imported=sum(one.status == "imported" for one in done.came_in),
+        sensed=done.sensed,
+        not_sensed=done.not_sensed,
+        versions=len(done.versions),
+        report=asdict(done),
+        last_cut_id=kept.span.upto,
+        last_force_id=last_force(session),
+        basis=kept.basis,
+    )
+    session.add(row)
+    session.flush()
+    for file in kept.files:
+        file.refresh_pass_id = row.id
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A pass that was kept: its number, when it ended, and what it did."""
+
+    number: int
+    finished_at: str
+    done: Refreshed
+
+
+def last_pass(store: Store, machine: str) -> Pass:
+    """Return a machine's last pass; raises UnusableInput where there is none."""
+    with store.reading() as session:
+        found = passes_of(session, find_machine(session, machine).id, most=1)
+    if not found:
+        raise UnusableInput(
+            f"machine '{machine}': no pass has left a report; 'autodb refresh --machine "
+            f"{machine}' would"
+        )
+    return found[0]
+
+
+def passes_of(session: Session, machine_id: int, *, most: int) -> list[Pass]:
+    """Return those of a machine's last passes that left a report, the newest first."""
+    rows = session.scalars(
+        select(models.RefreshPass)
+        .where(models.RefreshPass.machine_id == machine_id, models.RefreshPass.status == "done")
+        .order_by(models.RefreshPass.id.desc())
+        .limit(most)
+    )
+    return [
+        Pass(row.id, str(row.finished_at), _as_refreshed(row.report))
+        for row in rows
+        if row.report is not None
+    ]
+
+
+def _as_refreshed(kept: dict[str, Any]) -> Refreshed:
+    return Refreshed(
+        **{
+            **kept,
+            "came_in": [CameIn(**one) for one in kept["came_in"]],
+            "versions": [tuple(one) for one in kept["versions"]],
+            "shifts": [Shift(**one) for one in kept["shifts"]],
+        }
+    )

@@ -1,0 +1,73 @@
+"""What a new version of a pair expects of a usual cut, where that is not what was believed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autodb.agent.learn.usual_cut import nearest_to_median
+from autodb.agent.sense.sensed import QUANTITY, numbers_of, operation_of
+from autodb.fitting import NORMAL_95
+from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, SPEED
+from autodb.pairs.forecast import forecast
+from autodb.pairs.posterior import Belief
+from autodb.store import models
+
+
+@dataclass(frozen=True)
+class Shift:
+    """A force component of a cut: what was expected ± 95 %, and what is now; in N."""
+
+    pair: str
+    cut: str
+    component: str
+    before_N: float
+    half_N: float
+    after_N: float
+    half_after_N: float
+
+    @property
+    def words(self) -> str:
+        """Return it as a sentence."""
+        return (
+            f"{self.pair}: force.{self.component} of a usual cut ({self.cut}) moved from "
+            f"{self.before_N:.0f} ± {self.half_N:.0f} N to {self.after_N:.0f} ± "
+            f"{self.half_after_N:.0f} N"
+        )
+
+
+def shifts(
+    name: str, before: Belief, after: Belief, forces: Sequence[models.SensedForce]
+) -> list[Shift]:
+    """Return which mean forces of a usual cut moved by more than was open of them (95 %).
+
+    ``forces``: those learnt since, whose cut nearest to the median of depth, feed and speed is the
+    usual one; of the components that were felt.
+    """
+    cuts = list({force.cut_id: force.cut for force in forces}.values())
+    cut = nearest_to_median(cuts)
+    tool = cut.pair.tool if cut.pair else None
+    if tool is None:
+        return []
+    made = BY_NAME[operation_of(cut)].cuts(numbers_of(tool), [cut.conditions], called=tool.name)
+    was, now = forecast(before, made), forecast(after, made)
+    found = []
+    for component in sorted({force.component for force in forces}):
+        k = QUANTITY[component]
+        half, half_now = (
+            NORMAL_95 * float(np.sqrt(max(one.sd[0, k] ** 2 - one.own[0, k], 0.0)))
+            for one in (was, now)
+        )
+        old, new = float(was.mean[0, k]), float(now.mean[0, k])
+        if abs(new - old) > half:
+            found.append(Shift(name, _words(cut), component, old, half, new, half_now))
+    return found
+
+
+def _words(cut: models.Cut) -> str:
+    said = [
+        f"{cut.conditions[channel]:g} {unit}"
+        for channel, unit in ((DEPTH, "mm deep"), (FEED, "mm feed"), (SPEED, "m/min"))
+        if channel in cut.conditions
+    ]
+    return ", ".join([operation_of(cut), *said])

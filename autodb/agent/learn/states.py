@@ -1,0 +1,192 @@
+"""Process states: cuts that are not of a pair's usual state are kept out of it, and named.
+
+The same inputs can cut in another state: a built-up edge, a worn edge, an inclusion. A cut whose
+forces are less probable than 1 in 1000 (``autodb.pairs.outlier_test``) does not bend the pair. Its
+recording is explained against what was expected; where a person confirms the cause, and enough of
+its cuts stand aside, they become a state of the pair with a belief of its own.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb.agent.rows.posteriors import latest
+from autodb.agent.sense.sensed import as_observed
+from autodb.explain.engine.candidates import UNKNOWN
+from autodb.pairs.engaged import CUTTING_TIME
+from autodb.pairs.learning import learn, learn_averaging
+from autodb.pairs.outlier_test import surprise
+from autodb.pairs.posterior import WEAR, Belief
+from autodb.store import models
+
+ENOUGH = 8
+"""Cuts that a belief rests on before it takes others for surprising. Chosen."""
+PERSISTS = 5
+"""Cuts that make a state. Chosen."""
+Forces = list[models.SensedForce]
+
+
+@dataclass(frozen=True)
+class Sorted:
+    """Forces of a pair's usual state, and those of cuts that are not of it."""
+
+    usual: Forces
+    odd: Forces
+
+
+@dataclass(frozen=True)
+class Looked:
+    """Recordings, by id, of which cuts were learnt before: what is left of them stood aside then,
+    and does still, but where they are ``cleared`` by a person who rejected every cause.
+
+    ``learnt``: those cuts, by id; another of their forces may be new. Cuts behind ``old``, by id,
+    came to a recording since then; None: no cut did.
+    """
+
+    begun: Collection[int] = ()
+    learnt: Collection[int] = ()
+    cleared: Collection[int] = ()
+    old: int | None = None
+
+    def decides(self, force: models.SensedForce) -> bool:
+        """Say whether it is decided already if a force's cut is of the usual state."""
+        recording = force.cut.recording_id
+        before = self.old is None or force.cut_id <= self.old
+        return recording in self.cleared or (recording in self.begun and before)
+
+    def aside(self, force: models.SensedForce) -> bool:
+        """Say whether a force's cut stood aside, and does still."""
+        cleared = force.cut.recording_id in self.cleared
+        return self.decides(force) and not cleared and force.cut_id not in self.learnt
+
+
+def looked_at(
+    session: Session,
+    seen: Sequence[models.SensedForce],
+    *,
+    worn: bool = False,
+    old: int | None = None,
+) -> Looked:
+    """Return what became of the recordings of forces that were learnt.
+
+    Where wear is in the belief (``worn``), those that it was confirmed for are looked at anew.
+    ``old``: the last cut, by id, that was looked at; None: all were.
+    """
+    recordings = {force.cut.recording_id for force in seen}
+    rows = session.execute(
+        select(
+            models.Mismatch.recording_id, models.Mismatch.status, models.Mismatch.confirmed_term
+        ).where(
+            models.Mismatch.recording_id.in_(recordings),
+            models.Mismatch.channel.startswith("force."),
+        )
+    ).all()
+    holds = {row.recording_id for row in rows if row.status != "rejected"}
+    cleared = {row.recording_id for row in rows} - holds
+    anew = {row.recording_id for row in rows if worn and row.confirmed_term == WEAR}
+    return Looked(recordings - anew, {force.cut_id for force in seen}, cleared, old)
+
+
+def causes_of(
+    session: Session, forces: Sequence[models.SensedForce], term: str
+) -> Sequence[models.Mismatch]:
+    """Return the mismatches confirmed as a term that were found in the recordings of forces."""
+    recordings = {force.cut.recording_id for force in forces}
+    query = select(models.Mismatch).where(
+        models.Mismatch.recording_id.in_(recordings),
+        models.Mismatch.status == "confirmed",
+        models.Mismatch.channel.startswith("force."),
+        models.Mismatch.confirmed_term == term,
+    )
+    return session.scalars(query.order_by(models.Mismatch.id)).all()
+
+
+def worn_forces(causes: Sequence[models.Mismatch], forces: Forces) -> Forces:
+    """Return the forces of cuts that state how long their edge has cut.
+
+    None where those of the causes' recordings are fewer than PERSISTS, or all at the same time.
+    """
+    stated = [force for force in forces if CUTTING_TIME in force.cut.conditions]
+    recordings = {row.recording_id for row in causes}
+    of_cause = {f.cut_id: f.cut for f in stated if f.cut.recording_id in recordings}
+    times = {float(cut.conditions[CUTTING_TIME]) for cut in of_cause.values()}
+    return stated if len(of_cause) >= PERSISTS and len(times) > 1 else []
+
+
+def sorted_out(
+    start: Belief, forces: Sequence[models.SensedForce], *, looked: Looked | None = None
+) -> Sorted:
+    """Return which forces are of the usual state, learnt recording by recording from ``start``.
+
+    The first recordings of a pair, up to ENOUGH cuts, are what its usual state is. Raises
+    UnusableInput where the pair's tool cannot make the cuts.
+    """
+    known = looked or Looked()
+    belief, kept, odd = start, Forces(), Forces()
+    for some in _by_recording(forces):
+        surprising = {force.cut_id for force in some if known.aside(force)}
+        rest = [force for force in some if not known.decides(force)]
+        if rest and belief.cuts >= ENOUGH:
+            surprising |= implausible(belief, rest)
+        usual = [force for force in some if force.cut_id not in surprising]
+        odd += [force for force in some if force.cut_id in surprising]
+        kept += usual
+        if usual:
+            taught = learn if belief.cuts else learn_averaging
+            belief = taught(belief, as_observed(usual, wear=belief.wear)).past()
+    return Sorted(kept, odd)
+
+
+def _by_recording(forces: Sequence[models.SensedForce]) -> list[Forces]:
+    found: dict[int, Forces] = {}
+    for force in forces:
+        found.setdefault(force.cut.recording.first_id, []).append(force)
+    return list(found.values())
+
+
+def implausible(belief: Belief, forces: Forces) -> set[int]:
+    """Return the cuts, by id, that are not of a belief's state."""
+    observed = as_observed(forces, wear=belief.wear)
+    cut_ids = {int(at): force.cut_id for at, force in zip(observed.cut, forces, strict=False)}
+    found = surprise(belief, observed)
+    return {cut_ids[k] for k, odd in enumerate(found.implausible) if odd}
+
+
+def states_of(session: Session, machine_id: int, pair_id: int) -> list[models.CuttingParameters]:
+    """Return the newest version of each state of a pair but the usual one."""
+    names = session.scalars(
+        select(models.CuttingParameters.state)
+        .where(
+            models.CuttingParameters.machine_id == machine_id,
+            models.CuttingParameters.pair_id == pair_id,
+            models.CuttingParameters.state.is_not(None),
+        )
+        .distinct()
+    )
+    rows = [latest(session, machine_id, pair_id, name) for name in names.all()]
+    return [row for row in rows if row is not None]
+
+
+def named_states(session: Session, odd: Forces) -> dict[str, Forces]:
+    """Return the cuts that stand aside by the cause that was confirmed for their recording.
+
+    Only where there are PERSISTS of them.
+    """
+    confirmed = select(models.Mismatch).where(
+        models.Mismatch.recording_id.in_({force.cut.recording_id for force in odd}),
+        models.Mismatch.status == "confirmed",
+        models.Mismatch.channel.startswith("force."),
+        models.Mismatch.confirmed_term != UNKNOWN,
+    )
+    states: dict[str, Forces] = {}
+    for row in session.scalars(confirmed.order_by(models.Mismatch.id)):
+        name = str(row.confirmed_term)
+        own = [force for force in odd if force.cut.recording_id == row.recording_id]
+        states[name] = [*states.get(name, []), *(f for f in own if f not in states.get(name, []))]
+    return {
+        name: forces
+        for name, forces in states.items()
+        if len({force.cut_id for force in forces}) >= PERSISTS
+    }

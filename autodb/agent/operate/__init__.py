@@ -1,0 +1,1 @@
+"""Keeping it running: refreshes, schedules, health, retention, access."""

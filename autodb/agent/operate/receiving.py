@@ -1,0 +1,69 @@
+"""A recording that somebody sent: it enters the database and stays where it was put.
+
+It was put into a folder of its own, in which nothing else is. Its import, where it lies and who
+sent it are one transaction: killed at any moment, the database knows the file or does not, and
+``came_in`` says which.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb.agent.ingest.importing import Imported, Kept, counting, import_file, whole_file
+from autodb.agent.operate.access import Access, noting
+from autodb.errors import UnusableInput
+from autodb.files.side import SideFile
+from autodb.files.toml import read_toml
+from autodb.store import Store, models
+
+
+@dataclass(frozen=True)
+class Sent:
+    """A recording that was sent, its side file beside it; by whom, and of which machine.
+
+    ``came_as``: the path that it counts as having come in under, so that one that has grown is
+    known again by its name.
+    """
+
+    path: Path
+    machine: str
+    came_as: Path
+    by: Access
+
+
+def take_in(store: Store, sent: Sent, progress: Callable[[str], None]) -> Imported:
+    """Import a recording that was sent; raises UnusableInput, and nothing is written then."""
+    path = sent.path.resolve()
+    _refuse_other_files(path.with_suffix(".toml"))
+
+    def also(session: Session, one: Imported) -> None:
+        row = session.get_one(models.Recording, one.recording_id)
+        if whole_file(row, but=(path,)) is None:
+            row.path, row.dropped_at = str(path), None
+        said = {"machine": sent.machine, "file": path.name, "already_there": one.already_there}
+        noting(sent.by, "recording imported", "recording", **said)(session, one.recording_id)
+
+    kept = Kept(path, also, sent.came_as)
+    return import_file(store, path, machine=sent.machine, progress=progress, kept=kept)
+
+
+def _refuse_other_files(side: Path) -> None:
+    """Raise UnusableInput where a side file names a file that was not sent with it."""
+    if side.is_file() and read_toml(side, SideFile).tool.file is not None:
+        raise UnusableInput(
+            f"{side}: tool.file: only the recording and this file were sent; the tool's own keys "
+            "under [tool] would work"
+        )
+
+
+def came_in(store: Store, path: Path) -> Imported | None:
+    """Return what came in with the file that lies there; None: no recording lies there."""
+    with store.reading() as session:
+        lies_there = models.Recording.path == str(path.resolve())
+        row = session.scalar(select(models.Recording).where(lies_there).limit(1))
+        if row is None:
+            return None
+        return Imported(row.id, row.kind, row.rows, len(counting(row)), already_there=False)

@@ -1,0 +1,188 @@
+"""Refresh: what came in since the last time becomes sensed forces and new parameter versions.
+
+One pass is one transaction, and goes on from the mark that the last one left: killed in the middle,
+the database is as it was, and the next pass does its work again. So it is where a server went away.
+"""
+
+from collections.abc import Callable
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from autodb.agent.answer.explaining import open_mismatches
+from autodb.agent.ingest.inbox import Inbox
+from autodb.agent.learn.learning import AT_ONCE, learn_pair
+from autodb.agent.learn.passes import Kept, Refreshed, came_in, files_since, keep_pass
+from autodb.agent.operate.retaining import retain
+from autodb.agent.rows.machines import find_machine
+from autodb.agent.rows.posteriors import latest, pair_name
+from autodb.agent.rows.refresh_cursor import Span, basis_of, last_mark, next_span
+from autodb.agent.sense.due import calibrations_due
+from autodb.agent.sense.over_time import feel_over_time
+from autodb.agent.sense.ranging import sense_cuts, sensed_otherwise
+from autodb.agent.sense.sensed import Calibrations, forces_of_pair
+from autodb.store import Store, lasting, models
+
+Progress = Callable[[str], None]
+
+
+def refresh(
+    store: Store, machine: str, *, inbox: Inbox | None = None, progress: Progress | None = None
+) -> Refreshed:
+    """Sense the forces of every cut not sensed yet with the newest calibrations; update the pairs.
+
+    Cuts of recordings over time are felt by what the machine has beside calibrated ranges. Cuts
+    that are not of a pair's usual state are explained, and mismatches opened for them. Many new
+    cuts are several passes. In the end recordings are compressed and dropped that the machine's
+    file says are old.
+
+    ``inbox``: a folder whose recordings are imported first. Raises UnusableInput for an unknown
+    machine, or an inbox that is no folder.
+    """
+    tell = progress or (lambda _: None)
+    done = Refreshed()
+    if inbox is not None:
+        done.set_aside += lasting(lambda: inbox.take_in(store, machine, tell), tell)
+    over_time = lasting(lambda: feel_over_time(store, machine, progress=tell), tell)
+    done.set_aside += over_time.notes
+    looked_at = -1
+    while looked_at < over_time.last_cut:
+        one, looked_at = lasting(lambda: _one_pass(store, machine, over_time.last_cut, tell), tell)
+        done.also(one)
+    done.retained = lasting(lambda: retain(store, machine, progress=tell), tell).lines()
+    return done
+
+
+def _one_pass(
+    store: Store, machine: str, newest_cut: int, progress: Progress
+) -> tuple[Refreshed, int]:
+    """Do one pass; return what it did, and the cut up to which it looked."""
+    with store.writing(machine) as session:
+        one = _Pass(session, find_machine(session, machine), newest_cut, progress)
+        return one.run(), one.span.upto
+
+
+class _Pass:
+    """One pass over a span of a machine's cuts."""
+
+    def __init__(
+        self, session: Session, owner: models.Machine, newest_cut: int, progress: Progress
+    ) -> None:
+        self._session, self._owner, self._progress = session, owner, progress
+        self._basis = basis_of(session, owner)
+        mark = last_mark(session, owner.id)
+        self.span = next_span(session, owner.id, mark, self._basis, newest_cut=newest_cut)
+        self._files = files_since(session, owner.id)
+        self._done = Refreshed(came_in=came_in(session, self._files, self.span))
+
+    def run(self) -> Refreshed:
+        """Sense, learn and explain; keep that it was done where there was anything to do."""
+        done, session, owner = self._done, self._session, self._owner
+        felt = sense_cuts(session, owner, self.span, self._progress)
+        if not felt and not sensed_otherwise(session, owner.id):
+            done.set_aside.append(
+                "no calibration is offered: nothing can be sensed ('calibrate' first)"
+            )
+        odd: list[int] = []
+        for pair_id in self._pairs():
+            odd += self._learn(session.get_one(models.Pair, pair_id), felt)
+        done.mismatches += open_mismatches(session, owner, odd, progress=self._progress)
+        done.sensed, done.not_sensed = self._counted()
+        done.due, done.waiting = calibrations_due(session, owner, self.span), self._waiting()
+        if done.anything or self.span.anew or self.span.upto > self.span.old:
+            keep_pass(session, owner.id, Kept(done, self.span, self._basis, self._files))
+        return done
+
+    def _waiting(self) -> int:
+        """Return how many of the machine's mismatches nobody has decided on."""
+        query = (
+            select(func.count())
+            .select_from(models.Mismatch)
+            .join(models.Recording)
+            .where(models.Recording.machine_id == self._owner.id, models.Mismatch.status == "open")
+        )
+        return self._session.scalar(query) or 0
+
+    def _learn(self, pair: models.Pair, felt: list[Calibrations]) -> list[int]:
+        """Learn a pair; return the cuts that stand aside, by id."""
+        span = self.span
+        self._progress(f"updating {pair_name(pair)}")
+        after = span.old if self._goes_on(pair) else 0
+        cuts = (after, span.upto)
+        found = forces_of_pair(self._session, self._owner.id, pair, felt, cuts=cuts)
+        outcome = learn_pair(
+            self._session,
+            self._owner.id,
+            found,
+            old=span.old,
+            goes_on=not span.anew,
+            progress=self._progress,
+        )
+        self._done.versions += outcome.versions
+        self._done.shifts += outcome.shifts
+        self._done.set_aside += outcome.set_aside
+        return outcome.odd
+
+    def _goes_on(self, pair: models.Pair) -> bool:
+        """Say whether new cuts change a pair's belief, with all that was learnt left as it is."""
+        if self.span.anew or pair.id in self._stirred():
+            return False
+        last = latest(self._session, self._owner.id, pair.id)
+        return last is not None and last.n_cuts >= AT_ONCE
+
+    def _pairs(self) -> list[int]:
+        """Return the pairs, by id, that may have something to learn."""
+        own = select(models.Cut.pair_id).where(
+            models.Cut.id > (0 if self.span.anew else self.span.old),
+            models.Cut.id <= self.span.upto,
+            models.Cut.pair_id.is_not(None),
+            models.Cut.recording.has(machine_id=self._owner.id),
+        )
+        found = {number for number in self._session.scalars(own.distinct()) if number is not None}
+        return sorted(found | self._stirred())
+
+    def _stirred(self) -> set[int]:
+        """Return the pairs, by id, of old cuts that have new forces: a part was inspected, say."""
+        pairs = (
+            select(models.Cut.pair_id)
+            .join(models.SensedForce, models.SensedForce.cut_id == models.Cut.id)
+            .where(
+                models.SensedForce.id > self.span.force,
+                models.SensedForce.cut_id <= self.span.old,
+                models.Cut.pair_id.is_not(None),
+                models.Cut.recording.has(machine_id=self._owner.id),
+            )
+            .distinct()
+        )
+        return {number for number in self._session.scalars(pairs) if number is not None}
+
+    def _counted(self) -> tuple[int, int]:
+        """Return how many forces were sensed, and not, since the last pass."""
+        own = models.Cut.recording.has(machine_id=self._owner.id)
+        query = select(func.count(models.SensedForce.value_N), func.count()).where(
+            models.SensedForce.id > self.span.force,
+            models.SensedForce.cut_id <= self.span.upto,
+            models.SensedForce.cut.has(own),
+        )
+        sensed, every = self._session.execute(query).one()
+        return sensed, every - sensed
+
+
+def learn_confirmed(
+    session: Session, row: models.Mismatch, progress: Progress
+) -> list[models.CuttingParameters]:
+    """Learn the pairs of a confirmed mismatch' recording; return their newest that hold it."""
+    owner = session.get_one(models.Machine, row.recording.machine_id)
+    newest_cut = session.scalar(select(func.max(models.Cut.id))) or 0
+    every = Span(0, newest_cut, old=newest_cut, force=0, anew=True)
+    felt = sense_cuts(session, owner, every, progress)
+    pairs = {cut.pair_id: cut.pair for cut in row.recording.cuts if cut.pair is not None}
+    for _, pair in sorted(pairs.items(), key=lambda one: one[0] or 0):
+        progress(f"updating {pair_name(pair)}")
+        learn_pair(
+            session, owner.id, forces_of_pair(session, owner.id, pair, felt), progress=progress
+        )
+    session.flush()
+    session.refresh(row)
+    made = {(one.pair_id, one.state): one for one in row.parameters_of_pairs}
+    return list(made.values())

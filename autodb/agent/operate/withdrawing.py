@@ -1,0 +1,173 @@
+"""A recording that should not have come in is withdrawn, with all that was derived from it.
+
+Its cuts count no more; what was learnt, fitted or calibrated with it is taken back, and what was so
+before holds again. The next refresh learns anew without it. Nothing is deleted: a trace says what
+was withdrawn, when and why, and it can come back.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb.agent.ingest.importing import counting
+from autodb.agent.ingest.uncounted import anew
+from autodb.agent.rows.machines import find_machine
+from autodb.agent.rows.posteriors import chain, pair_name
+from autodb.errors import NotThere, UnusableInput
+from autodb.store import Also, Store, models, nothing_else
+
+
+@dataclass
+class Withdrawn:
+    """What was done: cuts that count no more, or again; in words, what was taken back with them."""
+
+    recording: int
+    cuts: int
+    taken_back: list[str] = field(default_factory=list)
+
+
+def withdraw(
+    store: Store, machine: str, number: int, *, why: str, also: Also = nothing_else
+) -> Withdrawn:
+    """Withdraw a recording of a machine. ``also``: what else is written then.
+
+    Raises NotThere where the machine has none of that number, UnusableInput where it is withdrawn.
+    """
+    with store.writing(machine) as session:
+        row = _recording(session, machine, number)
+        if row.withdrawn_at is not None:
+            raise UnusableInput(
+                f"recording {number} was withdrawn on {row.withdrawn_at} ({row.withdrawn_why})"
+            )
+        if row.looked_at is not None:
+            raise UnusableInput(f"recording {number} was only looked at: nothing rests on it")
+        cuts = counting(row)
+        done = Withdrawn(number, len(cuts), _taken_back(session, row))
+        row.withdrawn_at, row.withdrawn_why = models.now(), why
+        for cut in cuts:
+            cut.superseded_at = row.withdrawn_at
+        also(session, number)
+        return done
+
+
+def take_again(store: Store, machine: str, number: int, *, also: Also = nothing_else) -> Withdrawn:
+    """Have a withdrawn recording count again, as if it came in now; what was fitted with it stays
+    taken back. Raises as ``withdraw``.
+    """
+    with store.writing(machine) as session:
+        row = _recording(session, machine, number)
+        if row.withdrawn_at is None:
+            raise UnusableInput(f"recording {number} is not withdrawn")
+        anew(session, row, since=row.withdrawn_at)
+        row.withdrawn_at = row.withdrawn_why = None
+        also(session, number)
+        return Withdrawn(number, len(counting(row)))
+
+
+def _recording(session: Session, machine: str, number: int) -> models.Recording:
+    owner = find_machine(session, machine)
+    row = session.get(models.Recording, number)
+    if row is None or row.machine_id != owner.id:
+        raise NotThere(
+            f"machine '{machine}' has no recording {number}; 'autodb trace' names those behind a "
+            "number"
+        )
+    return row
+
+
+def _taken_back(session: Session, row: models.Recording) -> list[str]:
+    """Take back all that was derived from a recording; return it in words."""
+    said = []
+    fitted = _calibrations(session, row), _models(session, row), _scales(session, row)
+    sensors = _estimators(session, row, fitted[0])
+    derived: list[_Derived] = [*fitted[0], *fitted[1], *fitted[2], *sensors]
+    for one in derived:
+        one.undone_at = models.now()
+        said.append(_named(one))
+    for parameters in _parameters(session, row, fitted[0], sensors):
+        parameters.undone_at = models.now()
+        said.append(f"{pair_name(parameters.pair)} version {parameters.version}")
+    for mismatch in session.scalars(
+        select(models.Mismatch).where(
+            models.Mismatch.recording_id == row.id, models.Mismatch.status != "rejected"
+        )
+    ):
+        said.append(f"mismatch {mismatch.id}, {mismatch.status}")
+        mismatch.status, mismatch.decided_at = "rejected", models.now()
+        mismatch.confirmed_term = None
+    return said
+
+
+_Derived = models.Calibration | models.ChannelModel | models.DriveScale | models.Estimator
+
+
+def _named(one: _Derived) -> str:
+    match one:
+        case models.Calibration():
+            return f"calibration of {one.axis} version {one.version}"
+        case models.ChannelModel():
+            return f"model of {one.channel} version {one.version}"
+        case models.DriveScale():
+            return f"scale of {one.axis} version {one.version}"
+    return f"sensor {one.kind} of force.{one.component} version {one.version}"
+
+
+def _calibrations(session: Session, row: models.Recording) -> list[models.Calibration]:
+    made = models.Calibration
+    query = select(made).where(
+        made.undone_at.is_(None), made.recordings.any(models.Recording.id == row.id)
+    )
+    return list(session.scalars(query.order_by(made.id)))
+
+
+def _models(session: Session, row: models.Recording) -> list[models.ChannelModel]:
+    """Return the models fitted with a recording, and those that took one of them as known."""
+    made = models.ChannelModel
+    every = session.scalars(
+        select(made).where(made.machine_id == row.machine_id, made.undone_at.is_(None))
+    ).all()
+    return [one for one in every if any(row in ancestor.recordings for ancestor in _line(one))]
+
+
+def _line(model: models.ChannelModel) -> Iterable[models.ChannelModel]:
+    one: models.ChannelModel | None = model
+    while one is not None:
+        yield one
+        one = one.parent
+
+
+def _scales(session: Session, row: models.Recording) -> list[models.DriveScale]:
+    made = models.DriveScale
+    query = select(made).where(made.undone_at.is_(None), made.recording_id == row.id)
+    return list(session.scalars(query.order_by(made.id)))
+
+
+def _estimators(
+    session: Session, row: models.Recording, calibrations: Iterable[models.Calibration]
+) -> list[models.Estimator]:
+    made, gone = models.Estimator, [one.id for one in calibrations]
+    from_it = made.recordings.any(models.Recording.id == row.id)
+    from_it |= made.calibrations.any(models.Calibration.id.in_(gone))
+    return list(session.scalars(select(made).where(made.undone_at.is_(None), from_it)))
+
+
+def _parameters(
+    session: Session,
+    row: models.Recording,
+    calibrations: Iterable[models.Calibration],
+    sensors: Iterable[models.Estimator],
+) -> list[models.CuttingParameters]:
+    """Return versions of pairs that rest on a recording's cuts, or on what is taken back with it.
+
+    One rests on all that the versions rest on which it was built on.
+    """
+    force, made = models.SensedForce, models.CuttingParameters
+    its = force.cut.has(models.Cut.recording_id == row.id)
+    its |= force.calibration_id.in_([one.id for one in calibrations])
+    its |= force.estimator_id.in_([one.id for one in sensors])
+    own = made.machine_id == row.machine_id, made.undone_at.is_(None)
+    direct = set(session.scalars(select(made.id).where(*own, made.forces.any(its))))
+    every = session.scalars(select(made).where(*own).order_by(made.id))
+    return [one for one in every if any(version.id in direct for version in chain(one))]

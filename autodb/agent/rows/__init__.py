@@ -1,0 +1,1 @@
+"""Rows of the database as objects, and objects as rows."""

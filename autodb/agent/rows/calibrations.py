@@ -1,0 +1,144 @@
+"""Calibrations as the database keeps them: versions of an axis, and which of them hold now."""
+
+from collections.abc import Iterable
+from dataclasses import asdict
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from autodb.sensing.ranges.calibration import Calibration, Scores
+from autodb.sensing.ranges.error_kinds import ErrorKinds
+from autodb.sensing.ranges.forms import kept
+from autodb.sensing.ranges.outliers import Outlier
+from autodb.sensing.ranges.validity import Holds
+from autodb.store import models
+
+
+def keep(
+    session: Session, machine_id: int, recordings: list[int], calibration: Calibration
+) -> tuple[int, bool]:
+    """Store a calibration unless it is there already; return its version and whether it is new."""
+    last = _alike(current_calibrations(session, machine_id, calibration.axis), calibration.holds)
+    coefficients = calibration.coefficients.tolist()
+    if last is not None and sorted(r.id for r in last.recordings) == recordings:
+        alike = (last.kind, last.channel) == (calibration.form.kind, calibration.channel)
+        told_apart = last.cut_sd is not None
+        close = alike and np.allclose(last.coefficients, coefficients, rtol=1e-9, atol=0.0)
+        if told_apart and close:
+            return last.version, False
+    version = _newest_version(session, machine_id, calibration.axis) + 1
+    sources = list(
+        session.scalars(select(models.Recording).where(models.Recording.id.in_(recordings)))
+    )
+    session.add(
+        models.Calibration(
+            machine_id=machine_id,
+            axis=calibration.axis,
+            version=version,
+            component=calibration.component,
+            kind=calibration.form.kind,
+            **asdict(calibration.holds),
+            parameters=calibration.form.parameters(),
+            channel=calibration.channel,
+            current_unit=calibration.current_unit,
+            unit=calibration.unit,
+            coefficients=coefficients,
+            covariance=calibration.covariance.tolist(),
+            cut_sd=calibration.errors.cut_sd,
+            gain_share=calibration.errors.gain_share,
+            reference_share=calibration.errors.reference_share,
+            current_sd=calibration.errors.current_sd,
+            group_covariance=_listed(calibration.errors.group),
+            scores=asdict(calibration.scores),
+            scores_with_transients=asdict(calibration.scores_with_transients),
+            transients=list(calibration.transients),
+            outliers=[asdict(one) for one in calibration.outliers],
+            trials={k: None if np.isnan(v) else v for k, v in calibration.trials.items()},
+            current_low=calibration.current_low,
+            current_high=calibration.current_high,
+            offered=calibration.offered,
+            verdict=calibration.verdict,
+            recordings=sources,
+        )
+    )
+    return version, True
+
+
+def _newest_version(session: Session, machine_id: int, axis: str) -> int:
+    newest = select(func.max(models.Calibration.version))
+    of_axis = models.Calibration.machine_id == machine_id, models.Calibration.axis == axis
+    return session.scalar(newest.where(*of_axis)) or 0
+
+
+def _alike(rows: list[models.Calibration], holds: Holds) -> models.Calibration | None:
+    return next((row for row in rows if holds_for(row) == holds), None)
+
+
+def holds_for(row: models.Calibration) -> Holds:
+    """Return what a stored calibration holds for."""
+    return Holds(row.gear_range, row.coolant, row.spindle_state, row.feed_direction)
+
+
+def current_calibrations(session: Session, machine_id: int, axis: str) -> list[models.Calibration]:
+    """Return an axis' calibrations that hold now, newest first, offered or not."""
+    rows = session.scalars(
+        select(models.Calibration)
+        .where(
+            models.Calibration.machine_id == machine_id,
+            models.Calibration.axis == axis,
+            models.Calibration.undone_at.is_(None),
+        )
+        .order_by(models.Calibration.version.desc())
+    )
+    return holding(rows)
+
+
+def holding(rows: Iterable[models.Calibration]) -> list[models.Calibration]:
+    """Return those of an axis' calibrations, newest first, that no newer one took the place of.
+
+    A newer one takes the place of those that could hold for the same cut: of two that are left no
+    cut has both.
+    """
+    current: list[models.Calibration] = []
+    for row in rows:
+        if all(holds_for(row).against(holds_for(newer)) for newer in current):
+            current.append(row)
+    return current
+
+
+def as_calibration(row: models.Calibration) -> Calibration:
+    """Return a stored calibration as the record that sensing takes."""
+    return Calibration(
+        form=kept(row.kind, row.parameters),
+        axis=row.axis,
+        component=row.component,
+        channel=row.channel,
+        current_unit=row.current_unit,
+        unit=row.unit,
+        coefficients=np.array(row.coefficients),
+        covariance=np.array(row.covariance),
+        errors=_error_kinds(row),
+        scores=Scores(**row.scores),
+        scores_with_transients=Scores(**row.scores_with_transients),
+        transients=tuple(row.transients),
+        outliers=tuple(Outlier(**one) for one in row.outliers or ()),
+        trials={k: np.nan if v is None else v for k, v in (row.trials or {}).items()},
+        current_low=row.current_low,
+        current_high=row.current_high,
+        holds=holds_for(row),
+    )
+
+
+def _error_kinds(row: models.Calibration) -> ErrorKinds:
+    """Return the kinds of error; 0.1.0 kept one, and what is shared in the covariance."""
+    if row.cut_sd is None:
+        return ErrorKinds(cut_sd=row.scores["rmse"], gain_share=0.0, reference_share=0.0)
+    group = None if row.group_covariance is None else np.array(row.group_covariance)
+    shares = (row.gain_share or 0.0, row.reference_share or 0.0)
+    return ErrorKinds(row.cut_sd, *shares, group, row.current_sd or 0.0)
+
+
+def _listed(matrix: NDArray[np.float64] | None) -> list[list[float]] | None:
+    return None if matrix is None else [[float(one) for one in row] for row in matrix]

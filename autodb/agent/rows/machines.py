@@ -1,0 +1,263 @@
+"""Machines in the database."""
+
+from dataclasses import replace
+from typing import Any
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+from sqlalchemy.orm.attributes import flag_modified
+
+from autodb.errors import NotThere, UnusableInput, near
+from autodb.files.machine import (
+    AxisFile,
+    Gear,
+    Limits,
+    MachineFile,
+    SpindleFile,
+    flat,
+    lasting,
+)
+from autodb.files.toml import Reference
+from autodb.records import Recording
+from autodb.store import Store, models
+
+_MACHINE = ("dialect", "units", "diameter", "shares")
+_RETENTION = ("compress_after_days", "drop_after_days")
+_AXIS = (
+    *("carries", "current_sign", "carried_by", "moved_mass_kg", "vertical", "brake"),
+    *("counterweight", "counterweight_force_N", "rated_A", "screw_pitch_mm", "gear_ratio"),
+)
+LIMITS = {
+    "force_N": "limit_force_N",
+    "torque_N_m": "limit_torque_N_m",
+    "speed_mm_min": "limit_speed_mm_min",
+    "speed_rpm": "limit_speed_rpm",
+    "travel_low_mm": "travel_low_mm",
+    "travel_high_mm": "travel_high_mm",
+}
+_CONSTANT = {
+    "value": "torque_constant_N_m_A",
+    **{key: f"torque_constant_{key}" for key in ("lower", "upper", "source", "status", "date")},
+}
+_GEAR = ("name", "low_rpm", "high_rpm", "base_speed_rpm")
+NOT_STATED = "not stated"
+
+
+def add_machine(store: Store, name: str, file: MachineFile) -> bool:
+    """Add a machine; False when it is there already and its file says the same.
+
+    Raises UnusableInput when it is there and the file says something else.
+    """
+    if not name.strip():
+        raise UnusableInput("a machine needs a name; 'lathe-1' would work")
+    if not name.isprintable() or name != name.strip():
+        raise UnusableInput(
+            f"machine '{name}': a name without line breaks, control characters and blanks at its "
+            "ends would work"
+        )
+    with store.writing() as session:
+        existing = session.scalar(select(models.Machine).where(models.Machine.name == name))
+        if existing is not None:
+            changes = _changes(as_file(existing), file)
+            if changes:
+                raise UnusableInput(
+                    f"machine '{name}' is there already and differs ({'; '.join(changes[:3])}); "
+                    f"'autodb machine update {name} --file FILE' changes it"
+                )
+            return False
+        machine = models.Machine(name=name)
+        _write(machine, file)
+        session.add(machine)
+    return True
+
+
+def update_machine(store: Store, name: str, file: MachineFile) -> list[str]:
+    """Make a machine what a file says; return what changed, one line each.
+
+    Raises UnusableInput when an axis would go that something was learnt on, or the sign of a
+    current would change under recordings that were imported with it.
+    """
+    with store.writing(name) as session:
+        machine = find_machine(session, name)
+        before = as_file(machine)
+        changes = _changes(before, file)
+        if not changes:
+            return []
+        _refuse_what_would_break(session, machine, before, file)
+        _write(machine, file)
+        flag_modified(machine, "name")  # the machine's version counts changes of its axes too
+    return changes
+
+
+def _changes(before: MachineFile, after: MachineFile) -> list[str]:
+    old, new = flat(before), flat(lasting(after))
+    return [
+        f"{key}: {old.get(key, NOT_STATED)} → {new.get(key, NOT_STATED)}"
+        for key in dict.fromkeys([*old, *new])
+        if old.get(key) != new.get(key)
+    ]
+
+
+def _refuse_what_would_break(
+    session: Session, machine: models.Machine, before: MachineFile, after: MachineFile
+) -> None:
+    for axis in before.axes:
+        learnt = _learnt_on(session, machine.id, axis)
+        if axis not in after.axes and learnt:
+            raise UnusableInput(
+                f"machine '{machine.name}': axis '{axis}' has {learnt} and cannot be removed; "
+                f"a file with [axes.{axis}] would work"
+            )
+    recorded = session.scalar(
+        select(func.count(models.Recording.id)).where(models.Recording.machine_id == machine.id)
+    )
+    for axis, said in after.axes.items():
+        was = before.axes.get(axis, said)
+        if recorded and said.current_sign != was.current_sign:
+            raise UnusableInput(
+                f"machine '{machine.name}': axes.{axis}.current_sign cannot change after an import "
+                f"({recorded} recordings took {was.current_sign}); a machine of another name would "
+                "work"
+            )
+
+
+def _learnt_on(session: Session, machine_id: int, axis: str) -> str:
+    """Return how many calibrations and models an axis has, in words; empty for none."""
+    found = []
+    for table, what in (
+        (models.Calibration, "calibrations"),
+        (models.ChannelModel, "models"),
+        (models.DriveScale, "scales"),
+    ):
+        n = session.scalar(
+            select(func.count(table.id)).where(table.machine_id == machine_id, table.axis == axis)
+        )
+        if n:
+            found.append(f"{what} ({n})")
+    return " and ".join(found)
+
+
+def _write(machine: models.Machine, file: MachineFile) -> None:
+    """Set every column of a machine, its axes and gears from a file."""
+    for name in _MACHINE:
+        setattr(machine, name, getattr(file, name))
+    machine.rotary_order = None if file.rotary_order is None else list(file.rotary_order)
+    for name in _RETENTION:
+        setattr(machine, name, getattr(file.retention, name))
+    machine.base_speed_rpm = file.spindle.base_speed_rpm
+    machine.max_speed_rpm = file.spindle.max_speed_rpm
+    have = {axis.name: axis for axis in machine.axes}
+    rows = [have.get(name) or models.Axis(name=name) for name in file.axes]
+    for row, axis in zip(rows, file.axes.values(), strict=True):
+        for column, value in _axis_columns(axis).items():
+            setattr(row, column, value)
+    machine.axes = rows
+    gears = {gear.name: gear for gear in machine.gears}
+    machine.gears = [gears.get(gear.name) or models.GearRange() for gear in file.spindle.gear]
+    for gear_row, gear in zip(machine.gears, file.spindle.gear, strict=True):
+        for name in _GEAR:
+            setattr(gear_row, name, getattr(gear, name))
+
+
+def _axis_columns(axis: AxisFile) -> dict[str, Any]:
+    constant = axis.torque_constant_N_m_A
+    return {
+        **{name: getattr(axis, name) for name in _AXIS},
+        **{column: getattr(axis.limits, key) for key, column in LIMITS.items()},
+        **{
+            column: None if constant is None else getattr(constant, key)
+            for key, column in _CONSTANT.items()
+        },
+    }
+
+
+def as_file(machine: models.Machine) -> MachineFile:
+    """Return what is stored of a machine as its file would say it."""
+    return MachineFile.model_validate(
+        {
+            **{name: getattr(machine, name) for name in _MACHINE},
+            "rotary_order": machine.rotary_order,
+            "retention": {name: getattr(machine, name) for name in _RETENTION},
+            "spindle": SpindleFile(
+                base_speed_rpm=machine.base_speed_rpm,
+                max_speed_rpm=machine.max_speed_rpm,
+                gear=tuple(
+                    Gear(**{name: getattr(gear, name) for name in _GEAR}) for gear in machine.gears
+                ),
+            ),
+            "axes": {axis.name: _as_axis_file(axis) for axis in machine.axes},
+        }
+    )
+
+
+def limits_of(machine: models.Machine) -> dict[str, Limits]:
+    """Return what the axes of a machine may carry and where they may go, by name."""
+    return {axis.name: _limits(axis) for axis in machine.axes}
+
+
+def limits_of_machine(store: Store, name: str) -> dict[str, Limits]:
+    """Return the limits of a machine by its name; raises UnusableInput where there is none."""
+    with store.reading() as session:
+        return limits_of(find_machine(session, name))
+
+
+def _limits(axis: models.Axis) -> Limits:
+    return Limits(**{key: getattr(axis, column) for key, column in LIMITS.items()})
+
+
+def _as_axis_file(axis: models.Axis) -> AxisFile:
+    constant = None
+    if axis.torque_constant_N_m_A is not None:
+        constant = Reference(**{key: getattr(axis, column) for key, column in _CONSTANT.items()})
+    own = {name: getattr(axis, name) for name in _AXIS}
+    return AxisFile(**own, limits=_limits(axis), torque_constant_N_m_A=constant)
+
+
+def signed(recording: Recording, machine: models.Machine) -> Recording:
+    """Return a recording whose axis currents have the sign that the machine's axes state."""
+    signs = {f"{axis.name}.current": axis.current_sign for axis in machine.axes}
+    channels = {
+        name: values * signs[name] if signs.get(name, 1) != 1 else values
+        for name, values in recording.channels.items()
+    }
+    return replace(recording, channels=channels)
+
+
+def rename_machine(store: Store, name: str, new: str) -> None:
+    """Give a machine another name; raises UnusableInput where one has it."""
+    with store.writing(name) as session:
+        machine = find_machine(session, name)
+        if session.scalar(select(models.Machine.id).where(models.Machine.name == new)) is not None:
+            raise UnusableInput(f"there is a machine '{new}' already; another name would work")
+        machine.name = new
+
+
+def retire_machine(store: Store, name: str, *, back: bool = False) -> bool:
+    """Have nothing more come in of a machine, or again; False where it is so already."""
+    with store.writing(name) as session:
+        machine = find_machine(session, name)
+        if (machine.retired_at is None) == back:
+            return False
+        machine.retired_at = None if back else models.now()
+        return True
+
+
+def working_machine(session: Session, name: str) -> models.Machine:
+    """Return a machine that something may come in of; raises UnusableInput of a retired one."""
+    machine = find_machine(session, name)
+    if machine.retired_at is not None:
+        raise UnusableInput(
+            f"machine '{name}' is retired since {machine.retired_at}; "
+            f"'autodb machine retire {name} --undo' would work"
+        )
+    return machine
+
+
+def find_machine(session: Session, name: str) -> models.Machine:
+    """Return the machine called ``name``; raises UnusableInput naming near ones."""
+    machine = session.scalar(select(models.Machine).where(models.Machine.name == name))
+    if machine is None:
+        names = list(session.scalars(select(models.Machine.name)))
+        hint = near(name, names) if names else f": 'autodb machine add {name}' makes it"
+        raise NotThere(f"no machine '{name}'{hint}")
+    return machine

@@ -1,0 +1,51 @@
+"""A machine as answers about it need it: read by one query."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import Select, bindparam, select
+from sqlalchemy.orm import Session
+
+from autodb.agent.rows.machines import LIMITS, find_machine, limits_of
+from autodb.files.machine import Limits
+from autodb.store import models
+
+
+@dataclass(frozen=True)
+class Owner:
+    """A machine: its row's number, its name, and what its axes may carry, by their names."""
+
+    id: int
+    name: str
+    limits: Mapping[str, Limits]
+
+
+def owner_of(machine: models.Machine) -> Owner:
+    """Return a machine that was read already."""
+    return Owner(machine.id, machine.name, limits_of(machine))
+
+
+def owner_named(session: Session, name: str) -> Owner:
+    """Read the machine called ``name``; raises NotThere naming near ones."""
+    rows = session.connection().execute(_NAMED, {"name": name}).all()
+    if not rows:
+        return owner_of(find_machine(session, name))
+    return Owner(rows[0].id, name, {axis: _limits(own) for _, axis, *own in rows if axis})
+
+
+def _limits(columns: list[Any]) -> Limits:
+    return Limits(**dict(zip(LIMITS, columns, strict=True)))
+
+
+def _named() -> Select[Any]:
+    columns = (getattr(models.Axis, column) for column in LIMITS.values())
+    return (
+        select(models.Machine.id, models.Axis.name, *columns)
+        .outerjoin(models.Axis, models.Axis.machine_id == models.Machine.id)
+        .where(models.Machine.name == bindparam("name"))
+        .order_by(models.Axis.id)
+    )
+
+
+_NAMED = _named()

@@ -1,0 +1,208 @@
+"""Beliefs about pairs as the database keeps them, and what each began with."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from sqlalchemy import ColumnElement, func, select
+from sqlalchemy.orm import Session
+
+from autodb.errors import UnusableInput
+from autodb.fitting import Gaussian
+from autodb.pairs.posterior import (
+    CALIBRATION,
+    GAIN,
+    REFERENCES,
+    WEAR,
+    Belief,
+    OffLaw,
+    Scatter,
+    Shared,
+    Wear,
+)
+from autodb.store import models
+from autodb.store.models.learning import EVERY
+
+LAW = "thin_shear_zone"
+OF_CALIBRATIONS = (CALIBRATION, REFERENCES, GAIN)
+"""What keys of errors begin with that are of what feels a machine's forces."""
+
+
+def as_belief(row: models.CuttingParameters) -> Belief:
+    """Return a stored version as a belief; raises UnusableInput for an earlier law's."""
+    if row.shared is None or row.scatter is None:
+        raise UnusableInput(
+            f"parameters {row.id} are of an earlier law ({row.law}); 'autodb refresh' learns the "
+            "pair anew"
+        )
+    columns = (row.mean, row.covariance, row.shared, row.scatter, row.terms)
+    return belief_of(*columns, cuts=row.n_cuts)
+
+
+def belief_of(
+    mean: list[Any],
+    covariance: list[Any],
+    shared: list[Any],
+    scatter: Mapping[str, Any],
+    terms: Mapping[str, Any] | None,
+    *,
+    cuts: int,
+) -> Belief:
+    """Return the belief that a version's columns keep."""
+    return Belief(
+        state=Gaussian(np.array(mean), np.array(covariance)),
+        shared=tuple(Shared(one["key"], np.array(one["covariance"])) for one in shared),
+        scatter=Scatter(np.array(scatter["share"]), np.array(scatter["weight"])),
+        cuts=cuts,
+        off_law=OffLaw(**{**scatter["off_law"], "grow": tuple(scatter["off_law"]["grow"])}),
+        wear=_wear(terms[WEAR]) if terms and WEAR in terms else None,
+    )
+
+
+def _wear(kept: Mapping[str, Any]) -> Wear:
+    along, across = kept["size"]
+    return Wear(kept["power"], kept["reference_s"], kept["between"], (along, across))
+
+
+def columns_of(belief: Belief) -> dict[str, Any]:
+    """Return what a version keeps of a belief, by column."""
+    return {
+        "law": LAW,
+        "operation": EVERY,
+        "component": EVERY,
+        "mean": belief.state.mean.tolist(),
+        "covariance": belief.state.covariance.tolist(),
+        "shared": [
+            {"key": one.key, "covariance": one.covariance.tolist()} for one in belief.shared
+        ],
+        "scatter": {
+            "share": belief.scatter.share.tolist(),
+            "weight": belief.scatter.weight.tolist(),
+            "off_law": asdict(belief.off_law),
+        },
+        "terms": None if belief.wear is None else {WEAR: asdict(belief.wear)},
+        "n_cuts": belief.cuts,
+    }
+
+
+def latest(
+    session: Session, machine_id: int, pair_id: int, state: str | None = None
+) -> models.CuttingParameters | None:
+    """Return the newest version of a pair's belief in a process state that was not taken back."""
+    return session.scalar(
+        select(models.CuttingParameters)
+        .where(
+            *_of_pair(machine_id, pair_id),
+            models.CuttingParameters.state.is_(None)
+            if state is None
+            else models.CuttingParameters.state == state,
+            models.CuttingParameters.undone_at.is_(None),
+        )
+        .order_by(models.CuttingParameters.version.desc())
+        .limit(1)
+    )
+
+
+def learnt_pairs(session: Session, machine_id: int) -> list[str]:
+    """Return the names of the pairs that a machine has learnt."""
+    rows = session.execute(
+        select(models.Material.name, models.Tool.name)
+        .select_from(models.CuttingParameters)
+        .join(models.Pair, models.Pair.id == models.CuttingParameters.pair_id)
+        .join(models.Material, models.Material.id == models.Pair.material_id)
+        .join(models.Tool, models.Tool.id == models.Pair.tool_id)
+        .where(
+            models.CuttingParameters.machine_id == machine_id,
+            models.CuttingParameters.law == LAW,
+            models.CuttingParameters.undone_at.is_(None),
+        )
+        .distinct()
+    )
+    return [f"{material} / {tool}" for material, tool in rows]
+
+
+def newest_version(session: Session, machine_id: int, pair_id: int) -> int:
+    """Return the highest version number in use, also of versions taken back; 0: none yet."""
+    newest = select(func.max(models.CuttingParameters.version))
+    return session.scalar(newest.where(*_of_pair(machine_id, pair_id))) or 0
+
+
+def _of_pair(machine_id: int, pair_id: int) -> tuple[ColumnElement[bool], ...]:
+    return (
+        models.CuttingParameters.machine_id == machine_id,
+        models.CuttingParameters.pair_id == pair_id,
+        models.CuttingParameters.operation == EVERY,
+        models.CuttingParameters.component == EVERY,
+        models.CuttingParameters.law == LAW,
+    )
+
+
+def chain(parameters: models.CuttingParameters) -> list[models.CuttingParameters]:
+    """Return a version and those it was built on, newest first."""
+    versions = [parameters]
+    while versions[-1].previous is not None:
+        versions.append(versions[-1].previous)
+    return versions
+
+
+def pair_name(pair: models.Pair) -> str:
+    """Return 'material / tool'."""
+    return f"{pair.material.name} / {pair.tool.name}"
+
+
+@dataclass(frozen=True)
+class Start:
+    """What is believed of a pair before cuts are learnt, and from what.
+
+    ``row``: the related pair's parameters, where it is from one; ``prior``: what other machines
+    know, where it is from that. ``before``: what was believed of the law before any of the pair's
+    cuts, as it is kept; None: not known.
+    """
+
+    belief: Belief
+    said: str | None
+    before: Mapping[str, Any] | None
+    row: models.CuttingParameters | None = None
+    prior: models.FleetPrior | None = None
+
+    @property
+    def columns(self) -> dict[str, Any]:
+        """What a version keeps of it, by column."""
+        return {
+            "started_from": self.said,
+            "relative": self.row,
+            "prior": self.prior,
+            "start": None if self.before is None else dict(self.before),
+        }
+
+
+def kept_law(law: Gaussian) -> dict[str, Any]:
+    """Return a belief about the law's coordinates as JSON."""
+    return {"mean": law.mean.tolist(), "covariance": law.covariance.tolist()}
+
+
+def law_of(kept: Mapping[str, Any]) -> Gaussian:
+    """Return a belief about the law's coordinates from JSON."""
+    return Gaussian(np.array(kept["mean"]), np.array(kept["covariance"]))
+
+
+def began(row: models.CuttingParameters) -> Start:
+    """Return a version as what the next one builds on, which began where it did."""
+    return Start(as_belief(row), row.started_from, row.start, row.relative, row.prior)
+
+
+def begins(
+    belief: Belief,
+    said: str,
+    row: models.CuttingParameters | None = None,
+    prior: models.FleetPrior | None = None,
+) -> Start:
+    """Return a start from which a pair's own cuts are learnt.
+
+    Where errors of the machine's calibrations are in it already, it is kept without them too.
+    """
+    before = kept_law(belief.law)
+    if any(one.key.startswith(OF_CALIBRATIONS) for one in belief.shared):
+        before["given"] = kept_law(belief.given(OF_CALIBRATIONS))
+    return Start(belief, said, before, row, prior)

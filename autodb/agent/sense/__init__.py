@@ -1,0 +1,1 @@
+"""From imported recordings to sensed forces: calibrations, drive models, networks, dynamometers."""

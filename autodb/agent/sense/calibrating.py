@@ -1,0 +1,252 @@
+"""Calibrate a machine's axes on its imported cuts; versions are kept."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb import standard
+from autodb.agent.ingest.importing import cuts_as_table
+from autodb.agent.rows.calibrations import keep
+from autodb.agent.rows.machines import as_file, find_machine
+from autodb.errors import UnusableInput
+from autodb.fitting import Undetermined
+from autodb.records import CutTable
+from autodb.sensing.ranges import calibration, faults
+from autodb.sensing.ranges.calibration import Calibration
+from autodb.sensing.ranges.validity import ANY, Holds, holds_of, partition, unstated
+from autodb.store import Store, models
+
+FORCE_COMPONENTS = tuple(sorted(calibration.COMPONENT_OF_AXIS.values()))
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """What calibrating ``axes`` on a table gave; ``left_out``: sentences why not the others.
+
+    ``sources``: name and SHA-256 of each recording. Of a machine also the ``versions`` stored, and
+    whether each is ``new``.
+    """
+
+    table: CutTable
+    axes: tuple[str, ...]
+    calibrations: list[Calibration]
+    left_out: list[str]
+    sources: list[tuple[str, str]]
+    versions: tuple[int, ...] = ()
+    new: tuple[bool, ...] = ()
+
+
+def calibrate_table(
+    table: CutTable,
+    *,
+    axes: tuple[str, ...],
+    protocol: standard.Protocol | None = None,
+    known: faults.Known | None = None,
+    names: Sequence[str] | None = None,
+) -> tuple[list[Calibration], list[str]]:
+    """Calibrate every axis that a table can calibrate; the others come back as sentences why not.
+
+    An axis has as many calibrations as its cuts state gear ranges, coolants, spindle states and
+    feed directions. ``names`` (n,) of the cuts in messages; default their numbers. Raises
+    UnusableInput when the data show a fault that concerns all axes, or no axis can be calibrated.
+    """
+    faults.refuse(table.path, faults.checks_of_units(table, axes, known or faults.Known(protocol)))
+    names = names or [f"cut {number:g}" for number in table.cut]
+    parts = {axis: partition(holds_of(table, axis)) for axis in axes}
+    forces = known_forces(table, protocol)
+    for rows in _together(table, parts):
+        alike = {component: _only(force, rows) for component, force in forces.items()}
+        heard = [axis for axis in axes if axis not in faults.silent(table, alike, axes)]
+        faults.refuse(table.path, faults.exchanged(table, alike, heard, names))
+    done: list[Calibration] = []
+    left_out: list[str] = []
+    for axis, groups in parts.items():
+        out = unstated(holds_of(table, axis), groups)
+        left_out += [f"{table.path}: axis {axis}: {out}"] if out else []
+        for holds, rows in groups.items():
+            found = _calibrated(table, axis, holds, rows, protocol=protocol, axes=axes)
+            if isinstance(found, Calibration):
+                done.append(found)
+            else:
+                left_out.append(found)
+    if not done:
+        reasons = [sentence.removeprefix(f"{table.path}: ") for sentence in left_out]
+        raise UnusableInput(f"{table.path}: no axis can be calibrated: {'; '.join(reasons)}")
+    return done, left_out
+
+
+def _together(
+    table: CutTable, parts: dict[str, dict[Holds, NDArray[np.bool_]]]
+) -> Iterator[NDArray[np.bool_]]:
+    """Yield the rows (n,) that all axes take together: what two axes say is compared in those."""
+    labels = np.full((len(table), len(parts)), -1)
+    for column, groups in enumerate(parts.values()):
+        for label, rows in enumerate(groups.values()):
+            labels[rows, column] = label
+    for one in np.unique(labels, axis=0):
+        yield np.all(labels == one, axis=1)
+
+
+def _only(force_N: NDArray[np.float64], rows: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return forces (n,) of some rows, NaN in the others."""
+    return np.where(rows, force_N, np.nan)
+
+
+def _calibrated(
+    table: CutTable,
+    axis: str,
+    holds: Holds,
+    rows: NDArray[np.bool_],
+    *,
+    protocol: standard.Protocol | None,
+    axes: tuple[str, ...],
+) -> Calibration | str:
+    """Calibrate one of the axes on some rows, or return why it cannot be, in a sentence."""
+    where = f" ({holds.words()})" if holds != ANY else ""
+    forces = {c: _only(force, rows) for c, force in known_forces(table, protocol).items()}
+    silent = faults.silent(table, forces, axes)
+    if axis in silent:
+        return f"{table.path}: {silent[axis].sentence}{where}"
+    try:
+        return replace(_calibrate(table, axis, rows, protocol), holds=holds)
+    except UnusableInput as error:
+        return f"{error}{where}"
+    except Undetermined:
+        return (
+            f"{table.path}: axis {axis}{where}: too few different currents for a line with some "
+            "cuts left out; more cuts, at several feeds and depths, would work"
+        )
+
+
+def known_forces(
+    table: CutTable, protocol: standard.Protocol | None
+) -> dict[str, NDArray[np.float64]]:
+    """Return the forces (n,) that the axes are calibrated against, N, by component (NaN: none)."""
+    if protocol is None:
+        return {c: table[f"force.{c}"] for c in FORCE_COMPONENTS if f"force.{c}" in table}
+    made = [cut for cut in protocol.cut if standard.rows_of(table, cut).any()]
+    return {
+        component: standard.references(table, protocol, component).force_N
+        for component in FORCE_COMPONENTS
+        if any(component in cut.reference for cut in made)
+    }
+
+
+def _calibrate(
+    table: CutTable, axis: str, rows: NDArray[np.bool_], protocol: standard.Protocol | None
+) -> Calibration:
+    component = calibration.COMPONENT_OF_AXIS[axis]
+    if protocol is None:
+        return calibration.calibrate(table, axis, force_N=_only(table[f"force.{component}"], rows))
+    reference = standard.references(table, protocol, component)
+    return calibration.calibrate(
+        table, axis, force_N=_only(reference.force_N, rows), reference_share=reference.share
+    )
+
+
+def calibrate_machine(
+    store: Store,
+    machine: str,
+    *,
+    recordings: list[int] | None = None,
+    protocol: standard.Protocol | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Calibrated:
+    """Calibrate a machine on its imported cuts and keep each equation as a new version.
+
+    One is not new where an equal one on the same recordings is already there. Raises UnusableInput.
+    """
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        cuts = _calibration_cuts(session, owner.id, recordings, needs_force=protocol is None)
+        if not cuts:
+            raise UnusableInput(
+                f"machine '{machine}': no imported cuts with force.*; "
+                "import cuts made with a dynamometer, or give --protocol"
+            )
+        table = cuts_as_table(cuts, path=_named(cuts))
+        recordings_of_cuts = np.array([cut.recording_id for cut in cuts])
+        axes = tuple(a.name for a in owner.axes if a.name in calibration.COMPONENT_OF_AXIS)
+        sources = list(
+            {
+                cut.recording_id: (Path(cut.recording.path).name, cut.recording.sha256)
+                for cut in cuts
+            }.values()
+        )
+        known = faults.Known(protocol, as_file(owner))
+        names = _names(cuts)
+        _refuse_wrong_units(cuts, axes, known)
+        machine_id = owner.id
+    if progress:
+        progress("fitting and scoring on groups left out")
+    done, left_out = calibrate_table(table, axes=axes, protocol=protocol, known=known, names=names)
+    of = [_recordings(table, one, recordings_of_cuts) for one in done]
+    with store.writing(machine) as session:
+        kept = [keep(session, machine_id, of[i], one) for i, one in enumerate(done)]
+    versions, new = zip(*kept, strict=True)
+    return Calibrated(table, axes, done, left_out, sources, versions, new)
+
+
+def _recordings(table: CutTable, one: Calibration, of_cuts: NDArray[np.int_]) -> list[int]:
+    """Return the recordings of the cuts that a calibration was made on."""
+    return sorted({int(number) for number in of_cuts[_rows(table, one)]})
+
+
+def _rows(table: CutTable, one: Calibration) -> NDArray[np.bool_]:
+    return partition(holds_of(table, one.axis))[one.holds]
+
+
+def its_own(
+    table: CutTable, one: Calibration, forces: Mapping[str, NDArray[np.float64]]
+) -> NDArray[np.float64]:
+    """Return the known forces (n,) that a calibration was made on, N; NaN in other cuts."""
+    return _only(forces[one.component], _rows(table, one))
+
+
+def _calibration_cuts(
+    session: Session, machine_id: int, recordings: list[int] | None, *, needs_force: bool
+) -> list[models.Cut]:
+    query = (
+        select(models.Cut)
+        .join(models.Recording)
+        .where(models.Recording.machine_id == machine_id, models.Cut.superseded_at.is_(None))
+        .order_by(models.Cut.recording_id, models.Cut.number)
+    )
+    if recordings is not None:
+        query = query.where(models.Recording.id.in_(recordings))
+    return [
+        cut
+        for cut in session.scalars(query)
+        if not needs_force or any(name.startswith("force.") for name in cut.measured)
+    ]
+
+
+def _refuse_wrong_units(cuts: list[models.Cut], axes: tuple[str, ...], known: faults.Known) -> None:
+    """Check each recording by itself: one in a wrong unit would drown among the others.
+
+    A shop's cuts beside the standard ones are no fault, so the protocol is left to all of them.
+    """
+    alone = replace(known, protocol=None)
+    for recording_id in dict.fromkeys(cut.recording_id for cut in cuts):
+        own = [cut for cut in cuts if cut.recording_id == recording_id]
+        table = cuts_as_table(own, path=_named(own))
+        faults.refuse(table.path, faults.checks_of_units(table, axes, alone))
+
+
+def _names(cuts: list[models.Cut]) -> list[str]:
+    """Return how messages name each cut: with its file where there are several."""
+    several = len({cut.recording_id for cut in cuts}) > 1
+    return [
+        f"cut {cut.number:g}" + (f" of {Path(cut.recording.path).name}" if several else "")
+        for cut in cuts
+    ]
+
+
+def _named(cuts: list[models.Cut]) -> Path:
+    """Return the path to name in messages: the recording's, or the first of several."""
+    return Path(cuts[0].recording.path)

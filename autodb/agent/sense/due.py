@@ -1,0 +1,119 @@
+"""Calibrations that are due: what the cuts that came in say of how the machine feels forces."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb.agent.rows.calibrations import as_calibration, current_calibrations
+from autodb.agent.rows.refresh_cursor import Span
+from autodb.store import models
+
+MANY, SHARE = 5, 0.2
+"""Cuts, and share of those that came in, which make a calibration due. Chosen."""
+OLD_DAYS = 365
+"""Age at which a calibration is due anyway. Chosen: the usual interval of measuring equipment."""
+SENSOR_TERMS = ("gain", "sensor_drift")
+"""Causes of a mismatch that say that what feels the force has changed."""
+
+
+@dataclass(frozen=True)
+class _Look:
+    """What the checks see: a machine, the cuts that came in since the last pass, and why axes did
+    not feel some, with the calibration's id.
+    """
+
+    session: Session
+    owner: models.Machine
+    cuts: list[models.Cut]
+    reasons: list[tuple[int | None, str]]
+
+
+def calibrations_due(session: Session, owner: models.Machine, span: Span) -> list[str]:
+    """Return which calibrations of a machine are due, and why; a sentence each."""
+    force = models.SensedForce
+    new = models.Cut.id > span.old, models.Cut.id <= span.upto
+    own = models.Cut.recording.has(machine_id=owner.id)
+    cuts = session.scalars(select(models.Cut).where(*new, own)).all()
+    why = (
+        select(force.calibration_id, force.reason)
+        .where(force.cut_id > span.old, force.cut_id <= span.upto, force.reason.is_not(None))
+        .where(force.cut.has(own))
+    )
+    reasons = [(number, str(reason)) for number, reason in session.execute(why)]
+    look = _Look(session, owner, list(cuts), reasons)
+    return [
+        f"{as_calibration(row).called}: {said}"
+        for axis in owner.axes
+        for row in current_calibrations(session, owner.id, axis.name)
+        for check in CHECKS
+        if (said := check(look, row)) is not None
+    ]
+
+
+def refused(_look: _Look, row: models.Calibration) -> str | None:
+    """Say that a calibration was not good enough to be offered."""
+    return None if row.offered else f"its calibration is {row.verdict}"
+
+
+def other_conditions(look: _Look, row: models.Calibration) -> str | None:
+    """Say in which conditions, of those that came in, no calibration of the axis holds."""
+    begins = f"{row.axis} was calibrated with"
+    reasons = [
+        said for number, said in look.reasons if number == row.id and said.startswith(begins)
+    ]
+    if not _many(len(reasons), look):
+        return None
+    usual = max(set(reasons), key=reasons.count)
+    return f"{len(reasons)} of the {len(look.cuts)} new cuts were not felt: {usual}"
+
+
+def beyond(look: _Look, row: models.Calibration) -> str | None:
+    """Say that currents go beyond those that the axis was calibrated with."""
+    read = [cut.measured[row.channel] for cut in look.cuts if row.channel in cut.measured]
+    high = [abs(value) for value in read if abs(value) > row.current_high]
+    if not _many(len(high), look):
+        return None
+    return (
+        f"{len(high)} of the {len(look.cuts)} new cuts took more than the {row.current_high:.3g} "
+        f"{row.current_unit} that it was calibrated up to, the most {max(high):.3g} "
+        f"{row.current_unit}"
+    )
+
+
+def sensor_changed(look: _Look, row: models.Calibration) -> str | None:
+    """Say that a mismatch since the calibration says that the sensor has changed."""
+    found = look.session.scalar(
+        select(models.Mismatch)
+        .join(models.Recording)
+        .where(
+            models.Recording.machine_id == look.owner.id,
+            models.Mismatch.channel == f"force.{row.component}",
+            models.Mismatch.status != "rejected",
+            models.Mismatch.term.in_(SENSOR_TERMS),
+            models.Mismatch.created_at >= row.created_at,
+        )
+        .limit(1)
+    )
+    return None if found is None else f"mismatch {found.id} says {found.term}"
+
+
+def old(_look: _Look, row: models.Calibration) -> str | None:
+    """Say that a calibration is old."""
+    age = datetime.now(UTC) - datetime.fromisoformat(row.created_at)
+    return f"its calibration is {age.days} days old" if age.days >= OLD_DAYS else None
+
+
+CHECKS: tuple[Callable[[_Look, models.Calibration], str | None], ...] = (
+    refused,
+    other_conditions,
+    beyond,
+    sensor_changed,
+    old,
+)
+
+
+def _many(count: int, look: _Look) -> bool:
+    return count >= MANY and count >= SHARE * len(look.cuts)

@@ -1,0 +1,247 @@
+"""A machine's network: trained on its own recordings with known forces, kept, and used."""
+
+import base64
+import hashlib
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy.orm import Session
+
+from autodb import records
+from autodb.agent.ingest.importing import import_file
+from autodb.agent.rows.estimators import FUSION, Fitted, keep, learnt_from, newest
+from autodb.agent.rows.machines import find_machine, signed
+from autodb.agent.sense.dynamometers import table_on_machine, told_on_table
+from autodb.agent.sense.identifying import newest_model
+from autodb.agent.sense.reconstructing import Felt, drive_model, efforts_of, known_scale
+from autodb.errors import UnusableInput
+from autodb.files.channels import LINEAR_AXES, axis_of
+from autodb.records import Recording
+from autodb.sensing.drives.reconstruct import reconstruct
+from autodb.sensing.network import need_torch
+from autodb.store import Store, models
+
+if TYPE_CHECKING:
+    from autodb.sensing.network.drive_loads import Drive
+    from autodb.sensing.network.recordings import Scored
+
+Array = NDArray[np.float64]
+
+KIND = "lstm"
+
+SLOWEST = 0.25
+"""Share of the rate up to which loads are reconstructed."""
+TRAINED_SHARE = 0.01
+"""Relative sd of the gain of the dynamometer that a network was trained on. Chosen."""
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A version of a machine's network; ``on_air``: no force was known, moves in air were."""
+
+    version: int
+    recordings: int
+    on_air: bool
+    scores: "tuple[Scored, ...]"
+    already_there: bool
+
+
+def train(
+    store: Store,
+    machine: str,
+    files: Sequence[Path],
+    *,
+    columns: Path | None = None,
+    folder: Path | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Trained:
+    """Train a network on recordings of a machine's drives with the forces that were known.
+
+    Where none has a force they are taken as moves in air. Forces of a table dynamometer that the
+    machine has are those on the tool, in machine axes, where angles of the table were recorded. The
+    recordings are imported; the same ones again are said to be there already. ``folder``: where
+    training is kept, so that it goes on after a kill.
+
+    Raises UnusableInput without PyTorch, without drive models or newtons an ampere, and where
+    recordings differ in channels or rate.
+    """
+    need_torch()
+    from autodb.sensing.network import learning
+    from autodb.sensing.network.beside import together
+    from autodb.sensing.network.kept import to_bytes
+    from autodb.sensing.network.network import device
+    from autodb.sensing.network.recordings import known_of, rate_of, scored
+
+    recordings = [_read(path, columns) for path in files]
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        own = [_in_machine_axes(session, owner, signed(one, owner)) for one in recordings]
+        drives = _drives(session, owner, own[0])
+    rate_hz = rate_of(own)
+    known, on_air = known_of(own, drives)
+    ids = [
+        import_file(store, path, machine=machine, columns=columns).recording_id for path in files
+    ]
+    with store.reading() as session:
+        old = _same(session, machine, ids)
+    if old is not None:
+        return old
+    plan = learning.plan_of(known)
+    box = learning.fit(
+        known, drives, rate_hz=rate_hz, plan=plan, folder=folder, device=device(),
+        progress=lambda member, epoch, _: progress(
+            f"network {member + 1} of {learning.MEMBERS}, epoch {epoch} of {plan.epochs}"
+        ),
+    )  # fmt: skip
+    scores = scored(box, drives, known)
+    progress("network and drive models together")
+    both = together(box, drives, known)
+    with store.writing(machine) as session:
+        rows = [session.get_one(models.Recording, one) for one in dict.fromkeys(ids)]
+        content = to_bytes(box, [row.sha256 for row in rows])
+        version = _keep(session, machine, rows, content, scores)
+        fitted = {c: Fitted(o.fusion.to_json(), {"rmse_N": o.rmse_N}) for c, o in both.items()}
+        keep(session, find_machine(session, machine).id, FUSION, fitted, rows)
+    if folder is not None:
+        shutil.rmtree(folder, ignore_errors=True)
+    return Trained(version, len(files), on_air, scores, already_there=False)
+
+
+def _read(path: Path, columns: Path | None) -> Recording:
+    found = records.read(path, columns=columns)
+    if not isinstance(found, Recording):
+        raise UnusableInput(f"{path}: a table of cuts; a network needs drives over time")
+    return found
+
+
+def _in_machine_axes(session: Session, owner: models.Machine, recording: Recording) -> Recording:
+    """Return a recording whose forces, read on a table that turns, are those on the tool."""
+    known = table_on_machine(session, owner)
+    angles = [f"{axis}.angle" for axis in known[0].kinematics.order] if known else []
+    if known is None or not set(angles) <= set(recording.channels):
+        return recording
+    told = told_on_table(known[0], recording)
+    forces = {f"force.{c}": told.force_N[k] for k, c in enumerate("xyz")}
+    return replace(recording, channels={**recording.channels, **forces})
+
+
+def _drives(session: Session, owner: models.Machine, recording: Recording) -> "dict[str, Drive]":
+    """Return the drive of each axis that the recording has an effort and the machine a model of."""
+    from autodb.sensing.network.drive_loads import Drive
+
+    found: dict[str, Drive] = {}
+    axes = {axis.name: axis for axis in owner.axes}
+    for channel in efforts_of(recording):
+        name = axis_of(channel)
+        row = newest_model(session, owner.id, channel)
+        if name not in LINEAR_AXES or row is None or row.errors is None:
+            continue
+        scale = known_scale(session, axes[name]) if name in axes else None
+        if row.unit == "A" and scale is None:
+            raise UnusableInput(
+                f"{recording.path}: nothing says what an ampere of {name} is in newtons; 'autodb "
+                f"scale' with a known load, or torque_constant_N_m_A in the machine's file, would "
+                "work"
+            )
+        found[name] = Drive(
+            drive_model(row), scale.per_ampere if row.unit == "A" and scale else 1.0
+        )
+    if not found:
+        raise UnusableInput(
+            f"{recording.path}: machine '{owner.name}' has no model of its axes; 'autodb identify "
+            f"MOVES --machine {owner.name}' makes one"
+        )
+    return found
+
+
+def _same(session: Session, machine: str, ids: Sequence[int]) -> Trained | None:
+    """Return the newest version where it was trained on the same recordings."""
+    rows = newest(session, find_machine(session, machine).id, KIND)
+    if not learnt_from(rows, ids):
+        return None
+    from autodb.sensing.network.recordings import Scored
+
+    scores = tuple(Scored(**row.scores) for row in rows)
+    on_air = bool((rows[0].normalisation or {}).get("on_air"))
+    return Trained(rows[0].version, len(ids), on_air, scores, already_there=True)
+
+
+def _keep(
+    session: Session,
+    machine: str,
+    rows: Sequence[models.Recording],
+    content: bytes,
+    scores: "Sequence[Scored]",
+) -> int:
+    """Add a version: a row a component, the networks in the first."""
+    from autodb.sensing.network.kept import of_bytes
+
+    owner = find_machine(session, machine)
+    box = of_bytes(content).box
+    shown = [*(f"load of {axis.name}" for axis in box.axes if box.hears), *box.seen]
+    normalisation = {
+        "rate_hz": box.rate_hz,
+        "on_air": not box.hears,
+        "seen": {n: [float(a), float(b)] for n, a, b in zip(shown, box.low, box.high, strict=True)},
+    }
+    network = {"sha256": hashlib.sha256(content).hexdigest()}
+    whole = network | {"npz": base64.b64encode(content).decode("ascii")}
+    ordered = sorted(scores, key=lambda score: score.component)
+    fitted = {
+        one.component: Fitted(network if number else whole, asdict(one), normalisation)
+        for number, one in enumerate(ordered)
+    }
+    return keep(session, owner.id, KIND, fitted, rows)
+
+
+def forces_on_machine(
+    store: Store, machine: str, recording: Recording, *, progress: Callable[[str], None]
+) -> list[Felt]:
+    """Return the forces that a machine's newest network tells of a recording, as loads of axes.
+
+    Raises UnusableInput without PyTorch or a network, and for a recording that is unlike those that
+    it was trained on: other channels, another rate, ranges beyond.
+    """
+    need_torch()
+    from autodb.sensing.network import stream
+    from autodb.sensing.network.kept import of_bytes
+    from autodb.sensing.network.recordings import channels_of
+
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        rows = newest(session, owner.id, KIND)
+        if not rows:
+            raise UnusableInput(
+                f"machine '{machine}' has no network; 'autodb calibrate CUT… --machine {machine} "
+                "--network' trains one"
+            )
+        box = of_bytes(base64.b64decode((rows[0].model or {})["npz"])).box
+        own = signed(recording, owner)
+        every = _drives(session, owner, own)
+        lacking = [axis.name for axis in box.axes if axis.name not in every]
+        if lacking:
+            raise UnusableInput(
+                f"{recording.path}: no drive effort of {', '.join(lacking)} that the machine has a "
+                "model of; the network was trained with it"
+            )
+        drives = {axis.name: every[axis.name] for axis in box.axes}
+        version = rows[0].version
+    progress("networks")
+    tables, channels = box.tables(drives), channels_of(own, drives)
+    stream.check(box, tables, channels, rate_hz=own.rate_hz, where=str(recording.path))
+    told = stream.forces(box, tables, channels)
+    said = f"network {version} of machine '{machine}'"
+    found = []
+    for k, c in enumerate(box.components):
+        bandwidth_hz = min(float(box.cutoff_hz[k]), SLOWEST * own.rate_hz)
+        load = reconstruct(own, drives[c].model, bandwidth_hz=bandwidth_hz)
+        load = replace(load, unit="N", value=-told.force_N[:, k], sd=told.sd_N[:, k])
+        found.append(
+            Felt(load, said, None, said="told in newtons, as it was trained", share=TRAINED_SHARE)
+        )
+    return found

@@ -1,0 +1,112 @@
+"""Forces of cuts by calibrated current ranges, each cut once a calibration."""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from sqlalchemy import Select, exists, select
+from sqlalchemy.orm import Session
+
+from autodb.agent.ingest.importing import cuts_as_table
+from autodb.agent.rows.calibrations import as_calibration, current_calibrations
+from autodb.agent.rows.refresh_cursor import Span
+from autodb.agent.sense.sensed import Calibrations
+from autodb.sensing.ranges.chosen import sense_each
+from autodb.store import models
+
+RANGE_ESTIMATOR = "range"
+NO_ESTIMATOR = "none"
+
+
+def sense_cuts(
+    session: Session, owner: models.Machine, span: Span, progress: Callable[[str], None]
+) -> list[Calibrations]:
+    """Sense the cuts of a span that were not sensed yet, or note why they are not.
+
+    Return the calibrations of each axis that feels force.
+    """
+    felt: dict[str, Calibrations] = {}
+    cuts = _cuts(owner.id, span)
+    for axis in owner.axes:
+        current = current_calibrations(session, owner.id, axis.name)
+        if any(row.offered for row in current):
+            component = current[0].component
+            progress(f"sensing force.{component} from {axis.name}")
+            _sense(session, cuts, current)
+            felt[component] = current
+    _note_unsensed(session, cuts, felt)
+    session.flush()
+    return list(felt.values())
+
+
+def sensed_otherwise(session: Session, machine_id: int) -> bool:
+    """Say whether something beside calibrated ranges has felt a force of the machine's cuts."""
+    own = select(models.Estimator.id).where(models.Estimator.machine_id == machine_id)
+    query = select(models.SensedForce.id).where(
+        models.SensedForce.estimator_id.in_(own), models.SensedForce.value_N.is_not(None)
+    )
+    return session.scalar(query.limit(1)) is not None
+
+
+def _cuts(machine_id: int, span: Span) -> Select[models.Cut]:
+    return (
+        select(models.Cut)
+        .where(
+            models.Cut.id > span.after,
+            models.Cut.id <= span.upto,
+            models.Cut.superseded_at.is_(None),
+            models.Cut.recording.has(machine_id=machine_id),
+        )
+        .order_by(models.Cut.id)
+    )
+
+
+def _sense(session: Session, among: Select[models.Cut], current: Calibrations) -> None:
+    """Add the force that an axis feels to every cut that lacks it, or why it does not.
+
+    A cut that none feels is noted with the newest calibration: another one is a reason to look
+    again.
+    """
+    newest = current[0].id
+    looked_at = exists().where(
+        models.SensedForce.cut_id == models.Cut.id,
+        models.SensedForce.component == current[0].component,
+        models.SensedForce.estimator == RANGE_ESTIMATOR,
+        models.SensedForce.calibration_id.in_([row.id for row in current]),
+        models.SensedForce.value_N.is_not(None) | (models.SensedForce.calibration_id == newest),
+    )
+    cuts = list(session.scalars(among.where(~looked_at)))
+    if not cuts:
+        return
+    table = cuts_as_table(cuts, path=Path(cuts[0].recording.path))
+    sensed = sense_each(table, [as_calibration(row) for row in current])
+    for cut, one in zip(cuts, sensed, strict=True):
+        session.add(
+            models.SensedForce(
+                cut_id=cut.id,
+                component=current[0].component,
+                estimator=RANGE_ESTIMATOR,
+                calibration_id=newest if one.by is None else current[one.by].id,
+                value_N=one.force_N,
+                sd_N=one.sd_N,
+                common=one.common,
+                reason=one.reason,
+            )
+        )
+
+
+def _note_unsensed(session: Session, among: Select[models.Cut], felt: Iterable[str]) -> None:
+    """Say once for every cut which components no offered calibration feels."""
+    for component in sorted({"x", "y", "z"} - set(felt)):
+        noted = exists().where(
+            models.SensedForce.cut_id == models.Cut.id,
+            models.SensedForce.component == component,
+        )
+        for cut in session.scalars(among.where(~noted)):
+            session.add(
+                models.SensedForce(
+                    cut_id=cut.id,
+                    component=component,
+                    estimator=NO_ESTIMATOR,
+                    reason=f"no offered calibration feels force.{component}",
+                )
+            )

@@ -1,0 +1,206 @@
+"""Reconstruct the loads of a recording from its drives, with models identified from moves."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb.agent.rows.machines import find_machine, signed
+from autodb.agent.sense.identifying import newest_model, off_law_of, stored_terms
+from autodb.errors import UnusableInput
+from autodb.files.channels import ROTARY_AXES, axis_of, effort_channels, rotary_efforts
+from autodb.fitting import NORMAL_95
+from autodb.records import Recording
+from autodb.sensing.drives.fit.axis_model import Identified
+from autodb.sensing.drives.fit.drive_errors import DriveErrors
+from autodb.sensing.drives.reconstruct import DriveModel, Load, observe, reconstruct
+from autodb.store import Store, models
+
+Array = NDArray[np.float64]
+
+LEAST_SHARE = 0.05
+"""A torque constant of a data sheet is no surer than ± 5 %, 95 % (physics reference, section 3)."""
+MM_IN_M = 1000.0
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Newtons (newton metres of a rotary axis) an ampere; ``share``: its relative sd, which all
+    samples share.
+    """
+
+    per_ampere: float
+    unit: str
+    share: float
+    source: str
+
+
+@dataclass(frozen=True)
+class Felt:
+    """Load of one axis, with the model that it comes from and what made newtons of amperes.
+
+    ``scale`` is None where the effort was in newtons, or nothing is known that makes it so: then
+    the load stays in amperes. ``said``: of a sensor that is no drive, what is to be said of it;
+    ``share``: relative sd of its gain, which all rows share; ``weight`` (n,): of several put
+    together, by how much each made a row; ``disagrees``: which of them did not agree, in words.
+    ``envelope_N`` (n,) each: lower and upper one of the force on the tool over a spindle's turn.
+    """
+
+    load: Load
+    model: str
+    scale: Scale | None
+    said: str | None = None
+    share: float = 0.0
+    weight: Mapping[str, Array] = field(default_factory=dict)
+    disagrees: str | None = None
+    envelope_N: tuple[Array, Array] | None = None
+
+
+def reconstruct_on_machine(
+    store: Store,
+    machine: str,
+    recording: Recording,
+    *,
+    axis: str | None,
+    bandwidth_hz: float,
+    observer: bool,
+    scale: Scale | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[Felt]:
+    """Return the load of each axis that the recording has an effort and the machine a model of.
+
+    ``scale`` replaces what the machine knows. Raises UnusableInput when there is no model.
+    """
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        own = signed(recording, owner)
+        channels = efforts_of(recording, axis)
+        felt, without = [], []
+        for channel in channels:
+            row = newest_model(session, owner.id, channel)
+            if row is None or row.errors is None:
+                without.append(channel)
+                continue
+            progress(f"load of {row.axis}")
+            stated = next((a for a in owner.axes if a.name == row.axis), None)
+            said = f"version {row.version} of machine '{machine}'"
+            known = scale or (known_scale(session, stated) if stated else None)
+            load = _load(own, drive_model(row), bandwidth_hz=bandwidth_hz, observer=observer)
+            felt.append(_felt(load, said, known))
+    if not felt:
+        raise UnusableInput(
+            f"{recording.path}: machine '{machine}' has no model of {', '.join(without)}; "
+            f"'autodb identify MOVES --machine {machine}' makes one"
+        )
+    return felt
+
+
+def reconstruct_with(
+    model: Identified,
+    recording: Recording,
+    *,
+    moves: str,
+    bandwidth_hz: float,
+    observer: bool,
+    scale: Scale | None = None,
+) -> Felt:
+    """Return the load of the axis that a model was identified of, from the file ``moves``."""
+    if model.errors is None:
+        raise UnusableInput(f"{moves}: {model.axis} has no load to reconstruct; an axis would work")
+    load = _load(recording, DriveModel.of(model), bandwidth_hz=bandwidth_hz, observer=observer)
+    return _felt(load, f"identified from {moves}", scale)
+
+
+def efforts_of(recording: Recording, axis: str | None = None) -> Sequence[str]:
+    """Return the drives' efforts of an axis or all; raises UnusableInput where there is none."""
+    found = [
+        name
+        for of in (effort_channels, rotary_efforts)
+        for name in of(list(recording.channels))
+        if axis is None or axis_of(name) == axis
+    ]
+    if not found:
+        wanted = f"{axis or 'x'}.current"
+        raise UnusableInput(
+            f"{recording.path}: no drive effort; a channel '{wanted}' or "
+            f"'{axis or 'x'}.drive_force' would work{recording.near(wanted)}"
+        )
+    return found
+
+
+def _load(recording: Recording, model: DriveModel, *, bandwidth_hz: float, observer: bool) -> Load:
+    if bandwidth_hz > 0.25 * recording.rate_hz:
+        raise UnusableInput(
+            f"--bandwidth: {bandwidth_hz:g} Hz is too much for {recording.path} at "
+            f"{recording.rate_hz:g} Hz; up to {0.25 * recording.rate_hz:g} would work"
+        )
+    how = observe if observer else reconstruct
+    return how(recording, model, bandwidth_hz=bandwidth_hz)
+
+
+def _felt(load: Load, model: str, scale: Scale | None) -> Felt:
+    if scale is None or load.unit != "A":
+        return Felt(load, model, None)
+    return Felt(load.scaled(scale.per_ampere, scale.unit), model, scale, share=scale.share)
+
+
+def drive_model(row: models.ChannelModel) -> DriveModel:
+    """Return a stored version, whose errors were counted, as the record that sensing takes."""
+    return DriveModel(
+        axis=row.axis,
+        channel=row.channel,
+        unit=row.unit,
+        terms=stored_terms(row),
+        covariance=np.array(row.covariance),
+        errors=DriveErrors.of(row.errors or {}),
+        off_law=off_law_of(row),
+    )
+
+
+def newest_scale(session: Session, machine_id: int, axis: str) -> models.DriveScale | None:
+    """Return the newest scale that a known load told of an axis and that still holds, or None."""
+    return session.scalar(
+        select(models.DriveScale)
+        .where(
+            models.DriveScale.machine_id == machine_id,
+            models.DriveScale.axis == axis,
+            models.DriveScale.undone_at.is_(None),
+        )
+        .order_by(models.DriveScale.version.desc())
+        .limit(1)
+    )
+
+
+def known_scale(session: Session, axis: models.Axis) -> Scale | None:
+    """Return what an ampere of an axis is, by its newest known load or its machine's file: the
+    surer of both; None where neither tells.
+    """
+    row, stated = newest_scale(session, axis.machine_id, axis.name), scale_of(axis)
+    if row is None:
+        return stated
+    told = Scale(row.per_ampere, "N", row.share, f"scale {row.version}: {row.source}")
+    return told if stated is None or told.share < stated.share else stated
+
+
+def scale_of(axis: models.Axis) -> Scale | None:
+    """Return newtons an ampere by torque constant, gear and screw; None where one is not stated.
+
+    Of a rotary axis newton metres, by constant and gear. Efficiency is not in it: it is part of
+    what the bounds must hold.
+    """
+    constant, pitch_mm = axis.torque_constant_N_m_A, axis.screw_pitch_mm
+    rotary = axis.name in ROTARY_AXES
+    if constant is None or (pitch_mm is None and not rotary):
+        return None
+    low, high = axis.torque_constant_lower or constant, axis.torque_constant_upper or constant
+    share = max(0.5 * (high - low) / constant, LEAST_SHARE) / NORMAL_95
+    gear = axis.gear_ratio or 1.0
+    source = f"torque constant {constant:g} N·m/A ({axis.torque_constant_source or 'no source'})"
+    if pitch_mm is None or rotary:
+        return Scale(constant * gear, "N·m", share, f"{source}, gear {gear:g}")
+    per_ampere = constant * 2.0 * pi * gear * MM_IN_M / pitch_mm
+    return Scale(per_ampere, "N", share, f"{source}, screw {pitch_mm:g} mm")

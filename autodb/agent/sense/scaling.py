@@ -1,0 +1,213 @@
+"""What an ampere of a feed drive is, told by a known load, and kept for the loads that follow.
+
+A mass clamped on adds mass over motor constant to the inertia; a force beside the load, or a cut
+whose force is known, gives newtons over the amperes it took (physics reference, section 3).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from autodb.agent.ingest.importing import import_file
+from autodb.agent.rows.machines import find_machine, signed
+from autodb.agent.sense.identifying import names_of, newest_model, refuse_faults, stored_terms
+from autodb.agent.sense.reconstructing import Scale, drive_model, scale_of
+from autodb.errors import UnusableInput
+from autodb.files.channels import LINEAR_AXES
+from autodb.fitting import NORMAL_95
+from autodb.records import Recording
+from autodb.sensing.drives.feed_axis import identify
+from autodb.sensing.drives.fit.axis_model import IdentifiedTerm
+from autodb.sensing.drives.moves.prepared import effort_axis, effort_channel
+from autodb.sensing.drives.reconstruct import Load, reconstruct
+from autodb.sensing.drives.scales import Scaled, by_force, by_step
+from autodb.standard import Reference
+from autodb.store import Store, models
+
+TONNE_KG = 1000.0
+"""1 N s²/mm is a tonne."""
+UNSURE = 0.25
+"""Half width of the 95 % interval, as a share, above which a load tells nothing of use. Chosen."""
+LOAD_HZ = 10.0
+"""Bandwidth of the loads that a scale is told from."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """Newtons an ampere of an axis, and its relative sd; which ``kind`` of load told, and how."""
+
+    axis: str
+    newtons_per_ampere: float
+    share: float
+    kind: str
+    source: str
+
+    @property
+    def percent(self) -> float:
+        """Half width of the 95 % interval, percent."""
+        return 100.0 * NORMAL_95 * self.share
+
+
+def by_mass(
+    store: Store,
+    machine: str,
+    moves: Recording,
+    *,
+    mass_kg: float,
+    axis: str | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Told:
+    """Tell the scale from moves with ``mass_kg`` clamped on the axis.
+
+    Without it the axis is as its newest version has it. Raises UnusableInput where there is none,
+    where the effort is not in amperes, or where the mass does not show beyond its uncertainty.
+    """
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        row = _model_in_amperes(session, owner, moves, axis)
+        own, name = signed(moves, owner), row.axis
+        light, terms = _inertia(stored_terms(row)), names_of(row)
+    refuse_faults(own, axis)
+    progress("fitting")
+    heavy = _inertia(identify(own, axis=axis, terms=terms).fitted)
+    if light is None or heavy is None:
+        raise UnusableInput(
+            f"{moves.path}: the inertia of {name} is not known; quicker moves, with rapids, "
+            "would work"
+        )
+    added = heavy.value - light.value
+    sd = float(np.hypot(heavy.sd or 0.0, light.sd or 0.0))
+    if added <= 0 or NORMAL_95 * sd > UNSURE * added:
+        raise UnusableInput(
+            f"{moves.path}: {mass_kg:g} kg add {added:.2g} ± {NORMAL_95 * sd:.1g} A·s²/mm to "
+            f"{name}'s inertia: too little to weigh by; a larger mass, or quicker moves, would work"
+        )
+    source = f"{mass_kg:g} kg added {added:.3g} A·s²/mm of inertia"
+    return Told(name, mass_kg / TONNE_KG / added, sd / added, "added-mass", source)
+
+
+def by_measured_force(
+    store: Store, machine: str, push: Recording, *, axis: str | None = None
+) -> Told:
+    """Tell the scale from a recording with the force on the axis beside its current.
+
+    A slow push against a load cell, or a cut on a dynamometer. Raises UnusableInput without a force
+    or a model in amperes, or where the two do not go together.
+    """
+    load = _load(store, machine, push, axis)
+    channel = f"force.{load.axis}"
+    if channel not in push.channels:
+        raise UnusableInput(
+            f"{push.path}: no known load: '{channel}' beside the current, --added-mass KG or "
+            "--standard-cut would work"
+        )
+    found = by_force(load, push[channel], rate_hz=push.rate_hz)
+    if found is None:
+        raise UnusableInput(
+            f"{push.path}: {load.axis} hardly moves while {channel} changes: at standstill "
+            "friction may hold the load; a slow push that goes on for a second would work"
+        )
+    return _told(push, load, found, "force", f"{channel} of {push.path.name}")
+
+
+def by_standard_cut(
+    store: Store,
+    machine: str,
+    cut: Recording,
+    reference: Callable[[str], Reference],
+    *,
+    name: str,
+    axis: str | None = None,
+) -> Told:
+    """Tell the scale from a cut that begins in air; ``reference`` knows its mean force on an axis.
+
+    ``name``: of the cut, for the record. Raises UnusableInput without a model in amperes, or where
+    air and cut are not told apart.
+    """
+    load = _load(store, machine, cut, axis)
+    known = reference(load.axis)
+    share = (known.upper - known.lower) / (2.0 * NORMAL_95) / abs(known.value)
+    found = by_step(load, known.value, share, rate_hz=cut.rate_hz)
+    if found is None:
+        raise UnusableInput(
+            f"{cut.path}: the load on {load.axis} shows no cut after a way in air; a recording "
+            "that begins in air, of an axis that feeds, would work"
+        )
+    source = f"standard cut {name}, force.{load.axis} {known.value:g} N, {cut.path.name}"
+    return _told(cut, load, found, "standard-cut", source)
+
+
+def keep(store: Store, machine: str, told: Told, path: Path, *, columns: Path | None = None) -> int:
+    """Keep a scale as the next version of its axis', with the recording it is from."""
+    recording_id = import_file(store, path, machine=machine, columns=columns).recording_id
+    with store.writing(machine) as session:
+        owner = find_machine(session, machine)
+        own = models.DriveScale.machine_id == owner.id, models.DriveScale.axis == told.axis
+        newest = session.scalar(select(func.max(models.DriveScale.version)).where(*own)) or 0
+        row = models.DriveScale(
+            machine_id=owner.id,
+            axis=told.axis,
+            version=newest + 1,
+            kind=told.kind,
+            per_ampere=told.newtons_per_ampere,
+            share=told.share,
+            source=told.source,
+            recording_id=recording_id,
+        )
+        session.add(row)
+        return row.version
+
+
+def stated(store: Store, machine: str, axis: str) -> Scale | None:
+    """Return what the machine's file says an ampere of an axis is; None where it does not."""
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        row = next((a for a in owner.axes if a.name == axis), None)
+        return scale_of(row) if row else None
+
+
+def _load(store: Store, machine: str, recording: Recording, axis: str | None) -> Load:
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        model = drive_model(_model_in_amperes(session, owner, recording, axis))
+        own = signed(recording, owner)
+    return reconstruct(own, model, bandwidth_hz=min(LOAD_HZ, 0.25 * recording.rate_hz))
+
+
+def _model_in_amperes(
+    session: Session, owner: models.Machine, recording: Recording, axis: str | None
+) -> models.ChannelModel:
+    name, channel = effort_axis(recording, axis), effort_channel(recording, axis)
+    if name not in LINEAR_AXES:
+        raise UnusableInput(f"{recording.path}: {name} is no feed axis; x, y or z would work")
+    row = newest_model(session, owner.id, channel)
+    if row is None or recording.unit(channel) != "A":
+        what = "no version" if row is None else "nothing to scale: its effort is not in amperes"
+        raise UnusableInput(
+            f"{recording.path}: {channel} has {what}; moves in amperes without the load, "
+            f"identified with --machine {owner.name} before, would work"
+        )
+    return row
+
+
+def _told(recording: Recording, load: Load, found: Scaled, kind: str, source: str) -> Told:
+    if found.newtons_per_ampere < 0:
+        raise UnusableInput(
+            f"{recording.path}: the load on {load.axis} grows where the force should relieve it: a "
+            "sign is turned round; force of the work on the tool (side file: sign = -1) would work"
+        )
+    if NORMAL_95 * found.share > UNSURE:
+        raise UnusableInput(
+            f"{recording.path}: an ampere of {load.axis} comes out as "
+            f"{found.newtons_per_ampere:.3g} N ± {100 * NORMAL_95 * found.share:.0f} %: too unsure "
+            "to use; a larger force, or a longer one, would work"
+        )
+    return Told(load.axis, found.newtons_per_ampere, found.share, kind, source)
+
+
+def _inertia(terms: "list[IdentifiedTerm] | tuple[IdentifiedTerm, ...]") -> IdentifiedTerm | None:
+    return next((t for t in terms if t.term == "inertia" and t.sd is not None), None)

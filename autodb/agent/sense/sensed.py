@@ -1,0 +1,264 @@
+"""Stored cuts and their sensed forces as readings that a pair's belief learns from."""
+
+from collections.abc import Container, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import Select, select
+from sqlalchemy.orm import Session
+
+from autodb.agent.ingest.importing import cuts_as_table
+from autodb.agent.rows.calibrations import as_calibration
+from autodb.errors import UnusableInput
+from autodb.pairs.determined import CHIP_SHARE
+from autodb.pairs.engaged import BY_NAME, UNSAID
+from autodb.pairs.observed import CHIP, Cuts, Observed, X, Y, Z
+from autodb.pairs.posterior import CALIBRATION, DAY, GAIN, REFERENCES, Shared, Wear
+from autodb.pairs.worn import with_wear
+from autodb.sensing.ranges.chosen import choose
+from autodb.sensing.ranges.error_kinds import day_moves
+from autodb.store import models
+
+Array = NDArray[np.float64]
+Calibrations = list[models.Calibration]
+"""Those of one axis that hold now, newest first."""
+QUANTITY = {"x": X, "y": Y, "z": Z}
+CHIP_THICKNESS = "chip.thickness"
+GEOMETRY = (
+    *("diameter_mm", "teeth", "helix_deg", "corner_radius_mm", "point_angle_deg"),
+    *("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg", "included_deg"),
+)
+"""Columns of a tool that are its geometry."""
+
+
+@dataclass(frozen=True)
+class Felt:
+    """Forces of one pair, oldest cut first; how many cuts are not learnt from, by the reason.
+
+    ``after``: only of cuts with larger ids, no version has learnt any; 0: all of the pair's.
+    """
+
+    pair: models.Pair
+    forces: list[models.SensedForce]
+    left_out: dict[str, int]
+    after: int = 0
+
+
+def operation_of(cut: models.Cut) -> str:
+    """Return the operation of a cut; one that does not say it counts as turning."""
+    return cut.operation or UNSAID
+
+
+def numbers_of(tool: models.Tool) -> dict[str, float]:
+    """Return what is known of a tool's geometry, by name."""
+    known = {name: getattr(tool, name) for name in GEOMETRY}
+    return {name: value for name, value in known.items() if value is not None}
+
+
+def forces_of_pair(
+    session: Session,
+    machine_id: int,
+    pair: models.Pair,
+    felt: Sequence[Calibrations],
+    *,
+    cuts: tuple[int, int] | None = None,
+) -> Felt:
+    """Return the forces that axes and other sensors felt on a pair.
+
+    ``cuts``: of those alone with an id above the first, up to the second.
+
+    ``felt``: the calibrations of each axis. A force counts where the one that felt it is still the
+    one that holds for the cut: of a cut that did not state what, a later calibration may say
+    otherwise. Of several sensors of a force the surest counts.
+    """
+    sensed = _sensed(machine_id, pair.id)
+    if cuts is not None:
+        sensed = sensed.where(models.Cut.id > cuts[0], models.Cut.id <= cuts[1])
+    forces = [f for current in felt for f in _of_axis(session, sensed, current)]
+    forces = _surest([*forces, *_of_others(session, sensed)])
+    reasons = {force.cut_id: _unusable(force.cut) for force in forces}
+    left_out: dict[str, int] = {}
+    for reason in reasons.values():
+        if reason is not None:
+            left_out[reason] = left_out.get(reason, 0) + 1
+    forces.sort(key=lambda force: (force.cut_id, force.component))
+    kept = [force for force in forces if reasons[force.cut_id] is None]
+    return Felt(pair, kept, left_out, after=0 if cuts is None else cuts[0])
+
+
+def _sensed(machine_id: int, pair_id: int) -> Select[models.SensedForce]:
+    """Return what asks for the forces that were sensed on a pair."""
+    return (
+        select(models.SensedForce)
+        .join(models.Cut)
+        .where(
+            models.Cut.recording.has(machine_id=machine_id),
+            models.Cut.pair_id == pair_id,
+            models.Cut.superseded_at.is_(None),
+            models.SensedForce.value_N.is_not(None),
+        )
+    )
+
+
+def _of_axis(
+    session: Session, sensed: Select[models.SensedForce], current: Calibrations
+) -> list[models.SensedForce]:
+    by_these = models.SensedForce.calibration_id.in_([row.id for row in current])
+    felt = list(session.scalars(sensed.where(by_these).order_by(models.Cut.id)))
+    if len(current) == 1 or not felt:
+        return felt
+    cuts = [force.cut for force in felt]
+    table = cuts_as_table(cuts, path=Path(cuts[0].recording.path))
+    chosen = choose(table, [as_calibration(row) for row in current])
+    ids = [row.id for row in current]
+    return [
+        force
+        for force, by in zip(felt, chosen, strict=True)
+        if isinstance(by, int) and force.calibration_id == ids[by]
+    ]
+
+
+def _of_others(session: Session, sensed: Select[models.SensedForce]) -> list[models.SensedForce]:
+    """Return what sensors that are no calibrated ranges felt; of each kind its newest version."""
+    sensor = models.SensedForce.estimator_id
+    query = sensed.where(sensor.is_not(None)).order_by(sensor)
+    return list({(f.cut_id, f.component, f.estimator): f for f in session.scalars(query)}.values())
+
+
+def _surest(forces: Sequence[models.SensedForce]) -> list[models.SensedForce]:
+    """Return one force of each component of a cut: that of the least standard deviation."""
+    found: dict[tuple[int, str], models.SensedForce] = {}
+    for force in forces:
+        key = force.cut_id, force.component
+        if key not in found or _whole_sd_N(force) < _whole_sd_N(found[key]):
+            found[key] = force
+    return list(found.values())
+
+
+def _whole_sd_N(force: models.SensedForce) -> float:
+    """Return a force's standard deviation; with its gain's of a sensor that is no range."""
+    shared = 0.0 if force.sensor is None else gain_share(force) * float(force.value_N or 0.0)
+    return float(np.hypot(float(force.sd_N or 0.0), shared))
+
+
+def gain_share(force: models.SensedForce) -> float:
+    """Return the relative sd of the gain of what felt a force, where it is no calibrated range."""
+    return float(force.common[0]) if force.common else 0.0
+
+
+def usable(cut: models.Cut) -> bool:
+    """Say whether a cut states what its forces are worked out from."""
+    return cut.pair_id is not None and _unusable(cut) is None
+
+
+def _unusable(cut: models.Cut) -> str | None:
+    """Return why a cut is not learnt from; None: it is."""
+    operation = BY_NAME.get(operation_of(cut))
+    if operation is None:
+        return f"operation '{cut.operation}' has no model"
+    lacking = operation.lacking(cut.conditions)
+    return f"{operation.name} without {' and '.join(lacking)}" if lacking else None
+
+
+def as_observed(
+    forces: Sequence[models.SensedForce],
+    *,
+    wear: Wear | None = None,
+    known: Container[int] = (),
+) -> Observed:
+    """Return forces of one pair's cuts, felt by calibrations, as readings of it.
+
+    With the chips that were measured of the cuts, but of those ``known`` before, by id; ``wear``:
+    how the pair's edges wear. Raises UnusableInput where the pair's tool cannot make the cuts.
+    """
+    cuts = list({force.cut_id: force.cut for force in forces}.values())
+    number, made = as_cuts(cuts)
+    felt = Readings(forces)
+    thick = [c for c in cuts if CHIP_THICKNESS in c.conditions and c.id not in known]
+    chip_mm = np.array([c.conditions[CHIP_THICKNESS] for c in thick], dtype=np.float64)
+    none = np.zeros((len(thick), felt.share.shape[1]))
+    observed = Observed(
+        cuts=made,
+        cut=np.array([number[f.cut_id] for f in forces] + [number[c.id] for c in thick], np.intp),
+        quantity=np.array([QUANTITY[f.component] for f in forces] + [CHIP] * len(thick), np.intp),
+        value=np.concatenate([felt.value_N, chip_mm]),
+        sd=np.concatenate([felt.sd_N, CHIP_SHARE * chip_mm]),
+        common=np.vstack([felt.share, none]),
+        shared=felt.shared,
+        shift=np.vstack([felt.shift, none]),
+    )
+    return with_wear(observed, wear)
+
+
+def as_cuts(cuts: Sequence[models.Cut]) -> tuple[dict[int, int], tuple[Cuts, ...]]:
+    """Return cuts of one pair as elements, by operation, and the number of each by its id."""
+    number: dict[int, int] = {}
+    made = []
+    for name in dict.fromkeys(operation_of(cut) for cut in cuts):
+        some = [cut for cut in cuts if operation_of(cut) == name]
+        number |= {cut.id: len(number) + k for k, cut in enumerate(some)}
+        tool = some[0].pair.tool if some[0].pair else None
+        if tool is None:
+            raise UnusableInput(f"cut {some[0].number:g}: its work-tool pair is not known")
+        conditions = [cut.conditions for cut in some]
+        made.append(BY_NAME[name].cuts(numbers_of(tool), conditions, called=tool.name))
+    return number, tuple(made)
+
+
+class Readings:
+    """Forces (m,) felt by calibrations and other sensors, and how the errors of these move them.
+
+    What the reference forces have in a calibration is an error of its own, which all calibrations
+    of a component on them share; and what is a day's, each recording has for itself. Any other
+    sensor has a gain, which all that it felt share.
+    """
+
+    def __init__(self, forces: Sequence[models.SensedForce]) -> None:
+        self.value_N = np.array([f.value_N for f in forces], dtype=np.float64)
+        self.sd_N = np.array([f.sd_N for f in forces], dtype=np.float64)
+        self._recordings = np.array([f.cut.recording.first_id for f in forces])
+        self._moved: dict[str, tuple[Shared, Array, Array]] = {}
+        rows = {f.calibration.id: f.calibration for f in forces if f.calibration is not None}
+        for row in rows.values():
+            felt = np.array([f.calibration_id == row.id for f in forces])
+            common = np.array([f.common for f in forces if f.calibration_id == row.id])
+            self._add_calibration(row, felt, common)
+        for number in sorted({f.estimator_id for f in forces if f.estimator_id is not None}):
+            felt = np.array([f.estimator_id == number for f in forces])
+            share = np.array([[gain_share(f)] for f in forces if f.estimator_id == number])
+            error = Shared(f"{GAIN} of sensor {number}", np.eye(1))
+            self._add(error, felt, np.zeros_like(share), share)
+        self.shared = tuple(one for one, _, _ in self._moved.values())
+        self.shift = np.column_stack([shift for _, shift, _ in self._moved.values()])
+        self.share = np.column_stack([share for _, _, share in self._moved.values()])
+
+    def _add_calibration(
+        self, row: models.Calibration, felt: NDArray[np.bool_], common: Array
+    ) -> None:
+        calibration = as_calibration(row)
+        coefficients, form = calibration.coefficients, calibration.form
+        kinds, scaling, p = calibration.errors, form.scaling(coefficients), len(coefficients)
+        shift, share = form.moves(coefficients, common[:, :p], self.value_N[felt])
+        own = calibration.covariance + kinds.standing(scaling)
+        self._add(Shared(f"{CALIBRATION} {row.id}", own), felt, shift, share)
+        if kinds.reference_share > 0.0:
+            references = kinds.reference_share * scaling
+            error = Shared(f"{REFERENCES} {row.component}", np.eye(1))
+            self._add(error, felt, *((one @ references)[:, None] for one in (shift, share)))
+
+        # A day's offset and gain: the offset moves what was read by the derivative kept with it
+        offset = common[:, p:] if common.shape[1] > p else np.zeros((len(common), 1))
+        shift = np.column_stack([shift, offset]) @ day_moves(scaling)
+        share = np.column_stack([share, 0.0 * offset]) @ day_moves(scaling)
+        for recording in sorted(set(self._recordings[felt].tolist())):
+            there = felt & (self._recordings == recording)
+            error = Shared(f"{DAY} of calibration {row.id}, recording {recording}", kinds.of_a_day)
+            self._add(error, there, shift[there[felt]], share[there[felt]])
+
+    def _add(self, error: Shared, felt: NDArray[np.bool_], shift: Array, share: Array) -> None:
+        none = np.zeros((len(felt), len(error.covariance)))
+        _, shifts, shares = self._moved.setdefault(error.key, (error, none, none.copy()))
+        shifts[felt] += shift
+        shares[felt] += share

@@ -1,0 +1,134 @@
+"""What a machine can feel: every force sensor it has, how near it comes, and since when."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb.agent.rows.calibrations import current_calibrations
+from autodb.agent.rows.estimators import FUSION, newest
+from autodb.agent.rows.machines import find_machine
+from autodb.agent.sense.dynamometers import KIND as DYNAMOMETER
+from autodb.agent.sense.identifying import newest_model
+from autodb.agent.sense.inspecting import KIND as INSPECTION
+from autodb.agent.sense.networks import KIND as LSTM
+from autodb.agent.sense.reconstructing import known_scale
+from autodb.files.channels import LINEAR_AXES
+from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
+from autodb.sensing.sensors import DRIVE, NETWORK, TABLE
+from autodb.store import models
+
+RANGE, INSPECTED, TOGETHER = "current range", "finished part", "together"
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A sensor of a force: what it is, its version, its error in ``unit`` and of what, since when.
+
+    ``why_not``: why it is not used, None where it is.
+    """
+
+    force: str
+    kind: str
+    source: str
+    version: int
+    error: float | None
+    unit: str
+    of: str
+    since: str
+    why_not: str | None = None
+
+
+def sensors_of(session: Session, machine: str) -> tuple[list[Sensor], list[str]]:
+    """Return the sensors of a machine, by force, and the forces that nothing feels.
+
+    Raises UnusableInput for a machine that is not there.
+    """
+    owner = find_machine(session, machine)
+    found = [
+        *_ranges(session, owner),
+        *_drives(session, owner),
+        *_others(session, owner),
+    ]
+    found.sort(key=lambda one: one.force)
+    felt = {one.force for one in found if one.why_not is None}
+    return found, [f"force.{c}" for c in "xyz" if f"force.{c}" not in felt]
+
+
+def _ranges(session: Session, owner: models.Machine) -> Iterator[Sensor]:
+    for axis in COMPONENT_OF_AXIS:
+        for row in current_calibrations(session, owner.id, axis):
+            yield Sensor(
+                force=f"force.{row.component}",
+                kind=RANGE,
+                source=row.channel,
+                version=row.version,
+                error=row.scores["rmse"],
+                unit=row.unit,
+                of="cuts left out",
+                since=row.created_at,
+                why_not=None if row.offered else row.verdict,
+            )
+
+
+def _drives(session: Session, owner: models.Machine) -> Iterator[Sensor]:
+    channels = session.scalars(
+        select(models.ChannelModel.channel)
+        .where(models.ChannelModel.machine_id == owner.id)
+        .distinct()
+    )
+    axes = {axis.name: axis for axis in owner.axes}
+    for channel in sorted(channels):
+        row = newest_model(session, owner.id, channel)
+        if row is None or row.errors is None or row.axis not in LINEAR_AXES:
+            continue
+        scale = known_scale(session, axes[row.axis]) if row.axis in axes else None
+        newtons = 1.0 if row.unit == "N" else None if scale is None else scale.per_ampere
+        worst = max(max(one) for one in row.errors["rms"])
+        yield Sensor(
+            force=f"force.{row.axis}",
+            kind=DRIVE,
+            source=row.channel,
+            version=row.version,
+            error=worst * (newtons or 1.0),
+            unit=row.unit if newtons is None else "N",
+            of="moves in air left out, its worst",
+            since=row.created_at,
+            why_not=None if newtons else "nothing says what an ampere is in newtons",
+        )
+
+
+def _others(session: Session, owner: models.Machine) -> Iterator[Sensor]:
+    """Give what senses forces over time beside drive models, and all of it together."""
+    for row in newest(session, owner.id, LSTM):
+        air = (row.normalisation or {}).get("on_air")
+        of = "moves in air left out" if air else "recordings left out"
+        yield _over_time(row, NETWORK, _recordings(row), of)
+    for row in newest(session, owner.id, DYNAMOMETER):
+        yield _over_time(row, TABLE, _recordings(row), "moves in air")
+    for row in newest(session, owner.id, INSPECTION):
+        bar = (row.model or {})["bar"]
+        source = f"a bar of {bar['diameter_mm']:g} mm, {bar['length_mm']:g} mm free"
+        yield replace(_over_time(row, INSPECTED, source, "its stiffness alone"), unit="of it")
+    for row in newest(session, owner.id, FUSION):
+        names = " and ".join((row.model or {})["names"])
+        yield _over_time(row, TOGETHER, names, "recordings left out")
+
+
+def _recordings(row: models.Estimator) -> str:
+    count = len(row.recordings)
+    return f"{count} recording{'s' if count != 1 else ''}"
+
+
+def _over_time(row: models.Estimator, kind: str, source: str, of: str) -> Sensor:
+    return Sensor(
+        force=f"force.{row.component}",
+        kind=kind,
+        source=source,
+        version=row.version,
+        error=row.scores.get("rmse_N", row.scores.get("share")),
+        unit="N",
+        of=of,
+        since=row.since,
+    )

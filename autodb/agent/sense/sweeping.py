@@ -1,0 +1,72 @@
+"""Plan a sweep of an axis: a ladder of speeds, or what its newest model says is enough."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from autodb.agent.rows.machines import as_file, find_machine
+from autodb.agent.sense.identifying import newest_model
+from autodb.agent.sense.reconstructing import drive_model
+from autodb.errors import UnusableInput
+from autodb.files.machine import MachineFile
+from autodb.nc.sweep import Stretch, Way, program
+from autodb.sensing.drives.reconstruct import DriveModel
+from autodb.sensing.drives.sweep import REST_S, Design, candidates, design, ladder
+from autodb.store import Store
+
+EFFORTS = ("current", "drive_force", "drive_torque")
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A sweep's program and what it is made of."""
+
+    text: str
+    design: Design
+
+
+def machine_and_model(
+    store: Store, machine: str, axis: str
+) -> tuple[MachineFile, DriveModel | None]:
+    """Return a machine's file and the newest model of an axis, None where there is none."""
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        found = (newest_model(session, owner.id, f"{axis}.{effort}") for effort in EFFORTS)
+        row = next((row for row in found if row is not None and row.errors is not None), None)
+        return as_file(owner), drive_model(row) if row is not None else None
+
+
+def plan_sweep(
+    on: Stretch, model: DriveModel | None, *, within: float | None, longest_s: float
+) -> Design:
+    """Return the passes of a sweep; ``within`` is a share, and needs a model.
+
+    Raises UnusableInput where there is none.
+    """
+    if within is None:
+        passes = ladder(on.low_mm, on.high_mm, fastest_mm_min=on.fastest_mm_min)
+        return Design(passes, ())
+    if model is None:
+        raise UnusableInput(
+            f"--within: nothing is known of axis {on.axis} yet; a sweep without it, then 'autodb "
+            "identify MOVES --machine NAME', would work"
+        )
+    choices = candidates(on.low_mm, on.high_mm, fastest_mm_min=on.fastest_mm_min)
+    return design(model, choices, within=within, longest_s=longest_s)
+
+
+def program_of(
+    found: Design,
+    on: Stretch,
+    machine: MachineFile,
+    *,
+    dialect: str,
+    parked_mm: Mapping[str, float],
+    source: str,
+) -> Planned:
+    """Return the NC program of a design. Raises UnusableInput as ``autodb.nc.sweep.program``."""
+    ways = [Way(one.start_mm, one.end_mm, one.feed_mm_min, REST_S) for one in found.passes]
+    text = program(
+        ways, on, machine, dialect=dialect, parked_mm=parked_mm, source=source,
+        name=f"sweep {on.axis}",
+    )  # fmt: skip
+    return Planned(text, found)

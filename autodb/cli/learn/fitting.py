@@ -1,0 +1,87 @@
+"""`calibrate --network`, `calibrate --table`: sensors of forces over time."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from autodb.cli._common import opened, say, show, table, working
+
+if TYPE_CHECKING:
+    from autodb.sensing.table.model import TableModel
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Recordings of a machine, how their columns are called, and where the database is."""
+
+    files: list[Path]
+    machine: str | None
+    columns: Path | None
+    db: str | None
+
+
+def train(asked: Asked) -> None:
+    """Train a network of a machine, and say how near it comes in what was left out."""
+    from autodb.agent.sense.networks import train as trained
+
+    with (
+        working(f"training on {len(asked.files)} recordings") as progress,
+        opened(asked.db) as store,
+    ):
+        done = trained(
+            store, str(asked.machine), asked.files, columns=asked.columns,
+            folder=Path(".autodb-training"), progress=progress,
+        )  # fmt: skip
+    rows = table(
+        f"Network {done.version} of {asked.machine}: errors in what it was not trained on",
+        "force", ">network N", ">drive model N", ">within 95 %", ">up to Hz",
+    )  # fmt: skip
+    for one in done.scores:
+        rows.add_row(
+            one.component, f"{one.rmse_N:.3g}", f"{one.drive_rmse_N:.3g}",
+            f"{100.0 * one.held:.1f} %", f"{one.cutoff_hz:.3g}",
+        )  # fmt: skip
+    show(rows)
+    if done.on_air:
+        say("no force was recorded: trained on moves in air, whose force is taken as 0")
+    if done.already_there:
+        say("already there: the same recordings")
+
+
+def level(asked: Asked) -> None:
+    """Identify a table dynamometer of a machine, and say what moves told of it."""
+    from autodb.agent.sense.dynamometers import level as levelled
+    from autodb.fitting import NORMAL_95
+
+    with working("identifying the table dynamometer") as progress, opened(asked.db) as store:
+        done = levelled(
+            store, str(asked.machine), asked.files, columns=asked.columns, progress=progress
+        )
+    model = done.model
+    rows = table(
+        f"Table dynamometer {done.version} of {asked.machine}",
+        "", ">zero N", ">lever arm mm", ">± 95 %", ">reads of x %", ">of y %", ">of z %",
+        ">air leaves N",
+    )  # fmt: skip
+    for k, name in enumerate("xyz"):
+        half_mm = 1e3 * NORMAL_95 * model.lever_sd_m[k]
+        told = not any(f"arm's {name} " in sentence for sentence in model.not_excited)
+        arm = (f"{1e3 * model.lever_m[k]:.1f}", f"{half_mm:.1f}") if told else ("not told", "")
+        shares = [f"{100.0 * share:.2f}" for share in model.matrix[k]]
+        rows.add_row(name, f"{model.zero_N[k]:.1f}", *arm, *shares, f"{done.left_N[k]:.2g}")
+    show(rows)
+    _say_mass(model)
+    for sentence in model.not_excited:
+        say(sentence)
+    if done.already_there:
+        say("already there: the same recordings")
+
+
+def _say_mass(model: "TableModel") -> None:
+    from autodb.fitting import NORMAL_95
+
+    half_kg = NORMAL_95 * model.mass_sd_kg
+    say(
+        f"mass on the sensor: {model.mass_kg:.2f} ± {half_kg:.2f} kg (95 %); rotary axes from bed "
+        f"to table: {', '.join(model.kinematics.order)}"
+    )

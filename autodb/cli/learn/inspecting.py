@@ -1,0 +1,58 @@
+"""`inspect`: the passive force of a turned cut, from the finished part."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from autodb.cli._common import Database, OptionalMachine, opened, say
+
+Part = Annotated[Path, typer.Argument(readable=False, help="A part file (TOML).")]
+OfRecording = Annotated[
+    Path | None,
+    typer.Option(
+        "--recording", readable=False, metavar="FILE", help="Imported file that the cut is in."
+    ),
+]
+Cut = Annotated[float | None, typer.Option("--cut", metavar="NUMBER", help="Its number there.")]
+
+
+def inspect(
+    part: Part,
+    machine: OptionalMachine = None,
+    recording: OfRecording = None,
+    cut: Cut = None,
+    db: Database = None,
+) -> None:
+    """Tell the passive force, which no current shows, from a part's diameters and its stiffness.
+
+    With --machine, --recording and --cut it is kept as that cut's force.x, and 'refresh' learns
+    from it.
+    """
+    from autodb.agent.sense.inspecting import OfCut, keep_inspected
+    from autodb.agent.sense.inspecting import inspect as inspected
+    from autodb.errors import UnusableInput
+    from autodb.files.part import read_part
+    from autodb.fitting import NORMAL_95
+
+    given = (machine is not None, recording is not None, cut is not None)
+    if any(given) and not all(given):
+        raise UnusableInput(
+            "--machine, --recording and --cut go together: they say which cut it is"
+        )
+    file = read_part(part)
+    found = inspected(file, where=str(part))
+    if found.why_not is not None:
+        say(f"passive force: not sensed: {found.why_not}")
+    else:
+        say(
+            f"passive force: {found.force_N:.1f} ± {NORMAL_95 * found.sd_N:.1f} N (95 %), outward; "
+            f"beside it the radius was off by {1e3 * found.off_mm:.1f} µm"
+        )
+    if machine is None or recording is None or cut is None:
+        say("not stored: give --machine, --recording and --cut to keep it")
+        return
+    with opened(db) as store:
+        new = keep_inspected(store, file, found, OfCut(machine, recording, cut))
+    what = "kept" if new else "already there"
+    say(f"{what} as force.x of cut {cut:g} of {recording.name}; 'autodb refresh' learns from it")

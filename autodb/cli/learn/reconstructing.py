@@ -1,0 +1,318 @@
+"""`reconstruct`: the load on each axis from its drive."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import (
+    Columns,
+    Database,
+    Group,
+    Resample,
+    opened,
+    say,
+    show,
+    table,
+    working,
+)
+from autodb.cli.learn.identifying import Axis, moves_of, names_of, over_time
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from autodb import records
+    from autodb.agent.sense.reconstructing import Felt, Scale
+    from autodb.store import Store
+
+    Step = Callable[[str], None]
+
+
+class Estimator(StrEnum):
+    """What reconstructs a force."""
+
+    DRIVE = "drive"
+    LSTM = "lstm"
+    TABLE = "table"
+    FUSED = "fused"
+
+
+DRIVE_HZ = 10.0
+"""Frequency up to which drive models tell loads unless another is asked for."""
+
+Recording = Annotated[
+    Path, typer.Argument(readable=False, help="A recording over time with position and effort.")
+]
+By = Annotated[
+    Estimator,
+    typer.Option(
+        "--estimator",
+        help="What forces are felt with: drive models, a network, a table dynamometer, or all of "
+        "them put together.",
+    ),
+]
+Owner = Annotated[
+    str | None, typer.Option("--machine", help="Machine whose newest models of its axes are used.")
+]
+Moves = Annotated[
+    Path | None,
+    typer.Option(
+        "--moves", readable=False, help="Recording of moves in air to identify the axis from."
+    ),
+]
+Terms = Annotated[
+    str | None,
+    typer.Option("--terms", metavar="TERM,TERM…", help="Terms to fit to --moves."),
+]
+Bandwidth = Annotated[
+    float | None,
+    typer.Option(
+        "--bandwidth",
+        metavar="HZ",
+        min=0.1,
+        help="Frequency up to which [default: 10; of a table dynamometer a fifth of the rate].",
+    ),
+]
+Removed = Annotated[
+    float | None,
+    typer.Option(
+        "--removed",
+        metavar="KG",
+        min=0.0,
+        help="Mass that chips took from a table dynamometer since it was tared, evenly as it cuts.",
+    ),
+]
+Observer = Annotated[
+    bool,
+    typer.Option("--observer", help="As a disturbance observer: nothing that comes later is used."),
+]
+PerAmpere = Annotated[
+    float | None,
+    typer.Option(
+        "--newtons-per-ampere", metavar="N", min=1e-6, help="What an ampere is; ± 5 % is assumed."
+    ),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="FILE", help="CSV to write [default: ./RECORDING-load.csv]."),
+]
+Page = Annotated[
+    Path | None, typer.Option("--page", metavar="FILE", help="Write a page with the loads, too.")
+]
+
+
+def reconstruct(
+    recording: Recording,
+    estimator: By = Estimator.DRIVE,
+    machine: Owner = None,
+    moves: Moves = None,
+    terms: Terms = None,
+    axis: Axis = None,
+    bandwidth: Bandwidth = None,
+    observer: Observer = False,
+    newtons_per_ampere: PerAmpere = None,
+    removed: Removed = None,
+    columns: Columns = None,
+    group: Group = None,
+    resample: Resample = None,
+    out: Out = None,
+    page: Page = None,
+    db: Database = None,
+) -> None:
+    """Reconstruct the load on each axis: its drive's effort less friction, inertia and weight.
+
+    Or the forces that a machine's network, its table dynamometer, or all of them together feel.
+    """
+    from autodb.files.targets import check_target, write_text
+    from autodb.reports.loads import render, write_table
+
+    _check(
+        _Given(estimator, machine, moves, terms, removed),
+        of_drives=axis is not None or observer or newtons_per_ampere is not None,
+    )
+    out = out or Path(f"{recording.stem}-load.csv")
+    check_target(out, suffix=".csv", option="--out")
+    if page is not None:
+        check_target(page, suffix=".html", option="--page")
+    how = _How(axis, bandwidth, observer, _scale(newtons_per_ampere), removed or 0.0)
+    with working(f"reconstructing {recording.name}") as progress:
+        if moves is not None:
+            cut = moves_of(recording, axis, columns, group, resample)
+            progress(f"identifying from {moves.name}")
+            air = moves_of(moves, axis, columns, group, resample)
+            told = _Told([_by_moves(cut, air, names_of(terms), how)])
+        else:
+            cut = _cut_of(recording, axis, columns, group, resample)
+            with opened(db) as store:
+                told = TELLERS[estimator](store, str(machine), cut, how, progress)
+        progress(f"writing {out.name}")
+        write_table(cut.t_s, told.felt, out)
+        if page is not None:
+            write_text(page, render(recording.name, cut.t_s, told.felt))
+    _show(told.felt)
+    for sentence in told.not_heard:
+        say(f"not heard: {sentence}")
+    say(f"load: {out}")
+    if page is not None:
+        say(f"page: {page}")
+
+
+def _cut_of(
+    path: Path, axis: str | None, columns: Path | None, group: str | None, resample: float | None
+) -> "records.Recording":
+    """Read a recording of one axis or several, refused where a channel cannot be what it claims."""
+    from autodb.records.plausible import refuse_doubtful
+    from autodb.records.summary import summary_of
+
+    found = over_time(path, columns, group, resample)
+    refuse_doubtful(path, summary_of(found, axis=axis), found.side)
+    return found
+
+
+@dataclass(frozen=True)
+class _Given:
+    """Options that exclude each other."""
+
+    estimator: Estimator
+    machine: str | None
+    moves: Path | None
+    terms: str | None
+    removed: float | None
+
+
+def _check(given: _Given, *, of_drives: bool) -> None:
+    """Raise UnusableInput for options that do not go together."""
+    from autodb.errors import UnusableInput
+
+    if (given.machine is None) == (given.moves is None):
+        raise UnusableInput("give either --machine NAME or --moves FILE: what moving an axis takes")
+    if given.estimator is not Estimator.DRIVE and given.machine is None:
+        raise UnusableInput(
+            f"--estimator {given.estimator} goes with --machine: it is a machine's own"
+        )
+    if given.estimator is not Estimator.DRIVE and of_drives:
+        raise UnusableInput(
+            "--axis, --observer and --newtons-per-ampere go with --estimator drive: others tell "
+            "every force that they feel"
+        )
+    if given.removed is not None and given.estimator is not Estimator.TABLE:
+        raise UnusableInput("--removed goes with --estimator table")
+    if given.terms is not None and given.moves is None:
+        raise UnusableInput("--terms goes with --moves: a machine's model has its own")
+
+
+@dataclass(frozen=True)
+class _How:
+    """What was asked for."""
+
+    axis: str | None
+    bandwidth_hz: float | None
+    observer: bool
+    scale: "Scale | None"
+    removed_kg: float
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What sensors told, and which told nothing and why."""
+
+    felt: "list[Felt]"
+    not_heard: tuple[str, ...] = ()
+
+
+def _by_drives(
+    store: "Store", machine: str, cut: "records.Recording", how: _How, progress: "Step"
+) -> _Told:
+    from autodb.agent.sense.reconstructing import reconstruct_on_machine
+
+    felt = reconstruct_on_machine(
+        store, machine, cut, axis=how.axis, bandwidth_hz=how.bandwidth_hz or DRIVE_HZ,
+        observer=how.observer, scale=how.scale, progress=progress,
+    )  # fmt: skip
+    return _Told(felt)
+
+
+def _by_network(
+    store: "Store", machine: str, cut: "records.Recording", _how: _How, progress: "Step"
+) -> _Told:
+    from autodb.agent.sense.networks import forces_on_machine
+
+    return _Told(forces_on_machine(store, machine, cut, progress=progress))
+
+
+def _by_table(
+    store: "Store", machine: str, cut: "records.Recording", how: _How, _progress: "Step"
+) -> _Told:
+    from autodb.agent.sense.dynamometers import forces_on_table
+
+    felt = forces_on_table(
+        store, machine, cut, bandwidth_hz=how.bandwidth_hz, removed_kg=how.removed_kg
+    )
+    return _Told(felt)
+
+
+def _by_all(
+    store: "Store", machine: str, cut: "records.Recording", how: _How, progress: "Step"
+) -> _Told:
+    from autodb.agent.sense.fusing import fused_on_machine
+
+    made = fused_on_machine(store, machine, cut, bandwidth_hz=how.bandwidth_hz, progress=progress)
+    return _Told(made.felt, made.not_heard)
+
+
+TELLERS = {
+    Estimator.DRIVE: _by_drives,
+    Estimator.LSTM: _by_network,
+    Estimator.TABLE: _by_table,
+    Estimator.FUSED: _by_all,
+}
+
+
+def _by_moves(
+    cut: "records.Recording",
+    air: "records.Recording",
+    terms: tuple[str, ...] | None,
+    how: _How,
+) -> "Felt":
+    from autodb.agent.sense.reconstructing import reconstruct_with
+    from autodb.sensing.drives import feed_axis
+
+    model = feed_axis.identify(air, axis=how.axis, terms=terms)
+    return reconstruct_with(
+        model, cut, moves=air.path.name, bandwidth_hz=how.bandwidth_hz or DRIVE_HZ,
+        observer=how.observer, scale=how.scale,
+    )  # fmt: skip
+
+
+def _scale(newtons_per_ampere: float | None) -> "Scale | None":
+    from autodb.agent.sense.reconstructing import LEAST_SHARE, Scale
+    from autodb.fitting import NORMAL_95
+
+    if newtons_per_ampere is None:
+        return None
+    return Scale(newtons_per_ampere, "N", LEAST_SHARE / NORMAL_95, "--newtons-per-ampere")
+
+
+def _show(felt: "list[Felt]") -> None:
+    import numpy as np
+
+    from autodb.reports.loads import MARKS, rms, scale_words
+
+    marks = MARKS if any(one.said is None for one in felt) else ()
+    rows = table(
+        "Load", "axis", "unit", ">rms", ">largest", ">median sd",
+        *(f">{mark.replace('_', ' ')}" for mark in marks),
+    )  # fmt: skip
+    words: dict[str, list[str]] = {}
+    for one in felt:
+        load = one.load
+        sizes = (rms(load.value), float(np.max(np.abs(load.value))), float(np.median(load.sd)))
+        shares = [f"{100.0 * float(np.mean(getattr(load, mark))):.1f} %" for mark in marks]
+        rows.add_row(load.axis, load.unit, *(f"{size:.4g}" for size in sizes), *shares)
+        for said in (f"{one.model}; up to {load.bandwidth_hz:g} Hz", scale_words(one)):
+            words.setdefault(said, []).append(load.axis)
+    show(rows)
+    for said, axes in words.items():
+        say(f"{', '.join(axes)}: {said}")

@@ -1,0 +1,98 @@
+"""`refresh`: what came in becomes forces and parameters, once or for as long as it runs."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import Columns, Database, MachineName, opened, say, working
+from autodb.files.excuses import excuse
+
+if TYPE_CHECKING:
+    from autodb.agent.learn.passes import Refreshed
+
+
+def refresh(
+    machine: MachineName,
+    inbox: Annotated[
+        Path | None,
+        typer.Option(
+            "--inbox",
+            metavar="DIR",
+            help="Import what lies in this folder first; it is then kept in its folder 'kept'.",
+        ),
+    ] = None,
+    columns: Columns = None,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Go on until Ctrl-C: files are taken as they come in.")
+    ] = False,
+    every: Annotated[
+        float, typer.Option("--every", metavar="S", min=0.1, help="With --watch: s between looks.")
+    ] = 5.0,
+    report: Annotated[
+        bool, typer.Option("--report", help="Only print what the last pass did.")
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    db: Database = None,
+) -> None:
+    """Sense the forces of new cuts and update the cutting parameters of their pairs."""
+    from autodb.errors import UnusableInput
+
+    if inbox is None and (columns is not None or watch):
+        raise UnusableInput("--columns and --watch go with --inbox DIR")
+    if report:
+        if inbox is not None:
+            raise UnusableInput("--report prints what was done; without --inbox it would work")
+        _report(machine, db, json=json)
+    elif watch and inbox is not None:
+        _watch(machine, db, inbox, columns, every, json=json)
+    else:
+        _once(machine, db, inbox, columns, json=json)
+
+
+def _once(
+    machine: str, db: str | None, inbox: Path | None, columns: Path | None, *, json: bool
+) -> None:
+    from autodb.agent.ingest.inbox import Inbox
+    from autodb.agent.operate.refreshing import refresh as run
+
+    folder = None if inbox is None else Inbox(inbox, columns)
+    with opened(db) as store, working(f"refreshing {machine}") as progress:
+        done = run(store, machine, inbox=folder, progress=progress)
+    _print(done, json=json)
+
+
+def _watch(
+    machine: str, db: str | None, inbox: Path, columns: Path | None, every_s: float, *, json: bool
+) -> None:
+    from autodb.agent.ingest.inbox import Inbox
+    from autodb.agent.operate.watching import watch as run
+
+    run(
+        lambda: opened(db),
+        machine,
+        Inbox(inbox, columns),
+        tell=lambda done: _print(done, json=json),
+        say=lambda line: say(f"autodb: {line}"),
+        excuse=excuse,
+        every_s=every_s,
+    )
+
+
+def _report(machine: str, db: str | None, *, json: bool) -> None:
+    from autodb.agent.learn.passes import last_pass
+
+    with opened(db) as store:
+        found = last_pass(store, machine)
+    if not json:
+        say(f"pass {found.number}, {found.finished_at}")
+    _print(found.done, json=json)
+
+
+def _print(done: "Refreshed", *, json: bool) -> None:
+    """Print what was done: lines, or one line of JSON."""
+    from dataclasses import asdict
+    from json import dumps
+
+    for line in [dumps(asdict(done))] if json else done.lines():
+        say(line)

@@ -1,0 +1,131 @@
+"""`scale`: what an ampere of a feed drive is, told by a known load."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import Columns, Database, Group, Resample, opened, say, working
+from autodb.cli.learn.identifying import Axis, moves_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from autodb.agent.sense.reconstructing import Scale
+    from autodb.agent.sense.scaling import Told
+    from autodb.records import Recording as Moves
+    from autodb.standard import Reference
+    from autodb.store import Store
+
+Recording = Annotated[
+    Path, typer.Argument(readable=False, help="A recording of the axis under a known load.")
+]
+Owner = Annotated[str, typer.Option("--machine", help="Machine whose models of its axes are used.")]
+AddedMass = Annotated[
+    float | None,
+    typer.Option(
+        "--added-mass", metavar="KG", min=0.001, help="The moves were made with so much clamped on."
+    ),
+]
+StandardCut = Annotated[
+    str | None,
+    typer.Option(
+        "--standard-cut",
+        metavar="PROTOCOL:CUT",
+        help="It is this standard cut, which begins in air: turning-aluminium:published.",
+    ),
+]
+
+APART_SDS = 2.6
+"""Standard deviations by which two scales differ by chance in 1 of 100."""
+
+
+def scale(
+    recording: Recording,
+    machine: Owner,
+    axis: Axis = None,
+    added_mass: AddedMass = None,
+    standard_cut: StandardCut = None,
+    columns: Columns = None,
+    group: Group = None,
+    resample: Resample = None,
+    db: Database = None,
+) -> None:
+    """Tell newtons an ampere by a known mass, a measured push or a standard cut, and keep them."""
+    from autodb.agent.sense import scaling
+    from autodb.errors import UnusableInput
+
+    if added_mass is not None and standard_cut is not None:
+        raise UnusableInput("give --added-mass or --standard-cut, not both: one load tells a scale")
+    known = _cut_named(standard_cut) if standard_cut else None
+    with opened(db) as store, working(f"scaling by {recording.name}") as progress:
+        loaded = moves_of(recording, axis, columns, group, resample)
+        if added_mass is not None:
+            told = scaling.by_mass(
+                store, machine, loaded, mass_kg=added_mass, axis=axis, progress=progress
+            )
+        else:
+            told = _by_force(store, machine, loaded, axis, standard_cut, known)
+        stated = scaling.stated(store, machine, told.axis)
+        version = scaling.keep(store, machine, told, recording, columns=columns)
+    say(f"{told.axis}: 1 A is {told.newtons_per_ampere:.4g} N ± {told.percent:.2g} % (95 %), by "
+        f"{told.source}")  # fmt: skip
+    _compare(told, stated)
+    say(f"{told.axis}: scale {version} of machine '{machine}': 'autodb reconstruct' takes it")
+
+
+def _by_force(
+    store: "Store",
+    machine: str,
+    loaded: "Moves",
+    axis: str | None,
+    name: str | None,
+    known: "Callable[[str], Reference] | None",
+) -> "Told":
+    from autodb.agent.sense import scaling
+
+    if name is None or known is None:
+        return scaling.by_measured_force(store, machine, loaded, axis=axis)
+    return scaling.by_standard_cut(store, machine, loaded, known, name=name, axis=axis)
+
+
+def _cut_named(words: str) -> "Callable[[str], Reference]":
+    """Return the reference of `PROTOCOL:CUT` by axis; raises UnusableInput for what it lacks."""
+    from autodb.errors import UnusableInput, near
+    from autodb.standard import read_protocol
+
+    protocol_name, _, cut_name = words.rpartition(":")
+    if not protocol_name:
+        raise UnusableInput(f"--standard-cut: '{words}' names no cut; '{words}:CUT' would work")
+    protocol = read_protocol(protocol_name)
+    cuts = {cut.name: cut for cut in protocol.cut}
+    if cut_name not in cuts:
+        raise UnusableInput(
+            f"--standard-cut: protocol '{protocol.name}' has no cut '{cut_name}'"
+            f"{near(cut_name, list(cuts))}"
+        )
+    references = cuts[cut_name].reference
+
+    def of(axis: str) -> "Reference":
+        if axis not in references:
+            has = ", ".join(references) or "none yet"
+            raise UnusableInput(
+                f"--standard-cut: '{cut_name}' has no reference force of {axis}; it has: {has}"
+            )
+        return references[axis]
+
+    return of
+
+
+def _compare(told: "Told", stated: "Scale | None") -> None:
+    """Say whether the machine's file is borne out."""
+    if stated is None:
+        return
+    off = told.newtons_per_ampere - stated.per_ampere
+    sd = float(
+        (
+            (told.share * told.newtons_per_ampere) ** 2 + (stated.share * stated.per_ampere) ** 2
+        ) ** 0.5
+    )  # fmt: skip
+    verdict = "agrees" if abs(off) < APART_SDS * sd else "does not agree"
+    say(f"{told.axis}: the machine's file {verdict}: {stated.per_ampere:.4g} N by {stated.source}")

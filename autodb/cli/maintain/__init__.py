@@ -1,0 +1,1 @@
+"""Commands that keep a database sound, and fleets."""

@@ -1,0 +1,242 @@
+"""`fleet`: many machines of one database: refreshed at once, and what they know together."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import Database, counting, opened, say, show, table, working
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from autodb.agent.fleet.clusters import Shown
+    from autodb.agent.fleet.tasks import Machine, Refreshed
+    from autodb.store import Store
+
+NOT_REFRESHED = 1
+
+fleet = typer.Typer(
+    help="Many machines of one database: refresh them all, and what they know together.",
+    no_args_is_help=True,
+)
+Standard = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--standard", metavar="FILE", help="Standard cuts of known force, beside those of the kit."
+    ),
+]
+
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Spread them over this Dask scheduler's workers: tls://HOST:PORT.",
+    ),
+]
+AuthorityFile = Annotated[
+    Path | None,
+    typer.Option("--ca", metavar="FILE", help="Authority of the cluster's certificates (PEM)."),
+]
+CertificateFile = Annotated[
+    Path | None,
+    typer.Option("--certificate", metavar="FILE", help="Our certificate of it (PEM)."),
+]
+KeyFile = Annotated[
+    Path | None, typer.Option("--key", metavar="FILE", help="Key of our certificate (PEM).")
+]
+Workers = Annotated[
+    int | None,
+    typer.Option("--workers", metavar="N", min=1, help="Or over N processes of this computer."),
+]
+Inboxes = Annotated[
+    Path | None,
+    typer.Option(
+        "--inboxes", metavar="DIR", help="Folder with an inbox for each machine, of its name."
+    ),
+]
+OnlyMachines = Annotated[
+    list[str] | None, typer.Option("--machine", help="Only this one; may be given again.")
+]
+
+
+@fleet.command("refresh")
+def refresh(
+    scheduler: Scheduler = None,
+    ca: AuthorityFile = None,
+    certificate: CertificateFile = None,
+    key: KeyFile = None,
+    workers: Workers = None,
+    inboxes: Inboxes = None,
+    machine: OnlyMachines = None,
+    standard: Standard = None,
+    db: Database = None,
+) -> None:
+    """Refresh all machines, and bring what they know together up to date."""
+    from autodb.errors import UnusableInput
+    from autodb.store import database_url
+
+    if scheduler is not None and workers is not None:
+        raise UnusableInput("--scheduler and --workers: one of them would work")
+    where = _Where(scheduler, workers, _shown(scheduler, ca, certificate, key))
+    if inboxes is not None and not inboxes.is_dir():
+        raise UnusableInput(f"{inboxes}: no such folder; one that is there would work")
+    url = database_url(db)
+    with opened(db) as store:
+        machines, sharing = _machines(store, url, machine or [], inboxes)
+    failed: list[str] = []
+    with counting("refreshing", len(machines)) as progress:
+        done: list[str] = []
+
+        def tell(one: "Refreshed") -> None:
+            done.append(one.machine)
+            progress(len(done))
+            for line in _lines(one):
+                say(line)
+            if one.failed is not None:
+                failed.append(one.machine)
+
+        _run(machines, sharing, where, url, tell)
+    _learn(db, standard)
+    if failed:
+        say(f"{len(failed)} of {len(machines)} machines not refreshed: {', '.join(failed[:5])}")
+        raise typer.Exit(NOT_REFRESHED)
+
+
+def _machines(
+    store: "Store", url: str, wanted: Sequence[str], inboxes: Path | None
+) -> "tuple[list[Machine], set[str]]":
+    """Return the machines to refresh, and the names of those whose recordings may leave them."""
+    from sqlalchemy import select
+
+    from autodb.agent.fleet.tasks import Machine
+    from autodb.agent.learn.together import RECORDINGS
+    from autodb.agent.rows.machines import find_machine
+    from autodb.errors import UnusableInput
+    from autodb.store import models
+
+    with store.reading() as session:
+        rows = [find_machine(session, name) for name in wanted] or list(
+            session.scalars(
+                select(models.Machine)
+                .where(models.Machine.retired_at.is_(None))
+                .order_by(models.Machine.name)
+            )
+        )
+        if not rows:
+            raise UnusableInput("no machine works here; 'autodb machine add NAME' makes one")
+        found = []
+        for row in rows:
+            inbox = None if inboxes is None else (inboxes / row.name).resolve()
+            there = inbox is not None and inbox.is_dir()
+            found.append(Machine(url, row.name, str(inbox) if there else None))
+        return found, {row.name for row in rows if row.shares == RECORDINGS}
+
+
+def _run(
+    machines: "Sequence[Machine]",
+    sharing: set[str],
+    where: "_Where",
+    url: str,
+    tell: "Callable[[Refreshed], None]",
+) -> None:
+    """Refresh machines where they may be: what leaves no machine stays with this process."""
+    from autodb.agent.fleet import tasks
+
+    away = [one for one in machines if where.workers is not None or one.name in sharing]
+    here = list(machines)
+    if where.scheduler is not None or where.workers is not None:
+        from autodb.agent.fleet.spreading import refresh_all
+
+        with _cluster(where, url) as client:
+            refresh_all(client, away, tell)
+        here = [one for one in machines if one not in away]
+    if here and where.scheduler is not None:
+        say(f"{len(here)} machines share no recordings: refreshed here")
+    for one in here:
+        tell(tasks.whole(one))
+
+
+@dataclass(frozen=True)
+class _Where:
+    """What machines are spread over: a scheduler, or workers of this computer; None: neither."""
+
+    scheduler: str | None
+    workers: int | None
+    shown: "Shown | None"
+
+
+def _shown(
+    scheduler: str | None, ca: Path | None, certificate: Path | None, key: Path | None
+) -> "Shown | None":
+    """Return what is shown to a scheduler; raises UnusableInput for a part, or without one."""
+    from autodb.agent.fleet.clusters import Shown
+    from autodb.errors import UnusableInput
+
+    if ca is None and certificate is None and key is None:
+        return None
+    if scheduler is None or ca is None or certificate is None or key is None:
+        raise UnusableInput(
+            "--ca, --certificate and --key: all three, with --scheduler, would work"
+        )
+    return Shown(ca, certificate, key)
+
+
+@contextmanager
+def _cluster(where: _Where, url: str) -> "Iterator[Client]":
+    from autodb.agent.fleet.clusters import scheduler_at, workers_here
+
+    if where.scheduler is None:
+        made = workers_here(where.workers or 1)
+    else:
+        made = scheduler_at(where.scheduler, url, where.shown)
+    with made as client:
+        yield client
+
+
+def _lines(one: "Refreshed") -> list[str]:
+    if one.failed is not None:
+        return [f"{one.machine}: not refreshed: {one.failed}"]
+    return [f"{one.machine}: {line}" for line in one.lines]
+
+
+@fleet.command("learn")
+def learn(standard: Standard = None, db: Database = None) -> None:
+    """Bring what machines know together up to date, and name the machine that disagrees."""
+    _learn(db, standard)
+
+
+def _learn(db: str | None, standard: Sequence[Path] | None) -> None:
+    from autodb.agent.fleet.sharing import learn_fleet
+    from autodb.standard import read_protocol
+
+    protocols = [read_protocol(str(path)) for path in standard or ()]
+    with opened(db) as store, working("what machines know together") as progress:
+        done = learn_fleet(store, protocols=protocols, progress=progress)
+    for line in done.lines():
+        say(line)
+
+
+@fleet.command("show")
+def show_(db: Database = None) -> None:
+    """Show what machines know together of each material, and who disagrees."""
+    from autodb.agent.fleet.known_together import shown
+
+    with opened(db) as store, store.reading() as session:
+        found = shown(session)
+    rows = table(
+        "What machines know together", "material", ">machines", ">tools", ">tools apart",
+        ">machines apart", ">shear stress, MPa", ">friction, °", ">K_te, N/mm",
+    )  # fmt: skip
+    for one in found.materials:
+        rows.add_row(
+            one.material, str(one.machines), str(one.tools),
+            f"{100.0 * one.tools_apart:.0f} %", f"{100.0 * one.machines_apart:.0f} %", *one.numbers,
+        )  # fmt: skip
+    show(rows)
+    for named in found.named:
+        say(named.words)

@@ -1,0 +1,250 @@
+"""`doctor`, `backup`, `restore`, `export`: a database that lasts."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import Database, opened, say, show, table, working
+
+if TYPE_CHECKING:
+    from autodb.agent.operate.doctor import Finding
+
+CHECK_FAILED = 1
+EXAMPLES = 3
+Replace = Annotated[bool, typer.Option("--replace", help="Replace what is there.")]
+
+
+def doctor(
+    backups: Annotated[
+        Path | None,
+        typer.Option(
+            "--backups", metavar="FOLDER", help="Restore the newest backup in it aside, and check."
+        ),
+    ] = None,
+    db: Database = None,
+) -> None:
+    """Check the database and the recordings it came from; exit 1 when a check fails."""
+    from autodb.agent.operate.doctor import OF_ITS_VALUES, OF_ROWS, OF_THE_CONTENT, examine
+    from autodb.store import database_url, on_server
+
+    url = database_url(db)
+    with working("checking") as progress:
+        findings = examine(url, backups=backups, progress=progress)
+    rows = table("Checks", "check", ">found", "must be", "")
+    for finding in findings:
+        out = finding.outcome
+        verdict = "passed" if out.passed else "FAILED"
+        rows.add_row(finding.check.name, out.statistic, f"{out.operator} {out.threshold}", verdict)
+    done = {finding.check.name for finding in findings}
+    why_not = "the file comes first"
+    if on_server(url):
+        looked = OF_ROWS[0].name in done
+        why_not = "they lie on the machines' computers" if looked else "the schema comes first"
+    for check in (*OF_ITS_VALUES, *OF_THE_CONTENT):
+        if check.name not in done:
+            rows.add_row(check.name, "", "", f"not checked: {why_not}")
+    show(rows)
+    _say_what_was_found(findings)
+    if not all(finding.outcome.passed for finding in findings):
+        raise typer.Exit(CHECK_FAILED)
+
+
+def _say_what_was_found(findings: "list[Finding]") -> None:
+    """Print what passed checks tell, and of failed ones some examples and what to do."""
+    for finding in findings:
+        found, check = finding.outcome.found, finding.check
+        for line in found[:EXAMPLES]:
+            say(f"{check.name}: {line}")
+        if not finding.outcome.passed:
+            more = f" ({len(found) - EXAMPLES} more)" if len(found) > EXAMPLES else ""
+            say(f"{check.name}{more}: {check.what_to_do}")
+
+
+def backup(
+    file: Annotated[
+        Path, typer.Argument(help="File to write the copy to; with --keep or --every, a folder.")
+    ],
+    replace: Replace = False,
+    keep: Annotated[
+        int | None,
+        typer.Option(
+            "--keep", metavar="N", min=1, help="A dated one in the folder, of which N stay."
+        ),
+    ] = None,
+    every: Annotated[
+        str | None,
+        typer.Option(
+            "--every",
+            metavar="PERIOD",
+            help="A dated one in the folder where the newest is as old: hour, day or week.",
+        ),
+    ] = None,
+    db: Database = None,
+) -> None:
+    """Copy the database into one SQLite file, also while others write to it, and check it."""
+    from autodb.errors import UnusableInput
+    from autodb.store import database_url
+    from autodb.store.backups import backup as run
+
+    if keep is not None or every is not None:
+        if replace:
+            raise UnusableInput("--replace goes with a file; dated backups replace none")
+        _rotate(database_url(db), file, keep, every)
+        return
+    with working(f"copying to {file.name}") as progress:
+        done = run(database_url(db), file, replace=replace, progress=progress)
+    say(f"{file}: {done.total} rows of {len(done.rows)} tables, schema {done.schema}")
+
+
+def _rotate(url: str, folder: Path, keep: int | None, every: str | None) -> None:
+    """Make a dated backup in a folder where one is due, and say what there is."""
+    from datetime import UTC, datetime
+
+    from autodb.errors import UnusableInput
+    from autodb.store.rotation import Every, rotate, said
+
+    if every is not None and every not in list(Every):
+        raise UnusableInput(f"--every {every}: {', '.join(Every)} would work")
+    apart, now = None if every is None else Every(every), datetime.now(UTC)
+    with working(f"copying to {folder.name}") as progress:
+        done = rotate(url, folder, keep=keep, every=apart, now=now, progress=progress)
+    there = f"{len(done.there)} there"
+    if done.copied is None:
+        say(f"{folder}: {there}, the newest {said(now - done.there[-1].at)} old: none is due")
+        return
+    rows = f"{done.copied.total} rows of {len(done.copied.rows)} tables"
+    say(f"{folder}: a new one, {rows}, schema {done.copied.schema}; {there}")
+    for path in done.removed:
+        say(f"{path}: removed")
+
+
+def restore(
+    source: Annotated[Path, typer.Argument(help="A backup file, or the folder of an export.")],
+    replace: Replace = False,
+    db: Database = None,
+) -> None:
+    """Put a backup, or an export, in the database's place, at this version's schema."""
+    from autodb.store import database_url, head, shown
+    from autodb.store.restoring import restore as run
+
+    url = database_url(db)
+    with working(f"restoring {source.name}") as progress:
+        done = run(url, source, replace=replace, progress=progress)
+    upgraded = "" if done.schema == head() else f", upgraded to {head()}"
+    rows = f"{done.total} rows of {len(done.rows)} tables"
+    say(f"{shown(url)}: {rows}, schema {done.schema}{upgraded}")
+    _say_unread(url)
+
+
+def _say_unread(url: str) -> None:
+    """Say which recordings on the disk a database that was put back does not know."""
+    from autodb.agent.ingest.kept import every_unread
+
+    with opened(url) as store, store.reading() as session:
+        for machine, some in every_unread(session).items():
+            say(
+                f"{machine}: {len(some)} recordings that its inbox keeps are not in it; "
+                f"'autodb refresh --machine {machine} --inbox INBOX' imports them"
+            )
+
+
+def export(
+    folder: Annotated[Path | None, typer.Argument(help="New folder for the tables.")] = None,
+    machine: Annotated[
+        str | None, typer.Option("--machine", help="Only what belongs to this machine.")
+    ] = None,
+    cards: Annotated[
+        Path | None,
+        typer.Option(
+            "--cards",
+            metavar="FILE",
+            help="Write what the machine knows of its materials as Kienzle cards (CSV) instead.",
+        ),
+    ] = None,
+    coefficients: Annotated[
+        Path | None,
+        typer.Option(
+            "--coefficients",
+            metavar="FILE",
+            help="Write its fitted coefficients (JSON), tools by ISO 13399 codes, instead.",
+        ),
+    ] = None,
+    material: Annotated[
+        str | None, typer.Option("--material", help="Only what is of this material.")
+    ] = None,
+    tool: Annotated[
+        str | None, typer.Option("--tool", help="Only what is of pairs with this tool.")
+    ] = None,
+    db: Database = None,
+) -> None:
+    """Write every table as Parquet, with a manifest; 'autodb restore' takes the folder back."""
+    from autodb.errors import UnusableInput
+
+    if [folder, cards, coefficients].count(None) != 2:
+        raise UnusableInput(
+            "give one of a folder for the tables, --cards FILE.csv, --coefficients FILE.json"
+        )
+    if cards is not None:
+        _export_cards(cards, machine, material, tool, db)
+    elif coefficients is not None:
+        _export_coefficients(coefficients, machine, material, tool, db)
+    elif material is not None or tool is not None:
+        raise UnusableInput("--material and --tool go with --cards and --coefficients")
+    else:
+        _export_tables(Path(str(folder)), machine, db)
+
+
+def _export_tables(folder: Path, machine: str | None, db: str | None) -> None:
+    from autodb.store.exports import export as run
+
+    with opened(db) as store, working(f"exporting to {folder.name}") as progress:
+        done = run(store, folder, machine=machine, progress=progress)
+    total = sum(entry.rows for entry in done.tables.values())
+    say(f"{folder}: {total} rows of {len(done.tables)} tables, schema {done.schema_revision}")
+
+
+def _export_coefficients(
+    path: Path, machine: str | None, material: str | None, tool: str | None, db: str | None
+) -> None:
+    from autodb.agent.answer.coefficients import coefficients
+    from autodb.errors import UnusableInput
+    from autodb.files.targets import check_target, write_text
+
+    check_target(path, suffix=".json", option="--coefficients")
+    if machine is None:
+        raise UnusableInput(
+            "--coefficients needs --machine NAME: they are what a machine has learnt"
+        )
+    with opened(db) as store, store.reading() as session:
+        made = coefficients(session, machine, material, tool)
+    write_text(path, made.model_dump_json(indent=1, exclude_none=True) + "\n")
+    say(f"{path}: {len(made.pairs)} pairs")
+    for pair in made.pairs:
+        say(f"{pair.material} / {pair.tool.name}: version {pair.version} from "
+            f"{pair.learnt_from.cuts} cuts")  # fmt: skip
+
+
+def _export_cards(
+    path: Path, machine: str | None, material: str | None, tool: str | None, db: str | None
+) -> None:
+    from autodb.agent.answer.made_cards import made_cards
+    from autodb.errors import UnusableInput
+    from autodb.files.targets import check_target, write_text
+    from autodb.pairs.cards import as_csv
+
+    check_target(path, suffix=".csv", option="--cards")
+    if machine is None:
+        raise UnusableInput("--cards needs --machine NAME: cards are of what a machine has learnt")
+    with opened(db) as store, store.reading() as session:
+        made = made_cards(session, machine, material, tool)
+    write_text(path, as_csv(made.cards))
+    rows = table(f"Cards in {path}", "material", ">k_c1.1 N/mm²", ">m_c", "source")
+    for card in made.cards:
+        k, bounds = card.k_c11, card.m_c_bounds
+        m_c = "" if bounds is None else f" ({bounds[0]:.3f} to {bounds[1]:.3f})"
+        size = f"{k.value:.0f} ({k.lower:.0f} to {k.upper:.0f})"
+        rows.add_row(card.material, size, f"{card.m_c:.3f}{m_c}", card.source)
+    show(rows)
+    for line in made.left_out:
+        say(f"left out: {line}")

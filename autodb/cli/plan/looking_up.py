@@ -1,0 +1,168 @@
+"""`lookup`: one cut of a pair, or the pairs that a machine knows; nothing is stored."""
+
+import re
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from autodb.cli._common import Database, MachineName, opened, say, show, table
+from autodb.cli.plan.answers import Json, say_answer, show_predicted
+
+if TYPE_CHECKING:
+    from autodb.agent.answer.looking_up import Listed
+    from autodb.agent.answer.prediction_basis import LookedUp
+    from autodb.files.job import JobCut
+
+OPTIONS = {
+    "operation": "--operation", "diameter_mm": "--diameter", "end_diameter_mm": "--end-diameter",
+    "length_mm": "--length", "depth_mm": "--depth", "width_mm": "--width", "feed_mm_rev": "--feed",
+    "feed_mm_tooth": "--feed", "direction_deg": "--direction", "ramp_deg": "--ramp",
+    "pocket_diameter_mm": "--pocket-diameter", "speed_m_min": "--speed", "speed_rpm": "--rpm",
+    "cutting_time_s": "--cutting-time", "flank_wear_mm": "--flank-wear",
+}  # fmt: skip
+"""Option of each key of a job's cut."""
+
+
+def _number(option: str, metavar: str, what: str) -> Any:
+    return typer.Option(option, metavar=metavar, help=what)
+
+
+Material = Annotated[str | None, typer.Option("--material", help="Work material.")]
+ToolName = Annotated[str | None, typer.Option("--tool", help="Name of the tool.")]
+Operation = Annotated[
+    str | None,
+    typer.Option(
+        "--operation",
+        help="What the cut is: turn, face, taper, contour, slot, side-up, side-down, ramp, "
+        "pocket or drill; turn where none is given.",
+    ),
+]
+Diameter = Annotated[
+    float | None, _number("--diameter", "MM", "Machined diameter at the tool tip, of turning.")
+]
+Depth = Annotated[float | None, _number("--depth", "MM", "Depth of cut.")]
+Width = Annotated[
+    float | None, _number("--width", "MM", "Width of cut, of side milling and pockets.")
+]
+Feed = Annotated[float | None, _number("--feed", "MM", "Feed a revolution; of milling, a tooth.")]
+Speed = Annotated[float | None, _number("--speed", "M/MIN", "Cutting speed.")]
+Rpm = Annotated[float | None, _number("--rpm", "RPM", "Spindle speed instead.")]
+EndDiameter = Annotated[
+    float | None, _number("--end-diameter", "MM", "Diameter at the end of the cut.")
+]
+Length = Annotated[
+    float | None, _number("--length", "MM", "How far a taper or contour goes along the axis.")
+]
+Direction = Annotated[
+    float | None,
+    _number("--direction", "DEG", "Feed of a mill from +x towards +y; of turning, inwards."),
+]
+Ramp = Annotated[float | None, _number("--ramp", "DEG", "Angle of a ramp.")]
+PocketDiameter = Annotated[
+    float | None, _number("--pocket-diameter", "MM", "Diameter of a round pocket.")
+]
+CuttingTime = Annotated[
+    float | None, _number("--cutting-time", "S", "Time on the edge before the cut.")
+]
+FlankWear = Annotated[float | None, _number("--flank-wear", "MM", "Flank wear of the edge.")]
+
+
+def lookup(
+    machine: MachineName,
+    material: Material = None,
+    tool: ToolName = None,
+    operation: Operation = None,
+    diameter: Diameter = None,
+    depth: Depth = None,
+    width: Width = None,
+    feed: Feed = None,
+    speed: Speed = None,
+    rpm: Rpm = None,
+    end_diameter: EndDiameter = None,
+    length: Length = None,
+    direction: Direction = None,
+    ramp: Ramp = None,
+    pocket_diameter: PocketDiameter = None,
+    cutting_time: CuttingTime = None,
+    flank_wear: FlankWear = None,
+    json: Json = False,
+    db: Database = None,
+) -> None:
+    """Say what one cut of a pair takes; without a cut, which pairs the machine knows."""
+    from autodb.agent.answer.looking_up import Shelf
+    from autodb.errors import UnusableInput
+
+    given = {
+        "--operation": operation, "--diameter": diameter, "--depth": depth, "--width": width,
+        "--feed": feed, "--speed": speed, "--rpm": rpm, "--end-diameter": end_diameter,
+        "--length": length, "--direction": direction, "--ramp": ramp,
+        "--pocket-diameter": pocket_diameter, "--cutting-time": cutting_time,
+        "--flank-wear": flank_wear,
+    }  # fmt: skip
+    stated = {option: value for option, value in given.items() if value is not None}
+    cut = _cut(stated) if stated else None
+    if cut is not None and (material is None or tool is None):
+        raise UnusableInput("a cut needs --material and --tool")
+    with opened(db) as store, store.reading() as session:
+        shelf = Shelf(session, machine)
+        if cut is None:
+            _list(machine, shelf.pairs(material, tool), json=json)
+        else:
+            _answer(shelf.look_up(str(material), str(tool), cut), json=json)
+
+
+def _cut(stated: dict[str, Any]) -> "JobCut":
+    """Return a job's cut of what options state; raises UnusableInput naming options."""
+    from pydantic import ValidationError
+
+    from autodb.errors import UnusableInput, near
+    from autodb.files.job import KEYS, OPERATIONS, JobCut
+
+    operation = stated.get("--operation", "turn")
+    if operation not in OPERATIONS:
+        raise UnusableInput(
+            f"--operation '{operation}': there is none{near(operation, OPERATIONS)}"
+        )
+    needs = KEYS[operation].needs
+    other_feed = "feed_mm_rev" if "feed_mm_tooth" in needs else "feed_mm_tooth"
+    keys = {option: key for key, option in OPTIONS.items() if key != other_feed}
+    try:
+        return JobCut.model_validate({keys[option]: value for option, value in stated.items()})
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = "".join(f"{OPTIONS[str(part)]}: " for part in first["loc"])
+        message = first["msg"].removeprefix("Value error, ")
+        said = re.sub(r"\w+", lambda word: OPTIONS.get(word[0], word[0]), message)
+        said = said.replace("--operation '", "operation '")
+        raise UnusableInput(f"{where}{said}") from None
+
+
+def _list(machine: str, pairs: "list[Listed]", *, json: bool) -> None:
+    if json:
+        from pydantic import TypeAdapter
+
+        from autodb.agent.answer.looking_up import Listed
+
+        say(TypeAdapter(list[Listed]).dump_json(pairs, indent=1).decode())
+        return
+    if not pairs:
+        say(f"machine '{machine}' has learnt no pair yet: 'autodb refresh' learns from its cuts")
+        return
+    rows = table(f"Pairs that '{machine}' knows", "material", "tool", ">cuts", ">version", "learnt")
+    for pair in pairs:
+        rows.add_row(
+            pair.material, pair.tool, f"{pair.cuts}", f"{pair.version}", pair.learnt_at[:10]
+        )
+    show(rows)
+
+
+def _answer(answer: "LookedUp", *, json: bool) -> None:
+    if json:
+        from pydantic import TypeAdapter
+
+        from autodb.agent.answer.prediction_basis import LookedUp
+
+        say(TypeAdapter(LookedUp).dump_json(answer, indent=1).decode())
+        return
+    show_predicted(f"{answer.material} / {answer.tool}", [answer.cut])
+    say_answer([answer.cut], answer)

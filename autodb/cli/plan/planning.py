@@ -1,0 +1,101 @@
+"""`plan`: which cut to make next."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import Database, MachineName, opened, say, show, table, working
+
+if TYPE_CHECKING:
+    from autodb.agent.answer.planning import Plan
+    from autodb.files.job import JobCut
+
+JobFile = Annotated[
+    Path, typer.Argument(readable=False, help="Job file (TOML) whose forces are to be surer.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
+
+
+def plan(
+    job: JobFile,
+    machine: MachineName,
+    feed: Annotated[
+        str | None,
+        typer.Option("--feed", metavar="LOW:HIGH", help="Feeds to try, mm/rev or mm/tooth."),
+    ] = None,
+    depth: Annotated[
+        str | None, typer.Option("--depth", metavar="LOW:HIGH", help="Depths to try, mm.")
+    ] = None,
+    speed: Annotated[
+        str | None,
+        typer.Option("--speed", metavar="LOW:HIGH", help="Cutting speeds to try, m/min."),
+    ] = None,
+    json: Json = False,
+    db: Database = None,
+) -> None:
+    """Propose the cut, within the machine's limits, after which a job's forces are surest."""
+    from autodb.agent.answer.planning import plan as run
+    from autodb.files.job import read_job
+
+    asked = read_job(job)
+    given = {"feed": feed, "depth": depth, "speed": speed}
+    ranges = {name: _range(name, text) for name, text in given.items() if text is not None}
+    with opened(db) as store, working(f"planning for {machine}"):
+        found = run(store, machine, asked, ranges=ranges)
+    if json:
+        from pydantic import TypeAdapter
+
+        from autodb.agent.answer.planning import Plan
+
+        say(TypeAdapter(Plan).dump_json(found, indent=1).decode())
+        return
+    _show(found)
+
+
+def _range(name: str, text: str) -> tuple[float, float]:
+    """Return the ends of a range; raises UnusableInput where it is none."""
+    from autodb.errors import UnusableInput
+
+    low, _, high = text.partition(":")
+    try:
+        ends = float(low), float(high)
+    except ValueError:
+        ends = (0.0, 0.0)
+    if not 0.0 < ends[0] < ends[1] < 1e6:
+        raise UnusableInput(f"--{name} {text}: no range; LOW:HIGH with 0 < LOW < HIGH would work")
+    return ends
+
+
+def _show(found: "Plan") -> None:
+    rows = table("Cuts to make next", "operation", ">depth mm", ">feed mm", ">speed", ">left ± %")
+    for one in found.proposed:
+        rows.add_row(one.cut.operation, *_words(one.cut), f"{100.0 * one.left:.1f}")
+    show(rows)
+    say(
+        f"left: half the 95 % interval of the job's forces, in the mean; now "
+        f"± {100.0 * found.now:.1f} %"
+    )
+    if found.too_much:
+        say(f"{found.too_much} cuts that told as much or more may exceed a limit: left out")
+    rows = table("The job after the first of them", "cut", "force", ">now ± %", ">after ± %")
+    for target in found.targets:
+        now, after = f"{100.0 * target.now:.1f}", f"{100.0 * target.after:.1f}"
+        rows.add_row(target.cut, f"force.{target.component}", now, after)
+    show(rows)
+    if found.hardly:
+        say(
+            "one more cut hardly helps: what is left is the calibration's error, the law's, and "
+            "what cuts scatter by; standard cuts and a new calibration would narrow it"
+        )
+    for statement in found.open:
+        say(statement)
+    if found.not_told:
+        say(f"not determined by these cuts, nor by what was tried: {', '.join(found.not_told)}")
+
+
+def _words(cut: "JobCut") -> tuple[str, str, str]:
+    feed = cut.feed_mm_rev if cut.feed_mm_rev is not None else cut.feed_mm_tooth
+    depth = "" if cut.depth_mm is None else f"{cut.depth_mm:.3g}"
+    speed = f"{cut.speed_rpm:.0f} rpm" if cut.speed_rpm else f"{cut.speed_m_min:.0f} m/min"
+    return depth, f"{feed:.3g}", speed

@@ -1,0 +1,60 @@
+"""`schedule`: what makes the computer refresh a machine by itself."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from autodb.cli._common import Database, MachineName, from_anywhere, opened, say
+
+
+def schedule(
+    machine: MachineName,
+    inbox: Annotated[
+        Path, typer.Option("--inbox", metavar="DIR", help="Folder that recordings come into.")
+    ],
+    every: Annotated[int, typer.Option("--every", metavar="MIN", min=1, help="Minutes.")] = 15,
+    cron: Annotated[
+        bool, typer.Option("--cron", help="Print a line for cron in place of systemd's units.")
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Write systemd's units there, not only print."),
+    ] = None,
+    db: Database = None,
+) -> None:
+    """Write a systemd timer, or a line for cron, that refreshes a machine every so often."""
+    from autodb.agent.operate.scheduling import cron_line, systemd_units
+    from autodb.errors import UnusableInput
+    from autodb.files.targets import needs_folder, write_text
+
+    if cron and out is not None:
+        raise UnusableInput("--out is for systemd's units; a line of cron is printed")
+    command = _command(machine, inbox, db)
+    if cron:
+        say(cron_line(command, every_min=every))
+        return
+    units = systemd_units(machine, command, every_min=every)
+    for name, text in units.files.items():
+        if out is None:
+            say(f"# {name}\n{text}")
+        else:
+            needs_folder(out / name)
+            write_text(out / name, text)
+            say(f"{out / name}: written")
+    for line in units.to_do:
+        say(f"# {line}" if out is None else line)
+
+
+def _command(machine: str, inbox: Path, db: str | None) -> list[str]:
+    """Return the command to be run, by whole paths; the machine, folder and database are there."""
+    from autodb.agent.rows.machines import find_machine
+    from autodb.errors import UnusableInput
+
+    with opened(db) as store, store.reading() as session:
+        find_machine(session, machine)
+    if not inbox.is_dir():
+        raise UnusableInput(f"{inbox}: no such folder; one that is there would work")
+    run = [sys.executable, "-m", "autodb", "refresh"]
+    return [*run, "--machine", machine, "--inbox", str(inbox.resolve()), "--db", from_anywhere(db)]

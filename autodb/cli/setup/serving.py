@@ -1,0 +1,267 @@
+"""`serve` and `token`: the database over HTTP, and who may use it."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import Database, from_anywhere, opened, say, show, table
+
+if TYPE_CHECKING:
+    from autodb.web.http.settings import Limits, Settings
+    from autodb.web.server import Certificate
+
+EXTRA = "serving needs the extra 'serve': pip install 'autodb[serve]' would work"
+
+token = typer.Typer(help="Access tokens of the service.", no_args_is_help=True)
+TokenName = Annotated[str, typer.Argument(help="Name of the token: who uses it.")]
+
+Host = Annotated[
+    str,
+    typer.Option("--host", help="Address to listen at; any but this computer's own needs tokens."),
+]
+Port = Annotated[
+    int, typer.Option("--port", min=0, max=65535, help="Port to listen at; 0: a free one.")
+]
+Write = Annotated[
+    bool, typer.Option("--write", help="Let tokens of role operate or admin change something.")
+]
+HostNames = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--name",
+        metavar="HOST",
+        help="Name of a host to answer to, by tokens alone; may be given again.",
+    ),
+]
+Proxies = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--proxy",
+        metavar="ADDRESS",
+        help="Address, or network, of a proxy whose X-Forwarded-For and -Proto are believed; "
+        "may be given again.",
+    ),
+]
+CertificateFile = Annotated[
+    Path | None, typer.Option("--certificate", metavar="FILE", help="TLS certificate (PEM).")
+]
+KeyFile = Annotated[
+    Path | None, typer.Option("--key", metavar="FILE", help="Key of the certificate (PEM).")
+]
+RecordingsFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--recordings",
+        metavar="FOLDER",
+        help="Folder that keeps recordings which are sent, with --write; default: recordings, "
+        "beside the database's file.",
+    ),
+]
+UploadMib = Annotated[
+    int | None,
+    typer.Option(
+        "--upload-mib",
+        metavar="N",
+        min=1,
+        max=1_000_000,
+        help="Largest recording that may be sent, in MiB, with --write; default: 256.",
+    ),
+]
+Unit = Annotated[
+    bool, typer.Option("--unit", help="Print a systemd unit that serves so; serve nothing.")
+]
+
+
+def serve(
+    host: Host = "127.0.0.1",
+    port: Port = 8321,
+    write: Write = False,
+    name: HostNames = None,
+    proxy: Proxies = None,
+    certificate: CertificateFile = None,
+    key: KeyFile = None,
+    recordings: RecordingsFolder = None,
+    upload_mib: UploadMib = None,
+    unit: Unit = False,
+    db: Database = None,
+) -> None:
+    """Serve pages and look-ups: read-only, and to this computer alone, unless told otherwise."""
+    from autodb.errors import UnusableInput
+    from autodb.store import database_url
+
+    try:
+        from autodb.web import server
+        from autodb.web.app import make_app
+        from autodb.web.http.settings import Settings
+    except ImportError:
+        raise UnusableInput(EXTRA) from None
+    tls = _certificate(certificate, key)
+    settings = Settings(
+        database_url(db), host, port, write, tuple(name or ()), tls is not None, recordings,
+        _limits(upload_mib), _proxies(proxy or ()),
+    )  # fmt: skip
+    _refuse_idle(settings, upload_mib)
+    _refuse_unusable(settings, db)
+    if unit:
+        _print_unit(settings, certificate, key)
+        return
+    listening = server.bound(settings)
+    shown = f"[{host}]" if ":" in host else host
+    scheme, does = "https" if tls else "http", "read and write" if write else "read-only"
+    at = f"{scheme}://{shown}:{listening.getsockname()[1]}"
+    say(f"{at} (and {at}/api/v1): {does}; Ctrl-C stops it")
+    if not settings.on_loopback and tls is None:
+        say("without TLS tokens can be read on their way: --certificate and --key would work")
+    server.run(make_app(settings), listening, tls, settings.proxies)
+
+
+def _limits(upload_mib: int | None) -> "Limits":
+    from autodb.web.http.settings import Limits
+
+    return Limits() if upload_mib is None else Limits(recording_MiB=upload_mib)
+
+
+def _proxies(given: Sequence[str]) -> tuple[str, ...]:
+    """Return addresses and networks; raises UnusableInput for what is none."""
+    from ipaddress import ip_network
+
+    from autodb.errors import UnusableInput
+
+    for one in given:
+        try:
+            ip_network(one)
+        except ValueError as error:
+            raise UnusableInput(
+                f"--proxy '{one}': {error}; 127.0.0.1 or 192.0.2.0/24 would work"
+            ) from None
+    return tuple(given)
+
+
+def _refuse_idle(settings: "Settings", upload_mib: int | None) -> None:
+    """Raise UnusableInput for options that would change nothing, or name no folder."""
+    from autodb.errors import UnusableInput
+
+    folder = settings.recordings
+    if not settings.writes and (folder is not None or upload_mib is not None):
+        raise UnusableInput("--recordings and --upload-mib: recordings are taken with --write only")
+    if folder is not None and not folder.is_dir():
+        raise UnusableInput(f"{folder}: no such folder; one that is there would work")
+
+
+def _print_unit(settings: "Settings", certificate: Path | None, key: Path | None) -> None:
+    """Print a systemd unit that serves as it is said, every path a whole one."""
+    import getpass
+
+    from autodb.store import file_of, on_server
+    from autodb.web.unit import Runs, unit
+
+    url = from_anywhere(settings.url)
+    here = not on_server(url)
+    folders = [file_of(url).parent] if here else []
+    if settings.recordings is not None:
+        folders.append(settings.recordings.resolve())
+    user = file_of(url).owner() if here else getpass.getuser()
+    command = [sys.executable, "-m", "autodb", "serve", "--db", url]
+    say(
+        unit(settings, Runs((*command, *_options(settings, certificate, key)), user, folders, here))
+    )
+
+
+def _options(settings: "Settings", certificate: Path | None, key: Path | None) -> list[str]:
+    """Return the options that say these settings."""
+    paths = {"--certificate": certificate, "--key": key, "--recordings": settings.recordings}
+    said = [word for o, path in paths.items() if path for word in (o, str(path.resolve()))]
+    said += [word for name in settings.names for word in ("--name", name)]
+    said += [word for proxy in settings.proxies for word in ("--proxy", proxy)]
+    if settings.writes:
+        said += ["--write", "--upload-mib", str(settings.limits.recording_MiB)]
+    return ["--host", settings.host, "--port", str(settings.port), *said]
+
+
+def _certificate(chain: Path | None, key: Path | None) -> "Certificate | None":
+    """Return a certificate that can be used; raises UnusableInput."""
+    import ssl
+
+    from autodb.errors import UnusableInput
+    from autodb.web.server import Certificate
+
+    if chain is None and key is None:
+        return None
+    if chain is None or key is None:
+        raise UnusableInput("--certificate and --key: both would work")
+    try:
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(chain, key)
+    except (OSError, ssl.SSLError) as error:
+        reason = error.strerror or error
+        raise UnusableInput(
+            f"{chain}, {key}: no certificate with its key ({reason}); both as PEM would work"
+        ) from None
+    return Certificate(chain, key)
+
+
+def _refuse_unusable(settings: "Settings", db: str | None) -> None:
+    """Raise UnusableInput where tokens are needed and there is none that is valid."""
+    from autodb.agent.operate.access import ROLES, Role, tokens
+    from autodb.errors import UnusableInput
+
+    needed = Role.OPERATE if settings.writes else Role.READ
+    with opened(db) as store, store.reading() as session:
+        roles = [ROLES[one.role] for one in tokens(session) if one.valid]
+    if settings.anonymous and not settings.writes:
+        return
+    if not any(role >= needed for role in roles):
+        raise UnusableInput(
+            "nobody could use it: 'autodb token add NAME --role "
+            f"{needed.word}' makes the token that it needs"
+        )
+
+
+@token.command("add")
+def add(
+    name: TokenName,
+    role: Annotated[
+        str, typer.Option("--role", help="read, operate (also import and decide) or admin.")
+    ] = "read",
+    days: Annotated[
+        int | None,
+        typer.Option("--days", metavar="N", min=1, max=36500, help="Days that it is valid for."),
+    ] = None,
+    db: Database = None,
+) -> None:
+    """Make a token and print it, this once: only its hash is kept."""
+    from autodb.agent.operate.access import add_token
+
+    with opened(db) as store:
+        secret = add_token(store, name, role, days=days)
+    say(secret)
+
+
+@token.command("list")
+def list_(db: Database = None) -> None:
+    """List tokens: whose, what they allow, until when."""
+    from autodb.agent.operate.access import tokens
+
+    with opened(db) as store, store.reading() as session:
+        found = tokens(session)
+    if not found:
+        say("no token; 'autodb token add NAME' makes one")
+        return
+    rows = table("Tokens", "name", "role", "made", "until", "state")
+    for one in found:
+        state = "valid" if one.valid else "revoked" if one.revoked_at else "expired"
+        until = one.expires_at or "revoked"
+        rows.add_row(one.name, one.role, one.created_at[:10], until[:10], state)
+    show(rows)
+
+
+@token.command("revoke")
+def revoke(name: TokenName, db: Database = None) -> None:
+    """Revoke a token; the service refuses it within five seconds."""
+    from autodb.agent.operate.access import revoke_token
+
+    with opened(db) as store:
+        new = revoke_token(store, name)
+    say(f"token '{name}': {'revoked' if new else 'was revoked already'}")

@@ -1,0 +1,179 @@
+"""`standard`: protocols of standard cuts, their reference forces and their NC programs."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import Columns, say, show, table, working
+
+if TYPE_CHECKING:
+    from autodb.standard import Protocol, StandardCut
+
+standard = typer.Typer(
+    help="Standard cuts: protocols, their reference forces, and NC programs that make them.",
+    no_args_is_help=True,
+)
+
+Name = Annotated[str, typer.Argument(help="Protocol: a name from `standard list`, or a file.")]
+
+
+@standard.command("list")
+def list_() -> None:
+    """List the protocols that ship."""
+    from autodb.standard import read_protocol, shipped
+
+    rows = table("Standard cuts", "name", "work", "tool", "operations", ">cuts", ">with reference")
+    for name in shipped():
+        protocol = read_protocol(name)
+        operations = ", ".join(dict.fromkeys(cut.operation for cut in protocol.cut))
+        known = sum(bool(cut.reference) for cut in protocol.cut)
+        rows.add_row(
+            name, protocol.material, protocol.tool, operations, str(len(protocol.cut)), str(known)
+        )
+    show(rows)
+
+
+@standard.command("show")
+def show_(name: Name) -> None:
+    """Show a protocol's cuts, their reference forces, and the order in which they are made."""
+    from autodb.standard import read_protocol, run_order
+
+    protocol = read_protocol(name)
+    rows = table(
+        f"{protocol.name}: {protocol.material} / {protocol.tool}",
+        *("cut", "operation", ">rpm", ">feed mm", ">depth mm", ">repeats", "reference N (95 %)"),
+    )
+    for cut in protocol.cut:
+        rows.add_row(*_row(cut))
+    show(rows)
+    if protocol.note:
+        say(protocol.note)
+    without = [cut.name for cut in protocol.cut if not cut.reference]
+    if without:
+        say(
+            f"{len(without)} of {len(protocol.cut)} cuts have no reference force and calibrate "
+            "nothing yet: 'autodb standard new' takes them from a dynamometer's file"
+        )
+    say(f"order, seed {protocol.seed}: {', '.join(cut.name for cut in run_order(protocol))}")
+
+
+def _row(cut: "StandardCut") -> list[str]:
+    from autodb.standard.protocol import PASSIVE
+
+    per = "" if cut.feed_mm_tooth is None else " a tooth"
+    direction = cut.feed_direction_deg
+    what = cut.operation if direction is None else f"{cut.operation} {direction:g}°"
+    depth_mm = cut.length_mm if cut.depth_mm is None else cut.depth_mm
+    known = (f"{c} {r.value:g} ({r.lower:g} to {r.upper:g})" for c, r in cut.reference.items())
+    still = PASSIVE.get(cut.operation)
+    felt = f"{what}, {still} stands still" if still else what
+    return [
+        cut.name, felt, f"{cut.speed_rpm:g}", f"{cut.feed_mm:g}{per}", f"{depth_mm:g}",
+        str(cut.repeats), "; ".join(known) or "none",
+    ]  # fmt: skip
+
+
+@standard.command("new")
+def new(
+    name: Annotated[str, typer.Argument(help="Name of the new protocol.")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(readable=False, help="Cut tables, or recordings of one cut, with force.*."),
+    ],
+    like: Annotated[
+        str | None,
+        typer.Option(
+            "--like", help="Protocol whose cuts were made [default: the cuts that repeat]."
+        ),
+    ] = None,
+    date: Annotated[
+        str | None,
+        typer.Option(
+            "--date", help="Day of the measurement [default: of the first file's last change]."
+        ),
+    ] = None,
+    columns: Columns = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE", help="File to write [default: NAME.toml]."),
+    ] = None,
+) -> None:
+    """Write a protocol with reference forces: means of repeats that a dynamometer measured."""
+    from autodb.agent.sense.measuring import new_protocol, read_measured, with_references
+    from autodb.standard import read_protocol
+    from autodb.standard.writing import as_toml, keep
+
+    with working("reading"):
+        tables = [read_measured(path, columns=columns) for path in files]
+    day = _day(date, files[0])
+    if like is None:
+        done = new_protocol(name, tables, date=day)
+    else:
+        asked = read_protocol(like).model_copy(update={"name": name})
+        done = with_references(asked, tables, date=day)
+    path = out or Path(f"{name}.toml")
+    said = "written" if keep(as_toml(done.protocol), path) else "already there"
+    known = sum(bool(cut.reference) for cut in done.protocol.cut)
+    say(f"{path}: {said}, {known} of {len(done.protocol.cut)} cuts have a reference force")
+    for sentence in done.without:
+        say(f"no reference: {sentence}")
+
+
+def _day(date: str | None, file: Path) -> str:
+    """Return the day that was given, or that on which the file last changed, as YYYY-MM-DD."""
+    from datetime import UTC, datetime
+
+    from autodb.errors import UnusableInput
+
+    if date is None:
+        return datetime.fromtimestamp(file.stat().st_mtime, tz=UTC).date().isoformat()
+    try:
+        return datetime.strptime(date, "%Y-%m-%d").replace(tzinfo=UTC).date().isoformat()
+    except ValueError:
+        raise UnusableInput(f"--date {date}: a day as 2026-01-31 would work") from None
+
+
+@standard.command("program")
+def program(
+    name: Name,
+    machine_file: Annotated[
+        Path,
+        typer.Option(
+            "--machine-file",
+            readable=False,
+            metavar="FILE",
+            help="Machine file (TOML) with limits and [setup].",
+        ),
+    ],
+    dialect: Annotated[
+        str, typer.Option("--dialect", help="Words of which control: fanuc or siemens.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE", help="File to write [default: it is printed]."),
+    ] = None,
+) -> None:
+    """Make the NC program of a protocol's cuts, or refuse what the machine's limits do not allow.
+
+    It is not proven on your machine: dry run it first.
+    """
+    text = _program(name, machine_file, dialect)
+    if out is None:
+        typer.echo(text, nl=False)
+        return
+    from autodb.standard.writing import keep
+
+    said = "written" if keep(text, out) else "already there"
+    say(f"{out}: {said}, {len(text.splitlines())} lines; not proven on your machine: dry run it")
+
+
+def _program(name: str, machine_file: Path, dialect: str) -> str:
+    from autodb.files.machine import read_machine_file
+    from autodb.nc import program
+    from autodb.standard import read_protocol
+
+    protocol: Protocol = read_protocol(name)
+    return program(
+        protocol, read_machine_file(machine_file), dialect=dialect, source=str(machine_file)
+    )

@@ -1,0 +1,111 @@
+"""The whole job on a sample machine: currents, forces, parameters, a prediction, a named cause."""
+
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from autodb.agent.answer.explaining import explain_with_machine
+from autodb.agent.answer.predicting import Predicted, predict_job
+from autodb.agent.ingest.importing import import_file
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.rows.machines import add_machine
+from autodb.agent.sense.calibrating import calibrate_machine
+from autodb.agent.sense.identifying import identify_on_machine
+from autodb.assets import kit
+from autodb.errors import UnusableInput
+from autodb.explain.answer.answer import Explained
+from autodb.files.job import read_job
+from autodb.files.machine import LATHE
+from autodb.records import Recording, read
+from autodb.reports.explanation import explanation_fragment
+from autodb.reports.explanation_files import write_answer
+from autodb.reports.machine import machine_page
+from autodb.reports.page import render_page
+from autodb.store import Store, create_store, open_store
+
+JOB = "stepped_shaft"
+MACHINE = "lathe-1"
+LEARNT = ("standard-cuts.csv", "standard-cut-raw.parquet", "air-moves.csv", "shop-week-1.csv")
+WORN = "shop-week-2.csv"
+MARK = ".autodb-demo"
+
+
+def run(out: Path, *, progress: Callable[[str], None]) -> list[str]:
+    """Run the main job into folder ``out`` and return the lines of its summary.
+
+    An earlier demo in ``out`` is replaced. Raises UnusableInput when ``out`` holds anything else.
+    """
+    _empty(out)
+    source = kit("sample_jobs") / JOB / "recordings"
+    url = f"sqlite:///{out / 'autodb.sqlite3'}"
+    create_store(url)
+    store = open_store(url)
+    try:
+        lines = learn(store, source, progress=progress)
+        progress("predicting the stepped shaft")
+        prediction = predict_job(store, MACHINE, read_job(kit("sample_jobs") / JOB / "job.toml"))
+        progress("explaining the second week")
+        explained = explain_with_machine(store, MACHINE, source / WORN).explained
+        write_answer(explained, out / "shop-week-2-explained")
+        progress("writing the report")
+        page = machine_page(store, MACHINE, prediction.prediction_id)
+        report = out / "report.html"
+        report.write_text(render_page(page, explanation_fragment(explained)), encoding="utf-8")
+    finally:
+        store.close()
+    lines += _predicted(prediction) + _explained(explained)
+    command = "autodb" if shutil.which("autodb") else sys.argv[0]
+    trace = f"{command} trace prediction {prediction.prediction_id} --db {url}"
+    return [*lines, f"trace:     {trace}", f"report:    {report}"]
+
+
+def learn(store: Store, source: Path, *, progress: Callable[[str], None]) -> list[str]:
+    """Import the sample recordings and learn from them: calibration, drive model, parameters."""
+    add_machine(store, MACHINE, LATHE)
+    for name in LEARNT:
+        progress(f"importing {name}")
+        import_file(store, source / name, machine=MACHINE)
+        if name == "air-moves.csv":
+            moves = read(source / name)
+            assert isinstance(moves, Recording)
+            identify_on_machine(store, MACHINE, source / name, moves)
+    calibrated = calibrate_machine(store, MACHINE, progress=progress)
+    refreshed = refresh(store, MACHINE, progress=progress)
+    lines = [
+        f"felt:      axis {c.axis} → force.{c.component}, RMSE {c.scores.rmse:.3g} {c.unit}, "
+        f"R² {c.scores.r_squared:.2f} on cuts left out ({'offered' if c.offered else 'refused'})"
+        for c in calibrated.calibrations
+    ]
+    lines.append(f"sensed:    {refreshed.sensed} forces, {refreshed.not_sensed} not sensed")
+    return lines
+
+
+def _empty(out: Path) -> None:
+    if out.exists():
+        if not out.is_dir():
+            raise UnusableInput(f"{out}: is a file; --out needs a folder")
+        if any(out.iterdir()) and not (out / MARK).exists():
+            raise UnusableInput(f"{out}: holds other files; give a new folder with --out")
+        shutil.rmtree(out)
+    out.mkdir(parents=True)
+    (out / MARK).touch()
+
+
+def _predicted(prediction: Predicted) -> list[str]:
+    lines = []
+    for cut in prediction.cuts:
+        force = cut.force_y_N
+        lines.append(
+            f"predicted: {cut.name}: cutting force {force.value:.0f} N "
+            f"({force.low:.0f} to {force.high:.0f})"
+        )
+    return lines
+
+
+def _explained(explained: Explained) -> list[str]:
+    return [
+        f"left out:  {channel}: {cause.term}: {cause.statement}"
+        for channel, answer in explained.explanation.channels.items()
+        for cause in answer.missing
+    ]

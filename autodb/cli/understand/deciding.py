@@ -1,0 +1,200 @@
+"""`mismatch`: what explain found on a machine, listed, shown, and a person's word on it."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import Database, opened, say, show, table, working
+from autodb.files.channels import unit_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rich.table import Table
+
+    from autodb.agent.operate.deciding import Decided
+    from autodb.agent.sense.identifying import KeptModel
+    from autodb.store.models import Mismatch
+
+mismatch = typer.Typer(
+    help="Causes that explain found on a machine: list, show, confirm, reject.",
+    no_args_is_help=True,
+)
+
+Number = Annotated[int, typer.Argument(help="Number of the mismatch.", min=1, max=2**63 - 1)]
+By = Annotated[str | None, typer.Option("--by", metavar="WHO", help="Who says so.")]
+As = Annotated[
+    str | None,
+    typer.Option(
+        "--as", metavar="TERM", help="Which of its alternatives it is [default: as named]."
+    ),
+]
+
+
+@mismatch.command("list")
+def list_(
+    name: Annotated[str, typer.Argument(help="Name of the machine.")],
+    all_: Annotated[bool, typer.Option("--all", help="Also those decided on.")] = False,
+    db: Database = None,
+) -> None:
+    """List the causes that explain found on a machine and nobody has decided on."""
+    from autodb.agent.operate.deciding import mismatches as find
+
+    rows = table(
+        f"Mismatches of {name}",
+        ">number", "recording", "channel", "term", "or", "kind", ">sure %", "status", "statement",
+    )  # fmt: skip
+    with opened(db) as store, store.reading() as session:
+        found = find(session, name, decided=all_)
+        for row in found:
+            rows.add_row(*_cells(row))
+    if found:
+        show(rows)
+    else:
+        kind = "mismatch" if all_ else "open mismatch"
+        say(f"machine '{name}': no {kind}; 'autodb explain FILE --machine {name}' looks for them")
+
+
+def _cells(row: "Mismatch") -> tuple[str, ...]:
+    return (
+        str(row.id), _name(row.recording.path), row.channel, row.term,
+        ", ".join(row.alternatives or ()), row.kind, f"{100 * row.confidence:.0f}",
+        _status(row), row.statement,
+    )  # fmt: skip
+
+
+@mismatch.command("show")
+def show_(number: Number, db: Database = None) -> None:
+    """Show all that is kept of a mismatch: its numbers, where it sits, what else it may be."""
+    from autodb.agent.operate.deciding import mismatch as find
+
+    with opened(db) as store, store.reading() as session:
+        row = find(session, number)
+        recording = row.recording
+        say(
+            f"mismatch {row.id}: {row.channel} of recording {recording.id}: {_name(recording.path)}"
+        )
+        for what, text in _told(row):
+            say(f"{what}: {text}")
+        rows = _numbers(row)
+    if rows.row_count:
+        show(rows)
+
+
+def _name(path: str) -> str:
+    from pathlib import Path
+
+    return Path(path).name
+
+
+def _told(row: "Mismatch") -> "Iterator[tuple[str, str]]":
+    """Return what is kept of a mismatch, a line each: what it is and its text."""
+    from autodb.explain.answer.advice import advice
+
+    yield "term", f"{row.term} ({row.kind}, {100 * row.confidence:.0f} % sure)"
+    yield "statement", row.statement
+    yield "where", "; ".join(_places(row)) or "all along the recording"
+    if row.variables:
+        yield "depends on", ", ".join(row.variables)
+    if row.alternatives:
+        yield "or", ", ".join(row.alternatives)
+        yield "to tell them apart", row.to_tell_apart or "no simple move or cut is known that would"
+    yield "status", _status(row) + (f" on {row.decided_at}" if row.decided_at else "")
+    for made in row.models:
+        yield "made", f"{made.channel} version {made.version} (model {made.id})"
+    for held in row.parameters_of_pairs:
+        pair = f"{held.pair.material.name} / {held.pair.tool.name}"
+        yield "made", f"{pair} version {held.version} (parameters {held.id})"
+    told = advice(row.confirmed_term or row.term)
+    yield "advice", f"{told.check} ({told.source})"
+
+
+def _places(row: "Mismatch") -> "Iterator[str]":
+    """Return the stretches and regimes in which a mismatch sits."""
+    what, unit = ("cuts", "") if row.recording.kind == "cuts" else ("from", " s")
+    for low, high in row.intervals or ():
+        yield f"{what} {low:g} to {high:g}{unit}"
+    for one in row.regime or ():
+        unit = f" {known}" if (known := unit_of(one["signal"])) else ""
+        yield (
+            f"{one['signal']} {one['low']:.4g} to {one['high']:.4g}{unit}, "
+            f"{100 * one['share']:.0f} % of it"
+        )
+
+
+def _numbers(row: "Mismatch") -> "Table":
+    rows = table("Its numbers", "parameter", ">value", ">95 % from", ">to", "unit")
+    for name, value in row.parameters.items():
+        numbers = (f"{value[key]:.4g}" for key in ("value", "low", "high"))
+        rows.add_row(name, *numbers, value["unit"])
+    return rows
+
+
+def _status(row: "Mismatch") -> str:
+    called = f" as {row.confirmed_term}" if row.confirmed_term not in (None, row.term) else ""
+    who = f" by {row.decided_by}" if row.decided_by else ""
+    return f"{row.status}{called}{who}"
+
+
+@mismatch.command()
+def confirm(number: Number, as_: As = None, by: By = None, db: Database = None) -> None:
+    """Confirm a cause: a term of the machine becomes part of its model, as the next version.
+
+    Wear found in forces becomes part of what is known of the work-tool pair, of five cuts that
+    stand aside for another cause a state of it.
+    """
+    from autodb.agent.operate.deciding import confirm as run
+
+    with working(f"confirming mismatch {number}") as progress, opened(db) as store:
+        done = run(store, number, term=as_, by=by, progress=progress)
+    if done.already:
+        say(f"mismatch {number}: already confirmed as {done.term}")
+    elif done.pairs:
+        say(f"mismatch {number}: {done.term} confirmed")
+        for version in done.pairs:
+            say(version)
+    elif done.kept is None:
+        say(f"mismatch {number}: {done.term} confirmed; {_why_no_version(done)}")
+    else:
+        _show_version(done, done.kept)
+
+
+def _why_no_version(done: "Decided") -> str:
+    if done.term == "unknown" and done.alternatives:
+        return f"no model changes; --as {' or --as '.join(done.alternatives)} would put it into one"
+    if done.of_cuts and done.term != "unknown":
+        return "no pair changes: fewer than five of its cuts stand aside from what was expected"
+    return "it belongs to this recording, no model changes"
+
+
+def _show_version(done: "Decided", kept: "KeptModel") -> None:
+    """Print the version that holds the term now, its numbers, and what it does to the error."""
+    from autodb.agent.operate.deciding import of_term
+    from autodb.cli.learn.identifying import show_kept
+    from autodb.sensing.drives.fit.axis_model import amplitudes, readable
+
+    say(f"mismatch {done.number}: {done.term} confirmed")
+    tables = [t for t in amplitudes(kept.model) if t.form == "table"]
+    for t in [*readable(of_term(kept.model.fitted, done.term)), *of_term(tables, done.term)]:
+        say(f"{t.key} {t.parameter} {t.value:.4g} ± {t.sd or 0.0:.2g} {t.unit}")
+    for sentence in kept.model.not_excited:
+        say(f"not excited, no number: {sentence}")
+    for sentence in kept.model.doubts:
+        say(f"doubtful: {sentence}")
+    show_kept(kept, done.machine)
+    errors = (100 * error for error in (done.error_before, done.error) if error is not None)
+    say(f"relative error on {done.recording}: {' → '.join(f'{e:.2f}' for e in errors)} %")
+    if done.stale:
+        numbers = ", ".join(map(str, done.stale))
+        again = f"'autodb explain FILE --machine {done.machine}' says what of it is left"
+        say(f"still open, found before this version: {numbers}; {again}")
+
+
+@mismatch.command()
+def reject(number: Number, by: By = None, db: Database = None) -> None:
+    """Reject a cause: it was looked at, and does not hold on the machine."""
+    from autodb.agent.operate.deciding import reject as run
+
+    with opened(db) as store:
+        done = run(store, number, by=by)
+    say(f"mismatch {number}: {'already rejected' if done.already else f'{done.term} rejected'}")

@@ -1,0 +1,226 @@
+"""`explain`: what simulations of recordings leave out, one by one and together."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import Columns, Database, Group, Resample, opened, read_one, say, working
+
+if TYPE_CHECKING:
+    from autodb.agent.answer.explaining import AgainstMachine, KeptCause, Key
+    from autodb.explain import Explained
+    from autodb.explain.together import Setup
+    from autodb.records import CutTable, Recording
+
+RecordingFiles = Annotated[
+    list[Path],
+    typer.Argument(
+        readable=False, help="The recording or cut table; several are looked at together too."
+    ),
+]
+Simulations = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--simulation",
+        readable=False,
+        help="File with the same t or cut and its channels; once for each recording, in order.",
+    ),
+]
+Includes = Annotated[
+    str | None,
+    typer.Option("--includes", help="Terms that the simulation already has, with commas between."),
+]
+ModelOf = Annotated[
+    str | None, typer.Option("--machine", help="Use this machine's own stored models.")
+]
+OutFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--out", help="Folder for the answer [default: ./NAME-explained, of several ./together]."
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
+
+
+def explain(
+    recordings: RecordingFiles,
+    simulation: Simulations = None,
+    includes: Includes = None,
+    machine: ModelOf = None,
+    columns: Columns = None,
+    group: Group = None,
+    resample: Resample = None,
+    out: OutFolder = None,
+    json: Json = False,
+    db: Database = None,
+) -> None:
+    """Say what a simulation of a recording leaves out, where, and how the fit improves.
+
+    Of several recordings also whether it sits in machine, tool, material, sensor or calibration.
+    """
+    _check(recordings, simulation, includes, machine, group, resample)
+
+    def one(number: int) -> "Looked":
+        if simulation is not None:
+            measured = read_one(
+                recordings[number], columns=columns, group=group, resample_hz=resample
+            )
+            simulated = read_one(
+                simulation[number], columns=None, group=group, resample_hz=resample, like=measured
+            )
+            explained = _against_file(measured, simulated, includes)
+            _say_doubts(measured)
+            return _setup(measured, None), explained, {}
+        answer = _against_machine(str(machine), recordings[number], columns, db)
+        measured = read_one(recordings[number], columns=columns, group=None, resample_hz=None)
+        return _setup(measured, machine), answer.explained, answer.kept
+
+    with working("explaining") as progress:
+        if len(recordings) > 1:
+            _several(recordings, one, out or Path("together"), json=json, progress=progress)
+        else:
+            folder = out or Path(f"{recordings[0].stem}-explained")
+            _alone(recordings[0], one, folder, json=json, progress=progress)
+
+
+Looked = tuple["Setup", "Explained", "dict[Key, KeptCause]"]
+Look = Callable[[int], Looked]
+Step = Callable[[str], None]
+
+
+def _check(
+    recordings: list[Path], simulation: list[Path] | None, includes: str | None,
+    machine: str | None, group: str | None, resample: float | None,
+) -> None:  # fmt: skip
+    from autodb.errors import UnusableInput
+
+    if (simulation is None) == (machine is None):
+        raise UnusableInput("give either --simulation FILE or --machine NAME")
+    if machine is not None and (group is not None or resample is not None):
+        raise UnusableInput("--group and --resample go with --simulation")
+    if machine is not None and includes is not None:
+        raise UnusableInput("--includes goes with --simulation: a stored model says what it has")
+    if simulation is not None and len(simulation) != len(recordings):
+        raise UnusableInput(
+            f"{len(recordings)} recordings and {len(simulation)} simulations: give --simulation "
+            "once for each recording, in their order"
+        )
+
+
+def _alone(recording: Path, look: Look, folder: Path, *, json: bool, progress: Step) -> None:
+    from autodb.reports.explanation_files import write_answer
+
+    progress(recording.name)
+    _, explained, kept = look(0)
+    progress("writing the report")
+    write_answer(explained, folder)
+    for note in explained.notes:
+        typer.echo(note, err=True)
+    if json:
+        say((folder / "explanation.json").read_text(encoding="utf-8").rstrip())
+        return
+    _say_causes(explained, kept)
+    say(f"report: {folder / 'report.html'}")
+    if any(cause.status == "open" for cause in kept.values()):
+        say("keep a cause that holds on the machine: 'autodb mismatch confirm NUMBER', or drop it: "
+            "'autodb mismatch reject NUMBER'")  # fmt: skip
+
+
+def _several(
+    recordings: list[Path], look: Look, folder: Path, *, json: bool, progress: Step
+) -> None:
+    from autodb.explain.together import together
+    from autodb.reports.explanation_files import write_together
+
+    looked = []
+    for number, recording in enumerate(recordings):
+        progress(f"{recording.name}, {number + 1} of {len(recordings)}")
+        looked.append(look(number))
+    found = together(
+        [setup for setup, _, _ in looked],
+        [explained.explanation.channels for _, explained, _ in looked],
+    )
+    progress("writing the reports")
+    write_together([explained for _, explained, _ in looked], found, folder)
+    for _, explained, _ in looked:
+        for note in explained.notes:
+            typer.echo(note, err=True)
+    if json:
+        say((folder / "together.json").read_text(encoding="utf-8").rstrip())
+        return
+    for recording, (_, explained, kept) in zip(recordings, looked, strict=True):
+        say(f"{recording}:")
+        _say_causes(explained, kept)
+    say("together:")
+    for effect in found.effects:
+        say(f"  {effect.statement}")
+        if effect.to_tell_apart:
+            say(f"  {effect.to_tell_apart}")
+    if not found.effects:
+        say("  no mismatch beyond noise in any of them")
+    say(f"report: {folder / 'together.html'}")
+
+
+def _setup(measured: "Recording | CutTable", machine: str | None) -> "Setup":
+    from autodb.explain.together import setup_of
+
+    setup = setup_of(measured)
+    return setup if machine is None else setup.model_copy(update={"machine": machine})
+
+
+def _say_doubts(measured: "Recording | CutTable") -> None:
+    """Say what looks like a wrong unit or a clipped sensor; it is explained all the same."""
+    from autodb.records.plausible import doubts
+    from autodb.records.summary import summary_of
+
+    for doubt in doubts(summary_of(measured), measured.side):
+        typer.echo(f"doubtful: {measured.path}: {doubt}", err=True)
+
+
+def _against_file(
+    measured: "Recording | CutTable", simulated: "Recording | CutTable", includes: str | None
+) -> "Explained":
+    from autodb.explain import explain as run
+
+    names = None if includes is None else [n.strip() for n in includes.split(",") if n.strip()]
+    return run(measured, simulated, includes=names)
+
+
+def _against_machine(
+    machine: str, recording: Path, columns: Path | None, db: str | None
+) -> "AgainstMachine":
+    from autodb.agent.answer.explaining import explain_with_machine
+
+    with opened(db) as store:
+        return explain_with_machine(store, machine, recording, columns=columns)
+
+
+def _say_causes(explained: "Explained", kept: "dict[Key, KeptCause]") -> None:
+    from autodb.explain.answer.advice import advice
+
+    for channel, answer in explained.explanation.channels.items():
+        if not answer.mismatch:
+            before = f"{answer.fit.rms_before:.3g} {answer.unit}"
+            say(f"{channel}: no mismatch beyond noise (rms {before})")
+            continue
+        fit = answer.fit
+        say(
+            f"{channel}: held-out error {fit.heldout_before:.3g} → {fit.heldout_after:.3g} "
+            f"{answer.unit} (noise {fit.noise_floor:.3g})"
+        )
+        for cause in answer.missing:
+            other = f"; or {', '.join(cause.alternatives)}" if cause.alternatives else ""
+            row = kept.get((channel, cause.term, cause.kind))
+            say(f"  {_numbered(row)}{cause.term} ({cause.kind}, {100 * cause.confidence:.0f} % sure"
+                f"{other}): {cause.statement}")  # fmt: skip
+    answers = explained.explanation.channels.values()
+    for term in dict.fromkeys(cause.term for answer in answers for cause in answer.missing):
+        say(f"{term}: {advice(term).check}")
+
+
+def _numbered(row: "KeptCause | None") -> str:
+    if row is None:
+        return ""
+    return f"mismatch {row.number}{'' if row.status == 'open' else f', {row.status}'}: "

@@ -1,0 +1,1 @@
+"""Effects in the effort of a feed axis."""

@@ -1,0 +1,188 @@
+"""The move on which two explanations of one recording would differ most for the noise there is.
+
+Both are fitted on the recording and carried to a move that follows it, where `explain.telling` says
+how far they differ: in rows that the recording's filter makes white, of unit variance. The
+difference in the channel's unit is d − X δ with the move counted as one row: δ then only takes up
+what the recording leaves open. Shapes are held.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.axis.elsewhere import Account, account, design, signals_on
+from autodb.explain.axis.moves import LIBRARY, Move, Path, Reach, again, joined, reach, still
+from autodb.explain.axis.reading import Reading
+from autodb.explain.axis.signals import AxisSignals
+from autodb.explain.engine.bench import reduced
+from autodb.explain.engine.candidates import Choice
+from autodb.explain.engine.fit import rms
+from autodb.explain.engine.search import Found
+from autodb.explain.engine.telling import (
+    NEAREST,
+    SEPARATES,
+    Separation,
+    called,
+    odds,
+    sentence,
+    stand_in,
+)
+from autodb.explain.engine.tuning import Beside, tuned
+from autodb.sensing.drives.fit.axis_model import term_called
+
+Array = NDArray[np.float64]
+
+PEAK = 0.999
+"""Quantile of the difference that counts as its peak: single rows at a reversal do not."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A move in words, and the axis' signals on it: its rows are the last ones."""
+
+    words: str
+    signals: AxisSignals
+    rows: int
+
+
+def told_apart(
+    reading: Reading, number: int, rivals: Sequence[str], never: Sequence[str]
+) -> str | None:
+    """Return what would tell the found effect ``number`` from its rivals, nearest first, or None.
+
+    ``never``: names that no move tells from it. Where the library has no move, the term's own words
+    follow.
+    """
+    if not rivals and not never:
+        return None
+    term = term_called(reading.choices[number].suspect.term)
+    level = noise(reading)
+    found = {name: _from_rival(reading, number, name) for name in rivals[:NEAREST]}
+    best = {**dict.fromkeys(never), **found}
+    lines = [_line(b, (term.name, name), level, reading.unit) for name, b in best.items()]
+    if None in best.values() and term.told_apart_by:
+        lines.append(term.told_apart_by)
+    return " ".join(lines)
+
+
+def _from_rival(reading: Reading, number: int, name: str) -> Separation | None:
+    swapped = instead(reading, number, name)
+    return separation(reading, reading.choices, swapped) if swapped else None
+
+
+def _line(best: Separation | None, names: tuple[str, str], level: float, unit: str) -> str:
+    if best is None:
+        return f"No move in the library separates {names[0]} and {names[1]}."
+    return sentence(best, names, unit, f"noise is {level:.2g} {unit}")
+
+
+def instead(reading: Reading, number: int, name: str) -> tuple[Choice, ...] | None:
+    """Return the best set in which a term stands in for a found effect; its shape is tuned."""
+    inquiry = reading.inquiry
+    key = inquiry.found.choices[number].suspect.key
+    swap = stand_in(inquiry.search, inquiry.found, key, called(inquiry.search, name, but=key))
+    return _with_tuned(reading, swap[0], swap[1].suspect.key) if swap else None
+
+
+def _with_tuned(reading: Reading, swapped: Found, key: str) -> tuple[Choice, ...]:
+    others = swapped.without(key)
+    beside = Beside(reading.bench, others, reading.inquiry.noise)
+    rival = next(c for c in swapped.choices if c.suspect.key == key)
+    return (*others, tuned(rival, beside).choice)
+
+
+def separation(
+    reading: Reading, first: tuple[Choice, ...], second: tuple[Choice, ...]
+) -> Separation | None:
+    """Return the move with the greatest distance for its noise, or None where none separates."""
+    accounts = account(reading, first), account(reading, second)
+    able = [gap for gap in distances(reading, accounts) if gap.odds > SEPARATES]
+    return max(able, key=lambda gap: gap.distance, default=None)
+
+
+def distances(reading: Reading, accounts: tuple[Account, Account]) -> list[Separation]:
+    """Return how far two accounts differ on every move that the axis can run."""
+    warm = any(c.suspect.term == "warmup" for of in accounts for c in of.choices)
+    made = runs(reading.signals, reading.bench.factor, history=warm)
+    return [apart(reading, accounts, run) for run in made]
+
+
+def apart(reading: Reading, accounts: tuple[Account, Account], run: Run) -> Separation:
+    """Return how far two accounts differ on one move."""
+    one, two = accounts
+    columns = [design(of, run.signals)[-run.rows :] for of in accounts]
+    difference = columns[0] @ one.coefficients - columns[1] @ two.coefficients
+    free = np.column_stack([columns[0] @ one.root, columns[1] @ two.root])
+    noise_sd = float(np.sqrt(reading.inquiry.variance))
+    white, right = (reading.inquiry.whitener(v) / noise_sd for v in (free, difference))
+    gained, taken = odds(white, right)
+    return Separation(
+        words=run.words,
+        odds=gained,
+        distance=float(np.sqrt(gained / len(right))),
+        peak=float(np.quantile(np.abs(difference - free @ taken), PEAK)),
+    )
+
+
+def noise(reading: Reading) -> float:
+    """Return the rms of what the accepted set leaves at the working rate."""
+    bench = reading.bench
+    return rms(bench.left(bench.chosen(reading.choices), reading.inquiry.whitener))
+
+
+def runs(recorded: AxisSignals, factor: int, *, history: bool) -> list[Run]:
+    """Return every move that the axis can run, at the working rate.
+
+    ``history``: before a move that is not run cold comes the recording's own motion, which warms.
+    """
+    moved = [getattr(recorded, field.name) for field in fields(Path)]
+    programme = Path(*(reduced(values, factor) for values in moved))
+    rate_hz = 1.0 / (factor * float(np.median(np.diff(recorded.t_s))))
+    moves = (*LIBRARY, again(programme))
+    made = [_paths(move, recorded, rate_hz) for move in moves]
+    return [
+        _after(words, paths, recorded, None if move.cold or not history else programme, rate_hz)
+        for move, run in zip(moves, made, strict=True)
+        if run is not None
+        for words, paths in [run]
+    ]
+
+
+def _after(
+    words: str, paths: tuple[Path, Path], recorded: AxisSignals, before: Path | None, rate_hz: float
+) -> Run:
+    """Return a run of this axis and of the others, right after what ran before."""
+    rows, begin_s = len(paths[0].t_s), float(recorded.t_s[-1]) + 1.0 / rate_hz
+    if before is not None:
+        own, other = paths
+        paths = joined([before, own], rate_hz), joined([still(before, 0.0), other], rate_hz)
+        begin_s -= len(before.t_s) / rate_hz
+    return Run(words, signals_on(*paths, recorded, begin_s=begin_s), rows)
+
+
+def _paths(
+    move: Move, recorded: AxisSignals, rate_hz: float
+) -> tuple[str, tuple[Path, Path]] | None:
+    """Return a move in words, and the paths of this axis and the others; None: it cannot run."""
+    own = reach(recorded.position, recorded.velocity, recorded.acceleration)
+    if move.of_other:
+        return _paths_of_other(move, own, recorded, rate_hz)
+    if move.scaled and not own.moves:
+        return None
+    path = move.path(own, rate_hz)
+    return move.words(own), (path, still(path, 0.0))
+
+
+def _paths_of_other(
+    move: Move, own: Reach, recorded: AxisSignals, rate_hz: float
+) -> tuple[str, tuple[Path, Path]] | None:
+    other = next((name.partition(".")[0] for name in recorded.others), None)
+    if other is None:
+        return None
+    its = reach(
+        *(recorded.others[f"{other}.{what}"] for what in ("position", "velocity", "acceleration"))
+    )
+    path = move.path(its, rate_hz)
+    return move.words(its), (still(path, own.middle_mm), path)

@@ -1,0 +1,314 @@
+"""An accepted effect of an axis as an entry of the answer: sizes, certainty, alternatives."""
+
+from collections.abc import Callable, Collection, Mapping
+from functools import partial
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.answer.answer import Cause, Value
+from autodb.explain.axis.apart import told_apart
+from autodb.explain.axis.form import Short, short_form
+from autodb.explain.axis.loads import DELAYS_S
+from autodb.explain.axis.reading import Reading
+from autodb.explain.axis.signals import READ_OFF
+from autodb.explain.engine.candidates import UNKNOWN, Choice
+from autodb.explain.engine.confidence import Mistuned, of_missing, of_mistuned
+from autodb.explain.engine.entries import told
+from autodb.explain.engine.tuning import Beside, Tuned, tuned
+from autodb.explain.engine.weighing import weighing
+from autodb.fitting import NORMAL_95
+from autodb.sensing.drives.fit.axis_model import term_called
+from autodb.terms import Term
+
+Array = NDArray[np.float64]
+Read = Mapping[str, Value]
+
+AS_MUCH = 0.985
+"""Share of what a smooth curve does from which on a short form does as much."""
+RETUNED = 0.01
+"""Relative change of an own term below which it is not called mistuned."""
+INDISTINCT: Mapping[str, tuple[str, ...]] = {"gravity": ("sensor_drift",)}
+"""Effects that no recording of forces can tell apart: a constant load and a sensor's constant."""
+
+
+def value_of(value: float, sd: float, unit: str) -> Value:
+    """Return a value with its 95 % interval."""
+    half = NORMAL_95 * sd
+    return Value(value=value, low=value - half, high=value + half, unit=unit)
+
+
+def causes(reading: Reading) -> list[Cause]:
+    """Return the entries of accepted effects, then of the simulation's own terms that are off."""
+    entries = [_effect(reading, number) for number in range(len(reading.inquiry.found.choices))]
+    named = {entry.term for entry in entries}
+    again = _mistuned(reading, beside=entries)
+    return [*_merged(entries), *(c for c in again if c.term not in named)]
+
+
+def _merged(entries: list[Cause]) -> list[Cause]:
+    """Return one entry a term and kind, the largest: one effect in two shapes is one cause."""
+    kept: dict[tuple[str, str], Cause] = {}
+    for entry in sorted(entries, key=lambda e: -e.parameters["size"].value):
+        kept.setdefault((entry.term, entry.kind), entry)
+    return [entry for entry in entries if kept[entry.term, entry.kind] is entry]
+
+
+def _effect(reading: Reading, number: int) -> Cause:
+    choice = reading.inquiry.found.choices[number]
+    size = _size(reading, number)
+    always = INDISTINCT.get(choice.suspect.term, ())
+    stands = of_missing(reading.inquiry.search, reading.inquiry.found, choice, but=always)
+    others, sure = list(stands.near), stands.confidence
+    if not choice.suspect.named:
+        return _unknown(reading, number, size, others, sure)
+    term = term_called(choice.suspect.term)
+    alternatives = tuple(dict.fromkeys([*always, *others]))
+    kind: Literal["missing", "mistuned"] = "mistuned" if term.name in reading.had else "missing"
+    return Cause(
+        term=term.name,
+        kind=kind,
+        confidence=sure / (1 + len(always)),
+        statement=f"{term.statement} {_size_words(size, kind)}",
+        parameters={"size": size, **parameters(reading, choice, term)},
+        alternatives=alternatives,
+        variables=choice.suspect.variables,
+        to_tell_apart=told_apart(reading, number, others, always),
+    )
+
+
+def _size_words(size: Value, kind: str) -> str:
+    lacks = (
+        "The simulation leaves it out" if kind == "missing" else "The simulation has it otherwise"
+    )
+    return f"{lacks}: {size.value:.3g} {size.unit} ({size.low:.3g} to {size.high:.3g})."
+
+
+def _size(reading: Reading, number: int) -> Value:
+    """Return the peak contribution; its interval is that of the contribution at its peak."""
+    effect = reading.fitted.effects[number]
+    peak = float(np.quantile(np.abs(effect), 0.9995))
+    row = int(np.argmin(np.abs(np.abs(effect) - peak)))
+    at = reading.fitted.columns[number][row]
+    covariance = reading.fitted.covariances[number]
+    return value_of(peak, float(np.sqrt(max(at @ covariance @ at, 0.0))), reading.unit)
+
+
+def parameters(reading: Reading, choice: Choice, term: Term) -> dict[str, Value]:
+    """Return the values of the plain law that fits best beside the other effects, tuned."""
+    found = reading.inquiry.found
+    products = reading.inquiry.search.products
+    given = products.given([c.key for c in found.choices if c.suspect.key != choice.suspect.key])
+    plain = [
+        Choice(choice.suspect, i)
+        for i, rung in enumerate(choice.suspect.rungs)
+        if rung.names and (choice.suspect.key, i) in products.places
+    ]
+    if not plain:
+        return {}
+    law = max(plain, key=lambda c: given.gain(c.key).full)
+    others = found.without(choice.suspect.key)
+    noise = weighing(reading.bench, [*others, law], reading.inquiry.noise, of=law)
+    beside = Beside(reading.bench, others, noise, reading.fitted.retuned)
+    units = {p.name: p.unit.replace("U", reading.unit) for p in term.parameters}
+    return _values(tuned(law, beside), beside, units, reading)
+
+
+def _values(
+    law: Tuned, beside: Beside, units: Mapping[str, str], reading: Reading
+) -> dict[str, Value]:
+    rung = law.choice.shape
+    coefficients, covariance = beside.fit(rung)
+    linear = {
+        name: value_of(float(c), float(np.sqrt(v)), units.get(name, reading.unit))
+        for name, c, v in zip(rung.names, coefficients, np.diag(covariance), strict=True)
+    }
+    shape = {
+        name: value_of(value, law.sd.get(name, 0.0), units.get(name, ""))
+        for name, value in rung.shape.items()
+    }
+    found = {**linear, **shape}
+    for wanted, change in CHANGES:
+        if set(wanted) <= found.keys():
+            found = change(found, reading)
+    return found
+
+
+def _amplitude(found: Read, reading: Reading) -> dict[str, Value]:
+    cosine, sine = found["cosine"], found["sine"]
+    sd = max(cosine.high - cosine.value, sine.high - sine.value) / NORMAL_95
+    size = float(np.hypot(cosine.value, sine.value))
+    return _instead(found, ("cosine", "sine"), {"amplitude": value_of(size, sd, reading.unit)})
+
+
+def _rest(found: Read, reading: Reading) -> dict[str, Value]:  # noqa: ARG001
+    """A constant beside a stiffness shifts the place where the spring is at rest."""
+    stiffness, constant, middle = found["stiffness"], found["constant"], found["middle"]
+    place = middle.value - constant.value / stiffness.value
+    sd = (constant.high - constant.value) / NORMAL_95 / abs(stiffness.value)
+    return _instead(found, ("constant", "middle"), {"rest": value_of(place, sd, "mm")})
+
+
+def _rate(found: Read, reading: Reading) -> dict[str, Value]:
+    """A bent drift's change and bend over the recording are a rate at its begin, and its change."""
+    span = _span(reading)
+    rate, bend = found["change"], found["bend"]
+    return _instead(
+        found,
+        ("change", "bend"),
+        {
+            "rate": _scaled(rate, 1.0 / span, f"{reading.unit}/s"),
+            "bend": _scaled(bend, 1.0 / span**2, f"{reading.unit}/s²"),
+        },
+    )
+
+
+def _factor(found: Read, reading: Reading) -> dict[str, Value]:
+    """A gain's relative change is a factor; its times are seconds of the recording."""
+    span, begin = _span(reading), float(reading.signals.t_s[0])
+    change = found["share_of_all"]
+    new = {"factor": _shifted(_scaled(change, 1.0, "1"), 1.0)}
+    if "start" in found:
+        new["start"] = _shifted(_scaled(found["start"], span, "s"), begin)
+    if "time_constant" in found:
+        new["time_constant"] = _scaled(found["time_constant"], span, "s")
+    return _instead(found, ("share_of_all",), new)
+
+
+def _drift(found: Read, reading: Reading) -> dict[str, Value]:
+    """A straight drift's change over the recording is a rate."""
+    rate = _scaled(found["change"], 1.0 / _span(reading), f"{reading.unit}/s")
+    return _instead(found, ("change",), {"rate": rate})
+
+
+def _delay(found: Read, reading: Reading) -> dict[str, Value]:  # noqa: ARG001
+    """A shift so small that effort changes in proportion to it is a share of the least delay."""
+    return _instead(found, ("slight",), {"delay": _scaled(found["slight"], DELAYS_S[0], "s")})
+
+
+def _nothing(found: Read, reading: Reading) -> dict[str, Value]:  # noqa: ARG001
+    """The share of an effect whose size its shape fixes is no value of its own."""
+    return _instead(found, ("share",), {})
+
+
+CHANGES: tuple[tuple[tuple[str, ...], Callable[[Read, Reading], dict[str, Value]]], ...] = (
+    (("cosine", "sine"), _amplitude),
+    (("stiffness", "constant"), _rest),
+    (("change", "bend"), _rate),
+    (("change",), _drift),
+    (("share_of_all",), _factor),
+    (("share",), _nothing),
+    (("slight",), _delay),
+)
+"""Values of a law that are stored and exchanged under other names."""
+
+
+def _instead(found: Read, gone: tuple[str, ...], new: Read) -> dict[str, Value]:
+    return {**{k: v for k, v in found.items() if k not in gone}, **new}
+
+
+def _scaled(value: Value, by: float, unit: str) -> Value:
+    return Value(value=value.value * by, low=value.low * by, high=value.high * by, unit=unit)
+
+
+def _shifted(value: Value, by: float) -> Value:
+    return Value(value=value.value + by, low=value.low + by, high=value.high + by, unit=value.unit)
+
+
+def _span(reading: Reading) -> float:
+    return float(reading.signals.t_s[-1] - reading.signals.t_s[0])
+
+
+def _unknown(reading: Reading, number: int, size: Value, others: list[str], sure: float) -> Cause:
+    """Return the entry of a family without a name: how much of the error it holds, over what."""
+    choice, effect = reading.inquiry.found.choices[number], reading.fitted.effects[number]
+    left = reading.bench.difference - (reading.fitted.correction - effect)
+    share = 1.0 - float(np.sum((left - effect) ** 2) / np.sum(left**2))
+    words = choice.suspect.key.rstrip("0123456789 ")
+    short = short_form(reading, number)
+    values = _values(short.law, short.beside, short.form.units, reading) if short else {}
+    return Cause(
+        term=UNKNOWN,
+        kind="missing",
+        confidence=sure,
+        statement=(
+            f"{100 * max(share, 0.0):.0f} % of the error that the other causes leave depends on "
+            f"{words}; no law that is known here fits it. It reaches {size.value:.3g} {size.unit}."
+            f"{_short_words(short, values) if short else ''}"
+        ),
+        parameters={"size": size, **values},
+        alternatives=tuple(others),
+        variables=choice.suspect.variables,
+    )
+
+
+def _short_words(short: Short, values: Read) -> str:
+    """Say a short form with its coefficient, and how much of the smooth curve it is."""
+    first = values.get("amplitude") or values["coefficient"]
+    said = f"{_signed(first)} · {short.words}"
+    if "level" in values:
+        level = values["level"]
+        said += f" {'+' if level.value >= 0 else '−'} {abs(level.value):.3g} {level.unit}"
+        said += short.carrier_words
+    curve = "the smooth curve"
+    does = f"{100 * short.share:.0f} % of what {curve} says"
+    if short.share > AS_MUCH:
+        does = f"as much as {curve}"
+    return f" On stretches left out, {said} says {does}, beside the simulation's terms fitted anew."
+
+
+def _signed(value: Value) -> str:
+    return f"{value.value:.3g} {value.unit}".replace("-", "−")
+
+
+def _mistuned(reading: Reading, *, beside: list[Cause]) -> list[Cause]:
+    """Return the simulation's own terms whose coefficient the recording contradicts."""
+    off = {name: _judged(reading, [name]) for name in _changed(reading)}
+    causes = {name: _retuned(reading, name, one) for name, one in off.items()}
+    return told(off, causes, beside=beside, jointly=partial(_judged, reading))
+
+
+def _changed(reading: Reading) -> list[str]:
+    """Return the own terms whose coefficient changes by more than its interval and RETUNED."""
+    found = []
+    for name in reading.fitted.own:
+        if name in reading.signals.had:
+            change, sd = reading.fitted.of_own(name)
+            if abs(change) > max(NORMAL_95 * sd, RETUNED * abs(reading.signals.had[name])):
+                found.append(name)
+    return found
+
+
+def _judged(reading: Reading, names: Collection[str]) -> Mistuned:
+    inquiry, own = reading.inquiry, list(reading.bench.own)
+    return of_mistuned(inquiry.search, inquiry.found, [own.index(name) for name in names])
+
+
+def _change_size(reading: Reading, name: str) -> Value:
+    change, sd = reading.fitted.of_own(name)
+    peak = float(np.max(np.abs(reading.signals.own[name])))
+    return value_of(abs(change) * peak, sd * peak, reading.unit)
+
+
+def _retuned(reading: Reading, name: str, off: Mistuned) -> Cause:
+    """Return the entry of an own term that is off."""
+    change, sd = reading.fitted.of_own(name)
+    had, main = reading.signals.had[name], term_called(name).parameters[0]
+    what, unit = (main.name, main.unit) if name in READ_OFF else ("factor", "1")
+    now = value_of(had + change, sd, unit.replace("U", reading.unit))
+    return Cause(
+        term=name,
+        kind="mistuned",
+        confidence=off.standing.confidence,
+        statement=(
+            f"The simulation has {name} with {what} {had:.4g}{_unit_words(now.unit)}; the "
+            f"recording says {now.value:.4g} ({now.low:.4g} to {now.high:.4g})."
+        ),
+        parameters={"size": _change_size(reading, name), what: now},
+        alternatives=off.standing.near,
+    )
+
+
+def _unit_words(unit: str) -> str:
+    return "" if unit == "1" else f" {unit}"

@@ -1,0 +1,155 @@
+"""A set of effects, fitted on a recording, on another move."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from types import FunctionType
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.axis.friction import friction_suspects
+from autodb.explain.axis.loads import load_suspects, sensor_suspects
+from autodb.explain.axis.moves import Path
+from autodb.explain.axis.reading import Reading
+from autodb.explain.axis.signals import ACTING, AxisSignals, friction_of, own_terms
+from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.telling import held
+from autodb.terms.friction import since_reversal
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Account:
+    """A set of effects and the simulation's own terms, fitted together on a recording.
+
+    ``coefficients`` (p,) of own terms, then of each choice; ``root`` (p, p) with root·rootᵀ their
+    covariance.
+    """
+
+    own: tuple[str, ...]
+    choices: tuple[Choice, ...]
+    widths: tuple[int, ...]
+    coefficients: Array
+    root: Array
+
+    def of(self, number: int) -> Array:
+        """Return the coefficients of a choice."""
+        start = len(self.own) + sum(self.widths[:number])
+        return self.coefficients[start : start + self.widths[number]]
+
+
+def account(reading: Reading, choices: Sequence[Choice]) -> Account:
+    """Fit a set to the recording's white rows; its own terms are free."""
+    bench, whitener = reading.bench, reading.inquiry.whitener
+    built = [bench.reduce(bench.built(choice.shape)) for choice in choices]
+    white = whitener(np.column_stack([bench.chosen(()), *built]))
+    right = whitener(bench.reduced_difference)
+    coefficients, root = held(white, right, variance=reading.inquiry.variance)
+    return Account(
+        own=tuple(bench.own),
+        choices=tuple(choices),
+        widths=tuple(block.shape[1] for block in built),
+        coefficients=coefficients,
+        root=root,
+    )
+
+
+def signals_on(path: Path, other: Path, recorded: AxisSignals, *, begin_s: float) -> AxisSignals:
+    """Return the signals of a move of the recorded axis, while the other axes run ``other``.
+
+    The move begins at ``begin_s`` on the recording's clock. The simulation is the sum of the terms
+    that were read off it.
+    """
+    last, way = since_reversal(path.direction, path.position)
+    inputs = {"velocity": path.velocity, "acceleration": path.acceleration}
+    own = {n: c for n, c in own_terms(path.direction, inputs).items() if n in recorded.had}
+    terms = [recorded.had[name] * column for name, column in own.items()]
+    simulation = sum(terms, start=np.zeros_like(path.t_s))
+    return AxisSignals(
+        axis=recorded.axis,
+        t_s=begin_s + path.t_s,
+        position=path.position,
+        velocity=path.velocity,
+        acceleration=path.acceleration,
+        direction=path.direction,
+        sense=path.direction,
+        simulation=simulation,
+        effort=simulation,
+        friction=friction_of(path.direction, own, recorded.had),
+        last_sense=last,
+        way=way,
+        others={name: _of_other(other, name) for name in recorded.others},
+        own=own,
+        had=recorded.had,
+        like=recorded,
+    )
+
+
+def _of_other(path: Path, name: str) -> Array:
+    what = name.partition(".")[2]
+    if what == "position":
+        return path.position
+    return path.velocity if what == "velocity" else path.acceleration
+
+
+def design(of: Account, signals: AxisSignals) -> Array:
+    """Return an account's columns on another move, (n, p), in the order of its coefficients.
+
+    A choice that does not repeat there, and what was kept of a simulation without a term, are 0.
+    """
+    zero = np.zeros_like(signals.t_s)
+    own = np.column_stack([zero, *(signals.own.get(name, zero) for name in of.own)])[:, 1:]
+    blocks = {
+        number: _columns(choice, signals, of.widths[number])
+        for number, choice in enumerate(of.choices)
+        if choice.suspect.term not in ACTING
+    }
+    parts = [(of.choices[i].suspect.term, b @ of.of(i)) for i, b in blocks.items()]
+    now = signals.beside(own @ of.coefficients[: len(of.own)], parts)
+    for number, choice in enumerate(of.choices):
+        if number not in blocks:
+            blocks[number] = _columns(choice, now, of.widths[number])
+    return _recorded(of, own, [blocks[n] for n in range(len(of.choices))], now)
+
+
+def _recorded(of: Account, own: Array, blocks: list[Array], now: AxisSignals) -> Array:
+    """Return all columns as what clips, shifts or signs them lets them be recorded."""
+    through = [(n, _shape(c, now)) for n, c in enumerate(of.choices) if c.shape.through is not None]
+    for at, rung in through:
+        if rung is not None:
+            own = rung.seen(own)
+            blocks = [b if n == at else rung.seen(b) for n, b in enumerate(blocks)]
+    return np.column_stack([own, *blocks])
+
+
+def _columns(choice: Choice, signals: AxisSignals, width: int) -> Array:
+    rung = _shape(choice, signals)
+    return np.zeros((len(signals.t_s), width)) if rung is None else rung.build()
+
+
+def _shape(choice: Choice, signals: AxisSignals) -> Rung | None:
+    """Return a choice's shape over other signals, with its values; None where it has none."""
+    suspect = _anew(choice.suspect, signals)
+    if suspect is None:
+        return None
+    law = _formula(choice.shape)
+    same = next(rung for rung in suspect.rungs if _formula(rung) == law)
+    return replace(same, shape=choice.shape.shape)
+
+
+def _anew(suspect: Suspect, signals: AxisSignals) -> Suspect | None:
+    if suspect.scanned:
+        return None if suspect.anew is None else suspect.anew(signals)
+    made = [*friction_suspects(signals), *load_suspects(signals), *sensor_suspects(signals)]
+    return next((s for s in made if s.key == suspect.key), None)
+
+
+def _formula(rung: Rung) -> tuple[object, tuple[object, ...]]:
+    """Return what two shapes have in common whose law is the same function of other signals."""
+    law = rung.law
+    fixed = law.args if isinstance(law, partial) else ()
+    function = law.func if isinstance(law, partial) else law
+    return cast(FunctionType, function).__code__, fixed

@@ -1,0 +1,224 @@
+"""Suspects that are friction of an axis, or change it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.axis.signals import AxisSignals
+from autodb.explain.engine.candidates import (
+    Rung,
+    Suspect,
+    ladder,
+    negative,
+    positive,
+    spline,
+    swings,
+)
+from autodb.terms.drive import warmth
+from autodb.terms.friction import backlash, presliding, stribeck
+
+Array = NDArray[np.float64]
+
+TURNING_MM_S = (0.1, 0.3, 1.0)
+DIP_SPEEDS_MM_S = (0.5, 1.5, 4.0, 8.0, 15.0, 30.0, 60.0)
+WARM_TIMES_S = (3.0, 8.0, 20.0, 50.0, 120.0, 300.0, 1000.0, 4000.0)
+PRESLIDING_MM = (0.002, 0.005, 0.012, 0.03, 0.07, 0.17, 0.4, 1.0)
+PLAY_MM = (0.004, 0.008, 0.016, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0)
+FINER = 30
+FALLS = 0.7
+"""Friction warms when this share of the changes of its factor over time are falls. Chosen."""
+
+
+def friction_suspects(signals: AxisSignals) -> list[Suspect]:
+    """Return the suspects that act on friction; those that need reversals only where there are."""
+    made = [coulomb(signals), viscous(signals), stribeck_dip(signals), asymmetry(signals)]
+    made += [position_friction(signals), warmup(signals)]
+    if np.any(np.diff(signals.last_sense) != 0):
+        made += [soft_start(signals), play(signals)]
+    return made
+
+
+def coulomb(s: AxisSignals) -> Suspect:
+    """Dry friction, turning over one of several widths of speed."""
+    rungs = [Rung(lambda: s.sense, names=("level",), tries=4, allowed=positive)]
+    rungs += ladder(
+        lambda width: np.tanh(s.velocity / width),
+        [{"width": width} for width in TURNING_MM_S],
+        names=(),
+        allowed=positive,
+    )
+    return Suspect(
+        "coulomb", "coulomb", tuple(rungs), (s.channel("direction"),),
+        detail=lambda: around_standstill(s.sense, s.velocity),
+        loose=lambda: around_standstill(s.sense, s.velocity),
+    )  # fmt: skip
+
+
+def around_standstill(sense: Array, velocity: Array) -> Array:
+    """Return columns (n, 6) for what sgn(v) gets wrong where a move starts, turns or stops.
+
+    One row earlier or later, starts and stops apart, and friction that needs some speed to rise to
+    its level.
+    """
+    columns = [np.tanh(velocity / width) - sense for width in (0.5, 2.0)]
+    for neighbour in (np.roll(sense, -1), np.roll(sense, 1)):
+        step = neighbour - sense
+        gains = np.abs(neighbour) > np.abs(sense)
+        columns += [step * gains, step * ~gains]
+    return np.column_stack(columns)
+
+
+def viscous(s: AxisSignals) -> Suspect:
+    """Friction that grows with speed, in proportion or slower."""
+    scale = max(float(np.abs(s.frame.velocity).max()), 1e-9)
+    rungs = (
+        Rung(lambda: s.velocity, names=("coefficient",), tries=3, allowed=positive),
+        *(
+            Rung(
+                lambda power: s.sense * (np.abs(s.velocity) / scale) ** power,
+                shape={"power": power},
+                tries=3,
+                allowed=positive,
+            )
+            for power in (0.7, 0.5)
+        ),
+    )
+    return Suspect(
+        "viscous", "viscous", rungs, (s.channel("velocity"),),
+        detail=lambda: s.sense[:, None] * spline(np.abs(s.velocity), 8),
+    )  # fmt: skip
+
+
+def stribeck_dip(s: AxisSignals) -> Suspect:
+    """Extra friction at low speed that falls with speed."""
+    top = float(np.quantile(np.abs(s.frame.velocity), 0.99))
+    rungs = ladder(
+        lambda speed, exponent: stribeck(s.sense, s.velocity, speed_mm_s=speed, exponent=exponent),
+        [{"speed": v, "exponent": e} for v in DIP_SPEEDS_MM_S if v < 0.5 * top for e in (1.0, 2.0)],
+        names=("level",),
+        allowed=positive,
+    )
+    return Suspect(
+        "stribeck", "stribeck", tuple(rungs), (s.channel("velocity"),),
+        detail=lambda: s.sense[:, None] * spline(np.abs(s.velocity), 8),
+    )  # fmt: skip
+
+
+def asymmetry(s: AxisSignals) -> Suspect:
+    """Friction that differs by direction: the same sign both ways, gone at standstill."""
+    moving, speed = np.abs(s.sense), np.abs(s.velocity)
+    like = np.abs(s.frame.velocity)
+    rungs = (
+        Rung(lambda: moving, names=("level",), tries=2),
+        Rung(lambda: speed, names=("coefficient",), tries=2),
+        Rung(lambda: np.column_stack([moving, speed]), names=("level", "coefficient")),
+        Rung(lambda: moving[:, None] * spline(speed, 7, like)),
+    )
+    return Suspect(
+        "asymmetry", "asymmetry", rungs, (s.channel("direction"), s.channel("velocity")),
+        detail=lambda: moving[:, None] * spline(speed, 10),
+    )  # fmt: skip
+
+
+def position_friction(s: AxisSignals) -> Suspect:
+    """Friction that changes along the travel, alike in both directions."""
+    like = s.frame.position
+    middle = 0.5 * float(like.min() + like.max())
+    rungs = (
+        Rung(lambda: s.sense * (s.position - middle), names=("slope",)),
+        Rung(lambda: s.sense[:, None] * swings(s.position, 8, like)),
+        Rung(lambda: s.sense[:, None] * swings(s.position, 16, like)),
+    )
+    return Suspect(
+        "position_friction",
+        "position_friction",
+        rungs,
+        (s.channel("position"), s.channel("direction")),
+        detail=lambda: s.sense[:, None] * spline(s.position, FINER),
+    )
+
+
+def warmup(s: AxisSignals) -> Suspect:
+    """Friction that falls as the lubricant warms: with the way run, with the clock, or freely."""
+    span = float(s.frame.t_s[-1] - s.frame.t_s[0])
+    times = [time for time in WARM_TIMES_S if time < 3.0 * span]
+
+    def driven(time_constant: float) -> Array:
+        return -s.friction * warmth(s.t_s, s.velocity, time_constant_s=time_constant)
+
+    def clocked(time_constant: float) -> Array:
+        return np.asarray(s.friction * np.expm1(-(s.t_s - s.t_s[0]) / time_constant))
+
+    rungs = [
+        *ladder(driven, _times(times), names=("drop",), allowed=positive),
+        *ladder(
+            clocked,
+            _times([time for time in times if time > 0.02 * span]),
+            names=("drop",),
+            allowed=positive,
+        ),
+        Rung(lambda: s.friction[:, None] * swings(s.t_s, 8, s.frame.t_s), allowed=_falls),
+    ]
+    return Suspect(
+        "warmup", "warmup", tuple(rungs), ("t", s.channel("velocity")),
+        detail=lambda: _warm_detail(s, times), excludes=frozenset({"gain"}),
+    )  # fmt: skip
+
+
+def _times(values: list[float]) -> list[dict[str, float]]:
+    return [{"time_constant": value} for value in values]
+
+
+def _warm_detail(s: AxisSignals, times: list[float]) -> Array:
+    """Return what friction over time may be beside one law: freely over time, and each term's."""
+    along = s.friction[:, None] * spline(s.t_s, 14)
+    slow = s.velocity[:, None] * spline(s.t_s, 4)
+    driven = np.column_stack(
+        [s.friction * warmth(s.t_s, s.velocity, time_constant_s=T) for T in times[:4]]
+    )
+    return np.column_stack([along, slow, driven])
+
+
+def _falls(factor: Array) -> bool:
+    """Whether spline coefficients over time, the last of which is 0, mostly fall."""
+    steps = np.diff(np.append(factor, 0.0))
+    down = -float(steps[steps < 0].sum())
+    return down > FALLS * float(np.abs(steps).sum())
+
+
+def soft_start(s: AxisSignals) -> Suspect:
+    """After a reversal friction builds up over a small way."""
+    rungs = ladder(
+        lambda distance: s.direction - presliding(s.direction, s.position, distance_mm=distance),
+        [{"distance": distance} for distance in PRESLIDING_MM],
+        names=("share",),
+        allowed=negative,
+    )
+    return Suspect(
+        "presliding", "presliding", tuple(rungs), (s.channel("position"), s.channel("direction")),
+        detail=lambda: reversal_columns(s), excludes=frozenset({"backlash"}),
+    )  # fmt: skip
+
+
+def play(s: AxisSignals) -> Suspect:
+    """After a reversal the load's friction is absent over a fixed way."""
+    rungs = ladder(
+        lambda gap: backlash(s.direction, s.position, gap_mm=gap),
+        [{"gap": gap} for gap in PLAY_MM],
+        names=("level",),
+        allowed=positive,
+    )
+    return Suspect(
+        "backlash", "backlash", tuple(rungs), (s.channel("position"), s.channel("direction")),
+        detail=lambda: reversal_columns(s), excludes=frozenset({"presliding"}),
+    )  # fmt: skip
+
+
+def turning_columns(s: AxisSignals) -> Array:
+    """Return what friction may do otherwise than simulated while the axis turns, (n, p)."""
+    return np.column_stack([around_standstill(s.sense, s.velocity), reversal_columns(s)])
+
+
+def reversal_columns(s: AxisSignals) -> Array:
+    """Return s·exp(−way/scale) for the way run since the last reversal at six scales, (n, 6)."""
+    scales_mm = (0.004, 0.02, 0.1, 0.3, 1.0, 3.0)
+    return np.column_stack([s.last_sense * np.exp(-s.way / scale) for scale in scales_mm])

@@ -1,0 +1,337 @@
+"""Suspects that load an axis, and those that the motor, the sensor or the clock make."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import expit
+
+from autodb.explain.axis.friction import turning_columns
+from autodb.explain.axis.signals import AxisSignals
+from autodb.explain.axis.unknown import BAR
+from autodb.explain.engine.candidates import (
+    UNKNOWN,
+    Rung,
+    Suspect,
+    ladder,
+    near_one,
+    positive,
+    spline,
+    swings,
+)
+from autodb.terms.drive import compliance
+from autodb.terms.sensor import lag
+
+Array = NDArray[np.float64]
+
+RICHER = 4.0
+"""Further evidence asked of a load that is not constant, beside a constant one. Chosen."""
+SWINGS_HZ = (6.0, 9.0, 13.0, 18.0, 25.0, 35.0, 50.0, 70.0)
+DAMPINGS = (0.03, 0.15)
+DELAYS_S = (0.0004, 0.0008, 0.0015, 0.0025, 0.004, 0.006, 0.009, 0.013, 0.02, 0.03, 0.045)
+SETTLING = (0.05, 0.15, 0.4, 1.0)
+"""Times of a settling drift and gain as shares of the recording."""
+STEPS = 24
+CLIPS = 28
+SIDES = ((1.0, -1.0), (1.0,), (-1.0,))
+"""Ways in which an effort is limited: a drive's limit acts both ways, a sensor's often one way."""
+SOFTER = 2
+"""Soft limits stand this many times as far apart as sharp ones."""
+SOFT = 0.08
+"""Width of a soft knee as a share of the limit."""
+LOWEST_CLIP = 0.6
+"""A limit is looked for from this quantile of the simulated effort on."""
+
+
+def load_suspects(s: AxisSignals) -> list[Suspect]:
+    """Return the loads that an axis may have beside friction."""
+    return [
+        Suspect(
+            "gravity",
+            "gravity",
+            (Rung(lambda: np.ones_like(s.t_s), names=("level",)),),
+            excludes=frozenset({"spring"}),
+        ),
+        inertia(s),
+        spring(s),
+        swing(s),
+        *cross_couplings(s),
+    ]
+
+
+def inertia(s: AxisSignals) -> Suspect:
+    """Mass that must be accelerated."""
+    return Suspect(
+        "inertia",
+        "inertia",
+        (Rung(lambda: s.acceleration, names=("coefficient",), allowed=positive),),
+        (s.channel("acceleration"),),
+        detail=lambda: _neighbours(s.acceleration),
+    )
+
+
+def _neighbours(values: Array) -> Array:
+    """Return how a signal differs from itself one row earlier and later, (n, 2)."""
+    return np.column_stack([np.roll(values, 1) - values, np.roll(values, -1) - values])
+
+
+def spring(s: AxisSignals) -> Suspect:
+    """A load that grows along the travel with the same sign both ways, straight or hardening."""
+    like = s.frame.position
+    middle = 0.5 * float(like.min() + like.max())
+    half = max(0.5 * float(np.ptp(like)), 1e-9)
+    along, here = (s.position - middle) / half, np.ones_like(s.position)
+    return Suspect(
+        "spring",
+        "spring",
+        (
+            Rung(
+                lambda middle: np.column_stack([s.position - middle, here]),
+                shape={"middle": middle},
+                names=("stiffness", "constant"),
+            ),
+            Rung(lambda: np.column_stack([along, along**2, along**3, here]), allowed=_monotone),
+        ),
+        (s.channel("position"),),
+        detail=lambda: spline(s.position, 10),
+        bar=RICHER,
+        excludes=frozenset({"gravity"}),
+    )
+
+
+def _monotone(cubic: Array) -> bool:
+    """Whether a·u + b·u² + c·u³ hardly turns back over −1 to 1."""
+    u = np.linspace(-1.0, 1.0, 41)
+    steps = np.diff(cubic[0] * u + cubic[1] * u**2 + cubic[2] * u**3)
+    forth, back = float(steps[steps > 0].sum()), -float(steps[steps < 0].sum())
+    return min(forth, back) < 0.15 * max(forth, back)
+
+
+def swing(s: AxisSignals) -> Suspect:
+    """The load swings behind the motor on a springy drive train."""
+    rate_hz = 1.0 / float(np.median(np.diff(s.t_s)))
+
+    def law(frequency: float, damping: float) -> Array:
+        return compliance(s.acceleration, s.t_s, frequency_hz=frequency, damping=damping)
+
+    rungs = ladder(
+        law,
+        [{"frequency": f, "damping": z} for f in SWINGS_HZ if f < 0.3 * rate_hz for z in DAMPINGS],
+        names=("coefficient",),
+        ratio=1.5,
+        allowed=positive,
+    )
+    return Suspect(
+        "compliance", "compliance", tuple(rungs), (s.channel("acceleration"),),
+        detail=lambda: np.column_stack([law(f, 0.1) for f in (9.0, 18.0, 35.0)]),
+        excludes=frozenset({"lag"}),
+    )  # fmt: skip
+
+
+def cross_couplings(s: AxisSignals) -> list[Suspect]:
+    """The acceleration of each other axis, at once or a little late."""
+    return [cross_coupling(s, name) for name in s.others if name.endswith(".acceleration")]
+
+
+def cross_coupling(s: AxisSignals, name: str) -> Suspect:
+    """The acceleration of one other axis."""
+    other = s.others[name]
+    return Suspect(
+        f"cross_coupling {name}",
+        "cross_coupling",
+        (Rung(lambda: other, names=("coefficient",)),),
+        (name,),
+        detail=lambda: np.column_stack([_neighbours(other), _late(s, other)]),
+    )
+
+
+def _late(s: AxisSignals, values: Array) -> Array:
+    """Return a signal some hundredths of a second late, (n, 2)."""
+    return np.column_stack([lag(values, s.t_s, delay_s=d) for d in (0.015, 0.04)])
+
+
+def sensor_suspects(s: AxisSignals) -> list[Suspect]:
+    """Return what the motor's constant, the sensor and the clock may do.
+
+    Where no effort is known there is nothing to scale, shift, clip or lose the sign of.
+    """
+    if not np.any(s.effort):
+        return [drift(s)]
+    return [gain(s), drift(s), shift(s), clipping(s), lost_sign(s), braking(s)]
+
+
+def gain(s: AxisSignals) -> Suspect:
+    """Every contribution scales alike with a factor that changes: steadily, settling, in a step."""
+    run = _run(s)
+
+    def settling(time_constant: float) -> Array:
+        return -s.effort * np.expm1(-run / time_constant)
+
+    def stepping(start: float) -> Array:
+        return s.effort * np.clip((run - start) * len(s.frame.t_s) / 10.0 + 0.5, 0.0, 1.0)
+
+    tries = 1 + len(SETTLING) + STEPS
+    rungs = [Rung(lambda: s.effort * run, names=("share_of_all",), tries=tries)]
+    rungs += ladder(settling, [{"time_constant": T} for T in SETTLING], names=("share_of_all",))
+    rungs += [
+        Rung(
+            stepping,
+            shape={"start": float(at)},
+            within={"start": (float(at) - 1.0 / STEPS, float(at) + 1.0 / STEPS)},
+            names=("share_of_all",),
+            tries=tries,
+        )
+        for at in np.linspace(0.0, 1.0, STEPS + 2)[1:-1]
+    ]
+    rungs.append(Rung(lambda: s.effort[:, None] * swings(run, 7, _run(s.frame))))
+    return Suspect(
+        "gain", "gain", tuple(rungs), ("t",),
+        detail=lambda: s.effort[:, None] * spline(run, 14), excludes=frozenset({"warmup"}),
+    )  # fmt: skip
+
+
+def braking(s: AxisSignals) -> Suspect:
+    """While the drive brakes, power flows back, and another share of the effort is recorded.
+
+    Losses add to what a motor draws and take away from what it gives back, and a meter that knows
+    one direction shows nothing then.
+    """
+    brakes = s.effort * s.velocity < 0.0
+    less = Rung(lambda: s.effort * brakes, names=("share_while_braking",))
+    nothing = Rung(
+        lambda: -s.simulation * brakes,
+        names=("share",),
+        allowed=near_one,
+        through=lambda columns: columns * ~brakes[:, None],
+    )
+    return Suspect(
+        "braking, with effort against the motion",
+        UNKNOWN,
+        (less, nothing),
+        (s.channel("velocity"), s.channel("acceleration")),
+        bar=BAR,
+    )
+
+
+def _run(s: AxisSignals) -> Array:
+    """Return time as a share of the recording."""
+    like = s.frame.t_s
+    return np.asarray((s.t_s - like[0]) / (like[-1] - like[0]))
+
+
+def drift(s: AxisSignals) -> Suspect:
+    """The sensor's zero point follows the clock: straight, bent, settling, or freely and slowly."""
+    run = _run(s)
+    rungs = [
+        Rung(lambda: run, names=("change",)),
+        Rung(lambda: np.column_stack([run, run**2]), names=("change", "bend")),
+        *ladder(
+            lambda time_constant: -np.expm1(-run / time_constant),
+            [{"time_constant": time} for time in SETTLING],
+            names=(),
+        ),
+        Rung(lambda: spline(run, 8, _run(s.frame))),
+    ]
+    return Suspect(
+        "sensor_drift",
+        "sensor_drift",
+        tuple(rungs),
+        ("t",),
+        detail=lambda: spline(run, 16),
+        bar=RICHER,
+    )
+
+
+def shift(s: AxisSignals) -> Suspect:
+    """Recording and simulation are shifted in time, either way."""
+    least = DELAYS_S[0]
+    slightly = Rung(
+        lambda: lag(s.simulation, s.t_s, delay_s=least) - s.simulation,
+        names=("slight",),
+        allowed=lambda c: bool(abs(c[0]) < 1.0),
+    )
+    rungs = ladder(
+        lambda delay: lag(s.simulation, s.t_s, delay_s=delay) - s.simulation,
+        [{"delay": sign * d} for sign in (1.0, -1.0) for d in DELAYS_S],
+        names=("share",),
+        ratio=1.6,
+        allowed=near_one,
+        through=lambda columns, delay: _late_columns(columns, s.t_s, delay),
+    )
+    return Suspect(
+        "lag", "lag", (slightly, *rungs), (), detail=lambda: _shifted(s),
+        excludes=frozenset({"compliance"}), mistaken=lambda: turning_columns(s),
+    )  # fmt: skip
+
+
+def _late_columns(columns: Array, t_s: Array, delay: float) -> Array:
+    late = [lag(column, t_s, delay_s=delay) for column in columns.T]
+    return np.column_stack([np.empty((len(t_s), 0)), *late])
+
+
+def _shifted(s: AxisSignals) -> Array:
+    return np.column_stack(
+        [lag(s.simulation, s.t_s, delay_s=d) - s.simulation for d in (-0.02, -0.006, 0.006, 0.02)]
+    )
+
+
+def clipping(s: AxisSignals) -> Suspect:
+    """The effort is clipped at a limit that the simulation exceeds: both ways, or one way only."""
+    rungs = [rung for sides in SIDES for rung in _limits(s, sides)]
+    return Suspect("saturation", "saturation", tuple(rungs), ())
+
+
+def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[Rung]:
+    """Return sharp and soft limits on these sides."""
+    size, sign = _beyond(s.effort, sides), np.sign(s.effort)
+    like = _beyond(s.frame.effort, sides)
+    highest = float(like.max())
+    if highest <= 0:
+        return []
+    lowest = max(float(np.quantile(like, LOWEST_CLIP)), highest / CLIPS)
+    step = (highest - lowest) / CLIPS
+    limits = [lowest + step * number for number in range(CLIPS)]
+
+    def sharp(limit: float) -> Array:
+        return np.where(size > limit, sign * limit - s.simulation, 0.0)
+
+    def clipped(columns: Array, limit: float) -> Array:
+        return columns * (size <= limit)[:, None]
+
+    def soft(limit: float) -> Array:
+        width = SOFT * limit
+        over = width * np.logaddexp(0.0, (size - limit) / width)
+        added = s.effort - s.simulation
+        return added - sign * over - softened(added[:, None], limit)[:, 0]
+
+    def softened(columns: Array, limit: float) -> Array:
+        return np.asarray(columns * expit((limit - size) / (SOFT * limit))[:, None])
+
+    return [
+        Rung(
+            law,
+            shape={"limit": at},
+            within={"limit": (at - step, at + step)},
+            names=("share",),
+            tries=len(SIDES) * len((*limits, *limits[::SOFTER])),
+            allowed=near_one,
+            through=through,
+        )
+        for law, through, tried in ((sharp, clipped, limits), (soft, softened, limits[::SOFTER]))
+        for at in tried
+    ]
+
+
+def _beyond(effort: Array, sides: tuple[float, ...]) -> Array:
+    """Return how far an effort is out on these sides, 0 on the other."""
+    return np.asarray(np.max([side * effort for side in (*sides, 0.0)], axis=0))
+
+
+def lost_sign(s: AxisSignals) -> Suspect:
+    """A magnitude was recorded."""
+    sign = np.where(s.effort < 0, -1.0, 1.0)
+    rung = Rung(
+        lambda: sign * s.simulation - s.simulation,
+        names=("share",),
+        allowed=near_one,
+        through=lambda columns: columns * sign[:, None],
+    )
+    return Suspect("lost_sign", "lost_sign", (rung,), ())

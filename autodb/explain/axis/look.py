@@ -1,0 +1,199 @@
+"""Explain one axis effort over time."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.errors import UnusableInput
+from autodb.explain.answer.answer import ChannelAnswer, Considered, Trace, Where
+from autodb.explain.axis.causes import causes
+from autodb.explain.axis.friction import friction_suspects, warmup
+from autodb.explain.axis.loads import load_suspects, sensor_suspects
+from autodb.explain.axis.reading import Reading
+from autodb.explain.axis.scan import Left, proposals
+from autodb.explain.axis.signals import NO_PARTS, READ_OFF, AxisSignals, axis_signals
+from autodb.explain.axis.unknown import unknown_suspects
+from autodb.explain.engine.bench import Bench, reduced
+from autodb.explain.engine.candidates import Choice, Suspect
+from autodb.explain.engine.fit import SAME, no_difference, quality, rms
+from autodb.explain.engine.fitted import fit
+from autodb.explain.engine.inquiry import Inquiry, inquire
+from autodb.explain.engine.locate import regimes
+from autodb.explain.engine.noise import Whitener
+from autodb.explain.engine.tuning import tuned_together
+from autodb.explain.engine.weighing import weighing
+from autodb.records import Recording
+
+Array = NDArray[np.float64]
+
+WORKING_HZ = 250.0
+"""Rate that the search works at: means of more rows blur reversals, where lag, play and limits of
+the drive show."""
+WORKING_ROWS = 60_000
+"""Long recordings are searched in fewer rows: some 600 columns of them take 0.3 GiB a copy."""
+SHORTEST_S = 9.9
+SHORTEST_ROWS = 300
+GLITCH = 1000.0
+GLITCH_ROWS = 20
+"""A value GLITCH times the 20th largest is a glitch of the logger, not an effort."""
+GAP_S = 0.25
+"""Rows this near to a block left out are not fitted on: noise is correlated over such times."""
+REST = 1e-3
+"""Share of a simulation that its own terms do not give, from which on the rest is kept as one."""
+
+
+def explain_axis(
+    recording: Recording,
+    simulation: Array,
+    channel: str,
+    includes: list[str] | None,
+    parts: Mapping[str, Array] = NO_PARTS,
+) -> tuple[ChannelAnswer, Trace]:
+    """Say what the simulation of one effort channel leaves out.
+
+    ``simulation`` (n,) on the recording's time; ``includes`` the terms it already has, read off it
+    when None; ``parts`` what of it is known to come from which term, (n,) each.
+
+    Raises UnusableInput on a recording too short to judge, or a glitch that outweighs everything.
+    """
+    measured, unit = recording[channel], recording.unit(channel)
+    _check(recording, channel, measured, simulation)
+    signals = axis_signals(recording, simulation, channel, parts)
+    trace = Trace(
+        x_name="t",
+        x=recording.t_s,
+        recording=measured,
+        simulation=simulation,
+        corrected=simulation,
+        regime_signals={
+            signals.channel("position"): signals.position,
+            signals.channel("velocity"): signals.velocity,
+        },
+    )
+    difference = measured - simulation
+    if rms(difference) <= SAME * max(rms(measured), rms(simulation)):
+        return no_difference(unit), trace
+    own = _own_columns(signals, includes)
+    bench = Bench(difference, own, _factor(recording))
+    inquiry = inquire(bench, AxisField(signals, bench))
+    bench.loosen(inquiry.found.choices)
+    choices = tuned_together(bench, inquiry.found.choices, inquiry.noise)
+    noise = weighing(bench, choices, inquiry.noise)
+    fitted = fit(bench, choices, noise)
+    had = frozenset(own) | frozenset(includes or ())
+    reading = Reading(bench, inquiry, noise, choices, fitted, signals, had, unit)
+    return _answer(reading, replace(trace, considered=_considered(inquiry)))
+
+
+@dataclass(frozen=True)
+class AxisField:
+    """The suspects of an axis; those that the simulation has as own terms are left out.
+
+    One that it has as a known part is none of them: it may be there in another form.
+    """
+
+    signals: AxisSignals
+    bench: Bench
+
+    def standing(self) -> list[Suspect]:
+        """Return every suspect but those that scans find."""
+        s = self.signals
+        return self._open(
+            [*friction_suspects(s), *load_suspects(s), *sensor_suspects(s), *unknown_suspects(s)]
+        )
+
+    def beside(self, retuned: Array, parts: list[tuple[str, Array]]) -> list[Suspect]:
+        """Return warm-up and what motor and sensor do, acting on all that has been found."""
+        now = self.signals.beside(retuned, parts)
+        return self._open([warmup(now), *sensor_suspects(now)])
+
+    def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Suspect]:
+        """Return what scans of the residual at the bench's working rate point to."""
+        s, factor = self.signals, self.bench.factor
+        t_s, position, velocity, sense = (
+            reduced(values, factor) for values in (s.t_s, s.position, s.velocity, s.sense)
+        )
+        step_s = factor * float(np.median(np.diff(s.t_s)))
+        rows = Left(t_s, position, velocity, sense, left, whitener, factor, step_s)
+        return proposals(s, rows, number)
+
+    def _open(self, suspects: list[Suspect]) -> list[Suspect]:
+        own = self.bench.own.keys() & READ_OFF
+        return [suspect for suspect in suspects if suspect.term not in own]
+
+
+def _factor(recording: Recording) -> int:
+    rows = len(recording) / WORKING_ROWS
+    return max(1, int(recording.rate_hz / WORKING_HZ), int(np.ceil(rows)))
+
+
+def _own_columns(signals: AxisSignals, includes: list[str] | None) -> dict[str, Array]:
+    """Return the columns of the simulation's own terms, and what of it they do not give."""
+    own = {n: c for n, c in signals.own.items() if includes is None or n in includes}
+    rest = signals.simulation
+    if own:
+        matrix = np.column_stack(list(own.values()))
+        rest = rest - matrix @ np.linalg.lstsq(matrix, rest, rcond=None)[0]
+    if rms(rest) > REST * rms(signals.simulation) > 0:
+        own["rest"] = rest
+    return own
+
+
+def _answer(reading: Reading, trace: Trace) -> tuple[ChannelAnswer, Trace]:
+    found = causes(reading)
+    fitted, choices = reading.fitted, reading.choices
+    before = trace.recording - trace.simulation
+    correction = fitted.correction if found else np.zeros_like(before)
+    intervals = tuple(_interval(c) for c in choices if c.suspect.interval is not None)
+    narrow = regimes(correction, trace.regime_signals) if found and not intervals else []
+    answer = ChannelAnswer(
+        unit=reading.unit,
+        mismatch=bool(found),
+        where=Where(intervals=intervals, regime=tuple(narrow)),
+        missing=tuple(found),
+        fit=quality(
+            before=before,
+            after=before - correction,
+            columns=fitted.design if found else np.empty((len(before), 0)),
+            values=fitted.values,
+            free=sum(number < reading.bench.firm for number in fitted.retuned),
+            gap=round(GAP_S / float(np.median(np.diff(trace.x)))),
+        ),
+    )
+    return answer, replace(trace, corrected=trace.simulation + correction)
+
+
+def _interval(choice: Choice) -> tuple[float, float]:
+    return choice.shape.shape["start"], choice.shape.shape["end"]
+
+
+def _considered(inquiry: Inquiry) -> tuple[Considered, ...]:
+    """Return every candidate of the first round; one found later with its evidence in its set."""
+    found = inquiry.found
+    worth = {**dict(zip(found.keys, found.evidence, strict=True)), **inquiry.considered}
+    return tuple(
+        Considered(
+            name=key, evidence=value, verdict="accepted" if key in found.keys else "not needed"
+        )
+        for key, value in sorted(worth.items(), key=lambda item: -item[1])
+    )
+
+
+def _check(recording: Recording, channel: str, measured: Array, simulation: Array) -> None:
+    """Refuse what no search can judge: too short, or a glitch that outweighs everything."""
+    seconds = float(recording.t_s[-1] - recording.t_s[0])
+    if seconds < SHORTEST_S or len(recording) < SHORTEST_ROWS:
+        raise UnusableInput(
+            f"{recording.path}: {len(recording)} rows over {seconds:.3g} s are too short to leave "
+            f"parts out of the fit; {SHORTEST_S:g} s and {SHORTEST_ROWS} rows would work"
+        )
+    for name, values in (("recording", measured), ("simulation", simulation)):
+        size = np.abs(values)
+        row, others = int(np.argmax(size)), float(np.partition(size, -GLITCH_ROWS)[-GLITCH_ROWS])
+        if size[row] > GLITCH * others > 0:
+            raise UnusableInput(
+                f"{recording.path}: {channel} of the {name}, row {row + 1}: {values[row]:.3g} is "
+                f"over {GLITCH:g} times all but a few rows; without that row it would work"
+            )

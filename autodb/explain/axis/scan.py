@@ -1,0 +1,378 @@
+"""Effects that must be looked for: a period, a stretch of time or travel, a corner of two signals.
+
+With W the whitening filter and r what is left of the difference, any column c has the product
+c·(WᵀW r) with the white residual. So the products of thousands of columns come from sums of
+WᵀW r over bins and their Fourier transform; their white lengths are read from the filter's response
+at the frequency at which the axis passes them.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.axis.signals import AxisSignals
+from autodb.explain.axis.unknown import BAR, over_place_and_speed
+from autodb.explain.engine.candidates import UNKNOWN, Rung, Suspect
+from autodb.explain.engine.locate import strongest_interval
+from autodb.explain.engine.noise import Whitener
+from autodb.terms.drive import external_load_edged
+
+Array = NDArray[np.float64]
+
+FEWEST_WAVES = 2.5
+MOST_WAVES = 1024
+BINS = 65536
+"""Parts of the range that products are summed over: with fewer than rows, what is fast in white
+residuals folds into slow waves."""
+SPEED_BINS = 40
+SHORTEST_LOAD_S = 0.2
+INSIDE = 0.02
+"""A load begins and ends this share of the recording from its ends; else it is a change."""
+LOAD_TRIES = 2000
+"""Stretches that differ: 400 edges, pairs that overlap mostly look alike. Chosen."""
+CORNER = (12, 6)
+PLACES = 60
+"""Parts of the travel that a rough stretch is made of."""
+
+
+@dataclass(frozen=True)
+class Left:
+    """What is left of the difference at the working rate, (n,), and the filter that whitens it."""
+
+    t_s: Array
+    position: Array
+    velocity: Array
+    sense: Array
+    left: Array
+    whitener: Whitener
+    factor: int
+    step_s: float
+
+    @property
+    def adjoint(self) -> Array:
+        """WᵀW r, (n,)."""
+        return self.whitener.adjoint(self.whitener(self.left), len(self.left))
+
+    def power(self, frequency_hz: Array) -> Array:
+        """Return |W|² at frequencies, with the averaging over the rows of one working row."""
+        full_s = self.step_s / self.factor
+        phase = np.pi * frequency_hz * full_s
+        with np.errstate(invalid="ignore", divide="ignore"):
+            blur = np.sin(self.factor * phase) / (self.factor * np.sin(phase))
+        blur = np.where(np.abs(np.sin(phase)) < 1e-9, 1.0, blur)
+        return np.asarray(self.whitener.power(frequency_hz * self.step_s) * blur**2)
+
+
+def proposals(signals: AxisSignals, left: Left, number: int) -> list[Suspect]:
+    """Return the suspects that what is left points to; ``number`` makes their keys unique."""
+    made = [
+        _periodic_travel(signals, left, number, along=False),
+        _periodic_travel(signals, left, number, along=True),
+        _periodic_time(signals, left, number),
+        _load(signals, left, number),
+        _rough_place(signals, left, number),
+        _corner(signals, left, number, turned=True),
+        _corner(signals, left, number, turned=False),
+    ]
+    return [replace(suspect, scanned=True) for suspect in made if suspect is not None]
+
+
+def _strongest_wave(
+    place: Array, weight: Array, length: Callable[[Array], Array]
+) -> tuple[float, int] | None:
+    """Return (waves over the range, number of waves tried) of the strongest sine in ``weight``.
+
+    ``length`` gives the squared white length of a sine by its number of waves.
+    """
+    span = float(np.ptp(place))
+    if span <= 0:
+        return None
+    bins = int(min(BINS, len(place)))
+    total = _spread((place - place.min()) / span * (bins - 1), weight, bins)
+    waves = np.arange(4 * min(MOST_WAVES, bins // 8) + 1) / 4.0 * (bins - 1) / bins
+    spectrum = np.abs(np.fft.rfft(total, n=4 * bins)[: len(waves)]) ** 2
+    open_ones = waves >= FEWEST_WAVES
+    if not open_ones.any():
+        return None
+    strength = np.where(open_ones, spectrum / np.maximum(length(waves), 1e-300), 0.0)
+    best = waves[int(np.argmax(strength))]
+    finer = best + np.linspace(-0.25, 0.25, 41)
+    phase = 2j * np.pi * (place - place.min()) / span
+    turned, step = np.exp(phase * finer[0]), np.exp(phase * (finer[1] - finer[0]))
+    exact = np.empty(len(finer))
+    for number in range(len(finer)):
+        exact[number] = abs(turned @ weight) ** 2
+        turned *= step
+    return float(finer[int(np.argmax(exact))]), int(open_ones.sum()) // 4
+
+
+def _spread(at: Array, weight: Array, bins: int) -> Array:
+    """Return the sums of weights (n,) at places 0 to bins − 1, each shared by its neighbours."""
+    low = np.minimum(at.astype(np.intp), bins - 2)
+    share = at - low
+    return np.asarray(
+        np.bincount(low, weights=weight * (1.0 - share), minlength=bins)
+        + np.bincount(low + 1, weights=weight * share, minlength=bins)
+    )
+
+
+def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) -> Suspect | None:
+    """A ripple over position: cogging, or friction's ripple where it flips with the direction."""
+    travel = float(np.ptp(s.position))
+    speeds = np.abs(left.velocity)
+    share, edges = np.histogram(speeds, bins=SPEED_BINS)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+
+    def length(waves: Array) -> Array:
+        power = left.power(waves[:, None] * middle / max(travel, 1e-9))
+        return np.asarray(0.5 * power @ share)
+
+    carrier = left.sense if along else np.ones_like(left.sense)
+    found = _strongest_wave(left.position, carrier * left.adjoint, length)
+    if found is None:
+        return None
+    waves, tries = found
+    return travel_ripple(s, number, waves, tries, along=along)
+
+
+def travel_ripple(s: AxisSignals, number: int, waves: float, tries: int, *, along: bool) -> Suspect:
+    """Return the suspect of a ripple with so many waves over the travel of the recording."""
+    start, travel = float(s.frame.position.min()), float(np.ptp(s.frame.position))
+    period = travel / waves
+
+    def ripple(orders: tuple[int, ...], period: float) -> Array:
+        angle = 2 * np.pi * (s.position - start) / period
+        columns = np.column_stack([f(k * angle) for k in orders for f in (np.cos, np.sin)])
+        return s.sense[:, None] * columns if along else columns
+
+    def detail() -> Array:
+        slow = (s.position - start) / travel - 0.5
+        return np.column_stack([ripple((1, 2, 3, 4), period), ripple((1,), period) * slow[:, None]])
+
+    name = "position_friction" if along else "cogging"
+    return Suspect(
+        f"{name} periodic {number}",
+        name,
+        tuple(
+            Rung(
+                partial(ripple, o),
+                shape={"period": period},
+                within={"period": (period * (1 - 0.2 / waves), period * (1 + 0.2 / waves))},
+                names=("cosine", "sine") if o == (1,) else (),
+                tries=tries,
+            )
+            for o in ((1,), (1, 2), (1, 2, 3))
+        ),
+        (s.channel("position"), s.channel("direction")) if along else (s.channel("position"),),
+        detail=detail,
+        anew=lambda other: travel_ripple(other, number, waves, tries, along=along),
+    )
+
+
+def _periodic_time(s: AxisSignals, left: Left, number: int) -> Suspect | None:
+    """A load periodic in time, whatever the axis does."""
+    span = float(np.ptp(left.t_s))
+
+    def length(waves: Array) -> Array:
+        return 0.5 * len(left.t_s) * left.power(waves / span)
+
+    found = _strongest_wave(left.t_s, left.adjoint, length)
+    if found is None:
+        return None
+    waves, tries = found
+
+    def ripple(orders: tuple[int, ...], period: float) -> Array:
+        angle = 2 * np.pi * (s.t_s - s.t_s[0]) / period
+        return np.column_stack([f(k * angle) for k in orders for f in (np.cos, np.sin)])
+
+    period = span / waves
+    rungs = tuple(
+        Rung(
+            partial(ripple, orders),
+            shape={"period": period},
+            within={"period": (period * (1 - 0.2 / waves), period * (1 + 0.2 / waves))},
+            tries=tries,
+        )
+        for orders in ((1,), (1, 2), (1, 2, 3))
+    )
+    return Suspect(f"periodic in time {number}", UNKNOWN, rungs, ("t",), bar=BAR)
+
+
+def _load(s: AxisSignals, left: Left, number: int) -> Suspect | None:
+    """The stretch of time in which a constant explains most."""
+    white = left.whitener(left.left)
+    start, end, _ = strongest_interval(white)
+    t = left.t_s[len(left.t_s) - len(white) :]
+    low, high = float(t[start]), float(t[min(end, len(t) - 1)])
+    edge = INSIDE * float(np.ptp(left.t_s))
+    if high - low < SHORTEST_LOAD_S or low < t[0] + edge or high > t[-1] - edge:
+        return None
+    return load(s, low, high, key=f"external_load {number}")
+
+
+def load(s: AxisSignals, low: float, high: float, *, key: str) -> Suspect:
+    """Return the suspect of a load from ``low`` to ``high`` [s], constant or not, sudden or not."""
+    ramp = min(0.5, 0.15 * (high - low))
+    give = min(1.0, 0.2 * (high - low))
+
+    def inside(start: float, end: float) -> Array:
+        return external_load_edged(s.t_s, start_s=start, end_s=end)
+
+    def soft(start: float, end: float) -> Array:
+        rise, fall = (s.t_s - start) / ramp + 0.5, (end - s.t_s) / ramp + 0.5
+        return np.clip(np.minimum(rise, fall), 0.0, 1.0)
+
+    def shaped(start: float, end: float) -> Array:
+        box, run = inside(start, end), np.clip(2 * (s.t_s - start) / (end - start) - 1, -1, 1)
+        return np.column_stack([box, box * run, box * (1.5 * run**2 - 0.5), soft(start, end) - box])
+
+    def detail() -> Array:
+        return np.column_stack([shaped(low, high), _flanks(s.t_s, low, high, ramp)])
+
+    within = {"start": (low - give, low + give), "end": (high - give, high + give)}
+    return Suspect(
+        key,
+        "external_load",
+        tuple(
+            Rung(law, {"start": low, "end": high}, within, names=names, tries=LOAD_TRIES)
+            for law, names in ((inside, ("level",)), (soft, ("level",)), (shaped, ()))
+        ),
+        ("t",),
+        detail=detail,
+        interval=(low, high),
+    )
+
+
+def _flanks(t_s: Array, low: float, high: float, ramp: float) -> Array:
+    """Return what a load's beginning and end may be off, (n, 4)."""
+    columns = []
+    for at in (low, high):
+        near = np.clip(1 - np.abs(t_s - at) / ramp, 0.0, None)
+        columns += [near, near * np.sign(t_s - at)]
+    return np.column_stack(columns)
+
+
+def _rough_place(s: AxisSignals, left: Left, number: int) -> Suspect | None:
+    """A stretch of the travel with other friction: the interval where sgn(v) explains most."""
+    span = float(np.ptp(left.position))
+    if span <= 0:
+        return None
+    bins = PLACES
+    at = np.minimum((left.position - left.position.min()) / span * bins, bins - 1).astype(np.intp)
+    total = np.bincount(at, weights=left.sense * left.adjoint, minlength=bins)
+    count = np.bincount(at, weights=np.abs(left.sense), minlength=bins)
+    start, end = _best_run(total, count)
+    first = float(s.position.min())
+    return rough_place(s, number, first + start / bins * span, first + end / bins * span)
+
+
+def rough_place(s: AxisSignals, number: int, low: float, high: float) -> Suspect:
+    """Return the suspect of other friction between two places [mm]."""
+    span = float(np.ptp(s.frame.position))
+    half = 0.5 * (high - low) + span / PLACES
+
+    def bump() -> Array:
+        off = np.clip((s.position - 0.5 * (low + high)) / half, -1, 1)
+        return np.asarray(s.sense * 0.5 * (1 + np.cos(np.pi * off)))
+
+    def box() -> Array:
+        return np.asarray(s.sense * ((s.position >= low) & (s.position <= high)))
+
+    def beyond() -> Array:
+        return s.sense * np.maximum(s.position - low, 0.0) / span
+
+    def before() -> Array:
+        return s.sense * np.maximum(high - s.position, 0.0) / span
+
+    tries = PLACES * 6
+    return Suspect(
+        f"position_friction at {number}",
+        "position_friction",
+        tuple(Rung(law, tries=tries) for law in (bump, box, beyond, before)),
+        (s.channel("position"), s.channel("direction")),
+        detail=lambda: np.column_stack([bump(), box(), beyond(), before()]),
+        anew=lambda other: rough_place(other, number, low, high),
+    )
+
+
+def _best_run(total: NDArray[Any], count: NDArray[Any]) -> tuple[int, int]:
+    """Return the run of bins whose mean differs most from that of the others."""
+    left = total - count * total.sum() / max(float(count.sum()), 1e-300)
+    sums = np.concatenate([[0.0], np.cumsum(left)])
+    weight = np.concatenate([[0.0], np.cumsum(count)])
+    inside = weight[None, :] - weight[:, None]
+    room = inside * (1 - inside / weight[-1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gain = np.where(room > 1e-6 * weight[-1], (sums[None, :] - sums[:, None]) ** 2 / room, 0.0)
+    gain = np.triu(gain, 1)
+    start, end = np.unravel_index(int(np.argmax(gain)), gain.shape)
+    return int(start), int(end)
+
+
+def _corner(s: AxisSignals, left: Left, number: int, *, turned: bool) -> Suspect | None:
+    """A rectangle of position and speed in which a constant, or sgn(v), explains most."""
+    carrier = left.sense if turned else np.ones_like(left.sense)
+    speed = np.abs(left.velocity)
+    moving = speed > 0.01 * max(float(speed.max()), 1e-9)
+    if moving.sum() < 200 or np.ptp(left.position) <= 0:
+        return None
+    edges_x = np.unique(np.quantile(left.position[moving], np.linspace(0, 1, CORNER[0] + 1)))
+    edges_v = np.unique(np.quantile(speed[moving], np.linspace(0, 1, CORNER[1] + 1)))
+    if len(edges_x) < 4 or len(edges_v) < 3:
+        return None
+    weights = np.where(moving, carrier * left.adjoint, 0.0)
+    sums = np.histogram2d(left.position, speed, bins=(edges_x, edges_v), weights=weights)[0]
+    count = np.histogram2d(
+        left.position, speed, bins=(edges_x, edges_v), weights=moving * np.abs(carrier)
+    )[0]
+    i, j, k, m = _best_rectangle(sums, count)
+    (x0, x1), (v0, v1) = (edges_x[i], edges_x[j]), (edges_v[k], edges_v[m])
+
+    def box() -> Array:
+        size = np.abs(s.velocity)
+        inside = (s.position >= x0) & (s.position <= x1) & (size >= v0) & (size <= v1)
+        return np.asarray(inside * (s.sense if turned else 1.0))
+
+    def bump() -> Array:
+        size = np.abs(s.velocity)
+        at_x = np.clip((s.position - 0.5 * (x0 + x1)) / (x1 - x0), -1, 1)
+        at_v = np.clip((size - 0.5 * (v0 + v1)) / (v1 - v0), -1, 1)
+        shape = 0.25 * (1 + np.cos(np.pi * at_x)) * (1 + np.cos(np.pi * at_v))
+        return np.asarray(shape * (s.sense if turned else np.abs(s.sense)))
+
+    names = (s.channel("position"), s.channel("velocity"))
+    return Suspect(
+        f"{'direction in a ' if turned else ''}corner of position × speed {number}",
+        UNKNOWN,
+        tuple(Rung(law, tries=sums.size * 12) for law in (box, bump)),
+        (s.channel("direction"), *names) if turned else names,
+        detail=lambda: over_place_and_speed(s, turned=turned),
+        bar=BAR,
+    )
+
+
+def _best_rectangle(sums: Array, count: Array) -> tuple[int, int, int, int]:
+    """Return (i, j, k, m): bins i to j by k to m whose mean differs most from the others'."""
+    left = sums - count * sums.sum() / max(float(count.sum()), 1e-300)
+    table = np.zeros((left.shape[0] + 1, left.shape[1] + 1))
+    weight = np.zeros_like(table)
+    table[1:, 1:], weight[1:, 1:] = left.cumsum(0).cumsum(1), count.cumsum(0).cumsum(1)
+    best = (0.0, (0, 1, 0, 1))
+    for i in range(left.shape[0]):
+        for j in range(i + 1, left.shape[0] + 1):
+            row, held = table[j] - table[i], weight[j] - weight[i]
+            inside = held[None, :] - held[:, None]
+            room = inside * (1 - inside / weight[-1, -1])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                gain = np.where(
+                    room > 1e-3 * weight[-1, -1], (row[None, :] - row[:, None]) ** 2 / room, 0.0
+                )
+            gain = np.triu(gain, 1)
+            k, m = np.unravel_index(int(np.argmax(gain)), gain.shape)
+            if gain[k, m] > best[0]:
+                best = (float(gain[k, m]), (i, j, int(k), int(m)))
+    return best[1]

@@ -1,0 +1,222 @@
+"""What was found, component by component: causes with their parameters, where, and how it fits."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.answer.answer import (
+    Cause,
+    ChannelAnswer,
+    Considered,
+    FitQuality,
+    Trace,
+    Value,
+    Where,
+)
+from autodb.explain.cuts.apart import after_forces
+from autodb.explain.cuts.candidates.laws import Columns
+from autodb.explain.cuts.candidates.parameters import Effect, parameters
+from autodb.explain.cuts.candidates.words import shape_words
+from autodb.explain.cuts.fit import Fit, fit, held_out_rows
+from autodb.explain.cuts.look import Looked
+from autodb.explain.cuts.profile import value
+from autodb.explain.cuts.retuned import judged, retuned
+from autodb.explain.cuts.table import Stack
+from autodb.explain.engine.candidates import UNKNOWN, Choice
+from autodb.explain.engine.confidence import Standing, of_missing
+from autodb.explain.engine.entries import is_undecided, named, undecided
+from autodb.explain.engine.fit import rms
+from autodb.explain.engine.locate import regimes
+from autodb.fitting import NORMAL_95
+from autodb.records import CutTable
+from autodb.terms import TERMS
+
+Array = NDArray[np.float64]
+
+THIN_CHIP_MM = 0.03
+"""Uncut chip thickness below which edge force and size effect differ (physics of section 8)."""
+FELT = 9.0
+"""Fall of the sum of squares by an effect in one component, above which it is felt there."""
+
+
+def answers(
+    table: CutTable, looked: Looked, includes: frozenset[str]
+) -> dict[str, tuple[ChannelAnswer, Trace]]:
+    """Return the answer of every component and its trace."""
+    told = _Told(looked, includes)
+    return {
+        name: (told.answer(i, table.unit(name)), told.trace(i))
+        for i, name in enumerate(looked.stack.names)
+    }
+
+
+class _Told:
+    """The fit of what was found, and how sure each name is."""
+
+    def __init__(self, looked: Looked, includes: frozenset[str]) -> None:
+        self.looked, self.includes, self.stack = looked, includes, looked.stack
+        self.choices, self.own = looked.found.choices, looked.own
+        self.fit: Fit = fit(self.stack, self.own, self.choices)
+        self.standing = {
+            c.suspect.key: _limited(self.stack, c, of_missing(looked.search, looked.found, c))
+            for c in self.choices
+        }
+        self.own_terms = judged(looked)
+        self.teller = after_forces(looked)
+        self._apart: dict[str, str | None] = {}
+
+    def part(self, number: int) -> Array:
+        """Return the contribution of an effect, (C, n) [N]."""
+        return self.fit.parts[len(self.own) + number]
+
+    def felt(self, number: int, component: int) -> bool:
+        """Whether an effect is felt in a component."""
+        part = self.part(number)[component] / self.stack.sd[component]
+        return bool(np.sum(part**2) > FELT)
+
+    def causes(self, component: int) -> tuple[Cause, ...]:
+        """Return the causes seen in one component: named ones, unnamed ones, re-tuned own terms."""
+        felt = [(n, c) for n, c in enumerate(self.choices) if self.felt(n, component)]
+        causes = [self._cause(n, c, component) for n, c in felt]
+        causes.sort(key=lambda cause: cause.term == UNKNOWN)
+        again = retuned(self.looked, self.own_terms, self.fit, component, beside=causes)
+        return (*causes, *again)
+
+    def _cause(self, number: int, choice: Choice, component: int) -> Cause:
+        sure = self.standing[choice.suspect.key]
+        size = self._size(number, component)
+        if not choice.suspect.named:
+            return _unnamed(self, number, choice, component, size)
+        if is_undecided(choice, sure):
+            return undecided(choice, sure, size, where="These cuts", apart=self.apart(choice))
+        others = tuple(c for c in self.choices if c is not choice)
+        effect = Effect(self.stack, self.own, choice, others)
+        values = {"size": size, **parameters(effect, component)}
+        statement = next(t.statement for t in TERMS if t.name == choice.suspect.term)
+        return named(
+            choice, sure, statement, values, includes=self.includes, apart=self.apart(choice)
+        )
+
+    def apart(self, choice: Choice) -> str | None:
+        """Return the cuts that would tell an effect from its nearest rivals."""
+        key, rivals = choice.suspect.key, self.standing[choice.suspect.key].near
+        if key not in self._apart:
+            self._apart[key] = self.teller.told_apart(choice, _name(choice), rivals)
+        return self._apart[key]
+
+    def _size(self, number: int, component: int) -> Value:
+        """Return the largest contribution with its interval."""
+        at = self.fit.places[len(self.own) + number]
+        columns = self.choices[number].shape.law
+        assert isinstance(columns, Columns)
+        part = self.part(number)[component]
+        peak = int(np.argmax(np.abs(part)))
+        row = columns.raw(slice(peak, peak + 1))[component, 0]
+        variance = float(row @ self.fit.covariance[at, at] @ row)
+        return value(abs(float(part[peak])), NORMAL_95 * float(np.sqrt(max(variance, 0.0))), "N")
+
+    def answer(self, component: int, unit: str) -> ChannelAnswer:
+        """Return the answer of one component."""
+        stack, causes = self.stack, self.causes(component)
+        before = (stack.recording - stack.simulation)[component]
+        correction = self._correction(component, causes)
+        held = before
+        if causes:
+            held = held_out_rows(stack, self.own, self.choices)[component]
+        return ChannelAnswer(
+            unit=unit,
+            mismatch=bool(causes),
+            where=Where(
+                intervals=self._intervals(component),
+                regime=tuple(regimes(correction, _signals(stack)) if causes else ()),
+            ),
+            missing=causes,
+            fit=FitQuality(
+                rms_before=rms(before),
+                rms_after=rms(before - correction),
+                heldout_before=rms(before),
+                heldout_after=rms(held),
+                noise_floor=rms(stack.sd[component]),
+            ),
+        )
+
+    def _correction(self, component: int, causes: tuple[Cause, ...]) -> Array:
+        """Return what is added to the simulation; nothing where nothing was found."""
+        whole = np.sum([part[component] for part in self.fit.parts], axis=0)
+        return np.asarray(whole if causes else np.zeros(len(self.stack.known)))
+
+    def _intervals(self, component: int) -> tuple[tuple[float, float], ...]:
+        return tuple(
+            choice.suspect.interval
+            for number, choice in enumerate(self.choices)
+            if choice.suspect.interval is not None and self.felt(number, component)
+        )
+
+    def trace(self, component: int) -> Trace:
+        """Return the arrays behind the answer."""
+        stack = self.stack
+        correction = self._correction(component, self.causes(component))
+        taken = set(self.looked.found.keys)
+        offers = self.looked.search.offers(())
+        return Trace(
+            x_name="cut",
+            x=stack.known.number,
+            recording=stack.recording[component],
+            simulation=stack.simulation[component],
+            corrected=stack.simulation[component] + correction,
+            regime_signals=_signals(stack),
+            considered=tuple(
+                Considered(key, o.worth, "accepted" if key in taken else "not needed")
+                for o in sorted(offers, key=lambda offer: -offer.worth)
+                for key in [o.choice.suspect.key]
+            ),
+        )
+
+
+def _signals(stack: Stack) -> dict[str, Array]:
+    names = ("tool.cutting_time", "cutting.feed", "cutting.speed", "cutting.depth", "z.position")
+    return {name: stack.known.other[name] for name in names if name in stack.known.other}
+
+
+def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
+    """Return the standing with what no table of this kind tells apart added to it."""
+    known, also = stack.known, []
+    thin = known.thickness_mm is not None and float(known.thickness_mm.min()) <= THIN_CHIP_MM
+    if choice.suspect.term == "edge_force" and not thin:
+        also = ["size_effect"]
+    if choice.suspect.term == "size_effect" and not thin:
+        also = ["edge_force"]
+    if choice.suspect.term == "tool_wear" and len(known.edges) < 2:
+        also = ["sensor_drift"]
+    return replace(sure, near=tuple(dict.fromkeys([*sure.near, *also])))
+
+
+def _name(choice: Choice) -> str:
+    """Return the effect's name, or what one without a name depends on."""
+    if choice.suspect.named:
+        return choice.suspect.term
+    return f"what depends on {' and '.join(choice.suspect.variables)}"
+
+
+def _unnamed(told: _Told, number: int, choice: Choice, component: int, size: Value) -> Cause:
+    stack = told.stack
+    part = told.part(number)[component]
+    difference = (stack.recording - stack.simulation)[component]
+    share = 1.0 - float(np.sum((difference - part) ** 2) / np.sum(difference**2))
+    variables = choice.suspect.variables
+    sure = told.standing[choice.suspect.key]
+    return Cause(
+        term=UNKNOWN,
+        kind="missing",
+        confidence=sure.confidence,
+        statement=(
+            f"{100 * max(0.0, share):.0f} % of the error depends on {' and '.join(variables)}: "
+            f"{shape_words(stack, choice, part, component)} No law that is known here fits it. "
+            f"It reaches {size.value:.3g} N."
+        ),
+        parameters={"size": size},
+        alternatives=sure.near,
+        variables=variables,
+        to_tell_apart=told.apart(choice),
+    )

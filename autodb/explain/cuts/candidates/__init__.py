@@ -1,0 +1,1 @@
+"""Effects that a table of cuts may hold."""

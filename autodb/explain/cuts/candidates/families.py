@@ -1,0 +1,91 @@
+"""Effects without a name: the force depends on something that was recorded, by a smooth curve.
+
+Each competes as a path of its own, with a higher bar: what has a name is not put down to them.
+"""
+
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.cuts.candidates.laws import (
+    Curve,
+    Law,
+    added,
+    alike,
+    each,
+    relative,
+    values_of,
+)
+from autodb.explain.cuts.table import Stack
+from autodb.explain.engine.candidates import UNKNOWN, Rung, Suspect
+
+Array = NDArray[np.float64]
+
+BAR = 5.0
+"""Evidence asked of a family of one variable beyond that of a named effect. Chosen."""
+PAIR_BAR = 12.0
+SINGLE, COARSE = 5, 3
+MOST_PAIRED = 6
+"""Variables that are paired at most."""
+
+
+def families(stack: Stack) -> list[Suspect]:
+    """Return the unnamed effects: of one variable, of two together, of every other cut."""
+    singles = [n for n, values in _seen(stack.frame).items() if len(np.unique(values)) > 2]
+    found = [_single(stack, name) for name in singles]
+    found.append(_turns(stack))
+    if len(stack.frame.known) >= 60:
+        paired = [n for n in singles if n not in ("chip.thickness", "tool.cutting_time")]
+        for first, second in combinations(paired[:MOST_PAIRED], 2):
+            found.append(_pair(stack, first, second))
+    return found
+
+
+def _seen(stack: Stack) -> dict[str, Array]:
+    return {**stack.known.other, "cut": stack.known.number}
+
+
+def _over(stack: Stack, name: str, count: int) -> Curve:
+    """Return the curve over a variable, or over its logarithm where it varies by much."""
+    values, like = _seen(stack)[name], _seen(stack.frame)[name]
+    if like.min() > 0 and like.max() > 4 * like.min():
+        return Curve(np.log(values), count, np.log(like))
+    return Curve(values, count, like)
+
+
+def _single(stack: Stack, name: str) -> Suspect:
+    curve = _over(stack, name, SINGLE)
+    factor, offset = relative(stack, curve, curve.width), added(stack, curve, curve.width)
+    rungs = (
+        Rung(alike(stack, factor)),
+        Rung(each(stack, factor)),
+        Rung(each(stack, offset)),
+    )
+    detail = each(stack, factor)
+    return Suspect(f"unknown {name}", UNKNOWN, rungs, (name,), detail=detail, bar=BAR)
+
+
+def _turns(stack: Stack) -> Suspect:
+    """Return what differs from cut to cut and comes back after two, three or four: pallets, say."""
+    number = stack.row
+    rungs = []
+    for every in (2, 3, 4):
+        member = 1.0 * (number[:, None] % every == np.arange(every - 1)[None, :])
+        for make in (relative, added):
+            law = make(stack, values_of(member), every - 1)
+            shape = {"every": float(every)}
+            rungs += [Rung(spread(stack, law), shape) for spread in (alike, each)]
+    return Suspect("unknown in turns", UNKNOWN, tuple(rungs), ("cut",), bar=BAR)
+
+
+def _pair(stack: Stack, first: str, second: str) -> Suspect:
+    one, two = _over(stack, first, COARSE + 1), _over(stack, second, COARSE + 1)
+
+    def shape(rows: slice) -> Array:
+        columns = one(rows)[:, :, None] * two(rows)[:, None, :]
+        return np.asarray(columns.reshape(len(columns), -1))
+
+    law: Law = relative(stack, shape, one.width * two.width)
+    key = f"unknown {first} × {second}"
+    return Suspect(key, UNKNOWN, (Rung(alike(stack, law)),), (first, second), bar=PAIR_BAR)

@@ -1,0 +1,183 @@
+"""Laws over cuts, and how the components share them.
+
+A law gives columns for every component; its spread says which of them move together: all alike by
+one factor, each by its own, or one component alone. Inner products of all laws are taken once,
+component by component, and spread afterwards: block-diagonal columns are never written out.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+from autodb.explain.cuts.table import Conditions, Stack
+
+Array = NDArray[np.float64]
+Rows = slice
+ALL = slice(None)
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """Columns (C, rows, width) of every component [N per coefficient]."""
+
+    build: Callable[[Rows], Array]
+    width: int = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """A law in a spread: ``mix`` (C, width, p) adds up the law's columns to p of the stack."""
+
+    stack: Stack
+    law: Law
+    mix: Array
+
+    def raw(self, rows: Rows = ALL) -> Array:
+        """Return the columns (C, rows, p) [N per coefficient]."""
+        return np.asarray(np.einsum("cnq,cqp->cnp", self.law.build(rows), self.mix))
+
+    def __call__(self, rows: Rows = ALL) -> Array:
+        """Return the white columns (C·m, p) of some cuts."""
+        return self.stack.white(self.raw(rows), rows)
+
+    @cached_property
+    def strength(self) -> Array:
+        """Norm of each white column, (p,)."""
+        squares = [np.sum(self(rows) ** 2, axis=0) for rows in self.stack.chunks]
+        return np.asarray(np.sqrt(np.sum(squares, axis=0)))
+
+    def of(self, component: int) -> Array:
+        """Return the columns (n, p) of one component [N per coefficient]."""
+        return np.concatenate([self.raw(rows)[component] for rows in self.stack.chunks])
+
+    def part(self, coefficients: Array) -> Array:
+        """Return what the columns add up to with coefficients (p,), (C, n) [N]."""
+        mixed = (self.mix @ coefficients)[:, :, None]
+        parts = [(self.law.build(rows) @ mixed)[:, :, 0] for rows in self.stack.chunks]
+        return np.concatenate(parts, axis=1)
+
+
+def alike(stack: Stack, law: Law) -> Columns:
+    """Return a law with one coefficient for all components, by column."""
+    return Columns(stack, law, np.stack([np.eye(law.width)] * len(stack.names)))
+
+
+def each(stack: Stack, law: Law) -> Columns:
+    """Return a law with coefficients of each component: all of the first component, then on."""
+    count, width = len(stack.names), law.width
+    return Columns(stack, law, np.eye(count * width).reshape(count, width, count * width))
+
+
+def only(stack: Stack, law: Law, component: int) -> Columns:
+    """Return a law of one component."""
+    mix = np.zeros((len(stack.names), law.width, law.width))
+    mix[component] = np.eye(law.width)
+    return Columns(stack, law, mix)
+
+
+def tied(stack: Stack, law: Law, ratio: Array) -> Columns:
+    """Return a law whose components move in a given ratio (C,), by column."""
+    return Columns(stack, law, ratio[:, None, None] * np.eye(law.width))
+
+
+def relative(stack: Stack, shape: Callable[[Rows], Array], width: int = 1) -> Law:
+    """Return a factor on the whole simulated force: F · shape, shape (rows, width)."""
+    return _scaled(stack.simulation, shape, width)
+
+
+def of_chip(stack: Stack, shape: Callable[[Rows], Array], width: int = 1) -> Law:
+    """Return a factor on the chip's part of the simulated force."""
+    return _scaled(stack.chip, shape, width)
+
+
+def per_depth(stack: Stack, shape: Callable[[Rows], Array], width: int = 1) -> Law:
+    """Return a force per depth of cut in the direction of each component: a_p · shape."""
+    return _scaled(stack.sign[:, None] * stack.known.depth_mm, shape, width)
+
+
+def along_edge(stack: Stack) -> Law:
+    """Return the edge's force of the simulation by its coefficient: the length that it acts on."""
+    return _scaled(stack.sign[:, None] * stack.edge_mm, values_of(np.ones(len(stack.known))), 1)
+
+
+def added(stack: Stack, shape: Callable[[Rows], Array], width: int = 1) -> Law:
+    """Return a force that is there whatever the cut."""
+    return _scaled(np.ones_like(stack.simulation), shape, width)
+
+
+def _scaled(scale: Array, shape: Callable[[Rows], Array], width: int) -> Law:
+    def build(rows: Rows) -> Array:
+        columns = shape(rows)
+        return np.asarray(scale[:, rows, None] * columns.reshape(len(columns), -1))
+
+    return Law(build, width)
+
+
+def values_of(values: Array) -> Callable[[Rows], Array]:
+    """Return the shape that has these values (n,) or (n, width)."""
+    return lambda rows: values[rows]
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A smooth curve over a variable (n,): cubic B-splines, or a step for each of few levels.
+
+    ``like``: values that knots and levels are taken from, where they are not its own. Beyond them
+    the curve keeps its last value; between two levels it is straight.
+    """
+
+    values: Array
+    count: int
+    like: Array | None = None
+
+    @property
+    def frame(self) -> Array:
+        """The values that knots and levels are taken from."""
+        return self.values if self.like is None else self.like
+
+    @cached_property
+    def levels(self) -> Array | None:
+        """The levels of a variable that takes few, None for others."""
+        found = np.unique(self.frame)
+        return found if len(found) <= self.count else None
+
+    @cached_property
+    def width(self) -> int:
+        """Number of columns."""
+        return self.count if self.levels is None else len(self.levels)
+
+    @cached_property
+    def knots(self) -> Array:
+        """Knots at quantiles of the distinct values, each end four times."""
+        distinct = np.unique(self.frame)
+        low, high = distinct[0], distinct[-1]
+        inner = np.quantile(distinct, np.linspace(0, 1, self.count - 2)[1:-1])
+        return np.concatenate([[low] * 4, inner, [high] * 4])
+
+    def at(self, values: Array) -> Array:
+        """Return the columns (m, width) at values (m,)."""
+        if self.levels is not None:
+            near = [np.interp(values, self.levels, one) for one in np.eye(len(self.levels))]
+            return np.column_stack(near)
+        inside = np.clip(values, self.knots[0], self.knots[-1])
+        matrix = BSpline.design_matrix(inside, self.knots, 3)
+        return np.asarray(matrix.toarray(), dtype=np.float64)
+
+    def __call__(self, rows: Rows) -> Array:
+        """Return the columns (rows, width)."""
+        return self.at(self.values[rows])
+
+    @cached_property
+    def along(self) -> Array:
+        """Columns (m, width) at rising values, to look at a fitted curve."""
+        low, high = float(self.frame.min()), float(self.frame.max())
+        return self.at(self.levels if self.levels is not None else np.linspace(low, high, 40))
+
+
+def curve_of(stack: Stack, over: Callable[[Conditions], Array], count: int) -> Curve:
+    """Return the curve over what is read off the conditions, its knots those of the table."""
+    return Curve(over(stack.known), count, over(stack.frame.known))

@@ -1,0 +1,249 @@
+"""The parameters that each effect is told by, of one component, named as its term names them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.answer.answer import Value
+from autodb.explain.cuts.candidates.chip import bell
+from autodb.explain.cuts.candidates.engaged import normal_force, nose_columns
+from autodb.explain.cuts.candidates.laws import (
+    Columns,
+    Law,
+    added,
+    alike,
+    each,
+    of_chip,
+    only,
+    per_depth,
+    relative,
+    values_of,
+)
+from autodb.explain.cuts.candidates.warming import TIMES_S, warming_columns
+from autodb.explain.cuts.profile import Beside, value
+from autodb.explain.cuts.table import Stack
+from autodb.explain.engine.candidates import Choice
+from autodb.fitting import NORMAL_95
+from autodb.terms.chip import size_effect, speed_softening
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect of a set with what stands beside it."""
+
+    stack: Stack
+    own: dict[str, Columns]
+    choice: Choice
+    others: tuple[Choice, ...]
+
+    @cached_property
+    def beside(self) -> Beside:
+        """White rows without own terms and the other effects."""
+        return Beside.others(self.stack, self.own, self.others)
+
+
+Read = Callable[[Effect, int], dict[str, Value]]
+Shape = Callable[[float], Array]
+
+LATER = 4
+"""Cuts by which an end of a run is moved at most to see how well it is known."""
+
+
+def parameters(effect: Effect, component: int) -> dict[str, Value]:
+    """Return the effect's own parameters in one component, beside the other effects."""
+    return READ[effect.choice.suspect.term](effect, component)
+
+
+def _one(beside: Beside, columns: Columns, at: int, unit: str, *, scale: float = 1.0) -> Value:
+    found, sd = beside.coefficients(columns)
+    return value(scale * float(found[at]), abs(scale) * NORMAL_95 * float(sd[at]), unit)
+
+
+def _edge_force(effect: Effect, component: int) -> dict[str, Value]:
+    stack = effect.stack
+    columns = each(stack, per_depth(stack, values_of(np.ones(len(stack.known)))))
+    sign = float(stack.sign[component])
+    return {"coefficient": _one(effect.beside, columns, component, "N/mm", scale=sign)}
+
+
+def _size_effect(effect: Effect, _component: int) -> dict[str, Value]:
+    thickness = effect.stack.known.thickness_mm
+    assert thickness is not None
+    return {"exponent": _power(effect, lambda m: size_effect(thickness, exponent=m), 0.01, 0.9)}
+
+
+def _speed(effect: Effect, _component: int) -> dict[str, Value]:
+    speed = effect.stack.known.speed_m_min
+    assert speed is not None
+    return {"exponent": _power(effect, lambda e: speed_softening(speed, exponent=e), -0.5, 1.0)}
+
+
+def _power(effect: Effect, x: Shape, low: float, high: float) -> Value:
+    """Return the exponent for which chip · x(exponent) takes the place of the chip best.
+
+    The chip's own factor is free: the recording is (1 + k) · chip · x beside the others.
+    """
+    own = {name: columns for name, columns in effect.own.items() if name != "shear"}
+    beside = Beside.others(effect.stack, own, effect.others, plus=effect.stack.chip)
+    mix = effect.own["shear"].mix
+
+    def make(exponent: float) -> Columns:
+        return Columns(effect.stack, of_chip(effect.stack, values_of(x(exponent))), mix)
+
+    return beside.profile(make, low, high, "1")
+
+
+def _band(effect: Effect, component: int) -> dict[str, Value]:
+    stack, speed = effect.stack, effect.stack.known.speed_m_min
+    assert speed is not None
+    width, at = effect.choice.shape.shape["width"], effect.choice.shape.shape["centre"]
+
+    def make(log_centre: float) -> Columns:
+        inside = bell(speed, float(np.exp(log_centre)), width)
+        return alike(stack, of_chip(stack, values_of(inside)))
+
+    log = effect.beside.profile(make, np.log(at) - width, np.log(at) + width, "1")
+    law = of_chip(stack, values_of(bell(speed, float(np.exp(log.value)), width)))
+    low, middle, high = (float(np.exp(v)) for v in (log.low, log.value, log.high))
+    return {
+        "change": _one(effect.beside, each(stack, law), component, "1"),
+        "centre": Value(value=middle, low=low, high=high, unit="m/min"),
+        "width": Value(value=width, low=0.7 * width, high=1.4 * width, unit="1"),
+    }
+
+
+def _wear(effect: Effect, component: int) -> dict[str, Value]:
+    """Return the mean rate and each edge's own, at the mean depth, as straight lines."""
+    stack, known = effect.stack, effect.stack.known
+    assert known.edge is not None
+    assert known.cutting_time_s is not None
+    time, scale = known.cutting_time_s, float(known.depth_mm.mean()) * float(stack.sign[component])
+    line = only(stack, per_depth(stack, values_of(time)), component)
+    rates = {"rate": _one(effect.beside, line, 0, "N/s", scale=scale)}
+    usable = [e for e in known.edges if np.ptp(time[known.edge == e]) > 0]
+    if 1 < len(usable) <= 200:
+        own = time[:, None] * (known.edge[:, None] == np.array(usable)[None, :])
+        law = per_depth(stack, values_of(own), len(usable))
+        found, sd = effect.beside.coefficients(only(stack, law, component))
+        for edge, rate, half in zip(usable, found, NORMAL_95 * sd, strict=True):
+            label = f"rate edge {known.edge_label[float(edge)]}"
+            rates[label] = value(float(rate) * scale, float(half) * abs(scale), "N/s")
+    return rates
+
+
+def _hard_spot(effect: Effect, component: int) -> dict[str, Value]:
+    stack, cuts = effect.stack, effect.stack.known.number
+    first, last = effect.choice.shape.shape["first"], effect.choice.shape.shape["last"]
+    start, end = int(np.argmax(cuts == first)), int(np.argmax(cuts == last))
+
+    def gain(begin: int, stop: int) -> float:
+        return effect.beside.gain(alike(stack, _run(stack, begin, stop)))
+
+    starts = range(max(0, start - LATER), min(end, start + LATER) + 1)
+    ends = range(max(start, end - LATER), min(len(cuts) - 1, end + LATER) + 1)
+    near_start = {s: gain(s, end) for s in starts}
+    near_end = {e: gain(start, e) for e in ends}
+    change = _one(effect.beside, each(stack, _run(stack, start, end)), component, "1")
+    return {
+        "factor": Value(
+            value=1.0 + change.value, low=1.0 + change.low, high=1.0 + change.high, unit="1"
+        ),
+        "first": _place(cuts, near_start, start),
+        "last": _place(cuts, near_end, end),
+    }
+
+
+def _run(stack: Stack, start: int, end: int) -> Law:
+    inside = np.zeros(len(stack.known))
+    inside[start : end + 1] = 1.0
+    return relative(stack, values_of(inside))
+
+
+def _place(cuts: Array, gains: dict[int, float], at: int) -> Value:
+    kept = [row for row, gain in gains.items() if gain >= max(gains.values()) - NORMAL_95**2]
+    low, high = min([*kept, at]), max([*kept, at])
+    return Value(value=float(cuts[at]), low=float(cuts[low]), high=float(cuts[high]), unit="1")
+
+
+def _depth_error(effect: Effect, _component: int) -> dict[str, Value]:
+    stack = effect.stack
+    columns = alike(stack, relative(stack, values_of(1.0 / stack.known.depth_mm)))
+    return {"error": _one(effect.beside, columns, 0, "mm")}
+
+
+def _nose(effect: Effect, _component: int) -> dict[str, Value]:
+    def make(radius: float) -> Columns:
+        return nose_columns(effect.stack, radius, longer=False)
+
+    return {"radius": effect.beside.profile(make, 0.1, 3.0, "mm")}
+
+
+def _deflection(effect: Effect, _component: int) -> dict[str, Value]:
+    stack = effect.stack
+    pressed = normal_force(stack) / stack.known.depth_mm
+    columns = alike(stack, relative(stack, values_of(-pressed)))
+    return {"compliance": _one(effect.beside, columns, 0, "mm/N")}
+
+
+def _drift(effect: Effect, component: int) -> dict[str, Value]:
+    stack = effect.stack
+    since = stack.known.t_s - stack.known.t_s[0]
+    columns = only(stack, added(stack, values_of(since)), component)
+    return {"rate": _one(effect.beside, columns, 0, "N/s")}
+
+
+def _gain(effect: Effect, component: int) -> dict[str, Value]:
+    """Return the factor where it is furthest from 1, by the shape that was found."""
+    columns = effect.choice.shape.law
+    assert isinstance(columns, Columns)
+    found, sd = effect.beside.coefficients(columns)
+    stack = effect.stack
+    factor = columns.raw()[component] / stack.simulation[component][:, None]
+    change = factor @ found
+    at = int(np.argmax(np.abs(change)))
+    half = NORMAL_95 * float(np.sqrt(np.sum((factor[at] * sd) ** 2)))
+    made = {"factor": value(1.0 + float(change[at]), half, "1")}
+    if "at" in effect.choice.shape.shape:
+        t = stack.known.t_s
+        start = float(t[0] + effect.choice.shape.shape["at"] * (t[-1] - t[0]))
+        made["start"] = value(start, 0.1 * float(t[-1] - t[0]), "s")
+    return made
+
+
+def _warmup(effect: Effect, component: int) -> dict[str, Value]:
+    """Return the share of a cut's force that is sensed too much where that is most, and the time.
+
+    The time constant is of heating in cuts and cooling in pauses alike.
+    """
+    stack, choice = effect.stack, effect.choice
+    columns = choice.shape.law
+    assert isinstance(columns, Columns)
+    found, sd = effect.beside.coefficients(columns)
+    share = columns.raw()[component] / np.abs(stack.simulation[component])[:, None]
+    at = int(np.argmax(np.abs(share @ found)))
+    half = NORMAL_95 * float(np.sqrt(np.sum((share[at] * sd) ** 2)))
+
+    def make(log_time: float) -> Columns:
+        return warming_columns(stack, choice.rung, float(np.exp(log_time)))
+
+    low, high = np.log(TIMES_S[0] / 3.0), np.log(TIMES_S[-1] * 3.0)
+    log = effect.beside.profile(make, low, high, "1")
+    time_s = {key: float(np.exp(getattr(log, key))) for key in ("value", "low", "high")}
+    sign = float(stack.sign[component])
+    return {
+        "drop": value(sign * float(share[at] @ found), half, "1"),
+        "time_constant": Value(**time_s, unit="s"),
+    }
+
+
+READ: dict[str, Read] = {
+    "edge_force": _edge_force, "size_effect": _size_effect, "speed_softening": _speed,
+    "built_up_edge": _band, "tool_wear": _wear, "hard_spot": _hard_spot,
+    "depth_error": _depth_error, "nose_radius": _nose, "deflection": _deflection,
+    "sensor_drift": _drift, "gain": _gain, "warmup": _warmup,
+}  # fmt: skip

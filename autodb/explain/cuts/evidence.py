@@ -1,0 +1,117 @@
+"""Evidence for effects in a table of cuts: few rows, whose scatter is itself only estimated.
+
+With scatter estimated with ν degrees of freedom, twice the log-likelihood of a sum of squares s
+of N rows over the variance is, but for a constant, −(ν + N) ln(1 + s/ν): its slope is 1 where s is
+as expected, and less where everything fits badly, so that a short table names nothing by luck.
+Before anything was found the size of the scatter is not known at all, as the difference may hold
+far more than any model that is freed at once: −N ln s then.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.engine.candidates import Choice, Suspect
+from autodb.explain.engine.evidence import NOTHING, Gain, Given, Keys, Products
+from autodb.explain.engine.search import Found, Search
+
+Array = NDArray[np.float64]
+
+EXACT = 1e-4
+"""Share of the first guess of the variance that scatter is at least."""
+
+
+class TableProducts(Products):
+    """Inner products with ``freedom`` of the white difference.
+
+    Its variance is 1, or, where that is not ``known``, only as far as weights go.
+    """
+
+    def __init__(
+        self,
+        inner: Array,
+        *,
+        own: int,
+        widths: dict[tuple[str, int], int],
+        rows: int,
+        freedom: float,
+        known: bool,
+    ) -> None:
+        super().__init__(inner, own=own, widths=widths, rows=rows, variance=1.0)
+        self.freedom, self.known = freedom, known
+        self.rows_free = max(1.0, rows - own)
+        self._seen: dict[frozenset[tuple[str, int]], TableGiven] = {}
+
+    def with_held(self, own: Sequence[int]) -> Self:
+        """Return the same with some own columns left as they are, by their numbers."""
+        held = super().with_held(own)
+        held._seen = {}
+        return held
+
+    def likelihood(self, rss: float) -> float:
+        """Return twice the log-likelihood of a sum of squares, but for a constant."""
+        return float(self.likelihoods(np.array(rss)))
+
+    def likelihoods(self, rss: Array) -> Array:
+        """Return the same of several sums of squares."""
+        if not self.known:
+            return np.asarray(-self.rows_free * np.log(rss / self.rows_free + EXACT))
+        return np.asarray(-(self.freedom + self.rows_free) * np.log1p(rss / self.freedom))
+
+    def given(self, keys: Keys) -> "TableGiven":
+        """Return the products after own columns and those of ``keys`` are projected out."""
+        key = frozenset(keys)
+        if key not in self._seen:
+            at = np.concatenate([self.own, *(self.places[k] for k in keys)]).astype(np.intp)
+            self._seen[key] = TableGiven(self, at)
+        return self._seen[key]
+
+
+class TableGiven(Given):
+    """The same after some columns are projected out; what is left is worked out where asked."""
+
+    def __init__(self, products: TableProducts, columns: NDArray[np.intp]) -> None:
+        super().__init__(products, columns)
+        self.of: TableProducts = products
+
+    @cached_property
+    def rss(self) -> float:
+        """Residual sum of squares over the noise variance."""
+        left = 1.0 - float(np.sum(self._held[:, 0] ** 2))
+        return float(max(left, 1e-15) * self.of.norm[0] ** 2)
+
+    def worth(self, full: Array, cost: Array) -> Array:
+        """Return the evidence where the sum of squares falls by ``full``, with what that costs."""
+        after = self.of.likelihoods(np.maximum(self.rss - full, 0.0))
+        return np.asarray(np.maximum(after - self.of.likelihood(self.rss) - cost, 0.0))
+
+    def _gain(self, at: NDArray[np.intp], mix: Array | None = None) -> Gain:
+        found = super()._gain(at, mix)
+        if found is NOTHING:
+            return NOTHING
+        after = self.of.likelihood(max(self.rss - found.full, 0.0))
+        full = after - self.of.likelihood(self.rss)
+        return replace(found, full=full, evidence=max(0.0, full - found.cost))
+
+
+class TableSearch(Search):
+    """The search over sets, with the likelihood of a table."""
+
+    def __init__(self, products: TableProducts, suspects: tuple[Suspect, ...]) -> None:
+        super().__init__(products, suspects)
+        self.products: TableProducts = products
+
+    def scored(self, choices: tuple[Choice, ...]) -> Found:
+        """Return the set with its score."""
+        found = super().scored(choices)
+        before, after = self._rss(()), self._rss(choices)
+        likelihood = self.products.likelihood
+        more = likelihood(after) - likelihood(before) - (before - after)
+        return Found(choices, found.score + more, found.evidence)
+
+    def _rss(self, choices: tuple[Choice, ...]) -> float:
+        return self.products.given([c.key for c in choices]).rss

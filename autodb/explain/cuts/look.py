@@ -1,0 +1,244 @@
+"""Look for the effects that the forces of a table of cuts hold."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.cuts.candidates.families import families
+from autodb.explain.cuts.candidates.laws import (
+    Columns,
+    along_edge,
+    each,
+    of_chip,
+    per_depth,
+    values_of,
+)
+from autodb.explain.cuts.candidates.named import named
+from autodb.explain.cuts.candidates.runs import ROUND, comes_round, run_of_cuts, step_of_gain
+from autodb.explain.cuts.evidence import TableSearch
+from autodb.explain.cuts.fit import all_columns, fit, held_out
+from autodb.explain.cuts.noise import with_noise
+from autodb.explain.cuts.products import products
+from autodb.explain.cuts.table import Stack, conditions, edge_read_off, forces
+from autodb.explain.engine.candidates import Choice, Suspect
+from autodb.explain.engine.rivals import settled
+from autodb.explain.engine.search import Found
+from autodb.records import CutTable
+
+Array = NDArray[np.float64]
+
+BAR = -3.0
+"""Evidence asked of every effect beyond what the search asks: fewer shapes overlap than are looked
+through. Chosen, so that of tables with nothing missing fewer than one in a hundred is given a name.
+"""
+SHORT = 60.0
+"""Degrees of freedom per unit of evidence that is asked further of a short table. Chosen."""
+ROUNDS = 2
+"""How often runs and periods are looked for in what the best set leaves."""
+RICH = 8
+"""Columns from which on a shape must tell cuts left out of its fit better than a plainer one."""
+STRONG = 0.2
+"""Share of the greatest effect's evidence above which an effect is no part of the scatter."""
+PASSES = 2
+"""Scatter is estimated by a rich model first, then with what was found."""
+
+
+@dataclass(frozen=True)
+class Library:
+    """What the channels of a table may hold: columns of their own, and effects.
+
+    ``proposals`` are effects that must be looked for in what a fit leaves (C, n), by round;
+    ``levels``: names of own columns that no force or depth holds, so that they count in scatter.
+    """
+
+    own: Callable[[Stack], dict[str, Columns]]
+    suspects: Callable[[Stack], list[Suspect]]
+    proposals: Callable[[Stack, Array, int], list[Suspect]]
+    levels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Looked:
+    """The best set of effects, with the search that found it and the table as it was seen."""
+
+    stack: Stack
+    own: dict[str, Columns]
+    search: TableSearch
+    found: Found
+
+
+def stack_of(table: CutTable, simulation: dict[str, Array], includes: list[str] | None) -> Stack:
+    """Return the components stacked, scatter not yet estimated."""
+    known = conditions(table)
+    recording, simulated = forces(table, simulation)
+    edge, length = edge_read_off(simulated, known)
+    if includes is not None and "edge_force" not in includes:
+        edge = np.zeros_like(edge)
+    return Stack(
+        tuple(simulation), known, recording, simulated, edge, length,
+        np.ones_like(simulated), np.eye(len(simulated)),
+    )  # fmt: skip
+
+
+def own_columns(stack: Stack, includes: list[str] | None) -> dict[str, Columns]:
+    """Return the simulation's own columns: chip and edge, free in each component."""
+    known = stack.known
+    one = values_of(np.ones(len(known)))
+    own = {"shear": each(stack, of_chip(stack, one))}
+    has_edge = bool(stack.edge_N_mm.any()) if includes is None else "edge_force" in includes
+    if has_edge:
+        own["edge_force"] = each(stack, along_edge(stack))
+    if includes is not None and "tool_wear" in includes and known.cutting_time_s is not None:
+        own["tool_wear"] = each(stack, per_depth(stack, values_of(known.cutting_time_s)))
+    return own
+
+
+def of_forces(includes: list[str] | None) -> Library:
+    """Return what forces may hold beside a simulation that has the terms ``includes``."""
+
+    def suspects(stack: Stack) -> list[Suspect]:
+        own = frozenset(own_columns(stack, includes))
+        return [*named(stack, own), *families(stack)]
+
+    return Library(lambda stack: own_columns(stack, includes), suspects, _proposals)
+
+
+def look(stack: Stack, includes: list[str] | None) -> Looked:
+    """Return the effects that a table's forces hold."""
+    return look_for(stack, of_forces(includes))
+
+
+def look_for(stack: Stack, library: Library) -> Looked:
+    """Return the effects that the table holds: scatter, search, and scatter again."""
+    looked = None
+    for number in range(PASSES):
+        strong = None if looked is None else all_columns({}, _strong(looked.found))
+        own = [columns for name, columns in library.own(stack).items() if name in library.levels]
+        stack, freedom = with_noise(stack, strong, own=own)
+        looked = _search(stack, library, freedom, known=number > 0)
+        if not looked.found.choices:
+            break
+    assert looked is not None
+    return replace(looked, found=_vetoed(looked))
+
+
+def _strong(found: Found) -> tuple[Choice, ...]:
+    """Return the effects that do much beside the greatest: what is left is judged without the rest.
+
+    Of scatter that goes on from cut to cut a search in white rows makes small effects.
+    """
+    most = max(found.evidence, default=0.0)
+    pairs = zip(found.choices, found.evidence, strict=True)
+    return tuple(choice for choice, evidence in pairs if evidence >= STRONG * most)
+
+
+def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> Looked:
+    own, fixed = library.own(stack), library.suspects(stack)
+    proposed: list[Suspect] = []
+    found, search = Found(), None
+    for number in range(ROUNDS):
+        more = _looked_for(stack, library, own, found, number)
+        if number > 0 and not _helps(stack, own, found, more, freedom, known=known):
+            break
+        proposed += more
+        bar = BAR + SHORT / freedom
+        suspects = [replace(s, bar=s.bar + bar) for s in (*fixed, *proposed)]
+        made = products(stack, list(own.values()), suspects, freedom=freedom, known=known)
+        search = TableSearch(made, tuple(suspects))
+        best = search.best() if number == 0 else _longer(search, found)
+        now = search.cleared(settled(search, best))
+        same = now.keys == found.keys and number > 0
+        found = now
+        if same or not now.choices:
+            break
+    assert search is not None
+    return Looked(stack, own, search, found)
+
+
+def _looked_for(
+    stack: Stack, library: Library, own: dict[str, Columns], found: Found, number: int
+) -> list[Suspect]:
+    """Return what is looked for in what a set leaves, and in what it leaves without scanned ones.
+
+    Scans of the first round see slow effects too: a run or a step found beside them may be another.
+    """
+    more = library.proposals(stack, fit(stack, own, found.choices).left, number)
+    standing = tuple(choice for choice in found.choices if choice.suspect.anew is None)
+    if 0 < len(standing) < len(found.choices):
+        more += library.proposals(stack, fit(stack, own, standing).left, ROUNDS + number)
+    return more
+
+
+def _helps(
+    stack: Stack, own: dict[str, Columns], found: Found, more: list[Suspect], freedom: float,
+    *, known: bool,
+) -> bool:  # fmt: skip
+    """Return whether a further suspect may join what was found, or stand in for one of it.
+
+    All others are left aside.
+    """
+    suspects = [*(choice.suspect for choice in found.choices), *more]
+    made = products(stack, list(own.values()), suspects, freedom=freedom, known=known)
+    search = TableSearch(made, tuple(suspects))
+    same = search.settled(found.choices)
+    return bool(search.grown(found, tuple(suspects))) or settled(search, same).score > same.score
+
+
+def _longer(search: TableSearch, found: Found) -> Found:
+    """Return the best of a set and those with one more effect."""
+    found = search.settled(found.choices)
+    longer = [search.cleared(f) for f in search.grown(found, search.suspects)]
+    return max([found, *longer], key=lambda f: f.score)
+
+
+def _proposals(stack: Stack, left: Array, number: int) -> list[Suspect]:
+    found = [
+        run_of_cuts(stack, left, number),
+        *(comes_round(stack, left, over, number) for over in ROUND),
+    ]
+    steps = [step_of_gain(stack, left, i, number) for i in range(len(stack.names))]
+    several = steps if len(steps) > 1 else []
+    return [*several, *(suspect for suspect in found if suspect is not None)]
+
+
+def _plainer(looked: Looked) -> Found:
+    """Return the set with a plainer shape of a rich one where cuts left out are told better."""
+    found, search = looked.found, looked.search
+    for choice in found.choices:
+        if search.products.places[choice.key].size <= RICH:
+            continue
+        others = found.without(choice.suspect.key)
+        given = search.products.given([c.key for c in others])
+        widths = [
+            search.products.places[choice.suspect.key, i].size
+            for i in range(len(choice.suspect.rungs))
+        ]
+        numbers = [i for i, width in enumerate(widths) if width <= RICH]
+        if not numbers:
+            continue
+        worth = {
+            i: given.gain((choice.suspect.key, i), allowed=choice.suspect.rungs[i].allowed).evidence
+            for i in numbers
+        }
+        plainer = (*others, Choice(choice.suspect, max(worth, key=lambda i: worth[i])))
+        stack, own = looked.stack, looked.own
+        if held_out(stack, own, plainer) < held_out(stack, own, found.choices):
+            found = search.scored(plainer)
+    return found
+
+
+def _vetoed(looked: Looked) -> Found:
+    """Return the set without effects that make cuts left out of the fit worse."""
+    found = _plainer(looked)
+    while found.choices:
+        whole = held_out(looked.stack, looked.own, found.choices)
+        without = {
+            key: held_out(looked.stack, looked.own, found.without(key)) for key in found.keys
+        }
+        best = min(without, key=lambda key: without[key])
+        if without[best] >= whole:
+            break
+        found = looked.search.settled(found.without(best))
+    return found

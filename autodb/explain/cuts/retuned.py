@@ -1,0 +1,93 @@
+"""The simulation's own terms that the recording contradicts."""
+
+from collections.abc import Collection, Mapping
+from functools import partial
+
+import numpy as np
+
+from autodb.explain.answer.answer import Cause, Value
+from autodb.explain.cuts.candidates.laws import Columns
+from autodb.explain.cuts.fit import Fit
+from autodb.explain.cuts.look import Looked
+from autodb.explain.cuts.profile import value
+from autodb.explain.engine.confidence import Mistuned, Standing, of_mistuned
+from autodb.explain.engine.entries import told
+from autodb.fitting import NORMAL_95
+from autodb.sensing.drives.fit.axis_model import term_called
+
+
+def judged(looked: Looked) -> dict[str, Mistuned]:
+    """Return how sure it is of each own term that it is off, in all components together."""
+    return {name: _judged(looked, [name]) for name in looked.own}
+
+
+def _judged(looked: Looked, names: Collection[str]) -> Mistuned:
+    places, first = list[int](), 0
+    for name, columns in looked.own.items():
+        after = first + columns.mix.shape[2]
+        places += range(first, after) if name in names else ()
+        first = after
+    return of_mistuned(looked.search, looked.found, places)
+
+
+def retuned(
+    looked: Looked,
+    own: Mapping[str, Mistuned],
+    fitted: Fit,
+    component: int,
+    *,
+    beside: Collection[Cause],
+) -> list[Cause]:
+    """Return the own terms of one component whose coefficient changes, as ``judged``.
+
+    ``beside``: what else is told of the component.
+    """
+    causes = {}
+    for number, (name, columns) in enumerate(looked.own.items()):
+        change = _change(columns, fitted, fitted.places[number], component)
+        if change.low * change.high > 0:
+            causes[name] = _cause(looked, name, change, component, own[name].standing)
+    return told(own, causes, beside=beside, jointly=partial(_judged, looked))
+
+
+def _change(columns: Columns, fitted: Fit, at: slice, component: int) -> Value:
+    """Return the change of one component's coefficient."""
+    place = at.start + _place(columns, component)
+    sd = float(np.sqrt(max(fitted.covariance[place, place], 0.0)))
+    return value(float(fitted.coefficients[place]), NORMAL_95 * sd, "")
+
+
+def _place(columns: Columns, component: int) -> int:
+    return component if columns.mix.shape[2] > 1 else 0
+
+
+def _cause(looked: Looked, name: str, change: Value, component: int, sure: Standing) -> Cause:
+    """Return the entry of an own term whose coefficient changes by ``change``."""
+    stack, columns = looked.stack, looked.own[name]
+    term, sign = term_called(name), float(stack.sign[component])
+    column = columns.raw()[component, :, _place(columns, component)]
+    peak, half = float(np.max(np.abs(column))), change.high - change.value
+    had, turned = 1.0, 1.0
+    if name != "shear":
+        turned = sign
+        had = float(stack.edge_N_mm[component]) if name == "edge_force" else 0.0
+    unit = term.parameters[0].unit.replace("U", "N")
+    now = value(had + turned * change.value, half, unit)
+    if name == "shear" and now.value < 0:
+        text = "Recording and simulation have opposite signs: look at the sensor's sign first."
+    else:
+        text = term.statement
+    return Cause(
+        term=name,
+        kind="mistuned",
+        confidence=sure.confidence,
+        statement=(
+            f"{text} The simulation has {term.parameters[0].name} {had:.3g}; the recording says "
+            f"{now.value:.3g} ({now.low:.3g} to {now.high:.3g})."
+        ),
+        parameters={
+            "size": value(abs(change.value) * peak, half * peak, "N"),
+            term.parameters[0].name: now,
+        },
+        alternatives=sure.near,
+    )

@@ -1,0 +1,1 @@
+"""The search for effects in white rows: candidates, evidence, confidence."""

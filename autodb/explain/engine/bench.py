@@ -1,0 +1,198 @@
+"""One channel's rows: reduced to a working rate, whitened, made into products for the search."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.evidence import Products
+from autodb.explain.engine.noise import Noise, Whitener, autoregression
+from autodb.explain.engine.normal import beside, solved
+from autodb.explain.engine.search import DETAIL, MISTAKEN
+
+Array = NDArray[np.float64]
+
+ROWS_A_COLUMN = 10
+"""Rows that the model of everything has at least for each column: with fewer it takes up noise."""
+
+
+def reduced(values: Array, factor: int) -> Array:
+    """Return means of ``factor`` rows each: columns alike, so that sums of them stay exact.
+
+    Rows that do not fill a mean are left out.
+    """
+    if factor == 1:
+        return values
+    rows = len(values) // factor
+    whole = values[: rows * factor]
+    total = whole[::factor].copy()
+    for row in range(1, factor):
+        total += whole[row::factor]
+    return np.asarray(total / factor)
+
+
+def fewest_first(blocks: Sequence[Array], room: int) -> list[Array]:
+    """Return blocks of columns (..., p), those with the fewest first, as many as have room."""
+    ordered = sorted(blocks, key=lambda block: block.shape[-1])
+    total = np.cumsum([block.shape[-1] for block in ordered])
+    return [block for block, sum_ in zip(ordered, total, strict=True) if sum_ <= room]
+
+
+class Bench:
+    """A difference (n,) = recording − simulation, the simulation's own columns, and suspects.
+
+    Columns of suspects are built at every row, reduced to the working rate and kept so. The first
+    ``firm`` own columns are the simulation's; those that ``loosen`` adds follow.
+    """
+
+    def __init__(self, difference: Array, own: dict[str, Array], factor: int) -> None:
+        self.difference = difference
+        self.own = dict(own)
+        self.firm = len(own)
+        self.factor = factor
+        self.through: tuple[Choice, ...] = ()
+        self._kept: dict[tuple[str, int], tuple[Rung | None, Array]] = {}
+        self._own = self.reduce(self.own_columns())
+        self._difference = reduced(difference, factor)
+
+    @property
+    def reduced_difference(self) -> Array:
+        """The difference at the working rate, (m,)."""
+        return self._difference
+
+    def look_through(self, choices: Sequence[Choice]) -> None:
+        """See every column but the choices' own as they let it be recorded."""
+        self.through = tuple(choices)
+        self._kept = {}
+        self._own = self.reduce(self.own_columns())
+
+    def loosen(self, choices: Sequence[Choice]) -> None:
+        """Take the choices' loose columns among the own ones, which are always free."""
+        for choice in choices:
+            if choice.suspect.loose is not None:
+                for number, column in enumerate(choice.suspect.loose().T):
+                    self.own[f"{choice.suspect.key} loose {number}"] = column
+        self._own = self.reduce(self.own_columns())
+
+    def _seen(self, columns: Array) -> Array:
+        for choice in self.through:
+            columns = choice.shape.seen(columns)
+        return columns
+
+    def own_columns(self) -> Array:
+        """Return the simulation's own columns at every row, (n, k)."""
+        empty = np.empty((len(self.difference), 0))
+        return self._seen(beside(empty, *self.own.values()))
+
+    def built(self, rung: Rung) -> Array:
+        """Return the columns of a shape at every row, (n, p)."""
+        return rung.build() if rung.through is not None else self._seen(rung.build())
+
+    def parts(self, choices: Sequence[Choice], whitener: Whitener) -> tuple[Array, list[Array]]:
+        """Return the own terms' re-tuning and each choice's contribution at every row, (n,)."""
+        columns = self.chosen(choices)
+        fitted = solved(whitener(columns), whitener(self._difference))
+        at = self._own.shape[1]
+        empty = np.empty((len(self.difference), 0))
+        retuned = beside(empty, *self.own.values()) @ fitted[:at]
+        parts = []
+        for choice in choices:
+            built = choice.shape.build()
+            parts.append(built @ fitted[at : at + built.shape[1]])
+            at += built.shape[1]
+        return retuned, parts
+
+    def everything(self, suspects: Sequence[Suspect]) -> Array:
+        """Return own columns and the richest shape of every suspect, (m, p), p ≤ m/10.
+
+        Where the rows are few, so are the columns: suspects with the fewest come first.
+        """
+        rich = [
+            self.detail(s) if s.detail else self.columns((s.key, len(s.rungs) - 1), s.rungs[-1])
+            for s in suspects
+        ]
+        room = len(self._difference) // ROWS_A_COLUMN - self._own.shape[1]
+        return beside(self._own, *fewest_first(rich, room))
+
+    def reduce(self, values: Array) -> Array:
+        """Return columns (n,) or (n, p) at the working rate, (m, p), each contiguous in memory."""
+        return np.asfortranarray(reduced(values.reshape(len(values), -1), self.factor))
+
+    def columns(self, key: tuple[str, int], rung: Rung) -> Array:
+        """Return a shape's columns at the working rate, built once.
+
+        A place on a ladder is built anew where another shape stands in it: one tuned elsewhere.
+        """
+        shape, columns = self._kept.get(key, (None, np.empty(0)))
+        if shape != rung:
+            columns = self.reduce(self.built(rung))
+            self._kept[key] = (rung, columns)
+        return columns
+
+    def detail(self, suspect: Suspect) -> Array:
+        """Return a suspect's detail columns at the working rate, (m, p), p = 0 if it has none."""
+        key = (suspect.key, DETAIL)
+        if key not in self._kept:
+            columns = np.empty((len(self.difference), 0))
+            if suspect.detail is not None:
+                columns = self._seen(suspect.detail())
+            self._kept[key] = (None, self.reduce(columns))
+        return self._kept[key][1]
+
+    def blocks(self, suspects: Iterable[Suspect]) -> dict[tuple[str, int], Array]:
+        """Return the columns of every shape of the suspects, and their details."""
+        found: dict[tuple[str, int], Array] = {}
+        for suspect in suspects:
+            for number, rung in enumerate(suspect.rungs):
+                found[suspect.key, number] = self.columns((suspect.key, number), rung)
+            found[suspect.key, DETAIL] = self.detail(suspect)
+            if suspect.mistaken is not None:
+                rung = Rung(suspect.mistaken)
+                found[suspect.key, MISTAKEN] = self.columns((suspect.key, MISTAKEN), rung)
+        return found
+
+    def forget(self, keys: Iterable[str]) -> None:
+        """Drop the columns of suspects that are looked for anew."""
+        gone = set(keys)
+        self._kept = {key: value for key, value in self._kept.items() if key[0] not in gone}
+
+    def chosen(self, choices: Sequence[Choice], *, detail: bool = False) -> Array:
+        """Return own and chosen columns at the working rate, (m, p)."""
+        parts = [self._own, *(self.columns(c.key, c.shape) for c in choices)]
+        if detail:
+            parts += [self.detail(c.suspect) for c in choices]
+        return beside(*parts)
+
+    def left(self, columns: Array, whitener: Whitener | None = None) -> Array:
+        """Return what columns (m, p) leave of the difference when fitted to white rows, (m,)."""
+        target = self._difference
+        if columns.shape[1] == 0:
+            return target
+        design = columns if whitener is None else whitener(columns)
+        right = target if whitener is None else whitener(target)
+        return np.asarray(target - columns @ solved(design, right))
+
+    def noise(self, columns: Array) -> Noise:
+        """Return the whitener and the variance of a white row, of what columns leave.
+
+        Fitted twice: the second time the columns' coefficients are those of white rows.
+        """
+        whitener = autoregression(self.left(columns))
+        left = self.left(columns, whitener)
+        whitener = autoregression(left)
+        white = whitener(left)
+        free = max(1, len(white) - columns.shape[1])
+        return whitener, float(white @ white) / free
+
+    def products(self, blocks: Mapping[tuple[str, int], Array], noise: Noise) -> Products:
+        """Return the inner products of the difference, own columns and blocks (m, p), all white."""
+        whitener, variance = noise
+        white = whitener.side_by_side([self._difference[:, None], self._own, *blocks.values()])
+        return Products(
+            white.T @ white,
+            own=self._own.shape[1],
+            widths={key: block.shape[1] for key, block in blocks.items()},
+            rows=len(white),
+            variance=variance,
+        )

@@ -1,0 +1,217 @@
+"""How sure is a finding? One definition for what is missing and for what is mistuned.
+
+The probability of an account among those that recording and simulation leave open: another effect
+in its place, nothing in its place, and something outside the vocabulary, which the best family
+without a name stands for. Each counts by its evidence, 2 ln of a likelihood with its penalties,
+
+    P = 1 / (1 + Σ exp(−fall / 2T)),   fall = evidence of this account − that of the other
+
+T is a temper: laws are never exact, so that likelihoods of real data claim too much. For the same
+reason a family, which follows whatever a law gets wrong, has to do better than the law by a share
+of what the law explains (a discrepancy as of Kennedy and O'Hagan 2001, J. R. Stat. Soc. B 63:425).
+An effect that is missing is compared in the set that it was found in; an own term of the simulation
+that is mistuned is compared with accounts that leave it as the simulation has it.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.engine.candidates import UNKNOWN, Choice
+from autodb.explain.engine.search import MARGIN, Found, Search
+
+TEMPER = 3.0
+"""Evidence counts this many times less than likelihoods do. Chosen of 2 to 6 on virtual axes (seeds
+1001 to 1062 of `autodb prove explain-outside`): with it the mean confidence is the share that is
+right."""
+SUREST = 0.99
+"""More is never claimed. Chosen: what nobody thought of is never less probable."""
+NEAR = 20.0
+"""A rival whose evidence is not this much less is an alternative: odds of e¹⁰ of likelihoods, which
+laws of another form than the truth may use up. Chosen."""
+SWAPS = 4
+"""Effects that are tried in the place of one beside own terms that are held: the likeliest."""
+RARER = MARGIN
+"""Evidence by which a named effect has to do better than a change of an own term: a number that the
+simulation has is off more often than a term that it lacks is there. Chosen: as for any effect."""
+DISCREPANCY = 0.03
+"""Share of what a law explains by which real effects leave it (physics reference, section 10)."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Of one account: how probable it is, and the names that would do nearly as well.
+
+    ``near``: these names, the nearest first;
+    ``by_name``: evidence by which it is ahead of the best account of each other name; ``nothing``:
+    of nothing in its place.
+    """
+
+    confidence: float
+    near: tuple[str, ...]
+    by_name: Mapping[str, float]
+    nothing: float
+
+    def of(self, names: Iterable[str]) -> float:
+        """Return the probability of its name or one of others."""
+        weights = {name: weight(fall) for name, fall in self.by_name.items()}
+        whole = 1.0 + weight(self.nothing) + sum(weights.values())
+        return (1.0 + sum(weights.get(name, 0.0) for name in names)) / whole
+
+
+def weight(fall: float) -> float:
+    """Return the probability of an account over that of the one whose evidence is ``fall`` more.
+
+    An account that was not taken counts for no more than the one that was.
+    """
+    return float(np.exp(-0.5 * max(fall, 0.0) / TEMPER))
+
+
+def standing(by_name: Mapping[str, float], *, nothing: float) -> Standing:
+    """Return how an account stands beside rivals; ``nothing``: its evidence over none at all."""
+    odds = weight(nothing) + sum(weight(fall) for fall in by_name.values())
+    near = sorted((fall, name) for name, fall in by_name.items() if fall < NEAR and name != UNKNOWN)
+    return Standing(
+        min(SUREST, 1.0 / (1.0 + odds)), tuple(name for _, name in near), by_name, nothing
+    )
+
+
+def of_missing(
+    search: Search, found: Found, choice: Choice, *, but: Collection[str] = ()
+) -> Standing:
+    """Return how the name of one effect of a set stands, ``but`` for some other names.
+
+    Its rivals leave the own terms free as it does; one without a name may also stand beside a
+    simulation that is right as it is, where the name needs own terms that are not.
+    """
+    term = {s.key: s.term for s in search.suspects}
+    falls = search.rivals(found, choice.suspect.key)
+    found_by = [(term[key], fall) for key, fall in falls.items()]
+    if choice.suspect.named:
+        held = _Held(search, found, range(len(search.products.own)))
+        found_by += held.swaps(choice, UNKNOWN, asked=True)
+    off = DISCREPANCY * _explained(search, found, choice) if choice.suspect.named else 0.0
+    by_name: dict[str, float] = {}
+    for name, fall in found_by:
+        if name not in (choice.suspect.term, *but):
+            beyond = fall + off if name == UNKNOWN else fall
+            by_name[name] = min(beyond, by_name.get(name, np.inf))
+    return standing(by_name, nothing=found.evidence[found.keys.index(choice.suspect.key)])
+
+
+def _explained(search: Search, found: Found, choice: Choice) -> float:
+    """Return by how much an effect lets the sum of squares fall beside the others of its set."""
+    others = [c.key for c in found.without(choice.suspect.key)]
+    return search.products.given(others).gain(choice.key).full
+
+
+class _Held:
+    """A set beside own columns that are left as the simulation has them.
+
+    ``own``: their numbers; ``ways``: places of further columns of theirs, which a choice holds.
+    """
+
+    def __init__(
+        self, search: Search, found: Found, own: Sequence[int], ways: NDArray[np.intp] | None = None
+    ) -> None:
+        places = search.products.own[list(own)]
+        self.kept = found.choices
+        if ways is not None:
+            places = np.concatenate([places, ways])
+            self.kept = tuple(c for c in found.choices if not _holds(search, c, ways))
+        self.search = search.with_held(own)
+        keys = [choice.key for choice in self.kept]
+        looked = 2.0 * float(np.log(max(len(search.products.own), 1)))
+        plain, free = self.search.products.given(keys), self.search.with_detail(self.kept)
+        beside_laws = plain.gain_of(places).evidence - looked
+        self.worth = min(beside_laws, free.gain_of(places).evidence - looked)
+        """Evidence that the columns change beside the set, whatever its laws get wrong in shape."""
+        self.variables: tuple[str, ...] = ()
+        self._best = max(beside_laws, 0.0) + self.search.scored(self.kept).score
+
+    def swaps(
+        self, choice: Choice, name: str | None = None, *, asked: bool = False
+    ) -> list[tuple[str, float]]:
+        """Return the likeliest effects in the place of one, and by how much evidence falls.
+
+        From the set as it is best: with the change of the own columns, or without. ``asked``: of
+        families what is asked before one is told is asked here, too.
+        """
+        others = tuple(c for c in self.kept if c is not choice)
+        offers = [
+            offer
+            for offer in self.search.offers(others)
+            if offer.choice.suspect.key != choice.suspect.key
+            and name in (None, offer.choice.suspect.term)
+        ]
+        offers.sort(key=lambda offer: -offer.worth)
+        falls = []
+        for offer in offers[:SWAPS]:
+            suspect = offer.choice.suspect
+            fall = self._best - self.search.settled((*others, offer.choice)).score
+            falls.append((suspect.term, fall if suspect.named or asked else fall - suspect.bar))
+        return falls
+
+    def joined(self) -> list[tuple[str, float]]:
+        """Return every effect beside the set, and by how much evidence falls with it.
+
+        What is asked of a family before it is told is not asked of it here: that a number is off is
+        said only where it is likelier than something nobody thought of.
+        """
+        return [
+            (
+                suspect.term,
+                self.worth - offer.worth + (-suspect.bar if not suspect.named else RARER),
+            )
+            for offer in self.search.offers(self.kept)
+            for suspect in [offer.choice.suspect]
+        ]
+
+
+@dataclass(frozen=True)
+class Mistuned:
+    """Whether own terms are mistuned: evidence beyond what is asked of any effect, how sure.
+
+    ``variables``: what the family without a name depends on that would do in its place.
+    """
+
+    worth: float
+    standing: Standing
+    variables: tuple[str, ...]
+
+    @property
+    def told(self) -> bool:
+        """Whether it is said: it has evidence, and is likelier than not."""
+        return self.worth > 0.0 and self.standing.confidence > 0.5
+
+    @property
+    def either(self) -> bool:
+        """Whether there is as much evidence, but what is off may be another thing."""
+        return self.worth > 0.0 and not self.told
+
+
+def of_mistuned(
+    search: Search, found: Found, own: Sequence[int], *, ways: NDArray[np.intp] | None = None
+) -> Mistuned:
+    """Return how a change of own columns stands beside accounts without it.
+
+    ``own``: numbers of the columns among the simulation's; ``ways``: places of further columns of
+    the same term among the products, which a choice holds. Without the change the set is kept, its
+    families free to take it up; or every other suspect is added; or an effect of the set, which
+    may be there only with the change, is swapped.
+    """
+    held = _Held(search, found, own, ways)
+    found_by = held.joined()
+    for choice in held.kept:
+        if choice.suspect.named:
+            found_by += held.swaps(choice)
+    by_name: dict[str, float] = {}
+    for name, fall in found_by:
+        by_name[name] = min(fall, by_name.get(name, np.inf))
+    return Mistuned(held.worth - MARGIN, standing(by_name, nothing=held.worth), held.variables)
+
+
+def _holds(search: Search, choice: Choice, places: NDArray[np.intp]) -> bool:
+    return bool(np.isin(search.products.places[choice.key], places).any())

@@ -1,0 +1,138 @@
+"""Entries of the answer: an effect with its name, and one that may be any of several names."""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Literal
+
+from autodb.explain.answer.answer import Cause, Value
+from autodb.explain.engine.candidates import UNKNOWN, Choice
+from autodb.explain.engine.confidence import Mistuned, Standing
+from autodb.explain.engine.rivals import alike_terms
+
+LIKELY = 0.6
+"""A name less likely than this is not given: it is `unknown`, with the names that it could be."""
+LEAST = 0.3
+"""The same for a name beside others that are known to look like it: three such share one table."""
+
+
+def is_undecided(choice: Choice, sure: Standing) -> bool:
+    """Say whether several names are about as likely."""
+    like = sure.of(alike_terms(choice.suspect.term))
+    return bool(sure.near) and (like < LIKELY or sure.confidence < LEAST)
+
+
+def named(
+    choice: Choice,
+    sure: Standing,
+    statement: str,
+    values: dict[str, Value],
+    *,
+    includes: Collection[str],
+    apart: str | None,
+) -> Cause:
+    """Return the entry of a named effect; ``values`` hold its ``size``, what it adds at its peak.
+
+    ``statement``: what it is in shop words; ``apart``: what would tell it from its alternatives.
+    """
+    term, size = choice.suspect.term, values["size"]
+    kind: Literal["missing", "mistuned"] = "mistuned" if term in includes else "missing"
+    left_out = {
+        "mistuned": "The simulation has it with another size",
+        "missing": "The simulation leaves it out",
+    }
+    return Cause(
+        term=term,
+        kind=kind,
+        confidence=sure.confidence,
+        statement=(
+            f"{statement} {left_out[kind]}: up to {size.value:.3g} N "
+            f"({size.low:.3g} to {size.high:.3g})."
+        ),
+        parameters=values,
+        alternatives=sure.near,
+        variables=choice.suspect.variables,
+        to_tell_apart=apart,
+    )
+
+
+def told(
+    off: Mapping[str, Mistuned],
+    causes: Mapping[str, Cause],
+    *,
+    beside: Collection[Cause],
+    jointly: Callable[[Collection[str]], Mistuned],
+) -> list[Cause]:
+    """Return what is said of own terms: the entries of those that are mistuned, ``causes``.
+
+    Where nothing is told, of these or ``beside`` them, one entry without a name for all that
+    something else may stand in for: what is off then is not passed over. ``jointly``: how several
+    are judged as one, which may be clear where it is not which of them is off.
+    """
+    entries = [cause for name, cause in causes.items() if off[name].told]
+    sizes = {n: cause.parameters["size"] for n, cause in causes.items() if off[n].either}
+    if not sizes or entries or beside:
+        return entries
+    names = sorted(sizes, key=lambda name: -sizes[name].value)
+    if len(names) > 1:
+        joint = jointly(names)
+        if joint.told:
+            return [_one_of(joint, names, sizes[names[0]])]
+    return [_either(off[names[0]], names, sizes[names[0]])]
+
+
+def _one_of(joint: Mistuned, names: Sequence[str], size: Value) -> Cause:
+    """Return the entry of own terms of which one or more are off, and nothing tells which."""
+    return Cause(
+        term=UNKNOWN,
+        kind="mistuned",
+        confidence=joint.standing.confidence,
+        statement=(
+            f"{_or(names).capitalize()} has another size than in the simulation, by up to "
+            f"{size.value:.3g} {size.unit}. This recording does not tell which."
+        ),
+        parameters={"size": size},
+        alternatives=tuple(names),
+    )
+
+
+def _either(sure: Mistuned, names: Sequence[str], size: Value) -> Cause:
+    """Return the entry of own terms that may be off, or something in their place."""
+    others = tuple(dict.fromkeys((*names, *sure.standing.near)))
+    over = f" over {' and '.join(sure.variables)}" if sure.variables else ""
+    return Cause(
+        term=UNKNOWN,
+        kind="missing",
+        confidence=1.0 - sure.standing.confidence,
+        statement=(
+            f"Something of up to {size.value:.3g} {size.unit} is off that {_or(names)} of another "
+            f"size would explain, or something{over} that the simulation leaves out. This "
+            "recording does not tell which."
+        ),
+        parameters={"size": size},
+        alternatives=others,
+        variables=sure.variables,
+    )
+
+
+def _or(names: Sequence[str]) -> str:
+    return " or ".join(name.replace("_", " ") for name in names)
+
+
+def undecided(
+    choice: Choice, sure: Standing, size: Value, *, where: str, apart: str | None
+) -> Cause:
+    """Return an entry without a name; ``where``: what does not tell which it is, in the plural."""
+    names = (choice.suspect.term, *sure.near)
+    words = ", ".join(name.replace("_", " ") for name in names)
+    return Cause(
+        term=UNKNOWN,
+        kind="missing",
+        confidence=1.0 - sure.confidence,
+        statement=(
+            f"Something of up to {size.value:.3g} N is missing that may be any of: {words}. "
+            f"{where} do not tell which."
+        ),
+        parameters={"size": size},
+        alternatives=names,
+        variables=choice.suspect.variables,
+        to_tell_apart=apart,
+    )

@@ -1,0 +1,66 @@
+"""Score a correction on blocks of rows that its fit did not see."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.answer.answer import ChannelAnswer, FitQuality, Where
+from autodb.explain.engine.normal import solved
+
+Array = NDArray[np.float64]
+
+SAME = 1e-9
+"""Share of a channel's rms below which a difference from it is none."""
+FOLDS = 5
+BLOCKS = 40
+
+
+def rms(values: Array) -> float:
+    """Return the root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def no_difference(unit: str) -> ChannelAnswer:
+    """Return the answer where recording and simulation are the same numbers."""
+    nothing = FitQuality(
+        rms_before=0.0, rms_after=0.0, heldout_before=0.0, heldout_after=0.0, noise_floor=0.0
+    )
+    return ChannelAnswer(unit=unit, mismatch=False, where=Where(), missing=(), fit=nothing)
+
+
+def held_out(columns: Array, difference: Array, values: Array, *, gap: int, free: int) -> Array:
+    """Return difference − correction (n,) on rows whose block, and ``gap`` rows around it, was
+    left out of the fit; blocks of contiguous rows are dealt to the folds in turn.
+
+    The first ``free`` columns are fitted freely; of the others, a coefficient that the rows left
+    do not hold is drawn to none as far as its size in all rows, of ``values`` (p,), allows.
+    """
+    n = len(difference)
+    block = np.minimum(np.arange(n) * BLOCKS // n, BLOCKS - 1)
+    weight = float(np.var(difference - columns @ values)) / np.maximum(values**2, 1e-300)
+    weight[:free] = 0.0
+    left = np.empty(n)
+    for fold in range(FOLDS):
+        test = block % FOLDS == fold
+        near = np.convolve(test, np.ones(2 * gap + 1), mode="same") > 0 if gap else test
+        fitted = solved(columns[~near], difference[~near], weight=weight)
+        left[test] = difference[test] - columns[test] @ fitted
+    return left
+
+
+def quality(
+    *, before: Array, after: Array, columns: Array, values: Array, free: int, gap: int
+) -> FitQuality:
+    """Return the errors before and after, on all rows and on rows left out of the fit.
+
+    ``before`` and ``after`` (n,) at every row, ``columns`` (n, p) the accepted ones (p may be 0)
+    with their coefficients, the first ``free`` of them own. The noise floor is what they leave of
+    plain rows.
+    """
+    kept_out = held_out(columns, before, values, gap=gap, free=free) if columns.shape[1] else before
+    return FitQuality(
+        rms_before=rms(before),
+        rms_after=rms(after),
+        heldout_before=rms(before),
+        heldout_after=rms(kept_out),
+        noise_floor=rms(before - columns @ solved(columns, before)),
+    )

@@ -1,0 +1,144 @@
+"""The accepted set fitted together with the simulation's own terms, at every row."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.noise import Noise
+from autodb.explain.engine.normal import beside, normal
+from autodb.explain.engine.prior import drawn, evidence_of
+
+Array = NDArray[np.float64]
+
+KEPT_SDS = 1.5
+"""An own term is re-tuned in the correction when its change is this many standard deviations: near
+√2, where a coefficient starts to predict better than none (Akaike 1974)."""
+
+LOOSE = 1e-4
+"""A re-tuning that a curve takes up as well, drawn this many times less, is left to the curve.
+Chosen: next to free, and still one answer where the curve holds the own term exactly."""
+DEVIATES = 0.0
+"""Evidence above which what a law gets wrong in shape is corrected too."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Coefficients (k,) of own columns, their covariance (k, k), and what all columns give.
+
+    ``correction`` (n,) is the sum of the effects and of the own terms' re-tuning that is worth it;
+    ``columns`` (n, p) of each choice, ``covariances`` (p, p) of its coefficients beside the own
+    terms that are re-tuned, ``effects`` (n,) its contribution; ``design`` the columns
+    (n, q) of the correction and ``values`` (q,) their coefficients; ``retuned`` the numbers of the
+    own terms in it.
+    """
+
+    own: tuple[str, ...]
+    columns: tuple[Array, ...]
+    covariances: tuple[Array, ...]
+    coefficients: Array
+    covariance: Array
+    correction: Array
+    effects: tuple[Array, ...]
+    design: Array
+    values: Array
+    retuned: tuple[int, ...]
+
+    def of_own(self, name: str) -> tuple[float, float]:
+        """Return an own term's change and its standard deviation."""
+        at = self.own.index(name)
+        return float(self.coefficients[at]), float(np.sqrt(self.covariance[at, at]))
+
+
+def fit(bench: Bench, choices: Sequence[Choice], noise: Noise) -> Fitted:
+    """Fit own and chosen columns together to rows that a noise's filter makes white.
+
+    Which own terms are re-tuned is judged beside the laws alone, and beside curves that are free to
+    take the re-tuning up: what either would do is no contradiction of the simulation. The
+    correction also takes what a law gets wrong in shape, as far as the rows show it.
+    """
+    own = tuple(bench.own)
+    coefficients, covariance = _beside(bench, choices, noise, range(len(own)))
+    sd = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    free, free_covariance = _beside(bench, choices, noise, range(len(own)), loose=LOOSE)
+    free_sd = np.sqrt(np.maximum(np.diag(free_covariance), 1e-300))
+    off = np.minimum(np.abs(coefficients / sd), np.abs(free / free_sd))
+    retuned = [i for i in range(len(own)) if off[i] > KEPT_SDS]
+    _, law_covariance = _beside(bench, choices, noise, retuned)
+    shaped = [*choices, *deviations(bench, choices, noise)]
+    values, _ = _beside(bench, shaped, noise, retuned)
+    built = [bench.built(choice.shape) for choice in shaped]
+    design = beside(bench.own_columns()[:, retuned], *built)
+    places = _places(len(retuned), built)
+    parts = {
+        choice.suspect.key: block @ values[at]
+        for choice, block, at in zip(shaped, built, places, strict=True)
+    }
+    return Fitted(
+        own=own,
+        columns=tuple(built[: len(choices)]),
+        covariances=tuple(law_covariance[at, at] for at in places[: len(choices)]),
+        coefficients=coefficients[: len(own)],
+        covariance=covariance[: len(own), : len(own)],
+        correction=design @ values,
+        effects=tuple(_whole(choice, parts) for choice in choices),
+        design=design,
+        values=values,
+        retuned=tuple(retuned),
+    )
+
+
+def _beside(
+    bench: Bench, choices: Sequence[Choice], noise: Noise, own: Sequence[int], *, loose: float = 1.0
+) -> tuple[Array, Array]:
+    """Return coefficients and covariance of some own columns and the choices' columns.
+
+    Curves are drawn to none, ``loose`` times as much as their evidence says.
+    """
+    columns, weight = bench.chosen(choices), loose * drawn(bench, choices, noise)
+    kept = [*own, *range(len(bench.own), columns.shape[1])]
+    return _least_squares(columns[:, kept], bench.reduced_difference, noise, weight[kept])
+
+
+def _places(first: int, blocks: Sequence[Array]) -> list[slice]:
+    """Return where each block's columns stand after the ``first`` ones."""
+    ends = [first, *(first + np.cumsum([block.shape[1] for block in blocks])).tolist()]
+    return [slice(low, high) for low, high in pairwise(ends)]
+
+
+def _whole(choice: Choice, parts: dict[str, Array]) -> Array:
+    """Return an effect's law and what it deviates from it by."""
+    law = parts[choice.suspect.key]
+    return law + parts.get(_deviation_key(choice), np.zeros_like(law))
+
+
+def _deviation_key(choice: Choice) -> str:
+    return f"{choice.suspect.key}, shape"
+
+
+def deviations(bench: Bench, choices: Sequence[Choice], noise: Noise) -> list[Choice]:
+    """Return what plain laws get wrong in shape, each where there is evidence of it."""
+    found: list[Choice] = []
+    for choice in choices:
+        detail = choice.suspect.detail
+        if detail is None or not choice.shape.names or choice.shape.through is not None:
+            continue
+        key = _deviation_key(choice)
+        shape = Choice(Suspect(key, choice.suspect.term, (Rung(detail),)), 0)
+        if evidence_of(bench, shape, [*choices, *found], noise) > DEVIATES:
+            found.append(shape)
+    return found
+
+
+def _least_squares(
+    columns: Array, difference: Array, noise: Noise, weight: Array
+) -> tuple[Array, Array]:
+    """Return coefficients (p,) and covariance (p, p) from white rows; ``weight`` as ``drawn``."""
+    whitener, variance = noise
+    equations = normal(whitener(columns), whitener(difference))
+    inverse = equations.inverse(weight)
+    return np.asarray(inverse @ equations.right), np.asarray(variance * inverse)

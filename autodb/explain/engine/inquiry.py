@@ -1,0 +1,245 @@
+"""The inquiry into one channel: noise, suspects, scans of what is left, and the set that stands.
+
+The noise comes first from a model that holds every suspect at once, so that nothing that is missing
+is taken for noise; then from what the accepted set leaves, so that nothing that is noise is taken
+for missing. A set is accepted when it stands before both, and predicts stretches left out.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+from operator import add
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.candidates import Choice, Suspect
+from autodb.explain.engine.noise import Noise, Whitener, autoregression
+from autodb.explain.engine.normal import normal
+from autodb.explain.engine.prior import drawn
+from autodb.explain.engine.search import MARGIN, Found, Search
+from autodb.explain.engine.tuning import Beside, tuned
+
+Array = NDArray[np.float64]
+
+ROUNDS = 5
+FOLDS = 5
+BLOCKS = 40
+HARM = 1.02
+
+
+class Field(Protocol):
+    """Where suspects come from."""
+
+    def standing(self) -> list[Suspect]:
+        """Return those that every inquiry begins with."""
+
+    def beside(self, retuned: Array, parts: list[tuple[str, Array]]) -> list[Suspect]:
+        """Return those that act on other effects, built anew beside what has been found.
+
+        ``retuned`` (n,): the change of the simulation's own terms; ``parts``: term and (n,) each.
+        """
+
+    def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Suspect]:
+        """Return those that what is left (m,) at the working rate points to."""
+
+
+@dataclass(frozen=True)
+class Inquiry:
+    """What an inquiry found: the set, the search that holds its rivals, and the noise."""
+
+    found: Found
+    search: Search
+    whitener: Whitener
+    variance: float
+    considered: dict[str, float]
+
+    @property
+    def noise(self) -> Noise:
+        """The filter that makes the noise white, and the variance of a white row."""
+        return self.whitener, self.variance
+
+
+def inquire(bench: Bench, field: Field) -> Inquiry:
+    """Return the set of suspects that the bench's rows hold."""
+    suspects = {s.key: s for s in field.standing()}
+    whitener, variance = _saturated(bench, field, suspects)
+    found = Found()
+    considered: dict[str, float] = {}
+    accounts: list[tuple[Inquiry, tuple[Choice, ...]]] = []
+    for number in range(ROUNDS):
+        if found.choices:
+            found = _renewed(bench, field, found, suspects, (whitener, variance))
+        left = bench.left(bench.chosen(found.choices), whitener)
+        _take(bench, suspects, field.scanned(left, whitener, number))
+        products = bench.products(bench.blocks(suspects.values()), (whitener, variance))
+        search = Search(products, suspects.values())
+        considered = considered or {o.choice.suspect.key: o.worth for o in search.offers(())}
+        before, found = found, _predicting(bench, search, (whitener, variance))
+        account = Inquiry(found, search, whitener, variance, considered)
+        accounts.append((account, bench.through))
+        if not found.choices or (number and found.keys == before.keys):
+            accounts = accounts[-1:]
+            break
+        for key in [k for k, s in suspects.items() if s.scanned and k not in found.keys]:
+            del suspects[key]
+        whitener, variance = bench.noise(bench.chosen(found.choices, detail=True))
+    seen_alike = [account for account, through in accounts if through == bench.through]
+    standing = [replace(one, found=stands(bench, one.found, one.search)) for one in seen_alike]
+    return min(standing, key=lambda one: _surprise(bench, one))
+
+
+def _surprise(bench: Bench, account: Inquiry) -> float:
+    """Return N·ln of the innovations' variance that an account leaves, and its costs.
+
+    It tells accounts apart that were reached with different noise, where rounds do not settle.
+    """
+    found, search = account.found, account.search
+    cost = search.explained(found) - found.score
+    left = _innovation(bench, bench.chosen(found.choices))
+    return search.products.rows * float(np.log(left)) + cost
+
+
+def _saturated(bench: Bench, field: Field, suspects: dict[str, Suspect]) -> Noise:
+    """Return the noise that a model of everything leaves, of what scans point to as well.
+
+    A ripple in time would else be taken for noise of its colour.
+    """
+    whitener = autoregression(bench.left(bench.everything(list(suspects.values()))))
+    left = bench.left(bench.chosen(()), whitener)
+    _take(bench, suspects, field.scanned(left, whitener, 0))
+    return bench.noise(bench.everything(list(suspects.values())))
+
+
+def _take(bench: Bench, suspects: dict[str, Suspect], new: Sequence[Suspect]) -> None:
+    """Put suspects in the place of those of their keys."""
+    bench.forget(s.key for s in new)
+    suspects.update({s.key: s for s in new})
+
+
+def _renewed(
+    bench: Bench,
+    field: Field,
+    found: Found,
+    suspects: dict[str, Suspect],
+    noise: Noise,
+) -> Found:
+    """Return the set with effects that change others built anew on what has been found.
+
+    What clips, shifts or signs all that is recorded is tuned and then held: everything else is seen
+    through it.
+    """
+    retuned, parts = bench.parts(found.choices, noise[0])
+    terms = [c.suspect.term for c in found.choices]
+    held = [_held(bench, found, c, noise) for c in found.choices if c.shape.through is not None]
+    _take(bench, suspects, field.beside(retuned, list(zip(terms, parts, strict=True))))
+    if held or bench.through:
+        bench.look_through(held)
+    _take(bench, suspects, [choice.suspect for choice in held])
+    at = {choice.suspect.key: choice for choice in held}
+    choices = (
+        at.get(c.suspect.key, Choice(suspects[c.suspect.key], c.rung)) for c in found.choices
+    )
+    return replace(found, choices=tuple(choices))
+
+
+def _held(bench: Bench, found: Found, choice: Choice, noise: Noise) -> Choice:
+    """Return a choice tuned beside the others, of a suspect that has this one shape only."""
+    beside = Beside(bench, found.without(choice.suspect.key), noise)
+    return Choice(replace(choice.suspect, rungs=(tuned(choice, beside).choice.shape,)), 0)
+
+
+def stands(bench: Bench, found: Found, search: Search) -> Found:
+    """Return the set without effects that noise of another colour would explain as well.
+
+    For each effect the noise is fitted anew without it: N·ln of the ratio of the innovations'
+    variances is twice the gain of the log-likelihood, noise and coefficients both at their best.
+    """
+    while found.choices:
+        worth = [_beside_noise(bench, found, choice, search) for choice in found.choices]
+        weakest = int(np.argmin(worth))
+        if worth[weakest] > MARGIN:
+            return found
+        found = search.settled(found.without(found.choices[weakest].suspect.key))
+    return found
+
+
+def _beside_noise(bench: Bench, found: Found, choice: Choice, search: Search) -> float:
+    others = found.without(choice.suspect.key)
+    with_it = _innovation(bench, bench.chosen(found.choices))
+    without = _innovation(bench, bench.chosen(others))
+    gain = search.products.given([c.key for c in others]).gain(choice.key)
+    rows = search.products.rows
+    return rows * float(np.log(without / with_it)) - gain.cost - search.penalty(choice)
+
+
+def _innovation(bench: Bench, columns: Array) -> float:
+    """Return the innovations' variance of the noise that columns leave, both fitted in turn."""
+    whitener = autoregression(bench.left(columns))
+    left = bench.left(columns, whitener)
+    whitener = autoregression(left)
+    return float(np.mean(whitener(bench.left(columns, whitener)) ** 2))
+
+
+def _predicting(bench: Bench, search: Search, noise: Noise) -> Found:
+    """Return the best set of which every effect helps to predict stretches left out of the fit.
+
+    A shape that fails is barred, and the search goes on with simpler ones.
+    """
+    while True:
+        found = search.best()
+        if not found.choices:
+            return found
+        whole = held_out(bench, found.choices, noise)
+        worth = [
+            _helped(held_out(bench, found.without(c.suspect.key), noise), whole)
+            for c in found.choices
+        ]
+        weakest = int(np.argmin(worth))
+        if worth[weakest] > 0:
+            return found
+        search.bar(found.choices[weakest])
+
+
+def _helped(without: tuple[float, float], whole: tuple[float, float]) -> float:
+    """Return by what share white squares fall with an effect; negative where plain ones rise.
+
+    White rows tell best whether an effect is there; plain ones whether its correction does harm,
+    which slow noise lets it do by HARM without meaning anything.
+    """
+    if whole[1] > HARM * without[1]:
+        return 1.0 - whole[1] / without[1]
+    return 1.0 - whole[0] / without[0]
+
+
+def held_out(bench: Bench, choices: Sequence[Choice], noise: Noise) -> tuple[float, float]:
+    """Return sums of white and of plain squares on blocks, each predicted by a fit of the others.
+
+    A coefficient of a named effect, or of a loose column, that the others do not hold is drawn to
+    none, as far as its size in all blocks allows: a block that alone shows an effect says nothing
+    against it. A family without a name is drawn to none as in the final fit.
+    """
+    whitener = noise[0]
+    columns, difference = bench.chosen(choices), bench.reduced_difference
+    white, target = whitener(columns), whitener(difference)
+    block = np.arange(len(target)) * BLOCKS // len(target) % FOLDS
+    folds = [normal(white[block == fold], target[block == fold]) for fold in range(FOLDS)]
+    size = reduce(add, folds).solved()
+    weight = float(np.var(target - white @ size)) / np.maximum(size**2, 1e-300)
+    widths = [bench.columns(c.key, c.shape).shape[1] for c in choices]
+    named = np.repeat([c.suspect.named for c in choices], widths).astype(bool)
+    weight[: bench.firm] = 0.0
+    family = ~np.concatenate([np.ones(len(bench.own), dtype=bool), named])
+    if family.any():
+        weight[family] = drawn(bench, choices, noise)[family]
+    order = len(difference) - len(target)
+    squares = plain = 0.0
+    for fold in range(FOLDS):
+        test = block == fold
+        others = reduce(add, (one for number, one in enumerate(folds) if number != fold))
+        fitted = others.solved(weight)
+        squares += float(np.sum((target[test] - white[test] @ fitted) ** 2))
+        plain += float(np.sum((difference[order:][test] - columns[order:][test] @ fitted) ** 2))
+    return squares, plain

@@ -1,0 +1,271 @@
+"""Which effects do white rows hold? Sets of suspects, compared by their evidence.
+
+Effects overlap, so sets are grown side by side (a beam) and compared as wholes: the effect that
+looks best alone need not be in the best pair. A set's score is what it explains less what its
+freedom costs and less 2·ln of the shapes and suspects that were looked through.
+"""
+
+from collections.abc import Iterable, Sequence
+from copy import copy
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.engine.candidates import Choice, Suspect
+from autodb.explain.engine.evidence import Given, Products
+
+Array = NDArray[np.float64]
+
+MARGIN = 8.0
+"""Evidence above which a suspect is taken: a factor e⁴ against the odds of all suspects. Chosen."""
+BEAM = 5
+CLEARED = 8
+"""Sets that weak members are taken out of: the best set left is not always of the best grown."""
+MOST = 4
+"""Effects in one set at most."""
+FAINT = 0.01
+"""An effect that explains less than this share of what those of its set do that have a shape (a
+constant has none) is put down to the shape of the others, which no ladder holds exactly. Chosen."""
+SIMPLE_ENOUGH = 0.8
+"""Names come before families when they explain this share of what a set with families does."""
+DETAIL, MISTAKEN = -1, -2
+"""Rung numbers under which a suspect's detail, and what it may be mistaken for, are kept."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A set of effects, its score, and the evidence of each beside the others."""
+
+    choices: tuple[Choice, ...] = ()
+    score: float = 0.0
+    evidence: tuple[float, ...] = ()
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The suspects' keys."""
+        return tuple(choice.suspect.key for choice in self.choices)
+
+    def without(self, key: str) -> tuple[Choice, ...]:
+        """Return the choices but that of one suspect."""
+        return tuple(c for c in self.choices if c.suspect.key != key)
+
+
+@dataclass(frozen=True)
+class Offer:
+    """A suspect in its best shape beside a set, and its evidence after all penalties."""
+
+    choice: Choice
+    worth: float
+
+
+class Search:
+    """The suspects, and the products of their columns in every shape.
+
+    ``faint``: share of what a set explains below which an effect of it is put down to the others.
+    """
+
+    def __init__(
+        self, products: Products, suspects: Iterable[Suspect], *, faint: float = FAINT
+    ) -> None:
+        self.products = products
+        self.suspects = tuple(suspects)
+        self.faint = faint
+        self._barred: set[tuple[str, int]] = set()
+        self._settled: dict[frozenset[str], Found] = {}
+        self._singles = {s.key: self._of_one_column(s) for s in self.suspects}
+        self._curves = {
+            s.key: [i for i in range(len(s.rungs)) if len(products.places[s.key, i]) != 1]
+            for s in self.suspects
+        }
+
+    def _of_one_column(
+        self, suspect: Suspect
+    ) -> tuple[list[Choice], NDArray[np.intp], NDArray[np.float64]]:
+        """Return a suspect's shapes of one column, their places, and their penalties."""
+        choices = [Choice(suspect, i) for i in range(len(suspect.rungs))]
+        choices = [c for c in choices if len(self.products.places[c.key]) == 1]
+        places = [int(self.products.places[c.key][0]) for c in choices]
+        penalties = np.array([self.penalty(c) for c in choices])
+        return choices, np.array(places, dtype=np.intp), penalties
+
+    def with_held(self, own: Sequence[int]) -> Self:
+        """Return the search with some own columns left as they are, by their numbers."""
+        held = copy(self)
+        held.products = self.products.with_held(own)
+        held._settled = {}
+        return held
+
+    def bar(self, choice: Choice) -> None:
+        """Offer a shape no more."""
+        self._barred.add(choice.key)
+        self._settled = {}
+
+    def best_shape(self, given: Given, suspect: Suspect) -> Offer | None:
+        """Return a suspect in the shape with most evidence, or None when none explains anything."""
+        best = self._best_single(given, suspect)
+        for number in self._curves[suspect.key]:
+            choice = Choice(suspect, number)
+            if choice.key in self._barred:
+                continue
+            gain = given.gain(choice.key, allowed=choice.shape.allowed)
+            worth = gain.evidence - self.penalty(choice)
+            if gain.full > 0 and (best is None or worth > best.worth):
+                best = Offer(choice, worth)
+        return best
+
+    def _best_single(self, given: Given, suspect: Suspect) -> Offer | None:
+        """Return the best allowed of the shapes of one column, all worked out at once."""
+        choices, places, penalties = self._singles[suspect.key]
+        evidence, coefficients = given.single(places)
+        worth = evidence - penalties
+        for at in np.argsort(-worth, kind="stable"):
+            choice, allowed = choices[at], choices[at].shape.allowed
+            if choice.key in self._barred or coefficients[at] == 0.0:
+                continue
+            if allowed is None or allowed(coefficients[at : at + 1]):
+                return Offer(choice, float(worth[at]))
+        return None
+
+    def offers(
+        self, choices: tuple[Choice, ...], suspects: Sequence[Suspect] | None = None
+    ) -> list[Offer]:
+        """Return every suspect, or of some, that may join a set, each in its best shape."""
+        given = self.products.given([c.key for c in choices])
+        taken = {c.suspect.key for c in choices}
+        barred = frozenset().union(*(c.suspect.excludes for c in choices)) if choices else set()
+        open_ones = [
+            s for s in suspects or self.suspects if s.key not in taken and s.term not in barred
+        ]
+        found = (self.best_shape(given, suspect) for suspect in open_ones)
+        return [offer for offer in found if offer is not None]
+
+    def grown(self, found: Found, suspects: Sequence[Suspect]) -> list[Found]:
+        """Return the sets with one more effect, worth it also where the others' shape is free."""
+        free = self.with_detail(found.choices)
+        sets = []
+        for offer in self.offers(found.choices, suspects):
+            if offer.worth < MARGIN:
+                continue
+            rung = offer.choice.shape
+            beside = free.gain(offer.choice.key, allowed=rung.allowed).evidence
+            if beside - self.penalty(offer.choice) > MARGIN or not found.choices:
+                sets.append((found.score + offer.worth, (*found.choices, offer.choice)))
+        sets.sort(key=lambda scored: -scored[0])
+        return [self.settled(choices) for _, choices in sets[: 2 * BEAM]]
+
+    def with_detail(self, choices: tuple[Choice, ...]) -> Given:
+        """Return the products with what the choices' shapes may get wrong projected out too."""
+        details = [(c.suspect.key, DETAIL) for c in choices]
+        held = [key for key in details if key in self.products.places]
+        return self.products.given([*(c.key for c in choices), *held])
+
+    def settled(self, choices: tuple[Choice, ...]) -> Found:
+        """Return the set with each effect in the shape that is best beside the others."""
+        known = frozenset(choice.suspect.key for choice in choices)
+        if known not in self._settled:
+            self._settled[known] = self._shaped(choices)
+        return self._settled[known]
+
+    def _shaped(self, choices: tuple[Choice, ...]) -> Found:
+        for number, choice in enumerate(choices):
+            others = (*choices[:number], *choices[number + 1 :])
+            given = self.products.given([c.key for c in others])
+            offer = self.best_shape(given, choice.suspect)
+            if offer is not None:
+                choices = (*choices[:number], offer.choice, *choices[number + 1 :])
+        return self.scored(choices)
+
+    def scored(self, choices: tuple[Choice, ...]) -> Found:
+        """Return the set with its score."""
+        whole = self.products.given([]).rss - self.products.given([c.key for c in choices]).rss
+        evidence, cost = [], 0.0
+        for choice in choices:
+            others = [c.key for c in choices if c is not choice]
+            gain = self.products.given(others).gain(choice.key)
+            penalty = self.penalty(choice)
+            evidence.append(gain.evidence - penalty)
+            cost += gain.cost + penalty
+        return Found(choices, whole - cost, tuple(evidence))
+
+    def best(self) -> Found:
+        """Return the set with the highest score of all that were grown, weak members taken out.
+
+        Families over several signals hold many laws at once: a set of names that does nearly as
+        well as one with families comes first, and families then only take what it leaves.
+        """
+        named = self._best_of([s for s in self.suspects if s.named])
+        free = self._best_of(self.suspects)
+        if all(c.suspect.named for c in free.choices):
+            return max(named, free, key=lambda f: f.score)
+        if self.explained(named) < SIMPLE_ENOUGH * self.explained(free):
+            return free
+        grown = [self.cleared(found) for found in self.grown(named, self.suspects)]
+        beside = [found for found in grown if set(found.keys) > set(named.keys)]
+        return max([named, *beside], key=lambda f: f.score)
+
+    def explained(self, found: Found) -> float:
+        """Return by how much a set lets the sum of squares fall, over the noise variance."""
+        none, all_ = self.products.given([]), self.products.given([c.key for c in found.choices])
+        return none.rss - all_.rss
+
+    def _best_of(self, suspects: Sequence[Suspect]) -> Found:
+        beam, seen = [Found()], [Found()]
+        for _ in range(MOST):
+            longer = {
+                tuple(sorted(f.keys)): f for found in beam for f in self.grown(found, suspects)
+            }
+            beam = sorted(longer.values(), key=lambda f: -f.score)[:BEAM]
+            seen += beam
+        seen.sort(key=lambda f: -f.score)
+        return max((self.cleared(found) for found in seen[:CLEARED]), key=lambda f: f.score)
+
+    def cleared(self, found: Found) -> Found:
+        """Return the set without effects that are not worth it or too faint beside the others."""
+        while found.choices:
+            worth = self._standing(found)
+            weakest = int(np.argmin(worth))
+            if worth[weakest] > 0:
+                return found
+            found = self.settled(found.without(found.choices[weakest].suspect.key))
+        return found
+
+    def _standing(self, found: Found) -> list[float]:
+        """Return how far each effect is above its limits, over all shapes of the others."""
+        worth = []
+        held = zip(found.choices, found.evidence, strict=True)
+        total = found.score - sum(worth for choice, worth in held if choice.suspect.exact)
+        for choice in found.choices:
+            free = self.with_detail(found.without(choice.suspect.key))
+            gain = free.gain(choice.key)
+            limit = max(MARGIN + self.penalty(choice), self.faint * total)
+            worth.append(self._not_mistaken(found, choice, gain.evidence) - limit)
+        return worth
+
+    def _not_mistaken(self, found: Found, choice: Choice, evidence: float) -> float:
+        """Return an effect's evidence, beside what it may be mistaken for where that explains more
+        beside it than it does itself.
+        """
+        key = (choice.suspect.key, MISTAKEN)
+        if key not in self.products.places:
+            return evidence
+        if self.products.given([c.key for c in found.choices]).gain(key).evidence < evidence:
+            return evidence
+        others = [c.key for c in found.choices if c is not choice]
+        return min(evidence, self.products.given([*others, key]).gain(choice.key).evidence)
+
+    def rivals(self, found: Found, key: str) -> dict[str, float]:
+        """Return, by suspect, by how much the set's score falls when it stands in for ``key``."""
+        others = found.without(key)
+        fall: dict[str, float] = {}
+        for offer in self.offers(others):
+            if offer.choice.suspect.key != key:
+                swapped = self.settled((*others, offer.choice))
+                fall[offer.choice.suspect.key] = found.score - swapped.score
+        return fall
+
+    def penalty(self, choice: Choice) -> float:
+        """Return what looking through the choice's shapes and all suspects costs."""
+        looked = choice.shape.tries * len(self.suspects)
+        return 2.0 * float(np.log(looked)) + choice.suspect.bar

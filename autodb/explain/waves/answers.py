@@ -1,0 +1,247 @@
+"""What a milled waveform holds, component by component: causes, where, and how it fits."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.answer.answer import (
+    Cause,
+    ChannelAnswer,
+    Considered,
+    FitQuality,
+    Trace,
+    Value,
+    Where,
+)
+from autodb.explain.engine.candidates import UNKNOWN, Choice
+from autodb.explain.engine.confidence import Mistuned, Standing, of_missing
+from autodb.explain.engine.entries import is_undecided, named, undecided
+from autodb.explain.engine.fit import rms
+from autodb.explain.engine.locate import regimes
+from autodb.explain.waves.candidates import OWN_WAYS
+from autodb.explain.waves.fit import Fit, fit, noise_sd
+from autodb.explain.waves.look import Looked
+from autodb.explain.waves.own import judged, retuned
+from autodb.explain.waves.parameters import Effect, of_one, shared, value
+from autodb.explain.waves.wandering import as_one
+from autodb.explain.waves.words import STATEMENTS, told_apart
+from autodb.records import Recording
+
+Array = NDArray[np.float64]
+
+FELT = 9.0
+"""Sum of squares of white rows that an effect adds to a component, above which it is felt there."""
+TURNS = 3.0
+"""Turns of the spindle that are drawn close up."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """What was looked for and found in a recording, put in words; ``includes``: own terms."""
+
+    recording: Recording
+    looked: Looked
+    includes: frozenset[str]
+
+    def answers(self) -> dict[str, tuple[ChannelAnswer, Trace]]:
+        """Return the answer of every component, and its trace."""
+        names = self.looked.world.waves.names
+        return {name: self._answer(i, name) for i, name in enumerate(names)}
+
+    @property
+    def choices(self) -> tuple[Choice, ...]:
+        """The effects that were found."""
+        return self.looked.found.choices
+
+    @cached_property
+    def fit(self) -> Fit:
+        """Own terms and effects fitted together."""
+        ways = [one for one in self.looked.search.suspects if one.key == OWN_WAYS]
+        known = OWN_WAYS in self.looked.found.keys
+        beside = [] if known else [Choice(one, len(one.rungs) - 1) for one in ways]
+        looked = self.looked
+        choices = as_one(looked.world, looked.bench, looked.found, looked.quiet)
+        return fit(looked.bench, choices, looked.quiet, beside=beside)
+
+    @cached_property
+    def standing(self) -> list[Standing]:
+        """How sure the name of each effect is."""
+        looked = self.looked
+        return [of_missing(looked.search, looked.found, choice) for choice in self.choices]
+
+    @cached_property
+    def own_terms(self) -> dict[str, Mistuned]:
+        """How sure it is of each own term that it is off."""
+        return judged(self.looked)
+
+    @cached_property
+    def effects(self) -> list[Effect]:
+        """Each effect with what stands beside it."""
+        looked = self.looked
+        return [
+            Effect(looked.world, looked.bench, looked.quiet, c, looked.found.without(c.suspect.key))
+            for c in self.choices
+        ]
+
+    @cached_property
+    def shared(self) -> list[dict[str, Value]]:
+        """The parameters of each effect that are the same in all components."""
+        return [shared(effect) for effect in self.effects]
+
+    @cached_property
+    def held_out(self) -> Array:
+        """What is left of blocks of time that the fit did not see (C, n)."""
+        return self.looked.bench.held_out(self.choices, self.looked.quiet)[0]
+
+    @cached_property
+    def felt(self) -> Array:
+        """Whether each effect is felt in each component (effects, C)."""
+        parts = np.array([self.fit.part(number) for number in range(len(self.choices))])
+        white = [self.looked.quiet.each(part) for part in parts]
+        return np.array([[np.sum(one**2) > FELT for one in part] for part in white])
+
+    def _causes(self, component: int) -> tuple[Cause, ...]:
+        """Return the causes seen in one component: named ones, unnamed ones, re-tuned own terms."""
+        causes = [
+            self._cause(number, component)
+            for number, choice in enumerate(self.choices)
+            if choice.suspect.key != OWN_WAYS and self.felt[number, component]
+        ]
+        causes.sort(key=lambda cause: cause.term == UNKNOWN)
+        again = retuned(self.looked, self.own_terms, self.fit, component, beside=causes)
+        return (*causes, *again)
+
+    def _cause(self, number: int, component: int) -> Cause:
+        choice, sure = self.choices[number], self.standing[number]
+        size = self._size(number, component)
+        if not choice.suspect.named:
+            return self._unnamed(number, component, size)
+        apart = told_apart(choice.suspect.term, sure.near)
+        if is_undecided(choice, sure):
+            return undecided(choice, sure, size, where="These turns", apart=apart)
+        values = {**self.shared[number], **of_one(self.effects[number], component)}
+        statement = STATEMENTS[choice.suspect.term]
+        return named(
+            choice, sure, statement, {"size": size, **values}, includes=self.includes, apart=apart
+        )
+
+    def _unnamed(self, number: int, component: int, size: Value) -> Cause:
+        choice, part = self.choices[number], self.fit.part(number)[component]
+        difference = self.looked.bench.difference[component]
+        share = 1.0 - float(np.sum((difference - part) ** 2) / np.sum(difference**2))
+        over = " and ".join(choice.suspect.variables)
+        return Cause(
+            term=UNKNOWN,
+            kind="missing",
+            confidence=self.standing[number].confidence,
+            statement=(
+                f"{100 * max(0.0, share):.0f} % of the error depends on {over}"
+                f"{_course_words(choice)}. No law that is known here fits it. It reaches "
+                f"{size.value:.3g} N."
+            ),
+            parameters={"size": size},
+            alternatives=self.standing[number].near,
+            variables=choice.suspect.variables,
+        )
+
+    def _size(self, number: int, component: int) -> Value:
+        """Return the largest contribution with its interval."""
+        part, at = self.fit.part(number)[component], self.fit.places[number]
+        peak = int(np.argmax(np.abs(part)))
+        row = self.fit.columns[component, peak, at]
+        variance = float(row @ self.fit.covariance[at, at] @ row)
+        return value(abs(float(part[peak])), float(np.sqrt(max(variance, 0.0))), "N")
+
+    def _answer(self, component: int, name: str) -> tuple[ChannelAnswer, Trace]:
+        causes = self._causes(component)
+        before = self.looked.bench.difference[component]
+        correction = self.fit.correction[component] if causes else np.zeros_like(before)
+        held = self.held_out[component] if causes else before
+        signals = _signals(self.recording)
+        answer = ChannelAnswer(
+            unit=self.recording.unit(name),
+            mismatch=bool(causes),
+            where=Where(
+                intervals=self._intervals(component),
+                regime=tuple(regimes(correction, signals) if causes else ()),
+            ),
+            missing=causes,
+            fit=FitQuality(
+                rms_before=rms(before),
+                rms_after=rms(before - correction),
+                heldout_before=rms(before),
+                heldout_after=rms(held),
+                noise_floor=float(noise_sd(self.looked.quiet)[component]),
+            ),
+        )
+        return answer, self._trace(name, component, correction, signals)
+
+    def _intervals(self, component: int) -> tuple[tuple[float, float], ...]:
+        return tuple(
+            choice.suspect.interval
+            for number, choice in enumerate(self.choices)
+            if choice.suspect.interval is not None and self.felt[number, component]
+        )
+
+    def _trace(
+        self, name: str, component: int, correction: Array, signals: dict[str, Array]
+    ) -> Trace:
+        waves = self.looked.world.waves
+        simulation = waves.simulation[component]
+        return Trace(
+            x_name="t",
+            x=waves.t_s,
+            recording=self.recording[name],
+            simulation=simulation,
+            corrected=simulation + correction,
+            regime_signals=signals,
+            considered=self._considered,
+            close_up=_turns(self.looked, correction),
+        )
+
+    @cached_property
+    def _considered(self) -> tuple[Considered, ...]:
+        """Return every candidate as it would do alone, the strongest first."""
+        offers = self.looked.search.offers(())
+        taken = set(self.looked.found.keys)
+        return tuple(
+            Considered(key, o.worth, "accepted" if key in taken else "not needed")
+            for o in sorted(offers, key=lambda offer: -offer.worth)
+            for key in [o.choice.suspect.key]
+        )
+
+
+def _signals(recording: Recording) -> dict[str, Array]:
+    """Return the places that were recorded and differ."""
+    ends = (".position", "a.angle", "b.angle", "c.angle")
+    return {
+        name: values
+        for name, values in recording.channels.items()
+        if name.endswith(ends) and np.ptp(values) > 0.0
+    }
+
+
+def _course_words(choice: Choice) -> str:
+    shape = choice.shape.shape
+    if "frequency" in shape:
+        return f": a tone of {shape['frequency']:.4g} Hz, in air too"
+    if "turns" in shape:
+        return f": it comes round {shape['turns']:.3g} times in the work"
+    return ""
+
+
+def _turns(looked: Looked, correction: Array) -> tuple[float, float]:
+    """Return from when to when to look closely: turns in the work where most is corrected."""
+    world = looked.world
+    t, angle = world.waves.t_s, world.waves.teeth.angle_rad
+    inside = np.flatnonzero(world.engaged > 0.0)
+    turn_s = 2.0 * np.pi * float((t[-1] - t[0]) / max(abs(angle[-1] - angle[0]), 1e-9))
+    middle = (
+        inside[np.argmax(np.abs(correction[inside]))]
+        if np.any(correction)
+        else inside[len(inside) // 2]
+    )
+    low = float(np.clip(t[middle] - 0.5 * TURNS * turn_s, t[inside[0]], t[inside[-1]]))
+    return low, low + TURNS * turn_s

@@ -1,0 +1,169 @@
+"""Rows of all force components, made white, and the columns of suspects beside them."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from operator import add
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.engine.bench import ROWS_A_COLUMN, fewest_first
+from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.evidence import Products
+from autodb.explain.engine.noise import Whitener
+from autodb.explain.engine.normal import Normal, normal
+from autodb.explain.engine.search import DETAIL
+from autodb.explain.waves.forms import columns_of
+from autodb.explain.waves.noise import variance_of, whitener_of
+
+Array = NDArray[np.float64]
+
+BLOCKS, FOLDS = 40, 5
+SILENT = 1e-9
+"""Share of a component's largest force that its noise is at least: numbers have digits."""
+
+
+@dataclass(frozen=True)
+class Quiet:
+    """How each component's noise is made white and of variance 1."""
+
+    whiteners: tuple[Whitener, ...]
+    sd: tuple[float, ...]
+
+    def __call__(self, columns: Array) -> Array:
+        """Return white rows (C · m, p) of columns (C, n, p)."""
+        return np.concatenate(self.each(columns))
+
+    def each(self, columns: Array) -> list[Array]:
+        """Return the white rows (m, ...) of each component of columns (C, n, ...)."""
+        return [
+            whitener(one) / sd
+            for whitener, sd, one in zip(self.whiteners, self.sd, columns, strict=True)
+        ]
+
+
+class Bench:
+    """A difference (C, n), the simulation's own columns, and suspects' columns at every row.
+
+    A rung's columns are (C, n, p); those of ``own`` (C, n), by term.
+    """
+
+    def __init__(self, difference: Array, own: dict[str, Array]) -> None:
+        self.difference = difference
+        self.own = own
+        self._own = np.stack(list(own.values()), axis=-1)
+        self._kept: dict[tuple[str, int], tuple[Rung | None, Array]] = {}
+
+    def columns(self, key: tuple[str, int], rung: Rung) -> Array:
+        """Return a shape's columns (C, n, p), built once."""
+        shape, columns = self._kept.get(key, (None, np.empty(0)))
+        if shape != rung:
+            columns = columns_of(rung)
+            self._kept[key] = (rung, columns)
+        return columns
+
+    def detail(self, suspect: Suspect) -> Array:
+        """Return what a suspect's shapes may get wrong (C, n, p), p = 0 if nothing."""
+        key = (suspect.key, DETAIL)
+        if key not in self._kept:
+            none = np.empty((*self.difference.shape, 0))
+            self._kept[key] = (None, none if suspect.detail is None else suspect.detail())
+        return self._kept[key][1]
+
+    def forget(self, keys: Iterable[str]) -> None:
+        """Drop the columns of suspects that are built anew."""
+        gone = set(keys)
+        self._kept = {key: value for key, value in self._kept.items() if key[0] not in gone}
+
+    def chosen(self, choices: Sequence[Choice], *, detail: bool = False) -> Array:
+        """Return own and chosen columns (C, n, p)."""
+        parts = [self._own, *(self.columns(c.key, c.shape) for c in choices)]
+        if detail:
+            parts += [self.detail(c.suspect) for c in choices]
+        return np.concatenate(parts, axis=-1)
+
+    def everything(self, suspects: Iterable[Suspect]) -> Array:
+        """Return own columns and the richest shape of every suspect, those with fewest first."""
+        rich = [
+            self.detail(s)
+            if s.detail is not None
+            else self.columns((s.key, len(s.rungs) - 1), s.rungs[-1])
+            for s in suspects
+        ]
+        room = self.difference.size // ROWS_A_COLUMN - self._own.shape[-1]
+        return np.concatenate([self._own, *fewest_first(rich, room)], axis=-1)
+
+    def quiet(self, columns: Array) -> Quiet:
+        """Return the noise that columns leave, each component by itself, fitted twice."""
+        left = self.left(columns, None)
+        for _ in range(2):
+            whiteners = tuple(whitener_of(one) for one in left)
+            sd = tuple(
+                max(float(np.sqrt(variance_of(w, one))), SILENT * float(np.max(np.abs(own))))
+                for w, one, own in zip(whiteners, left, self._own, strict=True)
+            )
+            quiet = Quiet(whiteners, sd)
+            left = self.left(columns, quiet)
+        return quiet
+
+    def left(self, columns: Array, quiet: Quiet | None) -> Array:
+        """Return what columns (C, n, p) leave of the difference (C, n)."""
+        fitted = self.fitted(columns, quiet)
+        return np.asarray(self.difference - columns @ fitted)
+
+    def fitted(self, columns: Array, quiet: Quiet | None) -> Array:
+        """Return coefficients (p,) of columns."""
+        return self._normal(columns, quiet).solved()
+
+    def _normal(self, columns: Array, quiet: Quiet | None) -> Normal:
+        if quiet is None:
+            return normal(columns.reshape(-1, columns.shape[-1]), self.difference.ravel())
+        return normal(quiet(columns), quiet(self.difference[:, :, None])[:, 0])
+
+    def products(self, suspects: Sequence[Suspect], quiet: Quiet) -> Products:
+        """Return the inner products of the white difference, own columns and all shapes."""
+        blocks: dict[tuple[str, int], Array] = {}
+        for suspect in suspects:
+            for number, rung in enumerate(suspect.rungs):
+                blocks[suspect.key, number] = self.columns((suspect.key, number), rung)
+            blocks[suspect.key, DETAIL] = self.detail(suspect)
+        return self.inner(blocks, quiet)
+
+    def inner(self, blocks: dict[tuple[str, int], Array], quiet: Quiet) -> Products:
+        """Return the inner products of the white difference, own columns and blocks (C, n, p)."""
+        whole = [self.difference[:, :, None], self._own, *blocks.values()]
+        white = np.concatenate([quiet(block) for block in whole if block.shape[-1]], axis=1)
+        return Products(
+            white.T @ white,
+            own=self._own.shape[-1],
+            widths={key: block.shape[-1] for key, block in blocks.items()},
+            rows=len(white),
+            variance=1.0,
+        )
+
+    def held_out(self, choices: Sequence[Choice], quiet: Quiet) -> tuple[Array, Array]:
+        """Return what is left (C, n) of blocks of time predicted by a fit of the others.
+
+        And the same (C · m,) of white rows.
+        """
+        columns = self.chosen(choices)
+        white, target = quiet(columns), quiet(self.difference[:, :, None])[:, 0]
+        count, rows = len(self.difference), self.difference.shape[1]
+        of_white = _folds(len(target) // count)
+        folds = [
+            normal(white[np.tile(of_white == k, count)], target[np.tile(of_white == k, count)])
+            for k in range(FOLDS)
+        ]
+        left, white_left, of_row = self.difference.copy(), target.copy(), _folds(rows)
+        for k in range(FOLDS):
+            fitted = reduce(add, (one for j, one in enumerate(folds) if j != k)).solved()
+            here = of_row == k
+            left[:, here] -= columns[:, here] @ fitted
+            there = np.tile(of_white == k, count)
+            white_left[there] -= white[there] @ fitted
+        return left, white_left
+
+
+def _folds(rows: int) -> NDArray[np.intp]:
+    return np.asarray(np.arange(rows) * BLOCKS // rows % FOLDS, dtype=np.intp)

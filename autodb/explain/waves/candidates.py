@@ -1,0 +1,263 @@
+"""Effects that a milled waveform may hold beside its simulation, each with its ladder of shapes.
+
+All are built from the simulation's own waves: the law that it follows, the teeth it has. Columns
+are (C, n, p), of the recording's components.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.engine.candidates import Suspect, negative, positive, spline
+from autodb.explain.waves.forms import kept, rung
+from autodb.explain.waves.sensors import sensor_suspects
+from autodb.explain.waves.teeth import Law, StandsOut
+from autodb.explain.waves.world import World
+
+Array = NDArray[np.float64]
+
+OWN_WAYS = "shear ways"
+WAYS_OFF = ((0,), (1,), (2,), (0, 2))
+"""Ways that may be off beside the others of a term: one, or all of them."""
+THIN_MM = (0.006, 0.012, 0.025, 0.05)
+"""Chips at which what thin ones take more has fallen to a third, or to half. Chosen."""
+GROWTHS = (1.0, 0.5, 2.0)
+"""Powers of the time in the work that wear goes with. Chosen."""
+DEEPER_MM = (0.003, 0.01, 0.03, 0.1, 0.3)
+"""Errors of depth whose waves are worked out, less and more. Chosen."""
+GIVES = (None, 0.3, 1.0)
+"""Shares of the largest force at which giving way levels off; None: it does not. Chosen."""
+NUDGE_MM = 2e-4
+"""By how much a tooth is moved to see what that changes."""
+UNKNOWN_BAR = 6.0
+"""Evidence asked of an effect without a name beyond that of a named one. Chosen."""
+
+
+def suspects(world: World) -> list[Suspect]:
+    """Return every suspect but those that scans find."""
+    found = [
+        own_ways(world),
+        None if world.has_edge else _edge_force(world),
+        _size_effect(world),
+        _wear(world),
+        _runout(world),
+        _depth(world),
+        _deflection(world),
+        *sensor_suspects(world),
+        *_unknown(world),
+    ]
+    return [one for one in found if one is not None]
+
+
+def own_ways(world: World) -> Suspect:
+    """The simulation's own terms are off by another factor one way than the others.
+
+    It is a choice of the search, not always free: most simulations have the ways of a term in
+    proportion, and an effect as small as a wrong depth hides behind factors that are all free.
+    ``shape`` says how many columns are of which term.
+    """
+    ways = (world.shear_ways, world.edge_ways)
+    of: list[tuple[tuple[int, ...], tuple[int, ...]]] = [(kept, ()) for kept in WAYS_OFF]
+    if world.has_edge:
+        of += [((), kept) for kept in WAYS_OFF] + [(WAYS_OFF[-1], WAYS_OFF[-1])]
+    rungs = [
+        rung(
+            np.concatenate([ways[0][..., list(shear)], ways[1][..., list(edge)]], axis=-1),
+            {"shear": len(shear), "edge_force": len(edge)},
+            tries=len(of),
+        )
+        for shear, edge in of
+    ]
+    return Suspect(OWN_WAYS, "shear", tuple(rungs))
+
+
+def _edge_force(world: World) -> Suspect:
+    names = ("coefficient", "radial", "axial")
+    rungs = [
+        rung(ways, names=names, tries=len(world.edges), allowed=positive) for ways in world.edges
+    ]
+    return Suspect("edge_force", "edge_force", tuple(rungs), ("spindle.angle",))
+
+
+def _size_effect(world: World) -> Suspect:
+    """Thin chips take more: by a plain law, by the logarithm of the chip, by any smooth curve."""
+    law = world.shear
+    rungs = [
+        rung(
+            world.cut(partial(_thin, law=law, thin_mm=thin, fades=fades))[:, :, None],
+            names=("size",),
+            tries=2 * len(THIN_MM),
+            allowed=positive,
+        )
+        for thin in THIN_MM
+        for fades in (True, False)
+    ]
+    rungs += [
+        rung(
+            world.cut(partial(_logarithm, law=law))[:, :, None],
+            names=("exponent",),
+            allowed=negative,
+        ),
+        rung(world.bumps),
+    ]
+    return Suspect(
+        "size_effect",
+        "size_effect",
+        tuple(rungs),
+        ("spindle.angle",),
+        detail=kept(world.bumps),
+    )
+
+
+def _thin(chip_mm: Array, *, law: Law, thin_mm: float, fades: bool) -> tuple[Array, Array, Array]:
+    u = chip_mm / thin_mm
+    more = np.exp(-u) if fades else 1.0 / (1.0 + u)
+    t, r, a = law(chip_mm)
+    return t * more, r * more, a * more
+
+
+def _logarithm(chip_mm: Array, *, law: Law) -> tuple[Array, Array, Array]:
+    grown = np.log(np.maximum(chip_mm, 1e-4) / 0.05)
+    t, r, a = law(chip_mm)
+    return t * grown, r * grown, a * grown
+
+
+def _wear(world: World) -> Suspect:
+    """The edge's force grows while the mill cuts: evenly, faster at first, or at last."""
+    names, tries = ("rate", "radial", "axial"), len(world.edges) * len(GROWTHS)
+    rungs = [
+        rung(
+            ways * (world.worn**power)[:, None],
+            {"power": power},
+            names=names,
+            tries=tries,
+            allowed=positive,
+        )
+        for ways in world.edges
+        for power in GROWTHS
+    ]
+    curve = spline(world.worn, 4)[:, 1:]
+    for ways in world.edges:
+        grown = (ways[..., None] * curve[:, None, :]).reshape(*world.simulated.shape, -1)
+        rungs.append(rung(grown, tries=len(world.edges)))
+    return Suspect(
+        "tool_wear",
+        "tool_wear",
+        tuple(rungs),
+        ("t", "spindle.angle"),
+        detail=kept(world.bumps * world.worn[:, None]),
+    )
+
+
+def _runout(world: World) -> Suspect | None:
+    """How far teeth stand out: an axis that is off, or each tooth by itself.
+
+    A tooth that stands out takes from the one behind it what it cuts itself. Where some is known
+    already, columns are what a little more changes, and what is known itself.
+    """
+    teeth = world.waves.teeth
+    z = teeth.mill.teeth
+    if z < 2:
+        return None
+    if world.out is None:
+        slope = world.waves.law.slope
+        each = np.array([world.waves.seen(teeth.of_tooth(j, slope)) for j in range(z)])
+        more, known = np.moveaxis(each - np.roll(each, -1, axis=0), 0, -1), []
+    else:
+        more, known = nudged(world, world.out), [world.stands_out[:, :, None]]
+    shapes = [shape for shape in (off_axis(z), apart(z)) if shape.shape[1] <= z - 1]
+    rungs = [
+        rung(np.concatenate([*known, more @ shape], axis=-1), tries=len(shapes)) for shape in shapes
+    ]
+    return Suspect("runout", "runout", tuple(rungs), ("spindle.angle",))
+
+
+def off_axis(teeth: int) -> Array:
+    """Return how far teeth stand out of a mill whose axis is off by 1 along, and across (z, 2).
+
+    Of two teeth across alone shows nothing (z, 1).
+    """
+    angle = 2.0 * np.pi * np.arange(teeth) / teeth
+    return np.column_stack([np.cos(angle), np.sin(angle)])[:, : 1 if teeth == 2 else 2]
+
+
+def apart(teeth: int) -> Array:
+    """Return directions (z, z - 1) that teeth may stand out in, their mean aside."""
+    return np.asarray(np.linalg.svd(np.eye(teeth) - 1.0 / teeth)[0][:, : teeth - 1])
+
+
+def nudged(world: World, out: StandsOut) -> Array:
+    """Return what a mm more of each tooth changes (C, n, teeth) beside what is known."""
+    teeth, law = world.waves.teeth, world.waves.law.whole
+    base = teeth.forces(law, out)
+    made = []
+    for j in range(teeth.mill.teeth):
+        mm = tuple(one + NUDGE_MM * (k == j) for k, one in enumerate(out.mm))
+        made.append(world.waves.seen(teeth.forces(law, replace(out, mm=mm)) - base) / NUDGE_MM)
+    return np.stack(made, axis=-1)
+
+
+def _depth(world: World) -> Suspect:
+    """Another depth: what a little more adds at the top, and what the slices of one much off do.
+
+    Slices that a simulation cuts an edge into come into the work and leave it one by one.
+    """
+    top = world.waves.seen(world.waves.teeth.top(world.waves.law.whole, world.out))
+    depth_mm = world.waves.teeth.mill.depth_mm
+    errors = [e for one in DEEPER_MM for e in (-one, one) if abs(e) < 0.5 * depth_mm]
+    errors += [] if world.deeper_mm is None else [world.deeper_mm]
+    rungs = [rung(top[:, :, None], names=("error",), tries=len(errors))]
+    for error in errors:
+        column = deeper(world, error)[:, :, None] / error
+        rungs.append(rung(column, {"error": error}, names=("error",), tries=len(errors)))
+    return Suspect("depth_error", "depth_error", tuple(rungs), ("spindle.angle",))
+
+
+def deeper(world: World, error_mm: float) -> Array:
+    """Return what a depth that is off changes (C, n)."""
+    teeth, law = world.waves.teeth, world.waves.law.whole
+    more = teeth.deeper(error_mm)
+    return world.waves.seen(more.forces(law, world.out)) - world.cut(law)
+
+
+def _deflection(world: World) -> Suspect:
+    """The mill gives way: the relative error grows with the force across it."""
+    across = np.sqrt(np.sum(world.simulated[:2] ** 2, axis=0))
+    u = across / max(float(np.max(across)), 1e-300)
+    rungs = tuple(
+        rung(
+            (world.simulated * (u if half is None else u / (u + half)))[:, :, None],
+            tries=len(GIVES),
+            names=("share",),
+            allowed=negative,
+        )
+        for half in GIVES
+    )
+    return Suspect("deflection", "deflection", rungs, world.waves.names)
+
+
+def _unknown(world: World) -> Sequence[Suspect]:
+    """The force depends smoothly on time; something turns with the spindle."""
+    angle = world.waves.teeth.angle_rad
+    turns = np.column_stack([f(k * angle) for k in (1, 2) for f in (np.cos, np.sin)])
+    courses = (turns, turns * world.engaged[:, None])
+    with_spindle = [
+        rung(np.einsum("cd,np->cndp", np.eye(world.components), one).reshape(
+            world.components, len(angle), -1
+        ))
+        for one in courses
+    ]  # fmt: skip
+    over_time = world.simulated[:, :, None] * spline(world.worn, 9)[:, 1:]
+    return (
+        Suspect(
+            "unknown spindle.angle",
+            "unknown",
+            tuple(with_spindle),
+            ("spindle.angle",),
+            bar=UNKNOWN_BAR,
+        ),
+        Suspect("unknown t", "unknown", (rung(over_time),), ("t",), bar=2.0 * UNKNOWN_BAR),
+    )

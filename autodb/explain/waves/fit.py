@@ -1,0 +1,124 @@
+"""Own terms and effects of a milled waveform, fitted together to white rows."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from autodb.explain.engine.candidates import Choice
+from autodb.explain.engine.normal import normal
+from autodb.explain.waves.bench import Bench, Quiet
+
+Array = NDArray[np.float64]
+
+MEMORY = 4000
+"""Rows after which a noise of ORDER taps has forgotten a knock."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Coefficients (p,), own terms' first, with their covariance (p, p), of ``columns`` (C, n, p).
+
+    ``places``: each effect's among the coefficients; ``own``: how many are own terms'. Coefficients
+    beyond the last effect's are ways of own terms.
+    """
+
+    columns: Array
+    coefficients: Array
+    covariance: Array
+    places: tuple[slice, ...]
+    own: int
+
+    def part(self, number: int) -> Array:
+        """Return what an effect adds (C, n)."""
+        at = self.places[number]
+        return np.asarray(self.columns[..., at] @ self.coefficients[at])
+
+    @property
+    def correction(self) -> Array:
+        """What is added to the simulation (C, n)."""
+        return np.asarray(self.columns @ self.coefficients)
+
+
+def fit(
+    bench: Bench, choices: Sequence[Choice], quiet: Quiet, *, beside: Sequence[Choice] = ()
+) -> Fit:
+    """Fit own terms and effects; directions that the rows do not hold get nothing.
+
+    ``beside``: own terms' ways, retuned too. Coefficients of these and of curves are drawn to none.
+    """
+    columns = bench.chosen([*choices, *beside])
+    found = normal(quiet(columns), quiet(bench.difference[:, :, None])[:, 0])
+    weight = _drawn(bench, [*choices, *beside], quiet)
+    widths = [bench.columns(c.key, c.shape).shape[-1] for c in choices]
+    ends = np.cumsum([len(bench.own), *widths])
+    return Fit(
+        columns=columns,
+        coefficients=found.solved(weight),
+        covariance=found.inverse(weight),
+        places=tuple(slice(int(a), int(b)) for a, b in pairwise(ends)),
+        own=len(bench.own),
+    )
+
+
+def _drawn(bench: Bench, choices: Sequence[Choice], quiet: Quiet) -> Array:
+    """Return what a squared coefficient costs, (p,) of own and chosen columns.
+
+    Own columns and plain laws cost nothing; of others the size is that of the greatest evidence.
+    """
+    products = bench.inner({c.key: bench.columns(c.key, c.shape) for c in choices}, quiet)
+    weights = [np.zeros(len(bench.own))]
+    for choice in choices:
+        norm = products.norm[products.places[choice.key]]
+        if choice.shape.names or len(norm) == 1:
+            weights.append(np.zeros(len(norm)))
+            continue
+        given = products.given([c.key for c in choices if c is not choice])
+        weights.append(norm**2 / given.gain(choice.key).size)
+    return np.concatenate(weights)
+
+
+def noise_sd(quiet: Quiet) -> Array:
+    """Return the standard deviation of each component's noise (C,), colour and all."""
+    knock = np.zeros(MEMORY)
+    knock[0] = 1.0
+    sizes = []
+    for whitener, sd in zip(quiet.whiteners, quiet.sd, strict=True):
+        taps = np.concatenate([[1.0], -whitener.coefficients])
+        sizes.append(sd * float(np.sqrt(np.sum(lfilter([1.0], taps, knock) ** 2))))
+    return np.array(sizes)
+
+
+class Beside:
+    """White rows after own terms and other effects are projected out of them.
+
+    ``minus`` (C, n): what is taken off the difference first.
+    """
+
+    def __init__(
+        self, bench: Bench, others: Sequence[Choice], quiet: Quiet, *, minus: Array | None = None
+    ) -> None:
+        self.quiet = quiet
+        white = quiet(bench.chosen(others))
+        norm = np.linalg.norm(white, axis=0)
+        basis, size, _ = np.linalg.svd(white / np.where(norm > 0, norm, 1.0), full_matrices=False)
+        self._basis = basis[:, size > 1e-9 * size.max(initial=0.0)]
+        difference = bench.difference if minus is None else bench.difference - minus
+        self._left = self._clear(difference[:, :, None])[:, 0]
+
+    def _clear(self, columns: Array) -> Array:
+        white = self.quiet(columns)
+        return np.asarray(white - self._basis @ (self._basis.T @ white))
+
+    def fitted(self, columns: Array) -> tuple[Array, Array]:
+        """Return coefficients (p,) of columns (C, n, p) and their covariance (p, p)."""
+        found = normal(self._clear(columns), self._left)
+        return found.solved(), found.inverse()
+
+    def gain(self, columns: Array) -> float:
+        """Return by how much the sum of squares falls by columns (C, n, p)."""
+        found = normal(self._clear(columns), self._left)
+        return float(found.right @ found.solved())

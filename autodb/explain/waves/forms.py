@@ -1,0 +1,32 @@
+"""Shapes of suspects whose columns are there already."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.engine.candidates import Rung
+
+Array = NDArray[np.float64]
+
+
+def rung(columns: Array, shape: Mapping[str, float] | None = None, **options: Any) -> Rung:
+    """Return a shape of columns (C, n, p), with what is known of it by name."""
+    return Rung(kept(columns), shape or {}, **options)
+
+
+def kept(columns: Array) -> Callable[..., Array]:
+    """Return a function that gives columns, whatever their shape is called."""
+    return partial(_as_is, columns)
+
+
+def _as_is(columns: Array, **shape: float) -> Array:
+    del shape
+    return columns
+
+
+def columns_of(shape: Rung) -> Array:
+    """Return a shape's columns (C, n, p)."""
+    return np.asarray(shape.law(**shape.shape))

@@ -1,0 +1,244 @@
+"""The parameters that each effect of a milled waveform is told by, everything beside it free."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from autodb.explain.answer.answer import Value
+from autodb.explain.engine.candidates import Choice, Rung
+from autodb.explain.waves.bench import Bench, Quiet
+from autodb.explain.waves.candidates import apart, nudged, off_axis
+from autodb.explain.waves.fit import Beside
+from autodb.explain.waves.forms import columns_of
+from autodb.explain.waves.scans import harder, on_each
+from autodb.explain.waves.sensors import HEATED, heated, in_one
+from autodb.explain.waves.teeth import StandsOut
+from autodb.explain.waves.world import World
+from autodb.fitting import NORMAL_95
+
+Array = NDArray[np.float64]
+
+WIDE = 0.05
+"""Half width, as a share of the range looked through, over which a curvature is taken."""
+FELT = 0.2
+"""Share of its largest force above which a component is looked at for its scale."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect of a set, with what stands beside it."""
+
+    world: World
+    bench: Bench
+    quiet: Quiet
+    choice: Choice
+    others: tuple[Choice, ...]
+
+    @cached_property
+    def beside(self) -> Beside:
+        """White rows without own terms and the other effects."""
+        return Beside(self.bench, self.others, self.quiet)
+
+    @property
+    def work_s(self) -> float:
+        """Time in the work."""
+        inside = self.world.waves.t_s[self.world.engaged > 0.0]
+        return float(inside[-1] - inside[0])
+
+    def plain(self, name: str, **shape: float) -> Rung:
+        """Return the plain law with a first parameter, of some shape, that fits best."""
+        rungs = [
+            one
+            for one in self.choice.suspect.rungs
+            if one.names[:1] == (name,) and shape.items() <= one.shape.items()
+        ]
+        return max(rungs, key=lambda one: self.beside.gain(columns_of(one)))
+
+
+Read = Callable[[Effect], dict[str, Value]]
+ReadOne = Callable[[Effect, int], dict[str, Value]]
+
+
+def shared(effect: Effect) -> dict[str, Value]:
+    """Return the parameters that an effect has in all components alike."""
+    read = SHARED.get(effect.choice.suspect.term)
+    return read(effect) if read else {}
+
+
+def of_one(effect: Effect, component: int) -> dict[str, Value]:
+    """Return the parameters that it has in one component by itself."""
+    read = OF_ONE.get(effect.choice.suspect.term)
+    return read(effect, component) if read else {}
+
+
+def value(middle: float, sd: float, unit: str) -> Value:
+    """Return a value with its 95 % interval."""
+    half = NORMAL_95 * sd
+    return Value(value=middle, low=middle - half, high=middle + half, unit=unit)
+
+
+def _values(
+    effect: Effect, columns: Array, names: tuple[str, ...], unit: str, *, scale: float = 1.0
+) -> dict[str, Value]:
+    """Return the coefficients of columns by name, times a scale."""
+    found, covariance = effect.beside.fitted(columns)
+    sd = np.sqrt(np.diag(covariance))
+    pairs = zip(names, scale * found, abs(scale) * sd, strict=True)
+    return {name: value(float(one), float(spread), unit) for name, one, spread in pairs}
+
+
+def _profiled(gain: Callable[[float], float], low: float, high: float, unit: str) -> Value:
+    """Return the value between limits that fits best; its spread is from the curvature there."""
+    found = minimize_scalar(lambda at: -gain(float(at)), bounds=(low, high), method="bounded")
+    half = WIDE * (high - low)
+    around = [gain(float(found.x) + step) for step in (-half, 0.0, half)]
+    curvature = (2.0 * around[1] - around[0] - around[2]) / half**2
+    sd = float(np.sqrt(2.0 / curvature)) if curvature > 0.0 else high - low
+    return value(float(found.x), min(sd, high - low), unit)
+
+
+def _edge_force(effect: Effect) -> dict[str, Value]:
+    rung = effect.plain("coefficient")
+    return _values(effect, columns_of(rung), rung.names, "N/mm")
+
+
+def _wear(effect: Effect) -> dict[str, Value]:
+    """Return how fast the force on the engaged edge of a tooth grows, evenly over the work."""
+    rung = effect.plain("rate", power=1.0)
+    scale = effect.world.waves.teeth.mill.depth_mm / effect.work_s
+    names = ("rate", "radial_rate", "axial_rate")
+    return _values(effect, columns_of(rung), names, "N/s", scale=scale)
+
+
+def _size_effect(effect: Effect) -> dict[str, Value]:
+    """Return m of a force that goes with h^(1 − m) where the simulation's goes with h."""
+    rung = effect.plain("exponent")
+    return _values(effect, columns_of(rung), rung.names, "1", scale=-1.0)
+
+
+def _runout(effect: Effect) -> dict[str, Value]:
+    """Return how far the axis is off, and how far each tooth stands out of their mean."""
+    world = effect.world
+    z = world.waves.teeth.mill.teeth
+    out = world.out or StandsOut((0.0,) * z)
+    shape = apart(z)
+    beside = Beside(effect.bench, effect.others, effect.quiet, minus=world.stands_out)
+    more, covariance = beside.fitted(nudged(world, out) @ shape)
+    mm, spread = np.array(out.mm) + shape @ more, shape @ covariance @ shape.T
+    axis = off_axis(z) * 2.0 / z if z > 2 else off_axis(z) / z
+    along, of_axis = axis.T @ mm, axis.T @ spread @ axis
+    offset = float(np.linalg.norm(along))
+    sd = float(np.sqrt(along @ of_axis @ along)) / max(offset, 1e-300)
+    teeth = {
+        f"tooth {j}": value(float(mm[j]), float(np.sqrt(spread[j, j])), "mm") for j in range(z)
+    }
+    return {"offset": value(offset, sd, "mm"), **teeth}
+
+
+def _chatter(effect: Effect) -> dict[str, Value]:
+    world, at = effect.world, effect.choice.shape.shape["frequency"]
+    t = world.waves.t_s
+
+    def gain(frequency_Hz: float) -> float:
+        angle = 2.0 * np.pi * frequency_Hz * t
+        waves = np.column_stack([np.cos(angle), np.sin(angle)]) * world.engaged[:, None]
+        return effect.beside.gain(on_each(world, waves))
+
+    line = 1.0 / effect.work_s
+    return {"frequency": _profiled(gain, at - line, at + line, "Hz")}
+
+
+def _hard_spot(effect: Effect) -> dict[str, Value]:
+    world, shape = effect.world, effect.choice.shape.shape
+    number = effect.choice.rung
+    start, end = shape["start"], shape["end"]
+    near = 0.2 * (end - start)
+
+    def of_start(at: float) -> float:
+        return effect.beside.gain(harder(world, at, end, number))
+
+    first = _profiled(of_start, start - near, start + near, "s")
+
+    def of_end(at: float) -> float:
+        return effect.beside.gain(harder(world, first.value, at, number))
+
+    last = _profiled(of_end, end - near, end + near, "s")
+    more = _values(effect, harder(world, first.value, last.value, number), ("factor",), "1")
+    change = more["factor"]
+    factor = Value(value=1.0 + change.value, low=1.0 + change.low, high=1.0 + change.high, unit="1")
+    return {"factor": factor, "start": first, "end": last}
+
+
+def _depth(effect: Effect) -> dict[str, Value]:
+    rung = effect.choice.shape
+    return _values(effect, columns_of(rung), rung.names, "mm")
+
+
+def _deflection(effect: Effect) -> dict[str, Value]:
+    """Return the share of the force that is lost where it is greatest, by a spring."""
+    spring = columns_of(effect.choice.suspect.rungs[0])
+    return _values(effect, spring, ("share",), "1", scale=-1.0)
+
+
+def _mass(effect: Effect) -> dict[str, Value]:
+    rung = effect.choice.shape
+    unit = "kg" if len(rung.names) == 1 else "kg m"
+    return _values(effect, columns_of(rung), rung.names, unit)
+
+
+def _heat(effect: Effect) -> dict[str, Value]:
+    world = effect.world
+
+    def gain(share: float) -> float:
+        course = heated(world.waves.t_s, world.engaged, share)
+        return effect.beside.gain(on_each(world, course[:, None]))
+
+    found = _profiled(gain, 0.5 * HEATED[0], 2.0 * HEATED[-1], "1")
+    seconds = (effect.work_s * one for one in (found.value, found.low, found.high))
+    middle, low, high = seconds
+    return {"time_constant": Value(value=middle, low=max(low, 0.0), high=high, unit="s")}
+
+
+def _drift(effect: Effect, component: int) -> dict[str, Value]:
+    world, t = effect.world, effect.world.waves.t_s
+    line = np.column_stack([world.time, np.ones(len(t))])
+    columns = in_one(world, line, component)
+    values = _values(effect, columns, ("rate", "level"), "N/s", scale=1.0 / float(t[-1] - t[0]))
+    return {"rate": values["rate"]}
+
+
+def _gain(effect: Effect, component: int) -> dict[str, Value]:
+    """Return the factor where it is furthest from 1."""
+    columns = columns_of(effect.choice.shape)
+    found, covariance = effect.beside.fitted(columns)
+    force = effect.world.simulated[component]
+    rows = np.flatnonzero(np.abs(force) > FELT * np.max(np.abs(force)))
+    factor = columns[component, rows] / force[rows, None]
+    change = factor @ found
+    at = int(np.argmax(np.abs(change)))
+    sd = float(np.sqrt(max(float(factor[at] @ covariance @ factor[at]), 0.0)))
+    return {"factor": value(1.0 + float(change[at]), sd, "1")}
+
+
+def _crosstalk(effect: Effect, component: int) -> dict[str, Value]:
+    """Return the share of each other component that one shows."""
+    world = effect.world
+    others = [j for j in range(world.components) if j != component]
+    columns = np.concatenate(
+        [in_one(world, world.simulated[j][:, None], component) for j in others], axis=-1
+    )
+    names = tuple(f"share of {world.waves.names[j]}" for j in others)
+    return _values(effect, columns, names, "1")
+
+
+SHARED: dict[str, Read] = {
+    "edge_force": _edge_force, "tool_wear": _wear, "size_effect": _size_effect,
+    "runout": _runout, "chatter": _chatter, "hard_spot": _hard_spot, "depth_error": _depth,
+    "deflection": _deflection, "table_gravity": _mass, "table_inertia": _mass,
+    "thermal_drift": _heat,
+}  # fmt: skip
+OF_ONE: dict[str, ReadOne] = {"sensor_drift": _drift, "gain": _gain, "crosstalk": _crosstalk}

@@ -1,0 +1,239 @@
+"""Suspects that must be looked for in what a fit leaves: other material, tones, bands."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.engine.candidates import Rung, Suspect, spline
+from autodb.explain.waves.bench import Quiet
+from autodb.explain.waves.forms import kept, rung
+from autodb.explain.waves.world import World
+
+Array = NDArray[np.float64]
+
+BINS = 200
+SHORTEST, LONGEST = 0.02, 0.6
+"""Shares of the time in the work that a stretch of other material lasts at least and at most."""
+SOFT = (0.02, 0.15, 0.4)
+ALONG = 0.1
+"""A tone this near a multiple of the spindle's frequency, shares of it, is the spindle's."""
+FOLDED = 1.0
+"""Multiples of the spindle's turn up to this many sampling rates are looked for where they fold to.
+Higher ones are weak; with those up to two rates an eighth of all frequencies was closed. Chosen."""
+LOWEST_HZ = 20.0
+TONES = 3
+"""Tones that are looked for in what a fit leaves, the strongest first; and one that is wide."""
+LINE, WIDE = (1,), (3, 7, 15, 31)
+"""Frequencies side by side that a tone spreads over: one that is steady, one that wanders."""
+ENVELOPES = (1, 4, 8, 16)
+"""Coefficients of a tone's slow course of size and phase."""
+BANDS = (2.5, 40.0)
+"""How often bands come round in the work."""
+
+
+def proposals(world: World, left: Array, quiet: Quiet, number: int) -> list[Suspect]:
+    """Return what a residual (C, n) points to."""
+    white = quiet(left[:, :, None]).reshape(world.components, -1)
+    forced = quiet(world.simulated[:, :, None]).reshape(white.shape)
+    found = [_stretch(world, forced, white, number), *_tones(world, white, number)]
+    return [*found, _bands(world, forced, white, number)]
+
+
+def _at_work(world: World, white: Array) -> NDArray[np.intp]:
+    """Return which of white rows (C, m), the recording's last ones, are in the work."""
+    return np.flatnonzero(world.waves.teeth.engaged[-white.shape[1] :] > 0.0)
+
+
+def _stretch(world: World, forced: Array, white: Array, number: int) -> Suspect:
+    """Return the stretch in which a factor on all forces, white rows (C, m), explains most."""
+    rows = _at_work(world, white)
+    force, rest = forced[:, rows], white[:, rows]
+    product = np.concatenate([[0.0], np.cumsum(np.sum(force * rest, axis=0))])
+    power = np.concatenate([[0.0], np.cumsum(np.sum(force**2, axis=0))])
+    edges = np.unique(np.linspace(0, len(rows), BINS + 1).astype(np.intp))
+    start, end = _strongest(product, power, edges, len(rows))
+    t = world.waves.t_s[-white.shape[1] :]
+    return hard_spot(world, float(t[rows[start]]), float(t[rows[end - 1]]), f"hard_spot {number}")
+
+
+def _strongest(product: Array, power: Array, edges: NDArray[np.intp], n: int) -> tuple[int, int]:
+    a, b = edges[:, None], edges[None, :]
+    span = b - a
+    inside = power[b] - power[a]
+    rest = np.maximum(inside * (1.0 - inside / power[-1]), 1e-9 * power[-1])
+    mean = product[-1] * inside / power[-1]
+    gain = (product[b] - product[a] - mean) ** 2 / rest
+    gain = np.where((span < SHORTEST * n) | (span > LONGEST * n), -np.inf, gain)
+    i, j = np.unravel_index(int(np.argmax(gain)), gain.shape)
+    return int(edges[i]), int(edges[j])
+
+
+def hard_spot(world: World, start_s: float, end_s: float, key: str) -> Suspect:
+    """Return the suspect of harder or softer material from one time to another."""
+    u = _along(world, start_s, end_s)
+    shape = {"start": start_s, "end": end_s}
+    rungs = tuple(
+        rung(harder(world, start_s, end_s, number), shape, names=("factor",), tries=BINS * 4)
+        for number in range(len(SOFT) + 1)
+    )
+    knots = spline(np.clip(u, -0.2, 1.2), 9) * ((u > -0.2) & (u < 1.2))[:, None]
+    return Suspect(
+        key,
+        "hard_spot",
+        rungs,
+        ("t",),
+        detail=kept(world.simulated[:, :, None] * knots),
+        interval=(start_s, end_s),
+        scanned=True,
+    )
+
+
+def _along(world: World, start_s: float, end_s: float) -> Array:
+    """Return the way through a stretch at every row, 0 at its start, 1 at its end (n,)."""
+    return np.asarray((world.waves.t_s - start_s) / max(end_s - start_s, 1e-9))
+
+
+def harder(world: World, start_s: float, end_s: float, number: int) -> Array:
+    """Return what material once as hard again adds over a stretch (C, n, 1).
+
+    ``number``: how its ends rise, by shares SOFT of the stretch, or all of it as an arch.
+    """
+    u = _along(world, start_s, end_s)
+    if number == len(SOFT):
+        course = np.where((u > 0) & (u < 1), np.sin(np.pi * np.clip(u, 0.0, 1.0)), 0.0)
+    else:
+        soft = SOFT[number]
+        rise = np.clip(np.minimum(u + 0.5 * soft, 1.0 + 0.5 * soft - u) / soft, 0.0, 1.0)
+        course = rise**2 * (3.0 - 2.0 * rise)
+    return np.asarray((world.simulated * course)[:, :, None])
+
+
+def _tones(world: World, white: Array, number: int) -> list[Suspect]:
+    """Return the strongest tones that are no multiple of the spindle's turn."""
+    n = white.shape[1]
+    rate = (len(world.waves.t_s) - 1) / (world.waves.t_s[-1] - world.waves.t_s[0])
+    angle = world.waves.teeth.angle_rad
+    turns = float(
+        abs(angle[-1] - angle[0]) / (2.0 * np.pi) / (world.waves.t_s[-1] - world.waves.t_s[0])
+    )
+    window = np.hanning(n)
+    power = np.sum(np.abs(np.fft.rfft(white * window, axis=1)) ** 2, axis=0)
+    frequency = np.fft.rfftfreq(n, 1.0 / rate)
+    multiples = np.arange(1, 1 + int(FOLDED * rate / turns)) * turns
+    folded = np.abs(multiples - rate * np.round(multiples / rate))
+    near = np.min(np.abs(frequency[:, None] - np.unique(folded)[None, :]), axis=1)
+    first = np.abs(frequency - turns * np.round(frequency / turns))
+    power = np.where(
+        (first < ALONG * turns) | (near < 1.5 / (n / rate)) | (frequency < LOWEST_HZ), 0.0, power
+    )
+    found: list[Suspect] = []
+    for k, widths in enumerate((*TONES * (LINE,), WIDE)):
+        at, width = standing_out(power, len(white), widths)
+        if power[at] <= 0.0:
+            break
+        exact = float(frequency[at])
+        if width == 1:
+            exact = _sharpened(white, rate, exact)
+        found += tone(world, exact, f"{number}.{k}", tries=n // 2)
+        power[np.abs(frequency - frequency[at]) < (8.0 + width // 2) / (n / rate)] = 0.0
+    return found
+
+
+def standing_out(power: Array, components: int, widths: Sequence[int]) -> tuple[int, int]:
+    """Return where power (f,) of white rows stands out most, and over how many frequencies.
+
+    Twice the log-likelihood ratio of a sum P of k exponentially distributed powers of mean 1 is
+    2 (P - k - k ln(P/k)); frequencies with no power are left out.
+    """
+    open_ = power > 0.0
+    some = power / max(float(np.mean(power[open_])) / components, 1e-300) if open_.any() else power
+    best, found = -np.inf, (0, widths[0])
+    for width in widths:
+        window = np.ones(width)
+        total = np.convolve(some, window, mode="same")
+        count = components * np.maximum(np.convolve(open_, window, mode="same"), 1.0)
+        more = np.maximum(total / count, 1.0)
+        ratio = np.where(open_, count * (more - 1.0 - np.log(more)), -np.inf)
+        at = int(np.argmax(ratio))
+        if ratio[at] > best:
+            best, found = float(ratio[at]), (at, width)
+    return found
+
+
+def _sharpened(white: Array, rate_Hz: float, near_Hz: float) -> float:
+    """Return the frequency, between those of the transform, at which white rows (C, n) have most.
+
+    A line half a step off would look as if it swelled and faded.
+    """
+    rows = np.arange(white.shape[1])
+    window = np.hanning(len(rows))
+    step = rate_Hz / len(rows)
+    tried = near_Hz + step * np.linspace(-1.0, 1.0, 41)
+    waves = np.exp(-2j * np.pi * tried[:, None] / rate_Hz * rows)
+    power = np.sum(np.abs((white * window) @ waves.T) ** 2, axis=0)
+    return float(tried[int(np.argmax(power))])
+
+
+def tone(world: World, frequency_Hz: float, number: str, *, tries: int) -> list[Suspect]:
+    """Return the suspects of a tone: chatter, in the work only, or a hum that air holds too."""
+    t, engaged = world.waves.t_s, world.waves.teeth.engaged
+    angle = 2.0 * np.pi * frequency_Hz * t
+    waves = np.column_stack([np.cos(angle), np.sin(angle)])
+
+    def ladder(over: Array, inside: Array) -> list[Rung]:
+        rungs = []
+        for knots in ENVELOPES:
+            slow = spline(over, knots) if knots > 3 else np.ones((len(t), 1))
+            course = (waves[:, :, None] * (slow * inside[:, None])[:, None, :]).reshape(len(t), -1)
+            rungs.append(rung(on_each(world, course), {"frequency": frequency_Hz}, tries=tries))
+        return rungs
+
+    chatter = ladder(world.worn, engaged)
+    hum = ladder(world.time, np.ones(len(t)))
+    return [
+        Suspect(f"chatter {number}", "chatter", tuple(chatter), ("t",), scanned=True),
+        Suspect(f"unknown tone {number}", "unknown", tuple(hum[:1]), ("t",), bar=6.0, scanned=True),
+    ]
+
+
+def on_each(world: World, course: Array) -> Array:
+    """Return columns (C, n, C · p) of courses (n, p), free in each component."""
+    count, n = world.components, len(course)
+    made = np.zeros((count, n, count, course.shape[1]))
+    for i in range(count):
+        made[i, :, i] = course
+    return made.reshape(count, n, -1)
+
+
+def _bands(world: World, forced: Array, white: Array, number: int) -> Suspect:
+    """Return the factor on all forces, white rows, that comes round and explains most."""
+    rows = _at_work(world, white)
+    product = np.sum((forced * white)[:, rows], axis=0)
+    power = np.sum((forced**2)[:, rows], axis=0)
+    u = world.worn[-white.shape[1] :][rows]
+    best, found = 0.0, BANDS[0]
+    for count in np.arange(*BANDS, 0.125):
+        wave = np.exp(2j * np.pi * count * u)
+        waves = np.stack([wave.real, wave.imag])
+        inner = (waves * power) @ waves.T
+        right = waves @ product
+        gain = float(right @ np.linalg.solve(inner, right))
+        if gain > best:
+            best, found = gain, float(count)
+    course = np.zeros((len(world.worn), 4))
+    for k in (1, 2):
+        wave = np.exp(2j * np.pi * k * found * world.worn)
+        course[:, 2 * k - 2], course[:, 2 * k - 1] = wave.real, wave.imag
+    shape = {"turns": found}
+    rungs = tuple(
+        rung(
+            world.simulated[:, :, None] * course[:, :width],
+            shape,
+            tries=int((BANDS[1] - BANDS[0]) / 0.125),
+        )
+        for width in (2, 4)
+    )
+    return Suspect(
+        f"unknown bands {number}", "unknown", rungs, ("x.position",), bar=6.0, scanned=True
+    )

@@ -1,0 +1,133 @@
+"""Suspects of what senses a milled waveform: gains, drifts, heat, crosstalk, a table that tilts."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import constants
+
+from autodb.explain.engine.candidates import Suspect, spline
+from autodb.explain.waves.forms import kept, rung
+from autodb.explain.waves.waves import FORCES
+from autodb.explain.waves.world import Tilted, World
+
+Array = NDArray[np.float64]
+
+KNOTS = 5
+TILTS = ("a.angle", "c.angle")
+BENT, LEVELLED = (1.6, 2.4), (0.15, 0.3, 0.6)
+"""Powers of time, and times over that of the recording in which it levels off, of a drift."""
+HEATED = (0.1, 0.2, 0.4, 0.8, 1.6)
+"""Times in which a sensor takes up heat, over the time in the work."""
+
+
+def sensor_suspects(world: World) -> Iterator[Suspect]:
+    """Give every suspect that sits in what senses the force."""
+    yield from _gains(world)
+    yield _drift(world)
+    yield _heat(world)
+    if world.components > 1:
+        yield _crosstalk(world)
+    if world.tilted is not None:
+        yield from _table(world, world.tilted)
+
+
+def _gains(world: World) -> Iterator[Suspect]:
+    """One component scales: by one factor, or by one that changes."""
+    one = np.ones((len(world.time), 1))
+    curve = spline(world.time, KNOTS)[:, 1:]
+    for i, name in enumerate(world.waves.names):
+        course = world.simulated[i][:, None]
+        rungs = (
+            rung(in_one(world, course, i), names=("factor",)),
+            rung(in_one(world, course * world.time[:, None], i)),
+            rung(in_one(world, course * curve, i)),
+            rung(in_one(world, course * np.column_stack([one, curve]), i)),
+        )
+        detail = kept(in_one(world, course * curve, i))
+        yield Suspect(f"gain {name}", "gain", rungs, ("t",), detail=detail)
+
+
+def in_one(world: World, course: Array, component: int) -> Array:
+    """Return a course (n, k) in one component (C, n, k)."""
+    made = np.zeros((*world.simulated.shape, course.shape[-1]))
+    made[component] = course
+    return made
+
+
+def _in_some(world: World, course: Array) -> list[Array]:
+    """Return columns of a course (n, k) in each component alone, and in all of them."""
+    each = [in_one(world, course, i) for i in range(world.components)]
+    return [*each, np.concatenate(each, axis=-1)] if len(each) > 1 else each
+
+
+def _drift(world: World) -> Suspect:
+    """An offset that follows the clock, in air too: straight, bent, to a level, by any curve."""
+    one = np.ones(len(world.time))
+    bent = [world.time**power for power in BENT]
+    levelled = [-np.expm1(-world.time / share) for share in LEVELLED]
+    plain = [np.column_stack([one, world.time])]
+    plain += [course[:, None] for course in (one, world.time, *bent, *levelled)]
+    curve = spline(world.time, KNOTS)
+    rungs = [
+        rung(columns, tries=len(plain))
+        for course in (*plain, curve)
+        for columns in _in_some(world, course)
+    ]
+    detail = kept(_in_some(world, curve)[-1])
+    return Suspect("sensor_drift", "sensor_drift", tuple(rungs), ("t",), detail=detail)
+
+
+def _heat(world: World) -> Suspect:
+    """An offset that rises while chips heat the sensor and relaxes when cutting stops."""
+    rungs = [
+        rung(columns, tries=len(HEATED), names=("level",))
+        for share in HEATED
+        for columns in _in_some(world, heated(world.waves.t_s, world.engaged, share)[:, None])
+    ]
+    return Suspect("thermal_drift", "thermal_drift", tuple(rungs), ("t", "cut"))
+
+
+def heated(t_s: Array, engaged: Array, share: float) -> Array:
+    """Return a first-order response (n,) to being in the work, in a share of the time there."""
+    rows = np.flatnonzero(engaged > 0.0)
+    begin, end = t_s[rows[0]], t_s[rows[-1]]
+    seconds = share * (end - begin)
+    rise = -np.expm1(-np.clip(t_s - begin, 0.0, end - begin) / seconds)
+    return np.asarray(rise * np.exp(-np.maximum(t_s - end, 0.0) / seconds))
+
+
+def _crosstalk(world: World) -> Suspect:
+    """A component takes a share of another: one way, both ways, or all of all."""
+    count = world.components
+    pairs = [(i, j) for i in range(count) for j in range(count) if i != j]
+    made = np.concatenate(
+        [in_one(world, world.simulated[j][:, None], i) for i, j in pairs], axis=-1
+    )
+    both = [[k for k, pair in enumerate(pairs) if set(pair) == {i, j}] for i, j in pairs if i < j]
+    rungs = [
+        *(rung(made[..., [k]], tries=len(pairs)) for k in range(len(pairs))),
+        *(rung(made[..., two], tries=len(both)) for two in both),
+        rung(made),
+    ]
+    return Suspect("crosstalk", "crosstalk", tuple(rungs), world.waves.names, sure=True)
+
+
+def _table(world: World, tilted: Tilted) -> Iterator[Suspect]:
+    """A mass on the tilted table weighs, and pulls where it is swung. Physics reference 5."""
+    kept = [FORCES.index(name) for name in world.waves.names]
+    weight = constants.g * (tilted.rotation[:, 2] - np.array([[0.0], [0.0], [1.0]]))
+    if np.ptp(weight) > 0.0:
+        shape = rung(weight[kept][:, :, None], names=("mass",))
+        yield Suspect("table_gravity", "table_gravity", (shape,), TILTS, sure=True)
+    swung = np.stack([_swung(tilted, at)[kept] for at in np.eye(3)], axis=-1)
+    if np.ptp(swung) > 0.0:
+        shape = rung(swung, names=("mass_x", "mass_y", "mass_z"))
+        yield Suspect("table_inertia", "table_inertia", (shape,), TILTS, sure=True)
+
+
+def _swung(tilted: Tilted, at: Array) -> Array:
+    """Return the force (3, n) of 1 kg at 1 m of the table."""
+    place = np.broadcast_to(at[:, None], tilted.omega.shape)
+    central = np.cross(tilted.omega, np.cross(tilted.omega, place, axis=0), axis=0)
+    return np.asarray(central + np.cross(tilted.faster, place, axis=0))

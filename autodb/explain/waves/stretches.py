@@ -1,0 +1,56 @@
+"""Where a stretch of other material begins and ends, fitted to white rows beside all else."""
+
+from itertools import product
+
+import numpy as np
+
+from autodb.explain.engine.candidates import Choice, Suspect
+from autodb.explain.engine.search import Found
+from autodb.explain.waves.bench import Bench, Quiet
+from autodb.explain.waves.fit import Beside
+from autodb.explain.waves.scans import BINS, LONGEST, SHORTEST, hard_spot, harder
+from autodb.explain.waves.world import World
+
+REACH = 0.2
+"""Share of a stretch by which its ends are moved at first, either way; halved down to a bin."""
+
+
+def sharpened(world: World, bench: Bench, found: Found, quiet: Quiet) -> dict[str, Suspect]:
+    """Return the stretches that were found, by key, with the ends that explain most.
+
+    A scan sees steps, in a grid; ends that rise slowly are elsewhere.
+    """
+    return {
+        choice.suspect.key: _sharpened(world, Beside(bench, others, quiet), choice)
+        for choice in found.choices
+        if choice.suspect.term == "hard_spot" and choice.suspect.interval is not None
+        for others in [found.without(choice.suspect.key)]
+    }
+
+
+def _sharpened(world: World, beside: Beside, choice: Choice) -> Suspect:
+    inside = world.waves.t_s[world.engaged > 0.0]
+    whole = float(inside[-1] - inside[0])
+    interval = choice.suspect.interval
+    assert interval is not None
+    start, end = interval
+    best, reach = _gain(world, beside, start, end, choice.rung), REACH * (end - start)
+    while reach > whole / BINS:
+        tried = [
+            (start + a * reach, end + b * reach) for a, b in product((-1, 0, 1), repeat=2) if a or b
+        ]
+        tried = [
+            (a, b) for a, b in tried if SHORTEST * whole < b - a < LONGEST * whole
+            and a >= inside[0] - reach and b <= inside[-1] + reach
+        ]  # fmt: skip
+        gains = [_gain(world, beside, a, b, choice.rung) for a, b in tried]
+        at = int(np.argmax(gains)) if gains else -1
+        if at >= 0 and gains[at] > best:
+            best, (start, end) = gains[at], tried[at]
+        else:
+            reach *= 0.5
+    return hard_spot(world, start, end, choice.suspect.key)
+
+
+def _gain(world: World, beside: Beside, start_s: float, end_s: float, number: int) -> float:
+    return beside.gain(harder(world, start_s, end_s, number))

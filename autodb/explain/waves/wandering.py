@@ -1,0 +1,60 @@
+"""Chatter as one vibration: each component feels it by its own share and phase, no more."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.search import Found
+from autodb.explain.waves.bench import Bench, Quiet
+from autodb.explain.waves.fit import Beside
+from autodb.explain.waves.forms import rung
+from autodb.explain.waves.scans import on_each
+from autodb.explain.waves.world import World
+
+Array = NDArray[np.float64]
+
+AIC = 2.0
+"""What a coefficient costs that is to predict: Akaike 1974."""
+
+
+def as_one(world: World, bench: Bench, found: Found, quiet: Quiet) -> tuple[Choice, ...]:
+    """Return what was found, each chatter with one slow course of size and phase for all.
+
+    A tone's slow courses a_j(t) in the components j are w_j e(t), w_j complex: the matrix of their
+    coefficients is of rank one. Of the ladder's courses that one is taken that would predict best.
+    """
+    return tuple(
+        _one(world, Beside(bench, found.without(choice.suspect.key), quiet), bench, choice, quiet)
+        if choice.suspect.term == "chatter"
+        else choice
+        for choice in found.choices
+    )
+
+
+def _one(world: World, beside: Beside, bench: Bench, choice: Choice, quiet: Quiet) -> Choice:
+    suspect, made = choice.suspect, []
+    for number, shape in enumerate(suspect.rungs):
+        columns = bench.columns((suspect.key, number), shape)
+        course = shared_course(columns, beside.fitted(columns)[0], np.array(quiet.sd))
+        both = on_each(world, course)
+        freedom = columns.shape[-1] // len(columns) + 2 * (len(columns) - 1)
+        made.append((beside.gain(both) - AIC * freedom, rung(both, shape.shape)))
+    return Choice(_steadied(suspect, max(made, key=lambda one: one[0])[1]), 0)
+
+
+def _steadied(suspect: Suspect, shape: Rung) -> Suspect:
+    return Suspect(f"{suspect.key} as one", suspect.term, (shape,), suspect.variables)
+
+
+def shared_course(columns: Array, coefficients: Array, sd: Array) -> Array:
+    """Return the course that all components share, and the same a quarter turn on (n, 2).
+
+    ``columns`` (C, n, C · 2 K) of cosines, then sines, by K slow functions, ``coefficients``
+    (C · 2 K,) fitted to them, ``sd`` (C,) of white rows.
+    """
+    count = len(columns)
+    cosine, sine = np.moveaxis(coefficients.reshape(count, 2, -1), 1, 0)
+    slow = np.linalg.svd((cosine - 1j * sine) / sd[:, None])[2][0]
+    mixed = np.block([[slow.real[:, None], slow.imag[:, None]],
+                      [-slow.imag[:, None], slow.real[:, None]]])  # fmt: skip
+    return np.asarray(columns[0, :, : 2 * len(slow)] @ mixed)

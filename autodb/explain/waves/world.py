@@ -1,0 +1,155 @@
+"""What suspects of a milled waveform are built from: a simulation's waves and how teeth cut."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.engine.candidates import spline
+from autodb.explain.waves.law import in_ways, rubbing
+from autodb.explain.waves.teeth import Law, StandsOut
+from autodb.explain.waves.waves import Waves
+
+Array = NDArray[np.float64]
+Over = Callable[[Array], Array]
+"""Forces a mm of edge (k, m) of chips (m,)."""
+
+ROUND_MM = (0.0, 0.004, 0.012)
+"""Chips at which two thirds of an edge's force act, of a rounded edge."""
+BUMPS = 5
+"""Smooth functions that any other is summed up of, of the chip's thickness."""
+FINE = 1025
+"""Points between which these are taken as straight."""
+RESTS = 1e-12
+"""Share of a simulation's squares below which what its waves leave of it is nothing."""
+
+
+@dataclass(frozen=True)
+class Tilted:
+    """A table: rotations into its frame (3, 3, n), ω and ω' in it (3, n)."""
+
+    rotation: Array
+    omega: Array
+    faster: Array
+
+
+@dataclass(frozen=True)
+class World:
+    """A simulation's waves, rows (n,) of C components.
+
+    ``has_edge``: the simulation has an edge force; ``out``: how far each tooth stands out, and
+    ``deeper_mm`` how far the depth is off, where that was found; ``tilted``: how the table is,
+    None: it stands still.
+    """
+
+    waves: Waves
+    has_edge: bool
+    out: StandsOut | None = None
+    deeper_mm: float | None = None
+    tilted: Tilted | None = None
+
+    @property
+    def components(self) -> int:
+        """Force components."""
+        return len(self.waves.names)
+
+    @property
+    def engaged(self) -> Array:
+        """1 in the work, 0 outside (n,)."""
+        return self.waves.teeth.engaged
+
+    @cached_property
+    def time(self) -> Array:
+        """Time over the recording, 0 to 1 (n,)."""
+        t = self.waves.t_s
+        return np.asarray((t - t[0]) / (t[-1] - t[0]))
+
+    @cached_property
+    def worn(self) -> Array:
+        """Time in the work, 0 to 1 (n,)."""
+        spent = np.cumsum(self.engaged)
+        return np.asarray(spent / max(float(spent[-1]), 1.0))
+
+    @cached_property
+    def simulated(self) -> Array:
+        """The simulation, and what teeth that stand out change in it (C, n)."""
+        return self.waves.simulation + self.stands_out
+
+    @cached_property
+    def stands_out(self) -> Array:
+        """What teeth that stand out change (C, n)."""
+        if self.out is None:
+            return np.zeros_like(self.waves.simulation)
+        law, teeth = self.waves.law.whole, self.waves.teeth
+        return self.waves.seen(teeth.forces(law, self.out) - teeth.forces(law))
+
+    def cut(self, law: Law) -> Array:
+        """Return what a law makes of the chips as they are (C, n)."""
+        return self.waves.seen(self.waves.teeth.forces_at(law, self.chips))
+
+    @cached_property
+    def chips(self) -> list[Array]:
+        """The chips of each tooth's slices (m,) mm."""
+        return self.waves.teeth.chips(self.out)
+
+    @cached_property
+    def shear_ways(self) -> Array:
+        """What the chip makes, tangential, radial and axial (C, n, 3)."""
+        return self._ways(self.shear)
+
+    @cached_property
+    def edge_ways(self) -> Array:
+        """What the simulation's edge makes."""
+        return self._ways(self.waves.law.of_edge)
+
+    @property
+    def shear(self) -> Law:
+        """The law but for its edge's force: all of it, of a simulation without one."""
+        return self.waves.law.of_shear if self.has_edge else self.waves.law.whole
+
+    def _ways(self, law: Law) -> Array:
+        """Return what a law makes in each way alone (C, n, 3)."""
+        ways = self.waves.seen(self.waves.teeth.ways_at(law, self.chips))
+        return np.ascontiguousarray(np.moveaxis(ways, 0, -1))
+
+    @cached_property
+    def edges(self) -> tuple[Array, ...]:
+        """Edge forces of 1 N/mm (C, n, 3): of a sharp edge, and of rounded ones."""
+        return tuple(np.split(self._each_way(_rubbed), len(ROUND_MM), axis=-1))
+
+    @cached_property
+    def bumps(self) -> Array:
+        """Smooth functions of the chip, each way (C, n, 3 · BUMPS)."""
+        return self._each_way(partial(_bumps, feed_mm=self.waves.teeth.mill.feed_mm))
+
+    def _each_way(self, over: Over) -> Array:
+        """Return what functions of the chip, N/mm, make each way (C, n, k · 3)."""
+        ways = self.waves.seen(in_ways(self.waves.teeth.moments(over, self.chips)))
+        made = np.moveaxis(ways, (0, 1), (-2, -1))
+        return np.ascontiguousarray(made.reshape(*made.shape[:2], -1))
+
+
+def _rubbed(chip_mm: Array) -> Array:
+    return np.array([rubbing(chip_mm, round_mm) for round_mm in ROUND_MM])
+
+
+def _bumps(chip_mm: Array, *, feed_mm: float) -> Array:
+    """Return smooth functions of the chip (BUMPS, m), finer where it is thin."""
+    grid = np.linspace(0.0, 1.0, FINE)
+    u = np.sqrt(np.clip(chip_mm / feed_mm, 0.0, 1.0))
+    return np.array([np.interp(u, grid, one) for one in spline(grid, BUMPS).T])
+
+
+def own_columns(world: World) -> dict[str, Array]:
+    """Return the simulation's own terms (C, n): shear, its edge if it has one, and what its waves
+    leave of it.
+    """
+    own = {"shear": world.shear_ways.sum(axis=-1)}
+    if world.has_edge:
+        own["edge_force"] = world.edge_ways.sum(axis=-1)
+    rest = world.simulated - sum(own.values())
+    if np.sum(rest**2) > RESTS * np.sum(world.simulated**2):
+        own["rest"] = rest
+    return own

@@ -1,0 +1,268 @@
+"""Job files (TOML): the cuts, or the turning program, that a planner wants forces for."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from math import atan2, degrees, pi
+from pathlib import Path
+from typing import Annotated, Literal, get_args
+
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic.config import JsonDict
+
+from autodb.errors import UnusableInput
+from autodb.files.channels import largest_of
+from autodb.files.toml import Finite, NotNegative, Positive, Section, read_toml
+from autodb.files.tool import ToolKind
+
+Operation = Literal[
+    "turn", "face", "taper", "contour", "slot", "side-up", "side-down", "ramp", "pocket", "drill"
+]
+OPERATIONS: tuple[str, ...] = get_args(Operation)
+SPEEDS = ("speed_rpm", "speed_m_min")
+ANY_CUT = ("name", "operation", *SPEEDS, "cutting_time_s", "flank_wear_mm")
+
+
+@dataclass(frozen=True)
+class Keys:
+    """Of an operation: its kind of tool, the keys that a cut needs, and those that it may have."""
+
+    kind: ToolKind
+    needs: tuple[str, ...]
+    may: tuple[str, ...] = ()
+
+    @cached_property
+    def known(self) -> frozenset[str]:
+        """All that a cut may have."""
+        return frozenset((*self.needs, *self.may, *ANY_CUT))
+
+
+_TURNED = ("diameter_mm", "depth_mm", "feed_mm_rev")
+_MILLED = ("depth_mm", "feed_mm_tooth")
+_PROFILE = Keys("turning_insert", _TURNED, ("end_diameter_mm", "length_mm", "direction_deg"))
+KEYS = {
+    "turn": Keys("turning_insert", _TURNED),
+    "face": Keys("turning_insert", _TURNED, ("end_diameter_mm",)),
+    "taper": _PROFILE,
+    "contour": _PROFILE,
+    "slot": Keys("end_mill", _MILLED, ("direction_deg",)),
+    "side-up": Keys("end_mill", (*_MILLED, "width_mm"), ("direction_deg",)),
+    "side-down": Keys("end_mill", (*_MILLED, "width_mm"), ("direction_deg",)),
+    "ramp": Keys("end_mill", (*_MILLED, "ramp_deg"), ("direction_deg",)),
+    "pocket": Keys("end_mill", (*_MILLED, "width_mm", "pocket_diameter_mm"), ("direction_deg",)),
+    "drill": Keys("drill", ("feed_mm_rev",)),
+}
+"""Keys of a cut by its operation; a mill or drill has its diameter from the tool."""
+
+
+LEAST = 1e-6
+"""What a cut states is larger than this in its unit, where it cannot be nothing: an atom has some
+10⁻⁷ mm, and a speed of 10⁻⁶ rpm is a turn in two years. Chosen."""
+
+
+def _is_something(value: float) -> float:
+    if value < LEAST:
+        raise ValueError(f"{value:g} is below any machine; at least {LEAST:g} would work")
+    return value
+
+
+_Something = Annotated[Positive, AfterValidator(_is_something)]
+Across = Annotated[_Something, Field(le=largest_of("cutting.depth"))]
+"""Depth, width, feed, mm."""
+Diameter = Annotated[_Something, Field(le=largest_of("work.diameter"))]
+EndDiameter = Annotated[NotNegative, Field(le=largest_of("work.diameter"))]
+Length = Annotated[NotNegative, Field(le=largest_of("x.position"))]
+Coordinate = Annotated[Finite, Field(ge=-largest_of("x.position"), le=largest_of("x.position"))]
+Direction = Annotated[
+    Finite, Field(ge=-largest_of("cutting.direction"), le=largest_of("cutting.direction"))
+]
+Ramp = Annotated[_Something, Field(le=largest_of("cutting.ramp"))]
+CuttingTime = Annotated[NotNegative, Field(le=largest_of("tool.cutting_time"))]
+FlankWear = Annotated[NotNegative, Field(le=largest_of("tool.flank_wear"))]
+Rpm = Annotated[_Something, Field(le=largest_of("spindle.speed"))]
+CuttingSpeed = Annotated[_Something, Field(le=largest_of("cutting.speed"))]
+
+
+class JobCut(Section):
+    """One cut; give the spindle speed or the cutting speed. What no machine does is refused.
+
+    Turning: ``diameter_mm`` is the machined diameter at the tool tip, ``end_diameter_mm`` the one
+    at the end of a cut whose radius changes, ``length_mm`` how far it goes along the axis;
+    ``depth_mm`` lies across the feed. Milling: ``direction_deg`` of the feed from +x towards +y.
+    ``cutting_time_s`` on the edge before the cut and ``flank_wear_mm`` tell the state of the edge.
+    """
+
+    name: str = ""
+    operation: Operation = "turn"
+    diameter_mm: Diameter | None = None
+    end_diameter_mm: EndDiameter | None = None
+    length_mm: Length | None = None
+    depth_mm: Across | None = None
+    width_mm: Across | None = None
+    feed_mm_rev: Across | None = None
+    feed_mm_tooth: Across | None = None
+    direction_deg: Direction | None = None
+    ramp_deg: Ramp | None = None
+    pocket_diameter_mm: Diameter | None = None
+    cutting_time_s: CuttingTime | None = None
+    flank_wear_mm: FlankWear | None = None
+    speed_rpm: Rpm | None = None
+    speed_m_min: CuttingSpeed | None = None
+
+    @model_validator(mode="after")
+    def _keys_of_its_operation(self) -> "JobCut":
+        keys = KEYS[self.operation]
+        given = [name for name, value in vars(self).items() if value is not None]
+        lacking = [name for name in keys.needs if name not in given]
+        if lacking:
+            raise ValueError(f"operation '{self.operation}' needs {' and '.join(lacking)}")
+        odd = [name for name in given if name not in keys.known]
+        if odd:
+            raise ValueError(
+                f"operation '{self.operation}' has no {' or '.join(odd)}; it takes "
+                f"{', '.join((*keys.needs, *keys.may))}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _one_speed(self) -> "JobCut":
+        if (self.speed_rpm is None) == (self.speed_m_min is None):
+            raise ValueError("give either speed_rpm or speed_m_min, and only one of them")
+        return self
+
+    @model_validator(mode="after")
+    def _a_profile_has_a_direction(self) -> "JobCut":
+        if self.operation in ("taper", "contour") and self.inward_deg is None:
+            raise ValueError(
+                f"operation '{self.operation}' needs direction_deg (of the feed, from along the "
+                "axis to the chuck towards the centre), or end_diameter_mm and length_mm"
+            )
+        return self
+
+    @property
+    def inward_deg(self) -> float | None:
+        """Direction of a turning tool's feed: 0 along the axis to the chuck, 90 to the centre."""
+        if self.direction_deg is not None:
+            return self.direction_deg
+        if self.diameter_mm is None or self.end_diameter_mm is None or self.length_mm is None:
+            return None
+        return degrees(atan2(0.5 * (self.diameter_mm - self.end_diameter_mm), self.length_mm))
+
+    def conditions(self, tool_diameter_mm: float | None) -> dict[str, float]:
+        """Return what is stated of the cut by channel of a cut table, both speeds with it.
+
+        A mill's or drill's cutting speed is that at its rim. Raises UnusableInput where its
+        diameter is not known.
+        """
+        diameter = self._cutting_diameter_mm(tool_diameter_mm)
+        per_rev_m = pi * diameter / 1000.0
+        rpm = self.speed_rpm or (self.speed_m_min or 0.0) / per_rev_m
+        turns = KEYS[self.operation].kind == "turning_insert"
+        stated = {
+            "cutting.feed": self.feed_mm_rev or self.feed_mm_tooth,
+            "cutting.depth": self.depth_mm,
+            "cutting.width": self.width_mm,
+            "cutting.direction": self.inward_deg if turns else self.direction_deg,
+            "cutting.ramp": self.ramp_deg,
+            "pocket.diameter": self.pocket_diameter_mm,
+            "tool.cutting_time": self.cutting_time_s,
+            "tool.flank_wear": self.flank_wear_mm,
+            "work.diameter": diameter if turns else None,
+            "spindle.speed": rpm,
+            "cutting.speed": rpm * per_rev_m,
+        }
+        return {name: value for name, value in stated.items() if value is not None}
+
+    def ranges(self, tool_diameter_mm: float | None) -> Mapping[str, tuple[float, float]]:
+        """Return lowest and highest of what is stated, by channel: the same in one cut."""
+        stated = self.conditions(tool_diameter_mm)
+        return {channel: (value, value) for channel, value in stated.items()}
+
+    def _cutting_diameter_mm(self, tool_diameter_mm: float | None) -> float:
+        if self.diameter_mm is not None:
+            return max(self.diameter_mm, self.end_diameter_mm or 0.0)
+        if tool_diameter_mm is None:
+            what = "mill" if KEYS[self.operation].kind == "end_mill" else "drill"
+            raise UnusableInput(
+                f"cut '{self.name}': the {what}'s diameter is not known; a tool file that states "
+                "diameter_mm would work"
+            )
+        return tool_diameter_mm
+
+
+def is_none(value: object) -> bool:
+    """Return whether a key was left out: of two that exclude each other, one is written."""
+    return value is None
+
+
+def _either(*keys: str) -> JsonDict:
+    """Return what a schema says of a section that has exactly one of some keys."""
+    return {"oneOf": [{"required": [key]} for key in keys]}
+
+
+class JobProgram(Section):
+    """A turning program in place of cuts, and the stock that it meets.
+
+    ``file``: in a job file relative to it. The stock is a bar, ``stock_diameter_mm``, with its face
+    at ``stock_face_mm`` (0), or ``stock``: pairs of z (rising to the face, a z twice is a shoulder)
+    and diameter, mm; behind the first the stock goes on. ``units`` and ``diameter``: how the
+    program is read where it does not say; left out: as the machine file says. ``sha256``: of the
+    program's file; another one is refused.
+    """
+
+    model_config = ConfigDict(json_schema_extra=_either("stock_diameter_mm", "stock"))
+
+    file: str
+    stock_diameter_mm: Diameter | None = Field(default=None, exclude_if=is_none)
+    stock_face_mm: Coordinate | None = None
+    stock: tuple[tuple[Coordinate, EndDiameter], ...] | None = Field(
+        default=None, exclude_if=is_none
+    )
+    units: Literal["mm", "inch"] | None = None
+    diameter: bool | None = None
+    sha256: str | None = None
+
+    @model_validator(mode="after")
+    def _one_stock(self) -> "JobProgram":
+        if (self.stock_diameter_mm is None) == (self.stock is None):
+            raise ValueError("give either stock_diameter_mm (a bar) or stock, and only one of them")
+        if self.stock is None:
+            return self
+        if self.stock_face_mm is not None:
+            raise ValueError("stock_face_mm goes with stock_diameter_mm; stock says where it ends")
+        z_mm = [z for z, _ in self.stock]
+        if z_mm != sorted(z_mm) or len(set(z_mm)) < 2:
+            raise ValueError(
+                "stock: [z_mm, diameter_mm] at two places or more, z rising, would work"
+            )
+        return self
+
+
+class Job(Section):
+    """A job: machine, material, tool, and its cuts in order or the program that makes them."""
+
+    model_config = ConfigDict(json_schema_extra=_either("cut", "program"))
+
+    name: str
+    material: str
+    tool: str
+    cut: tuple[JobCut, ...] = Field(default=(), min_length=1, exclude_if=lambda cut: not cut)
+    program: JobProgram | None = Field(default=None, exclude_if=is_none)
+
+    @model_validator(mode="after")
+    def _cuts_or_a_program(self) -> "Job":
+        if bool(self.cut) == (self.program is not None):
+            raise ValueError("give either [[cut]] or [program], and only one of them")
+        return self
+
+
+def read_job(path: Path) -> Job:
+    """Read and check a job file; a program's file is then relative to the working folder.
+
+    Raises UnusableInput with file and key.
+    """
+    job = read_toml(path, Job)
+    if job.program is None:
+        return job
+    program = job.program.model_copy(update={"file": str(path.parent / job.program.file)})
+    return job.model_copy(update={"program": program})

@@ -1,0 +1,146 @@
+"""Side files (TOML): foreign column names and units, and what was on the machine."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field, PositiveInt, model_validator
+
+from autodb.errors import UnusableInput, near
+from autodb.files.channels import is_channel
+from autodb.files.toml import Finite, Positive, Section, read_toml
+from autodb.files.tool import ToolKind, geometry_of, read_tool
+
+Operation = Literal[
+    "slot", "side-up", "side-down", "ramp", "pocket", "turn", "face", "taper", "contour", "drill"
+]
+
+
+class Column(Section):
+    """Where a channel comes from: a column of the file, or a count of rows.
+
+    ``row_in`` counts rows within each value of that column (``"*"``: within the file), times
+    ``step_s``. ``clips``: the machine itself limits this channel; a plateau at its extreme is true.
+    """
+
+    column: str | None = None
+    row_in: str | None = None
+    step_s: Positive = 1.0
+    scale: Finite = 1.0
+    unit: str | None = None
+    sign: Literal[-1, 1] = 1
+    diameter: bool = False
+    kind: Literal["iq", "rms", "peak", "percent"] | None = None
+    rated_A: Positive | None = None
+    clips: bool = False
+
+
+def _as_table(value: object) -> object:
+    return {"column": value} if isinstance(value, str) else value
+
+
+Named = Annotated[Column, BeforeValidator(_as_table, json_schema_input_type=Column | str)]
+"""A column, or just its name where the unit is ours already."""
+
+
+class RecordingSection(Section):
+    """Where and when it was recorded."""
+
+    machine: str | None = None
+    kind: str | None = None
+    work: str | None = None
+    start: str | None = None
+    coolant: str | None = None
+    gear_range: str | None = None
+    sensor: str | None = None
+    calibration: str | None = None
+    spindle_state: Literal["cold", "warm"] | None = None
+    diameter: bool = False
+
+
+class ToolSection(Section):
+    """The tool in use: a cutter's diameter, teeth, helix, or an insert's angles.
+
+    ``file``: a tool file, relative to the side file, that says the same or more.
+    """
+
+    name: str | None = None
+    file: str | None = None
+    kind: ToolKind | None = None
+    diameter_mm: Positive | None = None
+    teeth: PositiveInt | None = None
+    helix_deg: Finite | None = None
+    nose_radius_mm: Finite | None = None
+    kappa_deg: Finite | None = None
+    rake_deg: Finite | None = None
+    inclination_deg: Finite | None = None
+    corner_radius_mm: Finite | None = None
+    point_angle_deg: Finite | None = None
+
+
+class CutSection(Section):
+    """The one cut of a recording over time."""
+
+    operation: Operation | None = None
+    depth_mm: Positive | None = None
+    width_mm: Positive | None = None
+    feed_mm_tooth: Positive | None = None
+    feed_mm_rev: Positive | None = None
+    speed_rpm: Positive | None = None
+    feed_direction_deg: Finite | None = None
+    work_diameter_mm: Positive | None = None
+
+
+class SideFile(Section):
+    """A whole side file; every part is optional."""
+
+    channels: dict[str, Named] = Field(default_factory=dict)
+    recording: RecordingSection = RecordingSection()
+    tool: ToolSection = ToolSection()
+    cut: CutSection = CutSection()
+
+    @model_validator(mode="after")
+    def _channels(self) -> "SideFile":
+        for name, spec in self.channels.items():
+            fault = _fault(name, spec)
+            if fault:
+                raise ValueError(f"[channels] '{name}' {fault}")
+        return self
+
+
+def read_sidefile(path: Path) -> SideFile:
+    """Read and check a side file.
+
+    Raises UnusableInput with the file, the key and names that would have worked.
+    """
+    return _with_tool_file(path, read_toml(path, SideFile))
+
+
+def _with_tool_file(path: Path, side: SideFile) -> SideFile:
+    """Return a side file whose [tool] also says what its tool file says."""
+    if side.tool.file is None:
+        return side
+    tool = read_tool(path.parent / side.tool.file)
+    known = geometry_of(tool).model_dump(exclude_none=True)
+    known |= {"name": tool.name, "kind": tool.kind}
+    said = side.tool.model_dump(exclude_none=True)
+    for key, value in said.items():
+        if known.get(key, value) != value:
+            raise UnusableInput(
+                f"{path}: [tool] {key} = {value}, but {side.tool.file} says {known[key]}"
+            )
+    return side.model_copy(update={"tool": ToolSection.model_validate({**known, **said})})
+
+
+def _fault(name: str, spec: Column) -> str:
+    """Return what is wrong with a channel, or nothing."""
+    if not is_channel(name):
+        known = ["x.position", "x.current", "x.drive_force", "spindle.current", "force.x", "t"]
+        hint = near(name, [*known, "force.z", "z.current", "z.current.range", "z.position", "cut"])
+        return f"is not a channel name{hint}"
+    if (spec.column is None) == (spec.row_in is None):
+        return "needs either column or row_in"
+    if spec.scale == 0:
+        return "has scale 0, which would leave nothing; another scale would work"
+    if spec.kind == "percent" and spec.rated_A is None:
+        return "of kind percent needs rated_A"
+    return ""

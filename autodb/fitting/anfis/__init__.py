@@ -1,0 +1,50 @@
+"""Sugeno systems learned from rows (ANFIS, Jang 1993): rules in words, intervals, new rows.
+
+model = fit(inputs, values, nearby(grid((2, 3))))      # n rows of 2 inputs, 6 rules
+predict(model, inputs).interval()
+sentences(model, ("current", "feed", "force"), ("A", "mm/rev", "N"))
+"""
+
+from autodb.fitting.anfis.fit import Learner, fit, fit_consequents
+from autodb.fitting.anfis.hybrid import Hybrid
+from autodb.fitting.anfis.memberships import BELL, GAUSS, Membership
+from autodb.fitting.anfis.model import Anfis, Hull, Prediction, TooFewRows, evaluate, predict
+from autodb.fitting.anfis.monotone import Monotone, NotMonotone
+from autodb.fitting.anfis.premises import Premises, clusters, grid, nearby
+from autodb.fitting.anfis.refresh import refreshed, tally, undone
+from autodb.fitting.anfis.scaling import Unvarying
+from autodb.fitting.anfis.searching import Projection
+from autodb.fitting.anfis.sentences import plain_consequents, sentences
+from autodb.fitting.anfis.settling import NotSettled
+from autodb.fitting.anfis.sums import Sums
+
+__all__ = [
+    "BELL",
+    "GAUSS",
+    "Anfis",
+    "Hull",
+    "Hybrid",
+    "Learner",
+    "Membership",
+    "Monotone",
+    "NotMonotone",
+    "NotSettled",
+    "Prediction",
+    "Premises",
+    "Projection",
+    "Sums",
+    "TooFewRows",
+    "Unvarying",
+    "clusters",
+    "evaluate",
+    "fit",
+    "fit_consequents",
+    "grid",
+    "nearby",
+    "plain_consequents",
+    "predict",
+    "refreshed",
+    "sentences",
+    "tally",
+    "undone",
+]

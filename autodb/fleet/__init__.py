@@ -1,1 +1,0 @@
-"""Many machines at once: their refreshes spread over processes, here or elsewhere, by Dask."""

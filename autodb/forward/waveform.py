@@ -1,0 +1,52 @@
+"""Forward over time: a pair's belief becomes the forces of a mill at every angle of its spindle."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting import endmill, tools
+from autodb.cutting.elements import Elements
+from autodb.errors import UnusableInput
+from autodb.forward.prediction import ToolOf
+from autodb.pairs.engaged import BANDS, BY_NAME, Conditions, Stated, milled
+from autodb.pairs.forecast import expected
+from autodb.pairs.observed import Cuts, Variant
+from autodb.pairs.posterior import Belief
+
+Array = NDArray[np.float64]
+
+SLICE_MM = 0.05
+"""Height of slices. Chosen: of ones of 0.2 mm each that leaves the work shows as a step."""
+MOMENTS = 2048
+"""Moments that are worked out together."""
+
+
+def waves_N(
+    belief: Belief, tool: ToolOf, operation: str, conditions: Conditions, angle_rad: Array
+) -> Array:
+    """Return force x, y, z [N], (n, 3), of one milled cut at angles (n,) of tooth 0's tip.
+
+    All of the arc is in the work, the edge is fresh. With what the belief has learnt of the law's
+    error in the operation and of what is assumed of its tool.
+
+    Raises UnusableInput where the operation does not mill, or the cut lacks what it needs.
+    """
+    if operation not in BANDS:
+        raise UnusableInput(f"operation '{operation}': {', '.join(BANDS)} would work")
+    lacking = BY_NAME[operation].lacking(conditions)
+    if lacking:
+        raise UnusableInput(f"operation '{operation}' without {' and '.join(lacking)}")
+    assumed = tools.end_mill_of(tool.numbers)
+    cut = milled(assumed.tool, Stated([conditions]), BANDS[operation])
+
+    def some(angles: Array) -> Array:
+        def at(mill: endmill.EndMill) -> Elements:
+            return endmill.at_angles(mill, cut, angles, slice_mm=SLICE_MM)
+
+        variants = tuple(
+            Variant(f"{tool.name}: {usual.name}", at(other)) for usual, other in assumed.variants()
+        )
+        return expected(belief, Cuts(operation, at(assumed.tool), variants))[:, :3]
+
+    return np.concatenate(
+        [some(angle_rad[k : k + MOMENTS]) for k in range(0, len(angle_rad), MOMENTS)]
+    )

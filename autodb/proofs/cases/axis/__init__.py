@@ -1,0 +1,1 @@
+"""Axes with hidden effects."""

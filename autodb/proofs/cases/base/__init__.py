@@ -1,0 +1,1 @@
+"""What cases of every kind share: effects on a recording, noise, moves."""

@@ -1,0 +1,1 @@
+"""Tables of turning cuts with hidden effects."""

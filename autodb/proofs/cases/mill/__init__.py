@@ -1,0 +1,1 @@
+"""Milled cuts with hidden effects."""

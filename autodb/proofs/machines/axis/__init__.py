@@ -1,0 +1,1 @@
+"""Virtual feed axes: motion, friction, what drives say."""

@@ -1,0 +1,1 @@
+"""Virtual lathes: process, drives, jobs, days and fleets."""

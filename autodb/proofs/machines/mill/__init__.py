@@ -1,0 +1,1 @@
+"""Virtual mills, their cuts and the dynamometer on their table."""

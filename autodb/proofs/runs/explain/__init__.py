@@ -1,0 +1,1 @@
+"""Proofs on concealed effects."""

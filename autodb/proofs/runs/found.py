@@ -1,0 +1,73 @@
+"""What every proof finds: whether it passed, where it came from, tables for terminal and page."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from autodb.proofs.runs.runs import Origin
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of text; heads that begin with > stand over right-aligned columns."""
+
+    title: str
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+class Found(Protocol):
+    """The score of a proof."""
+
+    @property
+    def origin(self) -> Origin:
+        """What its runs came from."""
+
+    @property
+    def seeds(self) -> tuple[int, int]:
+        """First and last seed."""
+
+    @property
+    def passed(self) -> bool:
+        """Say whether everything is within its limits."""
+
+    def tables(self) -> Sequence[Table]:
+        """Return all that was found."""
+
+    def to_json(self) -> str:
+        """Return it as JSON."""
+
+
+def line(found: Found) -> str:
+    """Return where a score came from, in one line."""
+    first, last = found.seeds
+    origin = found.origin
+    return (
+        f"{origin.proof}: {last - first + 1} runs, seeds {first} to {last}, "
+        f"autodb {origin.version}, generator {origin.generator}, product {origin.product}"
+    )
+
+
+def markdown(found: Found) -> str:
+    """Return the line of origin and the tables as a page has them; one alone needs no title."""
+    tables = found.tables()
+    titles = [f"**{table.title}**\n\n" if len(tables) > 1 else "" for table in tables]
+    whole = [f"{title}{piped(table)}" for title, table in zip(titles, tables, strict=True)]
+    return "\n".join([f"{line(found)}\n", *whole])
+
+
+def piped(table: Table) -> str:
+    """Return a table as a page has it."""
+    heads = [name.removeprefix(">") for name in table.heads]
+    rules = ["---:" if name.startswith(">") else "---" for name in table.heads]
+    return "".join(f"| {' | '.join(row)} |\n" for row in (heads, rules, *table.rows))
+
+
+def percent(share: float | None) -> str:
+    """Return a share as a cell has it; nothing for none."""
+    return "" if share is None else f"{100.0 * share:.1f} %"
+
+
+def ratio(value: float | None) -> str:
+    """Return a ratio as a cell has it; nothing for none."""
+    return "" if value is None else f"{value:.2f}"

@@ -1,0 +1,1 @@
+"""Proofs on a day, on a fleet, on kills and flipped bits."""

@@ -1,0 +1,1 @@
+"""Proofs on the calibration of lathes."""

@@ -1,0 +1,1 @@
+"""Proofs on mills, networks and dynamometers."""

@@ -1,0 +1,283 @@
+"""What reference tables showed: P4's model as published, autodb's and an oracle beside it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from autodb.proofs.runs.found import Table, percent, ratio
+from autodb.proofs.runs.mill.mill_summary import said
+from autodb.proofs.runs.mill.published_table import AIR, ALONG, REPEATS, SIDEWAYS, WITHIN
+from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.score import coverage_limits
+
+PUBLISHED, OURS, KNOWN = "P4's model", "autodb", "the table's own forms"
+"""Every way; the last one knows the table, and fits how hot it became."""
+COMPONENTS, ENVELOPES = ("x", "y", "z"), ("lower", "upper")
+SETUPS = ("upright, repeated", "−20°, 31°", "−35°, −57°")
+RATIO = 0.25
+"""Times the error of P4's model that ours may have in tilted cuts, sideways and along."""
+MASS = 0.005
+"""Share by which the mass on the sensor may be off, in the median."""
+
+
+@dataclass(frozen=True)
+class TableGate:
+    """Mean absolute error of P4's model from the mean of upright cuts, over P4's range: as printed.
+
+    ``setup``: 0 for upright repeats; ``envelope`` 0 lower, 1 upper; ``component`` 0 to 2.
+    """
+
+    setup: int
+    envelope: int
+    component: int
+    share: float
+
+
+@dataclass(frozen=True)
+class TableOff:
+    """Mean absolute error of one way from the true force's envelope in a tilted cut, N."""
+
+    way: str
+    setup: int
+    envelope: int
+    component: int
+    off_N: float
+
+
+@dataclass(frozen=True)
+class TableAir:
+    """Mean absolute error of one way without a cut, over the range that was read."""
+
+    way: str
+    component: int
+    share: float
+
+
+@dataclass(frozen=True)
+class TableTold:
+    """A quantity that was identified, its standard deviation, and the truth; kg or m."""
+
+    name: str
+    truth: float
+    value: float
+    sd: float
+
+
+@dataclass(frozen=True)
+class TableHeld:
+    """Share of a tilted cut's rows within 95 % intervals, whose median half width is ``width_N``.
+
+    All three components together: a recording counts as one run.
+    """
+
+    setup: int
+    share: float
+    width_N: float
+
+
+Judged = TableGate | TableOff | TableAir | TableTold | TableHeld
+
+
+@dataclass(frozen=True)
+class OffRow:
+    """One way in tilted cuts: mean of both set-ups and envelopes, median of the machines, N."""
+
+    way: str
+    off_N: tuple[float, ...]
+
+    @property
+    def sideways_N(self) -> float:
+        """Mean of x and y."""
+        return (self.off_N[0] + self.off_N[1]) / 2.0
+
+
+@dataclass(frozen=True)
+class Tables:
+    """What was found: medians of the machines, and coverage.
+
+    ``gate``: by set-up, envelope and component, shares of the range; ``sideways`` and ``along``:
+    the largest of a machine's tilted cuts; ``air``: shares of the range by way and component.
+    """
+
+    origin: Origin
+    seeds: tuple[int, int]
+    gate: tuple[TableGate, ...]
+    sideways: float
+    along: float
+    off: tuple[OffRow, ...]
+    air: tuple[TableAir, ...]
+    mass_off: float
+    mass_worst: float
+    told_held: float
+    told: int
+    rows_held: float
+    recordings: int
+    width_N: float
+
+    @property
+    def passed(self) -> bool:
+        """Say whether everything is within its limits."""
+        return all(passed for *_, passed in self._checks())
+
+    def _checks(self) -> list[tuple[str, str, str, bool]]:
+        """Return what is checked, what it is, what it must be, and whether it is."""
+        by_way = {row.way: row for row in self.off}
+        published, ours = by_way[PUBLISHED], by_way[OURS]
+        sideways = ours.sideways_N / published.sideways_N
+        along = ours.off_N[2] / published.off_N[2]
+        low, high = ALONG - WITHIN, ALONG + WITHIN
+        found = [
+            (
+                "gate: P4's model in tilted cuts, largest of x and y", percent(self.sideways),
+                f"≤ {percent(SIDEWAYS)}", self.sideways <= SIDEWAYS,
+            ),
+            (
+                "gate: the same in z", percent(self.along), f"{percent(low)} to {percent(high)}",
+                low <= self.along <= high,
+            ),
+            ("tilted cuts: x and y, × P4's", ratio(sideways), f"≤ {RATIO}", sideways <= RATIO),
+            ("tilted cuts: z, × P4's", ratio(along), f"≤ {RATIO}", along <= RATIO),
+            (
+                "mass on the sensor, off by", percent(self.mass_off), f"≤ {percent(MASS)}",
+                self.mass_off <= MASS,
+            ),
+        ]  # fmt: skip
+        for one in self.air:
+            if one.way == OURS:
+                what = f"turning in air, {COMPONENTS[one.component]}"
+                limit = AIR[one.component]
+                found.append((what, percent(one.share), f"≤ {percent(limit)}", one.share <= limit))
+        for what, share, runs in (
+            ("mass and lever arm within 95 % intervals", self.told_held, self.told),
+            ("rows of tilted cuts within 95 % intervals", self.rows_held, self.recordings),
+        ):
+            least, most = coverage_limits(runs)
+            limits = f"{percent(least)} to {percent(most)}"
+            found.append((what, percent(share), limits, least <= share <= most))
+        return found
+
+    def tables(self) -> tuple[Table, ...]:
+        """Return what must be, the gate as P4 prints it, and every way."""
+        checks = tuple((*cells, said(passed)) for *cells, passed in self._checks())
+        gate = tuple(
+            (
+                f"{COMPONENTS[k]}, {ENVELOPES[e]}",
+                *(
+                    percent(one.share)
+                    for one in self.gate
+                    if (one.component, one.envelope) == (k, e)
+                ),
+                percent(REPEATS[k][e]),
+            )
+            for k in range(3)
+            for e in range(2)
+        )
+        air = {(one.way, one.component): one.share for one in self.air}
+        off = tuple(
+            (
+                row.way, *(f"{one:.1f}" for one in row.off_N),
+                *(percent(air.get((row.way, k))) for k in range(3)),
+            )
+            for row in self.off
+        )  # fmt: skip
+        return (
+            Table("Limits", ("", ">found", ">must be", ""), checks),
+            Table(
+                "P4's model from the mean of upright cuts, over the range, as P4's Table 2",
+                ("envelope", *(f">{one}" for one in SETUPS), ">P4, upright"), gate,
+            ),
+            Table(
+                "Error from the truth: N of envelopes in tilted cuts; of the range in air",
+                ("way", ">x", ">y", ">z", ">air x", ">air y", ">air z"), off,
+            ),
+            Table(
+                "Beside them",
+                ("", ">"),
+                (
+                    ("mass on the sensor, the worst machine, off by", percent(self.mass_worst)),
+                    ("median half width of a force's 95 % interval", f"{self.width_N:.1f} N"),
+                ),
+            ),
+        )  # fmt: skip
+
+    def to_json(self) -> str:
+        """Return the summary as JSON, as ``read`` reads it."""
+        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
+
+
+SUMMARY: TypeAdapter[Tables] = TypeAdapter(Tables)
+
+
+def read(text: str) -> Tables:
+    """Return a summary that was written; raises pydantic's ValidationError on any other."""
+    return SUMMARY.validate_json(text)
+
+
+def summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> Tables:
+    """Return the summary of finished runs in the order of their seeds."""
+    gates = [[one for one in run.judged if isinstance(one, TableGate)] for run in runs]
+    told = [one for run in runs for one in run.judged if isinstance(one, TableTold)]
+    held = [one for run in runs for one in run.judged if isinstance(one, TableHeld)]
+    masses = [abs(one.value / one.truth - 1.0) for one in told if one.name == "mass"]
+    return Tables(
+        origin=origin,
+        seeds=(runs[0].seed, runs[-1].seed),
+        gate=tuple(_gate(s, e, k, gates) for s in range(3) for e in range(2) for k in range(3)),
+        sideways=_largest(gates, (0, 1)),
+        along=_largest(gates, (2,)),
+        off=tuple(_off(way, runs) for way in (PUBLISHED, OURS, KNOWN)),
+        air=tuple(_air(way, k, runs) for way in (PUBLISHED, OURS, KNOWN) for k in range(3)),
+        mass_off=float(np.median(masses)),
+        mass_worst=max(masses),
+        told_held=float(np.mean([abs(o.value - o.truth) <= 1.96 * o.sd for o in told])),
+        told=len(told),
+        rows_held=float(np.mean([one.share for one in held])),
+        recordings=len(held),
+        width_N=float(np.median([one.width_N for one in held])),
+    )
+
+
+def _gate(
+    setup: int, envelope: int, component: int, gates: Sequence[Sequence[TableGate]]
+) -> TableGate:
+    key = (setup, envelope, component)
+    shares = [o.share for run in gates for o in run if (o.setup, o.envelope, o.component) == key]
+    return TableGate(setup, envelope, component, float(np.median(shares)))
+
+
+def _largest(gates: Sequence[Sequence[TableGate]], components: tuple[int, ...]) -> float:
+    """Return the median of what is largest in a machine's tilted cuts."""
+    return float(
+        np.median(
+            [max(o.share for o in run if o.setup and o.component in components) for run in gates]
+        )
+    )
+
+
+def _off(way: str, runs: Sequence[Finished[Judged]]) -> OffRow:
+    means = [
+        [
+            np.mean(
+                [
+                    o.off_N
+                    for o in run.judged
+                    if isinstance(o, TableOff) and (o.way, o.component) == (way, k)
+                ]
+            )
+            for k in range(3)
+        ]
+        for run in runs
+    ]
+    return OffRow(way, tuple(float(one) for one in np.median(means, axis=0)))
+
+
+def _air(way: str, component: int, runs: Sequence[Finished[Judged]]) -> TableAir:
+    shares = [
+        o.share
+        for run in runs
+        for o in run.judged
+        if isinstance(o, TableAir) and (o.way, o.component) == (way, component)
+    ]
+    return TableAir(way, component, float(np.median(shares)))

@@ -1,0 +1,73 @@
+"""A pair to be learnt in turning: cuts felt, the next cuts asked for, and their true forces.
+
+The truth is the mean force of the next cuts, without scatter and without the machine's gains, which
+every way has felt with its cuts and none can know.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.proofs.machines.lathe.power_pairs import PowerPair
+from autodb.proofs.runs.pairs.pair_cuts import (
+    TURN,
+    Cut,
+    Felt,
+    columns,
+    drawn,
+    feel,
+    forces,
+    sensing,
+)
+
+Array = NDArray[np.float64]
+
+FELT = 40
+ASKED = 25
+"""Next cuts of a pair: chosen."""
+JUDGED = TURN.sensed
+"""Components that are felt and predicted: tangential and along the axis."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A seed's pair, cuts felt, the next cuts, and their true forces (m, components)."""
+
+    seed: int
+    pair: PowerPair
+    felt: Felt
+    asked: tuple[Cut, ...]
+    truth_N: Array
+
+    @property
+    def read_N(self) -> Array:
+        """Forces felt (n, components), fit for a logarithm: a reading below its sensing's own
+        noise counts as that.
+        """
+        return np.maximum(self.felt.read, sensing(self.pair)[list(JUDGED)])
+
+
+def draw_case(seed: int) -> Case:
+    """Draw a seed's pair, the cuts that are felt and those that are asked for."""
+    rng, pair = drawn(seed)
+    felt = feel(rng, pair, TURN, FELT)
+    asked = tuple(TURN.draw(rng, pair) for _ in range(ASKED))
+    truth_N = np.array([forces(pair, cut) for cut in asked])[:, list(JUDGED)]
+    return Case(seed, pair, felt, asked, truth_N)
+
+
+def some(felt: Felt, begin: int, end: int) -> Felt:
+    """Return cuts felt from one on and before another."""
+    return replace(felt, cuts=felt.cuts[begin:end], read=felt.read[begin:end])
+
+
+def settings(cuts: tuple[Cut, ...]) -> Array:
+    """Return the logarithms of feed, depth of cut and speed (n, 3)."""
+    names = ("feed_mm", "depth_mm", "speed_m_min")
+    return np.log(np.column_stack([columns(cuts, name) for name in names]))
+
+
+def off(expected_N: Array, case: Case) -> Array:
+    """Return the median relative error of the next cuts, of each component."""
+    return np.asarray(np.median(np.abs(expected_N / case.truth_N - 1.0), axis=0))

@@ -1,0 +1,150 @@
+"""How many cuts a pair needs: proposed one by one, at random, or the corners of the range.
+
+All plans take their cuts from one grid, and cuts that are proposed are learnt before the next is.
+Two widths of the 95 % interval are followed, over the force, mean of the next cuts and components:
+that of the next cut's force, and that of its mean given the machine's gain. The first has a floor,
+which no cuts lower: what cuts scatter by, and the error of the gain that all were felt with. The
+second is what lies above the floor.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.pairs.forecast import forecast
+from autodb.pairs.learning import learn
+from autodb.pairs.observed import Cuts
+from autodb.pairs.planning import Sensed, gain, propose
+from autodb.pairs.posterior import Belief, law_error
+from autodb.proofs.machines.lathe.power_pairs import TurnedCut
+from autodb.proofs.runs.pairs import pair_ours
+from autodb.proofs.runs.pairs.curve_case import JUDGED, Case, off
+from autodb.proofs.runs.pairs.pair_cuts import (
+    TURN,
+    TURNED_DEPTH_MM,
+    TURNED_FEED_MM,
+    TURNED_SPEED_M_MIN,
+    Felt,
+    made,
+    sensing,
+)
+from autodb.proofs.runs.score import Z
+
+Array = NDArray[np.float64]
+Plan = Callable[[Belief, Case, int], TurnedCut]
+"""Chooses a cut from what is believed, what is asked, and how many were made."""
+
+PROPOSED, RANDOM, FACTORIAL = "proposed", "random", "factorial"
+AT = {PROPOSED: tuple(range(11)), RANDOM: (0, 1, 2, 4, 6, 8, 10, 12), FACTORIAL: (8,)}
+"""Numbers of cuts after which a plan is judged: what random ones reach with the last of theirs is
+the level to be reached with fewer."""
+
+
+def grid(feeds: int, depths: int, speeds: int) -> tuple[TurnedCut, ...]:
+    """Return cuts at equal steps over the ranges, ends included; the speed changes fastest."""
+    levels = (
+        np.linspace(*TURNED_FEED_MM, feeds).tolist(),
+        np.linspace(*TURNED_DEPTH_MM, depths).tolist(),
+        np.linspace(*TURNED_SPEED_M_MIN, speeds).tolist(),
+    )
+    return tuple(TurnedCut(*one) for one in product(*levels))
+
+
+CANDIDATES = grid(4, 3, 3)
+CORNERS = grid(2, 2, 2)
+QUANTITIES = tuple(pair_ours.QUANTITY[c] for c in JUDGED)
+GAINS = pair_ours.gains(JUDGED)
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A plan in one pair, after the cuts AT: the two widths, and the median relative error of the
+    next cuts, mean of the components.
+    """
+
+    plan: str
+    whole: tuple[float, ...]
+    given_gain: tuple[float, ...]
+    errors: tuple[float, ...]
+
+
+def planned(case: Case) -> list[Planned]:
+    """Learn a pair by each of the plans; each has readings of its own."""
+    plans: dict[str, Plan] = {
+        PROPOSED: proposed,
+        RANDOM: _at_random(np.random.default_rng([case.seed, 0])),
+        FACTORIAL: lambda _, __, done: CORNERS[done],
+    }
+    return [
+        _followed(case, name, plan, np.random.default_rng([case.seed, k]))
+        for k, (name, plan) in enumerate(plans.items(), start=1)
+    ]
+
+
+def proposed(belief: Belief, case: Case, _: int) -> TurnedCut:
+    """Return the cut that `propose` takes."""
+    noise = sensing(case.pair)
+    sensed = tuple(
+        Sensed(pair_ours.QUANTITY[c], float(noise[c]), (gain(error),))
+        for c, error in zip(JUDGED, GAINS, strict=True)
+    )
+    may_be = Cuts(TURN.name, pair_ours.elements(case.pair, CANDIDATES))
+    found = propose(belief, may_be, _asked(case), sensed=sensed, quantities=QUANTITIES)
+    if found is None:
+        raise ValueError("without limits no cut exceeds one")
+    return CANDIDATES[found.candidate]
+
+
+def _at_random(rng: np.random.Generator) -> Plan:
+    return lambda _, __, ___: CANDIDATES[rng.integers(len(CANDIDATES))]
+
+
+def _followed(case: Case, name: str, plan: Plan, rng: np.random.Generator) -> Planned:
+    """Make the cuts of a plan, and learn all that were made where it is judged."""
+    start = pair_ours.prior(case.pair.material)
+    belief, felt, seen = start, _felt_nothing(), []
+    for done in range(AT[name][-1] + 1):
+        if done in AT[name]:
+            belief = learn(start, pair_ours.observed(case.pair, felt)) if done else start
+            seen.append(judged(belief, case))
+        if done < AT[name][-1]:
+            felt = _and(felt, made(rng, case.pair, TURN, (plan(belief, case, done),)))
+    whole, given_gain, errors = zip(*seen, strict=True)
+    return Planned(name, whole, given_gain, errors)
+
+
+def _felt_nothing() -> Felt:
+    return Felt(TURN, (), np.zeros((0, len(JUDGED))))
+
+
+def _and(felt: Felt, more: Felt) -> Felt:
+    return replace(felt, cuts=(*felt.cuts, *more.cuts), read=np.vstack([felt.read, more.read]))
+
+
+def judged(belief: Belief, case: Case) -> tuple[float, float, float]:
+    """Return both widths (half, over the force) and the error of the next cuts."""
+    known = belief.also((*GAINS, law_error(TURN.name)))
+    expected = forecast(known, _asked(case))
+    open_ = _given_gains(known)
+    sd = np.sqrt(np.einsum("nqi,ij,nqj->nq", expected.slopes, open_, expected.slopes))
+
+    def half(sd: Array) -> float:
+        return float(np.mean((Z * sd / np.abs(expected.mean))[:, QUANTITIES]))
+
+    error = float(np.mean(off(expected.mean[:, QUANTITIES], case)))
+    return half(expected.sd), half(sd), error
+
+
+def _given_gains(belief: Belief) -> Array:
+    """Return the covariance of a belief's state were the gains known."""
+    whole = belief.state.covariance
+    gains = np.r_[tuple(belief.columns(one.key) for one in GAINS)]
+    told = np.linalg.solve(whole[np.ix_(gains, gains)], whole[gains])
+    return np.asarray(whole - whole[:, gains] @ told)
+
+
+def _asked(case: Case) -> Cuts:
+    return Cuts(TURN.name, pair_ours.elements(case.pair, case.asked))

@@ -1,0 +1,81 @@
+"""What a proof of intervals found: a row a quantity."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pydantic import TypeAdapter
+
+from autodb.proofs.runs.found import Table, percent, ratio
+from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.score import SCORE_RATIO, Judged, Row, scored
+
+COLUMNS = (
+    "quantity",
+    ">runs",
+    ">given",
+    ">held the truth",
+    ">exact 95 %",
+    ">must be",
+    ">oracle held",
+    ">median width",
+    ">× oracle's",
+    f">score × oracle's (≤ {SCORE_RATIO:g})",
+    "",
+)
+"""Heads of the table."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The score of a proof: where its runs came from, first and last seed, a row a quantity."""
+
+    origin: Origin
+    seeds: tuple[int, int]
+    rows: tuple[Row, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Say whether every row is within its limits."""
+        return all(row.passed for row in self.rows)
+
+    def tables(self) -> tuple[Table, ...]:
+        """Return the only table."""
+        rows = tuple(tuple(cells(row)) for row in self.rows)
+        return (Table("Intervals against the truth", COLUMNS, rows),)
+
+    def to_json(self) -> str:
+        """Return the summary as JSON, as ``from_json`` reads it."""
+        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
+
+    @staticmethod
+    def from_json(text: str) -> "Summary":
+        """Return a summary that was written; raises pydantic's ValidationError on any other."""
+        return SUMMARY.validate_json(text)
+
+
+SUMMARY: TypeAdapter[Summary] = TypeAdapter(Summary)
+
+
+def summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> Summary:
+    """Return the score of finished runs in the order of their seeds."""
+    judged = [one for run in runs for one in run.judged]
+    rows = scored(judged, runs=len(runs))
+    return Summary(origin, (runs[0].seed, runs[-1].seed), tuple(rows))
+
+
+def cells(row: Row) -> list[str]:
+    """Return a row of the table in the order of COLUMNS."""
+    low, high = row.limits
+    return [
+        row.name,
+        str(row.runs),
+        percent(row.given),
+        percent(row.share),
+        f"{percent(row.share_low)} to {percent(row.share_high)}",
+        f"{percent(low)} to {percent(high)}",
+        percent(row.oracle_share),
+        "" if row.width is None else f"{row.width:.3g} {row.unit}",
+        ratio(row.width_ratio),
+        ratio(row.score_ratio),
+        "passed" if row.passed else "FAILED",
+    ]

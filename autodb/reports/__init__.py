@@ -1,0 +1,1 @@
+"""Pages that are read: one shell, one file a report."""

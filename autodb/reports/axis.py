@@ -1,0 +1,144 @@
+"""The page of an identified axis: three maps of its effort, its terms, and what is not known."""
+
+import numpy as np
+import plotly.graph_objects as go
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from autodb import __version__
+from autodb.files.channels import ROTARY_AXES
+from autodb.fitting import NORMAL_95
+from autodb.records import Recording
+from autodb.reports import figures
+from autodb.sensing.drives.field import Field, field
+from autodb.sensing.drives.fit.axis_model import (
+    Identified,
+    IdentifiedTerm,
+    amplitudes,
+    readable,
+    term_called,
+)
+from autodb.sensing.drives.fit.drive_errors import BANDWIDTHS_HZ, DriveErrors
+from autodb.sensing.drives.fit.thermal import thermal_state
+
+Array = NDArray[np.float64]
+
+MAP_PX = 360
+TOLD_HZ = (1.0, 10.0)
+"""Bandwidths at which the error of each state is told."""
+STATES = ("in steady motion", "while the speed changes", "shortly after a reversal")
+
+
+def render_axis(model: Identified, moves: Recording) -> str:
+    """Return the page of an axis that was identified from ``moves``: one file, no network."""
+    found = field(moves, model.axis, model.protocol, model.terms, model.off_law)
+    return figures.page(
+        "axis.html.j2",
+        title=f"{moves.path.name}: axis {model.axis}",
+        name=moves.path.name,
+        axis=model.axis,
+        channel=model.channel,
+        version=__version__,
+        relative=_percent(model.relative_error),
+        held_out=_percent(model.held_out_error),
+        plain=_percent(model.plain.relative_error),
+        field_error=_percent(found.error_share),
+        maps=map_plots(found, model.axis, model.unit),
+        terms=[term_row(t) for t in (*readable(model.fitted), *amplitudes(model))],
+        not_excited=model.not_excited,
+        doubts=model.doubts,
+        errors=_errors(model.errors, model.unit),
+        bandwidths=[figures.quantity(hz, "Hz") for hz in TOLD_HZ],
+        warmth=_warmth(model),
+        thermal=_thermal(model, moves),
+        protocol=str(model.protocol),
+    )
+
+
+def _percent(share: float) -> str:
+    return "not known" if np.isnan(share) else f"{100.0 * share:.2f}\u00a0%"
+
+
+def map_plots(found: Field, axis: str, unit: str) -> list[tuple[str, Markup]]:
+    """Return the maps of an axis' field in its unit, as words and plot each."""
+    speed_unit = "deg/s" if axis in ROTARY_AXES else "mm/s"
+    both = np.concatenate([found.measured.ravel(), found.modelled.ravel()])
+    largest = float(np.nanmax(np.abs(both))) if np.isfinite(both).any() else 1.0
+    left = float(np.nanmax(np.abs(found.left))) if np.isfinite(found.left).any() else 1.0
+    return [
+        (name, _map(found, values, f"{name} [{unit}]", top, speed_unit))
+        for name, values, top in (
+            ("Measured", found.measured, largest),
+            ("Modelled", found.modelled, largest),
+            ("Left", found.left, left),
+        )
+    ]
+
+
+def _map(found: Field, values: Array, title: str, top: float, speed_unit: str) -> Markup:
+    made = figures.figure([title], x_title=f"Place [{speed_unit.removesuffix('/s')}]")
+    scale = [
+        [0.0, figures.colour("corrected")],
+        [0.5, figures.colour("card")],
+        [1.0, figures.colour("simulation")],
+    ]
+    made.add_trace(
+        go.Heatmap(
+            x=[f"{place:.0f}" for place in found.places],
+            y=[f"{v:+.3g}" for v in found.velocities],
+            z=values, zmin=-top, zmax=top, colorscale=scale, hoverongaps=False,
+            colorbar={"thickness": 10, "outlinewidth": 0, "tickformat": ".3g"},
+            hovertemplate="place %{x}, velocity %{y}: %{z:.3g}<extra></extra>",
+        )
+    )  # fmt: skip
+    made.update_xaxes(type="category")
+    made.update_yaxes(
+        type="category",
+        title={"text": f"Velocity [{speed_unit}]", "font": {"size": 13}},
+        automargin=True,
+    )
+    label = f"{title} over place and velocity"
+    return figures.as_html(
+        made, title.split(" ", maxsplit=1)[0].lower(), height_px=MAP_PX, label=label
+    )
+
+
+def term_row(term: IdentifiedTerm) -> tuple[str, str, str]:
+    """Return name, value with its 95 % half width, and the sentence of a term's parameter."""
+    sure = figures.plus_minus(term.value, NORMAL_95 * (term.sd or 0.0), term.unit)
+    return f"{term.key} {term.parameter}", sure, term_called(term.term, term.form).statement
+
+
+def _errors(errors: DriveErrors | None, unit: str) -> list[tuple[str, list[str]]]:
+    """Return what the model leaves of blocks left out, by what the axis does."""
+    if errors is None:
+        return []
+    at = [BANDWIDTHS_HZ.index(hz) for hz in TOLD_HZ]
+    return [
+        (name, [figures.quantity(errors.rms[row][column], unit) for row in at])
+        for column, name in enumerate(STATES)
+    ]
+
+
+def _warmth(model: Identified) -> str:
+    """Say what is known of the axis' warming."""
+    drop = next((t for t in model.fitted if (t.term, t.parameter) == ("warmup", "drop")), None)
+    if drop is None:
+        return (
+            "Warming is not in this model: friction is that of these moves, and falls by up to a "
+            "fifth as an axis runs warm."
+        )
+    share = figures.plus_minus(100.0 * drop.value, 100.0 * NORMAL_95 * (drop.sd or 0.0), "%")
+    return f"Warm after long running at 10 000 mm/min, friction is {share} lower than cold."
+
+
+def _thermal(model: Identified, moves: Recording) -> str:
+    """Say how warm the axis was at the begin and the end of the moves; empty without `warmup`."""
+    state = thermal_state(moves, model.axis, model.protocol, model.terms)
+    if state is None:
+        return ""
+    begin, end, most = (f"{100.0 * x:.0f}\u00a0%" for x in (state.begin, state.end, state.most))
+    return (
+        f"Thermal state: at the begin of these moves, taken as cold, {begin} of that loss; {end} "
+        f"at the end; {most} when it was warmest."
+    )

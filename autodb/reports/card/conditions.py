@@ -1,0 +1,130 @@
+"""What repeats of one cut say: which rows were cut alike, their scatter, and what moved."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import standard
+from autodb.records import CutTable
+from autodb.sensing.ranges.moved import Moved, moved
+from autodb.sensing.ranges.repeats import repeats, sample, variance_interval
+
+Array = NDArray[np.float64]
+
+FEWEST = 3
+"""Repeats of one condition from which on their scatter is split."""
+MOST_SETS = 3
+"""Repeated conditions that are shown; further ones are counted."""
+NUMBERS = {
+    "spindle.speed": "{:.4g} rpm",
+    "cutting.feed": "feed {:.4g} mm",
+    "cutting.depth": "depth {:.4g} mm",
+}
+DIAMETER = {"work.diameter": "Ø{:.4g} mm"}
+TEXTS = ("operation", "work.material", "tool")
+
+
+def conditions(
+    table: CutTable, protocol: standard.Protocol | None, *, with_diameter: bool
+) -> list[str]:
+    """Return the condition (n,) of every row in words; empty where it is not known.
+
+    Standard cuts of a protocol go by their names. A torque also follows the diameter.
+    """
+    if protocol is None:
+        return [_words(table, row, NUMBERS | DIAMETER if with_diameter else NUMBERS)
+                for row in range(len(table))]  # fmt: skip
+    found = [""] * len(table)
+    for cut in protocol.cut:
+        for row in np.flatnonzero(standard.rows_of(table, cut)):
+            diameter = _words(table, int(row), DIAMETER) if with_diameter else ""
+            found[row] = ", ".join(part for part in (cut.name, diameter) if part)
+    return found
+
+
+def _words(table: CutTable, row: int, wanted: dict[str, str]) -> str:
+    """Return the numbers that are known of a row, and whose cut it is; empty without any."""
+    known = {name: table[name][row] for name in wanted if name in table}
+    if not known or not all(np.isfinite(value) for value in known.values()):
+        return ""
+    texts = [table.texts[name][row] for name in TEXTS if name in table.texts]
+    numbers = [wanted[name].format(value) for name, value in known.items()]
+    return ", ".join(part for part in (*texts, *numbers) if part)
+
+
+def scatter(
+    said: Sequence[str], reference: Array, estimate: Array, unit: str
+) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Return (condition, sentences) of those repeated most, by conditions ``said`` (n,).
+
+    ``reference`` and ``estimate`` (n,) in ``unit``. Where one reference stands for all repeats,
+    they have no scatter of their own to compare with.
+    """
+    of = np.array(said)
+    counts = Counter(one for one in said if one).most_common(MOST_SETS)
+    return tuple(
+        (name, _lines(reference[of == name], estimate[of == name], unit))
+        for name, count in counts
+        if count >= FEWEST
+    )
+
+
+def repeated(said: Sequence[str]) -> int:
+    """Return how many conditions of ``said`` (n,) have FEWEST repeats or more."""
+    return sum(count >= FEWEST for name, count in Counter(said).items() if name)
+
+
+def _lines(reference: Array, estimate: Array, unit: str) -> tuple[str, ...]:
+    if np.ptp(reference) > 0.0:
+        return tuple(repeats(reference, estimate).lines(unit))
+    own = sample(estimate)
+    spread = variance_interval(own)
+    sd, low, high = (float(np.sqrt(v)) for v in (spread.value, spread.low, spread.high))
+    return (
+        f"{own.n} repeats, one reference for all of them: process and sensing together scatter "
+        f"with sd {sd:.3g} {unit} ({low:.3g} to {high:.3g})",
+    )
+
+
+def codes(said: Sequence[str]) -> NDArray[np.intp] | None:
+    """Return a number for each condition (n,); None where the last cut does not repeat the first.
+
+    ``said`` (n,): conditions in the order of the cuts.
+    """
+    if len(said) < FEWEST or not said[0] or said[0] != said[-1]:
+        return None
+    return np.unique(np.array(said), return_inverse=True)[1].ravel()
+
+
+def ends(values: Array, alike: NDArray[np.intp]) -> Moved | None:
+    """Return by how much the last of values (n,) differs from the first, by conditions (n,).
+
+    None where no other condition was repeated: what is chance is not known then.
+    """
+    try:
+        return moved(values, alike, first=[0], last=[len(values) - 1])
+    except ValueError:
+        return None
+
+
+def movement(said: Sequence[str], signals: dict[str, tuple[Array, str]]) -> tuple[str, ...]:
+    """Return by how much values changed from the first to the last cut, where these are alike.
+
+    ``said`` (n,): conditions in the order of the cuts; ``signals``: values (n,) and unit by name.
+    """
+    alike = codes(said)
+    if alike is None:
+        return ()
+    return tuple(_moved(name, *signal, alike) for name, signal in signals.items())
+
+
+def _moved(name: str, values: Array, unit: str, alike: NDArray[np.intp]) -> str:
+    found = ends(values, alike)
+    if found is not None:
+        return found.sentence(name, unit)
+    return (
+        f"{name} {values[0]:.4g} {unit} moved by {values[-1] - values[0]:+.3g} {unit} from "
+        "the first cut to the last; no other cut was repeated, so what is chance is not known"
+    )

@@ -1,0 +1,89 @@
+"""Writes a card whole or not at all: a page, or a PDF that a browser prints of it."""
+
+import os
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+from autodb.errors import UnusableInput
+from autodb.files.targets import hidden, needs_folder, replace_by
+from autodb.reports.card.machine import Card
+from autodb.reports.card.render import render_card
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+"""Names under which a browser that prints without a screen is looked for."""
+PRINT_S = 180
+"""Seconds after which a browser that prints one page is taken to hang."""
+WINDOW_PX = "860,1200"
+"""Window that the page is laid out in first: plots are then drawn about as wide as on A4."""
+
+
+def check_target(path: Path) -> None:
+    """Raise UnusableInput where a card could not be written to ``path``."""
+    if path.suffix not in (".html", ".pdf"):
+        raise UnusableInput(f"{path}: a card is FILE.html or FILE.pdf")
+    if path.is_dir():
+        raise UnusableInput(f"{path}: is a folder; --card needs the name of a file")
+    needs_folder(path)
+    if path.suffix == ".pdf":
+        _browser(path)
+
+
+def write_card(card: Card, path: Path) -> None:
+    """Write a card; an earlier file of that name is replaced. Raises as ``check_target``.
+
+    Raises UnusableInput also when the browser does not print.
+    """
+    check_target(path)
+    with hidden(path) as part:
+        if path.suffix == ".pdf":
+            _print(render_card(card), part, path)
+        else:
+            part.write_text(render_card(card), encoding="utf-8")
+        replace_by(part, path)
+
+
+def _browser(path: Path) -> str:
+    for name in BROWSERS:
+        found = shutil.which(name)
+        if found:
+            return found
+    raise UnusableInput(
+        f"{path}: no browser to print it ({', '.join(BROWSERS)}); one of them on the path, or "
+        f"--card {path.with_suffix('.html').name}, would work"
+    )
+
+
+def _print(html: str, part: Path, path: Path) -> None:
+    """Have the browser print a page; it has its own home there, so that none is left."""
+    with tempfile.TemporaryDirectory(prefix="autodb-card-") as home:
+        page, printed = Path(home) / "card.html", Path(home) / "card.pdf"
+        page.write_text(html, encoding="utf-8")
+        command = [
+            _browser(path), "--headless", "--disable-gpu", "--no-first-run",
+            f"--window-size={WINDOW_PX}", f"--user-data-dir={home}/profile",
+            "--no-pdf-header-footer", f"--print-to-pdf={printed}", *_as_root(), page.as_uri(),
+        ]  # fmt: skip
+        said = _said(command)
+        if not printed.is_file():
+            why = said.strip().splitlines()[-1:] or ["it said nothing"]
+            raise UnusableInput(
+                f"{path}: {command[0]} did not print it ({why[0]}); "
+                f"--card {path.with_suffix('.html').name} would work"
+            )
+        shutil.copyfile(printed, part)
+
+
+def _said(command: list[str]) -> str:
+    """Run a browser and return what it complained of."""
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=PRINT_S, check=False)
+    except subprocess.TimeoutExpired:
+        return f"not done in {PRINT_S} s"
+    return done.stderr.decode(errors="replace")
+
+
+def _as_root() -> list[str]:
+    """Return what the superuser has to add: for it the browser has no sandbox."""
+    return ["--no-sandbox"] if os.name == "posix" and os.geteuid() == 0 else []

@@ -1,0 +1,91 @@
+"""What moved over a run of calibration cuts whose first one was made again at its end."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import standard
+from autodb.agent.sense.calibrating import Calibrated, its_own, known_forces
+from autodb.explain.answer.answer import Cause
+from autodb.explain.cuts.candidates.currents import Run
+from autodb.explain.cuts.candidates.moved_words import sentences
+from autodb.explain.moved import Ends, explain_moved
+from autodb.records import CutTable
+from autodb.reports.card import axis
+from autodb.reports.card.conditions import codes, ends
+from autodb.sensing.ranges.calibration import FEED_AXES, Calibration, Points
+from autodb.sensing.ranges.transients import transients
+from autodb.sensing.ranges.turned_round import current_of
+
+Array = NDArray[np.float64]
+
+
+def moved_over(done: Calibrated, protocol: standard.Protocol | None) -> list[tuple[str, ...]]:
+    """Return what is said of what moved, for each calibration; ``protocol`` as they were made."""
+    forces = known_forces(done.table, protocol)
+    return [
+        tuple(sentences(what_moved(one, done.table, force_N=own, protocol=protocol)))
+        for one in done.calibrations
+        for own in (its_own(done.table, one, forces),)
+    ]
+
+
+def what_moved(
+    calibration: Calibration,
+    table: CutTable,
+    *,
+    force_N: Array | None,
+    protocol: standard.Protocol | None,
+) -> tuple[Cause, ...]:
+    """Return what moved over the cuts that an axis was calibrated on.
+
+    ``force_N`` (n,) and ``protocol`` as it was calibrated with. Nothing where the last of these
+    cuts does not repeat the first, or moved no more than repeats scatter.
+    """
+    points, rows = axis.by_row(table, calibration.axis, force_N)
+    kept = axis.of_run(transients(points.felt.current, points.target, points.groups))
+    points, rows = points.at(kept), rows[kept]
+    alike = codes(axis.conditions_of(calibration, table, protocol, rows))
+    if alike is None:
+        return ()
+    air = axis.air_of(calibration, table, rows)
+    measured = protocol is None
+    moved = Ends(
+        conditions=alike,
+        rise=ends(points.felt.current, alike),
+        air=None if air is None else ends(air, alike),
+        force=ends(points.target, alike) if measured else None,
+        force_unit=calibration.unit,
+    )
+    run = _run(calibration, _rows_of(table, rows), points, alike, air, measured=measured)
+    return explain_moved(run, moved)
+
+
+def _run(
+    calibration: Calibration,
+    table: CutTable,
+    points: Points,
+    conditions: NDArray[np.intp],
+    air: Array | None,
+    *,
+    measured: bool,
+) -> Run:
+    felt = points.felt
+    expected = current_of(calibration.form, calibration.coefficients, felt, points.target)
+    return Run(
+        table=table,
+        conditions=conditions,
+        rise=felt.current,
+        expected=expected,
+        air=air,
+        speed=felt.feed_mm_s if calibration.axis in FEED_AXES else felt.speed_rpm,
+        measured=measured,
+        unit=calibration.current_unit,
+    )
+
+
+def _rows_of(table: CutTable, rows: NDArray[np.intp]) -> CutTable:
+    return CutTable(
+        path=table.path,
+        channels={name: values[rows] for name, values in table.channels.items()},
+        texts={name: [values[row] for row in rows] for name, values in table.texts.items()},
+    )

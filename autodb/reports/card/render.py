@@ -1,0 +1,132 @@
+"""Renders a card as one page that loads nothing."""
+
+import numpy as np
+
+from autodb import __version__
+from autodb.fitting import NORMAL_95
+from autodb.reports import figures
+from autodb.reports.card import plots
+from autodb.reports.card.axis import AxisCard, OneCut
+from autodb.reports.card.conditions import FEWEST
+from autodb.reports.card.machine import Card, not_sensed, when_again
+from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, OFFER_R_SQUARED
+from autodb.sensing.ranges.choosing import FOLDS
+from autodb.sensing.ranges.outliers import numbers, sentences
+from autodb.sensing.ranges.repeats import LEVEL
+from autodb.sensing.ranges.validity import ANY
+
+AXIS_NAMES = {axis: f"{axis.upper()} axis" for axis in COMPONENT_OF_AXIS} | {"spindle": "Spindle"}
+
+
+def render_card(card: Card) -> str:
+    """Return the card as one HTML file that loads nothing."""
+    return figures.page(
+        "card.html.j2",
+        title=f"{card.title}: calibration card",
+        card=card,
+        version=__version__,
+        offered_above=OFFER_R_SQUARED,
+        not_sensed=not_sensed(card),
+        when_again=when_again(card.cards),
+        shown=[_shown(card, number) for number in range(len(card.cards))],
+    )
+
+
+def _shown(card: Card, number: int) -> dict[str, object]:
+    """Return what the template shows of one axis."""
+    axis = card.cards[number]
+    c, s = axis.calibration, axis.calibration.scores
+    id_ = f"axis-{c.axis}" if c.holds == ANY else f"axis-{c.axis}-{number + 1}"
+    residuals, still = plots.residuals(axis, id_=id_)
+    return {
+        "axis": axis,
+        "id": id_,
+        "name": AXIS_NAMES[c.axis],
+        "holds": c.holds.words(),
+        "felt_as": plots.felt_as(axis),
+        "calibration": c,
+        "version": f"version {card.versions[number]}" if card.versions else "not stored",
+        "equation": c.form.equation(c.coefficients, c.unit, c.current_unit),
+        "r_squared": _plain(s.r_squared),
+        "r_squared_interval": f"{_plain(s.r_squared_low)} to {_plain(s.r_squared_high)}",
+        "rmse": figures.quantity(s.rmse, c.unit),
+        "folds": min(FOLDS, s.groups),
+        "one_cut": _one_cut(axis.middle, c.unit),
+        "percent": _percent(axis.middle),
+        "range": figures.span(c.current_low, c.current_high, c.current_unit),
+        "trueness": _trueness(axis),
+        "parts": _parts(axis.middle, c.unit),
+        "scatter_plot": plots.reference_over_estimate(axis, id_=id_),
+        "residual_plots": residuals,
+        "still": still,
+        "trials": _trials(axis),
+        "set_aside": _set_aside(axis),
+        "outliers": sentences(c.outliers),
+        "more_repeats": axis.repeated - len(axis.repeats),
+        "fewest": FEWEST,
+        "level": LEVEL,
+    }
+
+
+def _plain(score: float) -> str:
+    return f"{score:.3f}".replace("-", "−")
+
+
+def _one_cut(cut: OneCut, unit: str) -> str:
+    return figures.plus_minus(cut.value, cut.half, unit)
+
+
+def _percent(cut: OneCut) -> str:
+    if cut.value == 0.0:
+        return ""
+    percent = 100.0 * cut.half / abs(cut.value)
+    return f"± {percent:.{0 if percent >= 10.0 else 1}f}\u00a0%"
+
+
+def _trueness(axis: AxisCard) -> list[tuple[str, str, str]]:
+    """Return name, value ± standard error, and the ideal."""
+    t, unit = axis.trueness, axis.calibration.unit
+    if t is None:
+        return []
+    return [
+        ("Slope", figures.plus_minus(t.slope, t.slope_se, "1"), "1"),
+        ("Intercept", figures.plus_minus(t.intercept, t.intercept_se, unit), "0"),
+    ]
+
+
+def _parts(cut: OneCut, unit: str) -> list[tuple[str, str, float]]:
+    """Return each part of one cut's error: name, 95 % half width, percent of the variance."""
+    whole = cut.own**2 + cut.shared**2
+    rows = (
+        ("Its own", cut.own, "none"),
+        ("Coefficients", cut.coefficients, "none"),
+        ("Gain, day to day", cut.gain, "none seen"),
+        ("Tool, material or day", cut.group, "none seen"),
+        ("Reference forces", cut.references, "none stated"),
+    )
+    return [
+        (name, figures.quantity(NORMAL_95 * sd, unit) if sd else none, 100.0 * sd**2 / whole)
+        for name, sd, none in rows
+    ]
+
+
+def _trials(axis: AxisCard) -> list[tuple[str, str, bool]]:
+    """Return each form tried: name, error on groups left out, whether it was taken."""
+    c = axis.calibration
+    return [
+        (name, figures.quantity(error, c.unit) if np.isfinite(error) else "not held by these cuts",
+         name == c.form.label)
+        for name, error in c.trials.items()
+    ]  # fmt: skip
+
+
+def _set_aside(axis: AxisCard) -> str:
+    c = axis.calibration
+    if not c.transients:
+        return ""
+    scores = c.scores_with_transients
+    return (
+        f"{len(c.transients)} transient rows set aside (cut {numbers(c.transients)}): the current "
+        f"jumps, the force does not. With them: RMSE {figures.quantity(scores.rmse, c.unit)}, "
+        f"R² {scores.r_squared:.3f}."
+    )

@@ -1,0 +1,396 @@
+"""The answer of explain as one page: verdict first, then where, before and after, and the evidence.
+
+The page is one file that loads nothing. ``explanation_fragment`` is the same content for a page
+that has a shell of its own.
+"""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import plotly.graph_objects as go
+from markupsafe import Markup
+
+from autodb.explain.answer.advice import advice
+from autodb.explain.answer.answer import (
+    Array,
+    Cause,
+    ChannelAnswer,
+    Considered,
+    Explained,
+    Regime,
+    Trace,
+)
+from autodb.explain.engine.candidates import UNKNOWN
+from autodb.files.channels import unit_of
+from autodb.reports import figures
+
+AROUND = 0.2
+"""Share of a located stretch that is drawn on each side of it."""
+TERM_WORDS = {
+    "coulomb": "dry friction",
+    "viscous": "friction that grows with speed",
+    "stribeck": "extra friction at low speed",
+    "asymmetry": "friction that differs by direction",
+    "position_friction": "friction that differs along the travel",
+    "gravity": "a constant load",
+    "spring": "a spring load",
+    "cogging": "cogging of the motor",
+    "inertia": "accelerated mass",
+    "cross_coupling": "the pull of another axis",
+    "warmup": "friction that falls as it warms up",
+    "presliding": "the soft start after a reversal",
+    "backlash": "play after a reversal",
+    "compliance": "a springy drive train",
+    "external_load": "a load from outside",
+    "gain": "a changed scale",
+    "sensor_drift": "drift of the sensor",
+    "lag": "a shift in time",
+    "saturation": "a clipped signal",
+    "lost_sign": "a lost sign",
+    "windage": "air drag of the spindle",
+    "shear": "the material's cutting force",
+    "edge_force": "the force of the cutting edge",
+    "size_effect": "the extra force of thin chips",
+    "speed_softening": "softening with cutting speed",
+    "built_up_edge": "a built-up edge",
+    "tool_wear": "tool wear",
+    "hard_spot": "a hard spot",
+    "depth_error": "a wrong depth of cut",
+    "nose_radius": "the nose radius",
+    "runout": "run-out of the tool",
+    "deflection": "bending of the tool",
+    "chatter": "chatter",
+    "table_gravity": "weight on the table",
+    "table_inertia": "inertia of the table",
+    "thermal_drift": "heat drift of the sensor",
+    "crosstalk": "crosstalk between force components",
+    UNKNOWN: "an effect without a known name",
+}
+KIND_WORDS = {
+    "missing": ("is missing", "are missing"),
+    "mistuned": ("is set wrong", "are set wrong"),
+}
+CERTAINTY = (
+    (0.95, "almost certain"),
+    (0.8, "very likely"),
+    (0.6, "likely"),
+    (0.4, "about even"),
+    (0.0, "a guess"),
+)
+
+
+def render_explanation(explained: Explained) -> str:
+    """Return the report of one explanation: one HTML file that loads nothing."""
+    return figures.page(
+        "explanation.html.j2",
+        title=Path(explained.explanation.recording).name,
+        content=Markup(explanation_fragment(explained)),
+    )
+
+
+def explanation_fragment(explained: Explained) -> str:
+    """Return the report's content, headings from h3, for a page made by ``figures.page``."""
+    channels = [
+        {
+            "id": f"explain-{n}-{re.sub('[^a-z0-9]+', '-', name.lower())}",
+            "name": name,
+            "words": channel_words(name),
+            "answer": answer,
+            "trace": explained.traces.get(name),
+        }
+        for n, (name, answer) in enumerate(explained.explanation.channels.items(), start=1)
+    ]
+    words = (verdict, certainty, term_words, move_words, parameter_words, advice)
+    where = (where_words, regime_words, bars)
+    plots = (over_time, located, close_up, against_signals, ranked, candidate_words, drawn_words)
+    return str(
+        figures.fragment(
+            "_explanation.html.j2",
+            channels=channels,
+            notes=explained.notes,
+            **{function.__name__: function for function in (*words, *where, *plots)},
+        )
+    )
+
+
+# Words
+
+
+def channel_words(name: str) -> str:
+    """Return a channel's name in shop words.
+
+    >>> channel_words("x.drive_force"), channel_words("force.y"), channel_words("spindle.power")
+    ('X axis drive force', 'Force Y', 'Spindle power')
+    """
+    first, *rest = name.replace("_", " ").split(".")
+    if len(first) == 1:
+        first = f"{first.upper()} axis"
+    return " ".join(
+        [first[:1].upper() + first[1:], *(r.upper() if len(r) == 1 else r for r in rest)]
+    )
+
+
+def term_words(term: str) -> str:
+    """Return a term in shop words; a name beyond the vocabulary as it is written."""
+    return TERM_WORDS.get(term, term.replace("_", " "))
+
+
+def move_words(cause: Cause) -> str | None:
+    """Return what would tell a cause from its alternatives, with the pairs in shop words."""
+    text = cause.to_tell_apart
+    for other in cause.alternatives if text else ():
+        pair = f"{term_words(cause.term)} and {term_words(other)}"
+        text = str(text).replace(f"{cause.term} and {other}", pair)
+    return text
+
+
+def candidate_words(name: str) -> str:
+    """Return a candidate in shop words, with what it acts on where its name says more than a term.
+
+    >>> candidate_words("gain force.x 1"), candidate_words("direction × time")
+    ('a changed scale (force.x)', 'an effect without a known name (direction × time)')
+    """
+    said = re.sub(r" \d+$", "", name)
+    term, _, rest = said.partition(" ")
+    if term not in TERM_WORDS:
+        term, rest = UNKNOWN, said
+    return f"{TERM_WORDS[term]} ({rest})" if rest else TERM_WORDS[term]
+
+
+def parameter_words(name: str) -> str:
+    """Return a parameter's name as a reader would say it."""
+    return name.replace("_", " ")
+
+
+def verdict(answer: ChannelAnswer) -> str:
+    """Return the channel's answer as a headline."""
+    if not answer.missing:
+        return "A mismatch without a cause found" if answer.mismatch else "No mismatch beyond noise"
+    count = len(answer.missing)
+    by_kind = (_causes_of_kind(answer, kind) for kind in KIND_WORDS)
+    return f"{count} cause{'s' if count > 1 else ''} found: {'; '.join(filter(None, by_kind))}"
+
+
+def _causes_of_kind(answer: ChannelAnswer, kind: str) -> str:
+    """Return "A, B and C are missing", or nothing."""
+    names = [_cause_words(cause) for cause in answer.missing if cause.kind == kind]
+    if not names:
+        return ""
+    *others, last = names
+    named = f"{', '.join(others)} and {last}" if others else last
+    return f"{named} {KIND_WORDS[kind][bool(others)]}"
+
+
+def _cause_words(cause: Cause) -> str:
+    """Return a cause in shop words; of own terms of which one is off, all of them."""
+    if cause.term == UNKNOWN and cause.kind == "mistuned":
+        return " or ".join(term_words(name) for name in cause.alternatives)
+    return term_words(cause.term)
+
+
+def certainty(cause: Cause) -> tuple[str, int]:
+    """Return how sure the name is: words with per cent, and how many of five marks to fill.
+
+    All five only from 95 %.
+    """
+    return certainty_words(cause.confidence), max(1, int(5.0 * cause.confidence + 0.25))
+
+
+def certainty_words(probability: float) -> str:
+    """Return a probability in words with per cent."""
+    words = next(words for least, words in CERTAINTY if probability >= least)
+    percent = "over 99" if probability > 0.99 else f"{100.0 * probability:.0f}"
+    return f"{words}, {percent} %"
+
+
+def where_words(answer: ChannelAnswer, trace: Trace | None) -> list[str]:
+    """Return where the mismatch sits, one line a stretch or a regime."""
+    in_cuts = trace is not None and trace.x_name == "cut"
+    lines = [
+        f"Cuts {low:g} to {high:g}" if in_cuts else f"From {_second(low)} to {_second(high)} s"
+        for low, high in answer.where.intervals
+    ]
+    return lines + [regime_words(regime) for regime in answer.where.regime]
+
+
+def regime_words(regime: Regime) -> str:
+    """Return a regime as a line: its signal, its range, and its share of the mismatch."""
+    reach = figures.span(regime.low, regime.high, unit_of(regime.signal) or "")
+    return f"{channel_words(regime.signal)} {reach}: {100.0 * regime.share:.0f} % of the mismatch"
+
+
+def _second(t_s: float) -> str:
+    """A time is never rounded beyond a second."""
+    return figures.number(t_s) if abs(t_s) < 1000.0 else f"{t_s:.0f}"
+
+
+def bars(answer: ChannelAnswer) -> list[tuple[str, str, float, float]]:
+    """Return rows of errors: tone, what, value, length in per cent of the longest.
+
+    Without a mismatch nothing was changed, so that there is no after.
+    """
+    fit = answer.fit
+    whole = [("simulation", "Before, whole recording", fit.rms_before)]
+    kept_out = [("simulation", "Before, parts kept out of the fit", fit.heldout_before)]
+    if answer.mismatch:
+        whole.append(("corrected", "After, whole recording", fit.rms_after))
+        kept_out.append(("corrected", "After, parts kept out of the fit", fit.heldout_after))
+    else:
+        whole, kept_out = [("simulation", "Simulation", fit.rms_before)], []
+    rows = [*whole, *kept_out, ("recording", "Noise of the recording", fit.noise_floor)]
+    longest = max((value for *_, value in rows if math.isfinite(value)), default=0.0)
+    return [(tone, what, value, _per_cent(value, longest)) for tone, what, value in rows]
+
+
+def _per_cent(value: float, whole: float) -> float:
+    return 100.0 * value / whole if whole > 0.0 and math.isfinite(value) else 0.0
+
+
+def ranked(trace: Trace) -> list[Considered]:
+    """Return what was considered, the strongest first."""
+    return sorted(trace.considered, key=lambda candidate: -candidate.evidence)
+
+
+def drawn_words(rows: int) -> str | None:
+    """Say that a plot of so many rows is thinned, where it is."""
+    if rows <= figures.MAX_POINTS:
+        return None
+    return f"Drawn from {rows} samples; every peak is kept."
+
+
+# Plots
+
+
+def over_time(channel: dict[str, str], answer: ChannelAnswer, trace: Trace) -> Markup:
+    """Draw recording, simulation and corrected, and under it what each leaves."""
+    words, unit = channel["words"], answer.unit
+    left_words = "What is left, before and after" if answer.mismatch else "What is left"
+    made = figures.figure(
+        [f"{words} [{unit}]", f"{left_words} [{unit}]"],
+        x_title=_x_title(trace),
+        shares=(0.62, 0.38),
+    )
+    figures.shade(made, _stretches(answer, trace))
+    for name, values, left in _curves(answer, trace):
+        made.add_trace(_curve(trace, values, name), row=1, col=1)
+        if left is not None:
+            made.add_trace(_curve(trace, left, name), row=2, col=1)
+    return figures.as_html(
+        made,
+        f"{channel['id']}-over-{trace.x_name}",
+        height_px=580,
+        label=f"{words}: recording, simulation and what is left",
+    )
+
+
+def _x_title(trace: Trace) -> str:
+    return "Time [s]" if trace.x_name == "t" else "Cut number"
+
+
+def _stretches(answer: ChannelAnswer, trace: Trace) -> list[tuple[float, float]]:
+    """Return the located stretches along x; a cut reaches half a number to both sides."""
+    half = 0.0 if trace.x_name == "t" else 0.5
+    return [(low - half, high + half) for low, high in answer.where.intervals]
+
+
+def located(
+    channel: dict[str, str], answer: ChannelAnswer, trace: Trace
+) -> list[tuple[Markup, str | None]]:
+    """Draw each located stretch, ``AROUND`` of its length to both sides, at every sample.
+
+    Each with what ``drawn_words`` says where it has more samples than are drawn.
+    """
+    found = []
+    for number, (low, high) in enumerate(_stretches(answer, trace), start=1):
+        around = AROUND * (high - low)
+        near = part(trace, low - around, high + around)
+        label = f"{channel['words']}: the stretch where the mismatch sits"
+        name = f"located-{number}"
+        plot = _near(channel, answer, near, name, label=label, shaded=[(low, high)])
+        found.append((plot, drawn_words(len(near.x))))
+    return found
+
+
+def close_up(
+    channel: dict[str, str], answer: ChannelAnswer, trace: Trace
+) -> list[tuple[Markup, str | None]]:
+    """Draw the turns of a waveform that are worth a close look, with what ``drawn_words`` says."""
+    if trace.close_up is None:
+        return []
+    near = part(trace, *trace.close_up)
+    label = f"{channel['words']}: some turns of the spindle"
+    return [(_near(channel, answer, near, "turns", label=label), drawn_words(len(near.x)))]
+
+
+def part(trace: Trace, low: float, high: float) -> Trace:
+    """Return the rows of a trace from ``low`` to ``high`` of its x."""
+    rows = (trace.x >= low) & (trace.x <= high)
+    return replace(
+        trace,
+        x=trace.x[rows],
+        recording=trace.recording[rows],
+        simulation=trace.simulation[rows],
+        corrected=trace.corrected[rows],
+        regime_signals={},
+    )
+
+
+def _near(
+    channel: dict[str, str],
+    answer: ChannelAnswer,
+    near: Trace,
+    name: str,
+    *,
+    label: str,
+    shaded: Sequence[tuple[float, float]] = (),
+) -> Markup:
+    made = figures.figure([f"{channel['words']} [{answer.unit}]"], x_title=_x_title(near))
+    figures.shade(made, shaded)
+    for tone, values, _ in _curves(answer, near):
+        made.add_trace(_curve(near, values, tone))
+    return figures.as_html(made, f"{channel['id']}-{name}", height_px=340, label=label)
+
+
+def _curves(answer: ChannelAnswer, trace: Trace) -> list[tuple[str, Array, Array | None]]:
+    """Name, values, and what they leave; without a mismatch nothing was corrected."""
+    rows: list[tuple[str, Array, Array | None]] = [("recording", trace.recording, None)]
+    rows.append(("simulation", trace.simulation, trace.recording - trace.simulation))
+    if answer.mismatch:
+        rows.append(("corrected", trace.corrected, trace.recording - trace.corrected))
+    return rows
+
+
+def _curve(trace: Trace, values: Array, name: str) -> go.Scatter:
+    cuts = {"mode": "lines+markers", "marker": {"size": 7}, "line": {"width": 1}}
+    return figures.line(
+        trace.x, values, tone=name, name=name, **(cuts if trace.x_name == "cut" else {})
+    )
+
+
+def against_signals(channel: dict[str, str], answer: ChannelAnswer, trace: Trace) -> list[Markup]:
+    """Draw what is left before and after against every regime signal, its regimes shaded."""
+    return [
+        _against(channel, answer, trace, signal, number)
+        for number, signal in enumerate(trace.regime_signals, start=1)
+    ]
+
+
+def _against(
+    channel: dict[str, str], answer: ChannelAnswer, trace: Trace, signal: str, number: int
+) -> Markup:
+    unit = unit_of(signal)
+    made = figures.figure(
+        [f"What is left [{answer.unit}]"],
+        x_title=channel_words(signal) + (f" [{unit}]" if unit else ""),
+    )
+    figures.shade(made, [(r.low, r.high) for r in answer.where.regime if r.signal == signal])
+    x = trace.regime_signals[signal]
+    for name, _, left in _curves(answer, trace):
+        if left is not None:
+            mark = {"size": 5, "opacity": 0.45}
+            made.add_trace(figures.points(x, left, tone=name, name=name, marker=mark))
+    label = f"What is left against {channel_words(signal)}"
+    return figures.as_html(made, f"{channel['id']}-against-{number}", height_px=300, label=label)

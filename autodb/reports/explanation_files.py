@@ -1,0 +1,83 @@
+"""Write an answer: corrected.csv, report.html, explanation.json, all or nothing.
+
+Several recordings together have such a folder each, beside together.json and together.html.
+"""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+from pyarrow import csv
+
+from autodb.errors import UnusableInput
+from autodb.explain.answer.answer import Explained
+from autodb.explain.together import Together
+from autodb.files.targets import hidden, replace_by
+from autodb.reports.explanation import render_explanation
+from autodb.reports.together import folders, render_together
+
+FILES = frozenset({"corrected.csv", "report.html", "explanation.json"})
+OF_SEVERAL = frozenset({"together.json", "together.html"})
+
+
+def write_answer(explained: Explained, folder: Path) -> None:
+    """Write the three files into ``folder``, which is replaced as a whole.
+
+    Raises UnusableInput when ``folder`` is a file or holds anything but an earlier answer.
+    """
+    _replace(folder, lambda new: _write(explained, new), _is_answer)
+
+
+def write_together(explained: Sequence[Explained], found: Together, folder: Path) -> None:
+    """Write what several recordings say, each by itself and together, into ``folder``.
+
+    A recording's own folder is called after it, with its number. Raises what ``write_answer`` does.
+    """
+
+    def write(new: Path) -> None:
+        for name, one in zip(folders(found), explained, strict=True):
+            (new / name).mkdir()
+            _write(one, new / name)
+        text = found.model_dump_json(indent=1)
+        (new / "together.json").write_text(text + "\n", encoding="utf-8")
+        (new / "together.html").write_text(render_together(found), encoding="utf-8")
+
+    _replace(folder, write, _is_of_several)
+
+
+def _is_answer(folder: Path) -> bool:
+    return {p.name for p in folder.iterdir()} <= FILES
+
+
+def _is_of_several(folder: Path) -> bool:
+    inside = list(folder.iterdir())
+    others = [p for p in inside if p.name not in OF_SEVERAL]
+    return all(p.is_dir() and _is_answer(p) for p in others)
+
+
+def _replace(folder: Path, write: Callable[[Path], None], ours: Callable[[Path], bool]) -> None:
+    """Put a folder that ``write`` fills in the place of an earlier answer, or of nothing."""
+    folder = folder.resolve()
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with hidden(folder) as new:
+        if folder.exists() and not folder.is_dir():
+            raise UnusableInput(f"{folder}: is a file; --out needs a folder")
+        if folder.is_dir() and not ours(folder):
+            raise UnusableInput(
+                f"{folder}: holds other files, it would be replaced; give a new --out"
+            )
+        new.mkdir()
+        write(new)
+        replace_by(new, folder)
+
+
+def _write(explained: Explained, folder: Path) -> None:
+    first = next(iter(explained.traces.values()))
+    columns = {first.x_name: first.x, **{n: t.corrected for n, t in explained.traces.items()}}
+    csv.write_csv(
+        pa.table({k: np.asarray(v) for k, v in columns.items()}), folder / "corrected.csv"
+    )
+    text = explained.explanation.model_dump_json(indent=1)
+    (folder / "explanation.json").write_text(text + "\n", encoding="utf-8")
+    (folder / "report.html").write_text(render_explanation(explained), encoding="utf-8")

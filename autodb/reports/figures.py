@@ -1,0 +1,337 @@
+"""What the reports share: numbers as text, plots as HTML, one page shell.
+
+Plots are SVG with at most ``MAX_POINTS`` a trace. Every colour is named in ``PALETTE`` as a pair
+(light, dark): figures are drawn in the light one and the style sheet exchanges it in the dark.
+"""
+
+import html
+import json
+import math
+import textwrap
+from collections.abc import Iterable, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from numpy.typing import NDArray
+from plotly.offline import get_plotlyjs
+from plotly.subplots import make_subplots
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+MAX_POINTS = 4000
+"""Points a trace: more than a screen is wide, and still quick to draw as SVG."""
+SCATTER_POINTS = 1200
+"""Points of a cloud: each is a mark of its own, and more hide one another."""
+
+PALETTE: dict[str, tuple[str, str]] = {
+    "paper": ("#f6f3ec", "#13181b"),
+    "card": ("#fffdf9", "#1b2226"),
+    "ink": ("#202c34", "#ebe7dd"),
+    "muted": ("#616d75", "#a0abb1"),
+    "rule": ("#ddd8cc", "#333e44"),
+    "recording": ("#8e999f", "#85929a"),
+    "simulation": ("#c0701d", "#e9a554"),
+    "corrected": ("#0e6a75", "#55c5ca"),
+    "good": ("#2c7a4e", "#6cc68f"),
+    "warn": ("#b04a1c", "#f08d5c"),
+    "shade": ("#e0b45f", "#e2b761"),
+}
+FONT = '"Avenir Next", "Segoe UI", "Helvetica Neue", Roboto, "Noto Sans", Arial, sans-serif'
+CONFIG = {
+    "displaylogo": False,
+    "showSendToCloud": False,  # a report sends nothing anywhere
+    "responsive": True,
+    "modeBarButtonsToRemove": ["select2d", "lasso2d", "autoScale2d"],
+}
+
+TALL_PX = 500
+"""A plot this tall is worth zooming: it has buttons, on a shorter one they would hide its title."""
+BUTTONS_PX = 28
+"""What a tall plot leaves above its title for the buttons."""
+
+
+def colour(name: str) -> str:
+    """Return the light tone of ``name``; the style sheet exchanges it in the dark."""
+    return PALETTE[name][0]
+
+
+# Numbers as text
+
+
+def number(value: float, *, like: float | None = None) -> str:
+    """Return ``value`` with three significant digits, or with the decimals that ``like`` has then.
+
+    >>> number(1234.0), number(0.42), number(-0.0031), number(0.004, like=0.42)
+    ('1230', '0.420', '−0.00310', '0.004')
+    """
+    if not math.isfinite(value):
+        return "not known"
+    if not like:
+        value = like = float(f"{value:.2e}")
+    if value == 0.0 == like:
+        return "0"
+    exponent = _exponent(value or like)
+    if like == value and not -4 <= exponent < 7:
+        text = f"{value / 10.0**exponent:.2f} × 10{_raised(exponent)}"
+    else:
+        text = f"{value:.{max(0, 2 - _exponent(like))}f}"
+    return text.replace("-", "−")
+
+
+def _exponent(value: float) -> int:
+    return math.floor(math.log10(abs(float(f"{value:.2e}"))))
+
+
+def _raised(exponent: int) -> str:
+    return str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def quantity(value: float, unit: str) -> str:
+    """Return number and unit; a bare number where the unit is 1.
+
+    >>> quantity(0.42, "A"), quantity(1.1, "1")
+    ('0.420\\xa0A', '1.10')
+    """
+    return number(value) + suffix(unit)
+
+
+def suffix(unit: str) -> str:
+    """Return the unit as it follows a number; nothing for the unit 1."""
+    return "" if unit in ("", "1") else f"\u00a0{unit}"
+
+
+def span(low: float, high: float, unit: str) -> str:
+    """Return an interval: as many decimals as its larger end needs, or its width where narrow.
+
+    >>> span(0.4, 0.44, "A"), span(14.19, 14.21, "s")
+    ('0.400 to 0.440\\xa0A', '14.19 to 14.21\\xa0s')
+    """
+    like = _shown_digits(max(abs(low), abs(high)), 100.0 * (high - low))
+    return f"{number(low, like=like)} to {number(high, like=like)}{suffix(unit)}"
+
+
+def plus_minus(value: float, half_width: float, unit: str) -> str:
+    """Return a value and its half width with the same decimals.
+
+    >>> plus_minus(2051.0, 65.0, "N"), plus_minus(2051.0, 0.4, "N")
+    ('2051 ± 65\\xa0N', '2051.00 ± 0.40\\xa0N')
+    """
+    like = _shown_digits(abs(value), 10.0 * half_width)
+    return f"{number(value, like=like)} ± {number(half_width, like=like)}{suffix(unit)}"
+
+
+def _shown_digits(largest: float, width: float) -> float | None:
+    """What decides the decimals of a pair; None (each by itself) where it is tiny or huge."""
+    if not (math.isfinite(largest) and 1e-4 <= largest < 1e7):
+        return None
+    return min(largest, width) if width > 0.0 else largest
+
+
+def plain(text: str) -> str:
+    """Return ``text`` so that a plot shows it as it is; plots read some HTML themselves."""
+    return html.escape(text, quote=False)
+
+
+# Traces
+
+
+def keep_peaks(values: Array, limit: int = MAX_POINTS) -> Index:
+    """Return at most ``limit`` rows of ``values`` (n,): first, last, and each bucket's extremes.
+
+    Min-max decimation: a peak of one sample stays. A bucket without a number keeps one row, so
+    that a line still breaks there.
+    """
+    n = len(values)
+    if n <= limit:
+        return np.arange(n)
+    buckets = limit // 2 - 1
+    width = math.ceil(n / buckets)
+    padded = np.full(width * buckets, np.nan)
+    padded[:n] = values
+    rows = padded.reshape(buckets, width)
+    start = np.arange(buckets) * width
+    lowest = start + np.argmin(np.where(np.isnan(rows), np.inf, rows), axis=1)
+    highest = start + np.argmax(np.where(np.isnan(rows), -np.inf, rows), axis=1)
+    kept = np.unique(np.concatenate([[0, n - 1], lowest, highest]))
+    return kept[kept < n]
+
+
+def thinned(values: Array) -> Index:
+    """Return at most ``SCATTER_POINTS`` rows: every so many, and the peaks between them.
+
+    Peaks alone would draw a cloud of noise as two clouds with nothing between.
+    """
+    if len(values) <= SCATTER_POINTS:
+        return np.arange(len(values))
+    half = SCATTER_POINTS // 2
+    evenly = np.linspace(0, len(values) - 1, half).astype(np.intp)
+    return np.union1d(evenly, keep_peaks(values, half))
+
+
+def line(x: Array, y: Array, *, tone: str, name: str, **more: Any) -> go.Scatter:
+    """Return a line; peaks are kept where it has more than ``MAX_POINTS``."""
+    kept = keep_peaks(y)
+    style = {"color": colour(tone), "width": 1.5, **more.pop("line", {})}
+    more = {"mode": "lines", "hoverinfo": "x+y+name", **more}
+    return go.Scatter(x=x[kept], y=y[kept], name=name, line=style, **more)
+
+
+def points(x: Array, y: Array, *, tone: str, name: str, **more: Any) -> go.Scatter:
+    """Return a cloud of marks, thinned to ``SCATTER_POINTS``: half evenly, half its peaks."""
+    kept = thinned(y)
+    marker = {"color": colour(tone), "size": 6, "opacity": 0.8, **more.pop("marker", {})}
+    more = {"hoverinfo": "x+y+name", **more}
+    return go.Scatter(x=x[kept], y=y[kept], name=name, mode="markers", marker=marker, **more)
+
+
+# Figures
+
+
+def figure(
+    titles: Sequence[str], *, x_title: str, shares: Sequence[float] = (1.0,), gap: float = 0.12
+) -> go.Figure:
+    """Return empty plots one above the other over one x axis; a title above each names y.
+
+    ``gap``: what is left between two, a share of the whole.
+    """
+    made = make_subplots(
+        rows=len(titles),
+        cols=1,
+        shared_xaxes=True,
+        vertical_spacing=gap,
+        row_heights=list(shares),
+    )
+    made.update_layout(
+        template="none",
+        paper_bgcolor="rgba(0,0,0,0)",
+        plot_bgcolor="rgba(0,0,0,0)",
+        font={"family": FONT, "size": 13, "color": colour("muted")},
+        margin={"l": 58, "r": 14, "t": 30, "b": 46},
+        showlegend=False,
+        hovermode="closest",
+        hoverlabel={
+            "bgcolor": colour("ink"),
+            "bordercolor": colour("ink"),
+            "font": {"family": FONT, "color": colour("card")},
+        },
+        modebar={"bgcolor": "rgba(0,0,0,0)", "color": "#8e999f", "activecolor": "#c0701d"},
+    )
+    rule = {"gridcolor": colour("rule"), "linecolor": colour("rule")}
+    made.update_xaxes(**rule, showgrid=False, zeroline=False, ticks="outside", tickcolor="#8e999f")
+    made.update_yaxes(**rule, zeroline=True, zerolinecolor=colour("muted"), zerolinewidth=1)
+    made.update_xaxes(automargin=True)
+    below = {"text": _lines(x_title), "font": {"size": 13}}
+    made.update_xaxes(title=below, row=len(titles), col=1)
+    for row, title in enumerate(titles, start=1):
+        _title_above(made, row, title)
+    return made
+
+
+def _lines(text: str) -> str:
+    """Break a long title, so that it fits under a plot on a telephone."""
+    return "<br>".join(plain(part) for part in textwrap.wrap(text, 40))
+
+
+def _title_above(made: go.Figure, row: int, title: str) -> None:
+    axis = "" if row == 1 else str(row)
+    made.add_annotation(
+        text=plain(title),
+        x=0,
+        xref="paper",
+        xanchor="left",
+        y=1,
+        yref=f"y{axis} domain",
+        yanchor="bottom",
+        yshift=6,
+        showarrow=False,
+        font={"color": colour("ink"), "size": 13},
+    )
+
+
+def shade(made: go.Figure, ranges: Iterable[tuple[float, float]]) -> None:
+    """Shade stretches of the x axis in every plot of ``made``."""
+    for low, high in ranges:
+        made.add_vrect(
+            x0=low,
+            x1=high,
+            fillcolor=colour("shade"),
+            opacity=0.22,
+            line_width=0,
+            layer="below",
+            row="all",
+            col=1,
+            exclude_empty_subplots=False,
+        )
+
+
+def as_html(made: go.Figure, name: str, *, height_px: int, label: str) -> Markup:
+    """Return the figure as a div that fills its place; ``name`` is its id, once a page.
+
+    It is data: the page's script draws it when the page is whole. Earlier, a plot beside others
+    would be drawn as wide as the place it has while it is alone.
+    """
+    tall = height_px >= TALL_PX
+    if tall:
+        made.update_layout(margin_t=made.layout.margin.t + BUTTONS_PX)
+    config = json.dumps({**CONFIG, "displayModeBar": "hover" if tall else False})
+    data = f'{{"figure": {made.to_json(validate=False)}, "config": {config}}}'
+    frame = Markup(
+        '<div class="plot" role="{role}" aria-label="{label}" style="height:{height}px">'
+        '<div id="{name}" class="plotly-graph-div" style="height:{height}px; width:100%">'
+        '<script type="application/json">{data}</script></div></div>'
+    )
+    inert = Markup(data.replace("<", r"\u003c"))
+    return frame.format(
+        role="group" if tall else "img", label=label, height=height_px, name=name, data=inert
+    )
+
+
+# Pages
+
+
+@cache
+def _templates() -> Environment:
+    env = Environment(
+        loader=PackageLoader("autodb.reports", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    env.filters.update(number=number)
+    env.globals.update(quantity=quantity, span=span, suffix=suffix)
+    return env
+
+
+def _exchanges() -> Markup:
+    """Style rules that exchange each light tone in a plot for its dark one."""
+    rules = []
+    for light, dark in PALETTE.values():
+        rgb = ", ".join(str(int(light[i : i + 2], 16)) for i in (1, 3, 5))
+        rules += [
+            f'.plot [style*="{what}: rgb({rgb})"] {{ {what}: {dark} !important }}'
+            for what in ("stroke", "fill")
+        ]
+    return Markup("\n".join(rules))
+
+
+def fragment(template: str, **context: Any) -> Markup:
+    """Return a piece of a page from a template; every text in ``context`` is escaped."""
+    return Markup(_templates().get_template(template).render(**context))
+
+
+def page(template: str, **context: Any) -> str:
+    """Return a whole page from a template: style, plot library and content in one file."""
+    shell = {"plot_library": Markup(get_plotlyjs()), "draw": fragment("plots.js")}
+    return str(style(template, **shell, **context))
+
+
+def style(template: str, **context: Any) -> Markup:
+    """Return a piece that names colours and fonts, from a template."""
+    tones = {"palette": PALETTE, "exchanges": _exchanges(), "font": Markup(FONT)}
+    return fragment(template, **tones, **context)

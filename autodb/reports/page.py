@@ -1,0 +1,235 @@
+"""One report page of a machine: calibration, parameters, predictions, and one mismatch."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import plotly.graph_objects as go
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from autodb.agent.learn.precision_history import LearningCurve
+from autodb.reports import figures
+
+Array = NDArray[np.float64]
+
+NOT_SENSED = "not sensed"
+FEW = 4
+
+
+@dataclass(frozen=True)
+class CalibrationPlot:
+    """Scatter of one axis: estimate and target (n,) in ``unit``, the equation, and the verdict."""
+
+    axis: str
+    component: str
+    estimate: Array
+    target: Array
+    equation: str
+    unit: str
+    rmse: float
+    offered: bool
+    verdict: str
+
+
+@dataclass(frozen=True)
+class PredictedSensed:
+    """Forces of cuts predicted before they were made (95 % interval) against what was sensed."""
+
+    component: str
+    label: list[str]
+    predicted_N: Array
+    low_N: Array
+    high_N: Array
+    sensed_N: Array
+    sensed_sd_N: Array
+
+
+@dataclass(frozen=True)
+class JobRow:
+    """One predicted cut of a job as text: value and interval per quantity."""
+
+    name: str
+    cells: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Page:
+    """Everything a machine's report shows.
+
+    ``headline``: (what, value) · ``drive_terms``: (part, size, meaning) · ``job_columns``: a name
+    for each cell, or one more for the cut's name · a cell that is empty reads "not sensed".
+    """
+
+    machine: str
+    pair: str
+    headline: tuple[tuple[str, str], ...]
+    calibrations: tuple[CalibrationPlot, ...]
+    drive_terms: tuple[tuple[str, str, str], ...]
+    learning: tuple[LearningCurve, ...]
+    checks: tuple[PredictedSensed, ...]
+    job_name: str
+    job_columns: tuple[str, ...]
+    job_rows: tuple[JobRow, ...]
+    trace_text: str
+
+
+def render_page(page: Page, mismatch_html: str | None) -> str:
+    """Return the machine's report: one HTML file that loads nothing.
+
+    ``mismatch_html`` is shown as it is: the content that explaining one recording gives.
+    """
+    return figures.page(
+        "page.html.j2",
+        title=page.machine,
+        page=page,
+        mismatch=None if mismatch_html is None else Markup(mismatch_html),
+        calibration_plots=[calibration_plot(n, plot) for n, plot in enumerate(page.calibrations)],
+        learning_plots=[learning_plot(n, curve) for n, curve in enumerate(page.learning)],
+        check_plots=[_check(n, check) for n, check in enumerate(page.checks)],
+        NOT_SENSED=NOT_SENSED,
+        equation_words=equation_words,
+        learnt_words=learnt_words,
+        check_words=check_words,
+    )
+
+
+# Words
+
+
+def equation_words(plot: CalibrationPlot) -> str:
+    """Return the equation, with its scatter."""
+    scatter = figures.quantity(plot.rmse, plot.unit)
+    return f"{plot.equation}; scatter {scatter} rms. I: current range above air cutting."
+
+
+def learnt_words(curve: LearningCurve) -> str:
+    """Return the force after the last cut, ± 2 sd."""
+    return figures.plus_minus(float(curve.mean[-1]), 2.0 * float(curve.sd[-1]), "N")
+
+
+def check_words(check: PredictedSensed) -> str:
+    """Return how many sensed forces lie in their predicted interval, and how many were not felt."""
+    felt = np.isfinite(check.sensed_N)
+    count = f"{np.sum(_inside(check))} of {np.sum(felt)} felt forces lie in the predicted interval"
+    blind = int(np.sum(~felt))
+    return count + (f"; {blind} {NOT_SENSED}." if blind else ".")
+
+
+def _inside(check: PredictedSensed) -> NDArray[np.bool_]:
+    return (check.sensed_N >= check.low_N) & (check.sensed_N <= check.high_N)
+
+
+# Plots
+
+
+def calibration_plot(n: int, plot: CalibrationPlot) -> Markup:
+    """Return the plot of a calibration, the n-th of a page."""
+    tone = "corrected" if plot.offered else "recording"
+    made = figures.figure(
+        [f"{_felt_as(plot)} from a reference [{plot.unit}]"],
+        x_title=f"{_felt_as(plot)} from the current [{plot.unit}]",
+    )
+    felt = np.isfinite(plot.estimate) & np.isfinite(plot.target)
+    made.add_trace(
+        figures.points(plot.estimate[felt], plot.target[felt], tone=tone, name="standard cut")
+    )
+    if np.any(felt):
+        ends = np.array([np.min(plot.estimate[felt]), np.max(plot.estimate[felt])])
+        dash = {"dash": "solid" if plot.offered else "dot", "width": 2}
+        made.add_trace(figures.line(ends, ends, tone="simulation", name="the same", line=dash))
+    label = f"{plot.axis}: reference against what the current tells, {plot.verdict}"
+    return figures.as_html(made, f"calibration-{n}", height_px=320, label=label)
+
+
+def _felt_as(plot: CalibrationPlot) -> str:
+    return "Torque" if plot.unit == "N·m" else f"Force {plot.component.upper()}"
+
+
+def learning_plot(n: int, curve: LearningCurve) -> Markup:
+    """Return the plot of a curve, the n-th of a page."""
+    mean, sd = curve.mean, curve.sd
+    made = figures.figure(["[N]"], x_title="Cuts learnt from")
+    low, high = mean - 2.0 * sd, mean + 2.0 * sd
+    for edge, fill in ((low, None), (high, "tonexty")):
+        band = {"fill": fill, "fillcolor": translucent("corrected"), "line": {"width": 0}}
+        made.add_trace(figures.line(curve.n, edge, tone="corrected", name="± 2 sd", **band))
+    mark = {"mode": "lines+markers", "marker": {"size": 5}, "line": {"width": 2}}
+    made.add_trace(figures.line(curve.n, mean, tone="corrected", name="mean", **mark))
+    made.update_yaxes(range=tightening(mean, sd), zeroline=False)
+    label = f"Force {curve.component.upper()} of {curve.cut}: {learnt_words(curve)}"
+    return figures.as_html(made, f"learning-{n}", height_px=260, label=label)
+
+
+def tightening(mean: Array, sd: Array) -> list[float]:
+    """Return the y range that shows a band tighten: wide first bands run off the plot.
+
+    The range holds every mean after the first and the band after the third; of fewer than four
+    everything.
+    """
+    if len(mean) < FEW:
+        return [float(np.min(mean - 2.4 * sd)), float(np.max(mean + 2.4 * sd))]
+    third = min(2, len(mean) - 1)
+    late = slice(min(1, third), None)
+    reach = 2.4 * float(np.max(sd[third:]))
+    low, high = float(np.min(mean[late])), float(np.max(mean[late]))
+    return [min(low, float(mean[-1]) - reach), max(high, float(mean[-1]) + reach)]
+
+
+def translucent(tone: str) -> str:
+    """Return a tone of the palette that lets through what is behind it."""
+    light = figures.colour(tone)
+    red, green, blue = (int(light[i : i + 2], 16) for i in (1, 3, 5))
+    return f"rgba({red},{green},{blue},0.2)"
+
+
+def _check(n: int, check: PredictedSensed) -> Markup:
+    force = f"Force {check.component.upper()}"
+    made = figures.figure([f"{force} predicted [N]"], x_title=f"{force} felt [N]")
+    felt = np.isfinite(check.sensed_N)
+    inside = _inside(check)
+    for rows, tone, name in (
+        (felt & inside, "corrected", "inside"),
+        (felt & ~inside, "warn", "outside"),
+    ):
+        if np.any(rows):
+            made.add_trace(_intervals(check, rows, tone, name))
+    if np.any(felt):
+        everything = np.concatenate([check.low_N[felt], check.high_N[felt], check.sensed_N[felt]])
+        ends = np.array([np.min(everything), np.max(everything)])
+        dash = {"dash": "dash", "width": 1}
+        made.add_trace(
+            figures.line(ends, ends, tone="muted", name="exactly as predicted", line=dash)
+        )
+    label = f"{force}: {check_words(check)}"
+    return figures.as_html(made, f"check-{n}", height_px=360, label=label)
+
+
+def _intervals(check: PredictedSensed, rows: NDArray[np.bool_], tone: str, name: str) -> go.Scatter:
+    kept = np.flatnonzero(rows)
+    kept = kept[figures.thinned(check.sensed_N[kept])]
+    predicted = check.predicted_N[kept]
+    return figures.points(
+        check.sensed_N[kept],
+        predicted,
+        tone=tone,
+        name=name,
+        text=[_hover(check, row) for row in kept],
+        hoverinfo="text",
+        error_y={
+            "type": "data",
+            "symmetric": False,
+            "array": check.high_N[kept] - predicted,
+            "arrayminus": predicted - check.low_N[kept],
+            "color": figures.colour(tone),
+            "thickness": 1.2,
+            "width": 3,
+        },
+    )
+
+
+def _hover(check: PredictedSensed, row: np.intp) -> str:
+    reach = figures.span(float(check.low_N[row]), float(check.high_N[row]), "N")
+    felt = figures.number(float(check.sensed_N[row]))
+    sd = figures.quantity(2.0 * float(check.sensed_sd_N[row]), "N")
+    lines = (f"predicted {reach}", f"felt {felt} ± {sd}")
+    return "<br>".join((figures.plain(check.label[row]), *lines))

@@ -1,0 +1,142 @@
+"""A prediction as one picture: each quantity of every cut with its interval, and the limits."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from autodb import __version__
+from autodb.agent.answer.predicting import Answer, Predicted
+from autodb.files.machine import Limits
+from autodb.forward.predictedfile import QUANTITIES, Quantity
+from autodb.forward.prediction import Interval
+from autodb.reports import figures
+
+Array = NDArray[np.float64]
+
+PLOT_PX = 190
+"""Height of one quantity."""
+NAMED = 24
+"""Cuts up to which the axis says their names. Chosen: more do not fit beside each other."""
+FAR = 3.0
+"""A limit this many times beyond what is predicted would press it flat: only the title says it.
+Chosen."""
+GAP = 0.06
+"""What is left between two quantities, a share of the picture."""
+SIDE = 0.12
+"""How far peaks stand beside their means, in cuts."""
+
+
+def render(answer: Predicted, limits: Mapping[str, Limits]) -> str:
+    """Return the page: one HTML file that loads nothing."""
+    job = answer.job
+    return figures.page(
+        "predicted.html.j2",
+        title=f"{job.name}: predicted forces",
+        name=job.name,
+        pair=f"{job.material} / {job.tool}",
+        machine_says=[
+            f"cut {one.cut} {answer.cuts[one.cut - 1].name}: {one.statement}"
+            for one in answer.exceeds
+        ],
+        notes=answer.notes,
+        passive=any(cut.passive for cut in answer.cuts),
+        peaks=", ".join(dict.fromkeys(cut.of_what for cut in answer.cuts if cut.peaks)),
+        plot=plot(answer, limits),
+        prediction=answer.prediction_id,
+        version=__version__,
+    )
+
+
+def plot(answer: Answer, limits: Mapping[str, Limits]) -> Markup:
+    """Return the picture of an answer, with the limits of the machine's axes by name."""
+    titles = [_title(one, one.limit(limits)) for one in QUANTITIES]
+    made = figures.figure(titles, x_title="Cut", shares=[1.0] * len(titles), gap=GAP)
+    for row, one in enumerate(QUANTITIES, start=1):
+        traces = _traces(one, answer)
+        for trace in traces:
+            made.add_trace(trace, row=row, col=1)
+        _draw_limit(made, row, one, answer, one.limit(limits))
+    numbers = list(range(1, len(answer.cuts) + 1))
+    if len(numbers) <= NAMED:
+        names = [figures.plain(cut.name) or str(k) for k, cut in enumerate(answer.cuts, start=1)]
+        made.update_xaxes(tickmode="array", tickvals=numbers, ticktext=names)
+    made.update_yaxes(rangemode="tozero")
+    made.update_xaxes(range=[0.5, len(numbers) + 0.5])
+    label = f"predicted force, torque and power of {len(numbers)} cuts with 95 % intervals"
+    return figures.as_html(made, "predicted", height_px=PLOT_PX * len(titles), label=label)
+
+
+def _title(one: Quantity, limit: float | None) -> str:
+    what = {"torque.spindle": "Spindle torque", "spindle.power": "Cutting power"}
+    name = what.get(one.channel, f"Force {one.channel[-1].upper()}")
+    return f"{name} [{one.unit}]" + ("" if limit is None else f", limit ± {limit:g} {one.unit}")
+
+
+def _traces(one: Quantity, answer: Answer) -> list[go.Scatter]:
+    """Return the means, and the peaks beside them; warned of where a limit may go."""
+    warned = {(each.cut, each.axis) for each in answer.exceeds if each.unit == one.unit}
+    marks: dict[tuple[str, str], list[tuple[float, Interval, str]]] = {}
+    for number, cut in enumerate(answer.cuts, start=1):
+        peak = None if cut.peaks is None else one.of(cut.peaks)
+        tone = "warn" if (number, one.axis) in warned else "corrected"
+        for found, name, aside in (
+            (one.of(cut), "mean" if peak else "predicted", -SIDE if peak else 0.0),
+            (peak, f"peak {cut.of_what}", SIDE),
+        ):
+            if found is not None:
+                marks.setdefault((name, tone), []).append((number + aside, found, cut.name))
+    return [_marked(some, name, tone, one.unit) for (name, tone), some in marks.items()]
+
+
+def _marked(
+    some: Sequence[tuple[float, Interval, str]], name: str, tone: str, unit: str
+) -> go.Scatter:
+    x = np.array([at for at, _, _ in some])
+    value, low, high = (np.array([getattr(i, end) for _, i, _ in some])
+                        for end in ("value", "low", "high"))  # fmt: skip
+    hover = [
+        f"{figures.plain(cut)}, {name}<br>{figures.number(i.value)} "
+        f"({figures.span(i.low, i.high, unit)})"
+        for _, i, cut in some
+    ]
+    bars = {
+        "type": "data", "symmetric": False, "array": high - value, "arrayminus": value - low,
+        "color": figures.colour(tone), "thickness": 1.6, "width": 4,
+    }  # fmt: skip
+    symbol = "diamond-open" if name.startswith("peak") else "circle"
+    return go.Scatter(
+        x=x,
+        y=value,
+        mode="markers",
+        name=name,
+        marker={"color": figures.colour(tone), "size": 8, "symbol": symbol},
+        error_y=bars,
+        text=hover,
+        hoverinfo="text",
+    )
+
+
+def _draw_limit(
+    made: go.Figure, row: int, one: Quantity, answer: Answer, limit: float | None
+) -> None:
+    """Draw a limit on the sides of zero where forces are, unless it is FAR beyond them."""
+    if limit is None:
+        return
+    ends = [
+        end
+        for cut in answer.cuts
+        for found in (one.of(cut), None if cut.peaks is None else one.of(cut.peaks))
+        if found is not None
+        for end in (found.low, found.high)
+    ]
+    for reach, side in ((max(ends), 1.0), (-min(ends), -1.0)):
+        if reach * FAR >= limit:
+            across = np.array([0.5, len(answer.cuts) + 0.5])
+            line = {"dash": "dash", "width": 1.5}
+            level = np.full(2, side * limit)
+            made.add_trace(
+                figures.line(across, level, tone="warn", name="limit", line=line), row=row, col=1
+            )

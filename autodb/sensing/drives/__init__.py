@@ -1,0 +1,1 @@
+"""Feed drives: identified from moves, and the load told by their effort."""

@@ -1,0 +1,292 @@
+"""Identify a feed axis from its moves: the terms of its drive effort (P0 section 2.2, P2).
+
+Air moves give the drive's own unit: amperes stay amperes. Kilograms and newtons need an effort in
+newtons (a torque constant from the data sheet, a known mass, a push against a load cell).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.errors import UnusableInput, near
+from autodb.files.channels import ROTARY_AXES
+from autodb.records import Recording
+from autodb.sensing.drives.fit.axis_fit import fitted, plain_fit
+from autodb.sensing.drives.fit.axis_model import (
+    Beliefs,
+    Identified,
+    IdentifiedTerm,
+    PlainFit,
+    predicted,
+    term_called,
+)
+from autodb.sensing.drives.fit.cogging import Tried, with_best_cogging
+from autodb.sensing.drives.fit.discrepancy import OffLaw
+from autodb.sensing.drives.fit.linearised import linearised, shaped
+from autodb.sensing.drives.fit.ripples import Ripple, strongest_ripple
+from autodb.sensing.drives.fit.steady import friction_deviation
+from autodb.sensing.drives.moves.motion import term_inputs
+from autodb.sensing.drives.moves.passes import swept
+from autodb.sensing.drives.moves.prepared import SPINDLE, Prepared, prepared
+from autodb.sensing.drives.moves.protocol import (
+    WAY_MM,
+    Protocol,
+    default_protocol,
+    means_by_way,
+    means_of,
+)
+from autodb.terms import COGGING, Channel, Contribution, Parameter
+from autodb.terms.channel import Part
+from autodb.terms.ripple import NODES
+
+Array = NDArray[np.float64]
+
+SYMMETRIC = ("inertia", "viscous", "coulomb", "gravity")
+"""The terms that moves in air excite on any axis: the symmetric model of Janot 2019."""
+SPINDLE_FOUR = ("inertia", "viscous", "coulomb", "windage")
+IDENTIFIABLE = (
+    *SYMMETRIC,
+    "stribeck",
+    "asymmetry",
+    "position_friction",
+    "spring",
+    "cogging",
+    "cross_coupling",
+    "warmup",
+    "presliding",
+    "backlash",
+    "compliance",
+    "lag",
+    "windage",
+)
+"""Terms that belong to a machine; the others belong to one recording."""
+GIVEN = {
+    "stribeck": {"exponent"},
+    "position_friction": {"middle"},
+    "spring": {"rest"},
+    "warmup": {"levelling"},
+}
+"""Shape parameters that are taken as given: the moves of one recording hardly show them."""
+WAVE_ROWS = 4
+"""Rows that show a wave of a ripple: at its crests and between them. Chosen."""
+SPREAD_CUTOFFS_HZ = (50.0, 75.0, 100.0, 150.0, 200.0)
+
+
+def identify(
+    recording: Recording,
+    *,
+    axis: str | None = None,
+    protocol: Protocol | None = None,
+    terms: Sequence[str] | None = None,
+    beliefs: Beliefs | None = None,
+    by_way: bool | None = None,
+) -> Identified:
+    """Identify the terms of one axis' effort; the symmetric four if ``terms`` are not given.
+
+    With ``axis`` `spindle` those of the spindle's torque or current over its speed.
+
+    Shape parameters by variable projection on ordinary least squares; then all parameters again, on
+    means of as many rows as the protocol keeps one of, with friction free to deviate from its law
+    over speed and with coloured noise (``fitting.deviation``), which is what their values and
+    covariance come from. ``beliefs``: what an earlier version knows, its given shape included: the
+    other numbers are about that shape. ``by_way``: the moves are a sweep over speeds, whose slow
+    passes count by the way gone (``means_by_way``); None: where their passes say so (``swept``).
+
+    Raises UnusableInput for names that cannot be identified, without effort or position, or when
+    no term is excited.
+    """
+    given = beliefs.others if beliefs else {}
+    begun = _begun(recording, axis, protocol, terms, given)
+    rows = begun.rows
+    way = swept(recording, rows.axis) if by_way is None else by_way
+    means = rows.by(_by_way(begun) if way else means_of(rows.protocol))
+    parts, tried = shaped(means, begun.parts), tuple[Tried, ...]()
+    if begun.ripple is not None and begun.ripple.term is COGGING:
+        parts, tried = with_best_cogging(means, parts, begun.ripple)
+    found = fitted(means, parts, beliefs, published=rows, uneven=way)
+    return replace(found, cogging=tried)
+
+
+def _by_way(begun: "_Begun") -> Protocol:
+    """Return means by the way gone, short enough to show what is periodic: WAVE_ROWS over each wave
+    of friction at least, one a node of a table of cogging.
+    """
+    rows, ripple, way_mm = begun.rows, begun.ripple, WAY_MM
+    if ripple is not None:
+        shortest = ripple.pole / NODES if ripple.term is COGGING else ripple.period / WAVE_ROWS
+        way_mm = min(WAY_MM, shortest)
+    return means_by_way(rows.protocol, rows.inputs["velocity"], rate_hz=rows.rate_hz, way_mm=way_mm)
+
+
+def plain(
+    recording: Recording,
+    *,
+    axis: str | None = None,
+    protocol: Protocol | None = None,
+    terms: Sequence[str] | None = None,
+) -> PlainFit:
+    """Return ordinary least squares of the same terms: what published methods print."""
+    begun = _begun(recording, axis, protocol, terms, {})
+    return plain_fit(begun.rows, shaped(begun.rows, begun.parts))
+
+
+@dataclass(frozen=True)
+class _Begun:
+    """The rows at the protocol, and the parts where a search for their shape begins."""
+
+    rows: Prepared
+    parts: tuple[Part, ...]
+    ripple: Ripple | None
+
+
+def _begun(
+    recording: Recording,
+    axis: str | None,
+    protocol: Protocol | None,
+    terms: Sequence[str] | None,
+    given: Mapping[tuple[str, str], float],
+) -> _Begun:
+    """Return where a search for the shape of the terms begins.
+
+    `cogging` is looked for at the full rate in what the other terms leave; where friction carries
+    the ripple it becomes periodic position friction. Rows are then kept often enough to show it.
+    """
+    rows = prepared(recording, axis=axis, protocol=protocol)
+    kind = kind_of(rows.axis)
+    terms = terms or (SPINDLE_FOUR if kind == "spindle" else SYMMETRIC)
+    known = [name for name in IDENTIFIABLE if kind in term_called(name, _form(name, kind)).channels]
+    for name in terms:
+        if name not in known:
+            raise UnusableInput(
+                f"--terms: '{name}' cannot be identified from moves of {rows.axis}"
+                f"{near(name, known)}; known: {', '.join(known)}"
+            )
+    parts = tuple(p for name in terms if name != "cogging" for p in _starting(rows, name, given))
+    if not any(isinstance(part.term, Contribution) for part in parts):
+        raise UnusableInput(
+            f"--terms: {', '.join(terms)} only change what others add; with "
+            f"{','.join(SYMMETRIC)} beside them it would work"
+        )
+    found = None
+    if "cogging" in terms:
+        found = find_ripple(rows, parts)
+        if found is None:
+            raise UnusableInput(
+                f"{rows.path}: no ripple over the travel stands out of what the other terms leave; "
+                "without 'cogging' it would work"
+            )
+        parts = (*parts, Part(found.term, {"period": found.period}, ("period",)))
+        if protocol is None:
+            rows = rows.by(_fine_enough(rows, found.period))
+    return _Begun(rows, parts, found)
+
+
+def kind_of(axis: str) -> Channel:
+    """Return which terms an axis' effort may have."""
+    return "spindle" if axis == SPINDLE else "rotary" if axis in ROTARY_AXES else "axis"
+
+
+def _form(name: str, kind: Channel) -> str:
+    """Return the form of a term on an axis: weight turns with a rotary one."""
+    return "tilt" if name == "gravity" and kind == "rotary" else ""
+
+
+def _fine_enough(rows: Prepared, period: float) -> Protocol:
+    """Return the protocol with WAVE_ROWS rows a wave of the ripple at the top speed."""
+    passing_hz = float(np.max(np.abs(rows.inputs["velocity"]))) / period
+    factor = int(rows.rate_hz / (WAVE_ROWS * passing_hz))
+    return replace(rows.protocol, decimate=max(1, min(rows.protocol.decimate, factor)))
+
+
+def _starting(rows: Prepared, name: str, given: Mapping[tuple[str, str], float]) -> list[Part]:
+    """Return the parts of a term at the shape where a search begins, or at the one given."""
+    term = term_called(name, _form(name, kind_of(rows.axis)))
+    fixed = GIVEN.get(name, set())
+    if name == "cross_coupling":
+        others = [n.split(".")[0] for n in rows.inputs if n.endswith(".acceleration")]
+        if not others:
+            raise UnusableInput(
+                f"{rows.path}: cross_coupling needs another axis' position, like 'y.position'"
+            )
+        return [Part(term, of=other) for other in others]
+    shape = {p.name: _start(p, rows) for p in term.shape}
+    shape |= {p: given[name, p] for p in fixed if (name, p) in given}
+    free = tuple(p.name for p in term.shape if p.name not in fixed)
+    return [Part(term, shape, free)]
+
+
+def _start(parameter: Parameter, rows: Prepared) -> float:
+    return rows.middle_mm if parameter.name == "middle" else parameter.starts[0]
+
+
+def find_ripple(rows: Prepared, parts: tuple[Part, ...]) -> Ripple | None:
+    """Return the strongest ripple over the travel in what ``parts`` leave, at the full rate.
+
+    What their friction may deviate by is taken off first: it is no ripple.
+    """
+    whole = rows.by(replace(means_of(rows.protocol), decimate=1))
+    problem = linearised(whole, parts)
+    deviation = friction_deviation(whole, problem)
+    design = np.column_stack([problem.columns, *(deviation.groups if deviation else [])])
+    left = whole.effort - design @ np.linalg.lstsq(design, whole.effort, rcond=1e-10)[0]
+    return strongest_ripple(
+        whole.sampled("position"),
+        whole.sampled("direction"),
+        left,
+    )
+
+
+def spread_over_filters(
+    recording: Recording, *, axis: str | None = None, terms: Sequence[str] | None = None
+) -> list[PlainFit]:
+    """Return plain least squares at 50 to 200 Hz, with and without the anti-alias filter.
+
+    It shows how much of a result is owed to the filter; a recording too slow for 50 Hz has none.
+    """
+    base = default_protocol(recording.rate_hz)
+    return [
+        plain(
+            recording,
+            axis=axis,
+            protocol=replace(base, cutoff_hz=hz, anti_alias=anti_alias),
+            terms=terms,
+        )
+        for anti_alias in (True, False)
+        for hz in SPREAD_CUTOFFS_HZ
+        if hz < 0.5 * recording.rate_hz
+    ]
+
+
+def predict_effort(
+    recording: Recording,
+    axis: str,
+    terms: Sequence[IdentifiedTerm],
+    off_law: OffLaw | None = None,
+) -> Array:
+    """Return the effort (n,) that identified terms give for a recording's motion.
+
+    With ``off_law`` what friction is off their laws is in it.
+    """
+    cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
+    return predicted(terms, term_inputs(recording, axis, cutoff_hz=cutoff_hz), off_law)
+
+
+def cross_test(
+    recording: Recording,
+    axis: str,
+    protocol: Protocol,
+    terms: Sequence[IdentifiedTerm],
+    off_law: OffLaw | None = None,
+) -> float:
+    """Return the relative error of a model on a recording that it was not fitted to."""
+    rows = prepared(recording, axis=axis, protocol=protocol)
+    left = rows.effort - rows.reduced(predicted(terms, rows.inputs, off_law))
+    return float(np.sqrt(np.mean(left**2) / np.mean(rows.effort**2)))
+
+
+def without_ripple(terms: Sequence[IdentifiedTerm]) -> list[IdentifiedTerm]:
+    """Return the terms that are not periodic over the travel."""
+    ripples = {t.key for t in terms if t.parameter == "period"}
+    return [t for t in terms if t.key not in ripples]

@@ -1,0 +1,1 @@
+"""The fit of an axis' terms."""

@@ -1,0 +1,58 @@
+"""What an axis' terms leave of motion that they were not fitted to."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import fitting
+from autodb.sensing.drives.fit.linearised import Linearised
+from autodb.sensing.drives.fit.unevenness import row_roots
+from autodb.sensing.drives.moves.motion import motion_blocks
+from autodb.sensing.drives.moves.prepared import Prepared
+
+Array = NDArray[np.float64]
+
+GAP_S = 0.25
+"""Rows this near to a block left out are not fitted on."""
+
+
+def held_out(rows: Prepared, problem: Linearised) -> Array:
+    """Return what terms leave (m,) of blocks of motion that they were not fitted to.
+
+    A coefficient is believed to add no more than the effort's rms: that of a term which only the
+    few rows of a reversal tell from another would be anything, and wrong elsewhere.
+    """
+    weights, _ = fitting.solve(fitting.triangle(problem.columns, problem.target))
+    noise = float(np.std(problem.target - problem.columns @ weights))
+    return _left(rows, problem.columns, problem.target, _pull(rows, problem, noise))
+
+
+def held_out_off_law(
+    rows: Prepared, problem: Linearised, groups: Sequence[Array], sds: Array
+) -> Array:
+    """Return what terms leave (m,), friction off its laws by ``groups`` (m, k) with ``sds`` each.
+
+    Rows count by how much they scatter, as in the fit of a sweep.
+    """
+    root = row_roots(rows, problem, list(groups))
+    matrix = np.column_stack([problem.columns, *groups]) * root[:, None]
+    target = problem.target * root
+    weights = np.linalg.lstsq(matrix, target, rcond=1e-10)[0]
+    noise = float(np.sqrt(fitting.long_run_variance(target - matrix @ weights)))
+    free = np.repeat(noise / sds, [group.shape[1] for group in groups])
+    pull = np.concatenate([_pull(rows, problem, noise), free])
+    return _left(rows, matrix, target, pull) / root
+
+
+def _pull(rows: Prepared, problem: Linearised, noise: float) -> Array:
+    adds = [p not in part.term.shape for part, p in problem.names]
+    effort_rms = float(np.sqrt(np.mean(rows.effort**2)))
+    size = np.sqrt(np.mean(problem.columns**2, axis=0))
+    return np.where(adds, noise * size / effort_rms, 0.0)
+
+
+def _left(rows: Prepared, matrix: Array, target: Array, pull: Array) -> Array:
+    blocks = motion_blocks(rows.sampled("t"), rows.sampled("direction"))
+    gap = round(GAP_S * rows.rate_hz / rows.protocol.decimate)
+    return fitting.held_out(matrix, target, blocks, gap=gap, pull=pull)

@@ -1,0 +1,65 @@
+"""A fit of an axis' parts around their shape, and its parameters by name."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import fitting
+from autodb.sensing.drives.fit.axis_model import IdentifiedTerm, Moved, unit_in
+from autodb.sensing.drives.fit.linearised import Linearised
+from autodb.sensing.drives.fit.steady import Deviation
+from autodb.sensing.drives.moves.prepared import Prepared
+from autodb.terms import Parameter
+from autodb.terms.channel import Part
+
+Array = NDArray[np.float64]
+Name = tuple[Part, Parameter]
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A fit around a shape: ``values`` (p,) and ``covariance`` (p, p) of ``problem.names``;
+    ``weights`` (m,) of the deviation's columns.
+    """
+
+    problem: Linearised
+    fit: fitting.Deviating
+    deviation: Deviation | None
+    values: Array
+    covariance: Array
+    weights: Array
+    moved: tuple[Moved, ...] = ()
+
+    def weights_with(self, values: Array) -> Array:
+        """Return the deviation's weights (m,), given other ``values`` (p,) of the law."""
+        p = self.fit.columns
+        scale = np.sqrt(np.diag(self.fit.covariance))
+        unit = self.fit.covariance / np.outer(scale, scale)
+        change = (values - self.values) / scale
+        pushed = np.linalg.lstsq(unit, change, rcond=1e-12)[0] / scale
+        return np.asarray(self.weights + self.fit.whole_covariance[p:, :p] @ pushed)
+
+
+def named(name: Name, value: float, sd: float | None, rows: Prepared) -> IdentifiedTerm:
+    """Return a parameter with its value and sd, as a model keeps it."""
+    part, parameter = name
+    return IdentifiedTerm(
+        term=part.term.name,
+        parameter=parameter.name,
+        value=float(value),
+        sd=sd,
+        unit=unit_in(parameter, rows.unit, rows.axis),
+        form=part.term.form,
+        of=part.of,
+    )
+
+
+def given_shape(parts: tuple[Part, ...], rows: Prepared) -> list[IdentifiedTerm]:
+    """Return the shape parameters that were taken as given."""
+    return [
+        named((part, p), part.shape[p.name], 0.0, rows)
+        for part in parts
+        for p in part.term.shape
+        if p.name not in part.free
+    ]

@@ -1,0 +1,1 @@
+"""Moves of an axis as recorded: passes, motion, filtering."""

@@ -1,0 +1,142 @@
+"""One axis' recording, filtered and reduced, ready to be fitted."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.errors import UnusableInput
+from autodb.files.channels import axis_of, effort_channels, rotary_efforts
+from autodb.records import Recording
+from autodb.sensing.drives.moves.motion import spindle_inputs, term_inputs
+from autodb.sensing.drives.moves.protocol import Protocol, default_protocol
+
+Array = NDArray[np.float64]
+
+SHORTEST_ROWS = 100
+SPINDLE = "spindle"
+SPINDLE_EFFORTS = ("torque.spindle", "spindle.current")
+
+
+def effort_channel(recording: Recording, axis: str | None) -> str:
+    """Return the effort channel of ``axis``, or the only one there is.
+
+    The spindle's, torque before current, only where ``axis`` is `spindle`.
+
+    Raises UnusableInput where there is none or the choice is open.
+    """
+    if axis == SPINDLE:
+        return _spindle_effort(recording)
+    found = _efforts(list(recording.channels), axis)
+    if not found:
+        gaps = _efforts(list(recording.unusable), axis)
+        if gaps:
+            raise UnusableInput(recording.unusable[gaps[0]])
+        wanted = f"{axis or 'x'}.current"
+        raise UnusableInput(
+            f"{recording.path}: no drive effort; a channel '{wanted}' or "
+            f"'{axis or 'x'}.drive_force' would work{recording.near(wanted)}"
+        )
+    if len({axis_of(name) for name in found}) > 1:
+        raise UnusableInput(f"{recording.path}: several axes ({', '.join(found)}); give --axis")
+    return found[0]
+
+
+def _efforts(names: list[str], axis: str | None) -> list[str]:
+    """Return the efforts of an axis; of all linear ones, or else of the rotary ones."""
+    if axis is None:
+        return effort_channels(names) or rotary_efforts(names)
+    both = [*effort_channels(names), *rotary_efforts(names)]
+    return [name for name in both if axis_of(name) == axis]
+
+
+def _spindle_effort(recording: Recording) -> str:
+    for name in SPINDLE_EFFORTS:
+        if recording.get(name) is not None:
+            return name
+    raise UnusableInput(
+        f"{recording.path}: no spindle effort; a channel 'spindle.current' or 'torque.spindle' "
+        f"would work{recording.near('spindle.current')}"
+    )
+
+
+def effort_axis(recording: Recording, axis: str | None) -> str:
+    """Return the axis that is identified: ``axis``, or the only one with an effort."""
+    return axis or axis_of(effort_channel(recording, axis))
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """One axis' recording, ready to be fitted.
+
+    ``inputs`` (n,) and ``whole_effort`` (n,) at every row, ``effort`` (m,) as reduced.
+    """
+
+    path: str
+    axis: str
+    channel: str
+    unit: str
+    inputs: dict[str, Array]
+    effort: Array
+    whole_effort: Array
+    protocol: Protocol
+    rate_hz: float
+
+    def by(self, protocol: Protocol) -> "Prepared":
+        """Return the same recording reduced by another protocol."""
+        smooth = protocol.smoothed(self.whole_effort, rate_hz=self.rate_hz)
+        effort = protocol.reduced(smooth, rate_hz=self.rate_hz)
+        return replace(self, effort=effort, protocol=protocol)
+
+    def reduced(self, values: Array) -> Array:
+        """Return values (n,) or (n, k) as the effort was reduced, (m,) or (m, k)."""
+        return self.protocol.reduced(values, rate_hz=self.rate_hz)
+
+    def sampled(self, name: str) -> Array:
+        """Return an input (m,) at the rows that are kept."""
+        return self.protocol.sampled(self.inputs[name], rate_hz=self.rate_hz)
+
+    @property
+    def middle_mm(self) -> float:
+        """Middle of the travel; 0 where there is none."""
+        place = self.inputs.get("position", np.zeros(1))
+        return 0.5 * float(place.min() + place.max())
+
+
+def prepared(
+    recording: Recording, *, axis: str | None = None, protocol: Protocol | None = None
+) -> Prepared:
+    """Filter and reduce one axis of a recording.
+
+    Raises UnusableInput without effort or position, or when it is too short or all zero.
+    """
+    channel = effort_channel(recording, axis)
+    if len(recording) < SHORTEST_ROWS:
+        raise UnusableInput(
+            f"{recording.path}: {len(recording)} rows are too few to identify an axis; "
+            f"{SHORTEST_ROWS} would work"
+        )
+    rate_hz = recording.rate_hz
+    protocol = protocol or default_protocol(rate_hz)
+    name = effort_axis(recording, axis)
+    of = spindle_inputs if name == SPINDLE else term_inputs
+    inputs = of(recording, name, cutoff_hz=protocol.cutoff_hz)
+    effort = protocol.smoothed(recording[channel], rate_hz=rate_hz)
+    rows = protocol.reduced(effort, rate_hz=rate_hz)
+    if len(rows) < 50:
+        raise UnusableInput(f"{recording.path}: too short to identify an axis; 2 s would work")
+    if not np.any(np.abs(inputs["direction"]) >= 1.0):
+        raise UnusableInput(f"{recording.path}: {name} does not move enough to identify it")
+    if not np.any(rows):
+        raise UnusableInput(f"{recording.path}: {channel} is zero in every row")
+    return Prepared(
+        path=str(recording.path),
+        axis=name,
+        channel=channel,
+        unit=recording.unit(channel),
+        inputs=inputs,
+        effort=rows,
+        whole_effort=recording[channel],
+        protocol=protocol,
+        rate_hz=rate_hz,
+    )

@@ -1,0 +1,141 @@
+"""Recordings as networks take them: motion of axes, known forces, pieces, and their errors."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.errors import UnusableInput
+from autodb.fitting import NORMAL_95
+from autodb.records import Recording
+from autodb.sensing.drives.moves.motion import motion
+from autodb.sensing.drives.moves.protocol import default_protocol
+from autodb.sensing.network.drive_loads import Drive
+from autodb.sensing.network.greybox import SPINDLE, GreyBox, Recorded, loads_of
+from autodb.sensing.network.learning import left_out
+from autodb.sensing.network.stream import forces
+
+Array = NDArray[np.float64]
+
+PIECES, GAP_S = 8, 1.0
+"""Fewer recordings are cut into so many pieces together, with a gap between them."""
+SHORTEST_S = 2.0
+"""Length of a piece below which it tells too little."""
+SAME_RATE = 0.01
+"""Share by which rates of recordings may differ."""
+
+
+@dataclass(frozen=True)
+class Scored:
+    """Errors of a component in recordings that were left out, N: the network's and the drive
+    model's; the share of rows within 95 % intervals; up to which frequency it is told.
+    """
+
+    component: str
+    rmse_N: float
+    drive_rmse_N: float
+    held: float
+    cutoff_hz: float
+
+
+def channels_of(recording: Recording, drives: Mapping[str, Drive]) -> dict[str, Array]:
+    """Return what networks and drive models take; motion that was not recorded is derived."""
+    found: dict[str, Array] = {}
+    cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
+    for axis, drive in drives.items():
+        moved = motion(recording, axis, cutoff_hz=cutoff_hz)
+        found |= {
+            f"{axis}.position": moved.position,
+            f"{axis}.velocity": moved.velocity,
+            f"{axis}.acceleration": moved.acceleration,
+            drive.model.channel: recording[drive.model.channel],
+        }
+    return found | {name: recording[name] for name in SPINDLE if name in recording}
+
+
+def known_of(
+    recordings: Sequence[Recording], drives: Mapping[str, Drive]
+) -> tuple[list[Recorded], bool]:
+    """Return pieces of recordings with their known forces, and whether they are of air.
+
+    Where no recording has a force of one of the axes, they are moves in air and it is 0.
+
+    Raises UnusableInput where some have a force that others lack, or a recording is too short.
+    """
+    has = {axis: [f"force.{axis}" in one for one in recordings] for axis in drives}
+    told = [axis for axis, those in has.items() if any(those)]
+    for axis in told:
+        if not all(has[axis]):
+            lacks = recordings[has[axis].index(False)]
+            raise UnusableInput(
+                f"{lacks.path}: no channel 'force.{axis}', which others have; recordings with the "
+                "same forces would work"
+            )
+    found = []
+    count = -(-PIECES // len(recordings))
+    for one in recordings:
+        channels = channels_of(one, drives)
+        zero = np.zeros(len(one))
+        known = {a: one[f"force.{a}"] if told else zero for a in told or drives}
+        found += [_cut(channels, known, rows) for rows in _pieces(one, count)]
+    return found, not told
+
+
+def _cut(channels: Mapping[str, Array], known: Mapping[str, Array], rows: slice) -> Recorded:
+    return Recorded(
+        {name: values[rows] for name, values in channels.items()},
+        {name: values[rows] for name, values in known.items()},
+    )
+
+
+def _pieces(recording: Recording, count: int) -> list[slice]:
+    """Return rows of pieces of a recording, with a gap between them."""
+    rows, gap = len(recording), round(GAP_S * recording.rate_hz) if count > 1 else 0
+    long = (rows - (count - 1) * gap) // count
+    if long < SHORTEST_S * recording.rate_hz:
+        raise UnusableInput(
+            f"{recording.path}: {rows / recording.rate_hz:.3g} s are too short to train on; "
+            f"{count * SHORTEST_S + (count - 1) * GAP_S:g} s, or {PIECES} recordings, would work"
+        )
+    return [slice(k * (long + gap), k * (long + gap) + long) for k in range(count)]
+
+
+def rate_of(recordings: Sequence[Recording]) -> float:
+    """Return the rate of all recordings; raises UnusableInput naming one of another."""
+    first = recordings[0]
+    for one in recordings:
+        if abs(one.rate_hz / first.rate_hz - 1.0) > SAME_RATE:
+            raise UnusableInput(
+                f"{one.path}: {one.rate_hz:g} Hz, and {first.path.name} has {first.rate_hz:g} Hz; "
+                "recordings of one rate would work"
+            )
+    return first.rate_hz
+
+
+def scored(
+    box: GreyBox, drives: Mapping[str, Drive], known: Sequence[Recorded]
+) -> tuple[Scored, ...]:
+    """Return how near a grey box and its drive models come in what was left out in training."""
+    tables = box.tables(drives)
+    off: list[Array] = []
+    drive: list[Array] = []
+    held: list[Array] = []
+    for one in (known[k] for k in left_out(len(known))):
+        told, loads = forces(box, tables, one.channels), loads_of(tables, one.channels)
+        true = np.column_stack([one.force_N[c] for c in box.components])
+        load = np.column_stack([loads[c] for c in box.components])
+        off.append(np.mean((told.force_N - true) ** 2, axis=0))
+        drive.append(np.mean((-load - true) ** 2, axis=0))
+        held.append(np.mean(np.abs(told.force_N - true) <= NORMAL_95 * told.sd_N, axis=0))
+    errors, drives_, shares = (np.mean(one, axis=0) for one in (off, drive, held))
+    return tuple(
+        Scored(
+            component,
+            float(np.sqrt(errors[k])),
+            float(np.sqrt(drives_[k])),
+            float(shares[k]),
+            float(box.cutoff_hz[k]),
+        )
+        for k, component in enumerate(box.components)
+    )

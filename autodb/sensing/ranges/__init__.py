@@ -1,0 +1,1 @@
+"""Current ranges calibrated against known forces, and force sensed by them."""

@@ -1,0 +1,390 @@
+"""Calibrate an axis current against known forces, and sense force with it (P1 sections 8-9).
+
+Force for the feed axes, torque T for the spindle, F_y = T/r_e, each in one of the forms of
+``sensing.forms``. I is the rise of the current range over air cutting where both ranges are known.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import fitting
+from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
+from autodb.errors import UnusableInput
+from autodb.records import CutTable
+from autodb.sensing.ranges.choosing import FOLDS, assessed, best, close, left_out, tried
+from autodb.sensing.ranges.error_kinds import DAY_SHARE, ErrorKinds, Fitted, apart
+from autodb.sensing.ranges.forms import (
+    FEED_FORMS,
+    FEED_SETS,
+    SPINDLE_FORMS,
+    SPINDLE_SETS,
+    TANGENTIAL_FORMS,
+    Felt,
+    Form,
+)
+from autodb.sensing.ranges.forms.noisy import by_current
+from autodb.sensing.ranges.grouping import (
+    CONDITION,
+    MIN_GROUPS,
+    grouping,
+    materials_of,
+    several,
+)
+from autodb.sensing.ranges.outliers import Outlier, outliers
+from autodb.sensing.ranges.transients import transients
+from autodb.sensing.ranges.validity import ANY, Holds
+
+Array = NDArray[np.float64]
+
+COMPONENT_OF_AXIS = {"x": "x", "z": "z", "spindle": "y"}
+FEED_AXES = ("x", "z")
+OFFER_R_SQUARED = 0.3
+"""A calibration is offered when the lower 95 % bound of R² on groups left out is above this."""
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Errors on groups left out: RMSE in the target's unit, R² with its 95 % interval."""
+
+    n: int
+    rmse: float
+    r_squared: float
+    r_squared_low: float
+    r_squared_high: float
+    groups: int
+    grouped_by: str
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A fitted form: ``coefficients`` (p,), their covariance (p, p), and the kinds of error.
+
+    ``trials``: root mean square error on groups left out of each form tried (NaN: not held).
+    ``close``: labels of forms that would do as well; known where it is fitted, and not kept.
+    ``holds``: of which cuts it tells the force.
+    """
+
+    form: Form
+    axis: str
+    component: str
+    channel: str
+    current_unit: str
+    unit: str
+    coefficients: Array
+    covariance: Array
+    errors: ErrorKinds
+    scores: Scores
+    scores_with_transients: Scores
+    transients: tuple[float, ...]
+    outliers: tuple[Outlier, ...]
+    trials: dict[str, float]
+    current_low: float
+    current_high: float
+    close: tuple[str, ...] = ()
+    holds: Holds = ANY
+
+    @property
+    def called(self) -> str:
+        """The axis, with what the calibration holds for where it does not hold for any cut."""
+        return f"{self.axis} ({self.holds.words()})" if self.holds != ANY else self.axis
+
+    @property
+    def shared_covariance(self) -> Array:
+        """Covariance of coefficients and offset that is common to all that is sensed with them.
+
+        (p + 1, p + 1), or (p, p) where no offset was looked for.
+        """
+        shared = self.errors.shared(self.form.scaling(self.coefficients))
+        p = len(self.coefficients)
+        shared[:p, :p] += self.covariance
+        return shared
+
+    def trials_words(self) -> str:
+        """Return the errors of the forms tried, the one taken first."""
+        taken = self.form.label
+        rest = [f"{error:.3g} {name}" for name, error in self.trials.items() if name != taken]
+        first = f"{self.trials[taken]:.3g} {self.unit} {taken}" if taken in self.trials else taken
+        return f"{first} (taken)" + "".join(f", {one}" for one in rest)
+
+    @property
+    def offered(self) -> bool:
+        """Whether the axis feels force well enough to be used."""
+        return self.scores.r_squared_low > OFFER_R_SQUARED
+
+    @property
+    def verdict(self) -> str:
+        """One sentence: offered or refused, with the figure that decided."""
+        s = self.scores
+        what = f"R² {s.r_squared:.3f} (95 % {s.r_squared_low:.3f} to {s.r_squared_high:.3f})"
+        verb, side = ("offered", "above") if self.offered else ("refused", "not above")
+        return (
+            f"{verb}: {what} on the {s.grouped_by} left out, lower bound {side} {OFFER_R_SQUARED}"
+        )
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """Force of every row: value and per-cut sd (NaN where not sensed), and why not.
+
+    ``common`` is the derivative of the force by the calibration's coefficients and offset, a column
+    for each of the shared covariance: the error that all rows share is common · N(0, shared).
+    """
+
+    force_N: Array
+    sd_N: Array
+    common: Array
+    not_sensed: list[str | None]
+
+
+def current_signal(table: CutTable, axis: str) -> tuple[str, Array] | None:
+    """Return name and values (n,) of the current that an axis feels force with, or None.
+
+    The rise of the range over its air value where both are there, else the range, else the current.
+    """
+    cut, air = table.get(f"{axis}.current.range"), table.get(f"{axis}.current.air")
+    if cut is not None and air is not None:
+        return f"{axis}.current.range − {axis}.current.air", cut - air
+    for name in (f"{axis}.current.range", f"{axis}.current"):
+        if name in table:
+            return name, table[name]
+    return None
+
+
+@dataclass(frozen=True)
+class Points:
+    """What a form is fitted to: rows (m,) in which the axis moves and the target is known."""
+
+    channel: str
+    unit: str
+    cut: Array
+    felt: Felt
+    target: Array
+    groups: NDArray[np.generic]
+    grouped_by: str
+
+    def at(self, rows: NDArray[np.bool_]) -> "Points":
+        """Return some of the rows."""
+        return replace(
+            self,
+            cut=self.cut[rows],
+            felt=self.felt.at(rows),
+            target=self.target[rows],
+            groups=self.groups[rows],
+        )
+
+
+def calibration_points(table: CutTable, axis: str, *, force_N: Array | None = None) -> Points:
+    """Return the current and the reference force or torque of the cuts in which an axis moves.
+
+    ``force_N`` (n,) are the reference forces (NaN: none); default the table's own ``force.*``.
+
+    Raises UnusableInput when the current, the force or enough independent groups are missing.
+    """
+    component = COMPONENT_OF_AXIS[axis]
+    signal = current_signal(table, axis)
+    if signal is None:
+        raise UnusableInput(f"{table.path}: no channel '{axis}.current' or '{axis}.current.range'")
+    force = table[f"force.{component}"] if force_N is None else force_N
+    target, unit = _target(table, axis, force)
+    used = moving(table, axis) & np.isfinite(target) & np.isfinite(signal[1])
+    groups, grouped_by = grouping(table, used)
+    if len(np.unique(groups)) < MIN_GROUPS:
+        raise UnusableInput(
+            f"{table.path}: {axis}: {len(np.unique(groups))} independent groups of cuts with "
+            f"force.{component}; {MIN_GROUPS} or more would work"
+        )
+    return Points(
+        channel=signal[0],
+        unit=unit,
+        cut=table.cut[used],
+        felt=_felt(table, axis, signal[1]).at(used),
+        target=target[used],
+        groups=groups,
+        grouped_by=grouped_by,
+    )
+
+
+def calibrate(
+    table: CutTable, axis: str, *, force_N: Array | None = None, reference_share: float = 0.0
+) -> Calibration:
+    """Fit one axis' form on the cuts in which it moves, scored on groups left out.
+
+    ``force_N`` as in ``calibration_points``. ``reference_share``: relative standard deviation that
+    all references share.
+
+    Raises UnusableInput when the current, the force or enough independent groups are missing.
+    """
+    points = calibration_points(table, axis, force_N=force_N)
+    sudden = transients(points.felt.current, points.target, points.groups)
+    sound = points.at(~sudden)
+    forms = _forms(table, axis, points.unit)
+    trials = tried(forms, sound.felt, sound.target, sound.groups, folds=FOLDS)
+    form = best(trials, sound.groups).form
+    law = form.fit(sound.felt, sound.target)
+    scores = _scores(assessed(trials, sound.groups), sound)
+    estimate = law.form.value(law.coefficients, sound.felt)
+    slopes, off = law.form.slopes(law.coefficients, sound.felt), sound.target - estimate
+    order = np.argsort(sound.cut)
+    errors, covariance = apart(
+        Fitted(
+            estimate[order],
+            off[order],
+            slopes[order],
+            law.covariance,
+            None if sound.grouped_by == CONDITION else sound.groups[order],
+            sound.felt.at(order).current_sd,
+            by_current(law.form, law.coefficients, sound.felt.at(order))[0],
+        ),
+        rmse=scores.rmse,
+        day_share=DAY_SHARE[axis],
+        reference_share=reference_share,
+    )
+    return Calibration(
+        form=law.form,
+        axis=axis,
+        component=COMPONENT_OF_AXIS[axis],
+        channel=points.channel,
+        current_unit=table.unit(points.channel.split(" − ", maxsplit=1)[0]),
+        unit=points.unit,
+        coefficients=law.coefficients,
+        covariance=covariance,
+        errors=errors,
+        scores=scores,
+        scores_with_transients=_scores(_of_all(form, points), points) if sudden.any() else scores,
+        transients=tuple(points.cut[sudden].tolist()),
+        outliers=outliers(law, slopes, off, sound.cut),
+        trials={trial.form.label: trial.rmse for trial in trials},
+        close=tuple(one.label for one in close(trials, sound.groups)),
+        current_low=float(sound.felt.current.min()),
+        current_high=float(sound.felt.current.max()),
+    )
+
+
+def _of_all(form: Form, points: Points) -> Array:
+    """Return the errors (m,) on groups left out of one form, transients among them."""
+    return left_out(form, points.felt, points.target, points.groups, folds=FOLDS)
+
+
+def _forms(table: CutTable, axis: str, unit: str) -> tuple[Form, ...]:
+    """Return the forms to try: only rules that the cuts' own conditions cannot carry alone.
+
+    A system that sees feed and depth can learn the force of one material by heart and needs no
+    current then; it is tried where several materials were cut.
+    """
+    learned = several(materials_of(table))
+    if axis in FEED_AXES:
+        return (*FEED_FORMS, *(FEED_SETS if learned else ()))
+    if unit != "N·m":
+        return TANGENTIAL_FORMS
+    return (*SPINDLE_FORMS, *(SPINDLE_SETS if learned else ()))
+
+
+def _felt(table: CutTable, axis: str, current: Array) -> Felt:
+    """Return what an axis felt in every row."""
+    names = ("spindle.speed", "cutting.feed", "cutting.depth", "spindle.temperature")
+    speed_rpm, feed_mm, depth_mm, temperature_C = (
+        np.full(len(table), np.nan) if known is None else known for known in map(table.get, names)
+    )
+    feed_mm_s = feed_mm * speed_rpm / 60.0
+    return Felt(
+        current, feed_mm_s, speed_rpm, feed_mm, depth_mm, temperature_C, current_sd(table, axis)
+    )
+
+
+def current_sd(table: CutTable, axis: str) -> Array | None:
+    """Return the standard error (n,) of what ``current_signal`` returns; None where none is known.
+
+    Of a rise it is that of both means; NaN where a cut lacks one.
+    """
+    cut, air = (table.get(f"{axis}.current.{part}.sd") for part in ("range", "air"))
+    if f"{axis}.current.range" in table and f"{axis}.current.air" in table:
+        return None if cut is None or air is None else np.hypot(cut, air)
+    return cut if f"{axis}.current.range" in table else None
+
+
+def _target(table: CutTable, axis: str, force_N: Array) -> tuple[Array, str]:
+    """Return what the line predicts: spindle torque where the torque arm is known, else force."""
+    if axis == "spindle" and "work.diameter" in table and "cutting.depth" in table:
+        return torque_N_m(force_N, _radius_mm(table)), "N·m"
+    return force_N, "N"
+
+
+def _radius_mm(table: CutTable) -> Array:
+    facing = np.array([o == "face" for o in table.texts.get("operation", [""] * len(table))])
+    return effective_radius_mm(table["work.diameter"], table["cutting.depth"], facing=facing)
+
+
+def moving(table: CutTable, axis: str) -> NDArray[np.bool_]:
+    """Return which rows move the axis: a passive one stands still, its current shows nothing."""
+    operations = table.texts.get("operation", [""] * len(table))
+    return np.array([PASSIVE_AXIS.get(operation) != axis for operation in operations])
+
+
+def _scores(errors: Array, points: Points) -> Scores:
+    y, groups = points.target, points.groups
+    low, high = fitting.bootstrap_r_squared(errors, y, groups)
+    return Scores(
+        n=len(y),
+        rmse=float(np.sqrt(np.mean(errors**2))),
+        r_squared=fitting.r_squared(errors, y),
+        r_squared_low=low,
+        r_squared_high=high,
+        groups=len(np.unique(groups)),
+        grouped_by=points.grouped_by,
+    )
+
+
+def sense(table: CutTable, calibration: Calibration) -> Sensed:
+    """Return the force that a calibrated axis feels in every row of a table."""
+    signal = current_signal(table, calibration.axis)
+    n = len(table)
+    if signal is None:
+        why: list[str | None] = [f"no {calibration.axis} current recorded"] * n
+        common = np.zeros((n, len(calibration.shared_covariance)))
+        return Sensed(np.full(n, np.nan), np.full(n, np.nan), common, why)
+    felt_there, form = _felt(table, calibration.axis, signal[1]), calibration.form
+    target = form.value(calibration.coefficients, felt_there)
+    to_N = _newtons_per_target(table, calibration)
+    moves, known = moving(table, calibration.axis), np.isfinite(target * to_N)
+    felt = moves & known
+    still = f"{calibration.axis} stands still: a passive force shows in no current"
+    unknown = (
+        f"no {calibration.axis} current, or no speed, diameter, depth or spindle temperature that "
+        "its calibration takes, for this cut"
+    )
+    reason = [
+        None if ok else still if not moved else unknown
+        for ok, moved in zip(felt, moves, strict=True)
+    ]
+    force = np.where(felt, target * to_N, np.nan)
+    spread = np.hypot(calibration.errors.cut_sd, form.beyond(felt_there))
+    spread = np.hypot(spread, of_current(calibration, felt_there))
+    sd = np.where(felt, spread * np.abs(to_N), np.nan)
+    slopes = form.slopes(calibration.coefficients, felt_there)
+    if calibration.errors.group is not None:
+        slopes = np.column_stack([slopes, np.ones(n)])
+    return Sensed(force, sd, slopes * to_N[:, None], reason)
+
+
+def of_current(calibration: Calibration, felt: Felt) -> Array:
+    """Return the standard deviation (n,) that the currents' own error gives the target.
+
+    A cut that does not state its error has that of the calibration's cuts; where these stated none
+    it is in the error of a cut.
+    """
+    usual = calibration.errors.current_sd
+    if not usual:
+        return np.zeros_like(felt.current)
+    stated = np.full_like(felt.current, np.nan) if felt.stated_sd is None else felt.stated_sd
+    rising, _ = by_current(calibration.form, calibration.coefficients, felt)
+    return np.asarray(np.abs(rising) * np.where(np.isfinite(stated), stated, usual))
+
+
+def _newtons_per_target(table: CutTable, calibration: Calibration) -> Array:
+    if calibration.unit == "N":
+        return np.ones(len(table))
+    if "work.diameter" not in table or "cutting.depth" not in table:
+        return np.full(len(table), np.nan)
+    return 1000.0 / _radius_mm(table)

@@ -1,0 +1,122 @@
+"""Which form an axis' current takes: the plainest that no richer one beats on groups left out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.fitting import Undetermined
+from autodb.sensing.ranges.forms import Felt, Form
+
+Array = NDArray[np.float64]
+Groups = NDArray[np.generic]
+
+FOLDS = 15
+"""Folds that groups are dealt to, at most: up to so many groups each is left out alone."""
+CLOSE = 0.5
+"""Standard errors within which a choice is close. Chosen: half of the margin."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A form that was tried: errors (n,), target − estimate, of cuts left out; None: not held."""
+
+    form: Form
+    errors: Array | None
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square of the errors; NaN where the cuts hold no such form."""
+        return np.nan if self.errors is None else float(np.sqrt(np.mean(self.errors**2)))
+
+
+def tried(
+    forms: Sequence[Form], felt: Felt, target: Array, groups: Groups, *, folds: int
+) -> list[Trial]:
+    """Return the errors on cuts left out of each form that the cuts (n,) can hold."""
+    trials = []
+    for form in forms:
+        if form.fits(felt):
+            try:
+                errors = left_out(form, felt, target, groups, folds=folds)
+            except Undetermined:
+                errors = None
+            trials.append(Trial(form, errors))
+    return trials
+
+
+def best(trials: Sequence[Trial], groups: Groups, *, stricter: float = 0.0) -> Trial:
+    """Return the plainest that no richer one clearly beats; raises Undetermined where none held.
+
+    ``stricter``: standard errors that a richer one has to be better by beyond its margin.
+    """
+    found: Trial | None = None
+    lowest: Array | None = None
+    for trial in trials:
+        if trial.errors is None:
+            continue
+        if lowest is None or _less(trial.errors, lowest, groups) > trial.form.margin + stricter:
+            found, lowest = trial, trial.errors
+    if found is None:
+        raise Undetermined([])
+    return found
+
+
+def close(trials: Sequence[Trial], groups: Groups) -> list[Form]:
+    """Return the forms that would be taken were every margin CLOSE standard errors larger or less.
+
+    A choice next to its threshold is one of them as well as of the form that is taken.
+    """
+    taken = best(trials, groups)
+    others = [best(trials, groups, stricter=by) for by in (-CLOSE, CLOSE)]
+    return [one.form for one in others if one is not taken]
+
+
+def left_out(form: Form, felt: Felt, target: Array, groups: Groups, *, folds: int) -> Array:
+    """Return target − estimate (n,), each group estimated without its fold.
+
+    Raises Undetermined where a fold's other cuts do not hold the form.
+    """
+    errors = np.empty_like(target)
+    for held in _folds(groups, folds):
+        errors[held] = _errors(form, felt, target, held)
+    return errors
+
+
+def _errors(form: Form, felt: Felt, target: Array, held: NDArray[np.bool_]) -> Array:
+    """Return target − estimate of the rows held out, estimated from the others."""
+    law = form.fit(felt.at(~held), target[~held])
+    return target[held] - law.form.value(law.coefficients, felt.at(held))
+
+
+def assessed(trials: Sequence[Trial], groups: Groups) -> Array:
+    """Return target − estimate (n,), also the form chosen without the errors of the group's fold.
+
+    ``trials`` of the forms on the same cuts and FOLDS, which hold all that is needed: nothing is
+    fitted again. To choose from fits that never saw the fold either (Stone 1974, Cross-validatory
+    choice and assessment of statistical predictions) takes four times as long, and gives the same
+    error in the median of 39 axes, 3 % more on average, as it chooses from fewer cuts.
+    """
+    known = [(one.form, one.errors) for one in trials if one.errors is not None]
+    errors = np.empty(len(groups))
+    for held in _folds(groups, FOLDS):
+        others = [Trial(form, left[~held]) for form, left in known]
+        taken = best(others, groups[~held])
+        errors[held] = known[others.index(taken)][1][held]
+    return errors
+
+
+def _folds(groups: Groups, folds: int) -> list[NDArray[np.bool_]]:
+    """Return which rows each fold leaves out; groups are dealt in turn."""
+    names, of = np.unique(groups, return_inverse=True)
+    dealt = of.ravel() % min(folds, len(names))
+    return [dealt == fold for fold in range(int(dealt.max()) + 1)]
+
+
+def _less(errors: Array, others: Array, groups: Groups) -> float:
+    """Return by how many standard errors over groups the squared errors are less on average."""
+    of = np.unique(groups, return_inverse=True)[1].ravel()
+    gain = np.bincount(of, weights=others**2 - errors**2)
+    spread = float(np.std(gain, ddof=1)) if len(gain) > 1 else np.inf
+    return float(np.mean(gain) * np.sqrt(len(gain)) / max(spread, np.finfo(float).tiny))

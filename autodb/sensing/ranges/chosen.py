@@ -1,0 +1,66 @@
+"""Sense cuts with several calibrations of one axis: each cut with the one that holds for it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.records import CutTable
+from autodb.sensing.ranges.calibration import Calibration, sense
+from autodb.sensing.ranges.validity import holds_of, which
+
+
+@dataclass(frozen=True)
+class FeltCut:
+    """One cut: force and its own sd, N, the derivatives ``common`` (p,), or the reason why none.
+
+    ``by``: which calibration felt it.
+    """
+
+    by: int | None
+    force_N: float | None
+    sd_N: float | None
+    common: list[float] | None
+    reason: str | None
+
+
+def sense_each(table: CutTable, calibrations: Sequence[Calibration]) -> list[FeltCut]:
+    """Return what an axis feels in each cut of a table, with the calibration that holds for it.
+
+    Of the calibrations, of one axis, no two hold for the same cut; one that is refused feels
+    nothing.
+    """
+    axis = calibrations[0].axis
+    sensed = [sense(table, one) for one in calibrations]
+    chosen = choose(table, calibrations)
+    felt = []
+    for row, by in enumerate(chosen):
+        reason = by if isinstance(by, str) else sensed[by].not_sensed[row]
+        if isinstance(by, str):
+            felt.append(FeltCut(None, None, None, None, f"{axis} was {reason}"))
+        elif not calibrations[by].offered:
+            felt.append(
+                FeltCut(
+                    None, None, None, None, f"{calibrations[by].called}: {calibrations[by].verdict}"
+                )
+            )
+        elif reason is not None:
+            felt.append(FeltCut(by, None, None, None, reason))
+        else:
+            one = sensed[by]
+            force_N, sd_N = float(one.force_N[row]), float(one.sd_N[row])
+            felt.append(FeltCut(by, force_N, sd_N, one.common[row].tolist(), None))
+    return felt
+
+
+def choose(table: CutTable, calibrations: Sequence[Calibration]) -> list[int | str]:
+    """Return which calibration holds for each cut (n,), or why none does."""
+    known = [one.holds for one in calibrations]
+    return [which(known, cut) for cut in holds_of(table, calibrations[0].axis)]
+
+
+def force_N(table: CutTable, calibrations: Sequence[Calibration]) -> NDArray[np.float64]:
+    """Return the force (n,) that an axis feels, N; NaN where it feels none."""
+    felt = [one.force_N for one in sense_each(table, calibrations)]
+    return np.array([np.nan if force is None else force for force in felt])

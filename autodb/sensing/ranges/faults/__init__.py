@@ -1,0 +1,52 @@
+"""Faults of a calibration's data, named before anything is fitted: a checklist is data."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.records import CutTable
+from autodb.sensing.ranges.faults.check import Check, refuse
+from autodb.sensing.ranges.faults.exchanged import exchanged
+from autodb.sensing.ranges.faults.moves import faults_of_moves
+from autodb.sensing.ranges.faults.relations import Known
+from autodb.sensing.ranges.faults.silent import responses, silent_axes
+from autodb.sensing.ranges.faults.travel import x_over_diameter, x_travels
+from autodb.sensing.ranges.faults.units import units
+
+__all__ = [
+    "Check",
+    "Known",
+    "checks_of_units",
+    "exchanged",
+    "faults_of_moves",
+    "refuse",
+    "silent",
+    "silent_axes",
+    "units",
+    "x_over_diameter",
+    "x_travels",
+]
+
+Array = NDArray[np.float64]
+
+
+def silent(table: CutTable, forces: Mapping[str, Array], axes: Sequence[str]) -> dict[str, Check]:
+    """Return the axes whose current gives nothing, each with the check that failed."""
+    checks = silent_axes(table, forces, axes)
+    return {axis: check for axis, check in checks.items() if not check.passed}
+
+
+def checks_of_units(
+    table: CutTable, axes: Sequence[str], known: Known | None = None
+) -> list[Check]:
+    """Return whether a table's channels are in their units, X as a radius among them.
+
+    Newtons per ampere are asked of axes whose current responds only: noise has no unit.
+    """
+    forces = {
+        name.removeprefix("force."): table[name] for name in table.channels if "force." in name
+    }
+    found = responses(table, forces, axes)
+    heard = [axis for axis, (t, limit) in found.items() if t > limit]
+    return [units(table, axes, heard, known), *x_over_diameter(table)]

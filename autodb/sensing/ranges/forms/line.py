@@ -1,0 +1,87 @@
+"""Straight lines of force over current, the slope constant or by the feed speed.
+
+F = c0 + c1 I (P1 section 9); a screw that loses more at creep changes the slope with the feed speed
+v, F = c0 + (c1 + c2 ln v) I.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import fitting
+from autodb.sensing.ranges.forms.form import Felt, Law, moved, varies
+from autodb.sensing.ranges.forms.noisy import freed
+
+Array = NDArray[np.float64]
+
+
+class Line:
+    """A form that is linear in its coefficients."""
+
+    kind = "line"
+    margin = 1.0
+    label = "line"
+
+    def columns(self, felt: Felt) -> Array:
+        """Return the columns (n, p)."""
+        return np.column_stack([np.ones_like(felt.current), felt.current])
+
+    def fits(self, felt: Felt) -> bool:
+        """Say whether there is a current."""
+        return bool(np.isfinite(felt.current).all())
+
+    def fit(self, felt: Felt, target: Array) -> Law:
+        """Fit by least squares, freed of the currents' errors where these are known."""
+        found = fitting.least_squares(self.columns(felt), target)
+        return freed(Law(found.coefficients, found.covariance, self), felt, target)
+
+    def value(self, coefficients: Array, felt: Felt) -> Array:
+        """Return the target (n,)."""
+        return np.asarray(self.columns(felt) @ coefficients)
+
+    def slopes(self, coefficients: Array, felt: Felt) -> Array:  # noqa: ARG002 - it is linear
+        """Return the columns."""
+        return self.columns(felt)
+
+    def scaling(self, coefficients: Array) -> Array:
+        """Return the coefficients: all of them scale."""
+        return coefficients
+
+    def moves(self, coefficients: Array, slopes: Array, value: Array) -> tuple[Array, Array]:
+        """Return shift and share (n, p): the constant shifts, what the current makes is a share."""
+        return moved(slopes, value, idle=coefficients[0] * slopes[:, 0], first=1)
+
+    def beyond(self, felt: Felt) -> Array:
+        """Return zeros: a law holds as far as it goes."""
+        return np.zeros_like(felt.current)
+
+    def parameters(self) -> dict[str, Any] | None:
+        """Return None: the coefficients say all."""
+        return None
+
+    def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
+        """Return it as people write it; I is the current."""
+        c0, c1 = coefficients[:2]
+        return f"{c0:.4g} {unit} {c1:+.4g} {unit}/{current_unit} · I"
+
+
+class LineOfSpeed(Line):
+    """A line whose slope follows the logarithm of the feed speed."""
+
+    kind = "line-of-speed"
+    label = "line, slope by feed speed"
+
+    def columns(self, felt: Felt) -> Array:
+        """Return the columns (n, 3)."""
+        return np.column_stack([super().columns(felt), felt.current * np.log(felt.feed_mm_s)])
+
+    def fits(self, felt: Felt) -> bool:
+        """Say whether feed speeds are known and differ."""
+        return super().fits(felt) and varies(felt.feed_mm_s)
+
+    def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
+        """Return it as people write it; v is the feed speed."""
+        c0, c1, c2 = coefficients
+        slope = f"({c1:.4g} {c2:+.4g} · ln v) {unit}/{current_unit}"
+        return f"{c0:.4g} {unit} + {slope} · I, v in mm/s"

@@ -1,0 +1,141 @@
+"""The spindle's torque as a power of the rise of its current: T = a(n) ΔI^b(n) (P1 section 9).
+
+Constant torque below the base speed n_b, constant power above it. P1 takes cubics of the speed n
+for a and b, eight coefficients below and eight above n_b; here a falls as (n_b/n)^g and b is linear
+in n.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import fitting
+from autodb.sensing.ranges.forms.curved import fitted
+from autodb.sensing.ranges.forms.form import Felt, Law, moved, varies
+
+Array = NDArray[np.float64]
+
+MIDDLE_RPM = 1500.0
+"""Speed at which the exponent b is said."""
+STARTS = np.linspace(0.1, 0.9, 9)
+"""Quantiles of the spindle speeds that are tried as the base speed to start from."""
+FEWEST = 6
+"""Cuts with a torque that a power law is fitted to at least."""
+LARGEST = 50.0
+"""Logarithm of a torque that no spindle has: trial steps of a fit end there."""
+
+
+class Power:
+    """ln T = ln a0 + b ln ΔI − g·max(0, ln n/n_b): coefficients ln a0, b, and ln n_b; g is 1."""
+
+    kind = "power"
+    margin = 1.0
+    label = "power of the current"
+
+    def fits(self, felt: Felt) -> bool:
+        """Say whether speeds are known and differ."""
+        return bool(np.isfinite(felt.current).all()) and varies(felt.speed_rpm)
+
+    def fit(self, felt: Felt, target: Array) -> Law:
+        """Fit by least squares on the torque, freed of the currents' errors where these are known.
+
+        Raises Undetermined where the cuts hold no n_b.
+        """
+        return fitted(self, self._start(felt, target), felt, target)
+
+    def _start(self, felt: Felt, target: Array) -> Array:
+        """Return the best line of ln T over ln ΔI over base speeds among those of the cuts."""
+        held = (felt.current > 0) & (target > 0)
+        if held.sum() < FEWEST:
+            raise fitting.Undetermined([0])
+        rise, torque, rpm = np.log(felt.current[held]), np.log(target[held]), felt.speed_rpm[held]
+        found = []
+        for base_rpm in np.quantile(rpm, STARTS):
+            level = torque + np.maximum(np.log(rpm / base_rpm), 0.0)
+            (b, ln_a), squares, *_ = np.polyfit(rise, level, 1, full=True)
+            found.append((float(squares.sum()), ln_a, b, np.log(base_rpm)))
+        return np.array(min(found)[1:])
+
+    def value(self, coefficients: Array, felt: Felt) -> Array:
+        """Return the torque (n,); a current that does not rise tells none (P1 section 9)."""
+        still = felt.current <= 0
+        logarithm = self._parts(coefficients, felt) @ self._weights(coefficients)
+        return np.where(still, 0.0, np.exp(np.minimum(np.where(still, 0.0, logarithm), LARGEST)))
+
+    def _weights(self, coefficients: Array) -> Array:
+        return np.array([coefficients[0], coefficients[1], -1.0])
+
+    def _parts(self, coefficients: Array, felt: Felt) -> Array:
+        """Return the columns of ln T (n, 3): one, ln ΔI, and how far above the base speed."""
+        above = np.maximum(np.log(felt.speed_rpm) - coefficients[2], 0.0)
+        return np.column_stack([np.ones_like(above), _ln(felt.current), above])
+
+    def slopes(self, coefficients: Array, felt: Felt) -> Array:
+        """Return the torque's derivatives by the coefficients, (n, p)."""
+        parts = self._parts(coefficients, felt)
+        by_logarithm = self._of_logarithm(coefficients, parts)
+        return np.asarray(self.value(coefficients, felt)[:, None] * by_logarithm)
+
+    def _of_logarithm(self, coefficients: Array, parts: Array) -> Array:  # noqa: ARG002 - g is 1
+        return np.column_stack([parts[:, 0], parts[:, 1], (parts[:, 2] > 0).astype(np.float64)])
+
+    def scaling(self, coefficients: Array) -> Array:
+        """Return the change of ln a0: it alone scales."""
+        return np.asarray(np.eye(len(coefficients))[0])
+
+    def moves(self, coefficients: Array, slopes: Array, value: Array) -> tuple[Array, Array]:  # noqa: ARG002
+        """Return shift and share (n, p): without a current there is nothing, so all is a share."""
+        return moved(slopes, value, idle=np.zeros_like(value), first=0)
+
+    def beyond(self, felt: Felt) -> Array:
+        """Return zeros: a law holds as far as it goes."""
+        return np.zeros_like(felt.current)
+
+    def parameters(self) -> dict[str, Any] | None:
+        """Return None: the coefficients say all."""
+        return None
+
+    def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
+        """Return it as people write it."""
+        return self._written(coefficients, unit, current_unit, f"{coefficients[1]:.3g}", "")
+
+    def _written(
+        self, coefficients: Array, unit: str, current_unit: str, exponent: str, falls: str
+    ) -> str:
+        scale, base_rpm = np.exp(coefficients[0]), np.exp(coefficients[2])
+        power = f"{scale:.4g} {unit} · (I/{current_unit})^{exponent}"
+        return f"{power}, above {base_rpm:.0f} rpm times ({base_rpm:.0f}/n){falls}"
+
+
+def _ln(current: Array) -> Array:
+    return np.log(np.where(current <= 0, 1.0, current))
+
+
+class PowerOfSpeed(Power):
+    """The same with b = b0 + b1·(n − MIDDLE_RPM)/1000 rpm, and g free."""
+
+    kind = "power-of-speed"
+    label = "power of the current, exponent by speed"
+
+    def _start(self, felt: Felt, target: Array) -> Array:
+        return np.append(super()._start(felt, target), [0.0, 1.0])
+
+    def _weights(self, coefficients: Array) -> Array:
+        ln_a, b, _, change, falls = coefficients
+        return np.array([ln_a, b, -falls, change])
+
+    def _parts(self, coefficients: Array, felt: Felt) -> Array:
+        krpm = (felt.speed_rpm - MIDDLE_RPM) / 1000.0
+        return np.column_stack([super()._parts(coefficients, felt), krpm * _ln(felt.current)])
+
+    def _of_logarithm(self, coefficients: Array, parts: Array) -> Array:
+        plain = super()._of_logarithm(coefficients, parts)
+        plain[:, 2] *= coefficients[4]
+        return np.column_stack([plain, parts[:, 3], -parts[:, 2]])
+
+    def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
+        """Return it as people write it; n is the spindle speed."""
+        _, b, _, change, falls = coefficients
+        exponent = f"({b:.3g} {change:+.2g} · (n − {MIDDLE_RPM:.0f})/1000 rpm)"
+        return self._written(coefficients, unit, current_unit, exponent, f"^{falls:.3g}")

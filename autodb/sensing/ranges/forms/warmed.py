@@ -1,0 +1,82 @@
+"""A form whose gain follows the spindle's temperature, where that is recorded.
+
+A warm spindle's current reads low (P1 table 2: 465.2 N sensed for 485.8 N). The temperature tells
+how warm it is: target = what the form says, times exp(k (θ − 20 °C)).
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.sensing.ranges.forms.curved import fitted
+from autodb.sensing.ranges.forms.form import Felt, Form, Law, moved
+
+Array = NDArray[np.float64]
+
+REFERENCE_C = 20.0
+"""Temperature at which the plain form holds (ISO 1)."""
+LEAST_SPAN_C = 3.0
+"""Span of the temperature from which on a gain that follows it is looked for. Chosen."""
+
+
+class Warmed:
+    """Coefficients of ``form`` at 20 °C, then k, 1/K."""
+
+    margin = 1.0
+
+    def __init__(self, form: Form) -> None:
+        self.form = form
+        self.kind = f"{form.kind}-warmed"
+        self.label = f"{form.label}, gain by temperature"
+
+    def fits(self, felt: Felt) -> bool:
+        """Say whether the temperature is known and differs."""
+        known = bool(np.isfinite(felt.temperature_C).all())
+        return known and float(np.ptp(felt.temperature_C)) > LEAST_SPAN_C and self.form.fits(felt)
+
+    def fit(self, felt: Felt, target: Array) -> Law:
+        """Fit by least squares, freed of the currents' errors where these are known.
+
+        Raises Undetermined where the cuts do not hold it.
+        """
+        start = np.append(self.form.fit(felt, target).coefficients, 0.0)
+        return fitted(self, start, felt, target)
+
+    def value(self, coefficients: Array, felt: Felt) -> Array:
+        """Return the target (n,); NaN where the temperature is not known."""
+        return self.form.value(coefficients[:-1], felt) * _gain(coefficients, felt)
+
+    def slopes(self, coefficients: Array, felt: Felt) -> Array:
+        """Return the target's derivatives by the coefficients, (n, p)."""
+        gain = _gain(coefficients, felt)[:, None]
+        by_k = self.value(coefficients, felt) * (felt.temperature_C - REFERENCE_C)
+        return np.column_stack([self.form.slopes(coefficients[:-1], felt) * gain, by_k])
+
+    def scaling(self, coefficients: Array) -> Array:
+        """Return how the form's coefficients scale; k does not."""
+        return np.append(self.form.scaling(coefficients[:-1]), 0.0)
+
+    def moves(self, coefficients: Array, slopes: Array, value: Array) -> tuple[Array, Array]:
+        """Return shift and share (n, p) as the form has them; k's is a share of the whole."""
+        shift, share = self.form.moves(coefficients[:-1], slopes[:, :-1], value)
+        of_k = moved(slopes[:, -1:], value, idle=np.zeros_like(value), first=0)
+        return np.column_stack([shift, of_k[0]]), np.column_stack([share, of_k[1]])
+
+    def beyond(self, felt: Felt) -> Array:
+        """Return what the form adds where the cuts never were."""
+        return self.form.beyond(felt)
+
+    def parameters(self) -> dict[str, Any] | None:
+        """Return None: the coefficients say all."""
+        return None
+
+    def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
+        """Return it as people write it; θ is the spindle's temperature."""
+        plain = self.form.equation(coefficients[:-1], unit, current_unit)
+        percent = 100.0 * coefficients[-1]
+        return f"({plain}) · exp({percent:+.2g} %/K · (θ − {REFERENCE_C:.0f} °C))"
+
+
+def _gain(coefficients: Array, felt: Felt) -> Array:
+    return np.asarray(np.exp(coefficients[-1] * (felt.temperature_C - REFERENCE_C)))

@@ -1,0 +1,106 @@
+"""Cuts that a calibration does not fit, and cuts that carry it alone: shown, never dropped."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from autodb.sensing.ranges.forms import Law
+
+Array = NDArray[np.float64]
+
+BY_CHANCE = 0.05
+"""Probability of naming any cut of a sound calibration by its residual (Bonferroni's bound)."""
+HIGH_LEVERAGE = 3.0
+"""Times the mean leverage from which on a cut alone holds a part of the law (Belsley, Kuh, Welsch
+1980, Regression diagnostics, section 2.1, takes 2 for large samples; fewer are named by 3).
+"""
+
+
+STRETCHES = 8
+"""Numbers, or ranges of them, that a sentence lists before the rest is counted."""
+
+
+@dataclass(frozen=True)
+class Outlier:
+    """A cut by its number: studentised residual and leverage, and which of them is too high."""
+
+    cut: float
+    studentised: float
+    leverage: float
+    off: bool
+    alone: bool
+
+
+def sentences(named: Sequence[Outlier]) -> list[str]:
+    """Return one sentence on cuts off the law, and one on cuts that hold a part of it alone."""
+    off = [one for one in named if one.off]
+    alone = [one for one in named if one.alone]
+    said = []
+    if off:
+        most = max(abs(one.studentised) for one in off)
+        said.append(
+            f"{_cuts(off)} more than chance off the others' law, up to {most:.1f} standard "
+            "deviations; all cuts count"
+        )
+    if alone:
+        said.append(
+            f"{_cuts(alone)} with a leverage up to {max(one.leverage for one in alone):.2f}: more "
+            "cuts like these would hold the law better"
+        )
+    return said
+
+
+def _cuts(named: Sequence[Outlier]) -> str:
+    cuts = sorted(one.cut for one in named)
+    return f"{len(named)} {'cut' if len(named) == 1 else 'cuts'} ({numbers(cuts)})"
+
+
+def numbers(cuts: Sequence[float]) -> str:
+    """Return cuts by number, neighbours as a range, the first STRETCHES of them.
+
+    >>> numbers([3.0, 4.0, 5.0, 9.0])
+    '3 to 5, 9'
+    """
+    stretches: list[list[float]] = []
+    for cut in cuts:
+        if stretches and cut == stretches[-1][-1] + 1.0:
+            stretches[-1].append(cut)
+        else:
+            stretches.append([cut])
+    said = [
+        f"{one[0]:g} to {one[-1]:g}" if len(one) > 2 else ", ".join(f"{cut:g}" for cut in one)
+        for one in stretches
+    ]
+    rest = sum(map(len, stretches[STRETCHES:]))
+    return ", ".join(said[:STRETCHES]) + (f" and {rest} more" if rest else "")
+
+
+def outliers(law: Law, slopes: Array, error: Array, cut: Array) -> tuple[Outlier, ...]:
+    """Return the cuts (n,) named, by target − estimate (n,) and the law's derivatives (n, p).
+
+    Leverage h = sᵀ C s / σ², C the coefficients' covariance, σ² the residual variance; the residual
+    is studentised without its own cut: t = e √((n−p−1)/(SSE(1−h)−e²)) (Belsley, Kuh, Welsch 1980,
+    equation 2.26).
+    """
+    n, p = slopes.shape
+    freedom = n - p - 1
+    squares = float(error @ error)
+    if freedom < 1 or squares == 0.0:
+        return ()
+    variance = squares / (n - p)
+    leverage = np.minimum(np.einsum("ij,jk,ik->i", slopes, law.covariance, slopes) / variance, 1.0)
+    rest = np.maximum(squares * (1.0 - leverage) - error**2, np.finfo(float).tiny)
+    studentised = error * np.sqrt(freedom / rest)
+    limit = float(stats.t.ppf(1.0 - 0.5 * BY_CHANCE / n, freedom))
+    off = np.abs(studentised) > limit
+    alone = leverage > HIGH_LEVERAGE * p / n
+    named = np.flatnonzero(off | alone)
+    return tuple(
+        Outlier(
+            float(cut[i]), float(studentised[i]), float(leverage[i]), bool(off[i]), bool(alone[i])
+        )
+        for i in named
+    )

@@ -1,0 +1,146 @@
+"""Why the cut of a recording is set aside: each function returns what was seen and what would work.
+
+None where there is nothing against the cut. ``t_s`` (n,) is the recording's clock.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import signals
+from autodb.sensing.ranges.loads import Load
+
+Array = NDArray[np.float64]
+
+FEWEST_S = 0.3
+FEWEST_REVOLUTIONS = 10
+"""Of the work (of the tool in milling) in the part that is averaged: chosen, a part of one at the
+end then weighs a tenth, and a swing once a revolution leaves 1/60 of its amplitude in the mean."""
+CHATTERS_N, CHATTERS_A, LEAST_A = 0.05, 0.02, 0.01
+"""Shares that a narrow band's rms is least: of the resultant force, of the range's rise in cut, and
+of the range itself. Chosen: the virtual lathe's ringing, 5 % over 18 Hz, stays below."""
+FAST_S = 0.2
+"""A range averaged over more is too smooth to tell a limit from a lull. Chosen."""
+HARMONICS, ELECTRICAL_SPREAD = 12, 0.003
+"""Multiples of a drive's frequency that its own ripples reach, and how well that is known."""
+
+
+def too_short(
+    parts: signals.Segments, *, t_s: Array, rate_hz: float, speed_rpm: float | None
+) -> str | None:
+    """Say where too little of a cut, or of its air approach, is left between the transitions."""
+    margin_s = signals.MARGIN_S
+    air_s = (parts.air.stop - parts.air.start) / rate_hz
+    if air_s < FEWEST_S:
+        return (
+            f"its air approach is too short: {air_s:.2g} s beside transitions of {margin_s:g} s; "
+            "a recording that starts 1.5 s before the tool enters would work"
+        )
+    cut_s = (parts.cut.stop - parts.cut.start) / rate_hz
+    revolutions = None if speed_rpm is None else cut_s * speed_rpm / 60.0
+    if cut_s >= FEWEST_S and (revolutions is None or revolutions >= FEWEST_REVOLUTIONS):
+        return None
+    needs_s = FEWEST_S
+    if speed_rpm is not None:
+        needs_s = max(needs_s, FEWEST_REVOLUTIONS * 60.0 / speed_rpm)
+    seen = "" if revolutions is None else f" and {revolutions:.2g} revolutions"
+    at_s, works_s = t_s[parts.entry.start] + margin_s, needs_s + 2.0 * margin_s
+    return (
+        f"its cut at {at_s:.2f} s is too short: {cut_s:.2g} s{seen} between transitions of "
+        f"{margin_s:g} s; a cut of {works_s:.2g} s or longer would work"
+    )
+
+
+def starts_in_cut(levels: signals.Levels) -> str | None:
+    """Say where a spindle's range begins high and falls: its cut is not what comes second."""
+    if levels.cut > levels.air:
+        return None
+    return (
+        "spindle.current.range is high first and falls, as when the recording starts in the cut; "
+        "a recording that starts 1 s before the tool enters would work"
+    )
+
+
+def stops(
+    load: Array, levels: signals.Levels, *, named: str, t_s: Array, rate_hz: float
+) -> str | None:
+    """Say where a load (n,) falls back to air in the middle of the cut and comes again."""
+    gap = signals.interrupted(load, levels, rate_hz=rate_hz)
+    if gap is None:
+        return None
+    return (
+        f"the cut is interrupted from {t_s[gap.start]:.2f} to {t_s[gap.stop]:.2f} s: "
+        f"{named} falls back to air and comes again, as when feed or spindle stop; one cut in one "
+        "go would work"
+    )
+
+
+def chatters(
+    loads: Mapping[str, Load],
+    forces: Mapping[str, Array],
+    parts: signals.Segments,
+    *,
+    rate_hz: float,
+    spindle: signals.Turning,
+) -> str | None:
+    """Say which narrow band, no multiple of the spindle's frequency, grows in the cut.
+
+    Looks at forces (n,), N, then at the envelopes of the axes of which three phases were recorded.
+    """
+    rises = [float(np.mean(f[parts.cut]) - np.mean(f[parts.air])) for f in forces.values()]
+    least_N = CHATTERS_N * float(np.linalg.norm(rises))
+    for name, force in forces.items():
+        line = signals.chatter(
+            force[parts.cut], force[parts.air],
+            rate_hz=rate_hz, turning=(spindle,), least_rms=least_N,
+        )  # fmt: skip
+        if line is not None:
+            return _chatter(line, name, "N", spindle)
+    for axis, load in loads.items():
+        line = _envelope_line(load, parts, rate_hz=rate_hz, spindle=spindle)
+        if line is not None:
+            return _chatter(line, f"{axis}.current", "A", spindle)
+    return None
+
+
+def _envelope_line(
+    load: Load, parts: signals.Segments, *, rate_hz: float, spindle: signals.Turning
+) -> signals.Line | None:
+    electrical_hz = load.turning_hz(parts.cut)
+    if load.envelope_A is None or not electrical_hz:
+        return None
+    cut, air = load.envelope_A[parts.cut], load.envelope_A[parts.air]
+    rise_A = abs(float(np.mean(cut) - np.mean(air)))
+    own = signals.Turning(electrical_hz, HARMONICS, ELECTRICAL_SPREAD)
+    least_A = max(CHATTERS_A * rise_A, LEAST_A * float(np.mean(cut)))
+    return signals.chatter(cut, air, rate_hz=rate_hz, turning=(spindle, own), least_rms=least_A)
+
+
+def _chatter(line: signals.Line, name: str, unit: str, spindle: signals.Turning) -> str:
+    return (
+        f"chatter in the cut: {name} swings by {line.rms:.3g} {unit} rms at "
+        f"{line.frequency_hz:.1f} Hz, no multiple of the spindle's {spindle.frequency_hz:.2f} Hz; "
+        "another speed or less depth would work"
+    )
+
+
+def at_limit(load: Load, parts: signals.Segments, *, axis: str, t_s: Array) -> str | None:
+    """Say where an axis' range is held at its maximum: the force is at least what it says.
+
+    Looks at drives that turn fast enough to be read in ``FAST_S``: a spindle, seldom a feed.
+    """
+    air = load.quick_A[parts.air]
+    air = air[np.isfinite(air)]
+    if air.size == 0 or load.averaged_s(parts.cut) > FAST_S:
+        return None
+    noise_A = 1.4826 * float(np.median(np.abs(air - np.median(air))))
+    found = signals.held_at_top(load.quick_A[parts.cut], noise_A=noise_A)
+    if found is None:
+        return None
+    begin, end = t_s[parts.cut.start], t_s[parts.cut.stop - 1]
+    return (
+        f"{axis}.current is at its limit in the cut from {begin:.2f} to {end:.2f} s: for "
+        f"{100.0 * found.share:.0f} % of it the range stays at {found.level:.4g} A, its maximum; "
+        "the force is at least what it says, and less depth or feed would work"
+    )

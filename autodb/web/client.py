@@ -1,0 +1,294 @@
+"""A client of the service: what the library answers, over HTTP.
+
+    with Client("http://127.0.0.1:8321") as autodb:
+        found = autodb.look_up("lathe-1", "C45", "CNMG 120408", cut)
+        print(found.cut.force_y_N.value)
+
+Answers are kept with their entity tags: asked again, and nothing written meanwhile, the service
+sends none.
+"""
+
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
+from functools import cache
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any
+from urllib.parse import quote
+
+import httpx
+from pydantic import TypeAdapter
+
+from autodb.agent.answer.looking_up import Listed
+from autodb.agent.answer.overview import (
+    CalibrationSaid,
+    MachineSaid,
+    MachineSeen,
+    MismatchSaid,
+)
+from autodb.agent.answer.predicting import Answer, Predicted
+from autodb.agent.answer.prediction_basis import LookedUp
+from autodb.agent.ingest.importing import Imported
+from autodb.errors import NotThere, UnusableInput
+from autodb.files.job import Job, JobCut
+from autodb.web.http.said import Decision, End, Feels, Importing, Machines, Row, Step
+
+API = "/api/v1"
+KEPT = 1000
+"""Answers that are kept. Chosen: some 2 kB each."""
+SEND_S = 600.0
+"""How long one part of a recording on its way may take. Chosen."""
+ASKED_S = 0.2
+"""How often it is asked how far an import is. Chosen: the command line shows as much."""
+NOT_THERE = 404
+NOT_MODIFIED = 304
+
+
+class Unanswered(Exception):  # noqa: N818 - the name says what it is to the reader of the message
+    """No answer: the service is away, or does not let the client in."""
+
+
+class Client:
+    """Asks one service; ``token`` where it needs one, ``ca`` a certificate (PEM) to trust."""
+
+    def __init__(
+        self,
+        url: str,
+        *,
+        token: str | None = None,
+        ca: Path | None = None,
+        timeout_s: float = 30.0,
+        transport: httpx.BaseTransport | None = None,
+    ) -> None:
+        self._http = httpx.Client(
+            base_url=url.rstrip("/") + API,
+            headers={} if token is None else {"Authorization": f"Bearer {token}"},
+            verify=True if ca is None else _trusting(ca),
+            timeout=timeout_s,
+            transport=transport,
+        )
+        self._kept: OrderedDict[str, tuple[str, bytes]] = OrderedDict()
+
+    def __enter__(self) -> "Client":
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        where: TracebackType | None,
+    ) -> None:
+        """Give its connections back."""
+        self._http.close()
+
+    def machines(self) -> Iterator[MachineSeen]:
+        """Give all machines, by name."""
+        after: str | None = ""
+        while after is not None:
+            found: Machines = self._get(Machines, "/machines", {"after": after})
+            yield from found.machines
+            after = found.next
+
+    def machine(self, name: str) -> MachineSaid:
+        """Return one machine; raises NotThere."""
+        said: MachineSaid = self._get(MachineSaid, _of(name))
+        return said
+
+    def feels(self, machine: str) -> Feels:
+        """Return what a machine can feel, and what it cannot."""
+        found: Feels = self._get(Feels, f"{_of(machine)}/sensors")
+        return found
+
+    def calibrations(self, machine: str) -> list[CalibrationSaid]:
+        """Return a machine's calibrations that hold now."""
+        path = f"{_of(machine)}/calibrations"
+        found: list[CalibrationSaid] = self._get(list[CalibrationSaid], path)
+        return found
+
+    def pairs(self, machine: str) -> list[Listed]:
+        """Return the pairs that a machine has learnt."""
+        found: list[Listed] = self._get(list[Listed], f"{_of(machine)}/pairs")
+        return found
+
+    def mismatches(self, machine: str) -> list[MismatchSaid]:
+        """Return a machine's mismatches that nobody decided on."""
+        path = f"{_of(machine)}/mismatches"
+        found: list[MismatchSaid] = self._get(list[MismatchSaid], path)
+        return found
+
+    def trace(self, kind: str, number: int) -> Step:
+        """Return where a stored row came from; raises NotThere."""
+        found: Step = self._get(Step, f"/trace/{_in_path(kind)}/{number}")
+        return found
+
+    def look_up(self, machine: str, material: str, tool: str, cut: JobCut) -> LookedUp:
+        """Return what a cut of a pair will take. Raises UnusableInput, NotThere of the machine."""
+        query = {"material": material, "tool": tool} | cut.model_dump(exclude_none=True)
+        found: LookedUp = self._get(LookedUp, f"{_of(machine)}/lookup", query)
+        return found
+
+    def look_up_many(
+        self, machine: str, material: str, tool: str, cuts: Iterable[JobCut]
+    ) -> Iterator[Row]:
+        """Give what each of many cuts of a pair will take, in their order.
+
+        Raises Unanswered where the answer is cut off.
+        """
+        lines = (cut.model_dump_json(exclude_none=True).encode() + b"\n" for cut in cuts)
+        path = f"{_of(machine)}/lookup/batch"
+        query = {"material": material, "tool": tool}
+        try:
+            with self._http.stream("POST", path, params=query, content=lines) as response:
+                if response.is_error:
+                    response.read()
+                    _refuse(response)
+                for line in response.iter_lines():
+                    found = _adapter(Row | End).validate_json(line)
+                    if isinstance(found, End):
+                        return
+                    yield found
+        except httpx.HTTPError as error:
+            raise _unanswered(error) from error
+        raise Unanswered("the service's answer was cut off")
+
+    def predict(self, machine: str, job: Job) -> Answer:
+        """Return what each cut of a job will take; nothing is kept."""
+        found: Answer = self._post(Answer, f"{_of(machine)}/predict", job)
+        return found
+
+    def keep_prediction(self, machine: str, job: Job) -> Predicted:
+        """Return what each cut of a job will take, kept; needs a token of role operate."""
+        path = f"{_of(machine)}/predictions"
+        found: Predicted = self._post(Predicted, path, job)
+        return found
+
+    def predict_program(self, machine: str, job: Job) -> Answer:
+        """Return what each line of a job's program that cuts will take; nothing is kept.
+
+        Raises UnusableInput, also where the job has no program or its file cannot be read.
+        """
+        if job.program is None:
+            raise UnusableInput(f"job '{job.name}': no program; 'predict' takes cuts")
+        path = Path(job.program.file)
+        with _opened(path) as program:
+            files = {
+                "job": (None, job.model_dump_json(exclude_none=True, exclude={"cut"})),
+                "program": (path.name, program),
+            }
+            response = self._asked("POST", f"{_of(machine)}/predict/program", files=files)
+        found: Answer = _adapter(Answer).validate_json(response.content)
+        return found
+
+    def import_recording(
+        self,
+        machine: str,
+        recording: Path,
+        *,
+        side: Path | None = None,
+        progress: Callable[[str], None] = lambda _: None,
+    ) -> Imported:
+        """Send a recording with its side file, beside it if none is named, and wait until it is in.
+
+        Needs a token of role operate. Raises UnusableInput where it is refused.
+        """
+        beside = recording.with_suffix(".toml")
+        side = beside if side is None and beside.is_file() else side
+        with ExitStack() as files:
+            parts = {"recording": (recording.name, files.enter_context(_opened(recording)))}
+            if side is not None:
+                parts["side"] = (side.name, files.enter_context(_opened(side)))
+            path = f"{_of(machine)}/recordings"
+            response = self._asked("POST", path, files=parts, timeout=SEND_S)
+        said: Importing = _adapter(Importing).validate_json(response.content)
+        while said.came_in is None and said.refused is None:
+            progress(said.progress or said.state)
+            time.sleep(ASKED_S)
+            said = self._get(Importing, f"/imports/{said.number}")
+        if said.came_in is None:
+            raise UnusableInput(said.refused or "refused")
+        return said.came_in
+
+    def confirm(self, mismatch: int, term: str | None = None) -> Decision:
+        """Confirm a mismatch, as an alternative ``term`` or as named; needs role operate."""
+        path = f"/mismatches/{mismatch}/confirm"
+        response = self._asked("POST", path, json={"term": term})
+        found: Decision = _adapter(Decision).validate_json(response.content)
+        return found
+
+    def reject(self, mismatch: int) -> Decision:
+        """Reject a mismatch; needs a token of role operate."""
+        response = self._asked("POST", f"/mismatches/{mismatch}/reject")
+        found: Decision = _adapter(Decision).validate_json(response.content)
+        return found
+
+    def _get(self, kind: Any, path: str, query: dict[str, Any] | None = None) -> Any:
+        url = str(self._http.build_request("GET", path, params=query).url)
+        tag, body = self._kept.get(url, ("", b""))
+        response = self._asked("GET", url, headers={"If-None-Match": tag} if tag else {})
+        if response.status_code != NOT_MODIFIED:
+            body = response.content
+            self._kept[url] = response.headers.get("etag", ""), body
+            if len(self._kept) > KEPT:
+                self._kept.popitem(last=False)
+        return _adapter(kind).validate_json(body)
+
+    def _post(self, kind: Any, path: str, job: Job) -> Any:
+        body = job.model_dump(mode="json", exclude_none=True)
+        return _adapter(kind).validate_json(self._asked("POST", path, json=body).content)
+
+    def _asked(self, method: str, path: str, **more: Any) -> httpx.Response:
+        try:
+            response = self._http.request(method, path, **more)
+        except httpx.HTTPError as error:
+            raise _unanswered(error) from error
+        if response.is_error:
+            _refuse(response)
+        return response
+
+
+def _refuse(response: httpx.Response) -> None:
+    """Raise what a response says that is no answer."""
+    try:
+        said = str(response.json()["detail"])
+    except (ValueError, KeyError, TypeError):
+        said = f"{response.url}: status {response.status_code}, not from autodb"
+        raise Unanswered(said) from None
+    if response.status_code == NOT_THERE:
+        raise NotThere(said)
+    if response.status_code in (400, 413, 422):
+        raise UnusableInput(said)
+    raise Unanswered(said)
+
+
+def _unanswered(error: httpx.HTTPError) -> Unanswered:
+    return Unanswered(f"{error.request.url}: no answer ({error}); 'autodb serve' gives them")
+
+
+def _of(machine: str) -> str:
+    return f"/machines/{_in_path(machine)}"
+
+
+def _opened(path: Path) -> IO[bytes]:
+    """Open a file that is to be sent; raises UnusableInput."""
+    try:
+        return path.open("rb")
+    except OSError as error:
+        raise UnusableInput(f"{path}: {error.strerror}; a file that is there would work") from None
+
+
+def _in_path(name: str) -> str:
+    return quote(name, safe="")
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def _trusting(ca: Path) -> Any:
+    import ssl
+
+    return ssl.create_default_context(cafile=ca)

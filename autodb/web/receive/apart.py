@@ -1,0 +1,187 @@
+"""Reads what was sent in a bounded process of its own: `python -m autodb.web.receive.apart`.
+
+It takes one request, a line of JSON on the standard input, and says lines of JSON: what it is at,
+and last what came of it, or the one line why not. Nothing that is sent or said is unpickled.
+"""
+
+import json
+import os
+import resource
+import signal
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from pydantic import TypeAdapter
+
+from autodb.agent.answer.predicting import Answer, answer_job
+from autodb.agent.ingest.importing import Imported
+from autodb.agent.operate.receiving import Sent, take_in
+from autodb.errors import UnusableInput
+from autodb.files.excuses import excuse
+from autodb.files.job import Job
+from autodb.store import Store, file_of, on_server, open_store
+from autodb.web.http.settings import MIB, Bounds
+
+Tell = Callable[[str], None]
+PROGRESS, DONE, REFUSED, AWAY = "progress", "done", "refused", "away"
+"""Keys of what it says: a step, an answer, why there is none, and why it could not be sought."""
+AFTER_S = 5
+"""How long after its time it ends by itself, where nobody is left to end it. Chosen."""
+
+
+@dataclass(frozen=True)
+class Import:
+    """Import a recording that was sent."""
+
+    sent: Sent
+
+    @property
+    def path(self) -> Path:
+        """The file that is read."""
+        return self.sent.path
+
+    def do(self, store: Store, tell: Tell) -> bytes:
+        """Return what came in, as JSON."""
+        return TypeAdapter(Imported).dump_json(take_in(store, self.sent, tell))
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Predict a job with a program, which lies at ``path``; nothing is kept."""
+
+    machine: str
+    job: Job
+    path: Path
+
+    def do(self, store: Store, _tell: Tell) -> bytes:
+        """Return the answer, as JSON; in it the program is called what the job calls it."""
+        assert self.job.program is not None
+        program = self.job.program.model_copy(update={"file": str(self.path)})
+        job = self.job.model_copy(update={"program": program})
+        answer = answer_job(store, self.machine, job)
+        return TypeAdapter(Answer).dump_json(replace(answer, job=self.job))
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Explain a mismatch' recording against what its machine knows now; nothing is kept."""
+
+    mismatch: int
+    path: Path
+
+    def do(self, store: Store, _tell: Tell) -> bytes:
+        """Return the report, a piece of a page, as JSON."""
+        from autodb.agent.answer.explaining import explain_recording
+        from autodb.agent.operate.deciding import (
+            mismatch,  # what explains is heavy, and seldom asked for
+        )
+        from autodb.reports.explanation import explanation_fragment
+
+        with store.reading() as session:
+            explained = explain_recording(session, mismatch(session, self.mismatch).recording)
+        return _text(explanation_fragment(explained))
+
+
+Task = Import | Prediction | Explanation
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be done, with which database, and within which bounds."""
+
+    url: str
+    bounds: Bounds
+    task: Task
+
+
+def main() -> None:
+    """Do what is asked and say what came of it."""
+    says = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what libraries print is no answer
+    request = TypeAdapter(Request).validate_json(sys.stdin.buffer.readline())
+    hold(request.bounds, largest_MiB=_size_MiB(request.url))
+    with says:
+        answer(request, says)
+
+
+def hold(bounds: Bounds, *, largest_MiB: int = 0) -> None:
+    """Hold this process, and all that it starts, within bounds; nothing takes them back.
+
+    ``largest_MiB``: size of the largest file that it writes to.
+    """
+    for kind, wanted in (
+        (resource.RLIMIT_AS, bounds.memory_MiB * MIB),
+        (resource.RLIMIT_CPU, bounds.seconds),
+        (resource.RLIMIT_NOFILE, bounds.files),
+        (resource.RLIMIT_FSIZE, (largest_MiB + bounds.grows_MiB) * MIB),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        hard = resource.getrlimit(kind)[1]
+        most = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
+        resource.setrlimit(kind, (most, hard if kind == resource.RLIMIT_CPU else most))
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.alarm(bounds.seconds + AFTER_S)
+
+
+def answer(request: Request, says: BinaryIO) -> None:
+    """Do what is asked, and say how it goes and what came of it."""
+
+    def say(key: str, value: bytes) -> None:
+        says.write(b'{"%s":%s}\n' % (key.encode(), value))
+        says.flush()
+
+    try:
+        store = open_store(request.url)
+        try:
+            say(DONE, request.task.do(store, lambda step: say(PROGRESS, _text(step))))
+        finally:
+            store.close()
+    except MemoryError:
+        say(REFUSED, _text(_too_much(request)))
+    except BrokenPipeError:
+        raise SystemExit(1) from None  # nobody listens any more: nothing was written
+    except Exception as error:
+        said = excuse(error)
+        if said is None:
+            raise
+        said = said.replace(f"{request.task.path.resolve().parent}/", "")
+        say(REFUSED if isinstance(error, UnusableInput) else AWAY, _text(said))
+
+
+def _too_much(request: Request) -> str:
+    return (
+        f"{request.task.path.name}: reading it takes more than the {request.bounds.memory_MiB} MiB "
+        "of memory that it may take; in parts it would work"
+    )
+
+
+def _text(said: str) -> bytes:
+    return json.dumps(said).encode()
+
+
+def _size_MiB(url: str) -> int:
+    """Return the size of a database's file, rounded up; of one on a server nothing."""
+    if on_server(url) or not file_of(url).is_file():
+        return 0
+    return file_of(url).stat().st_size // MIB + 1
+
+
+def received(line: bytes) -> tuple[str, Any]:
+    """Return a line that the process said: its key, and the value.
+
+    Raises UnusableInput where it lost its way.
+    """
+    try:
+        ((key, value),) = json.loads(line).items()
+    except (ValueError, AttributeError):
+        raise UnusableInput(
+            "the process that read it lost its way; another copy would work"
+        ) from None
+    return str(key), value
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,136 @@
+"""Many cuts of a pair at once: a line of JSON each, in and out, in memory a few hundred of them."""
+
+import json
+import tempfile
+from collections.abc import AsyncIterator, Iterator, Sequence
+from itertools import islice
+from typing import IO
+
+from fastapi import APIRouter, Request
+from fastapi.responses import StreamingResponse
+from starlette.concurrency import run_in_threadpool
+
+from autodb.agent.answer.prediction_basis import Grounds
+from autodb.errors import UnusableInput
+from autodb.files.job import JobCut
+from autodb.web.http.answers import adapter, tag_of
+from autodb.web.http.problems import problems
+from autodb.web.http.said import End, Row
+from autodb.web.http.settings import MIB
+from autodb.web.routes.asked import EXAMPLES, pair_of, read_cut
+from autodb.web.routes.machines import MachineName
+from autodb.web.service import Reads, service_of
+
+router = APIRouter()
+NDJSON = "application/x-ndjson"
+AT_ONCE = 250
+"""Cuts that are predicted together. Chosen: a part of a tenth of a second each."""
+IN_MEMORY = MIB
+LINE_MOST = 4096
+"""Bytes of a line. Chosen: a cut has some two hundred."""
+
+
+_BODY = {
+    "required": True,
+    "content": {
+        NDJSON: {
+            "schema": {"type": "string"},
+            "example": f"{json.dumps(EXAMPLES)}\n{json.dumps({**EXAMPLES, 'depth_mm': 1.0})}\n",
+        }
+    },
+}
+
+
+@router.post(
+    "/machines/{machine:path}/lookup/batch",
+    summary="Look up many cuts",
+    response_class=StreamingResponse,
+    responses={
+        200: {
+            "description": "A line of JSON a cut, `row` counted from 1, in their order: its `cut` "
+            "and the limits that it `exceeds`, or the `problem` with it; last, how many were "
+            "`answered` and `refused`. An answer without that last line was cut off.",
+            "content": {NDJSON: {"schema": {"type": "string"}}},
+        },
+        **problems(401, 404, 413, 422, 429, 503),
+    },
+    openapi_extra={
+        "requestBody": _BODY,
+        "parameters": [
+            {"name": name, "in": "query", "required": True, "schema": {"type": "string"},
+             "example": example}
+            for name, example in (("material", "C45"), ("tool", "CNMG 120408"))
+        ],
+    },
+)  # fmt: skip
+async def look_up_many(request: Request, _access: Reads, machine: MachineName) -> StreamingResponse:
+    """Say what each of many cuts of one pair will take; a line of JSON each, as a job's cut."""
+    material, tool = pair_of(dict(request.query_params))
+    service = service_of(request)
+    found = await run_in_threadpool(service.shelves.grounds, machine, material, tool)
+    lines = tempfile.SpooledTemporaryFile(IN_MEMORY)  # noqa: SIM115 - closed when answered
+    try:
+        async for part in request.stream():
+            lines.write(part)
+    except BaseException:
+        lines.close()
+        raise
+    lines.seek(0)
+
+    async def parts() -> AsyncIterator[bytes]:
+        answered = refused = 0
+        with lines:
+            numbered = enumerate(_lines(lines), start=1)
+            while some := list(islice(numbered, AT_ONCE)):
+                rows = await run_in_threadpool(_rows, found.grounds, some)
+                refused += sum(row.problem is not None for row in rows)
+                answered += sum(row.problem is None for row in rows)
+                service.metrics.cuts.inc(len(rows))
+                yield b"".join(adapter(Row).dump_json(r, exclude_none=True) + b"\n" for r in rows)
+        yield adapter(End).dump_json(End(answered, refused)) + b"\n"
+
+    return StreamingResponse(parts(), media_type=NDJSON, headers={"ETag": tag_of(found.mark)})
+
+
+def _lines(file: IO[bytes]) -> Iterator[bytes]:
+    """Give the lines that say something; of one that is too long, what is read of it."""
+    while line := file.readline(LINE_MOST + 1):
+        if len(line) > LINE_MOST:
+            while not line.endswith(b"\n") and (rest := file.readline(LINE_MOST)):
+                line = line[:LINE_MOST] + rest[-1:]
+        if line.strip():
+            yield line
+
+
+def _rows(grounds: Grounds, lines: Sequence[tuple[int, bytes]]) -> list[Row]:
+    """Return the answers to some lines: together, or each by itself where one cannot be made."""
+    asked: list[tuple[int, JobCut]] = []
+    rows: dict[int, Row] = {}
+    for number, line in lines:
+        try:
+            asked.append((number, _cut(line)))
+        except UnusableInput as error:
+            rows[number] = Row(number, problem=str(error))
+    rows |= _predicted(grounds, asked)
+    return [rows[number] for number, _ in lines]
+
+
+def _predicted(grounds: Grounds, asked: Sequence[tuple[int, JobCut]]) -> dict[int, Row]:
+    try:
+        found, _ = grounds.predict([cut for _, cut in asked])
+    except UnusableInput as error:
+        if len(asked) == 1:
+            return {asked[0][0]: Row(asked[0][0], problem=str(error))}
+        alone = [_predicted(grounds, [one]) for one in asked]
+        return {number: row for some in alone for number, row in some.items()}
+    return {
+        number: Row(number, cut, grounds.exceeding([cut]))
+        for (number, _), cut in zip(asked, found, strict=True)
+    }
+
+
+def _cut(line: bytes) -> JobCut:
+    """Return the cut that a line of JSON states; raises UnusableInput."""
+    if len(line) > LINE_MOST:
+        raise UnusableInput(f"longer than {LINE_MOST} bytes; a cut on a line would work")
+    return read_cut(line)

@@ -1,0 +1,101 @@
+"""Look-ups and predictions: what cuts will take, before they are made."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Request, Response
+
+from autodb.agent.answer.predicting import Answer, Predicted, answer_of, predict_job
+from autodb.agent.answer.prediction_basis import LookedUp
+from autodb.agent.operate.access import noting
+from autodb.errors import UnusableInput
+from autodb.files.job import Job
+from autodb.web.http import answers
+from autodb.web.http.answers import answer, unchanged
+from autodb.web.http.problems import problems
+from autodb.web.routes.asked import EXAMPLES, cut_of, pair_of, parameters_of_a_cut
+from autodb.web.routes.machines import MachineName, document
+from autodb.web.service import Operates, Reads, service_of
+
+router = APIRouter()
+JOB = {
+    "shaft": {
+        "summary": "Two cuts of a shaft",
+        "value": {
+            "name": "shaft",
+            "material": "C45",
+            "tool": "CNMG 120408",
+            "cut": [EXAMPLES, {**EXAMPLES, "name": "finish", "depth_mm": 0.5, "feed_mm_rev": 0.1}],
+        },
+    }
+}
+
+
+@router.get(
+    "/machines/{machine:path}/lookup",
+    summary="Look up one cut",
+    openapi_extra={"parameters": parameters_of_a_cut()},
+    **document(LookedUp),
+)
+async def look_up(request: Request, _access: Reads, machine: MachineName) -> Response:
+    """Say which forces, torque and power a cut of a pair will take, with 95 % intervals.
+
+    Nothing is kept. A pair that the machine has not cut is answered from what is nearest to it, and
+    ``notes`` say from what.
+    """
+    service = service_of(request)
+    known = unchanged(request, service.watched.mark())
+    if known is not None:
+        return known
+    query = dict(request.query_params)
+    material, tool = pair_of(query)
+    cut = cut_of(query)
+    found = service.shelves.grounds(machine, material, tool)
+    service.metrics.cuts.inc()
+    return answers.conditional(request, LookedUp, found.grounds.look_up(cut), found.mark)
+
+
+AJob = Annotated[Job, Body(openapi_examples=JOB)]
+
+
+@router.post(
+    "/machines/{machine:path}/predict",
+    summary="Predict a job",
+    response_model=Answer,
+    responses=problems(401, 404, 413, 422, 429, 503),
+)
+def predict(request: Request, _access: Reads, machine: MachineName, job: AJob) -> Response:
+    """Say what each cut of a job will take; nothing is kept."""
+    _refuse_a_program(job)
+    service = service_of(request)
+    found = service.shelves.grounds(machine, job.material, job.tool)
+    service.metrics.cuts.inc(len(job.cut))
+    return answer(Answer, answer_of(found.grounds, job), found.mark)
+
+
+@router.post(
+    "/machines/{machine:path}/predictions",
+    summary="Predict a job and keep the answer",
+    status_code=201,
+    response_model=Predicted,
+    responses=problems(401, 403, 404, 413, 422, 429, 503),
+)
+def keep_prediction(
+    request: Request, access: Operates, machine: MachineName, job: AJob
+) -> Response:
+    """Say what each cut of a job will take, and keep it: its number leads to what it rests on."""
+    _refuse_a_program(job)
+    service = service_of(request)
+
+    also = noting(access, "prediction kept", "prediction", machine=machine)
+    kept = predict_job(service.store, machine, job, also=also)
+    service.metrics.cuts.inc(len(job.cut))
+    made = answer(Predicted, kept, service.watched.mark())
+    made.status_code = 201
+    made.headers["Location"] = f"/api/v1/trace/prediction/{kept.prediction_id}"
+    return made
+
+
+def _refuse_a_program(job: Job) -> None:
+    """Raise UnusableInput for a job that names a file of this computer."""
+    if job.program is not None:
+        raise UnusableInput("program: a job with cuts would work; files are not read from here")

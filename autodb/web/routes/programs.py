@@ -1,0 +1,116 @@
+"""Jobs whose cuts are a turning program, which is sent with them and read apart."""
+
+import json
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from fastapi import APIRouter, Request, Response
+from pydantic import ValidationError
+from pydantic_core import from_json
+from starlette.concurrency import run_in_threadpool
+
+from autodb.agent.answer.predicting import Answer
+from autodb.errors import UnusableInput
+from autodb.files.job import Job
+from autodb.web.http.answers import answer
+from autodb.web.http.guard import BODY_MOST
+from autodb.web.http.problems import first_of, problems
+from autodb.web.http.settings import MIB
+from autodb.web.receive.apart import Prediction
+from autodb.web.receive.sent import FORM, Part, received, safe
+from autodb.web.routes.machines import MachineName
+from autodb.web.service import Reads, made_apart, service_of
+
+router = APIRouter()
+JOB, PROGRAM = "job", "program"
+_EXAMPLE = {
+    "name": "shaft", "material": "C45", "tool": "CNMG 120408",
+    "program": {"stock_diameter_mm": 60.0},
+}  # fmt: skip
+_BODY = {
+    "required": True,
+    "content": {
+        FORM: {
+            "schema": {
+                "type": "object",
+                "required": [JOB, PROGRAM],
+                "properties": {
+                    JOB: {
+                        "type": "string",
+                        "contentMediaType": "application/json",
+                        "description": "The job as its file says it, but in JSON; what its "
+                        "program is called is said by the file's own name.",
+                        "example": json.dumps(_EXAMPLE),
+                    },
+                    PROGRAM: {
+                        "type": "string",
+                        "format": "binary",
+                        "description": "The turning program.",
+                    },
+                },
+            }
+        }
+    },
+}
+
+
+@router.post(
+    "/machines/{machine:path}/predict/program",
+    summary="Predict a job with a turning program",
+    response_model=Answer,
+    responses=problems(401, 404, 408, 413, 422, 429, 503),
+    openapi_extra={"requestBody": _BODY},
+)
+async def predict_program(request: Request, _access: Reads, machine: MachineName) -> Response:
+    """Say what each line of a program that cuts will take; nothing is kept.
+
+    The program is read in a process of its own.
+    """
+    mark = service_of(request).watched.mark()
+    return answer(Answer, await predicted(request, machine), mark)
+
+
+async def predicted(request: Request, machine: str) -> Answer:
+    """Return what is predicted of the job and the program that a request brings.
+
+    Raises HTTPException where too many are sent or read, UnusableInput where they cannot be used.
+    """
+    service = service_of(request)
+    service.refuse_sending(request)
+    await run_in_threadpool(service.needs_machine, machine)
+    with tempfile.TemporaryDirectory(prefix="autodb-") as name:
+        limits = service.settings.limits
+        most = {JOB: BODY_MOST, PROGRAM: limits.program_MiB * MIB}
+        task = _task(machine, await received(request, Path(name), most, limits.receive_s))
+        found: Answer = await made_apart(service, task, Answer, limits.predicting)
+    service.metrics.cuts.inc(len(found.cuts))
+    return found
+
+
+def _task(machine: str, parts: Mapping[str, Part]) -> Prediction:
+    """Return what is to be predicted of what was sent; raises UnusableInput."""
+    lacking = [field for field in (JOB, PROGRAM) if field not in parts]
+    if lacking:
+        raise UnusableInput(f"{' and '.join(lacking)}: missing; both as parts would work")
+    called = safe(parts[PROGRAM].called, "program.nc")
+    folder = parts[PROGRAM].path.parent / "named"
+    folder.mkdir()
+    path = parts[PROGRAM].path.rename(folder / called)
+    return Prediction(machine, _job(parts[JOB].path.read_bytes(), called), path)
+
+
+def _job(text: bytes, called: str) -> Job:
+    """Return a job of which the program is called so; raises UnusableInput naming the key."""
+    try:
+        said = from_json(text)
+        if isinstance(said, dict) and isinstance(said.get("program"), dict):
+            said["program"]["file"] = called
+        job = Job.model_validate(said)
+    except ValidationError as error:
+        raise UnusableInput(f"{JOB}: {first_of(error.errors())}") from None
+    except ValueError as error:
+        raise UnusableInput(f"{JOB}: no JSON ({error}); a job's keys as JSON would work") from None
+    if job.program is None:
+        raise UnusableInput(f"{JOB}: program: missing; a job with its stock there would work")
+    return job
