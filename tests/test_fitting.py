@@ -8,9 +8,10 @@ from scipy import signal
 from scipy.stats import chi2
 
 from autodb import fitting
-from autodb.fitting import Gaussian, deviation
+from autodb.fitting import Gaussian, deviation, optimum
 from autodb.fitting.covariance import bartlett
 
+Array = NDArray[np.float64]
 RNG = np.random.default_rng(11)
 X = RNG.normal(size=(200, 3))
 TRUE = np.array([2.0, -1.0, 0.5])
@@ -279,3 +280,15 @@ def test_standard_deviations_widen_without_a_step() -> None:
     assert np.max(np.diff(widened[1:-1])) < 0.002
     assert_allclose(widened[-1] ** 2, 0.5 * (1.0 + limit))
     assert_allclose(widened[-2] ** 2, 20.0, rtol=1e-6)
+
+
+def test_a_climb_ends_where_rounding_hides_the_rest_of_it() -> None:
+    """A height that came out too low by 2e-8 is nothing to stay at, 1e-4 standard errors off."""
+    curvature, wanted = np.array([[90.0, 5.0], [5.0, 16.0]]), np.array([1.0, 0.3])
+    near = wanted + np.array([1e-5, 2e-5])
+
+    def misfit(at: Array) -> tuple[float, Array]:
+        slope = curvature @ (at - wanted)
+        return float(0.5 * (at - wanted) @ slope) - 2e-8 * np.array_equal(at, near), slope
+
+    assert_allclose(optimum._ended(misfit, near), wanted, rtol=0.0, atol=1e-12)

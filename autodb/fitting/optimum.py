@@ -23,6 +23,9 @@ FLAT = 1e-10
 NEAR, SLOWER = 1e-5, 0.5
 """Length of a step from which on it has to be shorter than the last by this share, or is rounding.
 """
+COMPARED = 1e-3
+"""Length of a step up to which it is taken whole: heights then differ by about its square, 1e-6,
+which their rounding may hide (1e-8 was seen); Newton's steps go by the gradient alone. Chosen."""
 WITHIN, FAR = 50.0, 1.0
 """Where optima are looked for, and the longest step: parameters are shares and logarithms, of the
 order of 1."""
@@ -76,7 +79,7 @@ def _ended(misfit: Misfit, near: Array) -> Array:
             return near  # the second: what is left is the gradient's rounding
         step = -ways @ (down / curved)
         step *= min(1.0, FAR / float(np.linalg.norm(step)))
-        while length > NEAR and misfit(near + step)[0] > height:
+        while length > COMPARED and misfit(near + step)[0] > height:
             step *= SLOWER
         near = near + step
     raise NotSettled(f"a likelihood's optimum still moves by {length:.2g} standard errors a step")
