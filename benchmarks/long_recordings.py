@@ -73,10 +73,10 @@ def identify(seconds: float) -> None:
 
 def columns(seconds: float, axis: int) -> tuple[Array, Array]:
     """Return ten columns (n, 10) of the terms on an axis' moves, and its current (n,)."""
-    from autodb.sensing.drives.fit.axis_model import term_called
     from autodb.terms.channel import Part
     from autodb.terms.channel import columns as made
     from autodb.terms.friction import direction
+    from autodb.terms.vocabulary import term_called
 
     inputs = moves(seconds, axis)
     current = inputs.pop("current")

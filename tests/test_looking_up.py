@@ -16,7 +16,7 @@ from numpy.testing import assert_allclose
 from autodb.agent.answer.looking_up import Shelf
 from autodb.agent.answer.predicting import predict_job
 from autodb.agent.learn.starting import start_of
-from autodb.agent.rows.imported_cards import import_cards, imported_card
+from autodb.agent.rows.imported_cards import imported_card, keep_cards
 from autodb.agent.rows.machines import add_machine
 from autodb.agent.rows.posteriors import columns_of
 from autodb.cutting import shear, tools
@@ -232,7 +232,7 @@ def test_a_bad_card_is_refused_whole(store: Store, refused: Callable[..., str]) 
 def test_a_new_pair_starts_from_a_relative_then_a_card_then_what_ships(store: Store) -> None:
     path = Path("cards.csv")
     path.write_text(CARDS.replace("brass", "steel").replace("C45", "42CrMo4"), "utf-8")
-    import_cards(store, path)
+    keep_cards(store, read_cards(path))
     with store.reading() as session:
         related, card, ships, metal = (
             start_of(session, 1, material, "new tool")

@@ -3,67 +3,67 @@
 import io
 import signal
 import sys
+from collections import UserDict
 from functools import cache
+from importlib import import_module
 from types import FrameType
 from typing import Any
 
 import typer
 
-from autodb.cli.develop import proving
-from autodb.cli.learn import (
-    identifying,
-    inspecting,
-    learning,
-    reconstructing,
-    refreshing,
-    running,
-    scaling,
-    sensing,
-)
-from autodb.cli.maintain import fleet, keeping, withdrawing
-from autodb.cli.plan import answers, looking_up, planning
-from autodb.cli.setup import database, scheduling, serving, standard, sweeping
-from autodb.cli.understand import deciding, explaining
 from autodb.files.excuses import excuse
 
 INTERRUPTED = 130
 
-app = typer.Typer(
-    help="A CNC machine's own machining database: currents to forces, parameters, predictions.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-)
-app.command("init")(database.init)
-app.add_typer(database.machine, name="machine")
-app.command("import")(learning.import_)
-app.command("calibrate")(learning.calibrate)
-app.add_typer(standard.standard, name="standard")
-app.command("sweep")(sweeping.sweep)
-app.command("identify")(identifying.identify)
-app.command("scale")(scaling.scale)
-app.command("reconstruct")(reconstructing.reconstruct)
-app.command("inspect")(inspecting.inspect)
-app.command("sensors")(sensing.sensors)
-app.command("refresh")(refreshing.refresh)
-app.command("schedule")(scheduling.schedule)
-app.command("agent")(running.agent)
-app.add_typer(fleet.fleet, name="fleet")
-app.command("serve")(serving.serve)
-app.add_typer(serving.token, name="token")
-app.command("predict")(answers.predict)
-app.command("lookup")(looking_up.lookup)
-app.command("plan")(planning.plan)
-app.command("explain")(explaining.explain)
-app.add_typer(deciding.mismatch, name="mismatch")
-app.command("trace")(answers.trace)
-app.command("withdraw")(withdrawing.withdraw)
-app.command("doctor")(keeping.doctor)
-app.command("backup")(keeping.backup)
-app.command("restore")(keeping.restore)
-app.command("export")(keeping.export)
-app.command("demo")(answers.demo)
-app.command("prove")(proving.prove)
+COMMANDS = {
+    "init": "setup.database:init",
+    "machine": "setup.database:machine",
+    "import": "learn.learning:import_",
+    "calibrate": "learn.learning:calibrate",
+    "standard": "setup.standard:standard",
+    "sweep": "setup.sweeping:sweep",
+    "identify": "learn.identifying:identify",
+    "scale": "learn.scaling:scale",
+    "reconstruct": "learn.reconstructing:reconstruct",
+    "inspect": "learn.inspecting:inspect",
+    "sensors": "learn.sensing:sensors",
+    "refresh": "learn.refreshing:refresh",
+    "schedule": "setup.scheduling:schedule",
+    "agent": "learn.running:agent",
+    "fleet": "maintain.fleet:fleet",
+    "serve": "setup.serving:serve",
+    "token": "setup.serving:token",
+    "predict": "plan.answers:predict",
+    "lookup": "plan.looking_up:lookup",
+    "plan": "plan.planning:plan",
+    "explain": "understand.explaining:explain",
+    "mismatch": "understand.deciding:mismatch",
+    "trace": "plan.answers:trace",
+    "withdraw": "maintain.withdrawing:withdraw",
+    "doctor": "maintain.keeping:doctor",
+    "backup": "maintain.keeping:backup",
+    "restore": "maintain.keeping:restore",
+    "export": "maintain.keeping:export",
+    "demo": "plan.answers:demo",
+    "prove": "develop.proving:prove",
+}
+"""Where each command is, by name, in the order of the help: module and name in it."""
+
+
+class Commands(UserDict[str, Any]):
+    """Commands by name, each imported once it is asked for: `predict` waits for no other."""
+
+    def __getitem__(self, name: str) -> Any:
+        return _command(name, self.data[name])
+
+
+def commands() -> Any:
+    """Return all commands as one."""
+    from typer.core import TyperGroup
+
+    what = "A CNC machine's own machining database: currents to forces, parameters, predictions."
+    every: Any = Commands(COMMANDS)
+    return TyperGroup(name="autodb", commands=every, help=what, no_args_is_help=True)
 
 
 def run(arguments: list[str] | None = None) -> int:
@@ -71,7 +71,7 @@ def run(arguments: list[str] | None = None) -> int:
     from typer.exceptions import TyperException
 
     try:
-        code = _command().main(arguments, prog_name="autodb", standalone_mode=False)
+        code = commands().main(arguments, prog_name="autodb", standalone_mode=False)
     except TyperException as error:
         show = getattr(error, "show", None)
         if show is not None:
@@ -91,11 +91,19 @@ def run(arguments: list[str] | None = None) -> int:
 
 
 @cache
-def _command() -> Any:
-    """Return all commands as one; built once in a process that runs several."""
+def _command(name: str, place: str) -> Any:
+    """Return a command, or a group of them, built from its function."""
     from typer.main import get_command
 
-    return get_command(app)
+    module, _, attribute = place.partition(":")
+    found = getattr(import_module(f"autodb.cli.{module}"), attribute)
+    if not isinstance(found, typer.Typer):
+        alone = typer.Typer(add_completion=False)
+        alone.command(name)(found)
+        found = alone
+    command = get_command(found)
+    command.name = name
+    return command
 
 
 _pressed: list[int] = []

@@ -5,11 +5,8 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput, near
 from autodb.explain.answer.answer import ChannelAnswer, Explained, Explanation, Trace
-from autodb.explain.axis.look import explain_axis
-from autodb.explain.process import explain_cuts, explain_waves
 from autodb.files.channels import FORCES, axis_of, effort_channels
 from autodb.records import CutTable, Recording
-from autodb.sensing.drives.moves.protocol import default_protocol
 from autodb.terms.vocabulary import VOCABULARY
 
 Array = NDArray[np.float64]
@@ -64,6 +61,8 @@ def _derived(recording: Recording, axis: str) -> list[str]:
     missing = [name for name in names if name not in recording]
     if not missing:
         return []
+    from autodb.sensing.drives.moves.protocol import default_protocol
+
     cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
     return [
         f"{' and '.join(missing)} derived from {axis}.position: 4th-order Butterworth at "
@@ -126,6 +125,8 @@ def _over_time(
         )
     found = _axes(recording, simulation, efforts, order, includes)
     if forces:
+        from autodb.explain.waves.answers import explain_waves
+
         parts = {n: simulation[n][order] for n in forces}
         names = sorted(set().union(*includes.values())) if isinstance(includes, dict) else includes
         found |= explain_waves(recording, parts, names)
@@ -139,6 +140,8 @@ def _axes(
     order: NDArray[np.intp],
     includes: Includes,
 ) -> dict[str, tuple[ChannelAnswer, Trace]]:
+    from autodb.explain.axis.look import explain_axis
+
     if not isinstance(includes, dict):
         return {n: explain_axis(recording, simulation[n][order], n, includes) for n in efforts}
     parts = {n: {term: part[order] for term, part in includes[n].items()} for n in efforts}
@@ -166,4 +169,6 @@ def _cuts(
         raise UnusableInput(
             f"{simulation.path}: no force.x, force.y or force.z that the recording has in every cut"
         )
+    from autodb.explain.cuts.answers import explain_cuts
+
     return explain_cuts(recording, {n: simulation[n][order] for n in forces}, includes)

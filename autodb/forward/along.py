@@ -1,23 +1,55 @@
 """Forward along a program: what each of its lines will take, in the mean and at its largest."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
 from autodb.forward.prediction import COLUMNS, Interval, Peaks, PredictedCut, ToolOf, intervals
-from autodb.forward.programs import Line
-from autodb.pairs.engaged import BY_NAME, RPM, SPEED, Conditions
+from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, RPM, SPEED, Conditions
 from autodb.pairs.forecast import Forecast, Shares, expected, forecast
 from autodb.pairs.observed import Cuts
 from autodb.pairs.posterior import Belief
+
+Array = NDArray[np.float64]
 
 PEAKED = 3.0
 """Largest over mean of a line from which it is spoken of. Chosen."""
 QUANTITIES = 4
 """Force x, y, z and torque: the columns of a forecast that peaks are of."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a program that cuts: its steps (n,), and the deepest moment within each.
+
+    ``time_s`` (n,): how long each takes. ``steps``: conditions as of a cut, means over each in
+    time, ``deepest``: those where the chip is largest in it; ``widest``: those at the line's
+    largest diameter. ``fastest_rpm`` of the spindle along it.
+    """
+
+    name: str
+    number: int
+    operation: str
+    time_s: Array
+    steps: tuple[Conditions, ...]
+    deepest: tuple[Conditions, ...]
+    widest: Conditions
+    fastest_rpm: float
+
+    def ranges(self, _tool_diameter_mm: float | None = None) -> Mapping[str, tuple[float, float]]:
+        """Return mean and largest depth and feed, by channel: a tool enters from depth 0."""
+        return {
+            channel: (
+                float(np.average([row[channel] for row in self.steps], weights=self.time_s)),
+                max(row[channel] for row in self.deepest),
+            )
+            for channel in (DEPTH, FEED)
+        }
 
 
 def predict_lines(

@@ -19,6 +19,7 @@ from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
 from autodb.files.checksums import checksum
 from autodb.files.job import LEAST, JobProgram
+from autodb.forward.along import Line
 from autodb.nc.reading import (
     Arc,
     CuttingSpeed,
@@ -40,35 +41,6 @@ ALIKE = 1e-6
 """Difference in mm, mm/rev, rpm or of a direction's cosine below which steps are alike."""
 SQUARE_DEG = 1e-3
 """Off longitudinal or square to the axis by less, a line turns or faces."""
-
-
-@dataclass(frozen=True)
-class Line:
-    """A line of a program that cuts: its steps (n,), and the deepest moment within each.
-
-    ``time_s`` (n,): how long each takes. ``steps``: conditions as of a cut, means over each in
-    time, ``deepest``: those where the chip is largest in it; ``widest``: those at the line's
-    largest diameter. ``fastest_rpm`` of the spindle along it.
-    """
-
-    name: str
-    number: int
-    operation: str
-    time_s: Array
-    steps: tuple[Conditions, ...]
-    deepest: tuple[Conditions, ...]
-    widest: Conditions
-    fastest_rpm: float
-
-    def ranges(self, _tool_diameter_mm: float | None = None) -> Mapping[str, tuple[float, float]]:
-        """Return mean and largest depth and feed, by channel: a tool enters from depth 0."""
-        return {
-            channel: (
-                float(np.average([row[channel] for row in self.steps], weights=self.time_s)),
-                max(row[channel] for row in self.deepest),
-            )
-            for channel in (DEPTH, FEED)
-        }
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,8 @@ from autodb.pairs.prior import Card
 
 Array = NDArray[np.float64]
 
+UNIT = "N/mm²"
+"""Of k_c1.1."""
 SHAPE = 0.03
 """Share by which a material may be off its card from one chip to another. Chosen: over a card's
 chips it leaves an exponent open by about ± 0.03."""

@@ -14,14 +14,12 @@ from autodb.cutting.kienzle import Planned
 from autodb.errors import UnusableInput, near
 from autodb.files import csvtext
 from autodb.files.units import RAW, conversion
-from autodb.pairs.card import STEEPEST, Bounded, KienzleCard, LinearCard
-from autodb.readers import Columns
-from autodb.readers.csv import open_csv
+from autodb.pairs.card import STEEPEST, UNIT, Bounded, KienzleCard, LinearCard
+from autodb.readers import Columns, csv
 from autodb.standard.writing import keep
 
 STEEPEST_RAKE_DEG = 60.0
 """Beyond any insert or mill. Chosen."""
-UNIT = "N/mm²"
 MARK = "k_c1.1"
 """The column that a file is told by."""
 LABELS = ("material", "k_c1.1_unit", "source")
@@ -86,7 +84,7 @@ def is_card(path: Path) -> bool:
 
     Raises UnusableInput where a CSV file has no header that can be read.
     """
-    return path.suffix == ".csv" and path.is_file() and MARK in open_csv(path)[0].columns
+    return path.suffix == ".csv" and path.is_file() and MARK in csv.open_file(path)[0].columns
 
 
 def read_cards(path: Path) -> tuple[KienzleCard, ...]:
@@ -98,7 +96,7 @@ def read_cards(path: Path) -> tuple[KienzleCard, ...]:
     """
     if not path.is_file():
         raise UnusableInput(f"{path}: no such file")
-    base = open_csv(path)[0]
+    base = csv.open_file(path)[0]
     _check_header(path, base.columns)
     stated = [name for name in OPTIONAL if name in base.columns]
     table = base.read((*NEEDED, *stated), LABELS)

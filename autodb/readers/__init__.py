@@ -4,31 +4,26 @@ A file holds one or several *time bases*: sets of columns that share one length.
 itself and in blocks; nothing is joined here.
 """
 
-from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 from autodb.errors import UnusableInput
 from autodb.readers._base import BLOCK_ROWS, Columns, Labels, TimeBase
-from autodb.readers.csv import open_csv
-from autodb.readers.hdf5 import open_hdf5
-from autodb.readers.mat import open_mat
-from autodb.readers.mf4 import open_mf4
-from autodb.readers.parquet import open_parquet
-from autodb.readers.tdms import open_tdms
 
 __all__ = ["BLOCK_ROWS", "MOST_COLUMNS", "READERS", "Columns", "Labels", "TimeBase", "open_bases"]
 
 MOST_COLUMNS = 10_000
 """Columns of a file, of all its time bases. Chosen: controls record some hundreds."""
-READERS: dict[str, Callable[[Path], tuple[TimeBase, ...]]] = {
-    ".csv": open_csv,
-    ".parquet": open_parquet,
-    ".mat": open_mat,
-    ".h5": open_hdf5,
-    ".hdf5": open_hdf5,
-    ".tdms": open_tdms,
-    ".mf4": open_mf4,
+READERS = {
+    ".csv": "csv",
+    ".parquet": "parquet",
+    ".mat": "mat",
+    ".h5": "hdf5",
+    ".hdf5": "hdf5",
+    ".tdms": "tdms",
+    ".mf4": "mf4",
 }
+"""The module that reads a kind of file; it is imported when a file needs it."""
 
 
 def open_bases(path: Path) -> tuple[TimeBase, ...]:
@@ -41,8 +36,8 @@ def open_bases(path: Path) -> tuple[TimeBase, ...]:
         raise UnusableInput(f"{path}: is a folder; give one recording file")
     if not path.exists():
         raise UnusableInput(f"{path}: no such file")
-    opener = READERS.get(path.suffix.lower())
-    if opener is None:
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
         raise UnusableInput(f"{path}: unknown kind of file; {', '.join(READERS)} would work")
     try:
         with path.open("rb") as file:
@@ -50,7 +45,8 @@ def open_bases(path: Path) -> tuple[TimeBase, ...]:
                 raise UnusableInput(f"{path}: the file is empty")
     except PermissionError:
         raise UnusableInput(f"{path}: no permission to read it") from None
-    bases = opener(path)
+    open_file = import_module(f"autodb.readers.{reader}").open_file
+    bases: tuple[TimeBase, ...] = open_file(path)
     columns = sum(len(base.columns) for base in bases)
     if columns > MOST_COLUMNS:
         raise UnusableInput(

@@ -21,7 +21,7 @@ _UNKNOWN = csv.ConvertOptions().null_values
 """Texts that stand for a number that is not known."""
 
 
-def open_csv(path: Path) -> tuple[TimeBase, ...]:
+def open_file(path: Path) -> tuple[TimeBase, ...]:
     """Open a comma-separated file by its header line."""
     names = tuple(_named(path, _header(path)))
 

@@ -38,7 +38,7 @@ class _Vector:
         return self.dataset.rpartition("/")[0]
 
 
-def open_hdf5(path: Path) -> tuple[TimeBase, ...]:
+def open_file(path: Path) -> tuple[TimeBase, ...]:
     """Open an HDF5 file by the names and shapes of its datasets."""
     h5py = library(path, "h5py")
     found = isolated_value(path, "HDF5", lambda: [asdict(v) for v in _vectors(h5py, path)])

@@ -5,22 +5,22 @@ from pathlib import Path
 
 import numpy as np
 
+from autodb.readers import hdf5
 from autodb.readers._base import Columns, TimeBase, as_label, as_number
 from autodb.readers._child import isolated, isolated_value
-from autodb.readers.hdf5 import open_hdf5
 
 _NUMBERS = {"double", "single", "logical"} | {
     f"{u}int{n}" for u in ("", "u") for n in (8, 16, 32, 64)
 }
 
 
-def open_mat(path: Path) -> tuple[TimeBase, ...]:
+def open_file(path: Path) -> tuple[TimeBase, ...]:
     """Open a MAT file; vectors of one length share a time base."""
     from scipy.io import whosmat
 
     with path.open("rb") as file:
         if b"MATLAB 7.3" in file.read(128):
-            return open_hdf5(path)
+            return hdf5.open_file(path)
     by_length: dict[int, list[str]] = {}
     for name, shape, kind in isolated_value(path, "MAT", lambda: whosmat(path)):
         if kind in _NUMBERS and sum(n > 1 for n in shape) == 1 and min(shape) > 0:

@@ -28,7 +28,7 @@ class _Group:
     units: dict[str, str]
 
 
-def open_mf4(path: Path) -> tuple[TimeBase, ...]:
+def open_file(path: Path) -> tuple[TimeBase, ...]:
     """Open an MF4 file by its channel groups."""
     asammdf = library(path, "asammdf")
     found = isolated_value(path, "MF4", lambda: _read_groups(asammdf, path))

@@ -12,7 +12,7 @@ from autodb.readers._base import BLOCK_ROWS, Columns, TimeBase, refuse_twice
 from autodb.readers._damage import damaged
 
 
-def open_parquet(path: Path) -> tuple[TimeBase, ...]:
+def open_file(path: Path) -> tuple[TimeBase, ...]:
     """Open a Parquet file by its schema."""
     try:
         with parquet.ParquetFile(path) as file:

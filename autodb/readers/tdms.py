@@ -35,7 +35,7 @@ class _Clock:
         return f"{self.group}, {rate}, {self.rows} rows from {self.start_s:g} s"
 
 
-def open_tdms(path: Path) -> tuple[TimeBase, ...]:
+def open_file(path: Path) -> tuple[TimeBase, ...]:
     """Open a TDMS file by its metadata."""
     nptdms = library(path, "nptdms")
     grouped, units = whole(path, "TDMS", lambda: _read_groups(nptdms, path))

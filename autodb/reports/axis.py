@@ -16,10 +16,10 @@ from autodb.sensing.drives.fit.axis_model import (
     IdentifiedTerm,
     amplitudes,
     readable,
-    term_called,
 )
 from autodb.sensing.drives.fit.drive_errors import BANDWIDTHS_HZ, DriveErrors
 from autodb.sensing.drives.fit.thermal import thermal_state
+from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
 

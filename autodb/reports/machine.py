@@ -14,9 +14,10 @@ from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.learn.precision_history import LearningCurve
 from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations
+from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import as_belief, chain, pair_name
-from autodb.agent.sense.sensed import QUANTITY, as_cuts, as_observed, numbers_of
+from autodb.agent.sense.sensed import QUANTITY, as_cuts, as_observed
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.job import Job
 from autodb.fitting import NORMAL_95

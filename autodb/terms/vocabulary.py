@@ -1,5 +1,7 @@
 """Identifiers of every effect that a simulation may say it includes, modelled here or not."""
 
+from autodb.terms import TERMS, Term
+
 AXIS = frozenset(
     {
         "coulomb",
@@ -46,3 +48,8 @@ CUTTING = frozenset(
 TABLE = frozenset({"table_gravity", "table_inertia", "thermal_drift", "crosstalk"})
 
 VOCABULARY: frozenset[str] = AXIS | CUTTING | TABLE
+
+
+def term_called(name: str, form: str = "") -> Term:
+    """Return the term of this name and form."""
+    return next(t for t in TERMS if t.name == name and t.form == form)

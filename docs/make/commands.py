@@ -2,17 +2,14 @@
 
 from typing import Any
 
-from typer.main import get_command
-
-from autodb.cli import app
+from autodb.cli import commands
 
 BEGIN, END = "<!-- commands: made by python -m docs.make -->\n", "<!-- end of commands -->\n"
 
 
 def reference() -> str:
     """Return a section for every command: usage, what it does, its arguments and options."""
-    group: Any = get_command(app)
-    return "\n".join(_sections("autodb", group))
+    return "\n".join(_sections("autodb", commands()))
 
 
 def filled(page: str) -> str:

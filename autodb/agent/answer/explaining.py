@@ -1,7 +1,7 @@
 """The machine's own stored models as the simulation; what they leave out is kept as mismatches."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,23 +10,18 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import records
-from autodb.agent.answer.milling import HAS, expected_waves, known_pair
-from autodb.agent.ingest.as_imported import as_imported
+from autodb.agent.ingest.as_imported import as_imported, signed
 from autodb.agent.ingest.importing import counting, cuts_as_table, import_file
-from autodb.agent.learn.known import Known
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations
-from autodb.agent.rows.machines import find_machine, signed
+from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import as_belief, latest
-from autodb.agent.sense.identifying import newest_model, off_law_of, stored_terms
 from autodb.agent.sense.sensed import QUANTITY, as_cuts, usable
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.explain.answer.answer import Cause, ChannelAnswer
-from autodb.files.channels import FORCES, effort_channels
 from autodb.pairs.forecast import forecast
 from autodb.pairs.posterior import WEAR
 from autodb.records import CutTable, Recording
-from autodb.sensing.drives.feed_axis import predict_effort
 from autodb.sensing.ranges import chosen
 from autodb.store import Store, models
 
@@ -74,7 +69,7 @@ def explain_with_machine(
             row = session.get_one(models.Recording, imported.recording_id)
             explained = _of_cuts(session, owner, row)
         else:
-            explained = _over_time(session, owner, signed(table, owner))
+            explained = _over_time(session, owner, table)
     with store.writing(machine) as session:
         kept = keep(session, imported.recording_id, explained)
     return AgainstMachine(explained, kept)
@@ -90,7 +85,7 @@ def explain_recording(session: Session, row: models.Recording) -> Explained:
     table = as_imported(row)
     if isinstance(table, CutTable):
         return _of_cuts(session, owner, row)
-    return _over_time(session, owner, signed(table, owner))
+    return _over_time(session, owner, table)
 
 
 def _of_cuts(session: Session, owner: models.Machine, row: models.Recording) -> Explained:
@@ -99,76 +94,9 @@ def _of_cuts(session: Session, owner: models.Machine, row: models.Recording) -> 
 
 
 def _over_time(session: Session, owner: models.Machine, recording: Recording) -> Explained:
-    """Explain a recording's drives against their models, its forces against its pair's belief.
+    from autodb.agent.answer.explaining_over_time import explain_over_time
 
-    Raises UnusableInput where the machine has neither.
-    """
-    simulated, parts = _simulate_axes(session, owner.id, recording)
-    forces = any(name in recording for name in FORCES)
-    if not simulated and not forces:
-        raise UnusableInput(
-            f"{recording.path}: the machine has no model of its axes; one made by "
-            "'autodb identify' would work"
-        )
-    found = []
-    if simulated:
-        found.append(explain(recording, _as_simulation(recording, simulated), includes=parts))
-    if forces:
-        try:
-            known = known_pair(session, owner, recording)
-        except UnusableInput as error:
-            if not found:
-                raise
-            found[0] = replace(found[0], notes=(*found[0].notes, f"forces not explained: {error}"))
-        else:
-            found.append(_waves(known, recording))
-    return _joined(found)
-
-
-def _waves(known: Known, recording: Recording) -> Explained:
-    """Explain a recording's forces against its pair's belief."""
-    waves = expected_waves(known, recording)
-    made = _as_simulation(waves.measured, waves.forces_N)
-    explained = explain(waves.measured, made, includes=list(HAS))
-    return replace(explained, notes=(*waves.notes, *explained.notes))
-
-
-def _joined(found: list[Explained]) -> Explained:
-    """Return explanations of channels of one recording as one."""
-    channels = {n: a for one in found for n, a in one.explanation.channels.items()}
-    return Explained(
-        found[0].explanation.model_copy(update={"channels": channels}),
-        {name: trace for one in found for name, trace in one.traces.items()},
-        tuple(note for one in found for note in one.notes),
-    )
-
-
-def _as_simulation(recording: Recording, simulated: dict[str, Array]) -> Recording:
-    return Recording(path=recording.path, channels={"t": recording.t_s, **simulated})
-
-
-def _simulate_axes(
-    session: Session, machine_id: int, recording: Recording
-) -> tuple[dict[str, Array], dict[str, dict[str, Array]]]:
-    """Return what the newest channel models give for the recording's motion, and each term's part.
-
-    A term's part is what would go with it. A term that no move excited has no number and gives
-    nothing: it has no part.
-    """
-    found: dict[str, Array] = {}
-    parts: dict[str, dict[str, Array]] = {}
-    for channel in effort_channels(list(recording.channels)):
-        model = newest_model(session, machine_id, channel)
-        if model is not None:
-            terms = stored_terms(model)
-            alone = predict_effort(recording, model.axis, terms)
-            found[channel] = predict_effort(recording, model.axis, terms, off_law_of(model))
-            parts[channel] = {
-                name: alone
-                - predict_effort(recording, model.axis, [t for t in terms if t.term != name])
-                for name in sorted({t.term for t in terms if t.sd is not None})
-            }
-    return found, parts
+    return explain_over_time(session, owner, signed(recording, owner))
 
 
 def expected_and_sensed(

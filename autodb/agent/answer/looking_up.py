@@ -25,9 +25,9 @@ from sqlalchemy.orm import Session, aliased
 from autodb.agent.answer.in_state import others_of
 from autodb.agent.answer.prediction_basis import Grounds, LookedUp, Stamp, grounds_of
 from autodb.agent.learn.known import Behind, Known, known_of
+from autodb.agent.rows.catalogue import GEOMETRY
 from autodb.agent.rows.owner import owner_named
 from autodb.agent.rows.posteriors import LAW, belief_of
-from autodb.agent.sense.sensed import GEOMETRY
 from autodb.errors import UnusableInput, near
 from autodb.files.job import JobCut
 from autodb.forward.prediction import ToolOf

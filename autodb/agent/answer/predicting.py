@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from autodb.agent.answer.prediction_basis import Grounds, grounds_of
 from autodb.agent.learn.known import Behind, known_of
@@ -10,10 +10,13 @@ from autodb.agent.learn.wearing import said_of_wear
 from autodb.agent.rows.machines import as_file, find_machine
 from autodb.agent.rows.owner import owner_named
 from autodb.files.job import Job
-from autodb.forward import along, programs
+from autodb.forward import along
 from autodb.forward.limits import Exceeding
 from autodb.forward.prediction import PredictedCut
 from autodb.store import Also, Store, models, nothing_else
+
+if TYPE_CHECKING:
+    from autodb.forward.programs import Followed
 
 
 @dataclass(frozen=True)
@@ -80,17 +83,19 @@ def answer_job(store: Store, machine: str, job: Job) -> Answer:
         return _answer(grounds_of(session, owner, job.material, known), job, program)[0]
 
 
-def _followed(store: Store, machine: str, job: Job) -> programs.Followed | None:
+def _followed(store: Store, machine: str, job: Job) -> "Followed | None":
     """Return a job's program followed through its stock; None where the job lists cuts."""
     if job.program is None:
         return None
+    from autodb.forward import programs
+
     with store.reading() as session:
         file = as_file(find_machine(session, machine))
     return programs.follow(job.program, units=file.units, diameter=file.diameter)
 
 
 def _answer(
-    grounds: Grounds, job: Job, program: programs.Followed | None
+    grounds: Grounds, job: Job, program: "Followed | None"
 ) -> tuple[Answer, list[models.CuttingParameters]]:
     """Return the answer, and the parameters of other process states that were used.
 
@@ -111,7 +116,7 @@ def _answer(
     return Answer(job, cuts, known.behind, notes, grounds.exceeding(cuts)), states
 
 
-def _stored(job: Job, program: programs.Followed | None) -> dict[str, Any]:
+def _stored(job: Job, program: "Followed | None") -> dict[str, Any]:
     """Return a job as it is kept: of a program with the checksum of what was read."""
     if program is None:
         return job.model_dump(mode="json")
@@ -120,9 +125,7 @@ def _stored(job: Job, program: programs.Followed | None) -> dict[str, Any]:
     return stored
 
 
-def _of_program(
-    program: programs.Followed, tool: str, cuts: Sequence[PredictedCut]
-) -> Iterable[str]:
+def _of_program(program: "Followed", tool: str, cuts: Sequence[PredictedCut]) -> Iterable[str]:
     """Say how long a program cuts, what of its tools counts, and which line has a high peak."""
     lines = f"{len(cuts)} lines" if len(cuts) > 1 else "1 line"
     yield f"{lines} cut for {program.cutting_s:.1f} s, of {program.fed_s:.1f} s at a feed"

@@ -1,4 +1,6 @@
-"""A recording of the database, read again as it came in."""
+"""A recording of the database, read again as it came in, and with the signs of its machine."""
+
+from dataclasses import replace
 
 from autodb.agent.ingest.importing import whole_file
 from autodb.errors import UnusableInput
@@ -18,3 +20,13 @@ def as_imported(row: models.Recording) -> Recording | CutTable:
             f"{row.path}: not there as it was imported; put back under its path it would work"
         )
     return open_as_stored(path, SideFile.model_validate(row.side)).choose().read()
+
+
+def signed(recording: Recording, machine: models.Machine) -> Recording:
+    """Return a recording whose axis currents have the sign that the machine's axes state."""
+    signs = {f"{axis.name}.current": axis.current_sign for axis in machine.axes}
+    channels = {
+        name: values * signs[name] if signs.get(name, 1) != 1 else values
+        for name, values in recording.channels.items()
+    }
+    return replace(recording, channels=channels)

@@ -6,9 +6,9 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.learn.starting import start_of
+from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.owner import Owner
 from autodb.agent.rows.posteriors import LAW, as_belief, latest
-from autodb.agent.sense.sensed import numbers_of
 from autodb.errors import UnusableInput
 from autodb.forward.prediction import ToolOf
 from autodb.pairs.posterior import Belief

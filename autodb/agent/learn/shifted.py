@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from autodb.agent.learn.usual_cut import nearest_to_median
-from autodb.agent.sense.sensed import QUANTITY, numbers_of, operation_of
+from autodb.agent.rows.catalogue import numbers_of
+from autodb.agent.sense.sensed import QUANTITY, operation_of
 from autodb.fitting import NORMAL_95
 from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, SPEED
 from autodb.pairs.forecast import forecast

@@ -9,6 +9,11 @@ from sqlalchemy.orm import Session
 from autodb.store import lock_catalogue, models
 
 Named = TypeVar("Named", models.Material, models.Tool)
+GEOMETRY = (
+    *("diameter_mm", "teeth", "helix_deg", "corner_radius_mm", "point_angle_deg"),
+    *("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg", "included_deg"),
+)
+"""Columns of a tool that are its geometry."""
 
 
 def find_or_add(session: Session, table: type[Named], name: str) -> Named:
@@ -50,6 +55,12 @@ def pair_id(session: Session, material: str, tool: str, stated: Mapping[str, Any
         session.add(pair)
     session.flush()
     return pair.id
+
+
+def numbers_of(tool: models.Tool) -> dict[str, float]:
+    """Return what is known of a tool's geometry, by name."""
+    known = {name: getattr(tool, name) for name in GEOMETRY}
+    return {name: value for name, value in known.items() if value is not None}
 
 
 def _called(session: Session, table: type[Named], name: str) -> Named | None:

@@ -4,10 +4,9 @@ A card is kept as six conventional parameters of its material and source: the tw
 bounds, and where they hold. A card of the same source replaces it.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
 
 import numpy as np
 from sqlalchemy import select
@@ -15,8 +14,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.rows.catalogue import find_or_add
 from autodb.cutting.kienzle import Planned
-from autodb.pairs.card import Bounded, KienzleCard
-from autodb.pairs.cards import UNIT, read_cards
+from autodb.pairs.card import UNIT, Bounded, KienzleCard
 from autodb.pairs.conventional import plain
 from autodb.store import Store, models
 from autodb.store.models.learning import EVERY
@@ -41,12 +39,8 @@ class ImportedCard:
     replaced: tuple[str, ...]
 
 
-def import_cards(store: Store, path: Path) -> list[ImportedCard]:
-    """Keep the cards of a table, all or none.
-
-    Raises UnusableInput naming file, column and row of what cannot be used.
-    """
-    cards = read_cards(path)
+def keep_cards(store: Store, cards: Sequence[KienzleCard]) -> list[ImportedCard]:
+    """Keep cards, all or none."""
     with store.writing() as session:
         return [_keep(session, card) for card in cards]
 

@@ -1,6 +1,5 @@
 """Machines in the database."""
 
-from dataclasses import replace
 from typing import Any
 
 from sqlalchemy import func, select
@@ -18,7 +17,6 @@ from autodb.files.machine import (
     lasting,
 )
 from autodb.files.toml import Reference
-from autodb.records import Recording
 from autodb.store import Store, models
 
 _MACHINE = ("dialect", "units", "diameter", "shares")
@@ -211,16 +209,6 @@ def _as_axis_file(axis: models.Axis) -> AxisFile:
         constant = Reference(**{key: getattr(axis, column) for key, column in _CONSTANT.items()})
     own = {name: getattr(axis, name) for name in _AXIS}
     return AxisFile(**own, limits=_limits(axis), torque_constant_N_m_A=constant)
-
-
-def signed(recording: Recording, machine: models.Machine) -> Recording:
-    """Return a recording whose axis currents have the sign that the machine's axes state."""
-    signs = {f"{axis.name}.current": axis.current_sign for axis in machine.axes}
-    channels = {
-        name: values * signs[name] if signs.get(name, 1) != 1 else values
-        for name, values in recording.channels.items()
-    }
-    return replace(recording, channels=channels)
 
 
 def rename_machine(store: Store, name: str, new: str) -> None:

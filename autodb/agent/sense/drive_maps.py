@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.ingest.as_imported import as_imported
+from autodb.agent.ingest.as_imported import as_imported, signed
 from autodb.agent.ingest.importing import whole_file
-from autodb.agent.rows.machines import find_machine, signed
+from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.identifying import newest_model, off_law_of, stored_terms
 from autodb.errors import NotThere, near
 from autodb.records import Recording

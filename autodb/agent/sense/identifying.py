@@ -8,8 +8,9 @@ import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from autodb.agent.ingest.as_imported import signed
 from autodb.agent.ingest.importing import import_file
-from autodb.agent.rows.machines import find_machine, signed
+from autodb.agent.rows.machines import find_machine
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.records import Recording

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
 from autodb import records
+from autodb.agent.ingest.as_imported import signed
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.rows.estimators import FUSION, Fitted, keep, learnt_from, newest
-from autodb.agent.rows.machines import find_machine, signed
+from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.dynamometers import table_on_machine, told_on_table
 from autodb.agent.sense.identifying import newest_model
 from autodb.agent.sense.reconstructing import Felt, drive_model, efforts_of, known_scale

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.rows.machines import find_machine, signed
+from autodb.agent.ingest.as_imported import signed
+from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.identifying import newest_model, off_law_of, stored_terms
 from autodb.errors import UnusableInput
 from autodb.files.channels import ROTARY_AXES, axis_of, effort_channels, rotary_efforts

@@ -12,8 +12,9 @@ import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from autodb.agent.ingest.as_imported import signed
 from autodb.agent.ingest.importing import import_file
-from autodb.agent.rows.machines import find_machine, signed
+from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.identifying import names_of, newest_model, refuse_faults, stored_terms
 from autodb.agent.sense.reconstructing import Scale, drive_model, scale_of
 from autodb.errors import UnusableInput

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import as_calibration
+from autodb.agent.rows.catalogue import numbers_of
 from autodb.errors import UnusableInput
 from autodb.pairs.determined import CHIP_SHARE
 from autodb.pairs.engaged import BY_NAME, UNSAID
@@ -26,11 +27,6 @@ Calibrations = list[models.Calibration]
 """Those of one axis that hold now, newest first."""
 QUANTITY = {"x": X, "y": Y, "z": Z}
 CHIP_THICKNESS = "chip.thickness"
-GEOMETRY = (
-    *("diameter_mm", "teeth", "helix_deg", "corner_radius_mm", "point_angle_deg"),
-    *("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg", "included_deg"),
-)
-"""Columns of a tool that are its geometry."""
 
 
 @dataclass(frozen=True)
@@ -49,12 +45,6 @@ class Felt:
 def operation_of(cut: models.Cut) -> str:
     """Return the operation of a cut; one that does not say it counts as turning."""
     return cut.operation or UNSAID
-
-
-def numbers_of(tool: models.Tool) -> dict[str, float]:
-    """Return what is known of a tool's geometry, by name."""
-    known = {name: getattr(tool, name) for name in GEOMETRY}
-    return {name: value for name, value in known.items() if value is not None}
 
 
 def forces_of_pair(

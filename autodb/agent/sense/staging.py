@@ -7,7 +7,8 @@ joint model has a load over the travel, cogging or a spring, and whose machine n
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from autodb.agent.rows.machines import find_machine, signed
+from autodb.agent.ingest.as_imported import signed
+from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.identifying import names_of, newest_model, refuse_faults
 from autodb.records import Recording
 from autodb.sensing.drives.fit.axis_model import Identified

@@ -99,9 +99,10 @@ def import_(
 
 def _import_cards(store: "Store", file: Path) -> None:
     """Import a table of material cards and say what became of each."""
-    from autodb.agent.rows.imported_cards import import_cards
+    from autodb.agent.rows.imported_cards import keep_cards
+    from autodb.pairs.cards import read_cards
 
-    for card in import_cards(store, file):
+    for card in keep_cards(store, read_cards(file)):
         what = "already there" if card.already_there else "imported"
         if card.replaced:
             what = f"replaces the one of this source: {'; '.join(card.replaced)}"

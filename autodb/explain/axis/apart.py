@@ -30,7 +30,7 @@ from autodb.explain.engine.telling import (
     stand_in,
 )
 from autodb.explain.engine.tuning import Beside, tuned
-from autodb.sensing.drives.fit.axis_model import term_called
+from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
 

@@ -19,8 +19,8 @@ from autodb.explain.engine.entries import told
 from autodb.explain.engine.tuning import Beside, Tuned, tuned
 from autodb.explain.engine.weighing import weighing
 from autodb.fitting import NORMAL_95
-from autodb.sensing.drives.fit.axis_model import term_called
 from autodb.terms import Term
+from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
 Read = Mapping[str, Value]

@@ -19,7 +19,7 @@ from autodb.explain.cuts.candidates.laws import Columns
 from autodb.explain.cuts.candidates.parameters import Effect, parameters
 from autodb.explain.cuts.candidates.words import shape_words
 from autodb.explain.cuts.fit import Fit, fit, held_out_rows
-from autodb.explain.cuts.look import Looked
+from autodb.explain.cuts.look import Looked, look, stack_of
 from autodb.explain.cuts.profile import value
 from autodb.explain.cuts.retuned import judged, retuned
 from autodb.explain.cuts.table import Stack
@@ -38,6 +38,17 @@ THIN_CHIP_MM = 0.03
 """Uncut chip thickness below which edge force and size effect differ (physics of section 8)."""
 FELT = 9.0
 """Fall of the sum of squares by an effect in one component, above which it is felt there."""
+
+
+def explain_cuts(
+    table: CutTable, simulation: dict[str, Array], includes: list[str] | None
+) -> dict[str, tuple[ChannelAnswer, Trace]]:
+    """Say what the simulation of a cut table's forces leaves out, by channel.
+
+    ``simulation``: force channel → (n,) in the table's order of cuts.
+    """
+    looked = look(stack_of(table, simulation, includes), includes)
+    return answers(table, looked, frozenset(includes or ()))
 
 
 def answers(

@@ -13,7 +13,7 @@ from autodb.explain.cuts.profile import value
 from autodb.explain.engine.confidence import Mistuned, Standing, of_mistuned
 from autodb.explain.engine.entries import told
 from autodb.fitting import NORMAL_95
-from autodb.sensing.drives.fit.axis_model import term_called
+from autodb.terms.vocabulary import term_called
 
 
 def judged(looked: Looked) -> dict[str, Mistuned]:

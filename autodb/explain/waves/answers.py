@@ -18,11 +18,11 @@ from autodb.explain.answer.answer import (
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing, of_missing
 from autodb.explain.engine.entries import is_undecided, named, undecided
-from autodb.explain.engine.fit import rms
+from autodb.explain.engine.fit import SAME, no_difference, rms
 from autodb.explain.engine.locate import regimes
 from autodb.explain.waves.candidates import OWN_WAYS
 from autodb.explain.waves.fit import Fit, fit, noise_sd
-from autodb.explain.waves.look import Looked
+from autodb.explain.waves.look import Looked, look
 from autodb.explain.waves.own import judged, retuned
 from autodb.explain.waves.parameters import Effect, of_one, shared, value
 from autodb.explain.waves.wandering import as_one
@@ -37,8 +37,23 @@ TURNS = 3.0
 """Turns of the spindle that are drawn close up."""
 
 
+def explain_waves(
+    recording: Recording, simulation: dict[str, Array], includes: list[str] | None
+) -> dict[str, tuple[ChannelAnswer, Trace]]:
+    """Say what the simulation of a mill's forces over time leaves out, by channel.
+
+    ``simulation``: force channel → (n,) at the recording's times.
+
+    Raises UnusableInput where the side file says too little of the mill and its cut.
+    """
+    if all(_is_same(recording[name], values) for name, values in simulation.items()):
+        return {name: _nothing(recording, name) for name in simulation}
+    looked = look(recording, simulation, includes)
+    return _Told(recording, looked, frozenset(includes or ())).answers()
+
+
 @dataclass(frozen=True)
-class Told:
+class _Told:
     """What was looked for and found in a recording, put in words; ``includes``: own terms."""
 
     recording: Recording
@@ -245,3 +260,13 @@ def _turns(looked: Looked, correction: Array) -> tuple[float, float]:
     )
     low = float(np.clip(t[middle] - 0.5 * TURNS * turn_s, t[inside[0]], t[inside[-1]]))
     return low, low + TURNS * turn_s
+
+
+def _is_same(measured: Array, simulated: Array) -> bool:
+    return rms(measured - simulated) <= SAME * max(rms(measured), rms(simulated))
+
+
+def _nothing(recording: Recording, name: str) -> tuple[ChannelAnswer, Trace]:
+    values = recording[name]
+    trace = Trace("t", recording.t_s, recording=values, simulation=values, corrected=values)
+    return no_difference(recording.unit(name)), trace

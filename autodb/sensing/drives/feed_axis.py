@@ -20,7 +20,6 @@ from autodb.sensing.drives.fit.axis_model import (
     IdentifiedTerm,
     PlainFit,
     predicted,
-    term_called,
 )
 from autodb.sensing.drives.fit.cogging import Tried, with_best_cogging
 from autodb.sensing.drives.fit.discrepancy import OffLaw
@@ -40,6 +39,7 @@ from autodb.sensing.drives.moves.protocol import (
 from autodb.terms import COGGING, Channel, Contribution, Parameter
 from autodb.terms.channel import Part
 from autodb.terms.ripple import NODES
+from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
 

@@ -18,7 +18,6 @@ from autodb.sensing.drives.fit.axis_model import (
     Identified,
     IdentifiedTerm,
     predicted,
-    term_called,
 )
 from autodb.sensing.drives.fit.deviation import OVER_SPEED
 from autodb.sensing.drives.fit.discrepancy import OffLaw
@@ -27,6 +26,7 @@ from autodb.sensing.drives.moves.motion import place_channel, term_inputs
 from autodb.sensing.drives.moves.protocol import default_protocol
 from autodb.terms import Contribution
 from autodb.terms.friction import direction
+from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -19,7 +19,6 @@ from autodb.sensing.drives.fit.axis_model import (
     IdentifiedTerm,
     PlainFit,
     predicted,
-    term_called,
 )
 from autodb.sensing.drives.fit.discrepancy import OffLaw
 from autodb.sensing.drives.fit.drive_errors import DriveErrors, drive_errors
@@ -33,6 +32,7 @@ from autodb.sensing.drives.moves.motion import motion_blocks
 from autodb.sensing.drives.moves.prepared import SPINDLE, Prepared
 from autodb.terms import Contribution, Parameter
 from autodb.terms.channel import Part
+from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
 

@@ -13,9 +13,10 @@ from autodb.sensing.drives.fit.drive_errors import DriveErrors
 from autodb.sensing.drives.fit.steady import SteadyMotion
 from autodb.sensing.drives.moves.prepared import SPINDLE
 from autodb.sensing.drives.moves.protocol import Protocol
-from autodb.terms import TERMS, Contribution, Parameter, Term
+from autodb.terms import Contribution, Parameter
 from autodb.terms.channel import Part, predict
 from autodb.terms.ripple import NODES
+from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
 
@@ -147,11 +148,6 @@ class Beliefs:
         """Return the beliefs about these parameters, in this order."""
         at = [self.names.index(name) for name in names]
         return Beliefs(tuple(names), self.mean[at], self.covariance[np.ix_(at, at)], self.others)
-
-
-def term_called(name: str, form: str = "") -> Term:
-    """Return the term of this name and form."""
-    return next(t for t in TERMS if t.name == name and t.form == form)
 
 
 def terms_with(values: Mapping[str, float], effort_unit: str) -> tuple[IdentifiedTerm, ...]:

@@ -6,16 +6,17 @@ direction. Beyond the box of the cuts that it learned from it says how far.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.fitting import anfis
-from autodb.fitting.anfis.premises import Premises, design
-from autodb.fitting.anfis.scaling import Scaling
 from autodb.sensing.ranges.forms.form import Array, Felt, Law, moved
+
+if TYPE_CHECKING:
+    from autodb.fitting.anfis.premises import Premises
+    from autodb.fitting.anfis.scaling import Scaling
 
 SETS = 2
 """Fuzzy sets of each input; more are not held by as many cuts as a shop has."""
@@ -74,6 +75,8 @@ class Fuzzy:
 
         Raises Undetermined where the cuts do not hold it.
         """
+        from autodb.fitting import anfis
+
         columns = _columns(self.inputs, felt)
         falling = float(np.cov(columns[:, 0], target)[0, 1]) < 0.0
         rule = anfis.Monotone(0, falling=falling)
@@ -135,12 +138,17 @@ class Fuzzy:
     @classmethod
     def of_parameters(cls, kept: dict[str, Any]) -> "Fuzzy":
         """Return a form that was kept."""
+        from autodb.fitting import anfis
+        from autodb.fitting.anfis.scaling import Scaling
+
         inputs = tuple(INPUTS[attribute] for attribute in kept["inputs"])
         start = anfis.grid((SETS,) * len(inputs))
         sets = tuple(np.array(one) for one in kept["sets"])
         scale = Scaling(np.array(kept["middle"]), np.array(kept["half"]), *kept["output"])
         ends = (np.array(kept[name]) for name in ("low", "high", "spread"))
-        return cls(inputs, Learned(Premises(start.membership, sets, start.rules), scale, *ends))
+        return cls(
+            inputs, Learned(anfis.Premises(start.membership, sets, start.rules), scale, *ends)
+        )
 
     def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:  # noqa: ARG002
         """Return how many rules over what; the sentences say the rules."""
@@ -154,6 +162,8 @@ class Fuzzy:
         return self.learned
 
     def _design(self, felt: Felt) -> Array:
+        from autodb.fitting.anfis.premises import design
+
         learned = self._learned()
         return design(learned.premises, learned.scaling.inputs(_columns(self.inputs, felt)))
 
@@ -162,8 +172,8 @@ class Fuzzy:
 class Learned:
     """Premises, scaling, and the box of the inputs (d,) with their standard deviations."""
 
-    premises: Premises
-    scaling: Scaling
+    premises: "Premises"
+    scaling: "Scaling"
     low: NDArray[np.float64]
     high: NDArray[np.float64]
     spread: NDArray[np.float64]
