@@ -44,14 +44,14 @@ def rms(values: Array) -> float:
 
 def ours(train: Array, check: Array) -> list[Learned]:
     """Learn by variable projection from five starts, and as Jang does from one."""
-    start = anfis.grid((2,) * (train.shape[1] - 1))
+    start = anfis.premise_grid((2,) * (train.shape[1] - 1))
     done = []
     for name, starts, learner in (
         ("variable projection", anfis.nearby(start), anfis.Projection()),
         ("hybrid (Jang)", (start,), anfis.Hybrid(200)),
     ):
         began = time.perf_counter()
-        model = anfis.fit(train[:, :-1], train[:, -1], starts, learner=learner)
+        model = anfis.fit_anfis(train[:, :-1], train[:, -1], starts, learner=learner)
         seconds = time.perf_counter() - began
         answer = anfis.evaluate(model, np.vstack([train, check])[:, :-1])
         done.append(Learned(name, answer, seconds))
@@ -104,7 +104,9 @@ def three() -> None:
     """Print mean relative errors on Jang's second example; one training row in five stops."""
     train, check = cube(np.arange(1.0, 7.0)), cube(np.arange(1.5, 6.0))
     held = ((train - 1.0) @ [1.0, 2.0, 3.0]) % 5.0 == 0.0
-    model = anfis.fit(train, three_inputs(train), anfis.nearby(anfis.grid((2, 2, 2))), held=held)
+    model = anfis.fit_anfis(
+        train, three_inputs(train), anfis.nearby(anfis.premise_grid((2, 2, 2))), held=held
+    )
     off = [100.0 * np.mean(np.abs(anfis.evaluate(model, x) / three_inputs(x) - 1.0))
            for x in (train, check)]  # fmt: skip
     print(f"three inputs, 8 rules: {off[0]:.4f} % train, {off[1]:.3f} % check")
@@ -116,9 +118,9 @@ def cars(path: Path) -> None:
     lines = [line.split()[:8] for line in path.read_text("utf-8").splitlines()]
     table = np.array([[float(v) for v in line] for line in lines if "?" not in line])
     x, y = table[:, [4, 6]], table[:, 0]
-    model = anfis.fit(x[::2], y[::2], anfis.nearby(anfis.grid((2, 2))))
+    model = anfis.fit_anfis(x[::2], y[::2], anfis.nearby(anfis.premise_grid((2, 2))))
     off = anfis.evaluate(model, x) - y
-    low, high = anfis.predict(model, x[1::2]).interval()
+    low, high = anfis.predict_anfis(model, x[1::2]).interval()
     held = np.mean((low <= y[1::2]) & (y[1::2] <= high))
     print(f"{len(table)} cars, 4 rules: RMSE {rms(off[::2]):.3f} train, {rms(off[1::2]):.3f} check")
     print(f"  95 % intervals hold {100.0 * held:.1f} % of the check rows")

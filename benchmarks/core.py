@@ -25,9 +25,9 @@ from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.machines import add_machine
 from autodb.agent.sense.calibrating import calibrate_machine
 from autodb.assets import kit
-from autodb.cli.start.demo import run as run_demo
+from autodb.cli.start.demo import run_demo
 from autodb.cutting import endmill, insert, shear
-from autodb.cutting.elements import forces
+from autodb.cutting.elements import cut_forces
 from autodb.explain import explain
 from autodb.files.job import JobCut, read_job
 from autodb.files.machine import LATHE
@@ -105,11 +105,11 @@ def _turned(folder: Path) -> Pair:  # noqa: ARG001
     rng = np.random.default_rng(1)
     none = np.zeros(CUTS)
     depths = rng.uniform(0.5, 3.0, CUTS)
-    cuts = insert.Turned(rng.uniform(0.1, 0.4, CUTS), depths, none + 150.0, none + 30.0, none)
+    cuts = insert.TurnedCuts(rng.uniform(0.1, 0.4, CUTS), depths, none + 150.0, none + 30.0, none)
     tool = insert.Insert(nose_radius_mm=0.8, kappa_deg=95.0)
     theta = _law()
     elements = np.empty(CUTS * (insert.ON_NOSE + 1))
-    return lambda: forces(theta, insert.elements_of(tool, cuts)), _copied(elements)
+    return lambda: cut_forces(theta, insert.insert_elements(tool, cuts)), _copied(elements)
 
 
 def _milled(folder: Path) -> Pair:  # noqa: ARG001
@@ -127,7 +127,7 @@ def _milled(folder: Path) -> Pair:  # noqa: ARG001
 def _law() -> Array:
     names = dict.fromkeys(shear.NAMES, 0.0)
     law = {"shear_stress": 600.0, "friction_angle": 25.0, "chip_ratio": 0.4, "edge_mm": 0.02}
-    return shear.coordinates({**names, **law, "K_te": 25.0, "K_re": 40.0, "flow_angle": 1.0})
+    return shear.law_coordinates({**names, **law, "K_te": 25.0, "K_re": 40.0, "flow_angle": 1.0})
 
 
 def _copied(values: Array) -> Work:

@@ -14,24 +14,24 @@ import numpy as np
 from autodb import signals
 from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.reconstruct import DriveModel
-from autodb.sensing.network.drive_loads import Drive
+from autodb.sensing.network.drive_loads import LoadedDrive
 from autodb.sensing.network.greybox import loads_of
-from autodb.sensing.network.learning import fit
-from autodb.sensing.network.recordings import channels_of, known_of
-from autodb.sensing.network.stream import forces
+from autodb.sensing.network.learning import train_grey_box
+from autodb.sensing.network.recordings import channels_of, pieces_with_forces
+from autodb.sensing.network.stream import network_forces
 from benchmarks.emps_load import BANDWIDTHS_HZ, DIRECTED, ENDS_S, pulses_N, read
 
 
 def rows(air_path: Path, cut_path: Path) -> list[tuple[float, str, float]]:
     """Return bandwidth, model and RMSE N of each way."""
     air, cut, added = read(air_path, by_law=False), read(cut_path, by_law=True), pulses_N(cut_path)
-    drives = {"x": Drive(DriveModel.of(identify(air, terms=DIRECTED)), 1.0)}
-    known, _ = known_of([air], drives)
-    box = fit(known, drives, rate_hz=air.rate_hz)
+    drives = {"x": LoadedDrive(DriveModel.of(identify(air, terms=DIRECTED)), 1.0)}
+    known, _ = pieces_with_forces([air], drives)
+    box = train_grey_box(known, drives, rate_hz=air.rate_hz)
     tables, channels = box.tables(drives), channels_of(cut, drives)
     told = {
         "with asymmetry": -loads_of(tables, channels)["x"],
-        "and the network": forces(box, tables, channels).force_N[:, 0],
+        "and the network": network_forces(box, tables, channels).force_N[:, 0],
     }
     inner = slice(round(ENDS_S * cut.rate_hz), -round(ENDS_S * cut.rate_hz))
     found = []

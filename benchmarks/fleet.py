@@ -23,7 +23,7 @@ import numpy as np
 from autodb.agent.fleet.clusters import workers_here
 from autodb.agent.fleet.sharing import learn_fleet
 from autodb.agent.fleet.spreading import pinned, refresh_all
-from autodb.agent.fleet.tasks import Machine, Refreshed
+from autodb.agent.fleet.tasks import MachineTask, RefreshedMachine
 from autodb.proofs.machines.lathe import fleets
 from autodb.store import create_store, open_store
 from tests import shops
@@ -99,11 +99,11 @@ def _days(server: Server, count: int) -> None:
     url = server.database()
     create_store(url)
     rng = np.random.default_rng(12)
-    fleet = fleets.drawn(rng, materials=PAIRS_OF_FLEET, tools=1)
+    fleet = fleets.draw_fleet(rng, materials=PAIRS_OF_FLEET, tools=1)
     names = shops.names(count)
     keys = [(fleet.materials[k % PAIRS_OF_FLEET], fleet.tools[0]) for k in range(count)]
     pairs = [fleets.on_machine(rng, fleet, [key]) for key in keys]
-    machines = [Machine(url, name, None) for name in names]
+    machines = [MachineTask(url, name, None) for name in names]
     with workers_here(WORKERS) as client:
         client.gather([client.submit(pinned, busy, 0.01, pure=False) for _ in range(2 * WORKERS)])
         for day in (1, 2):
@@ -123,11 +123,11 @@ def _days(server: Server, count: int) -> None:
 
 
 def _day(
-    client: "Client", machines: Sequence[Machine], url: str, server: Server
+    client: "Client", machines: Sequence[MachineTask], url: str, server: Server
 ) -> tuple[float, Cost]:
-    failed: list[Refreshed] = []
+    failed: list[RefreshedMachine] = []
 
-    def tell(one: Refreshed) -> None:
+    def tell(one: RefreshedMachine) -> None:
         if one.failed is not None:
             failed.append(one)
 

@@ -27,11 +27,11 @@ from sqlalchemy import select
 from autodb.agent.answer.looking_up import Shelf
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.machines import add_machine
-from autodb.agent.rows.posteriors import columns_of
+from autodb.agent.rows.posteriors import posterior_columns
 from autodb.files.job import JobCut
 from autodb.files.machine import LATHE
 from autodb.fitting import Gaussian
-from autodb.pairs.posterior import Belief, Shared, law_error
+from autodb.pairs.posterior import PairPosterior, Shared, law_error
 from autodb.pairs.prior import any_metal
 from autodb.proofs.machines.lathe import fleets
 from autodb.store import Store, create_store, models, open_store
@@ -51,7 +51,7 @@ GEOMETRY = {
 Row = dict[str, Any]
 
 
-def drawn(rng: np.random.Generator) -> Belief:
+def drawn(rng: np.random.Generator) -> PairPosterior:
     """Return a belief as one that has met turning and the calibrations of two axes."""
     felt = tuple(Shared(f"calibration {k}", 1e-4 * np.eye(2)) for k in range(2))
     known = any_metal().also((law_error("turn"), *felt, Shared("references y", np.eye(1))))
@@ -60,7 +60,7 @@ def drawn(rng: np.random.Generator) -> Belief:
     covariance = loads @ loads.T
     size = np.sqrt(np.diag(covariance))
     covariance *= np.outer(sd / size, sd / size)
-    return Belief(Gaussian(known.state.mean, covariance), known.shared, known.scatter, 60)
+    return PairPosterior(Gaussian(known.state.mean, covariance), known.shared, known.scatter, 60)
 
 
 def tables(versions: int) -> Iterator[tuple[str, Iterable[Row]]]:
@@ -75,7 +75,7 @@ def _versions(versions: int) -> Iterator[Row]:
     rng = np.random.default_rng(1)
     kept = [
         {k: json.dumps(v) if isinstance(v, list | dict) else v for k, v in columns.items()}
-        for columns in (columns_of(drawn(rng)) for _ in range(BELIEFS))
+        for columns in (posterior_columns(drawn(rng)) for _ in range(BELIEFS))
     ]
     number = 0
     for version in range(versions):
@@ -146,7 +146,7 @@ def writing(url: str) -> Iterator[None]:
 
 def _write(url: str) -> None:
     rng = np.random.default_rng(3)
-    fleet = fleets.drawn(rng, materials=3, tools=1)
+    fleet = fleets.draw_fleet(rng, materials=3, tools=1)
     store = open_store(url)
     number = 0
     while True:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from autodb.proofs.machines.axis.axes import Run, columns, draw_run
+from autodb.proofs.machines.axis.axes import AxisRun, axis_columns, draw_run
 from autodb.proofs.machines.axis.curves import reversal
-from autodb.proofs.machines.axis.quantities import NAMES, Quantity, quantities
+from autodb.proofs.machines.axis.quantities import NAMES, TrueQuantity, quantities
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ def free(velocity_mm_s: Array, direction: Array, count: int) -> Array:
     return np.column_stack([direction[:, None] * over, np.abs(direction)[:, None] * over])
 
 
-def covariance(design: Array, run: Run) -> Array:
+def covariance(design: Array, run: AxisRun) -> Array:
     """Return the covariance (p, p) of generalised least squares with the noise known."""
     rho = run.axis.noise_rho
     white = (design[1:] - rho * design[:-1]) / (run.axis.noise_A * np.sqrt(1.0 - rho**2))
@@ -45,17 +45,17 @@ def covariance(design: Array, run: Run) -> Array:
     return np.asarray((vt.T / s**2) @ vt / np.outer(scale, scale), dtype=np.float64)
 
 
-def velocity_of(asked: Quantity) -> float | None:
+def velocity_of(asked: TrueQuantity) -> float | None:
     """Return the velocity that a quantity is asked at, None where it is at none."""
     if " mm/s" not in asked.name:
         return None
     return float(asked.name.removesuffix(" mm/s").replace(",", " ").split()[-1])
 
 
-def ratios(run: Run, count: int) -> dict[str, float]:
+def ratios(run: AxisRun, count: int) -> dict[str, float]:
     """Return how many times the oracle's width every quantity's has without the law."""
     axis, motion = run.axis, run.motion
-    own = columns(axis, x_mm=motion.x, v_mm_s=motion.v, a_mm_s2=motion.a)
+    own = axis_columns(axis, x_mm=motion.x, v_mm_s=motion.v, a_mm_s2=motion.a)
     kept = [i for i, column in enumerate(own) if column.term not in LAW]
     known = covariance(np.column_stack([column.values for column in own]), run)
     direction = reversal(motion.v, axis.reversal_mm_s)

@@ -13,7 +13,7 @@ from autodb import records
 from autodb.assets import kit
 from autodb.records import Recording
 from autodb.sensing.drives.feed_axis import identify
-from autodb.sensing.drives.moves.protocol import Protocol
+from autodb.sensing.drives.moves.protocol import FilterProtocol
 
 TERMS = ("inertia", "viscous", "coulomb", "asymmetry")
 SPEEDS_MM_S = np.array([-100.0, -50.0, 50.0, 100.0])
@@ -26,7 +26,7 @@ def main(path: Path) -> None:
         sys.exit(f"{path}: not a recording over time")
     for decimate in (4, 10, 20):
         for terms in (TERMS, (*TERMS, "lag")):
-            model = identify(moves, protocol=Protocol(100.0, decimate), terms=terms)
+            model = identify(moves, protocol=FilterProtocol(100.0, decimate), terms=terms)
             found = {t.term: t for t in reversed(model.fitted)}
             coulomb, viscous = found["coulomb"], found["viscous"]
             line = f"one row in {decimate}, {'with' if 'lag' in terms else 'without'} lag: "

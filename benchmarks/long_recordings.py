@@ -73,8 +73,7 @@ def identify(seconds: float) -> None:
 
 def columns(seconds: float, axis: int) -> tuple[Array, Array]:
     """Return ten columns (n, 10) of the terms on an axis' moves, and its current (n,)."""
-    from autodb.terms.channel import Part
-    from autodb.terms.channel import columns as made
+    from autodb.terms.channel import ChannelPart, channel_columns
     from autodb.terms.friction import direction
     from autodb.terms.vocabulary import term_called
 
@@ -82,9 +81,9 @@ def columns(seconds: float, axis: int) -> tuple[Array, Array]:
     current = inputs.pop("current")
     inputs["direction"] = direction(inputs["velocity"])
     shapes = {"position_friction": {"middle": 0.0}, "spring": {"rest": 0.0}}
-    parts = [Part(term_called(name), shapes.get(name, {})) for name in TEN]
-    parts.append(Part(term_called("cogging"), {"period": 6.28}))
-    return made(parts, inputs), current
+    parts = [ChannelPart(term_called(name), shapes.get(name, {})) for name in TEN]
+    parts.append(ChannelPart(term_called("cogging"), {"period": 6.28}))
+    return channel_columns(parts, inputs), current
 
 
 STEPS: tuple[Callable[[float], None], ...] = (build, fit, peer, identify)

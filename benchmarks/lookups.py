@@ -24,11 +24,11 @@ from numpy.typing import NDArray
 
 from autodb.agent.answer.looking_up import Shelf
 from autodb.agent.rows.machines import add_machine
-from autodb.agent.rows.posteriors import columns_of
+from autodb.agent.rows.posteriors import posterior_columns
 from autodb.files.job import JobCut
 from autodb.files.machine import AxisFile, MachineFile
 from autodb.fitting import Gaussian
-from autodb.pairs.posterior import Belief, Shared, law_error
+from autodb.pairs.posterior import PairPosterior, Shared, law_error
 from autodb.pairs.prior import any_metal
 from autodb.store import create_store, open_store
 from autodb.store.rowsums import register
@@ -68,7 +68,7 @@ KINDS = (
 )
 
 
-def drawn(rng: np.random.Generator) -> Belief:
+def drawn(rng: np.random.Generator) -> PairPosterior:
     """Return a belief as one that has met three operations and three calibrations."""
     met = tuple(law_error(name) for name in ("turn", "face", "drill"))
     felt = tuple(Shared(f"calibration {k}", 1e-4 * np.eye(4)) for k in range(3))
@@ -80,7 +80,7 @@ def drawn(rng: np.random.Generator) -> Belief:
     drawn_sd = np.sqrt(np.diag(covariance))
     covariance *= np.outer(sd / drawn_sd, sd / drawn_sd)
     mean = known.state.mean + sd * rng.normal(size=size)
-    return Belief(Gaussian(mean, covariance), known.shared, known.scatter, 60)
+    return PairPosterior(Gaussian(mean, covariance), known.shared, known.scatter, 60)
 
 
 def fill(path: Path) -> None:
@@ -111,7 +111,7 @@ def _versions() -> Iterator[dict[str, Any]]:
     rng = np.random.default_rng(1)
     kept = [
         {k: json.dumps(v) if isinstance(v, (list, dict)) else v for k, v in columns.items()}
-        for columns in (columns_of(drawn(rng)) for _ in range(BELIEFS))
+        for columns in (posterior_columns(drawn(rng)) for _ in range(BELIEFS))
     ]
     for k in range(PAIRS):
         own = {"id": k + 1, "machine_id": 1, "pair_id": k + 1, "version": 1}

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting import endmill, insert, shear
-from autodb.cutting.elements import forces
+from autodb.cutting.elements import cut_forces
 from benchmarks.timing import median_s
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ def no_powers() -> Array:
     values = dict.fromkeys(shear.NAMES, 0.0)
     values |= {"shear_stress": 600.0, "friction_angle": 25.0, "chip_ratio": 0.4, "K_te": 25.0}
     values |= {"K_re": 40.0, "flow_angle": 1.0, "edge_mm": 1e-12}
-    return shear.coordinates(values)
+    return shear.law_coordinates(values)
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def constants(theta: Array, helix_deg: float) -> Constants:
     """Return the constant coefficients of an edge."""
     one = np.ones(1)
     edge = shear.Edge(0.1 * one, 100.0 * one, 0.0 * one, np.radians(helix_deg) * one)
-    cut, rub = shear.coefficients(theta, edge), shear.edge_coefficients(theta, edge)
+    cut, rub = shear.chip_coefficients(theta, edge), shear.edge_coefficients(theta, edge)
     return Constants(*(float(v[0]) for v in (*cut, rub[0], rub[1])))
 
 
@@ -120,19 +120,19 @@ def turning(theta: Array) -> None:
     rng = np.random.default_rng(1)
     feeds, depths = rng.uniform(0.1, 0.4, CUTS), rng.uniform(0.5, 3.0, CUTS)
     none = np.zeros(CUTS)
-    cuts = insert.Turned(feeds, depths, none + 150.0, none + 30.0, none)
+    cuts = insert.TurnedCuts(feeds, depths, none + 150.0, none + 30.0, none)
 
     def both() -> Array:
-        return forces(theta, insert.elements_of(TOOL, cuts)).force_N
+        return cut_forces(theta, insert.insert_elements(TOOL, cuts)).force_N
 
     coefficients = constants(theta, 0.0)
     few = feeds[:FEW_CUTS], depths[:FEW_CUTS]
     agreed(both()[:FEW_CUTS], turned_plainly(coefficients, *few))
     plain_s = median_s(lambda: turned_plainly(coefficients, *few)) * CUTS / FEW_CUTS
-    elements = insert.elements_of(TOOL, cuts)
+    elements = insert.insert_elements(TOOL, cuts)
     count = CUTS * (insert.ON_NOSE + 1)
     _rate("turning, cuts of 20 elements", CUTS, both, plain_s, CUTS_A_S)
-    _rate("forces of elements", count, lambda: forces(theta, elements), plain_s, ELEMENTS_A_S)
+    _rate("forces of elements", count, lambda: cut_forces(theta, elements), plain_s, ELEMENTS_A_S)
 
 
 def milling(theta: Array) -> None:

@@ -18,10 +18,10 @@ import torch
 from autodb.proofs.machines.mill.reference_mill_moves import RATE_HZ
 from autodb.proofs.machines.mill.reference_plan import TESTS, TRAINING
 from autodb.proofs.runs.mill.mill_run import SCORED
-from autodb.proofs.runs.mill.network_run import Machine, recorded_of
-from autodb.proofs.runs.mill.published_lstm import published
+from autodb.proofs.runs.mill.network_run import SweptMill, recorded_of
+from autodb.proofs.runs.mill.published_lstm import published_network
 from autodb.sensing.network import learning
-from autodb.sensing.network.beside import together
+from autodb.sensing.network.beside import networks_beside
 from autodb.sensing.network.fused import FusedStream
 from autodb.sensing.network.greybox import GreyBox
 from autodb.sensing.network.network import ran, side_by_side
@@ -47,12 +47,12 @@ def times_real(once: Callable[[], object], rows: int) -> float:
     return rows / RATE_HZ / float(np.median(took))
 
 
-def streams(machine: Machine, box: GreyBox) -> None:
+def streams(machine: SweptMill, box: GreyBox) -> None:
     """Print how fast blocks go through, with drive models and network put together, and bare."""
     torch.set_num_threads(1)
     tables = box.tables(machine.drives)
     cuts = [recorded_of(one) for one in machine.cuts(TRAINING[:FEW])]
-    fusions = {c: one.fusion for c, one in together(box, machine.drives, cuts).items()}
+    fusions = {c: one.fusion for c, one in networks_beside(box, machine.drives, cuts).items()}
     channels = machine.cuts(TESTS[1:2])[0].channels
     rows = len(channels["x.position"])
     cut = [{name: one[part] for name, one in channels.items()} for part in blocks(rows)]
@@ -81,23 +81,23 @@ def streams(machine: Machine, box: GreyBox) -> None:
         print(f"| {name} | {times_real(once, rows):.1f} |", flush=True)
 
 
-def training(machine: Machine) -> None:
+def training(machine: SweptMill) -> None:
     """Print how long training on all of P0's recordings takes, ours and P0's network."""
     cuts = machine.cuts(TRAINING)
     seen = [recorded_of(one) for one in cuts]
     print("\n| training on 160 recordings | minutes |\n|---|---:|")
     began = time.perf_counter()
-    learning.fit(seen, machine.drives, rate_hz=RATE_HZ)
+    learning.train_grey_box(seen, machine.drives, rate_hz=RATE_HZ)
     print(f"| grey box, three networks | {(time.perf_counter() - began) / 60.0:.1f} |", flush=True)
     began = time.perf_counter()
     for k in range(len(SCORED)):
-        published(cuts, k)
+        published_network(cuts, k)
     print(f"| P0's networks of x and y | {(time.perf_counter() - began) / 60.0:.1f} |")
 
 
 if __name__ == "__main__":
-    mill = Machine.swept(SEED)
+    mill = SweptMill.swept(SEED)
     if "--train" in sys.argv:
         training(mill)
     few = [recorded_of(one) for one in mill.cuts(TRAINING[:FEW])]
-    streams(mill, learning.fit(few, mill.drives, rate_hz=RATE_HZ))
+    streams(mill, learning.train_grey_box(few, mill.drives, rate_hz=RATE_HZ))

@@ -16,11 +16,11 @@ from autodb.errors import UnusableInput
 from autodb.proofs.catalogue import proof
 from autodb.proofs.runs.pairs.curve_case import draw_case
 from autodb.proofs.runs.pairs.curve_peers import Peer
-from autodb.proofs.runs.pairs.curve_run import OURS, Learnt, learnt
-from autodb.proofs.runs.pairs.curve_summary import Row, rows_of
+from autodb.proofs.runs.pairs.curve_run import OURS, LearningErrors, learnt
+from autodb.proofs.runs.pairs.curve_summary import CurveRow, curve_rows_of
 
 Array = NDArray[np.float64]
-ROWS: TypeAdapter[tuple[Row, ...]] = TypeAdapter(tuple[Row, ...])
+ROWS: TypeAdapter[tuple[CurveRow, ...]] = TypeAdapter(tuple[CurveRow, ...])
 
 
 def boosted(cuts: Array, force_N: Array, asked: Array) -> Array:
@@ -34,7 +34,7 @@ def boosted(cuts: Array, force_N: Array, asked: Array) -> Array:
 PEERS = (Peer("boosted trees (scikit-learn)", 2, boosted),)
 
 
-def rows(path: Path) -> tuple[Row, ...]:
+def rows(path: Path) -> tuple[CurveRow, ...]:
     """Return autodb's rows from the runs kept, and the peers' of the same seeds."""
     _, *lines = path.read_text("utf-8").splitlines()
     if not lines:
@@ -45,14 +45,14 @@ def rows(path: Path) -> tuple[Row, ...]:
         for run in sorted(runs, key=lambda run: run.seed)
         for one in (*_ours(run.judged), *_theirs(run.seed))
     ]
-    return rows_of(every)
+    return curve_rows_of(every)
 
 
-def _ours(judged: tuple[object, ...]) -> list[Learnt]:
-    return [one for one in judged if isinstance(one, Learnt) and one.method == OURS]
+def _ours(judged: tuple[object, ...]) -> list[LearningErrors]:
+    return [one for one in judged if isinstance(one, LearningErrors) and one.method == OURS]
 
 
-def _theirs(seed: int) -> list[Learnt]:
+def _theirs(seed: int) -> list[LearningErrors]:
     case = draw_case(seed)
     return [one for peer in PEERS for one in learnt(peer, case)]
 

@@ -29,7 +29,7 @@ from autodb.live.agentfile import read_agentfile
 from autodb.proofs.machines.served.example import agent_text
 from autodb.proofs.machines.served.mtconnect import MtConnectServer
 from autodb.proofs.machines.served.opcua import OpcUaServer
-from autodb.proofs.machines.served.shift import Shift, mill_shift
+from autodb.proofs.machines.served.shift import ServedShift, mill_shift
 from autodb.store import Store, create_store, open_store
 
 MINUTES, LOADED_MIN = 10.0, 2.0
@@ -38,13 +38,13 @@ MACHINE = "mill-1"
 URL = "sqlite:///autodb.sqlite3"
 
 
-def _server(protocol: str, shift: Shift) -> MtConnectServer | OpcUaServer:
+def _server(protocol: str, shift: ServedShift) -> MtConnectServer | OpcUaServer:
     if protocol == "mtconnect":
         return MtConnectServer(shift, port=PORT)
     return OpcUaServer(shift, port=PORT)
 
 
-def _serve(protocol: str, shift: Shift) -> None:
+def _serve(protocol: str, shift: ServedShift) -> None:
     async def served() -> None:
         server = _server(protocol, shift)
         await server.start()
@@ -82,7 +82,7 @@ def main(arguments: list[str]) -> None:
     serving.kill()
 
 
-def _soak(protocol: str, shift: Shift, minutes: float) -> None:
+def _soak(protocol: str, shift: ServedShift, minutes: float) -> None:
     create_store(URL)
     with _opened() as store:
         add_machine(store, MACHINE, MachineFile(axes={name: AxisFile() for name in "xyz"}))

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.agent.sense.staging import pole_of
-from autodb.proofs.machines.axis.reference_axis import traced
+from autodb.proofs.machines.axis.reference_axis import recorded_axis
 from autodb.proofs.machines.axis.reference_moves import PITCH_MM
 from autodb.proofs.machines.mill.reference_mill import MillAxis, draw_mill, swept_axis
-from autodb.proofs.runs.axis.axis_ours import TERMS, recording
+from autodb.proofs.runs.axis.axis_ours import TERMS, axis_recording
 from autodb.proofs.runs.mill import mill_ours
 from autodb.proofs.runs.mill.mill_run import SCORED
 from autodb.records import Recording
@@ -30,11 +30,11 @@ from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.moves.passes import passes_of
 from autodb.sensing.drives.moves.prepared import effort_axis, prepared
 from autodb.sensing.drives.staged import agreement_linear
-from autodb.sensing.drives.staged.agreement import agreement
+from autodb.sensing.drives.staged.agreement import screw_agreement
 from autodb.sensing.drives.staged.compared import Agreement
 from autodb.sensing.drives.staged.linear import FourSteps, four_steps
 from autodb.sensing.drives.staged.routine import staged
-from autodb.sensing.drives.staged.sticking import Verdict, sticking
+from autodb.sensing.drives.staged.sticking import StickingVerdict, sticking
 from tests import staged_axis
 
 Array = NDArray[np.float64]
@@ -55,10 +55,10 @@ def reference_axes(seeds: range, names: str) -> Iterator[Recording]:
     """Return sweeps of axes of the reference machines."""
     for seed in seeds:
         for name in names:
-            yield recording(traced(seed, name).sweep, name)
+            yield axis_recording(recorded_axis(seed, name).sweep, name)
 
 
-def verdicts(moves: Recording) -> list[Verdict]:
+def verdicts(moves: Recording) -> list[StickingVerdict]:
     """Judge the levels of a sweep."""
     axis = effort_axis(moves, None)
     inputs = {"t": moves.t_s, "position": moves[f"{axis}.position"]}
@@ -84,7 +84,7 @@ def compared(moves: Recording, terms: tuple[str, ...]) -> Agreement:
     model = identify(moves, terms=terms)
     rows = prepared(moves)
     cold = any(term.term == "warmup" for term in model.fitted)
-    return agreement(staged(rows, pitch_mm=PITCH_MM, cold=cold), model, rows.inputs)
+    return screw_agreement(staged(rows, pitch_mm=PITCH_MM, cold=cold), model, rows.inputs)
 
 
 def agree() -> None:
@@ -114,14 +114,14 @@ def stepped(seed: int, axis: MillAxis, model: Identified) -> tuple[Agreement, li
     """Return how the four steps and the joint fit of a mill's axis agree, and by how many of their
     standard deviations the steps' slope and mass are off the truth.
     """
-    rows = prepared(mill_ours.recording(swept_axis(seed, axis), axis.name))
+    rows = prepared(mill_ours.mill_recording(swept_axis(seed, axis), axis.name))
     found = four_steps(rows, pole_mm=pole_of(model), cold=False)
     scale, (slope, slope_sd) = axis.newtons_per_ampere, found.load.slope
     off = [(slope - axis.spring_N_mm / scale) / slope_sd]
     if found.inertia is not None:
         true = axis.moved_kg / 1000.0 / scale
         off.append((found.inertia.value - true) / found.inertia.sd)
-    return agreement_linear.agreement(found, model, rows.inputs), off
+    return agreement_linear.linear_agreement(found, model, rows.inputs), off
 
 
 def linear(first: int, last: int) -> None:
@@ -130,7 +130,7 @@ def linear(first: int, last: int) -> None:
     for seed in range(first, last + 1):
         mill = draw_mill(seed)
         for name in SCORED:
-            both, off = stepped(seed, mill[name], mill_ours.identified(seed, mill[name]))
+            both, off = stepped(seed, mill[name], mill_ours.identified_mill_axis(seed, mill[name]))
             print(f"{seed} {name}: {len(both.differing)} of {len(both.rows)} differ; slope and "
                   f"mass off the truth by {off[0]:+.1f}, {off[1]:+.1f} sd", flush=True)  # fmt: skip
             found.append(both)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from autodb.records import CutTable
 from autodb.sensing.ranges import calibration
-from autodb.sensing.ranges.forms import LINE, OF_CURRENT, Felt, Form
+from autodb.sensing.ranges.forms import LINE, OF_CURRENT, CurrentForm, MeasuredCuts
 from benchmarks.vicomtech_wear import read
 
 Array = NDArray[np.float64]
@@ -93,14 +93,14 @@ def _rows(table: CutTable, kept: Mask) -> CutTable:
     return replace(table, channels={name: values[kept] for name, values in table.channels.items()})
 
 
-def _errors(form: Form, others: CutTable, left: CutTable) -> Array:
+def _errors(form: CurrentForm, others: CutTable, left: CutTable) -> Array:
     law = form.fit(_felt(others), others["force.z"])
     return left["force.z"] - law.form.value(law.coefficients, _felt(left))
 
 
-def _felt(table: CutTable) -> Felt:
+def _felt(table: CutTable) -> MeasuredCuts:
     unknown = np.full(len(table), np.nan)
-    return Felt(table["z.current"], *[unknown] * 5)
+    return MeasuredCuts(table["z.current"], *[unknown] * 5)
 
 
 def rms(errors: list[Array]) -> float:

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from autodb import records
 from autodb.assets import kit
 from autodb.explain.cuts.candidates.wear import wear_law
-from autodb.explain.cuts.fit import fit
-from autodb.explain.cuts.look import Looked, look, stack_of
+from autodb.explain.cuts.fit import fit_cuts
+from autodb.explain.cuts.look import FoundInCuts, look_in_cuts, stack_of
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]
@@ -81,9 +81,9 @@ def fresh_edge(table: CutTable) -> dict[str, Array]:
     return made
 
 
-def looked_at(table: CutTable, simulation: dict[str, Array]) -> Looked:
+def looked_at(table: CutTable, simulation: dict[str, Array]) -> FoundInCuts:
     """Return what is found in a table against a simulation of shear alone."""
-    return look(stack_of(table, simulation, ["shear"]), ["shear"])
+    return look_in_cuts(stack_of(table, simulation, ["shear"]), ["shear"])
 
 
 def shuffled(table: CutTable, seed: int = 0) -> CutTable:
@@ -124,7 +124,7 @@ def flank_wear(table: CutTable) -> FlankWear:
     simulation = fresh_edge(table)
     looked = looked_at(hidden(table), simulation)
     stack, choices = looked.stack, looked.found.choices
-    fitted = fit(stack, looked.own, choices)
+    fitted = fit_cuts(stack, looked.own, choices)
     z = COMPONENTS.index("force.z")
     worn = np.zeros(len(table))
     for part, choice in zip(fitted.parts[len(looked.own) :], choices, strict=True):
@@ -153,14 +153,14 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def scores(looked: Looked) -> tuple[float, float]:
+def scores(looked: FoundInCuts) -> tuple[float, float]:
     """Return the score of the set with wear, and of the best one with drift in its place."""
     falls = looked.search.rivals(looked.found, "tool_wear")
     drift = min(fall for key, fall in falls.items() if key.startswith("sensor_drift"))
     return looked.found.score, looked.found.score - drift
 
 
-def terms(looked: Looked) -> list[str]:
+def terms(looked: FoundInCuts) -> list[str]:
     """Return what was found, in the order of its evidence."""
     pairs = zip(looked.found.evidence, looked.found.choices, strict=True)
     return [c.suspect.key for _, c in sorted(pairs, key=lambda pair: -pair[0])]

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from autodb.cli import run
-from autodb.proofs.machines.lathe.disturbed import Disturbance
+from autodb.proofs.machines.lathe.disturbed import CutDisturbance
 from autodb.proofs.machines.lathe.jobs import cut_at, standard_cuts
 from autodb.proofs.machines.lathe.lathe import cut_table
 from autodb.proofs.machines.lathe.phases import raw_cut
@@ -180,7 +180,7 @@ def _job(*keys: str) -> Callable[[Path], object]:
 
 
 def _raw(
-    what: Disturbance, *, duration_s: float = 5.0, from_s: float = 0.0
+    what: CutDisturbance, *, duration_s: float = 5.0, from_s: float = 0.0
 ) -> Callable[[Path], object]:
     def make(folder: Path) -> None:
         channels = made(2, what, duration_s).channels
@@ -399,14 +399,14 @@ AXES = (
     ),
 )  # fmt: skip
 RAW = (
-    Case("a cut that stops in the middle", RAW_CUT, _raw(Disturbance(stop_s=(4.0, 4.6)))),
-    Case("chatter", RAW_CUT, _raw(Disturbance(chatter_share=0.2, chatter_hz=137.0))),
+    Case("a cut that stops in the middle", RAW_CUT, _raw(CutDisturbance(stop_s=(4.0, 4.6)))),
+    Case("chatter", RAW_CUT, _raw(CutDisturbance(chatter_share=0.2, chatter_hz=137.0))),
     Case(
         "a spindle at its current limit", RAW_CUT,
-        _raw(Disturbance(limit_share=1.0, wander_share=0.06)),
+        _raw(CutDisturbance(limit_share=1.0, wander_share=0.06)),
     ),
-    Case("a cut that is too short", RAW_CUT, _raw(Disturbance(), duration_s=0.6)),
-    Case("a recording that starts in the cut", RAW_CUT, _raw(Disturbance(), from_s=3.0)),
+    Case("a cut that is too short", RAW_CUT, _raw(CutDisturbance(), duration_s=0.6)),
+    Case("a recording that starts in the cut", RAW_CUT, _raw(CutDisturbance(), from_s=3.0)),
 )  # fmt: skip
 PARTS = (
     ("Files", FILES),

@@ -15,7 +15,7 @@ from starlette.types import Message
 
 from autodb.errors import UnusableInput
 from autodb.files.job import JobProgram, read_job
-from autodb.files.machine import flat, lasting, read_machine_file
+from autodb.files.machine import flat, lasting_part, read_machine_file
 from autodb.files.part import read_part
 from autodb.files.side import read_sidefile
 from autodb.files.tool import geometry_of, read_tool
@@ -24,8 +24,8 @@ from autodb.live.agentfile import read_agentfile
 from autodb.nc.reading import read_program
 from autodb.sensing.ranges.inspection import as_measured
 from autodb.standard.protocol import read_protocol
-from autodb.web.receive.sent import received
-from autodb.web.routes.recordings import RECORDING, SIDE, named
+from autodb.web.receive.sent import receive_parts
+from autodb.web.routes.recordings import RECORDING, SIDE, named_as_sent
 
 CORPUS = Path(__file__).parent / "corpus"
 Target = Callable[[bytes, Path], None]
@@ -71,7 +71,7 @@ def toml(data: bytes, folder: Path) -> None:
         as_measured(read_part(path))
     with _refused(path):
         machine = read_machine_file(path)
-        assert flat(lasting(machine))
+        assert flat(lasting_part(machine))
 
 
 def upload(data: bytes, folder: Path) -> None:
@@ -100,9 +100,9 @@ def _sent(kind: bytes, pieces: list[bytes], place: Path) -> dict[str, bytes] | N
     scope = {"type": "http", "method": "POST", "headers": [(b"content-type", kind)]}
     try:
         parts = asyncio.run(
-            received(Request(scope, receive), place, {RECORDING: 4096, SIDE: 512}, 60.0)
+            receive_parts(Request(scope, receive), place, {RECORDING: 4096, SIDE: 512}, 60.0)
         )
-        path = named(parts)
+        path = named_as_sent(parts)
     except (UnusableInput, HTTPException):
         return None
     kept = [one for one in place.rglob("*") if one.is_file()]

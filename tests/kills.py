@@ -65,7 +65,9 @@ def _axis(store: Store) -> None:
     assert isinstance(moves, records.Recording)
     identify_on_machine(store, MACHINE, path, moves)
     with store.writing() as session:
-        known = select(models.Recording).where(models.Recording.path.endswith(path.name))
+        known = select(models.StoredRecording).where(
+            models.StoredRecording.path.endswith(path.name)
+        )
         mismatch = models.Mismatch(
             recording_id=session.scalars(known).one().id, channel="z.current", term="asymmetry",
             kind="missing", confidence=0.9, parameters={}, statement="It differs.",

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.proofs.machines.lathe.lathe import Lathe, cut_row
-from autodb.proofs.machines.lathe.process import ALUMINIUM, Cut
+from autodb.proofs.machines.lathe.process import ALUMINIUM, TrueCut
 from autodb.records import EDGE, CutTable, edge_codes
-from autodb.standard import Protocol, StandardCut, read_protocol, run_order
+from autodb.standard import CutProtocol, StandardCut, read_protocol, run_order
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ class Move:
 STILL = Move()
 
 
-def protocol() -> Protocol:
+def protocol() -> CutProtocol:
     """Return the kit's turning protocol in an order that a cut opens in which Z moves."""
     return read_protocol("turning-aluminium").model_copy(update={"seed": 2})
 
@@ -85,7 +85,7 @@ def _move(channels: dict[str, Array], forces: dict[str, Array], move: Move) -> N
     forces["force.z"] = forces["force.z"] * (1.0 + move.force * course)
 
 
-def _conditions(cuts: list[Cut]) -> dict[str, Array]:
+def _conditions(cuts: list[TrueCut]) -> dict[str, Array]:
     number = np.arange(len(cuts), dtype=np.float64)
     return {
         "cut": number + 1.0,
@@ -100,10 +100,10 @@ def _conditions(cuts: list[Cut]) -> dict[str, Array]:
     }
 
 
-def _made(cut: StandardCut, number: int) -> Cut:
+def _made(cut: StandardCut, number: int) -> TrueCut:
     """Return a standard cut as it is made, with edges changed so often that wear stays small."""
     assert cut.depth_mm is not None
-    return Cut(
+    return TrueCut(
         speed_m_min=math.pi * DIAMETER_MM * cut.speed_rpm / 1000.0,
         feed_mm=cut.feed_mm,
         depth_mm=cut.depth_mm,
@@ -116,7 +116,7 @@ def _made(cut: StandardCut, number: int) -> Cut:
     )
 
 
-def with_references(table: CutTable) -> Protocol:
+def with_references(table: CutTable) -> CutProtocol:
     """Return the protocol with references: means of the forces that a run measured, cut by cut."""
     whole = protocol()
     said = {"source": "test", "status": "known", "date": "2026-01-01"}
@@ -129,4 +129,4 @@ def with_references(table: CutTable) -> Protocol:
         bounds = {c: {"value": v, "lower": v - 0.02 * abs(v), "upper": v + 0.02 * abs(v), **said}
                   for c, v in means.items()}  # fmt: skip
         cuts.append({**cut.model_dump(exclude_none=True), "reference": bounds})
-    return Protocol.model_validate({**whole.model_dump(exclude={"cut"}), "cut": cuts})
+    return CutProtocol.model_validate({**whole.model_dump(exclude={"cut"}), "cut": cuts})

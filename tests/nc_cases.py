@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from autodb.files.machine import MachineFile
-from autodb.nc import program
-from autodb.standard import Protocol, read_protocol
+from autodb.nc import protocol_program
+from autodb.standard import CutProtocol, read_protocol
 from tests import nc
 
 CLEAR_MM = 2.0
@@ -51,14 +51,14 @@ SHIPPED = {"turning-aluminium": LATHE, "milling-c45": MILL, "drilling-c45": MILL
 class Case:
     """A protocol, the machine it is made for, and a dialect."""
 
-    protocol: Protocol
+    protocol: CutProtocol
     machine: MachineFile
     dialect: str
 
     @property
     def text(self) -> str:
         """Return its program."""
-        return program(self.protocol, self.machine, dialect=self.dialect, source="m.toml")
+        return protocol_program(self.protocol, self.machine, dialect=self.dialect, source="m.toml")
 
     def motions(self, *, skip: bool = True) -> list[nc.Motion]:
         """Return its motions, read back; ``skip`` leaves the dry run out."""
@@ -114,7 +114,7 @@ def bar_case(draw: np.random.Generator, dialect: str) -> Case:
     }
     air_s = round(draw.uniform(2, 4), 2)
     protocol = {"name": "p", "material": "m", "tool": "t", "air_s": air_s, "bar": bar, "cut": cuts}
-    case = Case(Protocol.model_validate(protocol), MachineFile.model_validate(LATHE), dialect)
+    case = Case(CutProtocol.model_validate(protocol), MachineFile.model_validate(LATHE), dialect)
     return changed(case, "diameter", to=bool(draw.integers(2)))
 
 
@@ -143,4 +143,4 @@ def block_case(draw: np.random.Generator, dialect: str) -> Case:
     geometry = {"diameter_mm": round(draw.uniform(4, 16), 1), "teeth": int(draw.integers(1, 5))}
     common = {"name": "p", "material": "m", "tool": "t", "air_s": 2.5}
     protocol = {**common, "geometry": geometry, "block": block, "cut": cuts}
-    return Case(Protocol.model_validate(protocol), MachineFile.model_validate(MILL), dialect)
+    return Case(CutProtocol.model_validate(protocol), MachineFile.model_validate(MILL), dialect)

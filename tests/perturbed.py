@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from autodb.assets import kit
 from autodb.explain import explain
 from autodb.explain.answer.answer import Explanation
-from autodb.proofs.cases.plan import FIXED, draw, planned
+from autodb.proofs.cases.plan import FIXED, draw_concealed, planned_case
 from autodb.proofs.runs.explain.left_out import tables
 from autodb.records import CutTable, Recording
 from tests.expected import LEARNT_FROM, answer
@@ -133,8 +133,8 @@ def _explained(recording: Any, simulation: Any, includes: list[str]) -> Explanat
 
 @cache
 def _drawn(seed: int) -> tuple[Recording | CutTable, Recording | CutTable, list[str]]:
-    plan = replace(planned(seed), wanted=20.0 if seed % 2 else 8.0)
-    drawn = draw(seed, family=FIXED, asked=plan)
+    plan = replace(planned_case(seed), wanted=20.0 if seed % 2 else 8.0)
+    drawn = draw_concealed(seed, family=FIXED, asked=plan)
     return *tables(drawn), list(drawn.includes)
 
 

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from autodb.errors import SetAside
-from autodb.proofs.machines.lathe.disturbed import Disturbance, Disturbed, disturbed_cut
+from autodb.proofs.machines.lathe.disturbed import CutDisturbance, Disturbed, disturbed_cut
 from autodb.proofs.machines.lathe.jobs import cut_at
-from autodb.proofs.machines.lathe.process import Cut
+from autodb.proofs.machines.lathe.process import TrueCut
 from autodb.proofs.machines.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_parquet
 from autodb.records import Recording
 from autodb.sensing.ranges import raw
@@ -19,15 +19,15 @@ CONDITIONS = (  # depth mm, feed mm/rev, speed rpm, machined diameter mm
     (2.5, 0.10, 2100.0, 50.0),
     (2.0, 0.40, 1800.0, 40.0),
 )
-NOTHING = Disturbance()
+NOTHING = CutDisturbance()
 
 
-def condition(seed: int, duration_s: float = 10.0) -> Cut:
+def condition(seed: int, duration_s: float = 10.0) -> TrueCut:
     """Return the seed's cut."""
     return cut_at(CONDITIONS[seed % len(CONDITIONS)], duration_s=duration_s)
 
 
-def made(seed: int, what: Disturbance = NOTHING, duration_s: float = 10.0) -> Disturbed:
+def made(seed: int, what: CutDisturbance = NOTHING, duration_s: float = 10.0) -> Disturbed:
     """Return the seed's cut as it was recorded."""
     return disturbed_cut(SAMPLE_LATHE, SAMPLE_PAIR, condition(seed, duration_s), seed, what)
 
@@ -36,7 +36,7 @@ def read(cut: Disturbed, only: Callable[[str], bool] = lambda _: True) -> raw.Ra
     """Return the cut of a recording, of channels that ``only`` keeps, or why it is set aside."""
     channels = {name: values for name, values in cut.channels.items() if only(name)}
     try:
-        return raw.cut_of(Recording(path=Path("cut.parquet"), channels=channels))
+        return raw.cut_of_recording(Recording(path=Path("cut.parquet"), channels=channels))
     except SetAside as error:
         return str(error)
 
@@ -47,7 +47,9 @@ def row_of(cut: raw.RawCut | str) -> dict[str, float]:
     return {name: float(values[0]) for name, values in cut.table.channels.items()}
 
 
-def write_raw(path: Path, seed: int, what: Disturbance = NOTHING, duration_s: float = 5.0) -> Path:
+def write_raw(
+    path: Path, seed: int, what: CutDisturbance = NOTHING, duration_s: float = 5.0
+) -> Path:
     """Write the seed's recording with its side file; return the path."""
     cut = condition(seed, duration_s)
     write_parquet(path, made(seed, what, duration_s).channels)

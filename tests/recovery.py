@@ -6,7 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms.channel import Inputs, Part, coefficients, columns, predict
+from autodb.terms.channel import (
+    ChannelPart,
+    Inputs,
+    channel_columns,
+    linear_parameters,
+    predicted_channel,
+)
 from autodb.terms.fit import fit_parts
 
 Array = NDArray[np.float64]
@@ -16,12 +22,14 @@ Array = NDArray[np.float64]
 class Recovered:
     """Parts with their shape found, and their linear parameters (p,)."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[ChannelPart, ...]
     linear: Array
 
     def value(self, key: str, name: str) -> float:
         """Return a parameter of the part ``key``."""
-        for (part, parameter), value in zip(coefficients(self.parts), self.linear, strict=True):
+        for (part, parameter), value in zip(
+            linear_parameters(self.parts), self.linear, strict=True
+        ):
             if (part.key, parameter.name) == (key, name):
                 return float(value)
         return next(part.shape[name] for part in self.parts if part.key == key)
@@ -29,9 +37,9 @@ class Recovered:
     def effect(self, key: str, inputs: Inputs) -> Array:
         """Return the channel with the part ``key`` less the channel without it, (n,)."""
         rest = tuple(part for part in self.parts if part.key != key)
-        keep = [part.key != key for part, _ in coefficients(self.parts)]
-        without = predict(rest, self.linear[keep], inputs)
-        return predict(self.parts, self.linear, inputs) - without
+        keep = [part.key != key for part, _ in linear_parameters(self.parts)]
+        without = predicted_channel(rest, self.linear[keep], inputs)
+        return predicted_channel(self.parts, self.linear, inputs) - without
 
 
 @dataclass(frozen=True)
@@ -44,18 +52,18 @@ class Seen:
 
 
 def recover(
-    parts: Sequence[Part], seen: Seen, looked: Mapping[str, tuple[float, ...]]
+    parts: Sequence[ChannelPart], seen: Seen, looked: Mapping[str, tuple[float, ...]]
 ) -> Recovered:
     """Return the fit of parts to what was seen; ``looked`` adds starts by parameter name."""
     fit = fit_parts(parts, seen.inputs, seen.measured, sd=seen.sd, looked=looked)
     return Recovered(fit.parts, fit.linear)
 
 
-def without_columns(of: Array, parts: Sequence[Part], inputs: Inputs) -> Array:
+def without_columns(of: Array, parts: Sequence[ChannelPart], inputs: Inputs) -> Array:
     """Return a curve (n,) less what the columns of parts could say of it."""
     if not parts:
         return of
-    matrix = columns(parts, inputs)
+    matrix = channel_columns(parts, inputs)
     norm = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
     weights = np.linalg.lstsq(matrix / norm, of, rcond=1e-12)[0]
     return np.asarray(of - matrix @ (weights / norm), dtype=np.float64)

@@ -18,7 +18,7 @@ from autodb.files.excuses import excuse
 from autodb.files.machine import LATHE, AxisFile, MachineFile
 from autodb.live.agentfile import read_agentfile
 from autodb.proofs.machines.served.example import agent_text
-from autodb.proofs.machines.served.shift import Shift
+from autodb.proofs.machines.served.shift import ServedShift
 from autodb.store import Store, create_store, models, open_store
 
 MACHINE = "machine-1"
@@ -103,7 +103,7 @@ def running(server: Server) -> Iterator[Running]:
 
 
 def write_agentfile(
-    server: Server, shift: Shift, *, protocol: str, item: Callable[[str], str] = str
+    server: Server, shift: ServedShift, *, protocol: str, item: Callable[[str], str] = str
 ) -> Path:
     """Write the agent file of a virtual machine into the working folder."""
     path = Path("agent.toml")
@@ -135,9 +135,9 @@ def cuts_stored() -> list[models.Cut]:
     with opened() as store, store.reading() as session:
         query = (
             select(models.Cut)
-            .join(models.Recording)
-            .where(models.Recording.delivered_as.contains("/inbox/cut-"))
-            .order_by(models.Recording.delivered_as)
+            .join(models.StoredRecording)
+            .where(models.StoredRecording.delivered_as.contains("/inbox/cut-"))
+            .order_by(models.StoredRecording.delivered_as)
         )
         found = list(session.scalars(query))
         session.expunge_all()
@@ -170,7 +170,7 @@ def run_agent(
     return said, agent
 
 
-def same_as_said(shift: Shift) -> None:
+def same_as_said(shift: ServedShift) -> None:
     """Hold recordings to the rows that the machine said while it cut, bit for bit."""
     paths = recorded()
     assert len(paths) == len(shift.cuts)

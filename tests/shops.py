@@ -10,7 +10,7 @@ from autodb.agent.rows.catalogue import pair_id
 from autodb.agent.rows.machines import add_machine, find_machine
 from autodb.files.machine import LATHE
 from autodb.proofs.machines.lathe.power_pairs import GAIN, PowerPair, TurnedCut
-from autodb.proofs.runs.pairs.pair_cuts import TURN, feel, sensing
+from autodb.proofs.runs.pairs.pair_cuts import TURN, draw_read_cuts, sensing
 from autodb.store import Store, models
 
 DIAMETER_MM = 50.0
@@ -32,18 +32,18 @@ def add(
         owner = find_machine(session, name)
         number = 0
         sensors = _sensors(session, owner.id)
-        before = select(func.count(models.Recording.id)).where(
-            models.Recording.machine_id == owner.id
+        before = select(func.count(models.StoredRecording.id)).where(
+            models.StoredRecording.machine_id == owner.id
         )
         called = f"{name} {(session.scalar(before) or 0) + 1}"
-        recording = models.Recording(
+        recording = models.StoredRecording(
             machine_id=owner.id, sha256=called, path=f"{called}.csv",
             kind="cuts", rows=cuts, units={}, side={},
         )  # fmt: skip
         session.add(recording)
         for (material, tool), pair in pairs.items():
             row = _pair(session, material, tool, pair)
-            felt = feel(rng, pair, TURN, cuts)
+            felt = draw_read_cuts(rng, pair, TURN, cuts)
             for cut, read in zip(felt.cuts, felt.read, strict=True):
                 number += 1
                 assert isinstance(cut, TurnedCut)

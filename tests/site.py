@@ -18,7 +18,9 @@ def filled(path: Path) -> str:
     url = f"sqlite:///{path}"
     create_store(url)
     store = open_store(url)
-    demo.learn(store, kit("sample_jobs") / demo.JOB / "recordings", progress=lambda _: None)
+    demo.learn_from_samples(
+        store, kit("sample_jobs") / demo.JOB / "recordings", progress=lambda _: None
+    )
     with store.writing(demo.MACHINE) as session:
         for axis in session.query(models.Axis).all():
             axis.limit_force_N = LIMITS_N.get(axis.name)

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from sqlalchemy import select
 
 from autodb.agent.ingest import importing
-from autodb.records import Source
+from autodb.records import RecordingSource
 from autodb.records.summary import summarise
 from autodb.store import models, open_store
 from tests.conftest import Cli, Once, Ran
@@ -77,14 +77,14 @@ def test_two_agents_that_import_one_file_keep_it_once(
     """Another agent imports the same file while this one is reading it."""
     file = recordings / "shop-week-2.csv"
 
-    def overtaken(source: Source, **options: Any) -> Any:
+    def overtaken(source: RecordingSource, **options: Any) -> Any:
         monkeypatch.setattr(importing, "summarise", summarise)
         assert learnt("import", file, "--machine", "lathe-1").code == 0
         return summarise(source, **options)
 
     monkeypatch.setattr(importing, "summarise", overtaken)
     assert "already there, 36 rows" in learnt("import", file, "--machine", "lathe-1").out
-    assert len(_rows(models.Recording)) == 4
+    assert len(_rows(models.StoredRecording)) == 4
 
 
 def test_raw_phase_currents_give_the_same_ranges_as_the_cut_table(
@@ -321,7 +321,7 @@ def test_an_interrupt_ends_with_130(
     done: Ran = cli("import", recordings / "shop-week-1.csv", "--machine", "lathe-1")
     assert done.code == 130
     assert done.err.strip().splitlines()[-1].startswith("autodb: interrupted")
-    assert _rows(models.Recording) == []
+    assert _rows(models.StoredRecording) == []
 
 
 def test_cuts_outside_what_was_learnt_are_not_trusted(learnt: Cli) -> None:

@@ -11,12 +11,12 @@ from scipy.stats import binom
 
 from autodb.fitting import anfis
 from autodb.fitting.anfis import BELL, GAUSS, Membership, Monotone, Premises
-from autodb.fitting.anfis.evidence import weighed
+from autodb.fitting.anfis.evidence import rows_weighed
 from autodb.fitting.anfis.hybrid import GROWS, SHRINKS, factor_of
 from autodb.fitting.anfis.learned import error_of
-from autodb.fitting.anfis.premises import design, input_slopes, limits, shares
+from autodb.fitting.anfis.premises import input_slopes, premise_limits, rule_columns, shares
 from autodb.fitting.anfis.projection import jacobian, projected
-from autodb.fitting.anfis.rows import Rows, rows
+from autodb.fitting.anfis.rows import LearnerRows, rows
 from tests.campaigns import first
 from tests.conftest import SHARED
 
@@ -40,7 +40,7 @@ def _wavy(x: Array) -> Array:
     return np.asarray(np.sin(2.0 * x[:, 0]) + x[:, 0] * x[:, 1] ** 2 + 0.5 * x[:, 1])
 
 
-def _rows(x: Array, values: Array) -> Rows:
+def _rows(x: Array, values: Array) -> LearnerRows:
     return replace(rows(x, values), ridge=1e-6, leash=1e-4)
 
 
@@ -66,7 +66,7 @@ def test_slopes_of_memberships_agree_with_differences(family: Membership) -> Non
 
 @FAMILIES
 def test_shares_of_rules_sum_to_one_even_far_away(family: Membership) -> None:
-    premises = _moved(anfis.grid((2, 3), family), 1)
+    premises = _moved(anfis.premise_grid((2, 3), family), 1)
     x = np.vstack([_uniform(1, 100), [[1e6, -1e6], [-3e4, 0.0]]])
     assert_allclose(shares(premises, x).sum(axis=0), 1.0, rtol=1e-12)
     assert np.isfinite(shares(premises, x)).all()
@@ -75,9 +75,9 @@ def test_shares_of_rules_sum_to_one_even_far_away(family: Membership) -> None:
 @FAMILIES
 @pytest.mark.parametrize("along", [0, 1])
 def test_slopes_of_the_output_agree_with_differences(family: Membership, along: int) -> None:
-    premises, x = _moved(anfis.grid((2, 3), family), 2), _uniform(2, 50)
+    premises, x = _moved(anfis.premise_grid((2, 3), family), 2), _uniform(2, 50)
     step = 1e-6 * np.eye(2)[along]
-    ahead = (design(premises, x + step) - design(premises, x - step)) / 2e-6
+    ahead = (rule_columns(premises, x + step) - rule_columns(premises, x - step)) / 2e-6
     assert_allclose(input_slopes(premises, x, along), ahead, atol=1e-6)
 
 
@@ -86,7 +86,7 @@ def test_jacobian_of_variable_projection_agrees_with_differences(family: Members
     """Of the whole residual, not of its length alone: Kaufman's approximation fails here."""
     x = _uniform(3, 60)
     given = _rows(x, _wavy(x) + np.random.default_rng(3).normal(0.0, 0.5, 60))
-    premises = _moved(anfis.grid((2, 2), family), 3)
+    premises = _moved(anfis.premise_grid((2, 2), family), 3)
     exact = jacobian(given, premises, projected(given, premises))
     for k, value in enumerate(premises.vector):
         step = np.zeros(premises.vector.size)
@@ -98,9 +98,9 @@ def test_jacobian_of_variable_projection_agrees_with_differences(family: Members
 
 def test_one_point_is_as_many() -> None:
     x = 5.0 + 3.0 * _uniform(4, 80)
-    model = anfis.fit(x, _wavy(x), [anfis.grid((2, 2))])
-    many = anfis.predict(model, x.reshape(8, 10, 2))
-    one = anfis.predict(model, x[13])
+    model = anfis.fit_anfis(x, _wavy(x), [anfis.premise_grid((2, 2))])
+    many = anfis.predict_anfis(model, x.reshape(8, 10, 2))
+    one = anfis.predict_anfis(model, x[13])
     assert many.mean.shape == many.inside.shape == (8, 10)
     assert one.mean.shape == one.sd.shape == ()
     assert_allclose(many.mean[1, 3], one.mean, rtol=1e-12)
@@ -112,36 +112,38 @@ def test_units_change_nothing() -> None:
     x = _uniform(5, 150)
     y = _wavy(x) + np.random.default_rng(5).normal(0.0, 0.1, 150)
     units, shift = np.array([1e3, 1e-4]), np.array([5e3, 2e-4])
-    plain = anfis.fit(x, y, [anfis.grid((2, 2))], monotone=Monotone(1))
-    other = anfis.fit(
-        x * units + shift, 200.0 * y - 7.0, [anfis.grid((2, 2))], monotone=Monotone(1)
+    plain = anfis.fit_anfis(x, y, [anfis.premise_grid((2, 2))], monotone=Monotone(1))
+    other = anfis.fit_anfis(
+        x * units + shift, 200.0 * y - 7.0, [anfis.premise_grid((2, 2))], monotone=Monotone(1)
     )
-    here, there = anfis.predict(plain, x), anfis.predict(other, x * units + shift)
+    here, there = anfis.predict_anfis(plain, x), anfis.predict_anfis(other, x * units + shift)
     assert (np.abs(there.mean - (200.0 * here.mean - 7.0)) < 1e-6 * there.sd).all()
     assert_allclose(there.sd, 200.0 * here.sd, rtol=1e-6)
     order = np.random.default_rng(6).permutation(150)
-    turned = anfis.fit(x[order], y[order], [anfis.grid((2, 2))], monotone=Monotone(1))
-    assert (np.abs(anfis.predict(turned, x).mean - here.mean) < 1e-6 * here.sd).all()
+    turned = anfis.fit_anfis(x[order], y[order], [anfis.premise_grid((2, 2))], monotone=Monotone(1))
+    assert (np.abs(anfis.predict_anfis(turned, x).mean - here.mean) < 1e-6 * here.sd).all()
 
 
 @pytest.mark.parametrize("learner", [anfis.Projection(), anfis.Hybrid(20)])
 def test_a_plane_is_reproduced(learner: anfis.Learner) -> None:
     x = _uniform(6, 90, 3)
-    model = anfis.fit(x, 3.0 + x @ [2.0, -1.0, 0.5], [anfis.grid((2, 2, 1))], learner=learner)
+    model = anfis.fit_anfis(
+        x, 3.0 + x @ [2.0, -1.0, 0.5], [anfis.premise_grid((2, 2, 1))], learner=learner
+    )
     far = 4.0 * _uniform(7, 20, 3)
     assert_allclose(anfis.evaluate(model, far), 3.0 + far @ [2.0, -1.0, 0.5], atol=1e-8)
 
 
 @FAMILIES
 def test_a_made_system_is_found_again(family: Membership) -> None:
-    truth = anfis.grid((2, 1), family)
+    truth = anfis.premise_grid((2, 1), family)
     truth = truth.at(truth.vector * 0.8)
     x, at = np.vstack([_uniform(8, 300), [[-1, -1], [1, 1]]]), _uniform(9, 500)
     planes = np.array([[1.0, 0.5, -1.0], [-1.0, 2.0, 0.3]])
     rng = np.random.default_rng(8)
-    y = design(truth, x) @ planes.ravel() + rng.normal(0.0, 0.01, len(x))
-    model = anfis.fit(x, y, [anfis.grid((2, 1), family)])
-    right = design(truth, at) @ planes.ravel()
+    y = rule_columns(truth, x) @ planes.ravel() + rng.normal(0.0, 0.01, len(x))
+    model = anfis.fit_anfis(x, y, [anfis.premise_grid((2, 1), family)])
+    right = rule_columns(truth, at) @ planes.ravel()
     assert_allclose(model.sd, 0.01, rtol=0.2)
     assert np.sqrt(np.mean((anfis.evaluate(model, at) - right) ** 2)) < 0.004
     known = anfis.fit_consequents(x, y, truth)
@@ -150,7 +152,7 @@ def test_a_made_system_is_found_again(family: Membership) -> None:
 
 def test_learning_lowers_the_error_and_projection_ends_lower() -> None:
     x = _uniform(10, 300)
-    given, start = _rows(x, _wavy(x)), anfis.grid((2, 2))
+    given, start = _rows(x, _wavy(x)), anfis.premise_grid((2, 2))
     hybrid = anfis.Hybrid(60).learn(given, start, NONE)
     assert min(hybrid.errors) < 0.8 * hybrid.errors[0]
     small = anfis.Hybrid(10, step=0.005).learn(given, start, NONE)
@@ -171,7 +173,7 @@ def test_held_out_rows_stop_the_search_and_are_not_learned_from() -> None:
     x = _uniform(11, 60)
     y = _wavy(x) + np.random.default_rng(11).normal(0.0, 0.5, 60)
     held = np.arange(60) % 3 == 0
-    start, learner = anfis.grid((3, 3)), anfis.Projection(patience=5)
+    start, learner = anfis.premise_grid((3, 3)), anfis.Projection(patience=5)
     course = learner.learn(_rows(x, y), start, held)
     assert course.stale >= 5
     assert min(course.judged) < course.judged[-1]
@@ -184,11 +186,11 @@ def test_held_out_rows_stop_the_search_and_are_not_learned_from() -> None:
 
 def test_no_set_leaves_the_range_or_is_finer_than_the_rows() -> None:
     x = np.column_stack([np.tile(np.linspace(-1, 1, 5), 20), _uniform(12, 100)[:, 0]])
-    premises = anfis.grid((2, 2))
+    premises = anfis.premise_grid((2, 2))
     learned = anfis.Projection().learn(_rows(x, _wavy(x)), premises, NONE[:100]).premises
     assert np.abs(learned.sets[0][:, 2]).max() <= 1.0
     assert learned.sets[0][:, 0].min() >= 0.5 - 1e-12
-    low, high = limits(premises, x)
+    low, high = premise_limits(premises, x)
     assert np.all((learned.vector >= low - 1e-12) & (learned.vector <= high + 1e-12))
 
 
@@ -198,7 +200,7 @@ def test_clusters_lie_where_the_rows_do() -> None:
     x = np.repeat(middles, 60, axis=0) + rng.normal(size=(180, 2)) * [0.05, 0.5]
     first, second = (anfis.clusters(x, 3, seed=seed) for seed in (1, 2))
     assert_allclose(first.vector, second.vector, atol=1e-3)
-    model = anfis.fit(x, x[:, 0] * x[:, 1], [first])
+    model = anfis.fit_anfis(x, x[:, 0] * x[:, 1], [first])
     centres = np.column_stack([sets[:, -1] for sets in first.sets])
     assert_allclose(model.scaling.middle + centres * model.scaling.half, middles, rtol=0.03)
     assert model.premises.rules.tolist() == [[0, 0], [1, 1], [2, 2]]
@@ -210,9 +212,9 @@ def test_a_monotone_output_never_turns_in_the_box(falling: bool) -> None:
     rng = np.random.default_rng(14)
     x = rng.uniform(size=(80, 2)) * [10.0, 0.3]
     y = sign * (100.0 * np.tanh(x[:, 0] - 5.0) + 200.0 * x[:, 1]) + rng.normal(0.0, 25.0, 80)
-    starts = [anfis.grid((3, 2))]
-    free = anfis.fit(x, y, starts)
-    kept = anfis.fit(x, y, starts, monotone=Monotone(0, falling))
+    starts = [anfis.premise_grid((3, 2))]
+    free = anfis.fit_anfis(x, y, starts)
+    kept = anfis.fit_anfis(x, y, starts, monotone=Monotone(0, falling))
     low, high = kept.hull.low, kept.hull.high
     points = rng.uniform(low, high, (20_000, 2))
     ahead = points.copy()
@@ -226,20 +228,22 @@ def test_a_monotone_output_never_turns_in_the_box(falling: bool) -> None:
 def test_a_monotone_rule_that_holds_already_changes_nothing() -> None:
     x = _uniform(15, 100)
     y = x @ [2.0, 1.0] + 0.1 * x[:, 0] * x[:, 1]
-    free, kept = (anfis.fit(x, y, [anfis.grid((2, 2))], monotone=m) for m in (None, Monotone(0)))
+    free, kept = (
+        anfis.fit_anfis(x, y, [anfis.premise_grid((2, 2))], monotone=m) for m in (None, Monotone(0))
+    )
     assert_allclose(kept.consequents, free.consequents, rtol=1e-12)
 
 
 def test_constrained_consequents_are_the_best_ones() -> None:
     """The mode's conditions of Karush, Kuhn and Tucker, at what least distance programming says."""
-    from autodb.fitting.anfis.monotone import nearest
-    from autodb.fitting.anfis.sums import posterior, sums
+    from autodb.fitting.anfis.monotone import nearest_monotone
+    from autodb.fitting.anfis.sums import consequent_sums, posterior
 
     rng = np.random.default_rng(16)
     columns, least = rng.normal(size=(40, 6)), np.full(30, 0.2)
-    found = posterior(sums(columns, rng.normal(size=40)), 1e-3)
+    found = posterior(consequent_sums(columns, rng.normal(size=40)), 1e-3)
     wanted = rng.normal(size=(30, 6)) + 1.0
-    mode = nearest(found, wanted, least)
+    mode = nearest_monotone(found, wanted, least)
     slack = wanted @ mode - least
     assert slack.min() > -1e-9
     held = np.abs(slack) < 1e-9
@@ -250,7 +254,7 @@ def test_constrained_consequents_are_the_best_ones() -> None:
 
 
 def _alike(got: anfis.Anfis, wanted: anfis.Anfis, at: Array) -> None:
-    here, there = anfis.predict(got, at), anfis.predict(wanted, at)
+    here, there = anfis.predict_anfis(got, at), anfis.predict_anfis(wanted, at)
     assert_allclose(here.mean, there.mean, rtol=1e-7, atol=1e-7)
     assert_allclose(here.sd, there.sd, rtol=1e-6)
     assert_allclose(got.freedom, wanted.freedom, rtol=1e-6)
@@ -260,7 +264,7 @@ def _alike(got: anfis.Anfis, wanted: anfis.Anfis, at: Array) -> None:
 def test_new_rows_can_be_added_in_any_order_and_taken_away(monotone: Monotone | None) -> None:
     x = _uniform(17, 300)
     y = _wavy(x) + np.random.default_rng(17).normal(0.0, 0.2, 300)
-    model = anfis.fit(x[:100], y[:100], [anfis.grid((2, 2))], monotone=monotone)
+    model = anfis.fit_anfis(x[:100], y[:100], [anfis.premise_grid((2, 2))], monotone=monotone)
     parts = [anfis.tally(model, x[a:b], y[a:b]) for a, b in ((100, 101), (101, 180), (180, 300))]
     onwards, back = model, model
     for part in parts:
@@ -269,8 +273,8 @@ def test_new_rows_can_be_added_in_any_order_and_taken_away(monotone: Monotone | 
         back = anfis.refreshed(back, part)
     _alike(back, onwards, x)
     _alike(anfis.refreshed(model, parts[0] + parts[1] + parts[2]), onwards, x)
-    _alike(anfis.undone(anfis.undone(onwards, parts[1]), parts[0] + parts[2]), model, x)
-    whole = design(model.premises, model.scaling.inputs(x))
+    _alike(anfis.without_rows(anfis.without_rows(onwards, parts[1]), parts[0] + parts[2]), model, x)
+    whole = rule_columns(model.premises, model.scaling.inputs(x))
     plane = model.belief.plane
     scaled = model.scaling.values(y)
     if monotone is None:  # the same as all rows at once, by another way
@@ -283,7 +287,7 @@ def test_new_rows_can_be_added_in_any_order_and_taken_away(monotone: Monotone | 
         assert_allclose(onwards.variance, left * model.scaling.output_size**2, rtol=1e-8)
     assert onwards.sums.rows == 300
     with pytest.raises(anfis.TooFewRows, match="rows for"):
-        anfis.undone(model, anfis.tally(model, x[:90], y[:90]))
+        anfis.without_rows(model, anfis.tally(model, x[:90], y[:90]))
 
 
 def test_outside_the_rows_the_model_says_so_and_is_less_sure() -> None:
@@ -291,14 +295,14 @@ def test_outside_the_rows_the_model_says_so_and_is_less_sure() -> None:
     x = rng.uniform(size=(200, 2))
     x = x[x.sum(axis=1) < 1.2]  # a corner of the box that no row is near
     y = _wavy(x) + rng.normal(0.0, 0.05, len(x))
-    model = anfis.fit(x, y, [anfis.grid((2, 2))])
-    assert anfis.predict(model, x).inside.all()
-    corner = anfis.predict(model, model.hull.high)
+    model = anfis.fit_anfis(x, y, [anfis.premise_grid((2, 2))])
+    assert anfis.predict_anfis(model, x).inside.all()
+    corner = anfis.predict_anfis(model, model.hull.high)
     assert corner.distance == 0.0
     assert not corner.inside
-    assert corner.sd > 2.0 * anfis.predict(model, np.array([0.4, 0.4])).sd
+    assert corner.sd > 2.0 * anfis.predict_anfis(model, np.array([0.4, 0.4])).sd
     away = np.array([0.5, 0.5]) + np.linspace(0.0, 20.0, 60)[:, None] * [1.0, 0.0]
-    told = anfis.predict(model, away)
+    told = anfis.predict_anfis(model, away)
     beyond = away[:, 0] > model.hull.high[0]
     assert not told.inside[beyond].any()
     assert np.all(np.diff(told.sd[beyond]) > 0)
@@ -309,18 +313,18 @@ def test_outside_the_rows_the_model_says_so_and_is_less_sure() -> None:
 def _held(seed: int, *, learned: bool) -> bool:
     """Say whether a 95 % interval held one new value of a made system."""
     rng = np.random.default_rng(1000 + seed)
-    truth = anfis.grid((2, 1)).at(anfis.grid((2, 1)).vector * 0.9)
+    truth = anfis.premise_grid((2, 1)).at(anfis.premise_grid((2, 1)).vector * 0.9)
     planes = rng.normal(size=6)
     x = np.vstack([rng.uniform(-1, 1, (60, 2)), [[-1, -1], [1, 1]]])
-    y = design(truth, x) @ planes + rng.normal(0.0, 0.1, len(x))
+    y = rule_columns(truth, x) @ planes + rng.normal(0.0, 0.1, len(x))
     at = rng.uniform(-0.9, 0.9, (1, 2))
-    value = design(truth, at) @ planes + rng.normal(0.0, 0.1)
+    value = rule_columns(truth, at) @ planes + rng.normal(0.0, 0.1)
     if learned:
         quick = anfis.Projection(most_steps=8)
-        model = anfis.fit(x, y, [anfis.grid((2, 1))], learner=quick)
+        model = anfis.fit_anfis(x, y, [anfis.premise_grid((2, 1))], learner=quick)
     else:
         model = anfis.fit_consequents(x, y, truth)
-    low, high = anfis.predict(model, at).interval()
+    low, high = anfis.predict_anfis(model, at).interval()
     return bool(low[0] <= value[0] <= high[0])
 
 
@@ -335,38 +339,38 @@ def test_95_per_cent_intervals_hold_95_per_cent(learned: bool, n: int) -> None:
 def test_ridge_follows_the_noise() -> None:
     x = _uniform(19, 400)
     planes = np.random.default_rng(19).normal(0.0, 2.0, 27)
-    premises = anfis.grid((3, 3))
+    premises = anfis.premise_grid((3, 3))
     noise = np.random.default_rng(20).normal(size=400)
     for sd in (0.3, 0.03):
-        given = rows(x, design(premises, x) @ planes + sd * noise)
-        found = weighed(given, premises)
+        given = rows(x, rule_columns(premises, x) @ planes + sd * noise)
+        found = rows_weighed(given, premises)
         assert_allclose(np.sqrt(found.leash), sd, rtol=0.15)
         assert_allclose(np.sqrt(found.leash / found.ridge), 2.0, rtol=0.6)
 
 
 def test_rules_are_sentences_in_their_own_units() -> None:
-    premises = anfis.grid((2, 3))
+    premises = anfis.premise_grid((2, 3))
     x = np.array([[a, b] for a in (2.0, 4.0, 6.0, 8.0) for b in (0.1, 0.15, 0.2, 0.3, 0.4)])
     model = anfis.fit_consequents(x, 50.0 - 20.0 * x[:, 0] + 1000.0 * x[:, 1], premises)
-    told = anfis.sentences(model, ("current", "feed", "force"), ("A", "mm/rev", "N"))
+    told = anfis.rule_sentences(model, ("current", "feed", "force"), ("A", "mm/rev", "N"))
     assert len(told) == 6
     assert told[1] == (
         "If current is low (about 2 A) and feed is medium (about 0.25 mm/rev), "
         "then force = 50 − 20·current + 1000·feed N"
     )
     assert "feed is high (about 0.4 mm/rev)" in told[5]
-    many = anfis.fit_consequents(x, x[:, 0], anfis.grid((6, 1)))
-    first = anfis.sentences(many, ("a", "b", "c"), ("", "", ""))[0]
+    many = anfis.fit_consequents(x, x[:, 0], anfis.premise_grid((6, 1)))
+    first = anfis.rule_sentences(many, ("a", "b", "c"), ("", "", ""))[0]
     assert first.startswith("If a is about 2 and b is about 0.25, then c = ")
 
 
 def test_what_cannot_be_fitted_is_said() -> None:
     x = np.column_stack([np.ones(30), np.arange(30.0)])
     with pytest.raises(anfis.Unvarying, match=r"inputs \[0\] have one value"):
-        anfis.fit(x, x[:, 1], [anfis.grid((2, 2))])
+        anfis.fit_anfis(x, x[:, 1], [anfis.premise_grid((2, 2))])
     few = _uniform(21, 12)
     with pytest.raises(anfis.TooFewRows, match=r"12 rows for .* parameters"):
-        anfis.fit(few, np.random.default_rng(0).normal(size=12), [anfis.grid((2, 2))])
+        anfis.fit_anfis(few, np.random.default_rng(0).normal(size=12), [anfis.premise_grid((2, 2))])
 
 
 def test_the_mackey_glass_series_is_predicted_better_than_published() -> None:
@@ -375,8 +379,8 @@ def test_the_mackey_glass_series_is_predicted_better_than_published() -> None:
     if not files[0].exists():
         pytest.skip(f"series not here: {files[0]}")
     train, check = (np.loadtxt(file) for file in files)
-    start = anfis.nearby(anfis.grid((2, 2, 2, 2)))[-1]
-    model = anfis.fit(train[:, :4], train[:, 4], [start])
+    start = anfis.nearby(anfis.premise_grid((2, 2, 2, 2)))[-1]
+    model = anfis.fit_anfis(train[:, :4], train[:, 4], [start])
     off = [anfis.evaluate(model, part[:, :4]) - part[:, 4] for part in (train, check)]
     assert np.sqrt(np.mean(off[0] ** 2)) < 0.0011
     assert np.sqrt(np.mean(off[1] ** 2)) < 0.0015
@@ -385,6 +389,6 @@ def test_the_mackey_glass_series_is_predicted_better_than_published() -> None:
 def test_errors_of_a_course_are_those_of_its_premises() -> None:
     x = _uniform(22, 200)
     given = _rows(x, _wavy(x))
-    course = anfis.Projection(most_steps=5).learn(given, anfis.grid((2, 2)), NONE[:200])
+    course = anfis.Projection(most_steps=5).learn(given, anfis.premise_grid((2, 2)), NONE[:200])
     again = projected(given, course.premises)
     assert_allclose(error_of(course.premises, again.consequents, given), course.judged[course.best])

@@ -10,35 +10,35 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.explain.axis.apart import distances, instead, noise, separation, told_apart
-from autodb.explain.axis.elsewhere import account, design
+from autodb.explain.axis.apart import account_distances, instead, move_that_tells, noise, separation
+from autodb.explain.axis.elsewhere import account_columns, fit_axis_account
 from autodb.explain.axis.friction import (
-    asymmetry,
+    asymmetry_candidate,
     friction_suspects,
     play,
-    position_friction,
+    position_friction_candidate,
     soft_start,
-    warmup,
+    warmup_candidate,
 )
 from autodb.explain.axis.loads import (
     cross_couplings,
     drift,
-    gain,
-    inertia,
+    gain_candidate,
+    inertia_candidate,
     load_suspects,
-    sensor_suspects,
-    spring,
+    sensor_candidates_of_axis,
+    spring_candidate,
 )
-from autodb.explain.axis.moves import LIBRARY, Move, Reach
-from autodb.explain.axis.reading import Reading
+from autodb.explain.axis.moves import LIBRARY, AxisMove, Reach
+from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.scan import rough_place, travel_ripple
 from autodb.explain.axis.signals import AxisSignals, axis_signals
-from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Choice, Rung, Suspect
-from autodb.explain.engine.fitted import fit
+from autodb.explain.engine.fitted import fit_white_rows
 from autodb.explain.engine.inquiry import Inquiry
 from autodb.explain.engine.noise import Whitener
-from autodb.explain.engine.search import Search
+from autodb.explain.engine.search import CandidateSearch
 from autodb.explain.engine.telling import SEPARATES, Separation
 from autodb.explain.engine.tuning import tuned_together
 from autodb.records import Recording
@@ -63,7 +63,7 @@ def _one_way() -> Array:
 
 def _reading(
     position: Array, known: Array, left_out: Array, pair: Pair, **further: Array
-) -> Reading:
+) -> AxisReading:
     """Return a recording explained by the first of a pair of suspects, the others its rivals."""
     velocity = np.gradient(position, T_S)
     rng = np.random.default_rng(7)
@@ -77,14 +77,14 @@ def _reading(
     }
     recording = Recording(path=Path("recording.csv"), channels=channels)
     signals = axis_signals(recording, known, "x.current")
-    bench = Bench(channels["x.current"] - known, signals.own, 1)
+    bench = WhiteRows(channels["x.current"] - known, signals.own, 1)
     white, suspects = (Whitener(np.zeros(1)), NOISE_A**2), pair(signals)
-    search = Search(bench.products(bench.blocks(suspects), white), suspects)
+    search = CandidateSearch(bench.products(bench.blocks(suspects), white), suspects)
     found = search.settled((Choice(suspects[0], 0),))
     inquiry = Inquiry(found, search, *white, {})
     choices = tuned_together(bench, found.choices, white)
-    fitted = fit(bench, choices, white)
-    return Reading(bench, inquiry, white, choices, fitted, signals, frozenset(signals.own), "A")
+    fitted = fit_white_rows(bench, choices, white)
+    return AxisReading(bench, inquiry, white, choices, fitted, signals, frozenset(signals.own), "A")
 
 
 def _friction(position: Array) -> Array:
@@ -92,40 +92,45 @@ def _friction(position: Array) -> Array:
     return 0.6 * direction(velocity) + 0.001 * velocity
 
 
-def _gravity_or_asymmetry() -> Reading:
+def _gravity_or_asymmetry() -> AxisReading:
     position = _to_and_fro()
     return _reading(
         position,
         _friction(position),
         np.full_like(T_S, 0.3),
-        lambda s: [load_suspects(s)[0], asymmetry(s)],
+        lambda s: [load_suspects(s)[0], asymmetry_candidate(s)],
     )
 
 
-def _warmup_or_gain() -> Reading:
+def _warmup_or_gain() -> AxisReading:
     position = _to_and_fro()
     known = _friction(position)
     inertia = 0.002 * np.gradient(np.gradient(position, T_S), T_S)
     warming = -0.3 * known * (1 - np.exp(-T_S / 20.0))
-    return _reading(position, known + inertia, warming, lambda s: [warmup(s), gain(s)])
+    return _reading(
+        position, known + inertia, warming, lambda s: [warmup_candidate(s), gain_candidate(s)]
+    )
 
 
-def _backlash_or_presliding() -> Reading:
+def _backlash_or_presliding() -> AxisReading:
     position = _to_and_fro()
     sense = direction(np.gradient(position, T_S))
     left_out = 0.4 * backlash(sense, position, gap_mm=0.1)
     return _reading(position, _friction(position), left_out, lambda s: [play(s), soft_start(s)])
 
 
-def _spring_or_position_friction() -> Reading:
+def _spring_or_position_friction() -> AxisReading:
     position = _one_way()
     left_out = 0.002 * (position - position.mean())
     return _reading(
-        position, _friction(position), left_out, lambda s: [spring(s), position_friction(s)]
+        position,
+        _friction(position),
+        left_out,
+        lambda s: [spring_candidate(s), position_friction_candidate(s)],
     )
 
 
-def _coupling_or_inertia() -> Reading:
+def _coupling_or_inertia() -> AxisReading:
     """Return a recording whose two axes run one straight line."""
     position = _to_and_fro(period_s=6.0)
     velocity = np.gradient(position, T_S)
@@ -138,12 +143,12 @@ def _coupling_or_inertia() -> Reading:
         position,
         _friction(position),
         0.002 * other["y.acceleration"],
-        lambda s: [*cross_couplings(s), inertia(s)],
+        lambda s: [*cross_couplings(s), inertia_candidate(s)],
         **other,
     )
 
 
-def _standing() -> Reading:
+def _standing() -> AxisReading:
     """Return an axis that stood: a drift that settles, or a weight."""
     return _reading(
         np.full_like(T_S, 80.0),
@@ -153,14 +158,14 @@ def _standing() -> Reading:
     )
 
 
-def _by_words(reading: Reading, rival: str) -> dict[str, Separation]:
+def _by_words(reading: AxisReading, rival: str) -> dict[str, Separation]:
     swapped = instead(reading, 0, rival)
     assert swapped is not None
-    accounts = account(reading, reading.choices), account(reading, swapped)
-    return {gap.words: gap for gap in distances(reading, accounts)}
+    accounts = fit_axis_account(reading, reading.choices), fit_axis_account(reading, swapped)
+    return {gap.words: gap for gap in account_distances(reading, accounts)}
 
 
-def _best(reading: Reading, rival: str) -> Separation:
+def _best(reading: AxisReading, rival: str) -> Separation:
     swapped = instead(reading, 0, rival)
     assert swapped is not None
     best = separation(reading, reading.choices, swapped)
@@ -229,7 +234,7 @@ def test_an_axis_that_stood_is_not_asked_to_move() -> None:
 def test_the_sentence_carries_what_was_computed() -> None:
     reading = _gravity_or_asymmetry()
     best = _best(reading, "asymmetry")
-    said = told_apart(reading, 0, ["asymmetry"], ())
+    said = move_that_tells(reading, 0, ["asymmetry"], ())
     assert said == (
         f"{best.words}: there gravity and asymmetry would differ by up to {best.peak:.2g} A, noise "
         f"is {noise(reading):.2g} A."
@@ -242,12 +247,12 @@ def test_what_the_accounts_say_of_a_standstill_is_their_coefficients() -> None:
     reading = _gravity_or_asymmetry()
     swapped = instead(reading, 0, "asymmetry")
     assert swapped is not None
-    one, two = account(reading, reading.choices), account(reading, swapped)
-    still = next(g for g in distances(reading, (one, two)) if g.words.startswith("Stand"))
+    one, two = fit_axis_account(reading, reading.choices), fit_axis_account(reading, swapped)
+    still = next(g for g in account_distances(reading, (one, two)) if g.words.startswith("Stand"))
     assert_allclose(still.peak, one.of(0)[0], rtol=0.01)
     # a weight half as large is half as far
     half = replace(one, coefficients=0.5 * one.coefficients)
-    nearer = next(g for g in distances(reading, (half, two)) if g.words.startswith("Stand"))
+    nearer = next(g for g in account_distances(reading, (half, two)) if g.words.startswith("Stand"))
     assert_allclose(nearer.distance, 0.5 * still.distance, rtol=0.02)
 
 
@@ -256,7 +261,7 @@ def test_what_the_accounts_say_of_a_standstill_is_their_coefficients() -> None:
     [(_gravity_or_asymmetry, "asymmetry"), (_backlash_or_presliding, "presliding")],
 )
 def test_two_accounts_differ_alike_from_either_side(
-    make: Callable[[], Reading], rival: str
+    make: Callable[[], AxisReading], rival: str
 ) -> None:
     reading = make()
     swapped = instead(reading, 0, rival)
@@ -275,11 +280,11 @@ def test_an_account_does_not_differ_from_itself() -> None:
 
 
 def test_without_an_alternative_nothing_is_asked_for() -> None:
-    assert told_apart(_gravity_or_asymmetry(), 0, [], ()) is None
+    assert move_that_tells(_gravity_or_asymmetry(), 0, [], ()) is None
 
 
 def test_what_no_move_separates_is_said() -> None:
-    said = told_apart(_gravity_or_asymmetry(), 0, [], ("sensor_drift",))
+    said = move_that_tells(_gravity_or_asymmetry(), 0, [], ("sensor_drift",))
     assert said is not None
     assert said.startswith("No move in the library separates gravity and sensor_drift. ")
     assert "drive disabled" in said
@@ -300,7 +305,7 @@ def test_shapes_carried_to_part_of_the_recording_are_the_recording_s() -> None:
         name: value[rows] for name, value in vars(s).items() if isinstance(value, np.ndarray)
     }
     part = replace(s, **arrays, own={n: c[rows] for n, c in s.own.items()}, like=s)
-    for make in (friction_suspects, load_suspects, sensor_suspects):
+    for make in (friction_suspects, load_suspects, sensor_candidates_of_axis):
         for whole, again in zip(make(s), make(part), strict=True):
             for one, other in zip(whole.rungs, again.rungs, strict=True):
                 assert one.shape == other.shape
@@ -318,15 +323,15 @@ def test_what_scans_found_is_built_anew_with_its_values() -> None:
 
 def test_an_account_on_its_own_recording_is_its_fit() -> None:
     reading = _backlash_or_presliding()
-    of = account(reading, reading.choices)
-    columns = design(of, replace(reading.signals, like=reading.signals))
+    of = fit_axis_account(reading, reading.choices)
+    columns = account_columns(of, replace(reading.signals, like=reading.signals))
     given = columns @ of.coefficients
     assert_allclose(given, reading.bench.difference, atol=6 * NOISE_A)
     assert_allclose(given[1:].mean(), reading.bench.difference[1:].mean(), atol=NOISE_A)
 
 
 @pytest.mark.parametrize("move", LIBRARY, ids=lambda move: move.words(Reach(0, 1, 1, 1))[:24])
-def test_a_move_stays_in_the_travel_and_within_the_speed(move: Move) -> None:
+def test_a_move_stays_in_the_travel_and_within_the_speed(move: AxisMove) -> None:
     limits = Reach(low_mm=20.0, high_mm=420.0, top_mm_s=150.0, top_mm_s2=900.0)
     path = move.path(limits, RATE_HZ)
     assert path.position.min() >= limits.low_mm - 1e-9

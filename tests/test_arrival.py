@@ -14,7 +14,7 @@ from sqlalchemy import Executable, select
 from autodb.agent.ingest import arrival
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.ingest.inbox import Inbox
-from autodb.agent.learn.passes import Refreshed
+from autodb.agent.learn.passes import RefreshReport
 from autodb.agent.operate.refreshing import refresh
 from autodb.assets import kit
 from autodb.files.checksums import checksum
@@ -44,7 +44,7 @@ def _week(first: int = 0, last: int = CUTS) -> pd.DataFrame:
     return pd.read_csv(RECORDINGS / "shop-week-1.csv").iloc[first:last]
 
 
-def _take() -> Refreshed:
+def _take() -> RefreshReport:
     store = open_store(URL)
     try:
         return refresh(store, MACHINE, inbox=Inbox(Path("in"), settled_s=0.0))
@@ -150,7 +150,7 @@ def test_a_new_file_renamed_over_one_that_is_imported_is_another(
     assert _numbers() == list(_week(0, 8)["cut"])
     _take()
     assert _numbers() == list(_week()["cut"])
-    kept = _rows(select(models.Recording.path, models.Recording.sha256))
+    kept = _rows(select(models.StoredRecording.path, models.StoredRecording.sha256))
     assert [checksum(Path(path)) for path, _ in kept] == [sha256 for _, sha256 in kept]
     assert there("doctor").code == 0
     assert _hidden() == []
@@ -214,7 +214,7 @@ def test_a_recording_over_time_is_read_on() -> None:
         _take()
         logger.writelines(lines[2000:3000])
     _take()
-    row = models.Recording
+    row = models.StoredRecording
     rows = _rows(select(row.id, row.rows, row.continues_id))
     assert rows == [(1, 1999, None), (2, 2999, 1)]
 
@@ -235,7 +235,7 @@ def test_after_an_older_backup_what_is_kept_is_read_again(there: Cli) -> None:
     assert "kept recordings not imported: lathe-1: " in there("doctor").out
     assert [one.file for one in _take().came_in] == ["tuesday.csv"]
     assert _numbers() == list(_week()["cut"])
-    row = models.Recording
+    row = models.StoredRecording
     ((came_as, side),) = _rows(select(row.delivered_as, row.side).where(row.id == 2))
     assert came_as == str(Path("in/cell/tuesday.csv").resolve())
     assert side == {"recording": {"start": "2026-03-03"}}

@@ -170,7 +170,7 @@ def test_published_reference_is_within_its_scatter_of_the_paper() -> None:
         assert_allclose([reference.lower, reference.upper], [mean - half, mean + half], atol=0.01)
 
 
-def _protocol(tmp_path: Path, table: CutTable) -> standard.Protocol:
+def _protocol(tmp_path: Path, table: CutTable) -> standard.CutProtocol:
     text = 'name = "mine"\nmaterial = "m"\ntool = "t"\n'
     pairs = sorted({*zip(table["cutting.feed"], table["cutting.depth"], strict=True)})
     for feed, depth in pairs:
@@ -193,7 +193,7 @@ def test_reference_forces_stand_in_for_a_dynamometer(tmp_path: Path) -> None:
         channels={k: v for k, v in table.channels.items() if not k.startswith("force")},
         texts=table.texts,
     )
-    references = standard.references(bare, _protocol(tmp_path, table), "z")
+    references = standard.reference_forces(bare, _protocol(tmp_path, table), "z")
     assert_allclose(references.force_N, table["force.z"])
     assert_allclose(references.share, 0.04, rtol=1e-6)
     found = ranges.calibrate(
@@ -207,14 +207,14 @@ def test_a_protocol_that_does_not_fit_says_so() -> None:
     table = _table()
     shipped = standard.read_protocol("turning-aluminium")
     with pytest.raises(UnusableInput, match=r"no reference for force\.x yet"):
-        standard.references(table, shipped, "x")
+        standard.reference_forces(table, shipped, "x")
     slow = CutTable(
         path=table.path,
         channels={**table.channels, "spindle.speed": np.full(N, 77.0)},
         texts=table.texts,
     )
     with pytest.raises(UnusableInput, match="no row is a standard cut"):
-        standard.references(slow, shipped, "z")
+        standard.reference_forces(slow, shipped, "z")
     with pytest.raises(UnusableInput, match="did you mean turning-aluminium"):
         standard.read_protocol("turning-aluminum")
 

@@ -24,11 +24,11 @@ from autodb.records import CutTable
 from autodb.reports import figures
 from autodb.reports.card import axis_card
 from autodb.reports.card.axis import at_middle, rules, trueness
-from autodb.reports.card.conditions import conditions, movement, scatter
+from autodb.reports.card.conditions import condition_scatter, condition_words, movement
 from autodb.reports.card.files import BROWSERS
 from autodb.sensing.ranges import calibration
-from autodb.sensing.ranges.forms import OF_CURRENT_SPEED, Felt, Law
-from autodb.sensing.ranges.outliers import Outlier, numbers, sentences
+from autodb.sensing.ranges.forms import OF_CURRENT_SPEED, FittedForm, MeasuredCuts
+from autodb.sensing.ranges.outliers import Outlier, numbers, outlier_sentences
 from autodb.store import models, open_store
 from tests.conftest import Cli
 from tests.test_faults import protocol_of
@@ -88,7 +88,7 @@ def test_the_figures_of_a_machines_card_are_those_of_the_record(cli: Cli, cuts: 
     assert not list(Path().glob(".card*"))
 
 
-def _is_told(row: models.Calibration, said: str) -> None:
+def _is_told(row: models.CalibrationVersion, said: str) -> None:
     scores = row.scores
     assert row.verdict in said
     assert f"{scores['r_squared_low']:.3f} to {scores['r_squared_high']:.3f}" in said
@@ -101,7 +101,7 @@ def _is_told(row: models.Calibration, said: str) -> None:
         assert f"{name} {told}" in said
     for number in row.transients:
         assert re.search(rf"set aside \(cut [^)]*\b{number:g}\b", said)
-    for sentence in sentences([Outlier(**one) for one in row.outliers or ()]):
+    for sentence in outlier_sentences([Outlier(**one) for one in row.outliers or ()]):
         assert sentence in said
 
 
@@ -128,7 +128,8 @@ def test_the_parts_of_one_cuts_error_add_up_to_what_is_sensed_with(cuts: Path) -
             np.array([np.median(v)]) for v in (felt.speed_rpm, felt.feed_mm, felt.depth_mm)
         )
         slopes = found.form.slopes(
-            found.coefficients, Felt(one, feed * rpm / 60.0, rpm, feed, depth, np.full(1, np.nan))
+            found.coefficients,
+            MeasuredCuts(one, feed * rpm / 60.0, rpm, feed, depth, np.full(1, np.nan)),
         )[0]
         slopes = np.append(slopes, 1.0)
         shared = slopes @ found.shared_covariance @ slopes
@@ -210,9 +211,9 @@ def test_many_cuts_are_named_by_number() -> None:
 
 def test_one_reference_for_all_repeats_splits_nothing() -> None:
     estimate = np.array([98.0, 101.0, 103.0])
-    ((_, (line,)),) = scatter(["a"] * 3, np.full(3, 100.0), estimate, "N")
+    ((_, (line,)),) = condition_scatter(["a"] * 3, np.full(3, 100.0), estimate, "N")
     assert f"sd {np.std(estimate, ddof=1):.3g} N" in line
-    assert scatter(["a", "a", ""], np.arange(3.0), estimate, "N") == ()
+    assert condition_scatter(["a", "a", ""], np.arange(3.0), estimate, "N") == ()
 
 
 def test_a_move_without_other_repeats_has_no_interval() -> None:
@@ -231,18 +232,18 @@ def test_a_torque_also_follows_the_diameter(cuts: Path) -> None:
         for name in ("spindle.speed", "cutting.feed", "cutting.depth")
     }
     table = replace(table, channels={**table.channels, **alike})
-    assert len(set(conditions(table, None, with_diameter=False))) == 2  # turned and faced
-    assert len(set(conditions(table, None, with_diameter=True))) > 4
+    assert len(set(condition_words(table, None, with_diameter=False))) == 2  # turned and faced
+    assert len(set(condition_words(table, None, with_diameter=True))) > 4
     unknown = {"cutting.feed": np.full(len(table), np.nan)}
     table = replace(table, channels={**table.channels, **unknown})
-    assert set(conditions(table, None, with_diameter=False)) == {""}
+    assert set(condition_words(table, None, with_diameter=False)) == {""}
 
 
 def test_cuts_of_a_protocol_go_by_their_names(cuts: Path) -> None:
     table = table_of(cuts)
     protocol = protocol_of(table)
     names = {cut.name for cut in protocol.cut}
-    assert set(conditions(table, protocol, with_diameter=False)) <= names | {""}
+    assert set(condition_words(table, protocol, with_diameter=False)) <= names | {""}
     forces = known_forces(table, protocol)
     found = calibration.calibrate(table, "z", force_N=forces["z"], reference_share=0.02)
     card = axis_card(found, table, force_N=forces["z"], protocol=protocol)
@@ -255,7 +256,7 @@ def test_rules_are_said_in_sentences() -> None:
     rng = np.random.default_rng(64)
     current, rpm = rng.uniform(2.0, 20.0, 120), rng.uniform(500.0, 2500.0, 120)
     nothing = np.full(120, np.nan)
-    felt = Felt(current, nothing, rpm, nothing, nothing, nothing)
+    felt = MeasuredCuts(current, nothing, rpm, nothing, nothing, nothing)
     torque = 2.0 * current * (1.0 - rpm / 5000.0) + 0.2 * rng.standard_normal(120)
     law = OF_CURRENT_SPEED.fit(felt, torque)
     made = rules(_calibration_with(law))
@@ -264,7 +265,7 @@ def test_rules_are_said_in_sentences() -> None:
     assert made[0].endswith(" N·m")
 
 
-def _calibration_with(law: Law) -> calibration.Calibration:
+def _calibration_with(law: FittedForm) -> calibration.Calibration:
     file = kit("sample_jobs") / "stepped_shaft" / "recordings" / "standard-cuts.csv"
     found = calibration.calibrate(table_of(file), "spindle")
     return replace(found, form=law.form, coefficients=law.coefficients, covariance=law.covariance)
@@ -287,7 +288,7 @@ def test_a_card_that_cannot_be_written_is_refused_before_anything_is_stored(
     assert says in refused("calibrate", cuts, "--machine", "lathe-1", "--card", target)
     store = open_store("sqlite:///autodb.sqlite3")
     with store.reading() as session:
-        assert session.scalar(select(func.count()).select_from(models.Recording)) == 0
+        assert session.scalar(select(func.count()).select_from(models.StoredRecording)) == 0
     store.close()
     assert not Path(target).exists()
 

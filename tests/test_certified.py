@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb import fitting
-from autodb.fitting import Bounds, Problem, separable
+from autodb.fitting import CoefficientBounds, ProjectionProblem, separable
 from tests.certified import LINEAR, SEPARABLE, Linear, Separable
 
 SIX_DIGITS = 1e-6
@@ -31,9 +31,9 @@ NEAR_AND_FAR = [
 
 @pytest.mark.parametrize(("case", "start"), NEAR_AND_FAR)
 def test_separable(case: Separable, start: tuple[float, ...]) -> None:
-    free = Bounds(np.full(len(start), -np.inf), np.full(len(start), np.inf))
+    free = CoefficientBounds(np.full(len(start), -np.inf), np.full(len(start), np.inf))
     typical = 1e-3 * np.abs(np.array(start))
-    problem = Problem(case.design, case.values, typical, free)
+    problem = ProjectionProblem(case.design, case.values, typical, free)
     fit = separable(problem, np.array(start))
     assert_allclose([*fit.coefficients, *fit.shape], case.certified, rtol=SIX_DIGITS)
     # standard deviations by the linear solver on the Jacobian: s² (JᵀJ)⁻¹

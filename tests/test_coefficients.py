@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from autodb.agent.answer.coefficients import tool_of
 from autodb.agent.rows.posteriors import as_belief, latest
 from autodb.assets import kit
-from autodb.cutting.kienzle import Planned, linear_edge
+from autodb.cutting.kienzle import ViewRange, linear_edge
 from autodb.cutting.shear import NAMES, PARAMETERS
 from autodb.errors import UnusableInput
 from autodb.files.coefficients import read_coefficients
@@ -42,7 +42,7 @@ def test_another_program_gets_the_numbers_that_the_machine_believes(standard_lea
     assert_allclose(law.mean, belief.law.mean, rtol=0, atol=0)
     assert_allclose(law.covariance, belief.law.covariance, rtol=0, atol=0)
     edge = pair.orthogonal_edge
-    at = Planned(edge.thinnest_mm, edge.thickest_mm, edge.speed_m_min, np.radians(edge.rake_deg))
+    at = ViewRange(edge.thinnest_mm, edge.thickest_mm, edge.speed_m_min, np.radians(edge.rake_deg))
     view = linear_edge(law, at)
     assert_allclose([edge.linear[name].value for name in view.names], view.belief.mean, rtol=1e-9)
     assert all(one.lower <= one.value <= one.upper for one in edge.linear.values())

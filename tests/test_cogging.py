@@ -15,7 +15,12 @@ from autodb.agent.sense.identifying import KeptModel
 from autodb.cli.learn.identifying import show_kept
 from autodb.records import Recording
 from autodb.sensing.drives import feed_axis
-from autodb.sensing.drives.fit.axis_model import Identified, Moved, amplitudes, predicted
+from autodb.sensing.drives.fit.axis_model import (
+    ChangedParameter,
+    Identified,
+    amplitudes,
+    predicted_effort,
+)
 from autodb.sensing.drives.masses import Mass, own_masses
 from autodb.sensing.drives.moves.motion import term_inputs
 from autodb.terms.ripple import NODES, cogging_harmonics, cogging_table
@@ -92,8 +97,8 @@ def test_a_table_stores_and_predicts_like_any_term(toothed: tuple[Recording, Ide
     cogging = [t for t in found.terms if t.term == "cogging"]
     assert len(cogging) == NODES
     true = _teeth(place)
-    assert_allclose(predicted(cogging, inputs), true - true.mean(), atol=0.06)
-    whole = predicted(found.terms, term_inputs(recording, "x", cutoff_hz=40.0))
+    assert_allclose(predicted_effort(cogging, inputs), true - true.mean(), atol=0.06)
+    whole = predicted_effort(found.terms, term_inputs(recording, "x", cutoff_hz=40.0))
     left = (recording["x.current"] - whole)[60:-60]
     assert np.sqrt(np.mean(left**2)) < 2.5 * NOISE
     (amplitude,) = amplitudes(found)
@@ -156,7 +161,7 @@ def test_nodes_that_moved_are_counted(
 ) -> None:
     _, found = toothed
     moved = [
-        Moved(key, parameter, "A", 0.1, 0.01, 0.2, 0.01)
+        ChangedParameter(key, parameter, "A", 0.1, 0.01, 0.2, 0.01)
         for key, parameter in (
             ("cogging table", "node_3"),
             ("cogging table", "node_4"),

@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.proofs.cases.axis.axis_cases import AXIS_KINDS, EFFORT, draw_axis
+from autodb.proofs.cases.axis.axis_cases import AXIS_KINDS, EFFORT, draw_axis_case
 from autodb.proofs.cases.base.case import UNKNOWN, Case, Yardstick
-from autodb.proofs.cases.base.disturbance import Disturbance
-from autodb.proofs.cases.cuts.cut_cases import CUT_KINDS, FORCES, draw_table
+from autodb.proofs.cases.base.disturbance import ChannelNoise
+from autodb.proofs.cases.cuts.cut_cases import CUT_KINDS, FORCES, draw_table_case
 from autodb.proofs.cases.plan import (
     CLARITIES,
     DEVELOPMENT,
     NOTHING_EVERY,
     PROOF,
-    draw,
+    draw_concealed,
     fixed_cases,
-    planned,
+    planned_case,
 )
-from autodb.proofs.runs.explain.explain_oracle import SURE, verdict
+from autodb.proofs.runs.explain.explain_oracle import SURE, oracle_verdict
 from autodb.terms.vocabulary import VOCABULARY
 
 RECORDED = {"saturation", "lost_sign"}
@@ -25,11 +25,11 @@ RECORDED = {"saturation", "lost_sign"}
 
 
 def _axis(kind: str, wanted: float = 20.0, seed: int = 5) -> Case:
-    return draw_axis(seed, (kind,), wanted, family=DEVELOPMENT)
+    return draw_axis_case(seed, (kind,), wanted, family=DEVELOPMENT)
 
 
 def _table(kind: str, wanted: float = 20.0, seed: int = 5) -> Case:
-    return draw_table(seed, (kind,), wanted, family=DEVELOPMENT)
+    return draw_table_case(seed, (kind,), wanted, family=DEVELOPMENT)
 
 
 BOTH = [(_axis, kind) for kind in AXIS_KINDS] + [(_table, kind) for kind in CUT_KINDS]
@@ -79,7 +79,7 @@ def test_simulation_and_effects_are_the_truth_and_noise_is_left(alone: Case) -> 
 
 def test_the_oracle_finds_what_is_clear_in_an_axis() -> None:
     for kind in ("stribeck", "cogging", "warmup", "compliance", "outside_corner"):
-        judged = verdict(_axis(kind, 20.0, seed=8))
+        judged = oracle_verdict(_axis(kind, 20.0, seed=8))
         assert judged.decidable
         assert judged.margin is not None
         assert judged.margin > SURE
@@ -88,17 +88,17 @@ def test_the_oracle_finds_what_is_clear_in_an_axis() -> None:
 
 
 def test_the_same_seed_has_the_same_bytes_and_another_family_others() -> None:
-    one, same, other = draw(4), draw(4), draw(4, family=DEVELOPMENT)
+    one, same, other = draw_concealed(4), draw_concealed(4), draw_concealed(4, family=DEVELOPMENT)
     assert one.kind == other.kind
     for name, values in one.channels.items():
         assert values.tobytes() == same.channels[name].tobytes()
     assert one.simulation[EFFORT].tobytes() == same.simulation[EFFORT].tobytes()
     assert one.channels[EFFORT].tobytes() != other.channels[EFFORT].tobytes()
-    assert draw(4, family=PROOF).measured.tobytes() == one.measured.tobytes()
+    assert draw_concealed(4, family=PROOF).measured.tobytes() == one.measured.tobytes()
 
 
 def test_every_third_case_hides_nothing_and_the_rest_everything() -> None:
-    plans = [planned(number) for number in range(1, 421)]  # each kind at each clarity
+    plans = [planned_case(number) for number in range(1, 421)]  # each kind at each clarity
     assert all(not plan.kinds for plan in plans[NOTHING_EVERY - 1 :: NOTHING_EVERY])
     assert sum(not plan.kinds for plan in plans) == len(plans) // NOTHING_EVERY
     seen = {(kind, plan.table, plan.wanted) for plan in plans for kind in plan.kinds}
@@ -115,8 +115,8 @@ def test_fixed_cases_hide_something_in_two_of_three() -> None:
     assert [case.seed for case in fixed] == [1, 2, 3, 4, 5, 6]
     assert [case.wanted for case in fixed] == [20.0, 8.0] * 3
     assert [bool(case.hidden) for case in fixed] == [True, True, False] * 2
-    assert fixed[0].measured.tobytes() != draw(1).measured.tobytes()
-    sixty = [planned(seed) for seed in range(1, 61)]
+    assert fixed[0].measured.tobytes() != draw_concealed(1).measured.tobytes()
+    sixty = [planned_case(seed) for seed in range(1, 61)]
     assert sum(bool(plan.kinds) for plan in sixty) == 40
     assert {plan.table for plan in sixty} == {False, True}
 
@@ -139,7 +139,7 @@ def test_a_table_of_cuts_has_what_a_shop_knows() -> None:
 @pytest.mark.parametrize("rho", [0.0, 0.6, 0.97])
 @pytest.mark.parametrize("white", [0.0, 0.7])
 def test_whitened_noise_is_white(rho: float, white: float) -> None:
-    noise = Disturbance(slow=1.3, rho=rho, white=white)
+    noise = ChannelNoise(slow=1.3, rho=rho, white=white)
     drawn = noise.draw(np.random.default_rng(3), 40_000)
     assert_allclose(np.std(drawn), np.hypot(1.3, white), rtol=0.1)
     flat = noise.whitened(drawn)
@@ -158,9 +158,9 @@ def test_a_yardstick_leaves_own_columns_out() -> None:
 
 def test_every_case_of_a_plan_can_be_drawn() -> None:
     """What is hidden together can be: one case of each entry, seeds of DEVELOPMENT."""
-    seeds = [seed for seed in range(1, 130) if planned(seed).kinds]
-    cases = [draw(seed, family=DEVELOPMENT) for seed in seeds]
-    assert {case.kind for case in cases} == {"+".join(planned(seed).kinds) for seed in seeds}
+    seeds = [seed for seed in range(1, 130) if planned_case(seed).kinds]
+    cases = [draw_concealed(seed, family=DEVELOPMENT) for seed in seeds]
+    assert {case.kind for case in cases} == {"+".join(planned_case(seed).kinds) for seed in seeds}
     assert sum(not case.reached for case in cases) < 0.15 * len(cases)
     for case in cases:
         assert np.isfinite(case.measured).all()

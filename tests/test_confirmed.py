@@ -81,8 +81,8 @@ def mismatch(recording: Path, cli: Cli, term: str, **columns: Any) -> int:
     cli("import", recording, "--machine", "mill")
     store = open_store(URL)
     with store.writing() as session:
-        named = session.query(models.Recording).filter(
-            models.Recording.path.endswith(recording.name)
+        named = session.query(models.StoredRecording).filter(
+            models.StoredRecording.path.endswith(recording.name)
         )
         row = models.Mismatch(
             **{

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.cutting.contour import Engagement, engagement
+from autodb.cutting.contour import ContourEngagement, engagement
 from autodb.cutting.stock import Stock, bar, profile
 from autodb.errors import UnusableInput
 from autodb.nc.reading import turning_program
@@ -22,7 +22,7 @@ VOLUME = 0.002
 
 def _cut(
     body: str, stock: Stock, *, head: str = HEAD, edge_mm: float = np.inf, step_mm: float = 0.05
-) -> tuple[Engagement, Stock]:
+) -> tuple[ContourEngagement, Stock]:
     """Return the engagement of a program that counts X as a radius, and the stock it leaves."""
     program = turning_program(head + body, source="p.nc", diameter=False)
     return engagement(program.moves, stock, source="p.nc", step_mm=step_mm, edge_mm=edge_mm)
@@ -32,7 +32,7 @@ def _removed(before: Stock, after: Stock, *, from_mm: float) -> float:
     return before.volume_mm3(from_mm=from_mm) - after.volume_mm3(from_mm=from_mm)
 
 
-def _line(done: Engagement, line: int) -> NDArray[np.bool_]:
+def _line(done: ContourEngagement, line: int) -> NDArray[np.bool_]:
     return np.asarray(done.line == line)
 
 
@@ -281,7 +281,7 @@ def test_the_standard_cuts_that_we_write_are_as_deep_as_their_protocol_says() ->
     assert_allclose(found, np.array(wanted, dtype=float), atol=1e-3)
 
 
-def _cuts(done: Engagement) -> list[tuple[float, float, float]]:
+def _cuts(done: ContourEngagement) -> list[tuple[float, float, float]]:
     """Return depth, feed and speed of each line that cuts."""
     lines = np.unique(done.line[done.depth_mm > 0.01])
     return [

@@ -29,7 +29,7 @@ from autodb.agent.rows.machines import add_machine
 from autodb.files.machine import LATHE
 from autodb.proofs.machines.lathe import fleets
 from autodb.store import create_store, models, open_store
-from autodb.web.http.settings import Limits, Settings
+from autodb.web.http.settings import RequestLimits, Settings
 from autodb.web.routes.asked import EXAMPLES
 from tests import shops
 from tests.serving import served
@@ -56,7 +56,7 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     create_store(url)
     store = open_store(url)
     rng = np.random.default_rng(3)
-    fleet = fleets.drawn(rng, materials=1, tools=1)
+    fleet = fleets.draw_fleet(rng, materials=1, tools=1)
     key = (fleet.materials[0], fleet.tools[0])
     shops.add(store, "lathe-0", fleets.on_machine(rng, fleet, [key]), cuts=8, rng=rng)
     add_machine(store, "a/b c", LATHE)
@@ -86,7 +86,7 @@ class Served:
 @pytest.fixture(scope="module")
 def service(known: dict[str, str]) -> Iterator[Served]:
     """Return a service that answers on loopback."""
-    limits = Limits(a_minute=10**6, waiting=10**6)
+    limits = RequestLimits(a_minute=10**6, waiting=10**6)
     headers = {"Authorization": f"Bearer {known['token']}"}
     with served(Settings(known["url"], writes=True, limits=limits)) as at:
         schema = schemathesis.openapi.from_url(f"{at}{API}/openapi.json")

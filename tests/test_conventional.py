@@ -14,12 +14,18 @@ from autodb.cutting.shear import Edge
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95, Gaussian
 from autodb.pairs import conventional
-from autodb.pairs.conventional import belief_of, card_of, fitted_kienzle, materials, named
+from autodb.pairs.conventional import (
+    card_of_material,
+    fitted_kienzle,
+    material_named,
+    materials,
+    posterior_of_material,
+)
 from autodb.pairs.forecast import forecast
-from autodb.pairs.observed import Cuts
-from autodb.pairs.posterior import Belief
-from autodb.pairs.prior import Card, any_metal
-from autodb.pairs.stated import Column, Material, Value
+from autodb.pairs.observed import PairCuts
+from autodb.pairs.posterior import PairPosterior
+from autodb.pairs.prior import CardForces, any_metal
+from autodb.pairs.stated import StatedColumn, StatedMaterial, StatedValue
 from autodb.proofs.machines.lathe.process import (
     ALUMINIUM,
     ENTERING_DEG,
@@ -43,11 +49,11 @@ def _edge(chips_mm: Array, rake_deg: float = 0.0) -> Edge:
     return Edge(chips_mm, 100.0 * one, np.radians(rake_deg) * one, 0.0 * one)
 
 
-def _tangential(belief: Belief, chips_mm: Array, rake_deg: float = 0.0) -> Array:
+def _tangential(belief: PairPosterior, chips_mm: Array, rake_deg: float = 0.0) -> Array:
     return np.asarray(shear.per_width(belief.law.mean, _edge(chips_mm, rake_deg))[0])
 
 
-def _at(chips_mm: Array, card: Card, forces: Array) -> Array:
+def _at(chips_mm: Array, card: CardForces, forces: Array) -> Array:
     """Return a card's forces between its chips, by a parabola in logarithms."""
     parabola = np.polyfit(np.log(card.thickness_mm), np.log(forces), 2)
     return np.asarray(np.exp(np.polyval(parabola, np.log(chips_mm))))
@@ -61,15 +67,15 @@ def _share_95(belief: Gaussian, chips_mm: Array) -> Array:
     return np.asarray(NORMAL_95 * np.sqrt(variance) / shear.per_width(belief.mean, edge)[0])
 
 
-def _stated(part: object) -> list[Value | Column]:
-    if isinstance(part, Value | Column):
+def _stated(part: object) -> list[StatedValue | StatedColumn]:
+    if isinstance(part, StatedValue | StatedColumn):
         return [part]
     held = vars(part).values() if hasattr(part, "__dict__") else []
     return [one for value in held for one in _stated(value)]
 
 
 @pytest.mark.parametrize("material", MATERIALS, ids=NAMES)
-def test_every_value_says_its_bounds_and_where_it_is_from(material: Material) -> None:
+def test_every_value_says_its_bounds_and_where_it_is_from(material: StatedMaterial) -> None:
     values = _stated(material.kinds[0])
     assert values
     for one in values:
@@ -81,11 +87,13 @@ def test_every_value_says_its_bounds_and_where_it_is_from(material: Material) ->
         _as_wide_as_said(one, low, value, high)
 
 
-def _as_wide_as_said(one: Value | Column, low: Array, value: Array, high: Array) -> None:
+def _as_wide_as_said(
+    one: StatedValue | StatedColumn, low: Array, value: Array, high: Array
+) -> None:
     """A status that says a share of bounds says the bounds that are there."""
     said = re.search(r"interval ±(\d+) %, chosen", one.status)
     if said is None:
-        assert isinstance(one, Value)
+        assert isinstance(one, StatedValue)
         assert (one.value, one.lower, one.upper) == (median(one.read), min(one.read), max(one.read))
         return
     share = float(said[1]) / 100.0
@@ -95,15 +103,15 @@ def _as_wide_as_said(one: Value | Column, low: Array, value: Array, high: Array)
 
 def test_the_materials_that_were_asked_for_are_there_under_their_names() -> None:
     assert set(NAMES) == {"Ti6Al4V", "C45", "42CrMo4", "AISI 4340", "S235", "Al 7075"}
-    assert named("ti-6al-4v").name == "Ti6Al4V"
-    assert {named(other).name for other in ("AISI 1045", "1.0503", "c 45")} == {"C45"}
-    assert named("1.7225").name == "42CrMo4"
-    assert named("Al7075-T6").name == "Al 7075"
+    assert material_named("ti-6al-4v").name == "Ti6Al4V"
+    assert {material_named(other).name for other in ("AISI 1045", "1.0503", "c 45")} == {"C45"}
+    assert material_named("1.7225").name == "42CrMo4"
+    assert material_named("Al7075-T6").name == "Al 7075"
 
 
 @pytest.mark.parametrize("name", ["C45", "42CrMo4", "AISI 4340"])
 def test_two_numbers_give_a_table_back_within_its_rounding(name: str) -> None:
-    table = named(name).table
+    table = material_named(name).table
     assert table is not None
     k_c11, m_c = fitted_kienzle(table)
     chips = np.array(table.feed_mm) * np.sin(np.radians(table.entering_deg))
@@ -114,7 +122,7 @@ def test_two_numbers_give_a_table_back_within_its_rounding(name: str) -> None:
 
 def test_a_line_through_numbers_of_a_table_is_solved_by_hand() -> None:
     """C45: 3050 and 2050 N/mm² at feeds ten times apart leave about lg(3050/2050) = 0.1725."""
-    table = named("C45").table
+    table = material_named("C45").table
     assert table is not None
     k_c11, m_c = fitted_kienzle(table)
     assert_allclose(m_c, np.log10(3050 / 2050), atol=0.002)
@@ -123,7 +131,7 @@ def test_a_line_through_numbers_of_a_table_is_solved_by_hand() -> None:
 
 @pytest.mark.parametrize("name", WITH_FORCES)
 def test_a_belief_s_forces_lie_within_the_card_s_bounds(name: str) -> None:
-    card, belief = card_of(named(name)), belief_of(name)
+    card, belief = card_of_material(material_named(name)), posterior_of_material(name)
     rake_deg = float(np.degrees(card.rake_rad))
     off = np.log(_tangential(belief, CHIPS_MM, rake_deg) / _at(CHIPS_MM, card, card.tangential))
     assert np.all(np.abs(off) < NORMAL_95 * card.level)
@@ -138,21 +146,24 @@ def test_a_belief_s_forces_lie_within_the_card_s_bounds(name: str) -> None:
 @pytest.mark.parametrize("name", WITH_FORCES)
 def test_what_a_belief_leaves_open_is_what_the_card_does(name: str) -> None:
     """Bounds come back but for what an orthogonal edge and scatter add: a half more at most."""
-    card, share = card_of(named(name)), _share_95(belief_of(name).law, CHIPS_MM)
+    card, share = (
+        card_of_material(material_named(name)),
+        _share_95(posterior_of_material(name).law, CHIPS_MM),
+    )
     assert np.all(share > 0.9 * NORMAL_95 * card.level)
     assert np.all(share < 1.5 * NORMAL_95 * card.level)
     assert np.all(share < 0.5 * _share_95(any_metal().law, CHIPS_MM))
 
 
 def test_titanium_has_its_source_s_lines() -> None:
-    law = belief_of("Ti6Al4V").law.mean
+    law = posterior_of_material("Ti6Al4V").law.mean
     for rake_deg in (0.0, conventional.RAKE_DEG):
         edge = _edge(np.array([shear.THICKNESS_MM]), rake_deg)
         ratio = (1.755 - 0.028 * rake_deg) * shear.THICKNESS_MM ** (0.331 - 0.0082 * rake_deg)
         assert_allclose(shear.chip_ratio(law, edge), ratio, rtol=1e-9)
         friction = np.arctan(np.exp(law[shear.BETA] + law[shear.BETA_RAKE] * edge.rake_rad))
         assert_allclose(np.degrees(friction), 19.1 + 0.29 * rake_deg, rtol=1e-9)
-    at_zero = shear.named(law)
+    at_zero = shear.law_values(law)
     assert_allclose(at_zero["chip_ratio_thickness"], 0.331, rtol=1e-9)
     assert_allclose([at_zero[k] for k in ("shear_stress", "K_te", "K_re")], [613, 24, 43])
     assert np.all(shear.chip_ratio(law, _edge(TITANIUM_MM)) < 1.0)
@@ -160,7 +171,7 @@ def test_titanium_has_its_source_s_lines() -> None:
 
 def test_titanium_between_the_rakes_is_near_the_lines() -> None:
     """The law's rake is exponential, the source's is straight: 1 % at most apart."""
-    law = belief_of("Ti6Al4V").law.mean
+    law = posterior_of_material("Ti6Al4V").law.mean
     for rake_deg in (5.0, 10.0):
         rake_rad = np.radians(rake_deg)
         friction = np.arctan(np.exp(law[shear.BETA] + law[shear.BETA_RAKE] * rake_rad))
@@ -172,14 +183,14 @@ def test_titanium_between_the_rakes_is_near_the_lines() -> None:
 
 def test_titanium_s_bounds_are_those_of_its_numbers() -> None:
     """Propagated by derivatives, they are those of numbers drawn within their bounds."""
-    shear_ = named("Ti6Al4V").shear
+    shear_ = material_named("Ti6Al4V").shear
     assert shear_ is not None
     rng, count = np.random.default_rng(20261122), 4000
     middle = np.array([one.value for one in shear_.read])
     sd = np.array([one.upper - one.lower for one in shear_.read]) / (2 * NORMAL_95)
     drawn = middle[:, None] + sd[:, None] * rng.standard_normal((len(middle), count))
     spread = np.std(conventional._coordinates(drawn), axis=0)
-    belief = belief_of("Ti6Al4V").law
+    belief = posterior_of_material("Ti6Al4V").law
     places = list(conventional.PLACES)
     # n = 4000: the estimate's own sd is 1.1 %, and numbers ± 15 % bend their logarithms by 1 %
     assert_allclose(np.sqrt(np.diag(belief.covariance))[places], spread, rtol=0.06)
@@ -197,19 +208,21 @@ def test_p1_s_repeated_cut_lies_where_aluminium_is_expected(rake_deg: float) -> 
     """
     tool = insert.Insert(NOSE_MM, ENTERING_DEG, rake_deg=rake_deg)
     cut = (REFERENCE_FEED_MM, REFERENCE_DEPTH_MM, ALUMINIUM.reference_m_min, 30.0, 0.0)
-    turned = insert.Turned(*(np.array([value]) for value in cut))
-    expected = forecast(belief_of("Al 7075"), Cuts("turn", insert.elements_of(tool, turned)))
+    turned = insert.TurnedCuts(*(np.array([value]) for value in cut))
+    expected = forecast(
+        posterior_of_material("Al 7075"), PairCuts("turn", insert.insert_elements(tool, turned))
+    )
     off = ALUMINIUM.tangential_N - expected.mean[0, 1]
     assert abs(off) < NORMAL_95 * expected.sd[0, 1]
 
 
 def test_unknown_materials_are_refused_naming_those_there_are() -> None:
     with pytest.raises(UnusableInput, match=r"'C46' \(did you mean C45"):
-        belief_of("C46")
+        posterior_of_material("C46")
     with pytest.raises(UnusableInput, match=r"there are: .*C45"):
-        belief_of("xyz")
+        posterior_of_material("xyz")
     with pytest.raises(UnusableInput, match="the law's own numbers"):
-        card_of(named("Ti6Al4V"))
+        card_of_material(material_named("Ti6Al4V"))
 
 
 GOOD = (FOLDER / "s235.toml").read_text("utf-8")

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from autodb.files.csvtext import FORMULA, as_csv, neutral, restored
+from autodb.files.csvtext import FORMULA, neutral, restored, rows_as_csv
 
 TEXTS = st.text(st.sampled_from("'=+-@\t\r\n＝,;\"1.eC45 ")) | st.text()
 
@@ -21,7 +21,7 @@ def test_a_cell_comes_back_as_it_was(text: str) -> None:
 @given(st.lists(st.lists(TEXTS, min_size=2), min_size=1))
 def test_no_cell_of_a_table_begins_as_a_formula(rows: list[list[str]]) -> None:
     """Whatever breaks lines or cells in it stays within its own."""
-    again = list(csv.reader(io.StringIO(as_csv(rows), newline="")))
+    again = list(csv.reader(io.StringIO(rows_as_csv(rows), newline="")))
     assert [[restored(cell) for cell in row] for row in again] == rows
     begin = [cell for row in again for cell in row if cell.startswith(tuple(FORMULA))]
     assert np.array(begin, dtype=np.float64).size == len(begin)  # numbers all of them

@@ -16,12 +16,21 @@ from numpy.typing import NDArray
 from autodb.explain import explain
 from autodb.explain.answer.answer import Cause
 from autodb.explain.cuts.apart import Parted, Trials, after_forces
-from autodb.explain.cuts.candidates.laws import Columns
-from autodb.explain.cuts.candidates.runs import gain_step, hard_spot
-from autodb.explain.cuts.carried import account, elsewhere
-from autodb.explain.cuts.fit import fit
-from autodb.explain.cuts.look import Looked, look, stack_of
-from autodb.explain.cuts.trials import CUTS, LEAST, MOST, Trial, joined, paired, plain, usual
+from autodb.explain.cuts.candidates.laws import LawColumns
+from autodb.explain.cuts.candidates.runs import gain_step, hard_spot_of_cuts
+from autodb.explain.cuts.carried import elsewhere, fit_cuts_account
+from autodb.explain.cuts.fit import fit_cuts
+from autodb.explain.cuts.look import FoundInCuts, look_in_cuts, stack_of
+from autodb.explain.cuts.trials import (
+    CUTS,
+    LEAST,
+    MOST,
+    CutTrial,
+    joined_trials,
+    paired,
+    plain_trials,
+    usual,
+)
 from autodb.explain.engine.candidates import Choice
 from autodb.explain.engine.telling import SEPARATES
 from autodb.records import CutTable
@@ -128,13 +137,13 @@ def _pair(case: Case, table: Table, *, seed: int = 3) -> tuple[CutTable, CutTabl
     return CutTable(path, {**table, **felt}), CutTable(path, {"cut": table["cut"], **simulated})
 
 
-def _looked(case: Case) -> Looked:
+def _looked(case: Case) -> FoundInCuts:
     recording, simulation = _pair(case, case.table)
     simulated = {name: simulation[name] for name in case.names}
-    return look(stack_of(recording, simulated, SHEAR), SHEAR)
+    return look_in_cuts(stack_of(recording, simulated, SHEAR), SHEAR)
 
 
-def _as_named(case: Case) -> tuple[Looked, Choice]:
+def _as_named(case: Case) -> tuple[FoundInCuts, Choice]:
     """Return a table as looked through, explained by the effect that it was made with alone."""
     looked = _looked(case)
     offers = looked.search.offers((), [s for s in looked.search.suspects if s.term == case.term])
@@ -150,7 +159,7 @@ def _best(case: Case) -> Parted:
     return best
 
 
-def _with(table: Table, trial: Trial) -> Table:
+def _with(table: Table, trial: CutTrial) -> Table:
     """Return a table with the cuts of a trial after its own."""
     known = trial.known
     more = {
@@ -173,7 +182,7 @@ def test_the_cuts_asked_for_tell_the_two_apart(name: str) -> None:
     best = _best(case)
     assert EXPECTED[name] in best.trial.words
     assert best.gap.odds > SEPARATES
-    once_more = _with(case.table, plain(_looked(case).stack.known)[0])
+    once_more = _with(case.table, plain_trials(_looked(case).stack.known)[0])
     for table in (case.table, once_more):
         before = _named(case, table)
         assert any({case.term, case.rival} <= {c.term, *c.alternatives} for c in before)
@@ -219,8 +228,8 @@ def test_a_fresh_edge_parts_wear_from_drift_by_what_had_worn() -> None:
     assert_allclose(best.gap.peak, _worn(last)["force.z"][0], rtol=0.25)
 
 
-@pytest.mark.parametrize("make", [plain, paired])
-def test_trials_stay_near_what_the_table_shows(make: Callable[..., list[Trial]]) -> None:
+@pytest.mark.parametrize("make", [plain_trials, paired])
+def test_trials_stay_near_what_the_table_shows(make: Callable[..., list[CutTrial]]) -> None:
     known = _looked(CASES["edge or thin"]).stack.known
     seen = {"feed": known.thickness_mm, "depth": known.depth_mm, "speed": known.speed_m_min}
     trials = make(known)
@@ -245,7 +254,7 @@ def test_only_what_the_table_has_is_changed() -> None:
         known, thickness_mm=None, speed_m_min=None, edge=None, cutting_time_s=None,
         recorded=frozenset(), other={},
     )  # fmt: skip
-    (once,) = plain(bare)
+    (once,) = plain_trials(bare)
     assert once.words == f"Make {CUTS} cuts like cut {known.number[usual(known)]:g}"
     assert paired(bare) == []
 
@@ -262,8 +271,8 @@ def test_the_table_s_own_cuts_carried_to_themselves_are_the_fit() -> None:
         there = elsewhere(looked, stack.known, usual(stack.known))
         assert_allclose(there.stack.simulation, stack.simulation, rtol=1e-6)
         assert_allclose(there.stack.sd, stack.sd, rtol=1e-6)
-        carried = account(looked, looked.found.choices, there).force
-        fitted = np.sum(fit(stack, looked.own, looked.found.choices).parts, axis=0)
+        carried = fit_cuts_account(looked, looked.found.choices, there).force
+        fitted = np.sum(fit_cuts(stack, looked.own, looked.found.choices).parts, axis=0)
         assert_allclose(carried[:, rows], fitted[:, rows], rtol=1e-3, atol=0.1)
 
 
@@ -288,18 +297,18 @@ def test_every_suspect_is_carried_as_it_is() -> None:
 def test_runs_and_steps_go_on_where_they_reached_the_end() -> None:
     looked = _looked(CASES["wear"])
     stack, count = looked.stack, len(looked.stack.known)
-    (trial, *_) = plain(stack.known)
+    (trial, *_) = plain_trials(stack.known)
     there = elsewhere(looked, trial.known, usual(stack.known)).stack
     for end, share in ((count, 1.0), (count - 5, 0.0)):
-        suspect = hard_spot(stack, 10, end, 0, tries=1)
+        suspect = hard_spot_of_cuts(stack, 10, end, 0, tries=1)
         assert suspect.anew is not None
         law = suspect.anew(there).rungs[0].law
-        assert isinstance(law, Columns)
+        assert isinstance(law, LawColumns)
         assert_allclose(law.raw()[:, :, 0], share * there.simulation)
     step = gain_step(stack, 0, 30, 0)
     assert step.anew is not None
     law = step.anew(there).rungs[0].law
-    assert isinstance(law, Columns)
+    assert isinstance(law, LawColumns)
     assert_allclose(law.raw()[0, :, 0], there.simulation[0])
 
 
@@ -317,8 +326,8 @@ def test_trials_are_judged_each_by_itself() -> None:
 
 def test_conditions_join_in_their_order() -> None:
     known = _looked(CASES["wear"]).stack.known
-    trials = plain(known)
-    whole = joined([trial.known for trial in trials])
+    trials = plain_trials(known)
+    whole = joined_trials([trial.known for trial in trials])
     assert len(whole) == CUTS * len(trials)
     ends = CUTS * np.arange(len(trials) + 1)
     for trial, (start, end) in zip(trials, pairwise(ends), strict=True):

@@ -9,10 +9,10 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from autodb.errors import UnusableInput
-from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, Value, Where
+from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
 from autodb.explain.cuts.ahead import ahead
 from autodb.explain.cuts.candidates.warming import coldness, has_pause, warming_suspects
-from autodb.explain.cuts.look import Looked, look, stack_of
+from autodb.explain.cuts.look import FoundInCuts, look_in_cuts, stack_of
 from autodb.proofs.machines.lathe.day import CUTS, FORCES, HOURS, Day, draw_day
 from autodb.proofs.runs.found import markdown
 from autodb.proofs.runs.keeping import day_run
@@ -23,8 +23,8 @@ from autodb.proofs.runs.keeping.day_oracle import (
     first_sure,
     sure,
 )
-from autodb.proofs.runs.keeping.day_run import DayTold, Invented, Told, names_it, walked
-from autodb.proofs.runs.keeping.day_summary import BETTER, Summary, summary_of
+from autodb.proofs.runs.keeping.day_run import DayTold, EventTold, Invented, names_it, walked
+from autodb.proofs.runs.keeping.day_summary import BETTER, DaySummary, day_summary_of
 from autodb.proofs.runs.runs import Finished, Origin
 from autodb.records import CutTable
 
@@ -140,10 +140,10 @@ def _simulation(day: Day, rows: slice) -> dict[str, np.ndarray]:
 
 
 @cache
-def _looked(size: float, count: int) -> Looked:
+def _looked(size: float, count: int) -> FoundInCuts:
     rows, day = slice(0, count), _day(size)
     includes = list(day.world.parts)
-    return look(
+    return look_in_cuts(
         stack_of(_table(day, rows, forces=True), _simulation(day, rows), includes), includes
     )
 
@@ -219,7 +219,7 @@ def _answer(
     term: str, *, edge: str = "", low: float = 1.0, stretch: Stretch = None,
     others: tuple[str, ...] = (),
 ) -> ChannelAnswer:  # fmt: skip
-    rate = Value(value=2.0, low=low, high=3.0, unit="N/s")
+    rate = IntervalValue(value=2.0, low=low, high=3.0, unit="N/s")
     cause = Cause(
         term=term, kind="missing", confidence=0.9, statement="", alternatives=others,
         parameters={"rate": rate} | ({edge: rate} if edge else {}),
@@ -273,15 +273,15 @@ def test_a_short_day_of_large_effects_is_walked_through() -> None:
     assert bar.named == 30
 
 
-def _told(name: str, *, decidable: int | None = 50, in_time: bool = True) -> Told:
+def _told(name: str, *, decidable: int | None = 50, in_time: bool = True) -> EventTold:
     found = in_time and decidable is not None
-    return Told(name, "x", 1, decidable, found if decidable else None, found if decidable else None,
-                60 if found else None, 60 if found else None, 1.0 if found else None)  # fmt: skip
+    said, sixty = found if decidable else None, 60 if found else None
+    return EventTold(name, "x", 1, decidable, said, said, sixty, sixty, 1.0 if found else None)
 
 
 def _summary(
     *, in_time: bool = True, invented: tuple[Invented, ...] = (), left: float = 0.5
-) -> Summary:
+) -> DaySummary:
     names = ("warm-up", "wear of edge 1", "wear of edge 2", "hard bar", "drifting sensor")
     events = tuple(_told(name, in_time=in_time or name != "hard bar") for name in names)
     days = [
@@ -290,7 +290,7 @@ def _summary(
         for seed in (1, 2)
     ]  # fmt: skip
     runs = [Finished(day.seed, (day,)) for day in days]
-    return summary_of(runs, Origin("day", "0", "g", "p"))
+    return day_summary_of(runs, Origin("day", "0", "g", "p"))
 
 
 def test_the_summary_passes_and_each_limit_can_fail() -> None:
@@ -310,7 +310,7 @@ def test_the_summary_passes_and_each_limit_can_fail() -> None:
 
 def test_a_summary_is_read_as_written_and_shown() -> None:
     summary = _summary(in_time=False, invented=(Invented("gain", "force.y", 200, 2, double=True),))
-    assert Summary.from_json(summary.to_json()) == summary
+    assert DaySummary.from_json(summary.to_json()) == summary
     page = markdown(summary)
     assert "| hard bar | 2 | 2 | 0 of 2 |" in page
     assert "| gain | force.y | 2 | 4 | always |" in page

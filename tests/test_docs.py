@@ -10,9 +10,9 @@ from numpy.testing import assert_allclose
 
 from autodb.proofs.catalogue import PROOFS
 from autodb.proofs.machines.axis.quantities import NAMES
-from autodb.proofs.runs.found import line
+from autodb.proofs.runs.found import origin_line
 from autodb.proofs.runs.score import POOLED, coverage_limits, exact_interval
-from autodb.proofs.runs.summary import Summary
+from autodb.proofs.runs.summary import IntervalsSummary
 from autodb.store import head
 from autodb.terms import TERMS
 from autodb.terms.vocabulary import VOCABULARY
@@ -205,7 +205,7 @@ def test_the_proofs_page_is_its_tables_of_this_version_and_generator() -> None:
         kept, origin = proofs.kept(proof.name), proof.origin()
         assert kept.origin.version == origin.version
         assert kept.origin.generator == origin.generator  # else run `make prove` again
-        assert line(kept) in page
+        assert origin_line(kept) in page
 
 
 def test_the_proofs_page_has_the_table_of_boosted_trees() -> None:
@@ -215,7 +215,7 @@ def test_the_proofs_page_has_the_table_of_boosted_trees() -> None:
 
 def test_the_page_has_every_quantity_of_all_axes() -> None:
     page, kept = make.PROOFS_PAGE.read_text("utf-8"), proofs.kept("axis-intervals")
-    assert isinstance(kept, Summary)
+    assert isinstance(kept, IntervalsSummary)
     assert kept.seeds == (1, PROOFS[0].runs)
     assert {row.name for row in kept.rows} == {*NAMES, POOLED}
     assert kept.rows[-1].runs == PROOFS[0].runs

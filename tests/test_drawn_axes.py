@@ -5,19 +5,19 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from autodb.proofs.machines.axis import curves
-from autodb.proofs.machines.axis.axes import Axis, draw_axis, draw_motion, draw_run, parts_A
-from autodb.proofs.machines.axis.curves import Curve
+from autodb.proofs.machines.axis.axes import DrawnAxis, draw_axis, draw_motion, draw_run, parts_A
+from autodb.proofs.machines.axis.curves import FrictionCurve
 from autodb.proofs.machines.axis.quantities import FRICTION_MM_S, NAMES, quantities
 from autodb.proofs.machines.lathe.process import Array
 from autodb.terms.friction import stribeck
 
-VISCOUS: tuple[Curve, ...] = (
+VISCOUS: tuple[FrictionCurve, ...] = (
     curves.TableCurve((0.0, 10.0, 30.0, 80.0, 250.0), (0.0, 1.0, 2.5, 5.0, 9.0)),
     curves.RationalCurve(400.0),
     curves.LogCurve(40.0),
     curves.PowerCurve(0.85),
 )
-DIPS: tuple[Curve, ...] = (
+DIPS: tuple[FrictionCurve, ...] = (
     curves.GaussianDip(7.0),
     curves.RationalDip(7.0),
     curves.ExponentialDip(7.0),
@@ -71,7 +71,7 @@ def test_moves_cover_the_travel_and_the_speeds_that_are_asked_for() -> None:
 
 
 @pytest.mark.parametrize("curve", VISCOUS, ids=lambda c: type(c).__name__)
-def test_viscous_curves_are_no_straight_line(curve: Curve) -> None:
+def test_viscous_curves_are_no_straight_line(curve: FrictionCurve) -> None:
     v = np.linspace(0.0, 200.0, 400)
     share = curve.share(v)
     assert share[0] == 0.0
@@ -83,7 +83,7 @@ def test_viscous_curves_are_no_straight_line(curve: Curve) -> None:
 
 
 @pytest.mark.parametrize("curve", DIPS, ids=lambda c: type(c).__name__)
-def test_dips_are_no_stribeck_law(curve: Curve) -> None:
+def test_dips_are_no_stribeck_law(curve: FrictionCurve) -> None:
     v = np.linspace(0.0, 60.0, 400)
     share = curve.share(v)
     assert share[0] == 1.0
@@ -116,7 +116,7 @@ def test_quantities_are_what_the_parts_say() -> None:
     assert seen == set(NAMES)
 
 
-def _friction(axis: Axis, x: Array, v: float) -> float:
+def _friction(axis: DrawnAxis, x: Array, v: float) -> float:
     """Friction at a velocity, written out, averaged over the recorded travel."""
     d = v / np.hypot(v, axis.reversal_mm_s)
     speed = np.array([abs(v)])

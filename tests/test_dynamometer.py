@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from autodb.proofs.machines.mill.reference_table import (
     WORK_KG,
-    Recorded,
+    RecordedTable,
     draw_table,
-    milled,
-    tilted,
+    mill_on_table,
+    record_tilted,
 )
 from autodb.proofs.runs.mill.published_table import filtered
-from autodb.proofs.runs.mill.table_run import recording
+from autodb.proofs.runs.mill.table_run import table_recording
 from tests.conftest import Cli, Once
 
 Array = NDArray[np.float64]
@@ -33,8 +33,8 @@ carried_by = "a"
 """
 
 
-def _write(path: Path, seen: Recorded, every: int = 1) -> Path:
-    columns = {n: v[::every] for n, v in recording(seen).channels.items()}
+def _write(path: Path, seen: RecordedTable, every: int = 1) -> Path:
+    columns = {n: v[::every] for n, v in table_recording(seen).channels.items()}
     pd.DataFrame(columns).to_csv(path, index=False, float_format="%.6g")
     return path
 
@@ -48,8 +48,8 @@ def levelled(cli: Cli, once: Once) -> Cli:
         cli("init")
         Path("mill.toml").write_text(MACHINE, encoding="utf-8")
         assert cli("machine", "add", "mill", "--file", "mill.toml").code == 0
-        moves = _write(Path("tilts.csv"), tilted(SEED, table, added_kg=WORK_KG))
-        cut = milled(SEED, table, 1)
+        moves = _write(Path("tilts.csv"), record_tilted(SEED, table, added_kg=WORK_KG))
+        cut = mill_on_table(SEED, table, 1)
         _write(Path("cut.csv"), cut, 2)
         np.save("true.npy", cut.true_N[:, ::2])
         early = cli("reconstruct", "cut.csv", "--machine", "mill", "--estimator", "table")

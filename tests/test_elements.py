@@ -6,9 +6,9 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.cutting import drill, endmill, insert, shear
-from autodb.cutting.elements import Elements, force_gradient, force_parts, forces
+from autodb.cutting.elements import Elements, cut_forces, force_gradient, force_parts
 from autodb.cutting.endmill import EndMill, Milled
-from autodb.cutting.insert import Insert, Turned
+from autodb.cutting.insert import Insert, TurnedCuts
 from autodb.cutting.shear import Edge
 from autodb.errors import UnusableInput
 from tests.test_shear import theta
@@ -25,10 +25,10 @@ def array(*values: float) -> Array:
 
 def turned(
     *, feed: float = 0.2, depth: float = 2.0, inward_deg: float = 0.0, speed: float = 100.0
-) -> Turned:
+) -> TurnedCuts:
     """Return one cut."""
     angle = array(np.radians(inward_deg))
-    return Turned(array(feed), array(depth), array(speed), array(30.0), angle)
+    return TurnedCuts(array(feed), array(depth), array(speed), array(30.0), angle)
 
 
 def milled(band: tuple[Array, Array], **changed: float) -> Milled:
@@ -44,10 +44,10 @@ def a_slot(diameter_mm: float = 10.0) -> tuple[Array, Array]:
 
 def test_a_straight_edge_pushes_as_the_contract_says() -> None:
     """κ 90: no radial force, tangential +y, axial against the feed; κ 45: radial as axial."""
-    square = forces(STEEL, insert.elements_of(Insert(0.0, 90.0), turned())).force_N[0]
+    square = cut_forces(STEEL, insert.insert_elements(Insert(0.0, 90.0), turned())).force_N[0]
     tangential, thrust, _ = (one[0] * 2.0 for one in shear.per_width(STEEL, _orthogonal(0.2)))
     assert_allclose(square, [0.0, tangential, thrust], rtol=1e-12, atol=1e-9)
-    lean = forces(STEEL, insert.elements_of(Insert(0.0, 45.0), turned())).force_N[0]
+    lean = cut_forces(STEEL, insert.insert_elements(Insert(0.0, 45.0), turned())).force_N[0]
     assert_allclose(lean[0], lean[2], rtol=1e-12)
 
 
@@ -58,8 +58,8 @@ def _orthogonal(thickness_mm: float) -> Edge:
 
 def test_facing_is_turning_with_the_axes_exchanged() -> None:
     tool = Insert(0.8, 95.0)
-    along = forces(STEEL, insert.elements_of(tool, turned())).force_N[0]
-    across = forces(STEEL, insert.elements_of(tool, turned(inward_deg=90.0))).force_N[0]
+    along = cut_forces(STEEL, insert.insert_elements(tool, turned())).force_N[0]
+    across = cut_forces(STEEL, insert.insert_elements(tool, turned(inward_deg=90.0))).force_N[0]
     assert_allclose(across, along[[2, 1, 0]], rtol=1e-12)
     assert Insert(0.8, 95.0, included_deg=80.0).facing_deg == 95.0
     pointed = Insert(0.8, 93.0, included_deg=55.0)
@@ -69,7 +69,7 @@ def test_facing_is_turning_with_the_axes_exchanged() -> None:
 @pytest.mark.parametrize("depth", [0.1, 0.5, 2.0])
 @pytest.mark.parametrize("inward_deg", [-15.0, 0.0, 20.0, 90.0])
 def test_the_chip_has_the_area_of_feed_and_depth(depth: float, inward_deg: float) -> None:
-    made = insert.elements_of(Insert(0.8, 75.0), turned(depth=depth, inward_deg=inward_deg))
+    made = insert.insert_elements(Insert(0.8, 75.0), turned(depth=depth, inward_deg=inward_deg))
     assert_allclose((made.width_mm * made.edge.thickness_mm).sum(), 0.2 * depth, rtol=1e-12)
 
 
@@ -78,7 +78,9 @@ def test_twenty_elements_are_enough_on_a_nose() -> None:
     for depth in (0.1, 0.3, 2.0):
         known = theta(chip_flow=0.5)
         few, many = (
-            forces(known, insert.elements_of(Insert(0.8, 93.0), turned(depth=depth), on_nose=n))
+            cut_forces(
+                known, insert.insert_elements(Insert(0.8, 93.0), turned(depth=depth), on_nose=n)
+            )
             for n in (insert.ON_NOSE, 400)
         )
         assert_allclose(few.force_N, many.force_N, atol=1e-3 * float(many.force_N[0, 1]))
@@ -88,10 +90,11 @@ def test_forces_scale_with_width_and_power_is_force_times_speed() -> None:
     """Deeper by what lies behind the nose: the straight edge's force, twice for twice the depth."""
     tool = Insert(0.8, 90.0)
     one, two, three = (
-        forces(STEEL, insert.elements_of(tool, turned(depth=d))).force_N[0] for d in (1.0, 2.0, 3.0)
+        cut_forces(STEEL, insert.insert_elements(tool, turned(depth=d))).force_N[0]
+        for d in (1.0, 2.0, 3.0)
     )
     assert_allclose(three - two, two - one, rtol=1e-10, atol=1e-9)
-    whole = forces(STEEL, insert.elements_of(tool, turned(speed=180.0)))
+    whole = cut_forces(STEEL, insert.insert_elements(tool, turned(speed=180.0)))
     assert_allclose(whole.power_W, whole.force_N[:, 1] * 180.0 / 60.0, rtol=1e-12)
     assert_allclose(whole.torque_N_m, whole.force_N[:, 1] * 0.030, rtol=1e-12)
 
@@ -100,27 +103,27 @@ def test_a_chip_that_flows_as_one_keeps_its_size_across_a_straight_edge() -> Non
     """With no nose there is one direction only, so that the share does not matter."""
     cut = turned()
     straight = [
-        forces(theta(chip_flow=share), insert.elements_of(Insert(0.0, 75.0), cut)).force_N
+        cut_forces(theta(chip_flow=share), insert.insert_elements(Insert(0.0, 75.0), cut)).force_N
         for share in (0.0, 1.0)
     ]
     assert_allclose(straight[0], straight[1], rtol=1e-12)
     rubs = theta(chip_flow=1.0, K_re=1e-9)
-    made = insert.elements_of(Insert(0.8, 93.0), turned(depth=0.5))
-    thrust = np.hypot(*forces(rubs, made).force_N[0, [0, 2]])
+    made = insert.insert_elements(Insert(0.8, 93.0), turned(depth=0.5))
+    thrust = np.hypot(*cut_forces(rubs, made).force_N[0, [0, 2]])
     alone = np.sum(shear.per_width(rubs, made.edge)[1] * made.width_mm)
     assert_allclose(thrust, alone, rtol=1e-9)
 
 
 def test_an_edge_that_cannot_follow_is_refused() -> None:
     with pytest.raises(UnusableInput, match=r"another kappa_deg"):
-        insert.elements_of(Insert(0.8, 20.0), turned(inward_deg=-30.0))
+        insert.insert_elements(Insert(0.8, 20.0), turned(inward_deg=-30.0))
 
 
 def test_mean_slot_forces_are_the_closed_form() -> None:
     """Physics reference, section 6: means of a slot, constant coefficients, within 0.1 %."""
     known = theta(shear_stress=500.0, chip_ratio=0.4, chip_ratio_thickness=0.0, K_ae=2.0)
     at = Edge(array(0.03), array(94.0), array(0.0), array(np.radians(30.0)))
-    shear_t, shear_r, shear_a = (one[0] for one in shear.coefficients(known, at))
+    shear_t, shear_r, shear_a = (one[0] for one in shear.chip_coefficients(known, at))
     teeth, depth, feed = 4, 4.0, 0.05
     expected = [
         -teeth * depth / 4 * shear_r * feed - teeth * depth / np.pi * 43.0,
@@ -128,7 +131,7 @@ def test_mean_slot_forces_are_the_closed_form() -> None:
         teeth * depth / np.pi * shear_a * feed + teeth * depth / 2 * 2.0,
     ]
     mill = EndMill(10.0, teeth, 30.0)
-    mean = forces(known, endmill.averaged(mill, milled(a_slot()))).force_N[0]
+    mean = cut_forces(known, endmill.averaged(mill, milled(a_slot()))).force_N[0]
     assert_allclose(mean, expected, rtol=1e-6)
     angles = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
     wave = endmill.waveform(known, mill, milled(a_slot()), angles)
@@ -138,7 +141,7 @@ def test_mean_slot_forces_are_the_closed_form() -> None:
 def test_half_up_and_half_down_are_a_slot() -> None:
     known, mill, half = theta(edge_mm=0.02), EndMill(10.0, 3, 38.0, rake_deg=6.0), array(5.0)
     whole, up, down = (
-        forces(known, endmill.averaged(mill, milled(band))).all
+        cut_forces(known, endmill.averaged(mill, milled(band))).all
         for band in (a_slot(), endmill.up(10.0, half), endmill.down(10.0, half))
     )
     assert_allclose(up + down, whole, rtol=5e-4)
@@ -156,7 +159,7 @@ def test_the_contracts_example_of_one_tooth() -> None:
     force = [-tangential * cos - radial * sin, tangential * sin - radial * cos]
     assert_allclose(np.ravel(force), [-30.0, 100.0], rtol=1e-9, atol=1e-9)
     one_law = theta(chip_ratio_thickness=0.0)
-    single = forces(one_law, _only(made, tooth))
+    single = cut_forces(one_law, _only(made, tooth))
     t, r, _ = (one[0] for one in shear.per_width(one_law, _orthogonal(0.05)))
     assert_allclose(single.force_N[0, :2], [-r, t], rtol=1e-9, atol=1e-6)
 
@@ -187,7 +190,7 @@ def test_means_are_those_of_the_waveform(tool: EndMill, band: tuple[Array, Array
     """Within 0.5 % of the largest component, slices of 0.02 mm against quadrature."""
     known = theta(K_ae=1.0)
     cut = milled(band, depth=3.0, ramp=0.05, direction=0.3)
-    mean = forces(known, endmill.averaged(tool, cut)).force_N[0]
+    mean = cut_forces(known, endmill.averaged(tool, cut)).force_N[0]
     angles = np.linspace(0.0, 2.0 * np.pi, 360, endpoint=False)
     wave = endmill.waveform(known, tool, cut, angles, slice_mm=0.02).force_N.mean(axis=0)
     assert_allclose(wave, mean, atol=5e-3 * np.abs(mean).max())
@@ -220,8 +223,8 @@ def test_harmonics_of_a_turn_are_the_teeths_and_run_out_adds_the_spindles() -> N
 
 def test_a_turned_feed_turns_the_force() -> None:
     mill = EndMill(10.0, 4, 30.0)
-    plain = forces(STEEL, endmill.averaged(mill, milled(a_slot()))).force_N[0]
-    quarter = forces(STEEL, endmill.averaged(mill, milled(a_slot(), direction=0.5 * np.pi)))
+    plain = cut_forces(STEEL, endmill.averaged(mill, milled(a_slot()))).force_N[0]
+    quarter = cut_forces(STEEL, endmill.averaged(mill, milled(a_slot(), direction=0.5 * np.pi)))
     assert_allclose(quarter.force_N[0], [-plain[1], plain[0], plain[2]], rtol=1e-12)
 
 
@@ -235,8 +238,10 @@ def test_a_pocket_of_a_large_radius_is_a_straight_wall() -> None:
 
 def test_a_drill_pushes_back_and_twists() -> None:
     """Torque grows with the square of the diameter, thrust is made by lips and chisel edge."""
-    cut = drill.Drilled(array(0.1, 0.2), array(1000.0, 1000.0))
-    small, large = (forces(STEEL, drill.elements_of(drill.Drill(d), cut)) for d in (5.0, 10.0))
+    cut = drill.DrilledCuts(array(0.1, 0.2), array(1000.0, 1000.0))
+    small, large = (
+        cut_forces(STEEL, drill.drill_elements(drill.Drill(d), cut)) for d in (5.0, 10.0)
+    )
     assert_allclose(small.force_N[:, :2], 0.0, atol=1e-9)
     assert np.all(small.force_N[:, 2] > 0)
     assert_allclose(large.torque_N_m / small.torque_N_m, 4.0, rtol=0.02)
@@ -246,23 +251,23 @@ def test_a_drill_pushes_back_and_twists() -> None:
 def test_many_cuts_are_the_same_cuts_alone() -> None:
     """More than are summed together: each as if it were alone."""
     rng, count = np.random.default_rng(1), 2300
-    cuts = Turned(
+    cuts = TurnedCuts(
         rng.uniform(0.1, 0.4, count), rng.uniform(0.2, 3.0, count),
         rng.uniform(50.0, 300.0, count), rng.uniform(5.0, 50.0, count),
         rng.choice([0.0, 0.5 * np.pi], count),
     )  # fmt: skip
     known = theta(chip_flow=0.5)
-    together = forces(known, insert.elements_of(Insert(0.8, 93.0), cuts)).all
+    together = cut_forces(known, insert.insert_elements(Insert(0.8, 93.0), cuts)).all
     for k in (0, 999, 1000, 2299):
-        one = Turned(*(getattr(cuts, name)[k : k + 1] for name in Turned.__annotations__))
-        alone = forces(known, insert.elements_of(Insert(0.8, 93.0), one)).all
+        one = TurnedCuts(*(getattr(cuts, name)[k : k + 1] for name in TurnedCuts.__annotations__))
+        alone = cut_forces(known, insert.insert_elements(Insert(0.8, 93.0), one)).all
         assert_allclose(together[k], alone[0], rtol=1e-12)
 
 
 def test_gradients_and_parts_of_sums() -> None:
     known = theta(chip_flow=0.4, edge_mm=0.01)
     made = (
-        insert.elements_of(Insert(0.8, 95.0, 6.0, -5.0), turned(inward_deg=20.0)),
+        insert.insert_elements(Insert(0.8, 95.0, 6.0, -5.0), turned(inward_deg=20.0)),
         endmill.averaged(EndMill(10.0, 3, 30.0), milled(a_slot())),
         endmill.at_angles(EndMill(10.0, 3, 30.0), milled(a_slot()), array(0.3, 1.4)),
     )
@@ -270,8 +275,8 @@ def test_gradients_and_parts_of_sums() -> None:
         slopes = force_gradient(known, elements)
         for k in range(len(known)):
             step = 1e-5 * (np.arange(len(known)) == k)
-            two = [forces(known + sign * step, elements).all for sign in (1.0, -1.0)]
+            two = [cut_forces(known + sign * step, elements).all for sign in (1.0, -1.0)]
             assert_allclose(slopes[..., k], (two[0] - two[1]) / 2e-5, rtol=1e-5, atol=1e-4)
-        whole = forces(known, elements).all
+        whole = cut_forces(known, elements).all
         parts = force_parts(known, elements)
         assert_allclose(parts[..., :2].sum(axis=-1), whole, rtol=1e-10, atol=1e-9)

@@ -8,9 +8,9 @@ from scipy.stats import binom
 
 from autodb import fitting
 from autodb.fitting import components, small_sample
-from autodb.sensing.ranges.error_kinds import ErrorKinds, Fitted, apart, slow
-from autodb.sensing.ranges.forms import LINE, Felt
-from autodb.sensing.ranges.outliers import Outlier, outliers, sentences
+from autodb.sensing.ranges.error_kinds import ErrorKinds, FittedCuts, error_kinds_of, slow
+from autodb.sensing.ranges.forms import LINE, MeasuredCuts
+from autodb.sensing.ranges.outliers import Outlier, outlier_sentences, outliers
 from tests.campaigns import first
 
 Array = NDArray[np.float64]
@@ -35,8 +35,8 @@ def _kinds(seed: int, share: float, own_N: float, day_share: float) -> ErrorKind
     rmse = float(np.sqrt(np.mean(error_N**2)))
     columns = np.column_stack([np.ones(CUTS), estimate_N])
     none = np.zeros((2, 2))
-    cuts = Fitted(estimate_N, error_N, columns, none, None, np.zeros(CUTS), np.zeros(CUTS))
-    return apart(cuts, rmse=rmse, day_share=day_share, reference_share=0.0)[0]
+    cuts = FittedCuts(estimate_N, error_N, columns, none, None, np.zeros(CUTS), np.zeros(CUTS))
+    return error_kinds_of(cuts, rmse=rmse, day_share=day_share, reference_share=0.0)[0]
 
 
 def _wander(kinds: ErrorKinds) -> float:
@@ -111,11 +111,11 @@ def test_intervals_hold_the_cuts_of_a_new_group(groups: int, between: Array) -> 
         cuts, new = _grouped(rng, root, groups), _grouped(rng, root, 1)
         law = fitting.least_squares(_columns(cuts[0]), cuts[1])
         error, none = law.residual, np.zeros_like(law.residual)
-        fitted = Fitted(
+        fitted = FittedCuts(
             cuts[1] - error, error, _columns(cuts[0]), law.covariance, cuts[2], none, none
         )
         rmse = float(np.sqrt(error @ error / (len(error) - 2)))
-        kinds, covariance = apart(fitted, rmse=rmse, day_share=0.0, reference_share=0.0)
+        kinds, covariance = error_kinds_of(fitted, rmse=rmse, day_share=0.0, reference_share=0.0)
         shared = kinds.shared(law.coefficients)
         shared[:2, :2] += covariance
         at = np.append(_columns(new[0])[0], 1.0)
@@ -177,7 +177,7 @@ def _named(seed: int, *, off_N: float, lone_A: float | None) -> tuple[Outlier, .
     if lone_A is not None:
         current[7] = lone_A
     nothing = np.full(40, np.nan)
-    felt = Felt(current, nothing, nothing, nothing, nothing, nothing)
+    felt = MeasuredCuts(current, nothing, nothing, nothing, nothing, nothing)
     target = 30.0 + 200.0 * current + 10.0 * rng.standard_normal(40)
     target[7] += off_N
     law = LINE.fit(felt, target)
@@ -190,7 +190,7 @@ def test_a_cut_off_the_law_is_named_with_its_residual() -> None:
         named = [one for one in _named(seed, off_N=70.0, lone_A=None) if one.off]
         assert [one.cut for one in named] == [8.0]
         assert named[0].studentised > 4.0
-        assert sentences(named)[0].startswith("1 cut (8) more than chance off")
+        assert outlier_sentences(named)[0].startswith("1 cut (8) more than chance off")
 
 
 def test_a_cut_that_holds_the_slope_alone_is_named_though_it_fits() -> None:

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.files.machine import Limits
-from autodb.forward.limits import beyond, exceeding
+from autodb.files.machine import AxisLimits
+from autodb.forward.limits import exceeding, probability_beyond
 from autodb.forward.prediction import Interval, Peaks, PredictedCut
 
 CUT = PredictedCut(
@@ -24,18 +24,18 @@ CUT = PredictedCut(
 
 def test_the_probability_is_the_normals() -> None:
     """Half at the limit, 2.5 % where the interval ends, in either direction."""
-    assert_allclose(beyond(CUT.force_y_N, 900.0), 0.5, atol=1e-12)
-    assert_allclose(beyond(CUT.force_y_N, 1096.0), 0.025, atol=1e-6)
-    assert_allclose(beyond(CUT.force_z_N, 498.0), 0.025, atol=1e-6)
-    assert_allclose(beyond(Interval(10.0, -2.0, 22.0), 0.0), 1.0)
-    assert beyond(Interval(5.0, 5.0, 5.0), 4.0) == 1.0
+    assert_allclose(probability_beyond(CUT.force_y_N, 900.0), 0.5, atol=1e-12)
+    assert_allclose(probability_beyond(CUT.force_y_N, 1096.0), 0.025, atol=1e-6)
+    assert_allclose(probability_beyond(CUT.force_z_N, 498.0), 0.025, atol=1e-6)
+    assert_allclose(probability_beyond(Interval(10.0, -2.0, 22.0), 0.0), 1.0)
+    assert probability_beyond(Interval(5.0, 5.0, 5.0), 4.0) == 1.0
 
 
 def test_limits_are_named_by_axis_in_the_order_of_cuts() -> None:
     limits = {
-        "x": Limits(force_N=1000.0),
-        "z": Limits(force_N=450.0),
-        "spindle": Limits(torque_N_m=26.0, speed_rpm=1000.0),
+        "x": AxisLimits(force_N=1000.0),
+        "z": AxisLimits(force_N=450.0),
+        "spindle": AxisLimits(torque_N_m=26.0, speed_rpm=1000.0),
     }
     light = replace(CUT, name="light", force_z_N=Interval(10.0, 8.0, 12.0), speed_rpm=900.0)
     found = exceeding([light, CUT], limits)
@@ -47,14 +47,14 @@ def test_limits_are_named_by_axis_in_the_order_of_cuts() -> None:
     ]
     assert found[1].statement == "16 % chance to exceed z's 450 N"
     assert found[3].statement == "faster than spindle's 1000 rpm"
-    assert exceeding([light, CUT], {"z": Limits()}) == ()
+    assert exceeding([light, CUT], {"z": AxisLimits()}) == ()
 
 
 @pytest.mark.parametrize(
     ("limit", "said"), [(500.0, "over 99.9 %"), (1150.0, "0.62 %"), (650.0, "99 %")]
 )
 def test_percentages_are_readable(limit: float, said: str) -> None:
-    (one,) = exceeding([CUT], {"y": Limits(force_N=limit)})
+    (one,) = exceeding([CUT], {"y": AxisLimits(force_N=limit)})
     assert one.statement.startswith(said)
 
 
@@ -63,7 +63,7 @@ def test_a_mills_peak_counts_not_its_mean() -> None:
     most = Interval(500.0, 402.0, 598.0)
     peaks = Peaks(most, most, most, most)
     milled = replace(CUT, force_x_N=Interval(100.0, 90.0, 110.0), peaks=peaks)
-    limits = {"x": Limits(force_N=500.0)}
+    limits = {"x": AxisLimits(force_N=500.0)}
     (one,) = exceeding([milled], limits)
     assert_allclose(one.probability, 0.5, atol=1e-9)
     assert exceeding([replace(milled, peaks=None)], limits) == ()

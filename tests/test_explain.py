@@ -20,12 +20,12 @@ from autodb.errors import UnusableInput
 from autodb.explain import explain
 from autodb.explain.answer.answer import ChannelAnswer
 from autodb.explain.engine.locate import regimes, strongest_interval
-from autodb.explain.engine.noise import autoregression
+from autodb.explain.engine.noise import fitted_whitener
 from autodb.proofs.machines.axis.axis import (
-    Cogging,
-    ExternalLoad,
+    AxisCogging,
+    AxisExternalLoad,
+    AxisWarmup,
     PositionFriction,
-    Warmup,
     air_moves,
 )
 from autodb.records import CutTable, Recording
@@ -82,7 +82,7 @@ def test_a_part_left_out_is_named_with_its_size(seed: int, term: str) -> None:
 
 
 def test_a_load_is_named_and_located() -> None:
-    answer = _answer(3, ("external_load",), (ExternalLoad(20.0, 34.0, 0.6),))
+    answer = _answer(3, ("external_load",), (AxisExternalLoad(20.0, 34.0, 0.6),))
     assert _missing(answer) == {"external_load"}
     ((start, end),) = answer.where.intervals
     assert abs(start - 20.0) < 0.5
@@ -92,8 +92,8 @@ def test_a_load_is_named_and_located() -> None:
 
 OTHER_FORMS: list[tuple[str, object]] = [
     ("position_friction", PositionFriction(0.004, from_mm=150.0)),
-    ("cogging", Cogging(0.3, 12.0)),
-    ("warmup", Warmup(0.3, 15.0)),
+    ("cogging", AxisCogging(0.3, 12.0)),
+    ("warmup", AxisWarmup(0.3, 15.0)),
 ]
 
 
@@ -288,7 +288,7 @@ def test_an_autoregression_makes_its_own_noise_white() -> None:
     noise, series = rng.normal(size=20000), np.zeros(20000)
     for i in range(1, 20000):
         series[i] = 0.9 * series[i - 1] + noise[i]
-    white = autoregression(series)(series[:, None])[:, 0]
+    white = fitted_whitener(series)(series[:, None])[:, 0]
     lag_one = np.corrcoef(white[1:], white[:-1])[0, 1]
     assert abs(lag_one) < 4 / np.sqrt(20000)
 

@@ -5,7 +5,7 @@ import pytest
 
 from autodb.explain.engine.candidates import Rung, Suspect
 from autodb.explain.engine.evidence import Products
-from autodb.explain.engine.search import FAINT, Search
+from autodb.explain.engine.search import FAINT, CandidateSearch
 from autodb.explain.waves.scans import LINE, WIDE, standing_out
 from autodb.explain.waves.wandering import shared_course
 
@@ -31,7 +31,7 @@ def test_a_weak_effect_beside_a_strong_one(faint: float, sure: bool, named: set[
     widths = {("strong", 0): 1, ("weak", 0): 1}
     products = Products(inner, own=0, widths=widths, rows=10_000, variance=1.0)
     both = [_suspect("strong", sure=sure), _suspect("weak")]
-    assert set(Search(products, both, faint=faint).best().keys) == named
+    assert set(CandidateSearch(products, both, faint=faint).best().keys) == named
 
 
 def test_a_tone_that_wanders_stands_out_over_several_frequencies() -> None:

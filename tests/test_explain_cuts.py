@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer.answer import Cause, ChannelAnswer, Value
+from autodb.explain.answer.answer import Cause, ChannelAnswer, IntervalValue
 from autodb.explain.cuts.candidates.laws import (
     added,
     each,
@@ -22,8 +22,8 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cuts.fit import held_out
-from autodb.explain.cuts.look import look, stack_of
+from autodb.explain.cuts.fit import held_out_square
+from autodb.explain.cuts.look import look_in_cuts, stack_of
 from autodb.explain.cuts.noise import with_noise
 from autodb.explain.cuts.products import products
 from autodb.explain.cuts.table import edge_read_off
@@ -178,7 +178,7 @@ def _cause(answers: dict[str, ChannelAnswer], term: str, channel: str) -> Cause:
     return next(c for c in answers[channel].missing if c.term == term)
 
 
-def _assert_within(found: Value, truth: float, *, rtol: float) -> None:
+def _assert_within(found: IntervalValue, truth: float, *, rtol: float) -> None:
     assert found.low <= found.value <= found.high
     assert_allclose(found.value, truth, rtol=rtol)
 
@@ -350,10 +350,10 @@ def test_cuts_left_out_of_the_fit_are_predicted() -> None:
     table = _table(3)
     recording, simulation = _pair(table, _depth(table), seed=3)
     names = tuple(STRENGTH_N_MM2)
-    looked = look(stack_of(recording, {n: simulation[n] for n in names}, BOTH), BOTH)
-    whole = held_out(looked.stack, looked.own, looked.found.choices)
+    looked = look_in_cuts(stack_of(recording, {n: simulation[n] for n in names}, BOTH), BOTH)
+    whole = held_out_square(looked.stack, looked.own, looked.found.choices)
     assert whole < 1.2
-    assert held_out(looked.stack, looked.own, ()) > 1.5 * whole
+    assert held_out_square(looked.stack, looked.own, ()) > 1.5 * whole
 
 
 def test_terms_that_look_alike() -> None:

@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.edge_columns import OfEdges, of_edges, over_range, residual
-from autodb.explain.cuts.look import look, stack_of
+from autodb.explain.cuts.look import look_in_cuts, stack_of
 from autodb.explain.cuts.noise import with_noise
-from autodb.explain.cuts.table import Conditions, conditions
+from autodb.explain.cuts.table import Conditions, table_conditions
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ def _worn(table: dict[str, Array]) -> Array:
 
 
 def _known(table: dict[str, Array]) -> Conditions:
-    return conditions(CutTable(Path("cuts"), {**table, "force.y": _force(table)}))
+    return table_conditions(CutTable(Path("cuts"), {**table, "force.y": _force(table)}))
 
 
 def _written(known: Conditions, force: Array, most: int) -> Array:
@@ -118,7 +118,7 @@ def test_names_of_edges_do_not_matter() -> None:
         recording = CutTable(Path("cuts"), {**table, "tool.edge": edge, "force.y": felt})
         stack = stack_of(recording, {"force.y": force}, SHEAR)
         seen, freedom = with_noise(stack)
-        looked = look(stack, SHEAR)
+        looked = look_in_cuts(stack, SHEAR)
         found.append((seen.sd, freedom, looked.stack.sd, looked.found))
     (sd, freedom, last, one), (other_sd, other_freedom, other_last, other) = found
     assert_allclose(other_freedom, freedom, rtol=1e-9)

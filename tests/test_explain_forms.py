@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from autodb.explain import explain
 from autodb.explain.answer.answer import Cause
 from autodb.explain.axis.form import Short, short_form
-from autodb.explain.axis.reading import Reading
+from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import axis_signals
 from autodb.explain.axis.unknown import unknown_suspects
-from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Choice
-from autodb.explain.engine.fit import held_out
-from autodb.explain.engine.fitted import fit
+from autodb.explain.engine.fit import held_out_residual
+from autodb.explain.engine.fitted import fit_white_rows
 from autodb.explain.engine.folds import Folds
 from autodb.explain.engine.inquiry import Inquiry
-from autodb.explain.engine.search import Found, Search
+from autodb.explain.engine.search import CandidateSearch, FoundSet
 from autodb.explain.engine.symbolic import Variable, forms, written
 from autodb.proofs.machines.axis.axis import air_moves
 from autodb.records import Recording
@@ -37,18 +37,18 @@ def _recording(seed: int) -> tuple[Recording, Array]:
     return Recording(path=Path("r.csv"), channels=recording), np.asarray(sum(parts.values()))
 
 
-def _reading(seed: int, key: str, effect: Array | float) -> Reading:
+def _reading(seed: int, key: str, effect: Array | float) -> AxisReading:
     """Return the reading in which the family ``key`` alone is found beside an added effect."""
     recording, simulation = _recording(seed)
     signals = axis_signals(recording, simulation, "x.current")
-    bench = Bench(recording["x.current"] + effect - simulation, signals.own, 1)
+    bench = WhiteRows(recording["x.current"] + effect - simulation, signals.own, 1)
     choice = next(Choice(s, 0) for s in unknown_suspects(signals) if s.key == key)
     noise = bench.noise(bench.chosen([choice]))
     products = bench.products(bench.blocks([choice.suspect]), noise)
-    search = Search(products, [choice.suspect])
-    inquiry = Inquiry(Found((choice,)), search, *noise, {})
-    fitted = fit(bench, [choice], noise)
-    return Reading(bench, inquiry, noise, (choice,), fitted, signals, frozenset(), "A")
+    search = CandidateSearch(products, [choice.suspect])
+    inquiry = Inquiry(FoundSet((choice,)), search, *noise, {})
+    fitted = fit_white_rows(bench, [choice], noise)
+    return AxisReading(bench, inquiry, noise, (choice,), fitted, signals, frozenset(), "A")
 
 
 def _values(short: Short) -> dict[str, tuple[float, float]]:
@@ -141,7 +141,7 @@ def test_squares_of_folds_are_those_of_fits_without_them() -> None:
     for chosen in ([1, 2, 3, 4], [2, 4], [3]):
         part = columns[:, np.subtract(chosen, 1)]
         values = np.asarray(np.linalg.lstsq(part, target, rcond=None)[0], dtype=np.float64)
-        left = held_out(part, target, values, gap=7, free=part.shape[1])
+        left = held_out_residual(part, target, values, gap=7, free=part.shape[1])
         found = folds.squares(chosen, np.zeros(len(chosen)))
         assert_allclose(found, np.sum(left**2), rtol=2e-3)
     assert_allclose(folds.squares([], np.zeros(0)), np.sum(target**2))

@@ -10,15 +10,15 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.agent.rows.machines import find_machine
-from autodb.agent.rows.posteriors import columns_of
+from autodb.agent.rows.posteriors import posterior_columns
 from autodb.errors import UnusableInput
 from autodb.explain.waves.teeth import Mill, StandsOut, Teeth
 from autodb.forward.prediction import ToolOf
 from autodb.forward.waveform import waves_N
 from autodb.pairs.engaged import BY_NAME
-from autodb.pairs.learning import learn
+from autodb.pairs.learning import posterior_of_readings
 from autodb.pairs.observed import Observed
-from autodb.pairs.posterior import Belief
+from autodb.pairs.posterior import PairPosterior
 from autodb.pairs.prior import any_metal
 from autodb.store import models, open_store
 from tests.campaigns import first
@@ -54,7 +54,7 @@ def _sent(
     return teeth.forces(_law, out)
 
 
-def _learnt() -> Belief:
+def _learnt() -> PairPosterior:
     """Return what ten cuts' mean forces tell of the pair."""
     turn = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)
     drawn = np.random.default_rng(5)
@@ -71,7 +71,7 @@ def _learnt() -> Belief:
         (means + drawn.standard_normal(means.shape)).T.ravel(),
         np.full(3 * count, 1.0), np.zeros((3 * count, 0)),
     )  # fmt: skip
-    return learn(any_metal(), observed)
+    return posterior_of_readings(any_metal(), observed)
 
 
 @pytest.fixture
@@ -90,7 +90,7 @@ def milled(cli: Cli, once: Once) -> Cli:
             owner = find_machine(session, "mill-1")
             session.add(
                 models.CuttingParameters(
-                    machine_id=owner.id, pair_id=pair.id, version=1, **columns_of(_learnt())
+                    machine_id=owner.id, pair_id=pair.id, version=1, **posterior_columns(_learnt())
                 )
             )
         store.close()

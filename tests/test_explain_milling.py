@@ -8,15 +8,15 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.explain.waves.candidates import OWN_WAYS
-from autodb.explain.waves.law import ReadLaw, in_ways, of_chip, read_off
-from autodb.explain.waves.look import Looked, look
+from autodb.explain.waves.law import ReadLaw, chip_functions, in_ways, read_off
+from autodb.explain.waves.look import FoundInWaves, look_in_waves
 from autodb.explain.waves.noise import variance_of, whitener_of
 from autodb.explain.waves.teeth import Mill, StandsOut, Teeth
 from autodb.explain.waves.waves import FORCES, mill_of, waves_of
 from autodb.files.side import SideFile
-from autodb.proofs.cases.mill.mill_cases import MillCase, draw_mill
+from autodb.proofs.cases.mill.mill_cases import MillCase, draw_mill_case
 from autodb.proofs.cases.plan import DEVELOPMENT
-from autodb.proofs.runs.explain.explain_oracle import verdict
+from autodb.proofs.runs.explain.explain_oracle import oracle_verdict
 from autodb.records import Recording, read
 from tests.campaigns import first
 
@@ -94,19 +94,19 @@ def test_a_line_is_not_whitened_away() -> None:
 
 
 def _case(kind: str, seed: int, clarity: float) -> MillCase:
-    return draw_mill(seed, (kind,) if kind else (), clarity, family=DEVELOPMENT)
+    return draw_mill_case(seed, (kind,) if kind else (), clarity, family=DEVELOPMENT)
 
 
 def _read(case: MillCase) -> Recording:
     return Recording(Path("case.csv"), case.channels, side=SideFile.model_validate(case.side))
 
 
-def _looked(case: MillCase) -> Looked:
+def _looked(case: MillCase) -> FoundInWaves:
     simulation = {name: case.simulation[name] for name in FORCES}
-    return look(_read(case), simulation, list(case.includes))
+    return look_in_waves(_read(case), simulation, list(case.includes))
 
 
-def _named(looked: Looked) -> list[str]:
+def _named(looked: FoundInWaves) -> list[str]:
     """Return what was named; that an own term's ways are off by unlike factors is no name."""
     choices = looked.found.choices
     return [c.suspect.term for c in choices if c.suspect.key != OWN_WAYS]
@@ -131,7 +131,7 @@ def test_an_edge_and_the_chip_are_told_apart() -> None:
         0.006,
     )
     teeth = _teeth(_slot(3, helix_deg=30.0), np.linspace(0.0, 20.0, 900))
-    columns = in_ways(teeth.moments(of_chip)).reshape(-1, 3, 2700)
+    columns = in_ways(teeth.moments(chip_functions)).reshape(-1, 3, 2700)
     found = read_off(columns, teeth.forces(truth.whole).ravel(), edged=True)
     assert found.round_mm == truth.round_mm
     np.testing.assert_allclose(found.power, truth.power, atol=1e-9)
@@ -174,7 +174,7 @@ def test_how_far_teeth_stand_out_is_found() -> None:
 
 
 def test_the_oracle_finds_what_is_clear_in_a_waveform() -> None:
-    assert verdict(_case("table_gravity", 4211, 20.0)).decidable
+    assert oracle_verdict(_case("table_gravity", 4211, 20.0)).decidable
 
 
 @pytest.mark.campaign
@@ -185,7 +185,7 @@ def test_foreign_mills(tryout: Path, folder: str, hidden: list[str]) -> None:
     )
     assert isinstance(recording, Recording)
     forces = {name: simulation[name] for name in FORCES}
-    looked = look(recording, forces, ["shear", "edge_force"])
+    looked = look_in_waves(recording, forces, ["shear", "edge_force"])
     assert looked.world.waves.fits > 0.9999
     assert _named(looked) == hidden
 

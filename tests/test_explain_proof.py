@@ -14,43 +14,43 @@ from numpy.testing import assert_allclose
 from autodb.explain.answer.answer import (
     Cause,
     ChannelAnswer,
+    ChannelTrace,
     Explained,
     Explanation,
     FitQuality,
-    Trace,
 )
 from autodb.explain.answer.answer import Where as Place
 from autodb.proofs import catalogue
 from autodb.proofs.cases.base.case import Case, Hidden, Rival
-from autodb.proofs.cases.plan import Planned, draw
+from autodb.proofs.cases.plan import PlannedCase, draw_concealed
 from autodb.proofs.catalogue import (
     CONCEALED,
     CONCEALED_MILLS,
     PROOFS,
     Proof,
-    begin,
+    begin_runs,
     carry_out,
     proof,
 )
 from autodb.proofs.runs.explain import left_out
-from autodb.proofs.runs.explain.explain_oracle import SURE, recovery, verdict
+from autodb.proofs.runs.explain.explain_oracle import SURE, oracle_recovery, oracle_verdict
 from autodb.proofs.runs.explain.explain_score import (
-    Named,
-    Scored,
+    NamedEntry,
+    ScoredCase,
+    answer_entries,
+    answer_recovery,
     brier,
     confidences,
-    entries,
     overlap,
     reliability,
     stretches,
 )
-from autodb.proofs.runs.explain.explain_score import recovery as recovery_of
 from autodb.proofs.runs.explain.explain_summary import (
     NOTHING,
-    Summary,
+    ExplainSummary,
     confusion,
     effects,
-    limits,
+    limited_shares,
 )
 from autodb.proofs.runs.found import markdown
 from autodb.proofs.runs.score import exact_interval
@@ -80,11 +80,11 @@ def test_the_oracle_finds_evidence_of_what_no_rival_can_do() -> None:
     slope = T - np.mean(T)
     slope *= 20.0 / np.linalg.norm(slope)
     across = np.cos(2.0 * np.pi * np.arange(T.size) * 40 / T.size)
-    far = verdict(_case(slope, [Rival("ripple", across[None])]))
+    far = oracle_verdict(_case(slope, [Rival("ripple", across[None])]))
     assert far.margin is not None
     assert_allclose(far.margin, 400.0, atol=4.0 * 20.0 + 20.0)
     assert far.decidable
-    double = verdict(_case(slope, [Rival("double", -3.0 * slope[None] + 5.0)]))
+    double = oracle_verdict(_case(slope, [Rival("double", -3.0 * slope[None] + 5.0)]))
     assert double.margin is not None
     assert abs(double.margin) < 0.01
     assert not double.decidable
@@ -98,7 +98,7 @@ def test_the_oracle_weighs_likeness_by_its_angle() -> None:
     across -= np.mean(across) + slope * (slope @ across)
     across /= np.linalg.norm(across)
     alike = 0.8 * slope + 0.6 * across
-    judged = verdict(_case(60.0 * slope, [Rival("alike", alike[None])], noise=0.01))
+    judged = oracle_verdict(_case(60.0 * slope, [Rival("alike", alike[None])], noise=0.01))
     assert judged.margin is not None
     assert_allclose(judged.margin, 0.36 * 3600.0, rtol=1e-3)
 
@@ -120,7 +120,7 @@ def test_the_oracle_combines_rivals_for_two_hidden_effects() -> None:
         measured=one.measured - one.truth + 2.0 + whole,
         rivals=lambda: iter([Rival("c", waves[2:]), Rival("a", waves[:1])]),
     )
-    judged = verdict(case)
+    judged = oracle_verdict(case)
     assert judged.margin is not None
     assert_allclose(judged.margin, 100.0, rtol=1e-2)
 
@@ -128,14 +128,14 @@ def test_the_oracle_combines_rivals_for_two_hidden_effects() -> None:
 def test_the_oracle_recovers_to_its_degrees_of_freedom() -> None:
     """Two free sizes leave an error of sd sqrt(2/n) on average, beside an effect of known rms."""
     case = _case(np.sin(2.0 * np.pi * T), [])
-    left = recovery(case)
+    left = oracle_recovery(case)
     assert left is not None
     assert 0.0 < left < 4.0 * np.sqrt(2.0 / T.size) / np.sqrt(0.5)
 
 
 def test_nothing_hidden_has_no_margin_and_no_error() -> None:
-    case = draw(3, asked=Planned((), 8.0))
-    judged = verdict(replace(case, simulated=case.truth))
+    case = draw_concealed(3, asked=PlannedCase((), 8.0))
+    judged = oracle_verdict(replace(case, simulated=case.truth))
     assert judged.margin is None
     assert judged.decidable
     assert judged.recovery is None
@@ -156,16 +156,16 @@ def _answer(*causes: tuple[str, str, float, tuple[str, ...]]) -> ChannelAnswer:
     )
 
 
-def _scored(hidden: tuple[str, ...], *named: Named, wanted: float = 20.0) -> Scored:
-    return Scored(
+def _scored(hidden: tuple[str, ...], *named: NamedEntry, wanted: float = 20.0) -> ScoredCase:
+    return ScoredCase(
         seed=1, kind="+".join(hidden), place="axis", wanted=wanted, reached=True, tuning="true",
         terms=hidden, clarities=(wanted,) * len(hidden), margin=100.0, decidable=True,
         best_recovery=0.2, named=named, recovery=0.25,
     )  # fmt: skip
 
 
-def _name(term: str, confidence: float = 0.9, *alternatives: str) -> Named:
-    return Named("x.current", term, confidence, alternatives)
+def _name(term: str, confidence: float = 0.9, *alternatives: str) -> NamedEntry:
+    return NamedEntry("x.current", term, confidence, alternatives)
 
 
 @pytest.mark.parametrize(
@@ -183,7 +183,7 @@ def _name(term: str, confidence: float = 0.9, *alternatives: str) -> Named:
     ],
 )
 def test_answers_are_right_wrong_or_abstain(
-    named: tuple[Named, ...], exact: bool, covered: bool, wrong: bool, abstained: bool
+    named: tuple[NamedEntry, ...], exact: bool, covered: bool, wrong: bool, abstained: bool
 ) -> None:
     one = _scored(("spring", "cogging"), *named)
     assert (one.exact, one.covered, one.wrong, one.abstained) == (exact, covered, wrong, abstained)
@@ -200,9 +200,9 @@ def test_what_is_missing_is_read_off_every_channel() -> None:
         "force.x": _answer(("gain", "missing", 0.7, ("sensor_drift",))),
         "force.y": _answer(("shear", "mistuned", 0.9, ()), ("tool_wear", "missing", 0.8, ())),
     }
-    assert entries(answers) == (
-        Named("force.x", "gain", 0.7, ("sensor_drift",)),
-        Named("force.y", "tool_wear", 0.8, ()),
+    assert answer_entries(answers) == (
+        NamedEntry("force.x", "gain", 0.7, ("sensor_drift",)),
+        NamedEntry("force.y", "tool_wear", 0.8, ()),
     )
     assert stretches(answers) == [(1.0, 3.0), (1.0, 3.0)]
 
@@ -228,10 +228,10 @@ def test_stretches_share_what_both_hold(
 def test_recovery_is_the_error_left_as_a_share() -> None:
     case = _case(np.sin(T), [])
     half = case.simulated + 0.5 * (case.truth - case.simulated)
-    trace = Trace("t", T, case.measured, case.simulated, half)
+    trace = ChannelTrace("t", T, case.measured, case.simulated, half)
     explained = Explained(Explanation(recording="", channels={}), {"x.current": trace})
-    assert_allclose(recovery_of(case, explained) or 0.0, 0.5)
-    assert recovery_of(replace(case, simulated=case.truth), explained) is None
+    assert_allclose(answer_recovery(case, explained) or 0.0, 0.5)
+    assert answer_recovery(replace(case, simulated=case.truth), explained) is None
 
 
 def test_confidence_is_scored_as_in_closed_form() -> None:
@@ -257,19 +257,19 @@ def test_limits_count_the_cases_they_are_of() -> None:
         _scored(()),
         replace(_scored(("external_load",), _name("external_load")), overlap=0.4),
     ]
-    found = limits(cases)
+    found = limited_shares(cases)
     assert [(one.count, one.cases) for one in found] == [
         (2, 3), (1, 1), (0, 1), (1, 1), (1, 2), (0, 1), (3, 3)
     ]  # fmt: skip
     assert [one.passed for one in found] == [False, True, True, False, False, False, True]
     assert (found[4].low, found[4].high) == exact_interval(1, 2)
-    assert not any(one.passed for one in limits([]))
+    assert not any(one.passed for one in limited_shares([]))
 
 
 def test_a_thousand_nulls_pass_with_ten_false_alarms_and_fail_with_eleven() -> None:
     def judged(false: int) -> bool:
         cases = [_scored((), *([_name("lag")] if i < false else [])) for i in range(1000)]
-        return limits(cases)[4].passed
+        return limited_shares(cases)[4].passed
 
     assert judged(10)
     assert not judged(11)
@@ -299,7 +299,7 @@ def test_a_row_for_each_effect_and_clarity_leaves_dropped_cases_out() -> None:
     assert (alone.exact, alone.recovery) == (1.0, 0.25)
 
 
-def _by_seed(seed: int) -> list[Scored]:
+def _by_seed(seed: int) -> list[ScoredCase]:
     """A right answer, but for every fifth; every third hides nothing."""
     if seed % 3 == 0:
         return [replace(_scored(()), seed=seed)]
@@ -307,7 +307,7 @@ def _by_seed(seed: int) -> list[Scored]:
     return [replace(_scored(("spring",), *named), seed=seed)]
 
 
-def _made(run: Callable[[int], list[Scored]]) -> Proof[Scored]:
+def _made(run: Callable[[int], list[ScoredCase]]) -> Proof[ScoredCase]:
     return replace(EXPLAIN, run=run)
 
 
@@ -319,24 +319,24 @@ def _files(folder: Path) -> dict[str, bytes]:
 def test_an_interrupted_proof_goes_on_and_ends_the_same(tmp_path: Path, after: int) -> None:
     called: list[int] = []
 
-    def interrupted(seed: int) -> list[Scored]:
+    def interrupted(seed: int) -> list[ScoredCase]:
         if len(called) == after:
             raise KeyboardInterrupt
         called.append(seed)
         return _by_seed(seed)
 
-    carry_out(begin(_made(_by_seed), tmp_path / "one"), 12, progress=lambda _: None)
+    carry_out(begin_runs(_made(_by_seed), tmp_path / "one"), 12, progress=lambda _: None)
     with pytest.raises(KeyboardInterrupt):
-        carry_out(begin(_made(interrupted), tmp_path / "two"), 12, progress=lambda _: None)
-    assert sorted(begin(_made(_by_seed), tmp_path / "two").finished) == called
-    carry_out(begin(_made(_by_seed), tmp_path / "two"), 12, progress=lambda _: None)
+        carry_out(begin_runs(_made(interrupted), tmp_path / "two"), 12, progress=lambda _: None)
+    assert sorted(begin_runs(_made(_by_seed), tmp_path / "two").finished) == called
+    carry_out(begin_runs(_made(_by_seed), tmp_path / "two"), 12, progress=lambda _: None)
     assert _files(tmp_path / "one") == _files(tmp_path / "two")
 
 
 def test_two_workers_find_what_one_finds(tmp_path: Path) -> None:
     told: list[int] = []
-    two = carry_out(begin(EXPLAIN, tmp_path / "two"), 2, progress=told.append, workers=2)
-    one = carry_out(begin(EXPLAIN, tmp_path / "one"), 2, progress=lambda _: None)
+    two = carry_out(begin_runs(EXPLAIN, tmp_path / "two"), 2, progress=told.append, workers=2)
+    one = carry_out(begin_runs(EXPLAIN, tmp_path / "one"), 2, progress=lambda _: None)
     assert one == two
     assert told == [0, 1, 2]
     lines = [
@@ -346,9 +346,9 @@ def test_two_workers_find_what_one_finds(tmp_path: Path) -> None:
 
 
 def test_a_summary_comes_back_from_json_and_prints_every_table(tmp_path: Path) -> None:
-    found = carry_out(begin(_made(_by_seed), tmp_path), 12, progress=lambda _: None)
-    assert isinstance(found, Summary)
-    assert Summary.from_json(found.to_json()) == found
+    found = carry_out(begin_runs(_made(_by_seed), tmp_path), 12, progress=lambda _: None)
+    assert isinstance(found, ExplainSummary)
+    assert ExplainSummary.from_json(found.to_json()) == found
     page = markdown(found)
     assert page.startswith("explain: 12 runs, seeds 1 to 12, autodb ")
     for table in found.tables():
@@ -358,7 +358,7 @@ def test_a_summary_comes_back_from_json_and_prints_every_table(tmp_path: Path) -
 
 def test_a_case_is_explained_and_scored() -> None:
     """A coulomb friction left out, clear as a machine's: named, and the current is corrected."""
-    one = left_out.answered(draw(11, asked=Planned(("coulomb",), 200.0)))
+    one = left_out.scored_case(draw_concealed(11, asked=PlannedCase(("coulomb",), 200.0)))
     assert one.refused == ""
     assert one.terms == ("coulomb",)
     assert "coulomb" in one.found
@@ -367,7 +367,7 @@ def test_a_case_is_explained_and_scored() -> None:
 
 
 def test_a_case_that_cannot_be_as_clear_is_kept_without_an_answer() -> None:
-    one = left_out.answered(draw(11, asked=Planned(("gain",), 1e6, table=True)))
+    one = left_out.scored_case(draw_concealed(11, asked=PlannedCase(("gain",), 1e6, table=True)))
     assert not one.reached
     assert one.named == ()
     assert one.clarities[0] < 1e6
@@ -380,7 +380,7 @@ def test_a_refused_case_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
         raise UnusableInput("too short")
 
     monkeypatch.setattr(left_out, "explain", refuse)
-    one = left_out.answered(draw(1))
+    one = left_out.scored_case(draw_concealed(1))
     assert (one.refused, one.named, one.recovery) == ("too short", (), None)
 
 
@@ -438,6 +438,6 @@ def test_margins_are_what_decides() -> None:
         slope = T - np.mean(T)
         slope *= np.sqrt(margin) / np.linalg.norm(slope)
         assert (
-            verdict(_case(slope, [Rival("none", np.ones((1, T.size)))], noise=0.0)).decidable
+            oracle_verdict(_case(slope, [Rival("none", np.ones((1, T.size)))], noise=0.0)).decidable
             is sure
         )

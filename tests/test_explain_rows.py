@@ -9,11 +9,11 @@ from scipy.signal import lfilter
 
 from autodb.explain import explain
 from autodb.explain.answer.answer import ChannelAnswer
-from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Choice, Rung, Suspect
 from autodb.explain.engine.noise import Whitener
 from autodb.explain.engine.normal import solved
-from autodb.explain.engine.prior import drawn
+from autodb.explain.engine.prior import coefficient_costs
 from autodb.explain.engine.weighing import unweighed, weighing
 from autodb.proofs.machines.axis.axis import air_moves
 from autodb.records import Recording
@@ -58,10 +58,10 @@ def test_white_rows_are_taken_where_the_law_is_exact_and_plain_ones_where_it_is_
     rng = np.random.default_rng(3)
     plain = 0
     for _ in range(40):
-        bench = Bench(_rows(column, rng, slow=0.95), {}, 1)
+        bench = WhiteRows(_rows(column, rng, slow=0.95), {}, 1)
         plain += weighing(bench, [_law(column)], noise) is not noise
     assert plain <= 2
-    bench = Bench(_rows(column, rng, slow=0.95), {}, 1)
+    bench = WhiteRows(_rows(column, rng, slow=0.95), {}, 1)
     wrong = [_law(column - 8.0 * spikes)]
     assert len(weighing(bench, wrong, noise)[0].coefficients) == 0
     assert unweighed(noise)[1] == pytest.approx(0.05**2 / 0.05**2)
@@ -72,8 +72,8 @@ def test_a_curve_is_drawn_to_none_in_noise_and_not_where_it_is_clear() -> None:
     columns = rng.standard_normal((2000, 12))
     curve = Choice(Suspect("curve", "unknown", (Rung(lambda: columns),)), 0)
     noise = Whitener(np.zeros(1)), 1.0
-    weak = drawn(Bench(rng.standard_normal(2000), {}, 1), [curve], noise)
-    clear = drawn(Bench(10.0 * columns.sum(axis=1), {}, 1), [curve], noise)
+    weak = coefficient_costs(WhiteRows(rng.standard_normal(2000), {}, 1), [curve], noise)
+    clear = coefficient_costs(WhiteRows(10.0 * columns.sum(axis=1), {}, 1), [curve], noise)
     assert np.all(weak > 1000.0)  # as much as the 2000 rows say, and more
     assert np.all(clear < 1.0)
 

@@ -6,17 +6,17 @@ from itertools import product
 import numpy as np
 import pytest
 
-from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, Value, Where
-from autodb.explain.together import FACTORS, SITS, Located, Setup, together
+from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
+from autodb.explain.together import FACTORS, SITS, Located, RecordingSetup, explain_together
 from autodb.fitting import NORMAL_95
 from autodb.terms.vocabulary import VOCABULARY
 
 FORCE = "force.y"
 
 
-def _setup(number: int, **levels: str) -> Setup:
+def _setup(number: int, **levels: str) -> RecordingSetup:
     named: dict[str, str | None] = {**dict.fromkeys(FACTORS), **levels}
-    return Setup(recording=f"r{number}.csv", **named)
+    return RecordingSetup(recording=f"r{number}.csv", **named)
 
 
 def _answer(
@@ -26,7 +26,7 @@ def _answer(
     causes: tuple[Cause, ...] = ()
     if term is not None:
         half = NORMAL_95 * sd
-        number = Value(value=value, low=value - half, high=value + half, unit="N")
+        number = IntervalValue(value=value, low=value - half, high=value + half, unit="N")
         numbers = {"size": number, name: number}
         causes = (
             Cause(term=term, kind="missing", confidence=0.9, statement="", parameters=numbers),
@@ -38,8 +38,10 @@ def _answer(
     return {FORCE: answer}
 
 
-def _one(setups: Sequence[Setup], answers: Sequence[Mapping[str, ChannelAnswer]]) -> Located:
-    (effect,) = together(setups, answers).effects
+def _one(
+    setups: Sequence[RecordingSetup], answers: Sequence[Mapping[str, ChannelAnswer]]
+) -> Located:
+    (effect,) = explain_together(setups, answers).effects
     return effect
 
 
@@ -119,7 +121,7 @@ def test_a_recording_too_noisy_says_nothing() -> None:
 
 
 def test_no_effect_no_line() -> None:
-    assert together(CROSSED, [_answer(None, 0.0, 1.0) for _ in CROSSED]).effects == ()
+    assert explain_together(CROSSED, [_answer(None, 0.0, 1.0) for _ in CROSSED]).effects == ()
 
 
 def test_where_effects_may_sit_is_said_in_the_vocabularys_names() -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from autodb.explain import explain
 from autodb.explain.answer.answer import Cause, Explained
 from autodb.explain.waves.teeth import Mill, StandsOut, Teeth
-from autodb.explain.waves.words import APART, STATEMENTS, told_apart
+from autodb.explain.waves.words import APART, STATEMENTS, words_that_tell
 from autodb.files.side import SideFile
 from autodb.proofs.cases.mill.mill_families import MILL_KINDS
 from autodb.records import Recording
@@ -163,10 +163,10 @@ def test_every_effect_has_its_words() -> None:
 
 
 def test_what_would_tell_two_apart_is_said_once() -> None:
-    said = told_apart("runout", ["depth_error", "chatter", "gain"])
+    said = words_that_tell("runout", ["depth_error", "chatter", "gain"])
     assert said is not None
     assert said.count(".") == 2
-    assert told_apart("chatter", ["gain"]) is None
+    assert words_that_tell("chatter", ["gain"]) is None
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,7 @@ from autodb.records.mistaken import Mistake, Radius
 from autodb.sensing.ranges import calibration, faults, raw
 from autodb.sensing.ranges.faults.travel import pass_steps_mm
 from autodb.sensing.ranges.forms import LINE
-from autodb.standard import Protocol
+from autodb.standard import CutProtocol
 from tests.conftest import Cli
 
 Array = NDArray[np.float64]
@@ -86,7 +86,7 @@ def names_of(table: CutTable) -> list[str]:
     return [f"cut {number:g}" for number in table.cut]
 
 
-def checks(table: CutTable, known: faults.Known | None = None) -> Iterator[faults.Check]:
+def checks(table: CutTable, known: faults.KnownOfCuts | None = None) -> Iterator[faults.DataCheck]:
     forces = forces_of(table)
     yield from faults.silent_axes(table, forces, AXES).values()
     yield from faults.checks_of_units(table, AXES, known)
@@ -252,7 +252,7 @@ def test_a_rated_current_and_a_speed_limit_are_heeded() -> None:
     )
     bare = {n: v for n, v in lathe_cuts(SEEDS[0]).channels.items() if n not in FORCES}
     table = replace(lathe_cuts(SEEDS[0]), channels=bare)
-    known = faults.Known(machine=machine)
+    known = faults.KnownOfCuts(machine=machine)
     assert faults.checks_of_units(table, AXES, known)[0].passed
     mA = Mistake(sum(CURRENTS, ()), "mA")
     (check,) = faults.checks_of_units(wrong(table, mA), AXES, known)
@@ -299,11 +299,11 @@ def test_noise_of_one_raw_cut_is_given_no_unit() -> None:
         for phase in "uvw":
             channels[f"z.current.{phase}"] = 0.01 * rng.standard_normal(len(channels["t"]))
         side = side_of("turn", 2.0, 0.2)
-        one = raw.cut_of(Recording(path=Path("a.csv"), channels=channels, side=side))
+        one = raw.cut_of_recording(Recording(path=Path("a.csv"), channels=channels, side=side))
         assert all(check.passed for check in faults.checks_of_units(one.table, AXES))
 
 
-def protocol_of(table: CutTable) -> Protocol:
+def protocol_of(table: CutTable) -> CutProtocol:
     """A protocol whose references are the dynamometer's means of equal cuts."""
     keys = [
         (o, n, f, a)
@@ -328,7 +328,7 @@ def protocol_of(table: CutTable) -> Protocol:
             }
         )  # fmt: skip
     whole = {"name": "mine", "material": "m", "tool": "t", "cut": cuts}
-    return Protocol.model_validate(whole)
+    return CutProtocol.model_validate(whole)
 
 
 SOURCE = {"source": "test", "status": "known", "date": "2026-01-01"}
@@ -343,7 +343,7 @@ def without_forces(table: CutTable) -> CutTable:
 def test_with_references_a_factor_of_four_is_named(unit: str) -> None:
     for seed in SEEDS:
         table = lathe_cuts(seed)
-        known = faults.Known(protocol_of(table))
+        known = faults.KnownOfCuts(protocol_of(table))
         assert faults.checks_of_units(table, AXES, known)[0].passed
         mistake = Mistake(FORCES, unit)
         (check,) = faults.checks_of_units(wrong(table, mistake), AXES, known)
@@ -510,9 +510,9 @@ def as_diameter(recording: Recording) -> Recording:
 def test_x_as_a_diameter_is_named_in_facing() -> None:
     for seed in SEEDS:
         sound = faced(seed)
-        assert raw.cut_of(sound).table["cutting.feed"] > 0
+        assert raw.cut_of_recording(sound).table["cutting.feed"] > 0
         with pytest.raises(UnusableInput, match=r"a\.csv: x moves by 2 times the feed, as if X"):
-            raw.cut_of(as_diameter(sound))
+            raw.cut_of_recording(as_diameter(sound))
 
 
 def test_a_velocity_alone_tells_a_diameter() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autodb.proofs.cases.axis.axis_cases import draw_axis
+from autodb.proofs.cases.axis.axis_cases import draw_axis_case
 from autodb.proofs.cases.axis.axis_families import FAMILIES
 from autodb.proofs.machines.axis.axes import draw_run
 from autodb.proofs.machines.axis.axis import HORIZONTAL, VERTICAL, air_moves
@@ -94,7 +94,7 @@ def test_sound_axes_are_let_through() -> None:
             moves, _ = air_moves(seed, slide=slide)
             assert _sentences(Recording(path=Path("a"), channels=moves), "x") == []
     for seed, family in enumerate(FAMILIES, start=4101):
-        case = draw_axis(seed, [family.kind], 20.0, family=0)
+        case = draw_axis_case(seed, [family.kind], 20.0, family=0)
         hidden = Recording(path=Path("a"), channels=dict(case.channels))
         axis = next(n for n in hidden.channels if n.endswith((".current", ".drive_force")))
         assert _sentences(hidden, axis.split(".")[0]) == [], family.kind

@@ -238,10 +238,10 @@ def _believed(work: Path) -> models.CuttingParameters:
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
 def test_kills_lose_nothing_and_count_nothing_twice() -> None:
     """Some kills; `autodb prove faults` has two hundred."""
-    from autodb.proofs.runs.keeping.faults_run import run as kill
+    from autodb.proofs.runs.keeping.faults_run import run_faults
     from autodb.proofs.runs.keeping.faults_summary import PHASES
 
-    kills = [one for seed in range(1, 9) for one in kill(seed)]
+    kills = [one for seed in range(1, 9) for one in run_faults(seed)]
     assert all(one.sound and one.rows and one.files for one in kills), kills
     assert sum(one.phase in PHASES[1:3] for one in kills) >= 2
 

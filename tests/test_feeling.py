@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.proofs.machines.mill.reference_milling import ORDERS, Engagement, orders, waves
+from autodb.proofs.machines.mill.reference_milling import ORDERS, MillEngagement, orders, waves
 from autodb.sensing.ranges.in_cut import mean_of, steady_rows
 from tests.conftest import Cli, Once
 
@@ -41,7 +41,7 @@ speed_rpm = {rpm}
 
 def _forces(feed: float, depth: float) -> tuple[Array, Array]:
     """Return the waves (3, n) of a slot along +x and their means, by the generator's own orders."""
-    found = orders(Engagement(depth, 10.0, feed, False, 0.0, 0.0))
+    found = orders(MillEngagement(depth, 10.0, feed, False, 0.0, 0.0))
     theta = 2.0 * np.pi * RPM / 60.0 * T
     return waves(found, theta, np.ones(ORDERS + 1, dtype=np.complex128)) * INSIDE, found[:, 0].real
 

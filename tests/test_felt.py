@@ -15,7 +15,7 @@ from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.sense.sensed import as_observed
 from autodb.pairs.observed import CHIP
 from autodb.sensing.ranges.calibration import sense
-from autodb.sensing.ranges.forms import LAWS, Felt, Form
+from autodb.sensing.ranges.forms import LAWS, CurrentForm, MeasuredCuts
 from autodb.store import models, open_store
 from tests.conftest import Cli
 
@@ -28,8 +28,8 @@ COEFFICIENTS = {
 }
 
 
-def _felt(rng: np.random.Generator, n: int) -> Felt:
-    return Felt(
+def _felt(rng: np.random.Generator, n: int) -> MeasuredCuts:
+    return MeasuredCuts(
         current=rng.uniform(1.0, 6.0, n),
         feed_mm_s=rng.uniform(2.0, 9.0, n),
         speed_rpm=rng.uniform(800.0, 2400.0, n),
@@ -39,13 +39,13 @@ def _felt(rng: np.random.Generator, n: int) -> Felt:
     )
 
 
-def _coefficients(form: Form) -> np.ndarray:
+def _coefficients(form: CurrentForm) -> np.ndarray:
     plain = COEFFICIENTS[form.kind.removesuffix("-warmed")]
     return np.array([*plain, 0.002] if form.kind.endswith("-warmed") else plain)
 
 
 @pytest.mark.parametrize("form", LAWS, ids=lambda form: form.kind)
-def test_shift_and_share_are_what_the_coefficients_errors_do(form: Form) -> None:
+def test_shift_and_share_are_what_the_coefficients_errors_do(form: CurrentForm) -> None:
     """Without noise both make up the slopes; with it the share is of the force that is expected.
 
     A current read 10 % high moves neither what a gain's error is of, nor an offset's.

@@ -75,17 +75,17 @@ def test_newey_west_is_right_where_residuals_are_correlated() -> None:
 def test_posterior_is_the_same_one_by_one_and_at_once() -> None:
     prior = Gaussian(np.zeros(3), np.diag([10.0, 10.0, 10.0]))
     sd = np.full(200, 0.1)
-    whole = fitting.update(prior, X, Y, sd)
+    whole = fitting.posterior_after(prior, X, Y, sd)
     step = prior
     for i in range(200):
-        step = fitting.update(step, X[i : i + 1], Y[i : i + 1], sd[i : i + 1])
+        step = fitting.posterior_after(step, X[i : i + 1], Y[i : i + 1], sd[i : i + 1])
     assert_allclose(step.mean, whole.mean, rtol=1e-7)
     assert_allclose(step.covariance, whole.covariance, rtol=1e-6)
 
 
 def test_posterior_without_data_is_the_prior() -> None:
     prior = Gaussian(np.array([1.0, 2.0, 3.0]), np.diag([1.0, 2.0, 3.0]))
-    after = fitting.update(prior, np.empty((0, 3)), np.empty(0), np.empty(0))
+    after = fitting.posterior_after(prior, np.empty((0, 3)), np.empty(0), np.empty(0))
     assert_allclose(after.mean, prior.mean)
     assert_allclose(after.covariance, prior.covariance, rtol=1e-12)
 
@@ -148,7 +148,7 @@ def test_weights_are_inverse_variances() -> None:
 
 
 def test_a_bound_holds_and_the_others_are_fitted_given_it() -> None:
-    bounds = fitting.Bounds(np.array([-np.inf, -0.5, -np.inf]), np.full(3, np.inf))
+    bounds = fitting.CoefficientBounds(np.array([-np.inf, -0.5, -np.inf]), np.full(3, np.inf))
     fit = fitting.least_squares(X, Y, bounds=bounds)
     assert fit.at_bound == (1,)
     assert_allclose(fit.coefficients[1], -0.5)
@@ -159,7 +159,7 @@ def test_a_bound_holds_and_the_others_are_fitted_given_it() -> None:
 
 
 def test_bounds_that_do_not_bind_change_nothing() -> None:
-    bounds = fitting.Bounds(np.full(3, -10.0), np.full(3, 10.0))
+    bounds = fitting.CoefficientBounds(np.full(3, -10.0), np.full(3, 10.0))
     assert_allclose(
         fitting.least_squares(X, Y, bounds=bounds).coefficients,
         fitting.least_squares(X, Y).coefficients,
@@ -187,7 +187,7 @@ def test_held_out_errors_come_from_fits_without_the_block_and_its_gap() -> None:
     blocks = np.arange(200) // 20
     values = Y.copy()
     values[25] += 1000.0  # fold 1 is left out with its own outlier; the gap keeps row 40 free of it
-    errors = fitting.held_out(X, values, blocks, gap=5)
+    errors = fitting.leave_one_out(X, values, blocks, gap=5)
     near = np.zeros(200, dtype=bool)
     for row in np.flatnonzero(blocks % 5 == 1):
         near[max(0, row - 5) : row + 6] = True
@@ -247,9 +247,13 @@ def test_variable_projection_keeps_bounds_and_priors() -> None:
     def design(shape: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray(np.exp(-x / shape[0])[:, None], dtype=np.float64)
 
-    def problem(low: float, high: float, prior: Gaussian | None = None) -> fitting.Problem:
-        limits = fitting.Bounds(np.array([low]), np.array([high]))
-        return fitting.Problem(design, values, np.array([1e-3]), limits, prior=prior, noise=0.05**2)
+    def problem(
+        low: float, high: float, prior: Gaussian | None = None
+    ) -> fitting.ProjectionProblem:
+        limits = fitting.CoefficientBounds(np.array([low]), np.array([high]))
+        return fitting.ProjectionProblem(
+            design, values, np.array([1e-3]), limits, prior=prior, noise=0.05**2
+        )
 
     start = np.array([3.0])
     assert_allclose(fitting.separable(problem(0.1, 10.0), start).shape, 1.5, rtol=0.05)

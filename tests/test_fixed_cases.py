@@ -10,9 +10,9 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from autodb.proofs.cases.base.case import Case
-from autodb.proofs.cases.plan import FIXED, draw, fixed_cases, planned
-from autodb.proofs.runs.explain.explain_score import Scored
-from autodb.proofs.runs.explain.left_out import answered
+from autodb.proofs.cases.plan import FIXED, draw_concealed, fixed_cases, planned_case
+from autodb.proofs.runs.explain.explain_score import ScoredCase
+from autodb.proofs.runs.explain.left_out import scored_case
 
 TEN = 10
 MISSED = 2
@@ -20,7 +20,7 @@ MISSED = 2
 FEW = range(7, 61, 14)
 
 
-def _told(scored: list[Scored], *, missed: int) -> None:
+def _told(scored: list[ScoredCase], *, missed: int) -> None:
     """Nothing where nothing is hidden, and of decidable cases all but so many named exactly."""
     assert {one.seed: one.found for one in scored if not one.terms and one.found} == {}
     decidable = [one for one in scored if one.terms and one.decidable]
@@ -30,12 +30,12 @@ def _told(scored: list[Scored], *, missed: int) -> None:
 
 
 def _drawn(seed: int) -> Case:
-    plan = replace(planned(seed), wanted=20.0 if seed % 2 else 8.0)
-    return draw(seed, family=FIXED, asked=plan)
+    plan = replace(planned_case(seed), wanted=20.0 if seed % 2 else 8.0)
+    return draw_concealed(seed, family=FIXED, asked=plan)
 
 
-def _answered(seed: int) -> Scored:
-    return answered(_drawn(seed))
+def _answered(seed: int) -> ScoredCase:
+    return scored_case(_drawn(seed))
 
 
 @pytest.mark.parametrize("seeds", [FEW[:2], FEW[2:]], ids=["first", "last"])

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 from sqlalchemy import event, select
 
 from autodb.agent.fleet.sharing import learn_fleet
-from autodb.agent.fleet.tasks import Machine, Refreshed
+from autodb.agent.fleet.tasks import MachineTask, RefreshedMachine
 from autodb.agent.learn.starting import start_of
 from autodb.agent.learn.together import known_from, newest_prior
 from autodb.agent.operate.refreshing import refresh
@@ -30,7 +30,7 @@ from tests.serving import self_signed
 MACHINES, CUTS = 5, 6
 URL = "sqlite:///autodb.sqlite3"
 SEED = 3
-FLEET = fleets.drawn(np.random.default_rng(SEED), materials=3, tools=2)
+FLEET = fleets.draw_fleet(np.random.default_rng(SEED), materials=3, tools=2)
 FIRST, SECOND = FLEET.tools
 PAIRS = [(material, FIRST) for material in FLEET.materials]
 FEW = 20
@@ -253,7 +253,7 @@ def test_a_standard_cut_says_how_a_machine_feels(shop: Store) -> None:
         pair = models.Pair(
             material=models.Material(name="Aluminium alloy"), tool=models.Tool(name=_tool())
         )
-        recording = models.Recording(
+        recording = models.StoredRecording(
             machine_id=owner.id, sha256="standard", path="standard.csv", kind="cuts", rows=1,
             units={}, side={},
         )  # fmt: skip
@@ -284,8 +284,8 @@ def _tool() -> str:
     return read_protocol("turning-aluminium").tool
 
 
-def _calibration(machine_id: int, component: str) -> models.Calibration:
-    return models.Calibration(
+def _calibration(machine_id: int, component: str) -> models.CalibrationVersion:
+    return models.CalibrationVersion(
         machine_id=machine_id, axis=component, version=9, component=component, kind="line",
         parameters={}, channel=f"{component}.current", current_unit="A", unit="N",
         coefficients=[0.0, 1.0], covariance=[[1.0, 0.0], [0.0, 1.0]], scores={},
@@ -423,15 +423,15 @@ def test_workers_do_what_a_loop_does_and_a_lost_one_costs_only_time(
     store = open_store(url)
     for name in shops.names(6):
         _added(store, name, PAIRS[:1], cuts=3)
-    machines = [Machine(url, name, None) for name in shops.names(6)]
-    told: list[Refreshed] = []
+    machines = [MachineTask(url, name, None) for name in shops.names(6)]
+    told: list[RefreshedMachine] = []
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")
     with workers_here(2) as client:
         workers = client.run(os.getpid)
         assert len(workers) == 2
         assert max(client.run(_blas_threads).values()) == 2
 
-        def tell(one: Refreshed) -> None:
+        def tell(one: RefreshedMachine) -> None:
             if not told:
                 os.kill(next(iter(workers.values())), signal.SIGKILL)
             told.append(one)

@@ -8,7 +8,15 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.fitting import Undetermined
-from autodb.sensing.ranges.choosing import FOLDS, Trial, assessed, best, close, left_out, tried
+from autodb.sensing.ranges.choosing import (
+    FOLDS,
+    TriedForm,
+    assessed,
+    best,
+    close,
+    groups_left_out,
+    try_forms,
+)
 from autodb.sensing.ranges.forms import (
     FEED_FORMS,
     LAWS,
@@ -20,8 +28,8 @@ from autodb.sensing.ranges.forms import (
     SPINDLE_FORMS,
     WARMED_LINE,
     WARMED_POWER,
-    Felt,
-    Form,
+    CurrentForm,
+    MeasuredCuts,
 )
 from autodb.store.models.sensing import CALIBRATION_KINDS
 
@@ -38,16 +46,16 @@ TRUTH = {
 }
 
 
-def _felt(seed: int = 1) -> Felt:
+def _felt(seed: int = 1) -> MeasuredCuts:
     rng = np.random.default_rng(seed)
     rpm = rng.uniform(800.0, 2400.0, N)
     current, feed_mm = rng.uniform(1.0, 20.0, N), rng.uniform(0.1, 0.4, N)
     depth_mm, temperature_C = rng.uniform(0.5, 2.5, N), rng.uniform(22.0, 48.0, N)
-    return Felt(current, feed_mm * rpm / 60.0, rpm, feed_mm, depth_mm, temperature_C)
+    return MeasuredCuts(current, feed_mm * rpm / 60.0, rpm, feed_mm, depth_mm, temperature_C)
 
 
 @pytest.mark.parametrize("form", LAWS, ids=lambda form: form.kind)
-def test_known_coefficients_come_back(form: Form) -> None:
+def test_known_coefficients_come_back(form: CurrentForm) -> None:
     felt, truth = _felt(), np.array(TRUTH[form.kind])
     target = form.value(truth, felt)
     exact = form.fit(felt, target).coefficients
@@ -59,7 +67,7 @@ def test_known_coefficients_come_back(form: Form) -> None:
 
 
 @pytest.mark.parametrize("form", LAWS, ids=lambda form: form.kind)
-def test_slopes_are_derivatives(form: Form) -> None:
+def test_slopes_are_derivatives(form: CurrentForm) -> None:
     felt, truth = _felt(), np.array(TRUTH[form.kind])
     steps = 1e-6 * np.eye(len(truth))
     numeric = np.array(
@@ -76,7 +84,9 @@ def test_every_form_can_be_kept() -> None:
 
 def test_a_current_that_does_not_rise_tells_no_torque() -> None:
     still = np.ones(4)
-    felt = Felt(np.array([-1.0, 0.0, 5.0, np.nan]), still, 1000.0 * still, still, still, still)
+    felt = MeasuredCuts(
+        np.array([-1.0, 0.0, 5.0, np.nan]), still, 1000.0 * still, still, still, still
+    )
     torque = POWER.value(np.array(TRUTH["power"]), felt)
     assert torque[:2].tolist() == [0.0, 0.0]
     assert_allclose(torque[2], np.exp(0.4) * 5.0**0.92)
@@ -112,31 +122,31 @@ def test_five_torques_hold_no_power_law() -> None:
     ids=["line", "line of speed", "power of speed", "warmed power"],
 )
 def test_the_true_form_is_chosen_and_errors_left_out_are_those_of_the_noise(
-    truth: Form, forms: tuple[Form, ...]
+    truth: CurrentForm, forms: tuple[CurrentForm, ...]
 ) -> None:
     felt = _felt(3)
     target = truth.value(np.array(TRUTH[truth.kind]), felt)
     noise = 0.02 * float(np.std(target))
     groups = np.repeat(np.arange(20), 6)
     target = target + noise * np.random.default_rng(4).standard_normal(N)
-    trials = tried(forms, felt, target, groups, folds=FOLDS)
+    trials = try_forms(forms, felt, target, groups, folds=FOLDS)
     assert best(trials, groups).form is truth
     errors = assessed(trials, groups)
     assert 0.8 * noise < float(np.sqrt(np.mean(errors**2))) < 1.3 * noise
     if truth is not LINE:
-        worse = left_out(LINE, felt, target, groups, folds=20)
+        worse = groups_left_out(LINE, felt, target, groups, folds=20)
         assert np.mean(worse**2) > 2.0 * np.mean(errors**2)
 
 
 @pytest.mark.parametrize(
     ("better", "said"), [(0.7, [LINE_OF_SPEED]), (1.3, [LINE]), (3.0, []), (0.0, [])]
 )
-def test_a_choice_near_its_margin_is_said(better: float, said: list[Form]) -> None:
+def test_a_choice_near_its_margin_is_said(better: float, said: list[CurrentForm]) -> None:
     """A richer form has to be better by one standard error over groups."""
     groups = np.arange(100)
     gain = np.random.default_rng(5).standard_normal(100)
     gain = (gain - gain.mean()) / gain.std(ddof=1) + 0.1 * better  # of the mean: so many errors
-    plain = Trial(LINE, np.full(100, 10.0))
-    richer = Trial(LINE_OF_SPEED, np.sqrt(100.0 - gain))
+    plain = TriedForm(LINE, np.full(100, 10.0))
+    richer = TriedForm(LINE_OF_SPEED, np.sqrt(100.0 - gain))
     assert best([plain, richer], groups).form is (LINE_OF_SPEED if better > 1.0 else LINE)
     assert close([plain, richer], groups) == said

@@ -15,7 +15,7 @@ from autodb.fitting import Gaussian
 from autodb.forward import prediction
 from autodb.forward.prediction import Interval, PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME
-from autodb.pairs.posterior import OWN, Belief
+from autodb.pairs.posterior import OWN, PairPosterior
 from autodb.pairs.prior import any_metal
 
 INSERT = ToolOf(
@@ -37,13 +37,13 @@ TURN = JobCut(name="a", diameter_mm=50, depth_mm=2.0, feed_mm_rev=0.2, speed_rpm
 SLOT = JobCut(name="s", operation="slot", depth_mm=2.0, feed_mm_tooth=0.05, speed_m_min=100)
 
 
-def known(share: float = 0.1) -> Belief:
+def known(share: float = 0.1) -> PairPosterior:
     """Return any metal's numbers, known a share as far."""
     belief = any_metal()
     return replace(belief, state=Gaussian(belief.state.mean, share**2 * belief.state.covariance))
 
 
-def one(belief: Belief, tool: ToolOf, cut: JobCut) -> PredictedCut:
+def one(belief: PairPosterior, tool: ToolOf, cut: JobCut) -> PredictedCut:
     (found,) = prediction.predict(belief, tool, [cut])
     return found
 

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from autodb.sensing.fusion import (
     Fusion,
-    Heard,
+    SensedTogether,
     disagreeing,
     fuse,
     independent,
-    learn,
+    learn_fusion,
     trusting_less,
     with_sensor,
 )
@@ -25,7 +25,7 @@ NAMES = ("drive", "table")
 
 def _recordings(
     seed: int, sds: Sequence[float], *, bias: float = 0.0, shared: float = 0.0, count: int = 16
-) -> tuple[list[Heard], list[Array]]:
+) -> tuple[list[SensedTogether], list[Array]]:
     """Draw forces as two sensors tell them; ``shared``: sd of an error that both have."""
     rng = np.random.default_rng([seed, 30])
     heard, known = [], []
@@ -35,19 +35,19 @@ def _recordings(
         told = [force + both + sd * rng.standard_normal(500) for sd in sds]
         told[0] = told[0] + bias
         said = np.column_stack([np.full(500, np.hypot(sd, shared)) for sd in sds])
-        heard.append(Heard(np.column_stack(told), said))
+        heard.append(SensedTogether(np.column_stack(told), said))
         known.append(force)
     return heard, known
 
 
-def _rms(fusion: Fusion, heard: Sequence[Heard], known: Sequence[Array]) -> float:
+def _rms(fusion: Fusion, heard: Sequence[SensedTogether], known: Sequence[Array]) -> float:
     off = [fuse(fusion, one).value_N - true for one, true in zip(heard, known, strict=True)]
     return float(np.sqrt(np.mean(np.concatenate(off) ** 2)))
 
 
 def test_two_of_one_kind_are_the_inverse_variance_mean() -> None:
     """sds 10 and 20: weights 0.8 and 0.2, error √(1/(1/100 + 1/400)) = 8.94 N, bias taken off."""
-    fusion = learn(NAMES, *_recordings(1, (10.0, 20.0), bias=30.0))
+    fusion = learn_fusion(NAMES, *_recordings(1, (10.0, 20.0), bias=30.0))
     heard, known = _recordings(2, (10.0, 20.0), bias=30.0)
     made = fuse(fusion, heard[0])
     assert_allclose(np.median(made.weight, axis=0), [0.8, 0.2], atol=0.06)
@@ -63,7 +63,7 @@ def test_a_sensor_that_says_what_another_says_adds_nothing() -> None:
     rng = np.random.default_rng(7)
     heard, known = _recordings(3, (10.0, 0.0))
     heard = [
-        Heard(
+        SensedTogether(
             np.column_stack(
                 [one.value_N[:, 0], one.value_N[:, 0] + 15.0 * rng.standard_normal(500)]
             ),
@@ -71,18 +71,18 @@ def test_a_sensor_that_says_what_another_says_adds_nothing() -> None:
         )
         for one in heard
     ]
-    fusion = learn(NAMES, heard, known)
+    fusion = learn_fusion(NAMES, heard, known)
     assert fusion.counts == (True, False)
     alone = np.concatenate([h.value_N[:, 0] - k for h, k in zip(heard, known, strict=True)])
     assert_allclose(_rms(fusion, heard, known), np.sqrt(np.mean(alone**2)), rtol=1e-9)
 
 
 def test_where_one_does_not_sense_the_other_answers_and_where_none_does_nothing() -> None:
-    fusion = learn(NAMES, *_recordings(4, (10.0, 20.0)))
+    fusion = learn_fusion(NAMES, *_recordings(4, (10.0, 20.0)))
     heard, _ = _recordings(5, (10.0, 20.0), count=1)
     value = heard[0].value_N.copy()
     value[:100, 0], value[50:150, 1] = np.nan, np.nan
-    made = fuse(fusion, Heard(value, heard[0].sd_N))
+    made = fuse(fusion, SensedTogether(value, heard[0].sd_N))
     assert_allclose(made.value_N[:50], value[:50, 1] - fusion.bias_N[1])
     assert np.isnan(made.value_N[50:100]).all()
     assert np.isnan(made.sd_N[50:100]).all()
@@ -93,10 +93,10 @@ def test_where_one_does_not_sense_the_other_answers_and_where_none_does_nothing(
 
 def test_a_sensor_alone_waits_until_the_better_one_does_not_sense() -> None:
     heard, known = _recordings(6, (5.0, 200.0))
-    fusion = learn(NAMES, heard, known)
+    fusion = learn_fusion(NAMES, heard, known)
     value = heard[0].value_N.copy()
     value[:10, 0] = np.nan
-    made = fuse(fusion, Heard(value, heard[0].sd_N))
+    made = fuse(fusion, SensedTogether(value, heard[0].sd_N))
     assert made.weight[:10, 1] == pytest.approx(1.0)
     assert (made.weight[10:, 0] > 0.9).all()
 
@@ -108,9 +108,9 @@ def test_unsure_rows_count_less() -> None:
     for _ in range(16):
         force = 100.0 * rng.standard_normal(600)
         sd = np.column_stack([np.where(np.arange(600) < 300, 5.0, 50.0), np.full(600, 15.0)])
-        heard.append(Heard(force[:, None] + sd * rng.standard_normal((600, 2)), sd))
+        heard.append(SensedTogether(force[:, None] + sd * rng.standard_normal((600, 2)), sd))
         known.append(force)
-    fusion = learn(NAMES, heard, known)
+    fusion = learn_fusion(NAMES, heard, known)
     assert fusion.told
     weight = fuse(fusion, heard[0]).weight
     assert weight[:300, 0].min() > 0.8
@@ -120,10 +120,10 @@ def test_unsure_rows_count_less() -> None:
 def test_a_sensor_that_starts_to_disagree_is_found_and_counts_less() -> None:
     """Three sensors of 10 N each; one is off by 40 N from then on: it alone is named."""
     names = ("drive", "network", "table")
-    fusion = learn(names, *_recordings(9, (10.0, 10.0, 10.0)))
+    fusion = learn_fusion(names, *_recordings(9, (10.0, 10.0, 10.0)))
     heard, known = _recordings(10, (10.0, 10.0, 10.0))
     assert [disagreeing(fusion, one) for one in heard] == [None] * 16
-    off = Heard(heard[0].value_N + np.array([0.0, 40.0, 0.0]), heard[0].sd_N)
+    off = SensedTogether(heard[0].value_N + np.array([0.0, 40.0, 0.0]), heard[0].sd_N)
     apart = disagreeing(fusion, off)
     assert apart is not None
     assert apart.names == ("network",)
@@ -134,9 +134,9 @@ def test_a_sensor_that_starts_to_disagree_is_found_and_counts_less() -> None:
 
 
 def test_of_two_that_disagree_nobody_can_say_which() -> None:
-    fusion = learn(NAMES, *_recordings(11, (10.0, 10.0)))
+    fusion = learn_fusion(NAMES, *_recordings(11, (10.0, 10.0)))
     heard, _ = _recordings(12, (10.0, 10.0))
-    off = Heard(heard[0].value_N + np.array([60.0, 0.0]), heard[0].sd_N)
+    off = SensedTogether(heard[0].value_N + np.array([60.0, 0.0]), heard[0].sd_N)
     apart = disagreeing(fusion, off)
     assert apart is not None
     assert apart.names == NAMES
@@ -146,7 +146,7 @@ def test_of_two_that_disagree_nobody_can_say_which() -> None:
 
 def test_one_more_sensor_is_believed_as_it_says() -> None:
     """sds 10, 20 and 5: the third has 1/25 of 1/25 + 1/100 + 1/400, three quarters and more."""
-    fusion = with_sensor(learn(NAMES, *_recordings(13, (10.0, 20.0))), "third")
+    fusion = with_sensor(learn_fusion(NAMES, *_recordings(13, (10.0, 20.0))), "third")
     heard, known = _recordings(14, (10.0, 20.0, 5.0))
     made = fuse(fusion, heard[0])
     assert_allclose(np.median(made.weight, axis=0)[2], 0.04 / (0.04 + 0.01 + 0.0025), atol=0.05)

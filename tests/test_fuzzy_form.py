@@ -9,15 +9,15 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.fitting import Undetermined, anfis
-from autodb.sensing.ranges.choosing import best, tried
+from autodb.sensing.ranges.choosing import best, try_forms
 from autodb.sensing.ranges.forms import (
     FEED_FORMS,
     OF_CURRENT,
     OF_CURRENT_FEED,
-    Felt,
-    Form,
-    Law,
-    kept,
+    CurrentForm,
+    FittedForm,
+    MeasuredCuts,
+    stored_form,
 )
 
 Array = NDArray[np.float64]
@@ -25,20 +25,20 @@ N = 160
 NOISE_N = 8.0
 
 
-def _felt(seed: int, n: int = N) -> Felt:
+def _felt(seed: int, n: int = N) -> MeasuredCuts:
     rng = np.random.default_rng([seed, 0])
     rpm, feed_mm = rng.uniform(800.0, 2400.0, n), rng.uniform(0.1, 0.4, n)
     current, depth_mm = rng.uniform(0.5, 6.0, n), rng.uniform(0.5, 2.5, n)
-    return Felt(current, feed_mm * rpm / 60.0, rpm, feed_mm, depth_mm, np.full(n, np.nan))
+    return MeasuredCuts(current, feed_mm * rpm / 60.0, rpm, feed_mm, depth_mm, np.full(n, np.nan))
 
 
-def _force_N(felt: Felt) -> Array:
+def _force_N(felt: MeasuredCuts) -> Array:
     """A screw that grips: the slope doubles around 3 A, which no line follows."""
     bent = 100.0 * np.log1p(np.exp(2.0 * (felt.current - 3.0)))
     return np.asarray(100.0 * felt.current + bent)
 
 
-def _fitted(seed: int, form: Form = OF_CURRENT) -> tuple[Felt, Law]:
+def _fitted(seed: int, form: CurrentForm = OF_CURRENT) -> tuple[MeasuredCuts, FittedForm]:
     felt = _felt(seed)
     noise_N = NOISE_N * np.random.default_rng([seed, 1]).standard_normal(N)
     return felt, form.fit(felt, _force_N(felt) + noise_N)
@@ -64,9 +64,9 @@ def test_its_covariance_says_how_far_off_it_is() -> None:
 
 
 @pytest.mark.parametrize("form", [OF_CURRENT, OF_CURRENT_FEED], ids=lambda form: form.label)
-def test_it_comes_back_from_what_is_kept(form: Form) -> None:
+def test_it_comes_back_from_what_is_kept(form: CurrentForm) -> None:
     felt, law = _fitted(4, form)
-    back = kept("anfis", json.loads(json.dumps(law.form.parameters())))
+    back = stored_form("anfis", json.loads(json.dumps(law.form.parameters())))
     assert_allclose(
         back.value(law.coefficients, felt), law.form.value(law.coefficients, felt), rtol=1e-12
     )
@@ -94,7 +94,7 @@ def test_more_load_is_never_less_force(sign: float) -> None:
     law = OF_CURRENT.fit(felt, target)
     ordered = felt.at(np.argsort(felt.current))
     assert np.all(sign * np.diff(law.form.value(law.coefficients, ordered)) >= -1e-6)
-    free = anfis.fit(felt.current[:, None], target, [anfis.grid((2,))])
+    free = anfis.fit_anfis(felt.current[:, None], target, [anfis.premise_grid((2,))])
     falls = sign * np.diff(anfis.evaluate(free, ordered.current[:, None]))
     assert np.min(falls) < -0.1
 
@@ -123,6 +123,6 @@ def test_rules_win_where_the_current_bends_and_lose_where_it_does_not() -> None:
     felt, groups = _felt(10), np.repeat(np.arange(20), 8)
     noise_N = NOISE_N * np.random.default_rng(11).standard_normal(N)
     for force_N, wanted in ((_force_N(felt), OF_CURRENT), (100.0 * felt.current, FEED_FORMS[0])):
-        trials = tried(FEED_FORMS, felt, force_N + noise_N, groups, folds=10)
+        trials = try_forms(FEED_FORMS, felt, force_N + noise_N, groups, folds=10)
         assert {trial.form.label for trial in trials} == {form.label for form in FEED_FORMS}
         assert best(trials, groups).form is wanted

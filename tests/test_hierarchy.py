@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from autodb.fitting import Gaussian, update
+from autodb.fitting import Gaussian, posterior_after
 from autodb.pairs.hierarchy import (
     ACTIVE,
     ANY,
@@ -15,9 +15,9 @@ from autodb.pairs.hierarchy import (
     OF_MACHINES,
     OF_TOOLS,
     STEPS,
-    Known,
-    Told,
-    told,
+    InformationOfCuts,
+    KnownMaterial,
+    information_of_cuts,
 )
 from autodb.pairs.posterior import OWN
 from autodb.pairs.prior import RELATIVE
@@ -27,21 +27,21 @@ SIZE = len(ACTIVE)
 MIDDLE = (len(STEPS) // 2,) * 2
 
 
-def readings(rng: np.random.Generator, theta: Array, *, count: int, sd: float) -> Told:
+def readings(rng: np.random.Generator, theta: Array, *, count: int, sd: float) -> InformationOfCuts:
     """Return what linear readings of active coordinates told."""
     design = rng.standard_normal((count, SIZE)) / np.sqrt(METALS)
     values = design @ theta + sd * rng.standard_normal(count)
-    return Told(design.T @ design / sd**2, design.T @ values / sd**2)
+    return InformationOfCuts(design.T @ design / sd**2, design.T @ values / sd**2)
 
 
 def fleet(
     rng: np.random.Generator, *, tools: int, machines: int, a: float, b: float, sd: float = 0.05
-) -> tuple[Known, Array]:
+) -> tuple[KnownMaterial, Array]:
     """Draw a material, and learn it; return what is known and the truth of each tool (t, a)."""
     material = ANY.mean[ACTIVE] + np.sqrt(METALS) * rng.standard_normal(SIZE)
     of_tools = np.where(OF_TOOLS[0] == OF_TOOLS[1], OF_TOOLS[0], a**2 * METALS)
     truths = material + np.sqrt(of_tools) * rng.standard_normal((tools, SIZE))
-    known = Known(ANY)
+    known = KnownMaterial(ANY)
     for machine in range(machines):
         tool = machine % tools
         own = truths[tool] + b * np.sqrt(METALS) * rng.standard_normal(SIZE)
@@ -54,7 +54,7 @@ def test_sums_are_the_joint_inference() -> None:
     rng = np.random.default_rng(1)
     pairs = [("a", 0), ("a", 1), ("b", 0), ("b", 2), ("b", 3)]
     told_of = [readings(rng, ANY.mean[ACTIVE], count=8, sd=0.3) for _ in pairs]
-    known = Known(ANY, held=MIDDLE)
+    known = KnownMaterial(ANY, held=MIDDLE)
     for (tool, _), one in zip(pairs, told_of, strict=True):
         known = known.changed(tool, more=one)
 
@@ -90,7 +90,7 @@ def _places(blocks: int, *of: int) -> Array:
 def test_pairs_are_added_and_taken_out_in_any_order() -> None:
     rng = np.random.default_rng(2)
     some = [readings(rng, ANY.mean[ACTIVE], count=20, sd=0.1) for _ in range(4)]
-    forth, back = Known(ANY), Known(ANY)
+    forth, back = KnownMaterial(ANY), KnownMaterial(ANY)
     for one in some:
         forth = forth.changed("a", more=one)
     for one in some[::-1]:
@@ -106,11 +106,11 @@ def test_pairs_are_added_and_taken_out_in_any_order() -> None:
 
 
 def test_nothing_known_is_the_start_and_how_far_pairs_are_apart() -> None:
-    nothing = Known(ANY).pair("a")
+    nothing = KnownMaterial(ANY).pair("a")
     a, b = MIDDLE
     assert_allclose(nothing.mean, ANY.mean)
     assert_allclose(np.diag(nothing.covariance)[ACTIVE], METALS + OF_TOOLS[a] + OF_MACHINES[b])
-    assert_allclose(Known(ANY).shares, (RELATIVE, MACHINES))
+    assert_allclose(KnownMaterial(ANY).shares, (RELATIVE, MACHINES))
 
 
 def test_what_cuts_told_is_the_same_from_any_start() -> None:
@@ -120,7 +120,8 @@ def test_what_cuts_told_is_the_same_from_any_start() -> None:
     design[:, ACTIVE] = rng.standard_normal((12, SIZE)) / np.sqrt(METALS)
     elsewhere = Gaussian(ANY.mean + 0.3, 0.25 * ANY.covariance)
     first, second = (
-        told(update(start, design, values, np.full(12, 0.3)), start) for start in (ANY, elsewhere)
+        information_of_cuts(posterior_after(start, design, values, np.full(12, 0.3)), start)
+        for start in (ANY, elsewhere)
     )
     whitened = np.sqrt(np.outer(METALS, METALS))
     assert_allclose(first.precision * whitened, second.precision * whitened, rtol=1e-6, atol=1e-6)
@@ -129,7 +130,7 @@ def test_what_cuts_told_is_the_same_from_any_start() -> None:
     assert_allclose(
         first.precision, design[:, ACTIVE].T @ design[:, ACTIVE] / 0.09, rtol=1e-6, atol=1e-6
     )
-    nothing = told(ANY, ANY)
+    nothing = information_of_cuts(ANY, ANY)
     assert not nothing.precision.any()
     assert not nothing.weighted.any()
 

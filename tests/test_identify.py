@@ -15,8 +15,8 @@ from pyarrow import csv
 from autodb.errors import UnusableInput
 from autodb.records import Recording
 from autodb.sensing.drives import feed_axis
-from autodb.sensing.drives.fit.axis_model import Beliefs, Identified, amplitudes, predicted
-from autodb.sensing.drives.moves.motion import motion, motion_blocks, term_inputs
+from autodb.sensing.drives.fit.axis_model import Beliefs, Identified, amplitudes, predicted_effort
+from autodb.sensing.drives.moves.motion import axis_motion, motion_blocks, term_inputs
 from tests.conftest import Cli
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ def test_moves_one_way_cannot_tell_weight_from_friction_and_say_so() -> None:
     assert not {"coulomb", "gravity"} & named
     assert any(s.startswith("gravity level: passes in both directions") for s in model.not_excited)
     # what the terms add up to is right all the same
-    total = predicted(model.terms, term_inputs(recording, "x", cutoff_hz=100.0))
+    total = predicted_effort(model.terms, term_inputs(recording, "x", cutoff_hz=100.0))
     assert_allclose(np.mean(total - recording["x.current"]), 0.0, atol=0.01)
 
 
@@ -124,7 +124,7 @@ def test_encoder_noise_makes_no_friction() -> None:
     position = clean + np.random.default_rng(9).normal(0, 1e-3, len(t))
     channels = {"t": t, "x.position": position, "x.current": effort}
     recording = Recording(path=Path("a.csv"), channels=channels)
-    direction = motion(recording, "x", cutoff_hz=100.0).direction
+    direction = axis_motion(recording, "x", cutoff_hz=100.0).direction
     standing = np.abs(np.gradient(clean, t)) < 1e-6
     assert standing.mean() > 0.1
     assert np.max(np.abs(direction[standing])) < 1.0

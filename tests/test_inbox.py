@@ -16,8 +16,8 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.inbox import Inbox
 from autodb.agent.learn import learning
-from autodb.agent.learn.passes import Refreshed
-from autodb.agent.learn.shifted import Shift, shifts
+from autodb.agent.learn.passes import RefreshReport
+from autodb.agent.learn.shifted import ForceShift, shifts
 from autodb.agent.operate import refreshing
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.operate.watching import watch
@@ -25,7 +25,7 @@ from autodb.agent.rows import refresh_cursor
 from autodb.agent.rows.posteriors import as_belief, latest
 from autodb.assets import kit
 from autodb.errors import UnusableInput
-from autodb.pairs.posterior import Belief
+from autodb.pairs.posterior import PairPosterior
 from autodb.store import Store, models, open_store
 from tests.conftest import Cli, Once
 
@@ -64,7 +64,7 @@ def _deliver(name: str, table: pd.DataFrame) -> Path:
     return path
 
 
-def _take(store: Store | None = None) -> Refreshed:
+def _take(store: Store | None = None) -> RefreshReport:
     """Refresh with the inbox; files count as written at once."""
     with _opened() as opened:
         return refresh(store or opened, MACHINE, inbox=Inbox(Path("in"), settled_s=0.0))
@@ -85,14 +85,14 @@ def _reading() -> Iterator[Session]:
         yield session
 
 
-def _belief() -> Belief:
+def _belief() -> PairPosterior:
     with _reading() as session:
         row = latest(session, 1, 1)
         assert row is not None
         return as_belief(row)
 
 
-def _shifted(belief: Belief) -> list[Shift]:
+def _shifted(belief: PairPosterior) -> list[ForceShift]:
     """Return what is believed now of as many cuts, where it is not what was believed."""
     with _reading() as session:
         now = latest(session, 1, 1)
@@ -112,7 +112,7 @@ def _counting() -> list[tuple[float, str]]:
         return sorted((cut.number, json.dumps([cut.conditions, cut.measured])) for cut in cuts)
 
 
-def _undisturbed() -> tuple[list[tuple[float, str]], Belief]:
+def _undisturbed() -> tuple[list[tuple[float, str]], PairPosterior]:
     """Return the cuts and the belief of a database that the whole week came to, once."""
     before = Path("autodb.sqlite3").read_bytes()
     _deliver(WEEK, _week())
@@ -138,7 +138,7 @@ def test_what_comes_in_is_kept_and_reported(calibrated: Cli) -> None:
     kept = next(Path("in/kept").rglob(WEEK))
     assert left == {"note.txt", "half.csv.part", str(kept.relative_to("in"))}
     with _reading() as session:
-        row = session.get_one(models.Recording, 2)
+        row = session.get_one(models.StoredRecording, 2)
         assert row.path == str(kept.resolve())
         assert row.delivered_as == str(Path("in", WEEK).resolve())
 
@@ -318,7 +318,7 @@ def test_many_cuts_are_several_passes(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("calibrated")
 def test_watching_takes_files_as_they_come_and_outlives_a_locked_database() -> None:
-    told: list[Refreshed] = []
+    told: list[RefreshReport] = []
     said: list[str] = []
     steps = iter(range(5))
     broken = [False]

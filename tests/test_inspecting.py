@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autodb.sensing.ranges.inspection import Bar, held_in_a_chuck
+from autodb.sensing.ranges.inspection import RoundBar, held_in_a_chuck
 from tests.conftest import Cli, Once
 
 FORCE_N, OFF_MM, REST_MM_N = 240.0, 0.012, 3e-5
@@ -17,7 +17,7 @@ CUT = 3
 
 def _part(path: Path, *, force_N: float = FORCE_N, diameter_mm: float = 24.0) -> Path:
     """Write a steel bar in a chuck that a force pushed away, measured with noise."""
-    bar = Bar(24.0, 120.0, 210_000.0)
+    bar = RoundBar(24.0, 120.0, 210_000.0)
     pushed = force_N * (held_in_a_chuck(bar, PLACES) + REST_MM_N) + OFF_MM
     noise = NOISE_MM * np.random.default_rng(70).standard_normal(len(PLACES))
     error = ", ".join(f"{one:.5f}" for one in 2.0 * pushed + noise)

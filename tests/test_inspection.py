@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.sensing.ranges.inspection import (
-    Bar,
-    Measured,
+    MeasuredPart,
+    RoundBar,
     between_centres,
     held_in_a_chuck,
     passive_force,
@@ -18,12 +18,12 @@ from autodb.sensing.ranges.inspection import (
 
 Array = NDArray[np.float64]
 
-STEEL = Bar(diameter_mm=25.0, length_mm=150.0, modulus_MPa=210_000.0)
+STEEL = RoundBar(diameter_mm=25.0, length_mm=150.0, modulus_MPa=210_000.0)
 PLACES = np.linspace(20.0, 145.0, 8)
 NOISE_MM, SHARE = 0.004, 0.05
 
 
-def _bent_mm(bar: Bar, at_mm: float, moment_N_mm: Array, x: Array, *, centres: bool) -> float:
+def _bent_mm(bar: RoundBar, at_mm: float, moment_N_mm: Array, x: Array, *, centres: bool) -> float:
     """Integrate M/(E I) twice along the bar; 0 at both centres, or with its slope at the jaws."""
     slope = np.concatenate([[0.0], np.cumsum(0.5 * (moment_N_mm[1:] + moment_N_mm[:-1]))])
     slope *= (x[1] - x[0]) / bar.bending_N_mm2
@@ -45,14 +45,14 @@ def test_compliances_are_those_of_bent_beams(at_mm: float) -> None:
     assert_allclose(between_centres(STEEL, np.array([at_mm])), centres, rtol=1e-4)
 
 
-def _measured(seed: int, force_N: float) -> Measured:
+def _measured(seed: int, force_N: float) -> MeasuredPart:
     """Draw a part: what the force left, a setting that is off, noise, a modulus that is off."""
     rng = np.random.default_rng([seed, 40])
     nominal = held_in_a_chuck(STEEL, PLACES) + 2e-5
     true = nominal * (1.0 + SHARE * rng.standard_normal())
     off_mm = 0.02 * rng.standard_normal()
     error = 2.0 * (force_N * true + off_mm) + NOISE_MM * rng.standard_normal(len(PLACES))
-    return Measured(error, nominal, SHARE, NOISE_MM)
+    return MeasuredPart(error, nominal, SHARE, NOISE_MM)
 
 
 def test_known_forces_come_back_within_their_intervals() -> None:
@@ -69,9 +69,9 @@ def test_known_forces_come_back_within_their_intervals() -> None:
 def test_force_without_noise_is_exact_whatever_the_setting() -> None:
     compliance = between_centres(STEEL, PLACES)
     error = 2.0 * (250.0 * compliance - 0.03)
-    found = passive_force(Measured(error, compliance, 0.0, 1e-6), range_N=500.0)
+    found = passive_force(MeasuredPart(error, compliance, 0.0, 1e-6), range_N=500.0)
     assert_allclose((found.force_N, found.off_mm), (250.0, -0.03), rtol=1e-6)
-    twice = passive_force(Measured(2.0 * error, compliance, 0.0, 1e-6), range_N=900.0)
+    twice = passive_force(MeasuredPart(2.0 * error, compliance, 0.0, 1e-6), range_N=900.0)
     assert_allclose(twice.force_N, 2.0 * found.force_N, rtol=1e-9)
 
 
@@ -84,17 +84,19 @@ def test_a_known_setting_tells_more() -> None:
 
 
 def test_where_nothing_is_told_it_is_not_sensed_and_says_why() -> None:
-    stiff = Bar(diameter_mm=80.0, length_mm=150.0, modulus_MPa=210_000.0)
-    hardly = Measured(np.zeros(8), held_in_a_chuck(stiff, PLACES), SHARE, NOISE_MM)
+    stiff = RoundBar(diameter_mm=80.0, length_mm=150.0, modulus_MPa=210_000.0)
+    hardly = MeasuredPart(np.zeros(8), held_in_a_chuck(stiff, PLACES), SHARE, NOISE_MM)
     found = passive_force(hardly, range_N=400.0)
     assert np.isnan(found.force_N)
     assert "interval is" in str(found.why_not)
-    alike = Measured(np.zeros(8), np.full(8, 1e-4), SHARE, NOISE_MM)
+    alike = MeasuredPart(np.zeros(8), np.full(8, 1e-4), SHARE, NOISE_MM)
     assert "nobody knows the setting" in str(passive_force(alike, range_N=400.0).why_not)
 
 
 def test_what_cannot_be_used_is_refused() -> None:
     with pytest.raises(UnusableInput, match="2 measured diameters; 3 places"):
-        passive_force(Measured(np.zeros(2), np.ones(2), 0.0, 0.01), range_N=1.0)
+        passive_force(MeasuredPart(np.zeros(2), np.ones(2), 0.0, 0.01), range_N=1.0)
     with pytest.raises(UnusableInput, match="no finite number"):
-        passive_force(Measured(np.array([0.0, np.nan, 0.0]), np.ones(3), 0.0, 0.01), range_N=1.0)
+        passive_force(
+            MeasuredPart(np.array([0.0, np.nan, 0.0]), np.ones(3), 0.0, 0.01), range_N=1.0
+        )

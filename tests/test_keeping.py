@@ -69,8 +69,8 @@ def _fill_what_nothing_writes_yet() -> None:
     with store.writing() as session:
         estimator = models.Estimator(
             machine_id=1, kind="lstm", component="z", version=1, model={"α": [1e-300, 0.1]},
-            scores={"rmse_N": 21.5}, recordings=[session.get_one(models.Recording, 1)],
-            calibrations=[session.get_one(models.Calibration, 1)],
+            scores={"rmse_N": 21.5}, recordings=[session.get_one(models.StoredRecording, 1)],
+            calibrations=[session.get_one(models.CalibrationVersion, 1)],
         )  # fmt: skip
         session.add(estimator)
         prior = models.FleetPrior(
@@ -87,7 +87,7 @@ def _fill_what_nothing_writes_yet() -> None:
         session.flush()
         mismatch.models = [session.get_one(models.ChannelModel, 1)]
         mismatch.parameters_of_pairs = [session.get_one(models.CuttingParameters, 1)]
-        session.get_one(models.Calibration, 1).repeats = [session.get_one(models.Cut, 1)]
+        session.get_one(models.CalibrationVersion, 1).repeats = [session.get_one(models.Cut, 1)]
         session.add_all([
             models.SensedWaveform(
                 recording_id=1, estimator_id=estimator.id, component="z", path="p", sha256="s",

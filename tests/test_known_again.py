@@ -45,7 +45,7 @@ def _counted() -> tuple[int, int]:
     try:
         with store.reading() as session:
             cuts = session.scalars(select(models.Cut).where(models.Cut.superseded_at.is_(None)))
-            return len(session.scalars(select(models.Recording)).all()), len(cuts.all())
+            return len(session.scalars(select(models.StoredRecording)).all()), len(cuts.all())
     finally:
         store.close()
 
@@ -127,5 +127,7 @@ def test_earlier_databases_know_their_cuts_again(there: Cli) -> None:
 def _contents(session: Session) -> list[object]:
     return [
         *session.scalars(select(models.Cut.content).order_by(models.Cut.id)),
-        *session.scalars(select(models.Recording.content).order_by(models.Recording.id)),
+        *session.scalars(
+            select(models.StoredRecording.content).order_by(models.StoredRecording.id)
+        ),
     ]

@@ -6,14 +6,14 @@ import numpy as np
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import engaged_mm, force_parts, forces
-from autodb.cutting.insert import Insert, Turned, elements_of
+from autodb.cutting.elements import cut_forces, engaged_mm, force_parts
+from autodb.cutting.insert import Insert, TurnedCuts, insert_elements
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
-from autodb.pairs.learning import evidence, learn, learn_averaging
-from autodb.pairs.observed import Cuts, Observed, X, Y, Z
-from autodb.pairs.posterior import DAY, FAR, NEAR, OWN, Belief, Shared
-from autodb.pairs.prior import Card, of_card
+from autodb.pairs.learning import learn_averaging, log_evidence, posterior_of_readings
+from autodb.pairs.observed import Observed, PairCuts, X, Y, Z
+from autodb.pairs.posterior import DAY, FAR, NEAR, OWN, PairPosterior, Shared
+from autodb.pairs.prior import CardForces, of_card
 
 Array = NDArray[np.float64]
 
@@ -23,18 +23,20 @@ NUMBERS = {
     "included_deg": 80.0,
 }  # fmt: skip
 THICK = np.array([0.05, 0.1, 0.2, 0.4])
-PRIOR = of_card(Card(THICK, 1800.0 * THICK**0.75, 900.0 * THICK**0.6, level=0.12, shape=0.05))
+PRIOR = of_card(CardForces(THICK, 1800.0 * THICK**0.75, 900.0 * THICK**0.6, level=0.12, shape=0.05))
 
 
-def cuts_of(count: int, seed: int) -> Cuts:
+def cuts_of(count: int, seed: int) -> PairCuts:
     """Return cuts that are turned, from shallower than the nose is round to deep."""
     rng = np.random.default_rng(seed)
     feed, depth = rng.uniform(0.08, 0.4, count), np.exp(rng.uniform(np.log(0.3), np.log(4), count))
     one = np.ones(count)
-    return Cuts("turn", elements_of(TOOL, Turned(feed, depth, 100.0 * one, 20.0 * one, 0.0 * one)))
+    return PairCuts(
+        "turn", insert_elements(TOOL, TurnedCuts(feed, depth, 100.0 * one, 20.0 * one, 0.0 * one))
+    )
 
 
-def felt(cuts: Cuts, value: Array, *, sd_N: float = 5.0) -> Observed:
+def felt(cuts: PairCuts, value: Array, *, sd_N: float = 5.0) -> Observed:
     """Return readings (n, 3) of force x, y, z."""
     count = len(value)
     return Observed(
@@ -57,7 +59,7 @@ def _scattered(force_N: Array, seed: int) -> Array:
 def test_a_law_that_holds_is_taken_to_hold() -> None:
     cuts = cuts_of(24, 1)
     found = learn_averaging(
-        PRIOR, felt(cuts, _scattered(forces(_true(2), cuts.elements).force_N, 3))
+        PRIOR, felt(cuts, _scattered(cut_forces(_true(2), cuts.elements).force_N, 3))
     )
     assert found.off_law == NEAR
 
@@ -66,19 +68,19 @@ def test_a_thrust_that_turns_with_the_depth_speaks_for_a_law_far_off() -> None:
     """By 0.5 rad a factor e of the engaged edge: the far law is taken, and holds what comes."""
     theta, cuts, ahead = _true(2), cuts_of(24, 1), cuts_of(40, 9)
 
-    def turned(some: Cuts) -> Array:
-        whole, parts = forces(theta, some.elements).force_N, force_parts(theta, some.elements)
+    def turned(some: PairCuts) -> Array:
+        whole, parts = cut_forces(theta, some.elements).force_N, force_parts(theta, some.elements)
         return whole + 0.5 * np.log(engaged_mm(some.elements))[:, None] * parts[:, :3, 2]
 
     observed = felt(cuts, _scattered(turned(cuts), 3))
     found = learn_averaging(PRIOR, observed)
     assert found.off_law == FAR
-    assert evidence(replace(PRIOR, off_law=FAR), found, observed) > evidence(
-        PRIOR, learn(PRIOR, observed), observed
+    assert log_evidence(replace(PRIOR, off_law=FAR), found, observed) > log_evidence(
+        PRIOR, posterior_of_readings(PRIOR, observed), observed
     )
     near, far = (
         np.mean(np.abs(one.mean[:, X] - turned(ahead)[:, X]) < 1.96 * one.sd[:, X])
-        for one in (forecast(learn(PRIOR, observed), ahead), forecast(found, ahead))
+        for one in (forecast(posterior_of_readings(PRIOR, observed), ahead), forecast(found, ahead))
     )
     assert far > 0.85
     assert far > near
@@ -97,15 +99,15 @@ def test_geometry_that_is_assumed_is_learnt_with_the_pair() -> None:
     bare = {name: value for name, value in NUMBERS.items() if name != "kappa_deg"}
     assumed = BY_NAME["turn"].cuts(bare, rows, called="tool")
     assert [one.key for one in assumed.variants] == ["tool: kappa_deg"]
-    value = _scattered(forces(theta, true.elements).force_N, 5)
-    found = learn(PRIOR, felt(assumed, value))
+    value = _scattered(cut_forces(theta, true.elements).force_N, 5)
+    found = posterior_of_readings(PRIOR, felt(assumed, value))
     place = found.columns("tool: kappa_deg").start
     sd = np.sqrt(found.state.covariance[place, place])
     assert sd < 0.8
     assert abs(found.state.mean[place] - 1.0) < 3.0 * sd, "98° is one sd over 93°"
     expected = forecast(found, assumed)
     held = (
-        np.abs(expected.mean[:, :3] - forces(theta, true.elements).force_N)
+        np.abs(expected.mean[:, :3] - cut_forces(theta, true.elements).force_N)
         < 1.96 * expected.sd[:, :3]
     )
     assert held.mean() > 0.85
@@ -113,30 +115,30 @@ def test_geometry_that_is_assumed_is_learnt_with_the_pair() -> None:
 
 def test_what_a_day_adds_is_forgotten_and_leaves_the_rest_as_it_was() -> None:
     cuts = cuts_of(6, 1)
-    value = 1.1 * forces(_true(2), cuts.elements).force_N
+    value = 1.1 * cut_forces(_true(2), cuts.elements).force_N
     day = Shared(f"{DAY} 1", np.array([[0.05**2]]))
     gain = Shared("calibration 1", np.array([[0.03**2]]))
     observed = replace(felt(cuts, value), common=np.ones((18, 2)), shared=(day, gain))
-    after = learn(PRIOR, observed)
+    after = posterior_of_readings(PRIOR, observed)
     past = after.past()
     assert {one.key for one in after.shared} - {one.key for one in past.shared} == {day.key}
     assert_allclose(past.law.mean, after.law.mean)
     assert_allclose(past.law.covariance, after.law.covariance)
     kept, was = past.columns(gain.key), after.columns(gain.key)
     assert_allclose(past.state.covariance[:OWN, kept], after.state.covariance[:OWN, was])
-    assert isinstance(past, Belief)
+    assert isinstance(past, PairPosterior)
     assert past.past() is past
 
 
 def test_an_offset_moves_a_reading_by_itself() -> None:
     """Readings all 40 N too high: an offset's error is found, and no force is."""
     cuts = cuts_of(30, 1)
-    true = forces(_true(2), cuts.elements).force_N
+    true = cut_forces(_true(2), cuts.elements).force_N
     offset = Shared("calibration 1", np.array([[50.0**2]]))
     observed = replace(
         felt(cuts, true + 40.0), common=np.zeros((90, 1)), shared=(offset,), shift=np.ones((90, 1))
     )
-    found = learn(PRIOR, observed)
+    found = posterior_of_readings(PRIOR, observed)
     place = found.columns(offset.key).start
     sd = np.sqrt(found.state.covariance[place, place])
     assert sd < 25.0

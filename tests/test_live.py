@@ -25,7 +25,7 @@ from autodb.live import mtconnect
 from autodb.live.agentfile import read_agentfile
 from autodb.live.journal import Journal
 from autodb.live.mtconnect import MtConnect
-from autodb.live.source import Away, Clock
+from autodb.live.source import Away, SourceClock
 from autodb.proofs.machines.served.mtconnect import MtConnectServer
 from autodb.proofs.machines.served.opcua import OpcUaServer
 from autodb.proofs.machines.served.shift import lathe_shift, mill_shift
@@ -386,7 +386,7 @@ def test_without_the_extra_it_is_said(cli: Cli, monkeypatch: pytest.MonkeyPatch)
 
 
 def _heard(*said: dict[str, list[float]]) -> list[list[tuple[dict[str, list[float]], bool]]]:
-    clock = Clock(["i", "p"], float("-inf"))
+    clock = SourceClock(["i", "p"], float("-inf"))
     found = []
     for one in said:
         parts = clock.heard({item: (at, [0.0] * len(at)) for item, at in one.items()})
@@ -414,7 +414,7 @@ def test_a_clock_that_is_set_is_told_from_one_that_goes_on() -> None:
     assert _heard({"i": [100.0]}, caught_up)[1] == [(caught_up, False)]
     assert _heard({"i": [100.0]}, {"e": [10.0]})[1] == [({"e": [10.0]}, False)]
     assert _heard({"i": [100.0]})[0] == [({"i": [100.0]}, False)]
-    after_a_restart = Clock(["i"], 50.0)
+    after_a_restart = SourceClock(["i"], 50.0)
     (morning,) = after_a_restart.heard({"i": ([30_000.0], [1.0])})
     assert not morning.jump
     assert after_a_restart.heard({"i": ([60_000.0], [1.0])})[0].jump

@@ -18,18 +18,24 @@ from autodb.agent.answer.predicting import predict_job
 from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.imported_cards import imported_card, keep_cards
 from autodb.agent.rows.machines import add_machine
-from autodb.agent.rows.posteriors import columns_of
+from autodb.agent.rows.posteriors import posterior_columns
 from autodb.cutting import shear, tools
-from autodb.cutting.elements import Elements, force_gradient, force_parts, forces, linearised
+from autodb.cutting.elements import (
+    Elements,
+    cut_forces,
+    force_gradient,
+    force_parts,
+    linearised_forces,
+)
 from autodb.cutting.kienzle import kienzle
 from autodb.files.job import KEYS, OPERATIONS, Job, JobCut
-from autodb.files.machine import AxisFile, Limits, MachineFile
+from autodb.files.machine import AxisFile, AxisLimits, MachineFile
 from autodb.fitting import Gaussian
-from autodb.forward.predictedfile import as_csv
+from autodb.forward.predictedfile import prediction_as_csv
 from autodb.forward.prediction import Interval, Peaks, PredictedCut
 from autodb.pairs.cards import read_cards
 from autodb.pairs.engaged import BY_NAME
-from autodb.pairs.posterior import Belief, law_error
+from autodb.pairs.posterior import PairPosterior, law_error
 from autodb.pairs.prior import any_metal, of_card, of_relative
 from autodb.store import Store, create_store, models, open_store
 from tests.conftest import Cli
@@ -55,15 +61,15 @@ SIX_DIGITS = 1e-5
 FORCES = ("force_x_N", "force_y_N", "force_z_N", "torque_N_m", "power_W")
 
 
-def _belief(scale: float = 1.0) -> Belief:
+def _belief(scale: float = 1.0) -> PairPosterior:
     start = any_metal().also((law_error("turn"),))
     state = Gaussian(start.state.mean, 0.04 * scale * start.state.covariance)
     return replace(start, state=state, cuts=12)
 
 
-def _row(machine: int, pair: int, version: int, belief: Belief, **more: Any) -> Any:
+def _row(machine: int, pair: int, version: int, belief: PairPosterior, **more: Any) -> Any:
     return models.CuttingParameters(
-        machine_id=machine, pair_id=pair, version=version, **columns_of(belief), **more
+        machine_id=machine, pair_id=pair, version=version, **posterior_columns(belief), **more
     )
 
 
@@ -73,7 +79,7 @@ def database(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("store") / "made.sqlite3"
     create_store(f"sqlite:///{path}")
     opened = open_store(f"sqlite:///{path}")
-    limits = {"z": Limits(force_N=500.0), "spindle": Limits(torque_N_m=20.0)}
+    limits = {"z": AxisLimits(force_N=500.0), "spindle": AxisLimits(torque_N_m=20.0)}
     axes = {name: AxisFile(limits=of) for name, of in limits.items()}
     for name in ("m", "other"):
         add_machine(opened, name, MachineFile(axes=axes))
@@ -117,9 +123,9 @@ def _elements(operation: str) -> Elements:
 @pytest.mark.parametrize("operation", OPERATIONS)
 def test_forces_parts_and_derivatives_together_are_those_alone(operation: str) -> None:
     theta, elements = _belief().law.mean, _elements(operation)
-    whole, parts, slopes = linearised(theta, elements)
+    whole, parts, slopes = linearised_forces(theta, elements)
     for found, alone in (
-        (whole, forces(theta, elements).all),
+        (whole, cut_forces(theta, elements).all),
         (parts, force_parts(theta, elements)),
         (slopes, force_gradient(theta, elements)),
     ):
@@ -328,7 +334,7 @@ def test_names_that_cannot_be_written_are_refused_before_anything_is_stored(
 def test_a_cut_s_name_that_is_a_formula_is_written_as_text() -> None:
     mean = Interval(-1.0, -2.0, 0.5)
     cut = PredictedCut("=1+1", "turn", 3000.0, 94.0, mean, mean, mean, mean, mean)
-    (row,) = csv.DictReader(as_csv([cut], {}).splitlines())
+    (row,) = csv.DictReader(prediction_as_csv([cut], {}).splitlines())
     assert (row["name"], row["force.x"]) == ("'=1+1", "-1")
 
 
@@ -337,6 +343,6 @@ def test_a_mill_s_row_has_peaks_and_its_chance_is_theirs() -> None:
     cut = PredictedCut(
         "a", "slot", 3000.0, 94.0, mean, mean, mean, mean, mean, Peaks(peak, peak, peak, peak)
     )
-    (row,) = csv.DictReader(as_csv([cut], {"x": Limits(force_N=200.0)}).splitlines())
+    (row,) = csv.DictReader(prediction_as_csv([cut], {"x": AxisLimits(force_N=200.0)}).splitlines())
     assert (row["force.x"], row["force.x.peak"], row["force.x.chance"]) == ("100", "200", "0.5")
     assert row["force.y.chance"] == row["torque.spindle.limit"] == ""

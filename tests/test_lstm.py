@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from autodb.errors import UnusableInput
-from autodb.sensing.drives.fit.axis_model import IdentifiedTerm, predicted
+from autodb.sensing.drives.fit.axis_model import IdentifiedTerm, predicted_effort
 from autodb.sensing.drives.fit.drive_errors import DriveErrors
 from autodb.sensing.drives.reconstruct import DriveModel
 from autodb.sensing.fusion import independent
-from autodb.sensing.network.drive_loads import AxisLoad, AxisTables, Drive, SeenAxis
+from autodb.sensing.network.drive_loads import AxisLoad, AxisTables, LoadedDrive, SeenAxis
 from autodb.terms.friction import direction
 
 torch = pytest.importorskip("torch")
@@ -23,9 +23,9 @@ torch = pytest.importorskip("torch")
 from autodb.sensing.network import kept, learning, stream  # noqa: E402
 from autodb.sensing.network.coherent import coherent_hz, low_pass  # noqa: E402
 from autodb.sensing.network.fused import FusedStream  # noqa: E402
-from autodb.sensing.network.greybox import GreyBox, Recorded  # noqa: E402
+from autodb.sensing.network.greybox import GreyBox, KnownForceRecording  # noqa: E402
 from autodb.sensing.network.network import Shape, Stacked, ran, side_by_side  # noqa: E402
-from autodb.sensing.network.training import Plan, Rows, trained  # noqa: E402
+from autodb.sensing.network.training import TrainingPlan, TrainingRows, trained  # noqa: E402
 
 Array = NDArray[np.float64]
 Channels = dict[str, Array]
@@ -42,8 +42,8 @@ TERMS = (
 NEWTONS = 100.0
 ERRORS = DriveErrors(((0.05,) * 3,) * 6, 1.0, 100.0, 1000.0, (0.0, 100.0))
 MODEL = DriveModel("x", "x.current", "A", TERMS, np.zeros((0, 0)), ERRORS)
-DRIVES = {"x": Drive(MODEL, NEWTONS)}
-TINY = Plan(epochs=10, rate=1e-2, window=250, lead=50, batch=8, seed=3)
+DRIVES = {"x": LoadedDrive(MODEL, NEWTONS)}
+TINY = TrainingPlan(epochs=10, rate=1e-2, window=250, lead=50, batch=8, seed=3)
 
 
 @pytest.fixture(autouse=True)
@@ -54,7 +54,7 @@ def _one_thread() -> Iterator[None]:
     torch.set_num_threads(before)
 
 
-def _recorded(seed: int, *, cuts: bool = True, seconds: float = 6.0) -> Recorded:
+def _recorded(seed: int, *, cuts: bool = True, seconds: float = 6.0) -> KnownForceRecording:
     """Draw a recording: moves there and back, a load in the middle of which the motor shows 0.8."""
     rng = np.random.default_rng([seed, 10])
     t = np.arange(0.0, seconds, 1.0 / RATE_HZ)
@@ -66,19 +66,23 @@ def _recorded(seed: int, *, cuts: bool = True, seconds: float = 6.0) -> Recorded
     force_N = (rng.uniform(80.0, 200.0) + 150.0 * slow) * ((t > 1.0) & (t < seconds - 1.0)) * cuts
     channels = {"x.position": x, "x.velocity": v, "x.acceleration": a}
     sense = direction(v, standstill_mm_s=0.01)
-    moving = predicted(TERMS, {"position": x, "velocity": v, "acceleration": a, "direction": sense})
+    moving = predicted_effort(
+        TERMS, {"position": x, "velocity": v, "acceleration": a, "direction": sense}
+    )
     rubs_more = 0.4 * sense * (x > 45.0)
     load_A = -0.8 * force_N / NEWTONS
     noise_A = 0.03 * rng.standard_normal(len(t))
     channels["x.current"] = moving + rubs_more + load_A + noise_A
-    return Recorded(channels, {"x": force_N})
+    return KnownForceRecording(channels, {"x": force_N})
 
 
 @pytest.fixture(scope="module")
 def box() -> GreyBox:
     """One grey box, trained on 16 recordings."""
     torch.set_num_threads(1)
-    return learning.fit([_recorded(seed) for seed in range(16)], DRIVES, rate_hz=RATE_HZ, plan=TINY)
+    return learning.train_grey_box(
+        [_recorded(seed) for seed in range(16)], DRIVES, rate_hz=RATE_HZ, plan=TINY
+    )
 
 
 def _weights(network: Stacked) -> Array:
@@ -91,7 +95,9 @@ class KilledError(Exception):
 
 def _train(folder: Path | None, seed: int = 3, *, killed_after: int = 99) -> Stacked:
     rng = np.random.default_rng(5)
-    rows = [Rows(rng.standard_normal((300, 2)), rng.standard_normal((300, 1))) for _ in range(3)]
+    rows = [
+        TrainingRows(rng.standard_normal((300, 2)), rng.standard_normal((300, 1))) for _ in range(3)
+    ]
 
     def progress(epoch: int, _loss: float) -> None:
         if epoch == killed_after:
@@ -148,7 +154,7 @@ def test_the_load_in_blocks_is_that_of_the_whole_and_of_the_model() -> None:
     assert_allclose(np.concatenate(parts), whole, atol=1e-9)
     sense = direction(made.channels["x.velocity"], standstill_mm_s=tables.standstill_mm_s)
     inputs = {n.removeprefix("x."): one for n, one in made.channels.items()}
-    model = predicted(TERMS, inputs | {"direction": sense})
+    model = predicted_effort(TERMS, inputs | {"direction": sense})
     assert_allclose(whole, NEWTONS * (made.channels["x.current"] - model), atol=0.5)
 
 
@@ -173,7 +179,7 @@ def test_a_model_that_remembers_time_is_refused() -> None:
             IdentifiedTerm("backlash", "gap", 0.1, 0.0, "mm"))  # fmt: skip
     seen = SeenAxis.of("x", [_recorded(1).channels])
     with pytest.raises(UnusableInput, match=r"x\.current: backlash remembers"):
-        AxisTables(Drive(replace(MODEL, terms=warm), 1.0), seen)
+        AxisTables(LoadedDrive(replace(MODEL, terms=warm), 1.0), seen)
 
 
 def test_a_grey_box_learns_what_the_drive_leaves_and_says_how_sure_it_is(box: GreyBox) -> None:
@@ -182,7 +188,7 @@ def test_a_grey_box_learns_what_the_drive_leaves_and_says_how_sure_it_is(box: Gr
     off, drive, held = [], [], []
     for seed in range(100, 130):
         made = _recorded(seed)
-        told = stream.forces(box, tables, made.channels)
+        told = stream.network_forces(box, tables, made.channels)
         error = told.force_N[:, 0] - made.force_N["x"]
         off.append(np.mean(error**2))
         load = AxisLoad(tables["x"]).step(made.channels)
@@ -194,7 +200,7 @@ def test_a_grey_box_learns_what_the_drive_leaves_and_says_how_sure_it_is(box: Gr
 
 def test_a_stream_in_blocks_tells_what_the_whole_recording_tells(box: GreyBox) -> None:
     tables, channels = box.tables(DRIVES), _recorded(50).channels
-    whole = stream.forces(box, tables, channels)
+    whole = stream.network_forces(box, tables, channels)
     running = stream.Stream(box, tables)
     count = len(channels["x.position"])
     parts = [
@@ -211,7 +217,7 @@ def test_a_stream_in_blocks_tells_what_the_whole_recording_tells(box: GreyBox) -
 def test_drive_model_and_network_are_put_together_as_rows_come(box: GreyBox) -> None:
     """In blocks as of the whole; told nothing else, it is the inverse-variance mean of both."""
     tables, channels = box.tables(DRIVES), _recorded(51).channels
-    whole = stream.forces(box, tables, channels)
+    whole = stream.network_forces(box, tables, channels)
     alike = replace(independent(("drive model", "network")), size_N=np.array([20.0, 1.0]))
     running = FusedStream(box, tables, {"x": alike})
     count = len(channels["x.position"])
@@ -235,7 +241,7 @@ def test_nothing_is_told_above_the_coherent_band(box: GreyBox) -> None:
     (cutoff_hz,) = box.cutoff_hz
     assert 8.0 < cutoff_hz < 60.0
     channels = _recorded(60).channels
-    told = stream.forces(box, box.tables(DRIVES), channels).force_N[:, 0]
+    told = stream.network_forces(box, box.tables(DRIVES), channels).force_N[:, 0]
     load = AxisLoad(box.tables(DRIVES)["x"]).step(channels)
     hz, of_told = signal.welch(told, fs=RATE_HZ, nperseg=256)
     _, of_load = signal.welch(load, fs=RATE_HZ, nperseg=256)
@@ -247,7 +253,9 @@ def test_what_was_kept_tells_the_same(box: GreyBox) -> None:
     found = kept.of_bytes(kept.to_bytes(box, ["a1", "b2"]))
     assert found.trained_on == ("a1", "b2")
     channels = _recorded(70).channels
-    before, after = (stream.forces(one, one.tables(DRIVES), channels) for one in (box, found.box))
+    before, after = (
+        stream.network_forces(one, one.tables(DRIVES), channels) for one in (box, found.box)
+    )
     assert np.array_equal(before.force_N, after.force_N)
     assert np.array_equal(before.sd_N, after.sd_N)
 
@@ -272,7 +280,7 @@ def test_what_was_not_trained_on_is_refused_by_name(box: GreyBox) -> None:
 
 def test_trained_on_air_a_load_stays(box: GreyBox) -> None:
     """Networks that see no load cannot take one away: friction is learnt, the push is told."""
-    air = learning.fit(
+    air = learning.train_grey_box(
         [_recorded(seed, cuts=False) for seed in range(12)], DRIVES, rate_hz=RATE_HZ, plan=TINY
     )
     assert box.hears
@@ -281,7 +289,7 @@ def test_trained_on_air_a_load_stays(box: GreyBox) -> None:
     quiet = _recorded(90, cuts=False)
     pushed = dict(quiet.channels)
     pushed["x.current"] = pushed["x.current"] - 150.0 / NEWTONS
-    before, after = (stream.forces(air, tables, one) for one in (quiet.channels, pushed))
+    before, after = (stream.network_forces(air, tables, one) for one in (quiet.channels, pushed))
     assert_allclose(after.force_N - before.force_N, 150.0, atol=1e-6)
     load = AxisLoad(tables["x"]).step(quiet.channels)
     assert np.std(before.force_N) < 0.6 * np.std(load)

@@ -10,12 +10,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.cutting import kienzle, shear
-from autodb.cutting.kienzle import Planned
+from autodb.cutting.kienzle import ViewRange
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
 from autodb.pairs.card import SHAPE, Bounded, KienzleCard, kienzle_card, linear_card
-from autodb.pairs.cards import COLUMNS, LINEAR, as_csv, linear_as_csv, read_cards, write_cards
-from autodb.pairs.conventional import belief_of
+from autodb.pairs.cards import COLUMNS, LINEAR, cards_as_csv, linear_as_csv, read_cards, write_cards
+from autodb.pairs.conventional import posterior_of_material
 from autodb.pairs.prior import any_metal, of_card
 
 K_SHARE = 0.02
@@ -27,9 +27,9 @@ HEADER = "material,k_c1.1,k_c1.1_unit,m_c,rake_deg,lower,upper,source"
 GOOD = f"{HEADER}\nC45,2.1,kN/mm²,0.18,6,1.8,2.4,table\nbrass,780,MPa,0.2,0,700,870,book\n"
 
 
-def _card(k_c11: float, m_c: float, at: Planned | None = None) -> KienzleCard:
+def _card(k_c11: float, m_c: float, at: ViewRange | None = None) -> KienzleCard:
     bounds = Bounded(k_c11, 0.85 * k_c11, 1.15 * k_c11)
-    return KienzleCard("a", bounds, m_c, (m_c - 0.03, m_c + 0.03), at or Planned(), "test")
+    return KienzleCard("a", bounds, m_c, (m_c - 0.03, m_c + 0.03), at or ViewRange(), "test")
 
 
 def _written(tmp_path: Path, text: str) -> Path:
@@ -42,7 +42,7 @@ def test_a_table_is_read_in_its_units(tmp_path: Path) -> None:
     steel, brass = read_cards(_written(tmp_path, GOOD))
     assert steel.k_c11 == Bounded(2100.0, 1800.0, 2400.0)
     assert (steel.m_c, steel.m_c_bounds, steel.source) == (0.18, None, "table")
-    assert steel.at == Planned(rake_rad=float(np.radians(6.0)))
+    assert steel.at == ViewRange(rake_rad=float(np.radians(6.0)))
     assert brass.k_c11.value == 780.0
     assert_allclose(steel.card.tangential, 2100 * steel.card.thickness_mm**0.82)
     assert steel.card.shape == SHAPE
@@ -55,11 +55,11 @@ def test_the_shop_s_names_of_units_are_known(tmp_path: Path, unit: str) -> None:
 
 
 def test_what_is_written_reads_back(tmp_path: Path) -> None:
-    at = Planned(0.02, 0.2, 180.0, float(np.radians(-6.0)))
+    at = ViewRange(0.02, 0.2, 180.0, float(np.radians(-6.0)))
     cards = (_card(1234.56, 0.21, at), *read_cards(_written(tmp_path, GOOD)))
     path = tmp_path / "again.csv"
-    assert write_cards(as_csv(cards), path)
-    assert not write_cards(as_csv(cards), path)
+    assert write_cards(cards_as_csv(cards), path)
+    assert not write_cards(cards_as_csv(cards), path)
     again = read_cards(path)
     assert [card.material for card in again] == ["a", "C45", "brass"]
     for one, other in zip(cards, again, strict=True):
@@ -69,15 +69,15 @@ def test_what_is_written_reads_back(tmp_path: Path) -> None:
             (one.card.level, one.card.shape, one.at.rake_rad, one.at.speed_m_min), rtol=1e-4,
         )  # fmt: skip
     with pytest.raises(UnusableInput, match="is there already and differs"):
-        write_cards(as_csv(cards[:1]), path)
+        write_cards(cards_as_csv(cards[:1]), path)
 
 
 @pytest.mark.parametrize("name", ["=cmd|' /C calc'!A0", "+1+1", "-x", "@SUM(1)", "\t=1", "'=1"])
 def test_a_material_that_is_a_formula_is_written_as_text_and_reads_back(
     tmp_path: Path, name: str
 ) -> None:
-    card = replace(_card(1234.56, 0.21, Planned()), material=name, source=name)
-    text = as_csv([card])
+    card = replace(_card(1234.56, 0.21, ViewRange()), material=name, source=name)
+    text = cards_as_csv([card])
     (row,) = csv.DictReader(io.StringIO(text))
     assert (row["material"], row["source"]) == (f"'{name}", f"'{name}")
     (again,) = read_cards(_written(tmp_path, text))
@@ -90,7 +90,7 @@ def test_a_material_that_is_a_formula_is_written_as_text_and_reads_back(
 def test_a_card_comes_back_from_the_belief_that_it_leaves(
     k_c11: float, m_c: float, rake_deg: float
 ) -> None:
-    card = _card(k_c11, m_c, Planned(rake_rad=float(np.radians(rake_deg))))
+    card = _card(k_c11, m_c, ViewRange(rake_rad=float(np.radians(rake_deg))))
     back = kienzle_card("a", of_card(card.card).law, card.at, source="belief")
     assert_allclose(back.k_c11.value, k_c11, rtol=K_SHARE)
     assert_allclose(back.m_c, m_c, atol=M_OFF)
@@ -103,7 +103,7 @@ def test_a_card_comes_back_from_the_belief_that_it_leaves(
 
 
 def test_a_belief_comes_back_from_the_card_that_it_makes() -> None:
-    belief, at = belief_of("C45"), Planned()
+    belief, at = posterior_of_material("C45"), ViewRange()
     card = kienzle_card("C45", belief.law, at, source="belief")
     again = kienzle_card("C45", of_card(card.card).law, at, source="card")
     assert_allclose(again.k_c11.value, card.k_c11.value, rtol=K_SHARE)
@@ -115,23 +115,23 @@ def test_a_belief_comes_back_from_the_card_that_it_makes() -> None:
 
 
 def test_little_knowledge_leaves_a_card_that_can_be_read(tmp_path: Path) -> None:
-    card = kienzle_card("any metal", any_metal().law, Planned(), source="nothing known")
+    card = kienzle_card("any metal", any_metal().law, ViewRange(), source="nothing known")
     assert 0.0 < card.k_c11.lower < card.k_c11.value / 3.0
-    (back,) = read_cards(_written(tmp_path, as_csv([card])))
+    (back,) = read_cards(_written(tmp_path, cards_as_csv([card])))
     assert_allclose(back.k_c11.upper, card.k_c11.upper, rtol=1e-5)
 
 
 def test_no_card_says_that_the_specific_force_grows_with_the_chip() -> None:
     """Titanium's chip ratio is past 1 in thick chips; in thin ones it has a card."""
-    law = belief_of("Ti6Al4V").law
+    law = posterior_of_material("Ti6Al4V").law
     with pytest.raises(UnusableInput, match=r"'Ti6Al4V': m_c is -0\.\d+ over chips of 0.05 to 0.4"):
-        kienzle_card("Ti6Al4V", law, Planned(), source="belief")
-    thin = kienzle_card("Ti6Al4V", law, Planned(0.02, 0.15), source="belief")
+        kienzle_card("Ti6Al4V", law, ViewRange(), source="belief")
+    thin = kienzle_card("Ti6Al4V", law, ViewRange(0.02, 0.15), source="belief")
     assert 0.1 < thin.m_c < 0.3
 
 
 def test_linear_edges_are_written_with_units_and_bounds() -> None:
-    law, at = belief_of("Al 7075").law, Planned(thinnest_mm=0.1)
+    law, at = posterior_of_material("Al 7075").law, ViewRange(thinnest_mm=0.1)
     card = linear_card("Al, 7075", law, at, source="belief")
     (row,) = csv.DictReader(io.StringIO(linear_as_csv([card])))
     assert row["material"] == "Al, 7075"

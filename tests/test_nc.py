@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.files.machine import MachineFile
 from autodb.nc import DIALECTS
-from autodb.nc.placing import Lane, distance_mm
+from autodb.nc.placing import Lane, lane_distance_mm
 from autodb.standard import read_protocol, run_order
 from tests import nc
 from tests.nc_cases import CLEAR_MM, LATHE, SHIPPED, Case, bar_case, block_case, case_of, changed
@@ -205,14 +205,14 @@ def test_no_two_slots_of_a_block_meet() -> None:
     assert len(lanes) == 2
     for block in lanes.values():
         for a, b in itertools.combinations(block, 2):
-            assert distance_mm(a, b) >= 13 - 0.5
+            assert lane_distance_mm(a, b) >= 13 - 0.5
 
 
 def test_lanes_are_as_far_apart_as_their_nearest_points() -> None:
     cross = Lane((0, -1), (0, 1)), Lane((-1, 0), (1, 0))
-    assert distance_mm(*cross) == 0
-    assert_allclose(distance_mm(Lane((0, 0), (10, 0)), Lane((4, 3), (4, 9))), 3)
-    assert_allclose(distance_mm(Lane((0, 0), (0, 0)), Lane((3, 4), (3, 4))), 5)
+    assert lane_distance_mm(*cross) == 0
+    assert_allclose(lane_distance_mm(Lane((0, 0), (10, 0)), Lane((4, 3), (4, 9))), 3)
+    assert_allclose(lane_distance_mm(Lane((0, 0), (0, 0)), Lane((3, 4), (3, 4))), 5)
 
 
 REFUSED = [

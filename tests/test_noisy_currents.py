@@ -12,36 +12,36 @@ from scipy.stats import binom
 from autodb.fitting import Undetermined
 from autodb.records import CutTable
 from autodb.sensing.ranges import calibration
-from autodb.sensing.ranges.forms import LINE, LINE_OF_SPEED, POWER, Felt, Form
+from autodb.sensing.ranges.forms import LINE, LINE_OF_SPEED, POWER, CurrentForm, MeasuredCuts
 
 Array = NDArray[np.float64]
 CUTS = 80
-TRUTH: tuple[tuple[Form, Array, int], ...] = (
+TRUTH: tuple[tuple[CurrentForm, Array, int], ...] = (
     (LINE, np.array([30.0, 200.0]), 1),
     (LINE_OF_SPEED, np.array([30.0, 200.0, -15.0]), 1),
     (POWER, np.array([0.4, 0.93, np.log(1570.0)]), 1),
 )
 
 
-def _felt(rng: np.random.Generator, n: int) -> Felt:
+def _felt(rng: np.random.Generator, n: int) -> MeasuredCuts:
     current, feed_mm_s = rng.uniform(2.0, 20.0, n), rng.uniform(1.0, 15.0, n)
     rpm, some = rng.uniform(800.0, 2400.0, n), np.ones(n)
-    return Felt(current, feed_mm_s, rpm, some, some, 30.0 * some)
+    return MeasuredCuts(current, feed_mm_s, rpm, some, some, 30.0 * some)
 
 
-def _read(rng: np.random.Generator, felt: Felt, share: float) -> Felt:
+def _read(rng: np.random.Generator, felt: MeasuredCuts, share: float) -> MeasuredCuts:
     """Currents read with an error, of each cut another, ``share`` of their spread on average."""
     sd = share * float(np.std(felt.current)) * rng.uniform(0.4, 1.5, len(felt.current))
     off = sd * rng.standard_normal(len(sd))
     return replace(felt, current=felt.current + off, stated_sd=sd)
 
 
-def _exact(felt: Felt) -> Felt:
+def _exact(felt: MeasuredCuts) -> MeasuredCuts:
     return replace(felt, stated_sd=None)
 
 
 @pytest.mark.parametrize(("form", "truth", "which"), TRUTH)
-def test_slope_and_exponent_are_not_flattened(form: Form, truth: Array, which: int) -> None:
+def test_slope_and_exponent_are_not_flattened(form: CurrentForm, truth: Array, which: int) -> None:
     """n = 200 tables of 80 cuts: least squares is off by many standard errors of the mean, this by
     less than 3.3 (99.9 %), and its own standard deviation is true to 20 %.
     """
@@ -62,14 +62,14 @@ def test_slope_and_exponent_are_not_flattened(form: Form, truth: Array, which: i
 
 
 @pytest.mark.parametrize(("form", "truth", "which"), TRUTH)
-def test_without_errors_it_is_least_squares(form: Form, truth: Array, which: int) -> None:
+def test_without_errors_it_is_least_squares(form: CurrentForm, truth: Array, which: int) -> None:
     del which
     rng = np.random.default_rng(6)
     felt = _felt(rng, CUTS)
     target = form.value(truth, felt) * rng.normal(1.0, 0.05, CUTS)
     least = form.fit(felt, target)
     for sd in (0.0, 1e-7, np.nan):
-        stated = Felt(
+        stated = MeasuredCuts(
             felt.current, felt.feed_mm_s, felt.speed_rpm, felt.feed_mm, felt.depth_mm,
             np.full(CUTS, sd),
         )  # fmt: skip
@@ -82,14 +82,14 @@ def test_currents_that_are_all_error_hold_no_line() -> None:
     rng = np.random.default_rng(7)
     current = 5.0 + rng.standard_normal(CUTS)
     some = np.ones(CUTS)
-    felt = Felt(current, some, some, some, some, some, np.full(CUTS, 0.95))
+    felt = MeasuredCuts(current, some, some, some, some, some, np.full(CUTS, 0.95))
     with pytest.raises(Undetermined):
         LINE.fit(felt, 30.0 + 200.0 * current + rng.standard_normal(CUTS))
 
 
 def test_a_cut_without_an_error_of_its_own_has_the_others() -> None:
     some = np.ones(3)
-    felt = Felt(some, some, some, some, some, some, np.array([0.3, np.nan, 0.4]))
+    felt = MeasuredCuts(some, some, some, some, some, some, np.array([0.3, np.nan, 0.4]))
     assert_allclose(felt.current_sd, [0.3, np.sqrt(0.125), 0.4])
 
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from autodb.records import Recording
 from autodb.sensing.drives.feed_axis import identify, predict_effort
 from autodb.sensing.drives.fit.axis_model import Identified
-from autodb.sensing.drives.fit.discrepancy import OffLaw
-from autodb.sensing.drives.moves.protocol import Protocol
+from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
+from autodb.sensing.drives.moves.protocol import FilterProtocol
 from tests.conftest import Cli
 from tests.test_faults_of_moves import MACHINE
 from tests.test_reconstruct import _bare, _write
@@ -50,7 +50,7 @@ def _friction(velocity: Array, bent_A: float) -> Array:
 
 def _identified(moves: Recording, *terms: str) -> Identified:
     names = ("inertia", "viscous", "coulomb", "gravity", *terms)
-    return identify(moves, terms=names, protocol=Protocol(20.0, 5), by_way=True)
+    return identify(moves, terms=names, protocol=FilterProtocol(20.0, 5), by_way=True)
 
 
 def test_friction_off_its_laws_is_kept_and_comes_back_from_the_database() -> None:
@@ -60,7 +60,7 @@ def test_friction_off_its_laws_is_kept_and_comes_back_from_the_database() -> Non
     moves = bent_sweep(1, bent_A=0.1)
     found = _identified(moves)
     assert found.off_law is not None
-    again = OffLaw.of(json.loads(json.dumps(found.off_law.kept())))
+    again = FrictionDiscrepancy.of(json.loads(json.dumps(found.off_law.kept())))
     whole, alone = (predict_effort(moves, "z", found.terms, off_law) for off_law in (again, None))
     v = moves["z.velocity"]
     for speed in SPEEDS:

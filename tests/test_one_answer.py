@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import engaged_mm, force_parts, forces
+from autodb.cutting.elements import cut_forces, engaged_mm, force_parts
 from autodb.fitting import NotSettled, stationary
-from autodb.pairs.learning import learn, learn_averaging
+from autodb.pairs.learning import learn_averaging, posterior_of_readings
 from autodb.pairs.observed import Observed
-from autodb.pairs.posterior import OWN, Belief, Shared
-from autodb.pairs.worn import told
+from autodb.pairs.posterior import OWN, PairPosterior, Shared
+from autodb.pairs.worn import learn_worn
 from tests.test_law_off import PRIOR, cuts_of, felt
 from tests.test_pairs import prior
 from tests.test_worn import WEARS, week
@@ -26,7 +26,7 @@ def readings(turned: float) -> Observed:
     """Return 24 cuts of a thrust that turns with the depth, ``turned`` rad a factor e; seed 3."""
     theta = PRIOR.law.mean + 0.5 * np.sqrt(np.diag(PRIOR.law.covariance))
     cuts = cuts_of(24, 1)
-    whole, parts = forces(theta, cuts.elements).force_N, force_parts(theta, cuts.elements)
+    whole, parts = cut_forces(theta, cuts.elements).force_N, force_parts(theta, cuts.elements)
     whole = whole + turned * np.log(engaged_mm(cuts.elements))[:, None] * parts[:, :3, 2]
     rng = np.random.default_rng(3)
     observed = felt(cuts, whole * (1.0 + 0.02 * rng.standard_normal(whole.shape)))
@@ -34,7 +34,7 @@ def readings(turned: float) -> Observed:
     return replace(observed, common=np.ones((len(observed.value), 1)), shared=(gain,))
 
 
-def apart(one: Belief, other: Belief) -> float:
+def apart(one: PairPosterior, other: PairPosterior) -> float:
     """Return by how many own standard deviations two beliefs differ, in mean, sd or scatter."""
     sd = np.sqrt(np.diag(one.state.covariance))
     open_ = sd > 0
@@ -61,7 +61,7 @@ def test_order_of_rows_and_the_start_change_nothing(turned: float) -> None:
         observed,
         **{k: getattr(observed, k)[some] for k in ("cut", "quantity", "value", "sd", "common")},
     )
-    before = learn(PRIOR, half)
+    before = posterior_of_readings(PRIOR, half)
     assert apart(found, before) > 0.1
     assert apart(found, learn_averaging(PRIOR, observed, near=before)) < SAME
 
@@ -69,8 +69,8 @@ def test_order_of_rows_and_the_start_change_nothing(turned: float) -> None:
 def test_more_rounds_move_nothing() -> None:
     """What was learnt once is where learning from there begins and ends."""
     observed = readings(0.0)
-    found = learn(PRIOR, observed)
-    assert apart(found, learn(PRIOR, observed, near=found)) < SAME
+    found = posterior_of_readings(PRIOR, observed)
+    assert apart(found, posterior_of_readings(PRIOR, observed, near=found)) < SAME
 
 
 def test_no_law_is_taken_by_a_rounding() -> None:
@@ -90,10 +90,10 @@ def test_no_law_is_taken_by_a_rounding() -> None:
 def test_wear_moves_with_its_readings() -> None:
     """A change of 1e-6 of their noise moves wear, its bend and edges' differences by as little."""
     _, observed = week(12, wear=WEARS)
-    near = learn(prior(), week(11, wear=None)[1])
+    near = posterior_of_readings(prior(), week(11, wear=None)[1])
     moved = observed.value + 1e-6 * observed.sd * np.cos(np.arange(len(observed.value)))
     found, other = (
-        told(prior(), one, near=near) for one in (observed, replace(observed, value=moved))
+        learn_worn(prior(), one, near=near) for one in (observed, replace(observed, value=moved))
     )
     assert found.wear is not None
     assert other.wear is not None

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, Value, Where
+from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
 from autodb.explain.axis.signals import _read_off
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.explain.engine.confidence import Mistuned, standing
-from autodb.explain.engine.entries import told
-from autodb.reports.explanation import verdict
+from autodb.explain.engine.entries import own_term_entries
+from autodb.reports.explanation import headline
 from autodb.terms.friction import direction
 
 CLEAR = Mistuned(30.0, standing({}, nothing=40.0), ())
@@ -18,7 +18,7 @@ NONE = Mistuned(-5.0, standing({}, nothing=0.0), ())
 
 
 def _cause(term: str, size: float) -> Cause:
-    value = Value(value=size, low=0.5 * size, high=1.5 * size, unit="A")
+    value = IntervalValue(value=size, low=0.5 * size, high=1.5 * size, unit="A")
     return Cause(
         term=term, kind="mistuned", confidence=0.9, statement="It is off.",
         parameters={"size": value},
@@ -51,7 +51,7 @@ CAUSES = {"viscous": _cause("viscous", 0.2), "coulomb": _cause("coulomb", 0.3)}
 def test_own_terms(
     off: dict[str, Mistuned], together: Mistuned, said: list[tuple[str, str, tuple[str, ...]]]
 ) -> None:
-    entries = told(off, CAUSES, beside=[], jointly=lambda _: together)
+    entries = own_term_entries(off, CAUSES, beside=[], jointly=lambda _: together)
     assert [(one.term, one.kind, one.alternatives) for one in entries] == said
     if entries:
         assert entries[0].confidence > 0.5
@@ -59,17 +59,22 @@ def test_own_terms(
 
 def test_beside_a_name_what_may_be_is_not_said() -> None:
     off = {"viscous": OPEN, "coulomb": OPEN}
-    assert told(off, CAUSES, beside=[_cause("backlash", 1.0)], jointly=lambda _: CLEAR) == []
+    assert (
+        own_term_entries(off, CAUSES, beside=[_cause("backlash", 1.0)], jointly=lambda _: CLEAR)
+        == []
+    )
 
 
 def test_the_headline_has_all_of_which_one_is_off() -> None:
-    (entry,) = told({"viscous": OPEN, "coulomb": OPEN}, CAUSES, beside=[], jointly=lambda _: CLEAR)
+    (entry,) = own_term_entries(
+        {"viscous": OPEN, "coulomb": OPEN}, CAUSES, beside=[], jointly=lambda _: CLEAR
+    )
     fit = FitQuality(
         rms_before=1.0, rms_after=0.5, heldout_before=1.0, heldout_after=0.5, noise_floor=0.5
     )
     answer = ChannelAnswer(unit="A", mismatch=True, where=Where(), missing=(entry,), fit=fit)
     said = "dry friction or friction that grows with speed is set wrong"
-    assert verdict(answer).endswith(said)
+    assert headline(answer).endswith(said)
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -16,13 +16,13 @@ from autodb.agent.learn.precision_history import LearningCurve
 from autodb.explain.answer.answer import (
     Cause,
     ChannelAnswer,
+    ChannelTrace,
     Considered,
     Explained,
     Explanation,
     FitQuality,
+    IntervalValue,
     Regime,
-    Trace,
-    Value,
     Where,
 )
 from autodb.reports import figures
@@ -33,7 +33,7 @@ from autodb.reports.page import (
     Page,
     PredictedSensed,
     render_page,
-    tightening,
+    tightening_range,
 )
 from autodb.terms import TERMS
 
@@ -49,8 +49,8 @@ def friction(**more: Any) -> Cause:
         "confidence": 0.93,
         "statement": STATEMENT,
         "parameters": {
-            "size": Value(value=0.42, low=0.4, high=0.44, unit="A"),
-            "slope": Value(value=0.0031, low=0.0029, high=0.0033, unit="A/mm"),
+            "size": IntervalValue(value=0.42, low=0.4, high=0.44, unit="A"),
+            "slope": IntervalValue(value=0.0031, low=0.0029, high=0.0033, unit="A/mm"),
         },
         "alternatives": ("sensor_drift",),
         "to_tell_apart": "pass the travel in both directions",
@@ -79,11 +79,11 @@ def channel(*causes: Cause, unexplained: str | None = None) -> ChannelAnswer:
     )
 
 
-def trace() -> Trace:
+def trace() -> ChannelTrace:
     t = np.linspace(0.0, 20.0, N)
     noise = 0.1 * np.random.default_rng(1).standard_normal(N)
     simulation = np.sin(t)
-    return Trace(
+    return ChannelTrace(
         x_name="t",
         x=t,
         recording=1.4 * simulation + noise,
@@ -387,7 +387,7 @@ def test_pairs_of_numbers_share_their_decimals_and_show_their_width() -> None:
 
 def test_a_learning_plot_holds_the_last_band() -> None:
     curve = machine_page().learning[0]
-    low, high = tightening(curve.mean, curve.sd)
+    low, high = tightening_range(curve.mean, curve.sd)
     assert low < curve.mean[-1] - 2.0 * curve.sd[-1]
     assert high > curve.mean[-1] + 2.0 * curve.sd[-1]
     assert high < curve.mean[0] + 2.0 * curve.sd[0]

@@ -9,21 +9,26 @@ from numpy.typing import NDArray
 from scipy.stats import binom
 
 from autodb.cutting import shear
-from autodb.cutting.elements import forces
-from autodb.cutting.insert import Insert, Turned, elements_of
+from autodb.cutting.elements import cut_forces
+from autodb.cutting.insert import Insert, TurnedCuts, insert_elements
 from autodb.pairs.determined import chip_thickness, undetermined
 from autodb.pairs.forecast import forecast
-from autodb.pairs.information_gained import merged, told, undone
-from autodb.pairs.learning import learn
-from autodb.pairs.observed import CHIP, Cuts, Observed, Y, Z
+from autodb.pairs.information_gained import information_gained, merged, without_batch
+from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.observed import CHIP, Observed, PairCuts, Y, Z
 from autodb.pairs.outlier_test import surprise
-from autodb.pairs.planning import Limits, Sensed, gain, propose
-from autodb.pairs.posterior import OWN, Belief, Shared
-from autodb.pairs.prior import Card, any_metal, of_card, of_relative
+from autodb.pairs.planning import PlanLimits, SensedComponent, gain_error, propose
+from autodb.pairs.posterior import OWN, PairPosterior, Shared
+from autodb.pairs.prior import CardForces, any_metal, of_card, of_relative
 from autodb.proofs.machines.lathe.power_pairs import scattered
 from autodb.proofs.runs.pairs import pair_ours
-from autodb.proofs.runs.pairs.pair_cuts import FAMILIES, KNOWN, drawn, feel
-from autodb.proofs.runs.pairs.pair_cuts import forces as true_forces
+from autodb.proofs.runs.pairs.pair_cuts import (
+    FAMILIES,
+    KNOWN,
+    draw_pair,
+    draw_read_cuts,
+    true_forces,
+)
 from autodb.proofs.runs.score import Z as NORMAL_95
 
 Array = NDArray[np.float64]
@@ -33,19 +38,23 @@ GAIN = (Shared("gain y", np.array([[0.05**2]])), Shared("gain z", np.array([[0.0
 SD_N = 5.0
 
 
-def prior() -> Belief:
+def prior() -> PairPosterior:
     """Return what a card of a plain steel leaves, 25 % either way."""
     chips = np.array([0.05, 0.1, 0.2, 0.4])
-    return of_card(Card(chips, 2000.0 * chips**0.8, 1000.0 * chips**0.7, level=0.25, shape=0.1))
+    return of_card(
+        CardForces(chips, 2000.0 * chips**0.8, 1000.0 * chips**0.7, level=0.25, shape=0.1)
+    )
 
 
-def turn(feed: Array, depth: Array, speed: Array | float = 120.0) -> Cuts:
+def turn(feed: Array, depth: Array, speed: Array | float = 120.0) -> PairCuts:
     """Return cuts along the axis."""
     one = np.ones_like(feed)
-    return Cuts("turn", elements_of(TOOL, Turned(feed, depth, speed * one, 30.0 * one, 0.0 * one)))
+    return PairCuts(
+        "turn", insert_elements(TOOL, TurnedCuts(feed, depth, speed * one, 30.0 * one, 0.0 * one))
+    )
 
 
-def cuts_of(seed: int, count: int) -> Cuts:
+def cuts_of(seed: int, count: int) -> PairCuts:
     """Return drawn cuts along the axis."""
     rng = np.random.default_rng(seed)
     return turn(
@@ -53,10 +62,12 @@ def cuts_of(seed: int, count: int) -> Cuts:
     )
 
 
-def felt(theta: Array, cuts: Cuts, seed: int, gains: tuple[float, float] = (1.0, 1.0)) -> Observed:
+def felt(
+    theta: Array, cuts: PairCuts, seed: int, gains: tuple[float, float] = (1.0, 1.0)
+) -> Observed:
     """Return readings of y and z of cuts whose truth is the law itself, scatter as of P1."""
     rng, count = np.random.default_rng(seed), cuts.elements.count
-    real = forces(theta, cuts.elements).force_N[:, 1:] * gains
+    real = cut_forces(theta, cuts.elements).force_N[:, 1:] * gains
     real = real * (1.0 + np.array([0.0189, 0.0549]) * rng.standard_normal((count, 2)))
     read = real + SD_N * rng.standard_normal((count, 2))
     common = np.zeros((2 * count, 2))
@@ -92,10 +103,10 @@ def truth(seed: int) -> Array:
 
 
 @pytest.fixture(scope="module")
-def learnt() -> tuple[Belief, Observed, Belief]:
+def learnt() -> tuple[PairPosterior, Observed, PairPosterior]:
     """Return prior, readings of 16 cuts, posterior."""
     observed = felt(truth(1), cuts_of(2, 16), seed=3)
-    return prior(), observed, learn(prior(), observed)
+    return prior(), observed, posterior_of_readings(prior(), observed)
 
 
 def test_a_law_that_is_the_truth_is_found() -> None:
@@ -105,19 +116,21 @@ def test_a_law_that_is_the_truth_is_found() -> None:
     for seed in range(40):
         theta = truth(100 + seed)
         gains = 1.0 + 0.05 * np.random.default_rng(500 + seed).standard_normal(2)
-        belief = learn(prior(), felt(theta, cuts_of(seed, 8), seed, (gains[0], gains[1])))
+        belief = posterior_of_readings(
+            prior(), felt(theta, cuts_of(seed, 8), seed, (gains[0], gains[1]))
+        )
         expected = forecast(belief, ahead)
-        real = forces(theta, ahead.elements).force_N[0]
+        real = cut_forces(theta, ahead.elements).force_N[0]
         inside = np.abs(real - expected.mean[0, :3]) <= NORMAL_95 * expected.sd[0, :3]
         held += int(inside[1])
     assert held >= binom.ppf(0.0005, 40, 0.95)
 
 
 def test_more_cuts_never_make_the_force_surer_than_the_gain(
-    learnt: tuple[Belief, Observed, Belief],
+    learnt: tuple[PairPosterior, Observed, PairPosterior],
 ) -> None:
     """Forty cuts: what is open of the tangential force is the calibration's 5 %."""
-    many = learn(prior(), felt(truth(1), cuts_of(4, 40), seed=5))
+    many = posterior_of_readings(prior(), felt(truth(1), cuts_of(4, 40), seed=5))
     ahead = cuts_of(6, 5)
     for belief, most in ((many, 1.4), (learnt[2], 2.0)):
         expected = forecast(belief, ahead)
@@ -126,12 +139,14 @@ def test_more_cuts_never_make_the_force_surer_than_the_gain(
         assert np.all(open_ < most * 0.05)
 
 
-def test_one_after_the_other_is_all_at_once(learnt: tuple[Belief, Observed, Belief]) -> None:
+def test_one_after_the_other_is_all_at_once(
+    learnt: tuple[PairPosterior, Observed, PairPosterior],
+) -> None:
     """Predictions within half of their sd: the law bends between what is linearised."""
     begun, observed, batch = learnt
     belief = begun
     for cut in range(16):
-        belief = learn(belief, some(observed, np.array([cut])))
+        belief = posterior_of_readings(belief, some(observed, np.array([cut])))
     ahead = cuts_of(7, 6)
     one, all_ = forecast(belief, ahead), forecast(batch, ahead)
     assert np.all(np.abs(one.mean - all_.mean)[:, :3] < all_.sd[:, :3] / 2.0)
@@ -140,17 +155,19 @@ def test_one_after_the_other_is_all_at_once(learnt: tuple[Belief, Observed, Beli
     assert belief.state.mean.shape == batch.state.mean.shape, "a cut adds nothing to its size"
 
 
-def test_a_batch_is_undone_and_machines_merge(learnt: tuple[Belief, Observed, Belief]) -> None:
+def test_a_batch_is_undone_and_machines_merge(
+    learnt: tuple[PairPosterior, Observed, PairPosterior],
+) -> None:
     begun, observed, _ = learnt
     first, second = (some(observed, np.arange(a, a + 8)) for a in (0, 8))
-    before = learn(begun, first)
-    after = learn(before, second)
-    back = undone(after, told(before, after))
+    before = posterior_of_readings(begun, first)
+    after = posterior_of_readings(before, second)
+    back = without_batch(after, information_gained(before, after))
     assert_allclose(back.state.mean, before.state.mean, rtol=1e-6, atol=1e-6)
     assert_allclose(back.state.covariance, before.state.covariance, rtol=1e-5, atol=1e-9)
     assert_allclose(back.scatter.share, before.scatter.share, rtol=1e-9)
     assert back.cuts == 8
-    both = merged(before, told(begun, learn(begun, second)))
+    both = merged(before, information_gained(begun, posterior_of_readings(begun, second)))
     ahead = cuts_of(8, 6)
     joint, whole = forecast(both, ahead), forecast(after, ahead)
     assert np.all(np.abs(joint.mean - whole.mean)[:, :3] < 0.5 * whole.sd[:, :3])
@@ -158,27 +175,29 @@ def test_a_batch_is_undone_and_machines_merge(learnt: tuple[Belief, Observed, Be
 
 
 def test_forces_alone_leave_shear_stress_and_chip_ratio_open(
-    learnt: tuple[Belief, Observed, Belief],
+    learnt: tuple[PairPosterior, Observed, PairPosterior],
 ) -> None:
     begun, observed, belief = learnt
     cuts = observed.cuts[0]
-    trial = chip_thickness(belief, Cuts("turn", turn(np.array([0.2]), np.array([2.0])).elements))
+    trial = chip_thickness(
+        belief, PairCuts("turn", turn(np.array([0.2]), np.array([2.0])).elements)
+    )
     open_ = {name: one for one in undetermined(begun, belief, [trial]) for name in one.names}
     assert "chip_flow" not in open_ or open_["chip_flow"].helps == ()
     assert "chip_ratio_rake" in open_, "one rake tells no slope in rake"
     ratio_sd = [
         float(np.sqrt(one.law.covariance[shear.RATIO, shear.RATIO]))
-        for one in (belief, learn(belief, _chips(truth(1), cuts)))
+        for one in (belief, posterior_of_readings(belief, _chips(truth(1), cuts)))
     ]
     assert ratio_sd[1] < 0.5 * ratio_sd[0]
     stress = [
         float(np.sqrt(one.law.covariance[shear.TAU, shear.TAU]))
-        for one in (belief, learn(belief, _chips(truth(1), cuts)))
+        for one in (belief, posterior_of_readings(belief, _chips(truth(1), cuts)))
     ]
     assert stress[1] < stress[0], "what the ratio was taken for is the shear stress"
 
 
-def _chips(theta: Array, cuts: Cuts) -> Observed:
+def _chips(theta: Array, cuts: PairCuts) -> Observed:
     """Return the chips of four cuts, measured to 3 %."""
     bare = Observed(
         (cuts,), np.arange(4), np.full(4, CHIP), np.zeros(4), np.ones(4), np.zeros((4, 0))
@@ -190,7 +209,9 @@ def _chips(theta: Array, cuts: Cuts) -> Observed:
 def test_what_was_not_determined_is_said_by_name() -> None:
     """One cut at one thickness: shear stress and its partners are named, a chip would help."""
     begun = any_metal()
-    belief = learn(begun, felt(truth(1), turn(np.array([0.2]), np.array([2.0])), seed=1))
+    belief = posterior_of_readings(
+        begun, felt(truth(1), turn(np.array([0.2]), np.array([2.0])), seed=1)
+    )
     chip = chip_thickness(belief, turn(np.array([0.2]), np.array([2.0])))
     said = [one.statement for one in undetermined(begun, belief, [chip])]
     helped = [line for line in said if "a measured chip thickness" in line]
@@ -200,29 +221,31 @@ def test_what_was_not_determined_is_said_by_name() -> None:
 
 def test_the_cut_proposed_is_the_best_and_within_limits() -> None:
     """The cut that is proposed leaves less open than any other, and none beyond a limit is."""
-    belief = learn(prior(), felt(truth(1), cuts_of(2, 2), seed=3))
+    belief = posterior_of_readings(prior(), felt(truth(1), cuts_of(2, 2), seed=3))
     grid = np.stack(np.meshgrid([0.1, 0.2, 0.4], [1.0, 3.0], [80.0, 250.0]), -1).reshape(-1, 3)
     candidates = turn(grid[:, 0], grid[:, 1], grid[:, 2])
     targets = cuts_of(9, 3)
-    sensed = tuple(Sensed(q, SD_N, (gain(g),)) for q, g in zip((Y, Z), GAIN, strict=True))
+    sensed = tuple(
+        SensedComponent(q, SD_N, (gain_error(g),)) for q, g in zip((Y, Z), GAIN, strict=True)
+    )
     best = propose(belief, candidates, targets, sensed=sensed, quantities=(Y, Z))
     assert best is not None
     left = []
     for k in range(len(grid)):
         cut = turn(*(grid[k : k + 1, i] for i in range(3)))
-        after = forecast(learn(belief, _exact(belief, cut)), targets)
+        after = forecast(posterior_of_readings(belief, _exact(belief, cut)), targets)
         left.append(float(np.mean((after.sd / after.mean)[:, [Y, Z]] ** 2)))
     assert_allclose(left[best.candidate], min(left), rtol=0.05)
     deep = forecast(belief, candidates).mean[:, Y].max()
-    limits = Limits(np.array([1e9, 0.5 * deep, 1e9, 1e9, 1e9]))
+    limits = PlanLimits(np.array([1e9, 0.5 * deep, 1e9, 1e9, 1e9]))
     light = propose(belief, candidates, targets, sensed=sensed, quantities=(Y,), limits=limits)
     assert light is not None
     assert limits.exceeded(forecast(belief, candidates))[light.candidate, Y] <= 0.05
-    none = Limits(np.full(5, 1.0))
+    none = PlanLimits(np.full(5, 1.0))
     assert propose(belief, candidates, targets, sensed=sensed, quantities=(Y,), limits=none) is None
 
 
-def _exact(belief: Belief, cut: Cuts) -> Observed:
+def _exact(belief: PairPosterior, cut: PairCuts) -> Observed:
     """Return the readings of a cut as the belief expects them."""
     made = felt(belief.law.mean, cut, seed=1)
     value = forecast(belief, cut).mean[0, [Y, Z]]
@@ -232,11 +255,11 @@ def _exact(belief: Belief, cut: Cuts) -> Observed:
 def test_a_card_is_believed_as_far_as_it_says() -> None:
     """Its forces come back within 8 %, drawn to what any metal has, and are open by its level."""
     chips = np.array([0.05, 0.1, 0.2, 0.4])
-    card = Card(chips, 2000.0 * chips**0.8, 1000.0 * chips**0.7, level=0.25, shape=0.05)
+    card = CardForces(chips, 2000.0 * chips**0.8, 1000.0 * chips**0.7, level=0.25, shape=0.05)
     belief = of_card(card)
     one = np.ones_like(chips)
-    edge = Turned(chips, one, 100.0 * one, one, 0.0 * one)
-    cuts = Cuts("orthogonal", elements_of(Insert(0.0, 90.0), edge))
+    edge = TurnedCuts(chips, one, 100.0 * one, one, 0.0 * one)
+    cuts = PairCuts("orthogonal", insert_elements(Insert(0.0, 90.0), edge))
     expected = forecast(belief, cuts)
     assert_allclose(expected.mean[:, 1], card.tangential, rtol=0.08)
     assert_allclose(expected.sd[:, 1] / expected.mean[:, 1], 0.25, rtol=0.15)
@@ -250,7 +273,7 @@ def test_a_cut_of_another_state_is_surprising_and_one_of_this_is_not() -> None:
     expected, because this truth is the law itself.
     """
     theta = truth(1)
-    belief = learn(prior(), felt(theta, cuts_of(2, 16), seed=3))
+    belief = posterior_of_readings(prior(), felt(theta, cuts_of(2, 16), seed=3))
     same = felt(theta, cuts_of(31, 300), seed=32)
     found = surprise(belief, same)
     assert found.implausible.sum() <= 4
@@ -263,7 +286,7 @@ def test_a_cut_of_another_state_is_surprising_and_one_of_this_is_not() -> None:
 def test_another_tool_of_the_material_is_believed_less() -> None:
     """Nearer the truth than what any metal has, wider than the pair itself."""
     theta = truth(1)
-    known = learn(prior(), felt(theta, cuts_of(2, 16), seed=3))
+    known = posterior_of_readings(prior(), felt(theta, cuts_of(2, 16), seed=3))
     ahead = cuts_of(41, 5)
     own, relative, any_ = (
         forecast(belief, ahead) for belief in (known, of_relative(known), any_metal())
@@ -281,16 +304,16 @@ def test_pairs_of_another_law_in_their_operation_and_in_others() -> None:
     held = {operation.name: 0 for family in FAMILIES for operation in family.predicted}
     pairs = 25
     for seed in range(7001, 7001 + pairs):
-        rng, pair = drawn(seed)
+        rng, pair = draw_pair(seed)
         for family in FAMILIES:
-            belief = learn(
+            belief = posterior_of_readings(
                 pair_ours.prior(pair.material),
-                pair_ours.observed(pair, feel(rng, pair, family.known, KNOWN)),
+                pair_ours.observed(pair, draw_read_cuts(rng, pair, family.known, KNOWN)),
             )
             for operation in family.predicted:
                 cut = operation.draw(rng, pair)
                 real = true_forces(pair, cut, scattered(rng))
-                mean, sd = pair_ours.predicted(belief, pair, operation.name, (cut,))
+                mean, sd = pair_ours.predicted_next(belief, pair, operation.name, (cut,))
                 held[operation.name] += int(abs(real[1] - mean[0, 1]) <= NORMAL_95 * sd[0, 1])
     for name, count in held.items():
         assert count >= binom.ppf(0.0001, pairs, 0.95), name

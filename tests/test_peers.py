@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from autodb.proofs.cases.base.case import Case
-from autodb.proofs.cases.plan import Planned, draw
+from autodb.proofs.cases.plan import PlannedCase, draw_concealed
 from benchmarks.peers import score
 from benchmarks.peers.axis_dictionary import axis_columns, since_reversal
 from benchmarks.peers.cases import problem_of
@@ -37,19 +37,19 @@ SHORT = 15
 @pytest.fixture(scope="module")
 def spring() -> Case:
     """Return a short recording of an axis on which a spring is hidden."""
-    return draw(SHORT, asked=Planned(("spring",), 20.0))
+    return draw_concealed(SHORT, asked=PlannedCase(("spring",), 20.0))
 
 
 @pytest.fixture(scope="module")
 def nothing() -> Case:
     """Return a short recording with nothing hidden."""
-    return draw(SHORT, asked=Planned((), 20.0))
+    return draw_concealed(SHORT, asked=PlannedCase((), 20.0))
 
 
 @pytest.fixture(scope="module")
 def wear() -> Case:
     """Return a table of cuts whose edges wear."""
-    return draw(1, asked=Planned(("tool_wear",), 20.0, table=True))
+    return draw_concealed(1, asked=PlannedCase(("tool_wear",), 20.0, table=True))
 
 
 def test_every_fifth_block_is_held_out_and_its_surroundings_fit_nothing() -> None:
@@ -114,7 +114,7 @@ def test_an_answer_comes_back_as_it_was_given(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["spring", "viscous", "asymmetry", "lag", "external_load"])
 def test_the_dictionary_of_an_axis_holds_what_is_hidden(kind: str) -> None:
-    case = draw(SHORT, asked=Planned((kind,), 20.0))
+    case = draw_concealed(SHORT, asked=PlannedCase((kind,), 20.0))
     assert case.reached
     columns = axis_columns(problem_of(case))
     mine = [column for term, _, column in columns if term == kind]
@@ -124,7 +124,7 @@ def test_the_dictionary_of_an_axis_holds_what_is_hidden(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ["tool_wear", "speed_softening", "hard_spot", "depth_error"])
 def test_the_dictionary_of_cuts_holds_what_is_hidden(kind: str) -> None:
-    case = draw(1, asked=Planned((kind,), 20.0, table=True))
+    case = draw_concealed(1, asked=PlannedCase((kind,), 20.0, table=True))
     problem = problem_of(case)
     for i, part in enumerate(case.hidden[0].part):
         mine = [column for term, _, column in cut_columns(problem, i) if term == kind]

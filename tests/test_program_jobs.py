@@ -12,13 +12,13 @@ from numpy.testing import assert_allclose
 
 from autodb.errors import UnusableInput
 from autodb.files.job import JobCut, JobProgram, read_job
-from autodb.files.machine import Limits
+from autodb.files.machine import AxisLimits
 from autodb.fitting import Gaussian
 from autodb.forward import along, prediction, programs
 from autodb.forward.limits import exceeding
 from autodb.forward.prediction import Interval, PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME
-from autodb.pairs.forecast import expected, forecast
+from autodb.pairs.forecast import expected_means, forecast
 from autodb.pairs.posterior import law_error
 from tests.conftest import Cli
 from tests.test_forward import INSERT, known
@@ -126,7 +126,7 @@ def test_a_shoulder_met_at_once_is_a_peak_that_is_spoken_of(tmp_path: Path) -> N
     assert line.peaks.torque_N_m.value > 8 * line.torque_N_m.value
     (said,) = along.peaked(cuts)
     assert "its largest torque is" in said
-    most = Limits(torque_N_m=0.5 * line.peaks.torque_N_m.value, speed_rpm=999.0)
+    most = AxisLimits(torque_N_m=0.5 * line.peaks.torque_N_m.value, speed_rpm=999.0)
     assert [one.unit for one in exceeding(cuts, {"spindle": most})] == ["N·m", "rpm"]
     assert not list(along.peaked(_predict(_follow(tmp_path, "G0 X56 Z2\nG1 Z-30 F.2\n"))))
 
@@ -156,7 +156,9 @@ def test_the_largest_is_what_is_expected_there_not_what_the_law_says(tmp_path: P
         cuts = BY_NAME["turn"].cuts(tool.numbers, rows, called=tool.name)
         some = off.also(cuts.assumed)
         moved = replace(some, state=Gaussian(some.state.mean + 0.01, some.state.covariance))
-        assert_allclose(expected(moved, cuts), forecast(moved, cuts).mean, rtol=1e-9, atol=1e-9)
+        assert_allclose(
+            expected_means(moved, cuts), forecast(moved, cuts).mean, rtol=1e-9, atol=1e-9
+        )
     for line in along.predict_lines(off, INSERT, found.lines[-1:], source="p.nc"):
         assert line.peaks is not None
         for name in FORCES:

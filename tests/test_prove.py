@@ -17,15 +17,15 @@ from scipy.stats import binom
 import autodb
 from autodb.errors import UnusableInput
 from autodb.proofs import catalogue
-from autodb.proofs.catalogue import PROOFS, Proof, begin, carry_out
+from autodb.proofs.catalogue import PROOFS, Proof, begin_runs, carry_out
 from autodb.proofs.machines.axis.axes import draw_run
 from autodb.proofs.machines.axis.quantities import NAMES, quantities
 from autodb.proofs.runs.axis import axis_intervals
 from autodb.proofs.runs.found import markdown
 from autodb.proofs.runs.oracle import oracle
 from autodb.proofs.runs.runs import digest
-from autodb.proofs.runs.score import LEVEL, POOLED, Judged, Z, scored
-from autodb.proofs.runs.summary import COLUMNS, Summary, cells
+from autodb.proofs.runs.score import LEVEL, POOLED, Judged, Z, scored_quantities
+from autodb.proofs.runs.summary import COLUMNS, IntervalsSummary, row_cells
 from tests.conftest import Cli
 
 RUNS = 12
@@ -53,9 +53,9 @@ def _made(run: Callable[[int], list[Judged]]) -> Proof[Judged]:
     return replace(PROOFS[0], run=run)
 
 
-def _carried_out(proof: Proof[Judged], folder: Path, runs: int = RUNS) -> Summary:
-    found = carry_out(begin(proof, folder), runs, progress=lambda _: None)
-    assert isinstance(found, Summary)
+def _carried_out(proof: Proof[Judged], folder: Path, runs: int = RUNS) -> IntervalsSummary:
+    found = carry_out(begin_runs(proof, folder), runs, progress=lambda _: None)
+    assert isinstance(found, IntervalsSummary)
     return found
 
 
@@ -85,7 +85,7 @@ def test_an_interrupted_proof_goes_on_and_ends_the_same(
     folder = tmp_path / "again"
     with pytest.raises(KeyboardInterrupt):
         _carried_out(_made(interrupted), folder)
-    kept = begin(_made(_right), folder)
+    kept = begin_runs(_made(_right), folder)
     assert sorted(kept.finished) == called == list(range(1, after + 1))
     assert kept.note == ""
     _carried_out(_made(_right), folder)
@@ -100,7 +100,7 @@ def test_a_line_that_a_kill_left_unfinished_is_run_again(
     folder = tmp_path / "cut"
     folder.mkdir()
     (folder / "axis-intervals.jsonl").write_bytes(whole[:-cut])
-    assert len(begin(_made(_right), folder).finished) < RUNS
+    assert len(begin_runs(_made(_right), folder).finished) < RUNS
     _carried_out(_made(_right), folder)
     assert _files(folder) == _files(undisturbed)
 
@@ -117,7 +117,7 @@ def test_a_killed_process_leaves_runs_that_are_gone_on_with(tmp_path: Path) -> N
         time.sleep(0.01)
     os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
-    done = len(begin(_made(_right), path.parent).finished)
+    done = len(begin_runs(_made(_right), path.parent).finished)
     assert 3 <= done < 1000
     _carried_out(_made(_right), path.parent, done + 2)
     _carried_out(_made(_right), tmp_path / "whole", done + 2)
@@ -152,7 +152,7 @@ def test_an_end_that_is_no_number_is_not_given_now_and_after_a_resume(tmp_path: 
 def test_a_changed_generator_begins_anew_and_says_so(undisturbed: Path) -> None:
     path = undisturbed / "axis-intervals.jsonl"
     path.write_bytes(path.read_bytes().replace(PROOFS[0].origin().generator.encode(), b"0" * 16))
-    begun = begin(_made(_right), undisturbed)
+    begun = begin_runs(_made(_right), undisturbed)
     assert begun.finished == {}
     assert f"generator was {'0' * 16} and is {PROOFS[0].origin().generator}" in begun.note
     assert begun.note.endswith("all runs begin anew")
@@ -189,13 +189,13 @@ def _imported(module: ModuleType) -> Iterator[str]:
 def test_what_is_no_proof_is_refused(tmp_path: Path, undisturbed: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(UnusableInput, match="is a file"):
-        begin(PROOFS[0], tmp_path / "file")
+        begin_runs(PROOFS[0], tmp_path / "file")
     path = undisturbed / "axis-intervals.jsonl"
     lines = path.read_bytes().splitlines(keepends=True)
     for row, line in ((1, b"a,b\n"), (3, b'{"seed": 2}\n')):
         path.write_bytes(b"".join([*lines[: row - 1], line, *lines[row:]]))
         with pytest.raises(UnusableInput, match=f"row {row}: no run of a proof"):
-            begin(PROOFS[0], undisturbed)
+            begin_runs(PROOFS[0], undisturbed)
 
 
 def test_the_command_lists_runs_goes_on_and_fails(
@@ -238,14 +238,14 @@ def test_the_command_refuses_what_changes_nothing(refused: Callable[..., str]) -
 
 def test_a_summary_comes_back_from_json_and_prints_every_row(tmp_path: Path) -> None:
     found = _carried_out(_made(_narrow), tmp_path)
-    assert Summary.from_json(found.to_json()) == found
+    assert IntervalsSummary.from_json(found.to_json()) == found
     page = markdown(found)
     assert page.startswith(f"axis-intervals: {RUNS} runs, seeds 1 to {RUNS}, autodb ")
     table = [line for line in page.splitlines() if line.startswith("|")]
     assert len(table) == 2 + len(found.rows)
     assert {line.count("|") for line in table} == {len(COLUMNS) + 1}
     assert [row.name for row in found.rows] == ["a", POOLED]
-    assert all(len(cells(row)) == len(COLUMNS) for row in found.rows)
+    assert all(len(row_cells(row)) == len(COLUMNS) for row in found.rows)
 
 
 def test_the_oracle_passes_its_own_proof() -> None:
@@ -258,14 +258,14 @@ def test_the_oracle_passes_its_own_proof() -> None:
             ends = best.interval(asked)
             middle = 0.5 * (ends[0] + ends[1])
             judged.append(Judged(asked.name, asked.unit, asked.truth, middle, *ends, *ends))
-    rows = scored(judged, runs=40)
+    rows = scored_quantities(judged, runs=40)
     assert {row.name for row in rows} == {*NAMES, POOLED}
     assert [row.name for row in rows if not row.passed] == []
     assert abs(rows[-1].share - LEVEL) < 0.03
 
 
 def test_what_is_given_is_value_and_interval_of_quantities_that_are_asked_for() -> None:
-    for one in axis_intervals.run(2):
+    for one in axis_intervals.run_axis_intervals(2):
         assert one.name in NAMES
         if one.value is not None:
             assert one.low is not None
@@ -279,7 +279,7 @@ def test_intervals_of_twenty_axes_hold() -> None:
 
     A quantity fails whose share lies below the 0.001/15 point of the binomial of its own n at 95 %.
     """
-    runs = [axis_intervals.run(seed) for seed in range(1, 21)]
+    runs = [axis_intervals.run_axis_intervals(seed) for seed in range(1, 21)]
     for name in NAMES:
         held = [one.holds for judged in runs for one in judged if one.name == name]
         fewest = binom.ppf(0.001 / len(NAMES), len(held), LEVEL)

@@ -7,16 +7,16 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.proofs.machines.axis import reference_axis, reference_friction, reference_moves
-from autodb.proofs.machines.axis.motion import Motion
-from autodb.proofs.machines.axis.reference_axis import Traced, traced
+from autodb.proofs.machines.axis.motion import TrueMotion
+from autodb.proofs.machines.axis.reference_axis import Traced, recorded_axis
 from autodb.proofs.runs.axis import axis_oracle, axis_run, axis_summary
 from autodb.proofs.runs.axis.axis_cells import segments
 from autodb.proofs.runs.axis.axis_errors import field_error
-from autodb.proofs.runs.axis.axis_ours import ours, recording
-from autodb.proofs.runs.axis.axis_run import ORACLE, OURS, PUBLISHED, Told
-from autodb.proofs.runs.axis.published_axis import SevenParameters, published, weight
+from autodb.proofs.runs.axis.axis_ours import axis_recording, ours
+from autodb.proofs.runs.axis.axis_run import ORACLE, OURS, PUBLISHED, AxisModelErrors
+from autodb.proofs.runs.axis.published_axis import SevenParameters, published_axis, published_weight
 from autodb.proofs.runs.runs import Finished, Origin
-from autodb.sensing.drives.moves.protocol import Protocol, means_by_way
+from autodb.sensing.drives.moves.protocol import FilterProtocol, means_by_way
 
 ORIGIN = Origin("axis-field", "0", "g", "p")
 SEED = 101
@@ -26,14 +26,14 @@ SEED = 101
 @pytest.fixture(scope="module")
 def made() -> Traced:
     """One axis, with its recordings."""
-    return traced(SEED, "x")
+    return recorded_axis(SEED, "x")
 
 
 def test_the_sweep_is_the_published_one() -> None:
     speeds = reference_moves.speeds_mm_s()
     assert len(speeds) == 27
     assert_allclose(60.0 * speeds[[0, 8, 9, 17, 18, 26]], [10, 90, 100, 900, 1000, 9000])
-    for motion in (reference_moves.sweep_motion()[0], reference_moves.contour_motion()[0]):
+    for motion in (reference_moves.axis_sweep_motion()[0], reference_moves.contour_motion()[0]):
         step_s = motion.t[1] - motion.t[0]
         gone = np.concatenate([[0.0], np.cumsum(0.5 * (motion.v[1:] + motion.v[:-1])) * step_s])
         assert_allclose(motion.x[0] + gone, motion.x, atol=0.5)
@@ -43,7 +43,7 @@ def test_the_sweep_is_the_published_one() -> None:
 
 def test_friction_falls_as_published_while_it_warms() -> None:
     for seed in range(SEED, SEED + 40):
-        warming = reference_axis.draw(seed, "x").friction.warming
+        warming = reference_axis.draw_reference_axis(seed, "x").friction.warming
         fallen = warming.drop * warming.warmth(np.ones(5001), 0.01)
         assert 0.05 <= fallen[1000] <= 0.10
         assert 0.145 <= fallen[5000] <= 0.205
@@ -52,7 +52,7 @@ def test_friction_falls_as_published_while_it_warms() -> None:
 
 
 def test_runs_differ_by_a_tenth() -> None:
-    made = traced(SEED, "y")
+    made = recorded_axis(SEED, "y")
     sd = np.sqrt(reference_axis.RUN_SD**2 + reference_axis.SLOW_SD**2 + reference_axis.PLACE_SD**2)
     assert_allclose(2.0 * sd, 0.10, rtol=0.01)
     moving = np.abs(made.sweep.motion.v) > 0.1
@@ -62,7 +62,7 @@ def test_runs_differ_by_a_tenth() -> None:
 
 def test_sliders_turn_over_their_way_and_hold_at_standstill() -> None:
     x = np.concatenate([np.linspace(0.0, 1.0, 101), np.full(20, 1.0), np.linspace(1.0, 0.0, 101)])
-    z = reference_friction.slid(x, (0.01, 0.02, 0.05, 0.1))
+    z = reference_friction.slid_state(x, (0.01, 0.02, 0.05, 0.1))
     assert_allclose(z[[50, 100, 119]], 1.0)
     assert_allclose(z[-1], -1.0)
     assert np.all(np.diff(z[121:]) <= 1e-12)
@@ -72,10 +72,10 @@ def test_sliders_turn_over_their_way_and_hold_at_standstill() -> None:
 
 
 def test_the_same_seed_gives_the_same_bytes(made: Traced) -> None:
-    again = traced(SEED, "x")
+    again = recorded_axis(SEED, "x")
     assert made.sweep.current_A.tobytes() == again.sweep.current_A.tobytes()
     assert made.contour.current_A.tobytes() == again.contour.current_A.tobytes()
-    assert made.sweep.current_A.tobytes() != traced(SEED + 1, "x").sweep.current_A.tobytes()
+    assert made.sweep.current_A.tobytes() != recorded_axis(SEED + 1, "x").sweep.current_A.tobytes()
 
 
 def test_a_field_of_the_published_form_is_found_again(made: Traced) -> None:
@@ -84,11 +84,11 @@ def test_a_field_of_the_published_form_is_found_again(made: Traced) -> None:
     law, v, x = SevenParameters(p), where.v_mm_s, where.x_mm
     current_A = np.sign(v) * (law(np.abs(v)) + 0.0004 * (x - 255.0)) + 3.0
     cells = replace(where.cells(made.sweep.current_A), current_A=current_A)
-    assert_allclose(weight(cells), 3.0, atol=1e-9)
-    model = published(cells, vertical=True)
+    assert_allclose(published_weight(cells), 3.0, atol=1e-9)
+    model = published_axis(cells, vertical=True)
     assert field_error(cells, model.current_A(x, v), 3.0) < 0.003
     bent = cells.of(current_A + 0.2 * np.sign(v) * np.sin(x / 60.0))
-    told = published(bent, vertical=True)
+    told = published_axis(bent, vertical=True)
     assert field_error(bent, told.current_A(x, v), 3.0) > 0.02, "a straight line along the travel"
 
 
@@ -106,7 +106,7 @@ def test_autodb_is_nearer_to_the_true_field_and_contour_than_the_published_way(
     where = segments(made)
     found = ours(made, where)
     true = where.cells(made.sweep.expected_A)
-    told = published(where.cells(made.sweep.current_A), vertical=False)
+    told = published_axis(where.cells(made.sweep.current_A), vertical=False)
     published_error = field_error(true, told.current_A(true.x_mm, true.v_mm_s), 0.0)
     assert field_error(true, where.means(found.sweep_A), 0.0) < 0.75 * published_error
     assert field_error(true, where.means(found.sweep_terms_A), 0.0) > published_error
@@ -119,11 +119,13 @@ def test_autodb_is_nearer_to_the_true_field_and_contour_than_the_published_way(
     assert off < 0.5 * published_off
 
 
-def _told(way: str, axis: str, measured: float) -> Told:
-    return Told(way, axis, measured, measured, 0.03, 0.03, 0.12, 0.005 if axis == "z" else None)
+def _told(way: str, axis: str, measured: float) -> AxisModelErrors:
+    return AxisModelErrors(
+        way, axis, measured, measured, 0.03, 0.03, 0.12, 0.005 if axis == "z" else None
+    )
 
 
-def _runs(**measured: float) -> list[Finished[Told]]:
+def _runs(**measured: float) -> list[Finished[AxisModelErrors]]:
     size = {"x": 0.032, "y": 0.024, "z": 0.10}
     told = tuple(
         _told(way, axis, measured.get(way.split()[0].replace(",", ""), 0.5) * size[axis])
@@ -141,19 +143,19 @@ def test_limits() -> None:
     near = axis_summary.fields_of(_runs(**{"as": 1.0, "autodb": 0.9, "oracle": 0.8}), ORIGIN)
     assert near.passed, "near the oracle is enough"
     assert not axis_summary.fields_of(_runs(**{"as": 1.0, "autodb": 0.7}), ORIGIN).passed
-    gate = axis_summary.gate_of(_runs(**{"as": 1.0}), ORIGIN)
+    gate = axis_summary.axis_gate_of(_runs(**{"as": 1.0}), ORIGIN)
     assert gate.passed
-    assert axis_summary.read_gate(gate.to_json()) == gate
-    assert not axis_summary.gate_of(_runs(**{"as": 0.5}), ORIGIN).passed
+    assert axis_summary.read_axis_gate(gate.to_json()) == gate
+    assert not axis_summary.axis_gate_of(_runs(**{"as": 0.5}), ORIGIN).passed
     light = [Finished(1, tuple(replace(one, weight=0.02) for one in _runs()[0].judged))]
     assert not axis_summary.fields_of(light, ORIGIN).passed
     far = [Finished(1, tuple(replace(one, contour=0.2) for one in _runs(**{"as": 1.0})[0].judged))]
-    assert not axis_summary.gate_of(far, ORIGIN).passed
+    assert not axis_summary.axis_gate_of(far, ORIGIN).passed
 
 
 def test_means_by_way_are_short_at_turns_and_long_at_creep() -> None:
     v = np.concatenate([np.full(6000, 0.5), np.zeros(500), np.full(500, -50.0)])
-    made = means_by_way(Protocol(20.0, 5), v, rate_hz=50.0)
+    made = means_by_way(FilterProtocol(20.0, 5), v, rate_hz=50.0)
     count = np.diff([*made.edges, len(v)])
     assert count[0] == 5, "after a turn"
     assert count[made.edges.index(6000)] == 500, "a standstill is one mean"
@@ -166,6 +168,6 @@ def test_means_by_way_are_short_at_turns_and_long_at_creep() -> None:
 
 
 def test_the_recording_is_what_a_control_traces(made: Traced) -> None:
-    seen = recording(made.sweep, "x")
+    seen = axis_recording(made.sweep, "x")
     assert set(seen.channels) == {"t", "x.position", "x.velocity", "x.current"}
-    assert isinstance(made.sweep.motion, Motion)
+    assert isinstance(made.sweep.motion, TrueMotion)

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from autodb.proofs.machines.lathe import reference_lathe
 from autodb.proofs.runs.lathe import lathe_summary
-from autodb.proofs.runs.lathe.lathe_run import AxisErrors, run
+from autodb.proofs.runs.lathe.lathe_run import AxisErrors, run_lathe
 from autodb.proofs.runs.lathe.published_lathe import SpindleLaw
 from autodb.proofs.runs.runs import Finished, Origin
 
@@ -17,10 +17,10 @@ MACHINES = range(1, 3)
 @pytest.fixture(scope="module")
 def runs() -> list[Finished[AxisErrors]]:
     """Two machines of the proof."""
-    return [Finished(seed, tuple(run(seed))) for seed in MACHINES]
+    return [Finished(seed, tuple(run_lathe(seed))) for seed in MACHINES]
 
 
-def _changed(runs: list[Finished[AxisErrors]], **factors: float) -> lathe_summary.Summary:
+def _changed(runs: list[Finished[AxisErrors]], **factors: float) -> lathe_summary.LatheSummary:
     changed = [
         Finished(
             one.seed,
@@ -31,7 +31,7 @@ def _changed(runs: list[Finished[AxisErrors]], **factors: float) -> lathe_summar
         )
         for one in runs
     ]
-    return lathe_summary.summary_of(changed, ORIGIN)
+    return lathe_summary.lathe_summary_of(changed, ORIGIN)
 
 
 @pytest.mark.campaign
@@ -48,7 +48,7 @@ def test_forces_of_calibrated_lathes(runs: list[Finished[AxisErrors]]) -> None:
         if row.axis == "z":
             assert row.rmse_N < 0.9 * row.published_method_N
     assert found.straight
-    assert lathe_summary.Summary.from_json(found.to_json()) == found
+    assert lathe_summary.LatheSummary.from_json(found.to_json()) == found
 
 
 @pytest.mark.campaign

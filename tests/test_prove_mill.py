@@ -13,14 +13,14 @@ from autodb.proofs.machines.mill.reference_mill import (
     Logged,
     MillAxis,
     draw_mill,
-    milled,
+    mill_cut,
     swept_axis,
 )
 from autodb.proofs.runs.mill import mill_run, mill_summary
 from autodb.proofs.runs.mill.mill_ours import loads_A
-from autodb.proofs.runs.mill.mill_run import PUBLISHED, Kept, Told
+from autodb.proofs.runs.mill.mill_run import PUBLISHED, ForceErrors, KeptOfAxis
 from autodb.proofs.runs.mill.mill_summary import PUBLISHED_N
-from autodb.proofs.runs.mill.published_mill import Stribeck, four_steps
+from autodb.proofs.runs.mill.published_mill import PublishedStribeck, published_four_steps
 from autodb.proofs.runs.runs import Finished, Origin
 from autodb.sensing.drives.fit.axis_model import terms_with
 from autodb.sensing.drives.fit.drive_errors import DriveErrors
@@ -45,7 +45,7 @@ def test_axes_carry_each_other(mill: dict[str, MillAxis]) -> None:
 
 
 def test_moves_are_their_own_derivatives() -> None:
-    paths = [reference_mill_moves.sweep_motion()]
+    paths = [reference_mill_moves.mill_sweep_motion()]
     for cut in PLAN[3:5]:
         paths += reference_mill_moves.travelled((100.0, 100.0, 100.0), cut.legs()).axes.values()
     for motion in paths:
@@ -58,7 +58,7 @@ def test_moves_are_their_own_derivatives() -> None:
 def test_a_ramp_has_the_published_peak_forces() -> None:
     peaks = []
     for seed in range(SEED, SEED + 5):
-        ramp = milled(seed, draw_mill(seed), 3, PLAN[3])
+        ramp = mill_cut(seed, draw_mill(seed), 3, PLAN[3])
         peaks.append([np.abs(ramp.load_N[name]).max() for name in "xy"])
     assert_allclose(np.median(peaks, axis=0), [206.2, 115.5], rtol=0.15)  # P0 Table 2
 
@@ -66,7 +66,7 @@ def test_a_ramp_has_the_published_peak_forces() -> None:
 def test_tooth_passing_shows_folded_in_currents_and_not_in_the_force(
     mill: dict[str, MillAxis],
 ) -> None:
-    made = milled(SEED, mill, 6, PLAN[6])
+    made = mill_cut(SEED, mill, 6, PLAN[6])
     assert made.cut.speed_rpm == 4500.0  # 300 Hz: folds to 50 Hz, where no order of the spindle is
     rows = (made.t > made.begins_s + 2.0) & (made.t < made.ends_s - 2.0)
     cut_N = made.axes["x"].current_A * mill["x"].newtons_per_ampere - made.air_N["x"]
@@ -82,7 +82,7 @@ def test_tooth_passing_shows_folded_in_currents_and_not_in_the_force(
 
 
 def test_mean_forces_of_a_slot_are_those_of_the_closed_form() -> None:
-    slot = reference_milling.Engagement(2.0, 10.0, 0.03, False, 0.0, 0.0)
+    slot = reference_milling.MillEngagement(2.0, 10.0, 0.03, False, 0.0, 0.0)
     mean = reference_milling.orders(slot)[:, 0].real
     work = reference_milling.C45
     tangential, radial = zip(work.chip_N_mm2[:2], work.edge_N_mm, strict=True)
@@ -94,18 +94,18 @@ def test_mean_forces_of_a_slot_are_those_of_the_closed_form() -> None:
 def test_another_work_takes_its_own_forces_of_the_same_cut(mill: dict[str, MillAxis]) -> None:
     """Half of every coefficient is half of the load; motion and friction are as they were."""
     steel = reference_milling.C45
-    half = reference_milling.Work("half", (1075.0, 425.0, 150.0), (10.0, 8.5))
-    made, softer = (milled(SEED, mill, 4, PLAN[4], work) for work in (steel, half))
+    half = reference_milling.TeethLaw("half", (1075.0, 425.0, 150.0), (10.0, 8.5))
+    made, softer = (mill_cut(SEED, mill, 4, PLAN[4], work) for work in (steel, half))
     assert_allclose(softer.load_N["x"], 0.5 * made.load_N["x"], atol=1e-9)
     assert_allclose(softer.axes["x"].motion.x, made.axes["x"].motion.x, atol=0.0)
     assert_allclose(softer.air_N["y"], made.air_N["y"], atol=0.0)
 
 
 def test_the_same_seed_gives_the_same_bytes(mill: dict[str, MillAxis]) -> None:
-    made, again = (milled(SEED, draw_mill(SEED), 4, PLAN[4]) for _ in range(2))
+    made, again = (mill_cut(SEED, draw_mill(SEED), 4, PLAN[4]) for _ in range(2))
     assert made.axes["y"].current_A.tobytes() == again.axes["y"].current_A.tobytes()
     assert made.load_N["y"].tobytes() == again.load_N["y"].tobytes()
-    other = milled(SEED + 1, mill, 4, PLAN[4])
+    other = mill_cut(SEED + 1, mill, 4, PLAN[4])
     assert made.axes["y"].current_A.tobytes() != other.axes["y"].current_A.tobytes()
 
 
@@ -123,13 +123,13 @@ def test_cogging_is_of_a_pole_and_no_few_clean_harmonics() -> None:
 
 
 def test_four_steps_find_a_machine_of_their_own_form_again() -> None:
-    motion = reference_mill_moves.sweep_motion()
+    motion = reference_mill_moves.mill_sweep_motion()
     x, v = motion.x, motion.v
     turn = 2.0 * np.pi * x / reference_mill_moves.PITCH_MM
     cogging_N = 30.0 * np.sin(turn) + 10.0 * np.cos(3.0 * turn)
-    law = Stribeck(np.array([180.0, 230.0, 4.0, 0.5]))
+    law = PublishedStribeck(np.array([180.0, 230.0, 4.0, 0.5]))
     effort_N = 0.3 * (x - 120.0) + cogging_N + law(v) + 0.25 * motion.a
-    found = four_steps(Logged(motion, effort_N / 90.0), 90.0)
+    found = published_four_steps(Logged(motion, effort_N / 90.0), 90.0)
     assert_allclose(found.slope, 0.3, rtol=0.02)
     assert_allclose(found.rest_mm, 120.0, atol=2.0)
     assert_allclose(found.friction.p, law.p, rtol=0.01)
@@ -140,8 +140,8 @@ def test_four_steps_find_a_machine_of_their_own_form_again() -> None:
 
 
 def test_the_published_way_is_far_off_only_where_axes_turn(mill: dict[str, MillAxis]) -> None:
-    cuts = [milled(SEED, mill, number, PLAN[number]) for number in (0, 4)]
-    told = mill_run.told(PUBLISHED, mill_run.published(SEED, mill, cuts), cuts)
+    cuts = [mill_cut(SEED, mill, number, PLAN[number]) for number in (0, 4)]
+    told = mill_run.force_errors(PUBLISHED, mill_run.published_forces(SEED, mill, cuts), cuts)
     slot, pocket = (max(one.rmse_N for one in told if one.cut == cut.cut.name) for cut in cuts)
     assert slot < 60.0 < pocket
     assert isinstance(swept_axis(SEED, mill["z"]), Logged)
@@ -150,16 +150,16 @@ def test_the_published_way_is_far_off_only_where_axes_turn(mill: dict[str, MillA
 def test_what_another_day_leaves_is_less_than_the_published_way_leaves_in_a_pocket(
     mill: dict[str, MillAxis],
 ) -> None:
-    cuts = [milled(SEED, mill, 4, PLAN[4])]
-    ways = (mill_run.published(SEED, mill, cuts), mill_run.known(mill, cuts))
-    published, known = (mill_run.told("", loads, cuts) for loads in ways)
+    cuts = [mill_cut(SEED, mill, 4, PLAN[4])]
+    ways = (mill_run.published_forces(SEED, mill, cuts), mill_run.known(mill, cuts))
+    published, known = (mill_run.force_errors("", loads, cuts) for loads in ways)
     for one, other in zip(known, published, strict=True):
         assert one.rmse_N < 0.5 * other.rmse_N
         assert one.slow_N < one.rmse_N
 
 
 def test_the_load_is_what_a_model_leaves_of_the_current(mill: dict[str, MillAxis]) -> None:
-    made = milled(SEED, mill, 0, PLAN[0])
+    made = mill_cut(SEED, mill, 0, PLAN[0])
     errors = DriveErrors(((0.0,) * 3,) * 6, 0.0, 100.0, 1000.0, (0.0, 330.0))
     terms = terms_with({"gravity": 0.5}, "A")
     model = DriveModel("x", "x.current", "A", terms, np.zeros((1, 1)), errors)
@@ -168,16 +168,16 @@ def test_the_load_is_what_a_model_leaves_of_the_current(mill: dict[str, MillAxis
     assert_allclose(load_A, slow_A - 0.5, atol=1e-9)
 
 
-def _told(way: str, factor: float) -> list[Told | Kept]:
-    return [Told(way, cut, axis, factor * n, n) for (cut, axis), n in PUBLISHED_N.items()]
+def _told(way: str, factor: float) -> list[ForceErrors | KeptOfAxis]:
+    return [ForceErrors(way, cut, axis, factor * n, n) for (cut, axis), n in PUBLISHED_N.items()]
 
 
-def _runs(factor: float) -> list[Finished[Told | Kept]]:
+def _runs(factor: float) -> list[Finished[ForceErrors | KeptOfAxis]]:
     return [Finished(1, tuple(_told(PUBLISHED, factor)))]
 
 
-def _forces(factor: float, pole_mm: float = 23.1) -> mill_summary.Forces:
-    kept = [Kept(axis, "a table", pole_mm, 201.0, 200.0) for axis in "xy"]
+def _forces(factor: float, pole_mm: float = 23.1) -> mill_summary.ForcesGate:
+    kept = [KeptOfAxis(axis, "a table", pole_mm, 201.0, 200.0) for axis in "xy"]
     told = [*_told(PUBLISHED, 1.0), *_told(mill_run.OURS, factor), *kept]
     return mill_summary.forces_of([Finished(1, tuple(told))], ORIGIN)
 
@@ -193,9 +193,9 @@ def test_limits_of_the_forces() -> None:
 
 
 def test_limits_of_the_gate() -> None:
-    good = mill_summary.gate_of(_runs(0.9), ORIGIN)
+    good = mill_summary.mill_gate_of(_runs(0.9), ORIGIN)
     assert good.passed
-    assert mill_summary.read_gate(good.to_json()) == good
-    assert not mill_summary.gate_of(_runs(0.7), ORIGIN).passed
-    assert not mill_summary.gate_of(_runs(1.3), ORIGIN).passed
+    assert mill_summary.read_mill_gate(good.to_json()) == good
+    assert not mill_summary.mill_gate_of(_runs(0.7), ORIGIN).passed
+    assert not mill_summary.mill_gate_of(_runs(1.3), ORIGIN).passed
     assert not replace(good, mean_N=90.0).passed

@@ -9,7 +9,7 @@ from scipy import constants
 
 from autodb.errors import UnusableInput
 from autodb.proofs.machines.mill import reference_table
-from autodb.proofs.machines.mill.reference_table import Recorded, Table
+from autodb.proofs.machines.mill.reference_table import RecordedTable, TrueTable
 from autodb.proofs.runs.mill import published_table, table_run, table_summary
 from autodb.proofs.runs.runs import Finished, Origin
 from autodb.records import Recording
@@ -19,33 +19,33 @@ SEED = 101
 
 
 @pytest.fixture(scope="module")
-def table() -> Table:
+def table() -> TrueTable:
     """A table of development."""
     return reference_table.draw_table(SEED)
 
 
 @pytest.fixture(scope="module")
-def cut(table: Table) -> Recorded:
+def cut(table: TrueTable) -> RecordedTable:
     """Its first tilted cut."""
-    return reference_table.milled(SEED, table, 1)
+    return reference_table.mill_on_table(SEED, table, 1)
 
 
-def test_the_reference_table_is_the_papers(table: Table, cut: Recorded) -> None:
+def test_the_reference_table_is_the_papers(table: TrueTable, cut: RecordedTable) -> None:
     """P4 Table 2: ranges of the force, within 10 %; tared; heat only after chips."""
     rows = published_table.inner(cut.whole)
-    low, high = published_table.envelopes(cut.true_N)[..., rows].mean(axis=2)
+    low, high = published_table.published_envelopes(cut.true_N)[..., rows].mean(axis=2)
     assert_allclose(high - low, published_table.RANGES_N, rtol=0.1)
     first = np.argmax(cut.engaged)
     assert first == round(reference_table.BEFORE_S * reference_table.FORCE_HZ) + 1
     assert not cut.heat_N[:, :first].any()
     assert np.abs(cut.heat_N[2, -1]) > 5.0
-    again = reference_table.milled(SEED, table, 1)
+    again = reference_table.mill_on_table(SEED, table, 1)
     assert_allclose(again.reading_N, cut.reading_N, atol=0.0)
 
 
-def test_its_rests_weigh_what_lies_on_it(table: Table) -> None:
+def test_its_rests_weigh_what_lies_on_it(table: TrueTable) -> None:
     """P4 equation 5 at rest in −60°, 0°: y reads −m g sin θ_x, z m g (cos θ_x − 1)."""
-    seen = reference_table.tilted(SEED, table, added_kg=3.0, stops_deg=((-60.0, 0.0),))
+    seen = reference_table.record_tilted(SEED, table, added_kg=3.0, stops_deg=((-60.0, 0.0),))
     begin, end = published_table.rests(seen.log)[1]
     read = seen.reading_N[:, (begin + end) // 2 : end].mean(axis=1)
     weight = (table.sensor_kg + 3.0) * constants.g
@@ -54,29 +54,29 @@ def test_its_rests_weigh_what_lies_on_it(table: Table) -> None:
 
 
 def test_p4s_model_finds_the_mass_of_a_quiet_table(
-    table: Table, monkeypatch: pytest.MonkeyPatch
+    table: TrueTable, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Without noise, crosstalk and offsets its median is the mass, and weight goes to nothing."""
     monkeypatch.setattr(reference_table, "WANDERS_N", (0.0, 0.0, 0.0))
     monkeypatch.setattr(reference_table, "NOISE_N", 0.0)
     still = replace(table, matrix=np.eye(3), offsets_deg=(0.0, 0.0), drawn_m=table.loaded(10.1)[1])
-    alone = reference_table.tilted(SEED, still, added_kg=0.0)
-    fixed = reference_table.tilted(
+    alone = reference_table.record_tilted(SEED, still, added_kg=0.0)
+    fixed = reference_table.record_tilted(
         SEED, still, added_kg=12.3, stops_deg=reference_table.TILTS_FIXED_DEG
     )
     found = published_table.model(alone, fixed, 12.3, still)
     assert_allclose(found.mass_kg, still.sensor_kg + 10.1, rtol=1e-4)
-    seen = reference_table.milled(SEED, still, 2)
+    seen = reference_table.mill_on_table(SEED, still, 2)
     before = slice(0, round(2.5 * reference_table.FORCE_HZ))
     assert np.abs(found.process_N(seen)[:, before]).max() < 0.05
 
 
-def test_where_a_tool_cuts_is_seen(cut: Recorded) -> None:
-    found = engaged(table_run.recording(cut))
+def test_where_a_tool_cuts_is_seen(cut: RecordedTable) -> None:
+    found = engaged(table_run.table_recording(cut))
     assert np.mean(found != cut.engaged) < 0.02
     assert found[cut.whole].all()
     slow = Recording(
-        table_run.recording(cut).path,
+        table_run.table_recording(cut).path,
         {"t": np.arange(50) / 50.0} | {f"force.{one}": np.zeros(50) for one in "xyz"},
     )
     with pytest.raises(UnusableInput, match="teeth do not show at 50 Hz; 200 Hz or more"):
@@ -85,9 +85,9 @@ def test_where_a_tool_cuts_is_seen(cut: Recorded) -> None:
 
 def test_a_run_is_summed_up() -> None:
     """One table: the gate's shape, ours nearer than P4's model by three and more."""
-    run = Finished(SEED, tuple(table_run.run(SEED)))
+    run = Finished(SEED, tuple(table_run.run_table(SEED)))
     origin = Origin("table", "0", "generator", "product")
-    found = table_summary.summary_of([run], origin)
+    found = table_summary.table_summary_of([run], origin)
     by_way = {row.way: row for row in found.off}
     ours, published = by_way[table_summary.OURS], by_way[table_summary.PUBLISHED]
     assert ours.sideways_N < 0.35 * published.sideways_N
@@ -95,7 +95,7 @@ def test_a_run_is_summed_up() -> None:
     assert found.along > 0.15
     assert found.told == 4
     assert found.recordings == 2
-    assert table_summary.read(found.to_json()) == found
+    assert table_summary.read_table_forces(found.to_json()) == found
     limits = found.tables()[0]
     assert len(limits.rows) == 10
     gate = found.tables()[1]

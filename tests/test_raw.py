@@ -57,10 +57,10 @@ def _row(table: CutTable) -> dict[str, float]:
 def test_one_hall_sensor_an_axis_reads_what_three_phases_do(
     cut: dict[str, Array], volts: Path
 ) -> None:
-    three = _row(raw.cut_of(Recording(path=Path("three.csv"), channels=cut)).table)
+    three = _row(raw.cut_of_recording(Recording(path=Path("three.csv"), channels=cut)).table)
     read = records.read(volts)
     assert isinstance(read, Recording)
-    one = _row(raw.cut_of(read).table)
+    one = _row(raw.cut_of_recording(read).table)
     for name in ("spindle.current.range", "spindle.current.air", "z.current.range"):
         assert_allclose(one[name], three[name], rtol=0.005)
     assert_allclose(one["z.current.air"], three["z.current.air"], rtol=0.03)
@@ -88,7 +88,7 @@ def test_a_range_that_folds_on_its_way_into_the_cut_is_left_out() -> None:
     channels = {"t": t, **{f"x.current.{name}": values for name, values in made.items()}}
     spindle = phases(rng, np.where(t > 10.0, 20.0, 10.0), np.full(t.size, 50.0), RATE)
     channels |= {f"spindle.current.{name}": values for name, values in spindle.items()}
-    done = raw.cut_of(Recording(path=Path("a.csv"), channels=channels))
+    done = raw.cut_of_recording(Recording(path=Path("a.csv"), channels=channels))
     row = _row(done.table)
     assert_allclose(row["x.current.air"], 3.0, rtol=0.005)
     assert "x.current.range" not in row
@@ -101,9 +101,9 @@ def test_velocity_and_temperature_of_a_cut_are_kept_with_it(cut: dict[str, Array
     t = cut["t"]
     theta = {"spindle.temperature": 30.0 + 0.0 * t}
     bare = {name: v for name, v in cut.items() if not name.endswith((".position", ".velocity"))}
-    row = _row(raw.cut_of(Recording(path=Path("a.csv"), channels=bare | theta)).table)
+    row = _row(raw.cut_of_recording(Recording(path=Path("a.csv"), channels=bare | theta)).table)
     assert_allclose(row["spindle.temperature"], 30.0)
     assert "z.velocity" not in row
     for moves in ({"z.velocity": -4.0 + 0.0 * t}, {"z.position": 100.0 - 4.0 * t}):
-        row = _row(raw.cut_of(Recording(path=Path("a.csv"), channels=bare | moves)).table)
+        row = _row(raw.cut_of_recording(Recording(path=Path("a.csv"), channels=bare | moves)).table)
         assert_allclose(row["z.velocity"], -4.0)

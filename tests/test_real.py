@@ -16,7 +16,7 @@ from autodb.records import CutTable, Recording
 from autodb.sensing.drives import feed_axis
 from autodb.sensing.drives.fit.axis_model import amplitudes, terms_with
 from autodb.sensing.drives.fit.ripples import find_orders
-from autodb.sensing.drives.moves.protocol import Protocol
+from autodb.sensing.drives.moves.protocol import FilterProtocol
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.forms import LINE
 from benchmarks import vicomtech_wear as wear
@@ -80,8 +80,8 @@ def test_calibrate_command_on_the_real_table(cli: Cli, vicomtech: Path, sample_j
 
 
 def test_axis_identified_within_two_published_sd(emps: Path, sample_jobs: Path) -> None:
-    found = feed_axis.plain(_moves(emps, sample_jobs))
-    assert found.protocol == Protocol(cutoff_hz=100.0, decimate=10, crop_s=0.5)
+    found = feed_axis.ordinary_least_squares(_moves(emps, sample_jobs))
+    assert found.protocol == FilterProtocol(cutoff_hz=100.0, decimate=10, crop_s=0.5)
     for term, (value, sd) in PUBLISHED.items():
         assert_allclose(found.value(term), value, atol=2.0 * sd, err_msg=term)
     assert_allclose(found.relative_error, 0.0408, atol=POINTS)
@@ -106,7 +106,7 @@ def test_relative_errors_are_the_published_ones(
 def test_cross_test_on_the_file_with_pulses_is_the_published_one(
     emps: Path, pulses: Path, sample_jobs: Path
 ) -> None:
-    plain = feed_axis.plain(_moves(emps, sample_jobs))
+    plain = feed_axis.ordinary_least_squares(_moves(emps, sample_jobs))
     other = _moves(pulses, sample_jobs)
     error = feed_axis.cross_test(other, "x", plain.protocol, [*plain.terms, *plain.given])
     assert_allclose(error, 0.059824, atol=POINTS)

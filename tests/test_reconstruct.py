@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from autodb import signals
 from autodb.records import Recording
 from autodb.sensing.drives.feed_axis import identify
-from autodb.sensing.drives.reconstruct import DriveModel, at_limit, observe, reconstruct
+from autodb.sensing.drives.reconstruct import DriveModel, observe, reconstruct, rows_at_limit
 from tests.conftest import Cli
 
 Array = NDArray[np.float64]
@@ -111,9 +111,9 @@ def test_what_the_drive_takes_back_and_where_it_is_cut_off_is_marked(model: Driv
     assert np.mean(load.braking[fast & (velocity > 0)]) > 0.95
     assert np.mean(load.braking[fast & (velocity < 0)]) < 0.05
     effort = pulled["z.current"]
-    assert not at_limit(effort).any(), "noise has one largest value"
+    assert not rows_at_limit(effort).any(), "noise has one largest value"
     clipped = np.clip(effort, -3.5, 3.5)
-    assert_array_equal(at_limit(clipped), np.abs(clipped) >= 0.98 * 3.5)
+    assert_array_equal(rows_at_limit(clipped), np.abs(clipped) >= 0.98 * 3.5)
 
 
 def _emps(path: Path, *, by_law: bool) -> tuple[Recording, Array]:

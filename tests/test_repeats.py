@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.sensing.ranges.moved import moved, pooled_sd
+from autodb.sensing.ranges.moved import moved_between, pooled_sd
 from autodb.sensing.ranges.repeats import (
     Sample,
     equal_means,
@@ -102,11 +102,11 @@ def _plan(rng: np.random.Generator, *, step: float) -> tuple[np.ndarray, np.ndar
 
 def test_what_moved_is_said_with_an_interval_that_holds() -> None:
     rng = np.random.default_rng(54)
-    made = [moved(*_plan(rng, step=0.4), first=[0], last=[15]) for _ in range(RUNS)]
+    made = [moved_between(*_plan(rng, step=0.4), first=[0], last=[15]) for _ in range(RUNS)]
     held = np.mean([m.low <= 0.4 <= m.high for m in made])
     assert BAND[0] < held < BAND[1]
     assert np.mean([m.beyond for m in made]) > 0.95
-    still = [moved(*_plan(rng, step=0.0), first=[0], last=[15]) for _ in range(RUNS)]
+    still = [moved_between(*_plan(rng, step=0.0), first=[0], last=[15]) for _ in range(RUNS)]
     assert_allclose(np.mean([m.beyond for m in still]), 0.05, atol=0.016)
     assert "more than repeats scatter" in made[0].sentence("z.current.range", "A")
 
@@ -114,7 +114,7 @@ def test_what_moved_is_said_with_an_interval_that_holds() -> None:
 def test_what_cannot_be_compared_is_refused() -> None:
     current, conditions = _plan(np.random.default_rng(55), step=0.0)
     with pytest.raises(ValueError, match="several conditions"):
-        moved(current, conditions, first=[0], last=[14])
+        moved_between(current, conditions, first=[0], last=[14])
     with pytest.raises(ValueError, match="no condition was repeated"):
-        moved(current[:6], np.array([0, 1, 2, 3, 4, 0]), first=[0], last=[5])
+        moved_between(current[:6], np.array([0, 1, 2, 3, 4, 0]), first=[0], last=[5])
     assert pooled_sd(np.array([1.0, 3.0]), np.array([0, 0])) == (np.sqrt(2.0), 1)

@@ -48,9 +48,9 @@ def kept(standard_learnt: Cli) -> Cli:
         with _opened() as store:
             refresh(store, MACHINE, inbox=Inbox(Path("in"), settled_s=0.0))
             with store.writing() as session:
-                mine = models.Recording.path.endswith(f"{name}.csv")
+                mine = models.StoredRecording.path.endswith(f"{name}.csv")
                 came = OLD if name == "old" else NEW
-                session.execute(update(models.Recording).where(mine).values(imported_at=came))
+                session.execute(update(models.StoredRecording).where(mine).values(imported_at=came))
     return standard_learnt
 
 
@@ -69,9 +69,11 @@ def _files() -> set[str]:
     return {path.name for path in Path("in").rglob("*") if path.is_file()}
 
 
-def _row(name: str) -> models.Recording:
+def _row(name: str) -> models.StoredRecording:
     with _opened() as store, store.reading() as session:
-        query = select(models.Recording).where(models.Recording.delivered_as.endswith(name))
+        query = select(models.StoredRecording).where(
+            models.StoredRecording.delivered_as.endswith(name)
+        )
         row = session.scalars(query).one()
         session.expunge(row)
         return row
@@ -137,8 +139,8 @@ def test_files_that_no_inbox_keeps_are_not_touched(kept: Cli) -> None:
     kept("import", "mine.csv", "--machine", MACHINE)
     with _opened() as store, store.writing() as session:
         session.execute(
-            update(models.Recording)
-            .where(models.Recording.path.endswith("mine.csv"))
+            update(models.StoredRecording)
+            .where(models.StoredRecording.path.endswith("mine.csv"))
             .values(imported_at=OLD)
         )
     pd.read_csv(RECORDINGS / WEEK).iloc[5:9].to_csv("in/last.csv", index=False)
@@ -152,17 +154,19 @@ def test_files_that_no_inbox_keeps_are_not_touched(kept: Cli) -> None:
 def test_a_clock_that_jumped_back_makes_nothing_old(kept: Cli) -> None:
     _policy(kept, "drop_after_days = 10")
     with _opened() as store, store.writing() as session:
-        last = models.Recording.path.endswith("new.csv")
+        last = models.StoredRecording.path.endswith("new.csv")
         session.execute(
-            update(models.Recording).where(last).values(imported_at="1970-01-01T00:00:10+00:00")
+            update(models.StoredRecording)
+            .where(last)
+            .values(imported_at="1970-01-01T00:00:10+00:00")
         )
     assert _retain() == Retained()
 
 
 def _imported(name: str, at: str) -> None:
     with _opened() as store, store.writing() as session:
-        mine = models.Recording.path.endswith(f"{name}.csv")
-        session.execute(update(models.Recording).where(mine).values(imported_at=at))
+        mine = models.StoredRecording.path.endswith(f"{name}.csv")
+        session.execute(update(models.StoredRecording).where(mine).values(imported_at=at))
 
 
 def test_a_clock_that_jumped_ahead_drops_nothing(kept: Cli) -> None:

@@ -10,7 +10,7 @@ import pytest
 from autodb.errors import UnusableInput
 from autodb.store import create_store, head
 from autodb.store.copies import connect
-from autodb.store.rotation import Every, Rotated, dated, rotate, said
+from autodb.store.rotation import Every, Rotated, age_words, dated, rotate
 from tests.conftest import Cli
 
 NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
@@ -133,4 +133,4 @@ def test_the_doctor_restores_the_newest_and_says_its_age(cli: Cli) -> None:
     ],
 )
 def test_ages_are_said_in_words(age: timedelta, words: str) -> None:
-    assert said(age) == words
+    assert age_words(age) == words

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import text, update
 
-from autodb.agent.operate.chained import chain
+from autodb.agent.operate.chained import add_to_chain
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.proofs.runs.keeping.flips import flips
@@ -34,7 +34,9 @@ def store(url: str) -> Iterator[Store]:
     opened = open_store(url)
     with opened.writing() as session:
         for n in range(N):
-            chain(session, models.AuditEntry(who=f"panel {n}", action="read", detail={"n": n}))
+            add_to_chain(
+                session, models.AuditEntry(who=f"panel {n}", action="read", detail={"n": n})
+            )
     yield opened
     opened.close()
 
@@ -96,7 +98,7 @@ def test_rows_that_go_with_what_they_belong_to_are_counted_out(store: Store) -> 
         machine = models.Machine(name="m")
         session.add(machine)
         session.flush()
-        recording = models.Recording(
+        recording = models.StoredRecording(
             machine_id=machine.id, sha256="a", path="p", kind="cuts", rows=1, units={}, side={}
         )
         session.add(models.Estimator(
@@ -191,7 +193,7 @@ def test_every_bit_that_flips_in_a_cell_is_found(tmp_path: Path, store: Store, u
         session.flush()
         recorded = tmp_path / "recorded.csv"
         recorded.write_text("what was recorded")
-        session.add(models.Recording(
+        session.add(models.StoredRecording(
             machine_id=1, sha256=checksum(recorded), path=str(recorded), kind="cuts", rows=1,
             units={"x": "A"}, side={},
         ))  # fmt: skip

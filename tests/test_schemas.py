@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from pydantic import ValidationError
 
-from autodb.cli.develop.schemas import FORMATS, texts, unit_of
+from autodb.cli.develop.schemas import FORMATS, texts, unit_of_key
 from tests.conftest import ROOT, Cli
 
 JOBS = ROOT / "sample_jobs"
@@ -113,10 +113,10 @@ def test_the_docs_quote_the_sample_files() -> None:
 
 
 def test_every_physical_key_says_its_unit() -> None:
-    assert unit_of("torque_constant_N_m_A") == "N·m/A"
-    assert unit_of("limits") is None
+    assert unit_of_key("torque_constant_N_m_A") == "N·m/A"
+    assert unit_of_key("limits") is None
     for name in MODELS:
         schema = _schema(name)
         for part in (schema, *schema.get("$defs", {}).values()):
             for key, value in part.get("properties", {}).items():
-                assert unit_of(key) is None or value["description"] == unit_of(key)
+                assert unit_of_key(key) is None or value["description"] == unit_of_key(key)

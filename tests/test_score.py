@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.proofs.machines.axis.axes import columns, draw_run
+from autodb.proofs.machines.axis.axes import axis_columns, draw_run
 from autodb.proofs.machines.axis.quantities import quantities
 from autodb.proofs.runs import score
 from autodb.proofs.runs.oracle import oracle
-from autodb.proofs.runs.score import Judged, Z, scored
+from autodb.proofs.runs.score import Judged, Z, scored_quantities
 
 
 def _normal(runs: int, *, factor: float, bias: float = 0.0, seed: int = 5) -> list[Judged]:
@@ -54,7 +54,7 @@ def test_interval_score_of_a_normal_estimate() -> None:
 
 def test_right_intervals_pass() -> None:
     for runs in (40, 4000):
-        row, pooled = scored(_normal(runs, factor=1.0), runs=runs)
+        row, pooled = scored_quantities(_normal(runs, factor=1.0), runs=runs)
         assert row.passed
         assert pooled.passed
         assert row.share == row.oracle_share
@@ -70,7 +70,7 @@ def test_right_intervals_pass() -> None:
 
 @pytest.mark.parametrize(("factor", "bias"), [(0.5, 0.0), (1.6, 0.0), (1.0, 1.0)])
 def test_narrow_wide_and_shifted_intervals_fail(factor: float, bias: float) -> None:
-    row, pooled = scored(_normal(4000, factor=factor, bias=bias), runs=4000)
+    row, pooled = scored_quantities(_normal(4000, factor=factor, bias=bias), runs=4000)
     assert not row.passed
     assert not pooled.passed
     if factor == 0.5:
@@ -85,11 +85,11 @@ def test_an_interval_that_is_not_given_does_not_hold() -> None:
         else o
         for i, o in enumerate(right)
     ]
-    row, _ = scored(half, runs=4000)
+    row, _ = scored_quantities(half, runs=4000)
     assert row.given == 0.5
     assert 0.45 < row.share < 0.5
     assert not row.passed
-    never, _ = scored(half[1::2], runs=2000)
+    never, _ = scored_quantities(half[1::2], runs=2000)
     assert never.score_ratio is None
     assert not never.passed
 
@@ -97,9 +97,9 @@ def test_an_interval_that_is_not_given_does_not_hold() -> None:
 def test_quantities_of_one_run_count_once() -> None:
     same = _normal(100, factor=1.0)
     other = [Judged("b", "N", *(vars(o)[k] for k in list(vars(o))[2:])) for o in same]
-    *_, pooled = scored([*same, *other], runs=100)
+    *_, pooled = scored_quantities([*same, *other], runs=100)
     assert pooled.limits == score.binomial_band(100)
-    one, _ = scored(same, runs=100)
+    one, _ = scored_quantities(same, runs=100)
     assert (pooled.share, pooled.share_low) == (one.share, one.share_low)
 
 
@@ -108,7 +108,7 @@ def test_the_oracle_knows_its_own_uncertainty() -> None:
     for seed in range(201, 221):
         run = draw_run(seed)
         motion = run.motion
-        own = columns(run.axis, x_mm=motion.x, v_mm_s=motion.v, a_mm_s2=motion.a)
+        own = axis_columns(run.axis, x_mm=motion.x, v_mm_s=motion.v, a_mm_s2=motion.a)
         truth = np.array([column.coefficient for column in own])
         found = oracle(run)
         z = (found.coefficients - truth) / np.sqrt(np.diag(found.covariance))

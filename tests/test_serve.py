@@ -23,7 +23,7 @@ from sqlalchemy import inspect, select
 
 from autodb.agent.answer.looking_up import Shelf
 from autodb.agent.answer.lookup_cache import Shelves
-from autodb.agent.answer.predicting import Answer
+from autodb.agent.answer.predicting import JobAnswer
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.operate.access import add_token, noted, revoke_token
 from autodb.agent.operate.refreshing import refresh
@@ -63,7 +63,7 @@ def learnt(tmp_path_factory: pytest.TempPathFactory) -> Path:
     create_store(url)
     store = open_store(url)
     rng = np.random.default_rng(3)
-    fleet = fleets.drawn(rng, materials=2, tools=1)
+    fleet = fleets.draw_fleet(rng, materials=2, tools=1)
     keys = [(material, fleet.tools[0]) for material in fleet.materials]
     shops.add(store, "lathe-0", fleets.on_machine(rng, fleet, keys), cuts=8, rng=rng)
     add_machine(store, "a/b c", LATHE)
@@ -219,7 +219,7 @@ def test_a_job_is_predicted_and_nothing_kept(
     job = {"name": "j", **pair, "cut": [CUT, CUT | {"depth_mm": 1.0}]}
     got = client.post(f"{API}/machines/lathe-0/predict", json=job)
     assert got.status_code == 200
-    answer = TypeAdapter(Answer).validate_json(got.content)
+    answer = TypeAdapter(JobAnswer).validate_json(got.content)
     assert len(answer.cuts) == 2
     assert answer.cuts[0].force_y_N.value > answer.cuts[1].force_y_N.value
     with store.reading() as session:

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 
 from autodb.agent.ingest.gathering import cuts_of_files
 from autodb.errors import UnusableInput
-from autodb.proofs.machines.lathe.disturbed import Disturbance, Disturbed
+from autodb.proofs.machines.lathe.disturbed import CutDisturbance, Disturbed
 from autodb.proofs.machines.lathe.process import Array
 from autodb.sensing.ranges import raw
 from tests.campaigns import first
@@ -88,7 +88,7 @@ def test_an_air_approach_too_short_for_a_slow_axis_is_left_out_and_said() -> Non
 @pytest.mark.parametrize("seed", first(3, SEEDS))
 def test_chatter_of_15_percent_is_seen_by_the_dynamometer(seed: int) -> None:
     hertz = _away(seed)
-    said = read(made(seed, Disturbance(chatter_share=0.15, chatter_hz=hertz)))
+    said = read(made(seed, CutDisturbance(chatter_share=0.15, chatter_hz=hertz)))
     assert isinstance(said, str)
     assert "chatter in the cut: force." in said
     found = re.search(r"at ([\d.]+) Hz, no multiple", said)
@@ -99,7 +99,7 @@ def test_chatter_of_15_percent_is_seen_by_the_dynamometer(seed: int) -> None:
 @pytest.mark.parametrize("seed", first(3, SEEDS))
 def test_chatter_of_30_percent_is_seen_in_the_currents(seed: int) -> None:
     """Half of it reaches the currents."""
-    said = read(made(seed, Disturbance(chatter_share=0.3, chatter_hz=_away(seed))), _no_force)
+    said = read(made(seed, CutDisturbance(chatter_share=0.3, chatter_hz=_away(seed))), _no_force)
     assert isinstance(said, str)
     assert "chatter in the cut" in said
     assert ".current swings" in said
@@ -108,12 +108,12 @@ def test_chatter_of_30_percent_is_seen_in_the_currents(seed: int) -> None:
 def test_a_swing_once_a_revolution_is_no_chatter() -> None:
     for seed in SEEDS:
         turning_hz = condition(seed).spindle_rpm / 60.0
-        cut = made(seed, Disturbance(chatter_share=0.3, chatter_hz=4.0 * turning_hz))
+        cut = made(seed, CutDisturbance(chatter_share=0.3, chatter_hz=4.0 * turning_hz))
         assert isinstance(read(cut), raw.RawCut)
 
 
 def test_without_a_speed_chatter_is_not_looked_for_and_that_is_said() -> None:
-    found = read(made(2, Disturbance(chatter_share=0.3, chatter_hz=_away(2))), _no_speed)
+    found = read(made(2, CutDisturbance(chatter_share=0.3, chatter_hz=_away(2))), _no_speed)
     assert isinstance(found, raw.RawCut)
     assert found.notes == ("chatter was not looked for: the spindle's speed is not known",)
 
@@ -121,7 +121,7 @@ def test_without_a_speed_chatter_is_not_looked_for_and_that_is_said() -> None:
 @pytest.mark.parametrize("seed", first(3, SEEDS))
 def test_a_stop_of_0_4_s_in_the_middle_is_seen(seed: int) -> None:
     at_s = 4.0 + 0.3 * seed
-    said = read(made(seed, Disturbance(stop_s=(at_s, at_s + 0.4))))
+    said = read(made(seed, CutDisturbance(stop_s=(at_s, at_s + 0.4))))
     assert isinstance(said, str)
     found = re.search(r"interrupted from ([\d.]+) to ([\d.]+) s", said)
     assert found is not None
@@ -130,7 +130,7 @@ def test_a_stop_of_0_4_s_in_the_middle_is_seen(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", first(3, SEEDS))
 def test_a_stop_of_0_8_s_is_seen_by_the_feed_axis_alone(seed: int) -> None:
-    said = read(made(seed, Disturbance(stop_s=(6.0, 6.8))), lambda name: name[0] in "tz")
+    said = read(made(seed, CutDisturbance(stop_s=(6.0, 6.8))), lambda name: name[0] in "tz")
     assert isinstance(said, str)
     assert "the cut is interrupted" in said
 
@@ -138,7 +138,7 @@ def test_a_stop_of_0_8_s_is_seen_by_the_feed_axis_alone(seed: int) -> None:
 @pytest.mark.parametrize("seed", first(3, HEAVY))
 def test_a_spindle_at_its_current_limit_is_seen(seed: int) -> None:
     """The limit is what the cut takes on average, and the force wanders by 6 %."""
-    cut = made(seed, Disturbance(limit_share=1.0, wander_share=0.06))
+    cut = made(seed, CutDisturbance(limit_share=1.0, wander_share=0.06))
     said = read(cut)
     assert isinstance(said, str)
     assert "spindle.current is at its limit" in said
@@ -151,7 +151,7 @@ def test_a_spindle_at_its_current_limit_is_seen(seed: int) -> None:
 @pytest.mark.parametrize("recorded", [True, False], ids=["speed", "frequency"])
 def test_a_braking_spindle_is_left_out(seed: int, recorded: bool) -> None:
     """0.3 s after the tool left it brakes in 0.6 to 2 s, at 1.5 times the range of the cut."""
-    cut = made(seed, Disturbance(brake_s=(0.6, 1.2, 2.0)[seed % 3], brake_after_s=0.3))
+    cut = made(seed, CutDisturbance(brake_s=(0.6, 1.2, 2.0)[seed % 3], brake_after_s=0.3))
     found = read(cut, lambda name: recorded or _no_speed(name))
     row = row_of(found)
     assert isinstance(found, raw.RawCut)
@@ -167,7 +167,7 @@ def test_a_braking_spindle_is_left_out(seed: int, recorded: bool) -> None:
 @pytest.mark.parametrize("seed", first(3, SEEDS))
 def test_lubrication_pulses_are_left_out(seed: int) -> None:
     """They raise z's range by 60 % every 2.5 s and fade in 0.2 s: the mean would rise by 5 %."""
-    what = Disturbance(pulse_share=0.6, pulse_every_s=2.5, pulse_first_s=0.4 + 0.15 * seed)
+    what = CutDisturbance(pulse_share=0.6, pulse_every_s=2.5, pulse_first_s=0.4 + 0.15 * seed)
     cut = made(seed, what)
     found = read(cut)
     row = row_of(found)
@@ -191,7 +191,7 @@ def test_a_short_cut_is_set_aside_with_what_would_work() -> None:
 
 def test_others_go_on_when_one_of_several_is_set_aside(cli: Cli, tmp_path: Path) -> None:
     good = [write_raw(tmp_path / f"cut{seed}.parquet", seed) for seed in (2, 5)]
-    bad = write_raw(tmp_path / "stopped.parquet", 2, Disturbance(stop_s=(4.0, 4.6)))
+    bad = write_raw(tmp_path / "stopped.parquet", 2, CutDisturbance(stop_s=(4.0, 4.6)))
     assert cli("init").code == 0
     assert cli("machine", "add", "lathe-1").code == 0
     done = cli("import", good[0], bad, good[1], "--machine", "lathe-1")
@@ -208,9 +208,9 @@ def test_others_go_on_when_one_of_several_is_set_aside(cli: Cli, tmp_path: Path)
 
 def test_raw_cuts_calibrate_without_the_one_that_is_set_aside(cli: Cli, tmp_path: Path) -> None:
     good = [write_raw(tmp_path / f"cut{seed}.parquet", seed) for seed in range(6)]
-    pulses = Disturbance(pulse_share=0.6, pulse_every_s=1.5, pulse_first_s=0.4)
+    pulses = CutDisturbance(pulse_share=0.6, pulse_every_s=1.5, pulse_first_s=0.4)
     noted = write_raw(tmp_path / "oiled.parquet", 11, pulses, duration_s=8.0)
-    bad = write_raw(tmp_path / "shaking.parquet", 8, Disturbance(0.02, 0.3, _away(8)))
+    bad = write_raw(tmp_path / "shaking.parquet", 8, CutDisturbance(0.02, 0.3, _away(8)))
     done = cli("calibrate", *good, noted, bad)
     assert done.code == 0, done.err
     assert f"set aside: {bad}: chatter in the cut" in done.out

@@ -10,7 +10,7 @@ import pytest
 
 from autodb.store import head, migrate, revisions
 from autodb.store.engines import engine_of
-from autodb.store.shape import expected, objects, strange
+from autodb.store.shape import expected_shape, objects, strange
 from tests.conftest import ROOT, Cli
 
 DB = Path("autodb.sqlite3")
@@ -117,7 +117,7 @@ def test_a_database_brought_up_step_by_step_is_a_new_one(tmp_path: Path) -> None
     for revision in revisions():
         migrate(f"sqlite:///{path}", revision)
     with closing(sqlite3.connect(path)) as file:
-        assert objects(file) == expected(head())
+        assert objects(file) == expected_shape(head())
 
 
 def test_what_analyze_leaves_is_no_fault(cli: Cli) -> None:

@@ -34,7 +34,7 @@ PLAIN = {
 
 def theta(**changed: float) -> Array:
     """Return coordinates of the plain law with some numbers changed."""
-    return shear.coordinates(PLAIN | changed)
+    return shear.law_coordinates(PLAIN | changed)
 
 
 def edge(
@@ -50,8 +50,8 @@ def edge(
 
 
 def test_names_and_coordinates_are_each_others_inverse() -> None:
-    assert set(shear.named(theta())) == set(PLAIN)
-    for name, value in shear.named(theta()).items():
+    assert set(shear.law_values(theta())) == set(PLAIN)
+    for name, value in shear.law_values(theta()).items():
         assert_allclose(value, PLAIN[name], rtol=1e-12, atol=1e-15)
 
 
@@ -66,7 +66,7 @@ def test_coefficients_are_those_of_resolved_vectors() -> None:
             for flow in (1.0, 0.7):
                 at = edge(0.1, rake_deg=rake_deg, inclination_deg=inclination_deg)
                 known = theta(flow_angle=flow)
-                found = np.array(shear.coefficients(known, at))[:, 0]
+                found = np.array(shear.chip_coefficients(known, at))[:, 0]
                 assert_allclose(found, _resolved(known, at, flow), rtol=1e-10, atol=1e-9)
 
 
@@ -116,7 +116,7 @@ def test_a_titanium_alloy_cuts_at_its_published_level() -> None:
     known = theta(
         chip_ratio=ratio, chip_ratio_thickness=exponent, friction_angle=19.1 + 0.29 * 12.0
     )
-    tangential, thrust, _ = (one[0] for one in shear.coefficients(known, at))
+    tangential, thrust, _ = (one[0] for one in shear.chip_coefficients(known, at))
     assert_allclose([tangential, thrust], [1502.0, 280.5], rtol=1e-3)
 
 
@@ -159,7 +159,7 @@ def test_scalars_are_arrays_and_gradients_are_slopes() -> None:
 
 def test_planners_views_are_of_the_same_law() -> None:
     """A law that is Kienzle's gives its numbers back; a linear edge gives its own."""
-    at = kienzle.Planned()
+    at = kienzle.ViewRange()
     exact = theta(chip_ratio_thickness=0.0, K_te=1e-9, K_re=1e-9, shear_stress_thickness=-0.22)
     view = kienzle.kienzle(Gaussian(exact, np.eye(len(exact)) * 1e-4), at)
     specific = float(shear.per_width(exact, edge(1.0))[0][0])
@@ -168,5 +168,5 @@ def test_planners_views_are_of_the_same_law() -> None:
     assert np.all(np.diag(view.belief.covariance) > 0.0)
     flat = theta(chip_ratio_thickness=0.0)
     numbers = kienzle.linear_edge(Gaussian(flat, np.eye(len(flat)) * 1e-4), at).belief.mean
-    tangential, thrust, _ = (one[0] for one in shear.coefficients(flat, edge(0.1)))
+    tangential, thrust, _ = (one[0] for one in shear.chip_coefficients(flat, edge(0.1)))
     assert_allclose(numbers, [tangential, 24.0, thrust, 43.0], rtol=1e-9)

@@ -15,18 +15,18 @@ from autodb.agent.answer.force_map import force_map
 from autodb.agent.answer.looking_up import Shelf
 from autodb.agent.answer.overview import machines_seen
 from autodb.agent.answer.prediction_basis import Grounds
-from autodb.agent.learn.precision_history import tightening
+from autodb.agent.learn.precision_history import precision_history
 from autodb.agent.learn.usual_cut import OTHERWISE, usual_cut
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.drive_maps import drive_map, modelled_channels
 from autodb.assets import kit
 from autodb.errors import NotThere, UnusableInput
 from autodb.files.job import JobCut
-from autodb.files.machine import Limits
-from autodb.forward.limits import beyond
+from autodb.files.machine import AxisLimits
+from autodb.forward.limits import probability_beyond
 from autodb.forward.prediction import ToolOf
 from autodb.pairs.engaged import DEPTH, FEED
-from autodb.reports.pair import map_plots
+from autodb.reports.pair import force_map_plots
 from autodb.store import Store, models, open_store
 from tests.site import ODD, filled
 
@@ -81,7 +81,9 @@ def test_a_cell_of_a_map_is_the_cut_that_it_stands_for(grounds: Grounds) -> None
     assert_allclose(by_field["force_y_N"].mean[row, column], alone.force_y_N.value, rtol=1e-9)
     torque = by_field["torque_N_m"]
     assert torque.limit == 30.0
-    assert_allclose(torque.chance[row, column], beyond(alone.torque_N_m, 30.0), rtol=1e-6)
+    assert_allclose(
+        torque.chance[row, column], probability_beyond(alone.torque_N_m, 30.0), rtol=1e-6
+    )
     assert by_field["power_W"].limit is None
     assert not by_field["power_W"].chance.any()
 
@@ -107,7 +109,7 @@ def test_a_map_of_a_drill_goes_over_speed(session: Session) -> None:
     found = force_map(drilled, OTHERWISE["drill"])
     assert (found.across_key, found.feed_key) == ("speed_m_min", "feed_mm_rev")
     assert found.cut_range is None
-    assert len(map_plots(found)) < len(found.layers)  # a drill has no force across its axis
+    assert len(force_map_plots(found)) < len(found.layers)  # a drill has no force across its axis
 
 
 def _drill() -> ToolOf:
@@ -116,9 +118,9 @@ def _drill() -> ToolOf:
 
 def test_limits_that_no_cut_of_a_map_reaches_are_not_drawn(grounds: Grounds) -> None:
     near = force_map(grounds, CUT)
-    far = force_map(replace(grounds, limits={"spindle": Limits(torque_N_m=1e6)}), CUT)
-    assert sum("chance to exceed the limit" in str(plot) for _, plot in map_plots(near)) >= 1
-    assert not any("chance to exceed the limit" in str(plot) for _, plot in map_plots(far))
+    far = force_map(replace(grounds, limits={"spindle": AxisLimits(torque_N_m=1e6)}), CUT)
+    assert sum("chance to exceed the limit" in str(plot) for _, plot in force_map_plots(near)) >= 1
+    assert not any("chance to exceed the limit" in str(plot) for _, plot in force_map_plots(far))
 
 
 # How a pair tightened
@@ -126,7 +128,7 @@ def test_limits_that_no_cut_of_a_map_reaches_are_not_drawn(grounds: Grounds) -> 
 
 def test_what_is_open_of_a_cut_falls_from_the_start_on(session: Session, grounds: Grounds) -> None:
     owner = find_machine(session, MACHINE)
-    curves = tightening(session, owner.id, grounds.material, grounds.known.tool, CUT)
+    curves = precision_history(session, owner.id, grounds.material, grounds.known.tool, CUT)
     assert [one.component for one in curves] == ["y", "z"]
     (expected,), _ = grounds.predict([CUT])
     for curve, own in zip(curves, (expected.force_y_N, expected.force_z_N), strict=True):
@@ -137,7 +139,7 @@ def test_what_is_open_of_a_cut_falls_from_the_start_on(session: Session, grounds
 
 def test_a_pair_that_is_not_learnt_has_no_curve(session: Session, grounds: Grounds) -> None:
     owner = find_machine(session, MACHINE)
-    assert tightening(session, owner.id, "C45", grounds.known.tool, CUT) == ()
+    assert precision_history(session, owner.id, "C45", grounds.known.tool, CUT) == ()
 
 
 # Usual cuts
@@ -186,7 +188,7 @@ def test_a_drive_is_drawn_over_its_moves_as_long_as_they_are_there(
     moves = tmp_path / "air-moves.csv"
     with store.writing() as session:
         row = session.scalars(
-            select(models.Recording).where(models.Recording.path.like("%air-moves.csv"))
+            select(models.StoredRecording).where(models.StoredRecording.path.like("%air-moves.csv"))
         ).one()
         row.path = str(moves)
     with store.reading() as session:
@@ -200,18 +202,18 @@ def test_a_recording_is_explained_again_as_when_it_was_given(store: Store) -> No
     given = explain_with_machine(store, MACHINE, path).explained
     with store.reading() as session:
         row = session.scalars(
-            select(models.Recording).where(models.Recording.path == str(path.resolve()))
+            select(models.StoredRecording).where(models.StoredRecording.path == str(path.resolve()))
         ).one()
         assert explain_recording(session, row).explanation == given.explanation
 
 
 def test_what_is_not_there_any_more_is_not_explained(store: Store) -> None:
     with store.writing() as session:
-        row = session.scalars(select(models.Recording)).first()
+        row = session.scalars(select(models.StoredRecording)).first()
         assert row is not None
         row.path, number = "/nowhere/cuts.csv", row.id
     with store.reading() as session, pytest.raises(UnusableInput, match="not there as it was"):
-        explain_recording(session, session.get_one(models.Recording, number))
+        explain_recording(session, session.get_one(models.StoredRecording, number))
 
 
 # Machines at a glance

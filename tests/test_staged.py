@@ -15,14 +15,14 @@ from autodb.reports.axis import render_axis
 from autodb.sensing.drives.feed_axis import SYMMETRIC, identify
 from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm
 from autodb.sensing.drives.fit.thermal import thermal_state
-from autodb.sensing.drives.moves.passes import both_ways, passes_of, sweeps_speeds, swept
+from autodb.sensing.drives.moves.passes import both_ways, is_sweep, passes_of, sweeps_speeds
 from autodb.sensing.drives.moves.prepared import Prepared, prepared
-from autodb.sensing.drives.staged.agreement import agreement
+from autodb.sensing.drives.staged.agreement import screw_agreement
 from autodb.sensing.drives.staged.routine import Staged, staged
-from autodb.sensing.drives.staged.segments import length_of, segments_of
-from autodb.sensing.drives.staged.sticking import Verdict, sticking
+from autodb.sensing.drives.staged.segments import length_of, pass_segments
+from autodb.sensing.drives.staged.sticking import StickingVerdict, sticking
 from autodb.sensing.drives.staged.weight import weight_of
-from autodb.sensing.drives.sweep import ladder, motion
+from autodb.sensing.drives.sweep import pass_motion, speed_ladder
 from tests.conftest import Cli
 from tests.files import write
 from tests.staged_axis import (
@@ -113,7 +113,7 @@ def _pulled(seed: int, *, behind_spring: bool) -> dict[str, Array]:
     return {"t": np.arange(len(position)) / 200.0, "position": position, "effort": current}
 
 
-def _verdicts(made: dict[str, Array]) -> dict[int, Verdict]:
+def _verdicts(made: dict[str, Array]) -> dict[int, StickingVerdict]:
     return sticking(passes_of(made), made, made["effort"])
 
 
@@ -172,7 +172,7 @@ def test_speeds_that_stick_tell_no_weight(moves: Recording) -> None:
     stuck = [made.levels[k] for k, one in made.verdicts.items() if one.sticks]
     assert_allclose(stuck, [1.0, 2.0], rtol=0.01)
     assert_allclose(made.weight.value, AXIS.weight, atol=3.0 * made.weight.sd)
-    cut = segments_of(made.passes, x, made.length.mm)
+    cut = pass_segments(made.passes, x, made.length.mm)
     whole = weight_of(cut, cut.means(rough.whole_effort), list(made.levels), path="rough.csv")
     assert abs(whole.value - AXIS.weight) > 8.0 * made.weight.sd
 
@@ -200,7 +200,7 @@ def test_warming_is_told_by_passes_repeated_at_one_speed() -> None:
 def test_staged_and_joint_agree_on_one_axis(
     found: Staged, model: Identified, rows: Prepared
 ) -> None:
-    both = agreement(found, model, rows.inputs)
+    both = screw_agreement(found, model, rows.inputs)
     assert both.agrees
     names = [row.name for row in both.rows]
     assert {"weight", "inertia"} < set(names)
@@ -213,11 +213,11 @@ def test_a_joint_fit_that_is_off_does_not_agree(
 ) -> None:
     assert model.steady is not None
     stiff = replace(model, steady=replace(model.steady, values=1.15 * model.steady.values))
-    both = agreement(found, stiff, rows.inputs)
+    both = screw_agreement(found, stiff, rows.inputs)
     assert not both.agrees
     assert "weight" in [row.name for row in both.differing]
     heavy = [replace(t, value=2.0 * t.value) if t.term == "inertia" else t for t in model.terms]
-    one = agreement(found, replace(model, terms=tuple(heavy)), rows.inputs)
+    one = screw_agreement(found, replace(model, terms=tuple(heavy)), rows.inputs)
     assert [row.name for row in one.differing] == ["inertia"]
 
 
@@ -233,8 +233,8 @@ def test_segments_without_a_pitch_follow_the_ripple_found(found: Staged, rows: P
 
 
 def test_a_sweep_at_creep_counts_by_the_way_gone(moves: Recording) -> None:
-    assert swept(moves, "z")
-    assert not swept(moves, "x")
+    assert is_sweep(moves, "z")
+    assert not is_sweep(moves, "x")
     short = passes_of({"t": moves.t_s[:4000], "position": moves["z.position"][:4000]})
     assert not sweeps_speeds(short)
     told, way, time = (identify(moves, by_way=how) for how in (None, True, False))
@@ -244,7 +244,7 @@ def test_a_sweep_at_creep_counts_by_the_way_gone(moves: Recording) -> None:
 
 def test_the_moves_that_sweep_writes_will_do() -> None:
     """Two rounds at twelve feeds, slow ones over a part of the travel."""
-    made = [motion(one) for one in ladder(20.0, 180.0, fastest_mm_min=9000.0)]
+    made = [pass_motion(one) for one in speed_ladder(20.0, 180.0, fastest_mm_min=9000.0)]
     x, v, a = (
         np.concatenate([one[name][::4] for one in made])
         for name in ("position", "velocity", "acceleration")
@@ -258,7 +258,7 @@ def test_the_moves_that_sweep_writes_will_do() -> None:
         "z.current": effort,
     }
     written = Recording(path=Path("ladder.csv"), channels=channels)
-    assert swept(written, "z")
+    assert is_sweep(written, "z")
     seen = staged(prepared(written), pitch_mm=PITCH_MM, cold=False)
     assert len(seen.levels) == 12
     assert max(one.repeat for one in seen.passes) >= 1

@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.agent.sense.staging import Drive, beside, pole_of, tried
+from autodb.agent.sense.staging import StagedMoves, pole_of, staged_fits, stages_beside
 from autodb.errors import UnusableInput
 from autodb.proofs.machines.mill.reference_mill import draw_mill, swept_axis
 from autodb.proofs.machines.mill.reference_mill_moves import PITCH_MM
@@ -18,10 +18,10 @@ from autodb.records import Recording
 from autodb.sensing.drives.feed_axis import SYMMETRIC, identify
 from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.moves.prepared import Prepared, prepared
-from autodb.sensing.drives.staged.agreement_linear import agreement
+from autodb.sensing.drives.staged.agreement_linear import linear_agreement
 from autodb.sensing.drives.staged.clusters import one_out
 from autodb.sensing.drives.staged.linear import FourSteps, four_steps
-from autodb.sensing.drives.staged.over_speed import Levels, law_of
+from autodb.sensing.drives.staged.over_speed import FrictionLevels, fit_speed_law
 from autodb.sensing.drives.staged.routine import Staged
 from tests.conftest import Cli
 from tests.files import write
@@ -120,8 +120,8 @@ def test_speeds_passed_once_will_do(found: FourSteps) -> None:
 def test_a_law_that_leaves_nothing_stays_finite() -> None:
     speed = np.geomspace(1.0, 100.0, 5)
     none = np.zeros(5)
-    exact = Levels(speed, 0.9 + 0.002 * speed, none, np.ones(5, dtype=bool), 0.0, none)
-    value, sd = law_of(exact).at(speed)
+    exact = FrictionLevels(speed, 0.9 + 0.002 * speed, none, np.ones(5, dtype=bool), 0.0, none)
+    value, sd = fit_speed_law(exact).at(speed)
     assert_allclose(value, exact.friction, rtol=1e-9)
     assert np.all((sd > 0.0) & (sd < 1e-4))
 
@@ -139,7 +139,7 @@ def test_leaving_groups_out_tells_what_least_squares_does() -> None:
 def test_a_mill_with_a_linear_drive_is_told() -> None:
     """Slope and mass; poles differ, so that line and table leave a share of the load."""
     axis = draw_mill(131)["y"]
-    seen = mill_ours.recording(swept_axis(131, axis), "y")
+    seen = mill_ours.mill_recording(swept_axis(131, axis), "y")
     steps = four_steps(prepared(seen), pole_mm=PITCH_MM, cold=False)
     scale = axis.newtons_per_ampere
     assert_allclose(steps.load.slope[0] * scale, axis.spring_N_mm, rtol=0.05)
@@ -158,13 +158,13 @@ def test_an_axis_without_cogging_has_a_line_alone() -> None:
     assert "fortieth of the travel" in made.length.why
     assert_allclose(made.load.slope[0], AXIS.stiffness, rtol=LINE_SHARE)
     joint = identify(smooth, terms=(*SYMMETRIC, "stribeck", "spring"))
-    both = agreement(made, joint, prepared(smooth).inputs)
+    both = linear_agreement(made, joint, prepared(smooth).inputs)
     assert both.agrees
     assert not any(row.name.startswith("cogging") for row in both.rows)
 
 
 def test_steps_and_joint_fit_agree(found: FourSteps, model: Identified, rows: Prepared) -> None:
-    both = agreement(found, model, rows.inputs)
+    both = linear_agreement(found, model, rows.inputs)
     assert both.agrees
     names = [row.name for row in both.rows]
     assert {"k", "inertia"} < set(names)
@@ -181,7 +181,7 @@ def test_a_joint_fit_that_is_off_does_not_agree(
 ) -> None:
     assert model.steady is not None
     stiff = replace(model, steady=replace(model.steady, values=1.3 * model.steady.values))
-    both = agreement(found, stiff, rows.inputs)
+    both = linear_agreement(found, stiff, rows.inputs)
     assert not both.agrees
     differing = {row.name for row in both.differing}
     assert "k" in differing
@@ -192,14 +192,14 @@ def test_which_routine_runs_follows_from_the_terms_and_the_screw(
     moves: Recording, model: Identified
 ) -> None:
     asked = frozenset(TERMS)
-    linear = tried(Drive(moves, None, screw=False, asked=asked), None)
+    linear = staged_fits(StagedMoves(moves, None, screw=False, asked=asked), None)
     assert isinstance(linear.found, FourSteps)
-    steps, both = beside(model, linear)
+    steps, both = stages_beside(model, linear)
     assert isinstance(steps, FourSteps)
     assert steps.load.pole_mm == pole_of(model) == pytest.approx(POLE_MM, rel=0.01)
     assert both.agrees
     short = recorded(AXIS, 5, repeats=2, speeds=(4.0, 8.0, 30.0, 60.0, 120.0))
-    screw = tried(Drive(short, 10.0, screw=True, asked=asked), None)
+    screw = staged_fits(StagedMoves(short, 10.0, screw=True, asked=asked), None)
     assert isinstance(screw.found, Staged)
 
 

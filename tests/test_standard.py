@@ -16,7 +16,7 @@ from autodb.agent.sense.measuring import new_protocol, read_measured, with_refer
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
 from autodb.sensing.ranges import calibration
-from autodb.standard import Protocol, read_protocol, run_order
+from autodb.standard import CutProtocol, read_protocol, run_order
 from autodb.standard.writing import as_toml
 from tests.conftest import Cli
 
@@ -201,13 +201,13 @@ def test_two_cuts_that_a_table_cannot_tell_apart_do_not_calibrate(tmp_path: Path
          "depth_mm": 3.0, "feed_direction_deg": deg, "repeats": 1, "reference": {"x": known}}
         for deg in (0.0, 180.0)
     ]  # fmt: skip
-    protocol = Protocol.model_validate({"name": "p", "material": "m", "tool": "t", "cut": cuts})
+    protocol = CutProtocol.model_validate({"name": "p", "material": "m", "tool": "t", "cut": cuts})
     frame = _cuts(1).assign(operation="slot")
     frame["spindle.speed"], frame["cutting.feed"], frame["cutting.depth"] = 3000, 0.04, 3.0
     table = records.read(_written(tmp_path, frame))
     assert isinstance(table, CutTable)
     with pytest.raises(UnusableInput, match="direction of feed"):
-        standard.references(table, protocol, "x")
+        standard.reference_forces(table, protocol, "x")
 
 
 BROKEN: list[tuple[str, Any, str]] = [

@@ -20,7 +20,7 @@ from autodb.fitting import NORMAL_95
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
 from autodb.pairs.posterior import DAY
-from autodb.proofs.machines.lathe.process import STEEL, Cut, mean_forces_N
+from autodb.proofs.machines.lathe.process import STEEL, TrueCut, mean_forces_N
 from autodb.sensing.ranges.error_kinds import ErrorKinds, day_moves
 from autodb.store import migrate, models, open_store
 from tests.conftest import ROOT, Cli, Once
@@ -183,7 +183,9 @@ def _kept(recording: str, channel: str = "force.y", term: str = "tool_wear") -> 
     """Keep a cause as explain would have, and return the mismatch' number."""
     store = open_store(URL)
     with store.writing() as session:
-        named = select(models.Recording).where(models.Recording.path.endswith(recording))
+        named = select(models.StoredRecording).where(
+            models.StoredRecording.path.endswith(recording)
+        )
         row = models.Mismatch(
             recording_id=session.scalars(named).one().id, channel=channel, term=term,
             kind="missing", confidence=0.9, parameters={}, statement="It wears.",
@@ -202,7 +204,7 @@ def _predicted(cli: Cli) -> tuple[list[dict[str, Any]], list[str], int]:
 
 def _true_N(cutting_time_s: float) -> dict[str, float]:
     """Return the truth of the job's cut with an edge that nobody has seen."""
-    cut = Cut(220.0, 0.2, 1.5, 50.0, "turn", "unseen", cutting_time_s, 0.0, "steel bar")
+    cut = TrueCut(220.0, 0.2, 1.5, 50.0, "turn", "unseen", cutting_time_s, 0.0, "steel bar")
     return dict(zip("xyz", mean_forces_N(STEEL, cut).tolist(), strict=True))
 
 
@@ -284,7 +286,7 @@ def _of_unseen_edges() -> tuple[Array, Array]:
                 "cutting.feed": feed, "cutting.depth": depth, "cutting.speed": speed,
                 "work.diameter": diameter, "tool.cutting_time": seconds,
             })  # fmt: skip
-            cut = Cut(
+            cut = TrueCut(
                 speed, feed, depth, diameter, "turn", f"unseen-{edge}", seconds, 0.0, "steel bar"
             )
             true.append(mean_forces_N(STEEL, cut)[1:])

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.cutting import shear, steepness
-from autodb.cutting.elements import force_gradient, forces, joined, linearised
+from autodb.cutting.elements import cut_forces, force_gradient, joined_elements, linearised_forces
 from autodb.cutting.shear import Edge, Values
 from autodb.pairs.engaged import BY_NAME, DRILL, END_MILL, INSERT
 from autodb.pairs.prior import any_metal
@@ -58,7 +58,7 @@ def test_what_shears_and_rubs_changes_as_a_step_says(seed: int) -> None:
     known, at, width = drawn(rng), edges(rng), rng.uniform(0.1, 2.0, COUNT)
     area = at.thickness_mm * width
     parts = (
-        (steepness.sheared(known, at, area), lambda t: shear.coefficients(t, at), area),
+        (steepness.sheared(known, at, area), lambda t: shear.chip_coefficients(t, at), area),
         (steepness.rubbed(known, at, width), lambda t: shear.edge_coefficients(t, at), width),
     )
     begin = 0
@@ -81,13 +81,13 @@ def test_forces_of_every_operation_change_as_differences_say(name: str) -> None:
     known = drawn(rng)
     rows = [{k: float(rng.uniform(*ends)) for k, ends in STATED.items()} for _ in range(COUNT)]
     cuts = BY_NAME[name].cuts(TOOLS[BY_NAME[name].kind], rows, called="tool")
-    whole, parts, slopes = linearised(known, cuts.elements)
-    assert_allclose(whole, forces(known, cuts.elements).all, rtol=1e-12, atol=1e-9)
+    whole, parts, slopes = linearised_forces(known, cuts.elements)
+    assert_allclose(whole, cut_forces(known, cuts.elements).all, rtol=1e-12, atol=1e-9)
     assert_allclose(slopes, force_gradient(known, cuts.elements), rtol=1e-12)
     assert_allclose(parts[..., :2].sum(axis=-1), whole, rtol=1e-10, atol=1e-9)
     for k in range(len(known)):
         step = 1e-5 * (np.arange(len(known)) == k)
-        high, low = (forces(known + sign * step, cuts.elements).all for sign in (1.0, -1.0))
+        high, low = (cut_forces(known + sign * step, cuts.elements).all for sign in (1.0, -1.0))
         size = np.abs(slopes[..., k]).max() + 1e-3
         assert_allclose(slopes[..., k], (high - low) / 2e-5, rtol=1e-5, atol=1e-6 * size)
 
@@ -101,7 +101,7 @@ def test_cuts_behind_each_other_are_the_cuts_by_themselves(name: str) -> None:
     for count in (1, 4):
         rows = [{k: float(rng.uniform(*ends)) for k, ends in STATED.items()} for _ in range(count)]
         several.append(BY_NAME[name].cuts(tool, rows, called="tool").elements)
-    together = linearised(known, joined(several))
-    alone = [linearised(known, one) for one in several]
+    together = linearised_forces(known, joined_elements(several))
+    alone = [linearised_forces(known, one) for one in several]
     for whole, *parts in zip(together, *alone, strict=True):
         assert_allclose(whole, np.concatenate(parts), rtol=1e-12, atol=1e-9)

@@ -147,7 +147,7 @@ def test_constraints_refuse_what_makes_no_sense(
 ) -> None:
     with store.writing() as session:
         machine = models.Machine(name="m")
-        recording = models.Recording(
+        recording = models.StoredRecording(
             machine_id=1, sha256="a", path="a", kind="cuts", rows=1, units={}, side={}
         )
         session.add(machine)

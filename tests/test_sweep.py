@@ -11,11 +11,18 @@ from numpy.testing import assert_allclose
 from autodb.errors import UnusableInput
 from autodb.files.machine import MachineFile
 from autodb.nc import DIALECTS
-from autodb.nc.sweep import MARGIN_MM, Way, program, stretch
+from autodb.nc.sweep import MARGIN_MM, SweepWay, sweep_program, sweep_stretch
 from autodb.records import Recording
 from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.reconstruct import DriveModel
-from autodb.sensing.drives.sweep import REST_S, STEP_S, candidates, design, ladder, motion
+from autodb.sensing.drives.sweep import (
+    REST_S,
+    STEP_S,
+    candidates,
+    pass_motion,
+    shortest_sweep,
+    speed_ladder,
+)
 from tests import nc
 from tests.conftest import Cli
 from tests.test_reconstruct import COULOMB_A, MASS_A, NOISE_A, VISCOUS_A, _recording, _write
@@ -63,15 +70,15 @@ def test_no_program_leaves_the_travel_or_sinks_below_the_safe_height(
         assert low is not None
         assert high is not None
         safe = float(rng.uniform(low + 5.0, high - 5.0)) if own.vertical else None
-        on = stretch(machine, axis, source="m.toml", safe_mm=safe)
-        passes = ladder(on.low_mm, on.high_mm, fastest_mm_min=on.fastest_mm_min)
+        on = sweep_stretch(machine, axis, source="m.toml", safe_mm=safe)
+        passes = speed_ladder(on.low_mm, on.high_mm, fastest_mm_min=on.fastest_mm_min)
         parked = {
             name: 0.5 * (one.limits.travel_low_mm + one.limits.travel_high_mm)  # type: ignore[operator]
             for name, one in machine.axes.items()
             if name in "xyz" and name != axis
         }
-        text = program(
-            [Way(p.start_mm, p.end_mm, p.feed_mm_min, REST_S) for p in passes],
+        text = sweep_program(
+            [SweepWay(p.start_mm, p.end_mm, p.feed_mm_min, REST_S) for p in passes],
             on, machine, dialect=dialect, parked_mm=parked, source="m.toml", name="sweep",
         )  # fmt: skip
         motions = _motions(text, machine, dialect, lathe=lathe)
@@ -132,19 +139,19 @@ def test_what_a_sweep_needs_is_asked_for() -> None:
         (_without("axes", "x", "limits", "travel_low_mm"), "x", {}, "travel_low_mm and"),
     ):
         with pytest.raises(UnusableInput, match=line):
-            stretch(machine, axis, source="m.toml", **more)
-    on = stretch(whole, "x", source="m.toml")
-    way = [Way(1.0, 400.0, 5000.0, 0.5)]
-    refused: tuple[tuple[dict[str, float], list[Way], str], ...] = (
+            sweep_stretch(machine, axis, source="m.toml", **more)
+    on = sweep_stretch(whole, "x", source="m.toml")
+    way = [SweepWay(1.0, 400.0, 5000.0, 0.5)]
+    refused: tuple[tuple[dict[str, float], list[SweepWay], str], ...] = (
         ({}, way, "--park z=MM would be needed"),
         ({"z": 500.0}, way, "z = 500 mm is not known to lie in its travel"),
         ({"z": 300.0, "x": 1.0}, way, "--park: x is no other axis"),
-        ({"z": 300.0}, [Way(1.0, 600.0, 5000.0, 0.5)], "a pass to 600 mm is outside"),
-        ({"z": 300.0}, [Way(1.0, 400.0, 20_000.0, 0.5)], "above axis x's 10000 mm/min"),
+        ({"z": 300.0}, [SweepWay(1.0, 600.0, 5000.0, 0.5)], "a pass to 600 mm is outside"),
+        ({"z": 300.0}, [SweepWay(1.0, 400.0, 20_000.0, 0.5)], "above axis x's 10000 mm/min"),
     )
     for parked, ways, line in refused:
         with pytest.raises(UnusableInput, match=line):
-            program(
+            sweep_program(
                 ways, on, whole, dialect="fanuc", parked_mm=parked, source="m.toml", name="s"
             )  # fmt: skip
 
@@ -157,7 +164,7 @@ def test_a_design_identifies_the_axis_as_surely_as_it_says(within: float) -> Non
     lets friction be any curve, may need up to three times that.
     """
     model = DriveModel.of(identify(_recording(1)))
-    found = design(
+    found = shortest_sweep(
         model, candidates(0.0, 300.0, fastest_mm_min=10_000.0), within=within, longest_s=900.0
     )
     assert found.enough
@@ -173,7 +180,7 @@ def test_a_design_identifies_the_axis_as_surely_as_it_says(within: float) -> Non
 
 def _made(passes: Any, *, seed: int) -> Recording:
     """Return a recording of passes on the axis of ``tests.test_reconstruct``."""
-    parts = [motion(one) for one in passes]
+    parts = [pass_motion(one) for one in passes]
     x, v, a = (
         np.concatenate([p[k] for p in parts]) for k in ("position", "velocity", "acceleration")
     )
@@ -193,10 +200,10 @@ def test_more_sureness_takes_longer_and_no_time_says_so() -> None:
     model = DriveModel.of(identify(_recording(1)))
     choices = candidates(0.0, 300.0, fastest_mm_min=10_000.0)
     loose, tight = (
-        design(model, choices, within=share, longest_s=1800.0) for share in (0.05, 0.007)
+        shortest_sweep(model, choices, within=share, longest_s=1800.0) for share in (0.05, 0.007)
     )
     assert loose.seconds < tight.seconds
-    short = design(model, choices, within=0.0001, longest_s=200.0)
+    short = shortest_sweep(model, choices, within=0.0001, longest_s=200.0)
     assert not short.enough
     assert short.seconds <= 200.0
 

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from autodb import signals
 from autodb.terms import TERMS, Contribution, InputChange, OutputChange, Term
-from autodb.terms.channel import Part
+from autodb.terms.channel import ChannelPart
 from autodb.terms.friction import STANDSTILL_MM_S, direction, presliding, since_reversal
 from tests.conftest import ROOT
 from tests.recovery import Seen, recover, without_columns
@@ -221,11 +221,11 @@ def test_a_term_finds_its_effect_in_a_truth_of_another_form(made: Truth) -> None
         assert_allclose(found.value(sought.key, name), true, rtol=tolerance)
 
 
-def part_of(key: str, of: str = "") -> Part:
+def part_of(key: str, of: str = "") -> ChannelPart:
     """Return a part, its shape free but for the middle of the travel; `key@of` is an instance."""
     key, _, instance = key.partition("@")
     term = BY_KEY[key]
     shape = {p.name: p.starts[0] if p.starts else USUAL[p.name] for p in term.shape}
-    return Part(
+    return ChannelPart(
         term, shape, free=tuple(name for name in shape if name != "middle"), of=of or instance
     )

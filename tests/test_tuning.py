@@ -5,10 +5,10 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Choice, Rung, Suspect
 from autodb.explain.engine.noise import Noise, Whitener
-from autodb.explain.engine.tuning import Beside, tuned_together
+from autodb.explain.engine.tuning import BesideShapes, tuned_together
 
 Array = NDArray[np.float64]
 
@@ -32,20 +32,20 @@ def _decaying(name: str, start_s: float) -> Choice:
 
 
 @pytest.fixture
-def bench() -> Bench:
+def bench() -> WhiteRows:
     """Return what two effects add that are much alike."""
     drawn = np.random.default_rng(17).normal(0.0, NOISE, len(T_S))
     signs = zip((1.0, -0.8), TRUE_S.values(), strict=True)
-    return Bench(sum(k * _settling(s) for k, s in signs) + drawn, {}, 1)
+    return WhiteRows(sum(k * _settling(s) for k, s in signs) + drawn, {}, 1)
 
 
-def test_two_effects_end_where_neither_moves(bench: Bench) -> None:
+def test_two_effects_end_where_neither_moves(bench: WhiteRows) -> None:
     noise: Noise = (Whitener(np.zeros(1)), NOISE**2)
     starts = [_decaying("fast", 0.06), _decaying("slow", 0.4)]
     one = tuned_together(bench, starts, noise)
     other = tuned_together(bench, starts[::-1], noise)[::-1]
     for found, again, name in zip(one, other, TRUE_S, strict=True):
-        beside = Beside(bench, [c for c in one if c is not found], noise)
+        beside = BesideShapes(bench, [c for c in one if c is not found], noise)
         here = found.shape.shape["time_s"]
         sd = _sd(beside, found, here)
         assert_allclose(again.shape.shape["time_s"], here, atol=1e-3 * sd, rtol=0, err_msg=name)
@@ -54,12 +54,12 @@ def test_two_effects_end_where_neither_moves(bench: Bench) -> None:
         assert abs(slope) / 0.02 < 0.02, "in standard errors what is left to the best"
 
 
-def _gain(beside: Beside, found: Choice, time_s: float) -> float:
+def _gain(beside: BesideShapes, found: Choice, time_s: float) -> float:
     rung = found.shape
     return beside.gain(Rung(rung.law, shape={"time_s": time_s}, names=rung.names))
 
 
-def _sd(beside: Beside, found: Choice, here: float) -> float:
+def _sd(beside: BesideShapes, found: Choice, here: float) -> float:
     width = 1e-2 * here
     below, at, above = (_gain(beside, found, here + k * width) for k in (-1.0, 0.0, 1.0))
     return float(width * np.sqrt(2.0 / (2.0 * at - below - above)))

@@ -14,9 +14,9 @@ from autodb.nc import DIALECTS, turning
 from autodb.nc.reading import (
     Arc,
     CuttingSpeed,
+    FeedPerMinute,
     Linear,
     Move,
-    PerMinute,
     PerRev,
     Point,
     Rapid,
@@ -162,7 +162,7 @@ def test_feeds_and_speeds_are_kept_as_they_were_said() -> None:
         "G20\nG96 S600\nG1 Z-.6 F.01\nG21 G97 S500\nLIMS=450\nG1 Z-20 F.3\n"
     )
     feeds = [(move.feed, move.speed) for move in _cuts(text)]
-    assert feeds[0] == (PerMinute(120), Revolutions(800))
+    assert feeds[0] == (FeedPerMinute(120), Revolutions(800))
     assert feeds[1] == (PerRev(0.25), CuttingSpeed(180, 3000))
     assert isclose(feeds[2][0].mm, 0.254)
     assert isinstance(feeds[2][1], CuttingSpeed)
@@ -263,7 +263,9 @@ def _written(case: Case) -> list[tuple[float, float, float | None, float]]:
     """Return what the cuts of a program were made from: ends, feed, speed of every move."""
     bar = case.protocol.bar
     assert bar
-    paths = turning.paths(case.protocol, bar, run_order(case.protocol), clearance_mm=CLEAR_MM)
+    paths = turning.turning_paths(
+        case.protocol, bar, run_order(case.protocol), clearance_mm=CLEAR_MM
+    )
     rows = []
     for path in paths:
         x = z = np.nan

@@ -35,11 +35,11 @@ from autodb.files.machine import LATHE
 from autodb.store import Store, create_store, models, open_store
 from autodb.web.app import make_app
 from autodb.web.client import Client
-from autodb.web.http.settings import Bounds, Limits, Settings
+from autodb.web.http.settings import ReaderBounds, RequestLimits, Settings
 from autodb.web.receive import apart, landing
 from autodb.web.receive.accepted import ACCEPTED
 from autodb.web.receive.imports import Imports
-from autodb.web.receive.sent import received, safe
+from autodb.web.receive.sent import receive_parts, safe
 from tests.conftest import Cli
 from tests.files import write
 from tests.kills import content
@@ -92,7 +92,7 @@ def week(sample_jobs: Path) -> bytes:
 
 @contextmanager
 def _serving(url: str, *, writes: bool = True, **limits: Any) -> Iterator[TestClient]:
-    app = make_app(Settings(url, writes=writes, limits=Limits(**limits)))
+    app = make_app(Settings(url, writes=writes, limits=RequestLimits(**limits)))
     with TestClient(app, base_url="http://localhost", raise_server_exceptions=False) as client:
         yield client
 
@@ -145,7 +145,9 @@ def test_a_recording_that_is_sent_is_kept_and_counts_once(
     assert "autodb_imports_running 0.0" in counts
     kept = _files(tmp_path / "recordings")
     with store.reading() as session:
-        rows = session.scalars(select(models.Recording).order_by(models.Recording.id)).all()
+        rows = session.scalars(
+            select(models.StoredRecording).order_by(models.StoredRecording.id)
+        ).all()
         assert sorted(row.path for row in rows) == sorted(map(str, kept))
         assert {row.delivered_as for row in rows} == {str(tmp_path / "recordings/lathe-1" / WEEK)}
         audit = [one for _, one in noted(session, most=9) if one.action == "recording imported"]
@@ -245,9 +247,9 @@ def test_what_is_wrong_gets_one_line(url: str, tmp_path: Path, monkeypatch: Any)
         path = _put(tmp_path, name, made, side)
         sent = Sent(path, "lathe-1", path, Access("shop", Role.OPERATE, None))
         says = io.BytesIO()
-        apart.answer(apart.Request(url, Bounds(), apart.Import(sent)), says)
+        apart.do_asked(apart.Request(url, ReaderBounds(), apart.Import(sent)), says)
         *_, last = says.getvalue().splitlines()
-        key, said = apart.received(last)
+        key, said = apart.received_line(last)
         assert (key, line in said) == (apart.REFUSED, True), said
         assert said.isprintable()
         assert str(tmp_path) not in said
@@ -363,8 +365,13 @@ def test_what_takes_too_much_is_refused(
     packed = (tmp_path / "a.mat").read_bytes()
     assert len(packed) < 2**20
     for bounds, name, data, line in (
-        (Bounds(memory_MiB=640), "a.mat", packed, "asks for more memory than there is"),
-        (Bounds(seconds=1), "b.csv", week, "reading it takes longer than the 1 s that it may take"),
+        (ReaderBounds(memory_MiB=640), "a.mat", packed, "asks for more memory than there is"),
+        (
+            ReaderBounds(seconds=1),
+            "b.csv",
+            week,
+            "reading it takes longer than the 1 s that it may take",
+        ),
     ):
         with _serving(url, importing=bounds) as client:
             sent = client.post(SEND, files={"recording": (name, data)}, headers=operates)
@@ -381,8 +388,8 @@ def test_out_of_memory_is_said(url: str, tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(apart, "take_in", take_in)
     sent = Sent(tmp_path / "a.csv", "lathe-1", tmp_path, Access("shop", Role.OPERATE, None))
     says = io.BytesIO()
-    apart.answer(apart.Request(url, Bounds(memory_MiB=99), apart.Import(sent)), says)
-    key, said = apart.received(says.getvalue())
+    apart.do_asked(apart.Request(url, ReaderBounds(memory_MiB=99), apart.Import(sent)), says)
+    key, said = apart.received_line(says.getvalue())
     assert (key, "a.csv: reading it takes more than the 99 MiB" in said) == (apart.REFUSED, True)
 
 
@@ -427,7 +434,7 @@ def test_what_is_long_on_its_way_is_given_up(tmp_path: Path) -> None:
     headers = [(b"content-type", b"multipart/form-data; boundary=b")]
     request = HttpRequest({"type": "http", "headers": headers}, receive)
     with pytest.raises(HTTPException, match=r"longer than 0\.05 s on its way") as refused:
-        anyio.run(received, request, tmp_path, {"recording": 1}, 0.05)
+        anyio.run(receive_parts, request, tmp_path, {"recording": 1}, 0.05)
     assert refused.value.status_code == 408
 
 
@@ -525,7 +532,7 @@ def test_what_was_accepted_is_imported_after_a_kill(
     with _serving(url) as client:
         assert _done(client, sent)["state"] == "done"
     with store.reading() as session:
-        (row,) = session.scalars(select(models.Recording))
+        (row,) = session.scalars(select(models.StoredRecording))
         assert [row.path] == [str(path) for path in _files(folder)]
 
 
@@ -563,7 +570,7 @@ def test_what_a_killed_service_left_is_decided_a_day_later(
         (made / "a.csv").write_bytes(b"t")
     with store.writing() as session:
         machine = session.scalars(select(models.Machine)).one()
-        row = models.Recording(
+        row = models.StoredRecording(
             machine_id=machine.id, sha256="0", path=str(known / "a.csv"), kind="cuts", rows=1,
             units={}, side={},
         )  # fmt: skip

@@ -9,10 +9,10 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from autodb.proofs.machines.axis.axis import (
-    Cogging,
-    ExternalLoad,
+    AxisCogging,
+    AxisExternalLoad,
+    AxisWarmup,
     PositionFriction,
-    Warmup,
     air_moves,
 )
 from autodb.proofs.machines.lathe.jobs import (
@@ -24,7 +24,7 @@ from autodb.proofs.machines.lathe.jobs import (
 )
 from autodb.proofs.machines.lathe.lathe import Lathe, cut_table
 from autodb.proofs.machines.lathe.phases import raw_cut
-from autodb.proofs.machines.lathe.process import ALUMINIUM, STEEL, Cut, mean_forces_N
+from autodb.proofs.machines.lathe.process import ALUMINIUM, STEEL, TrueCut, mean_forces_N
 from autodb.proofs.machines.sample import SAMPLE_LATHE, SAMPLE_PAIR, job_forces_N, write_sample
 
 newton = 1.0
@@ -147,10 +147,10 @@ def test_raw_phases_carry_the_range_and_stand_still_on_the_passive_axis() -> Non
 
 def test_air_moves_are_the_sum_of_their_parts_and_coloured_noise() -> None:
     extra = (
-        ExternalLoad(20.0, 30.0, 0.4),
+        AxisExternalLoad(20.0, 30.0, 0.4),
         PositionFriction(0.003),
-        Cogging(0.1, 16.0),
-        Warmup(0.19),
+        AxisCogging(0.1, 16.0),
+        AxisWarmup(0.19),
     )
     recording, parts = air_moves(8, extra=extra)
     noise = recording["x.current"] - sum(parts.values())
@@ -161,11 +161,11 @@ def test_air_moves_are_the_sum_of_their_parts_and_coloured_noise() -> None:
     assert_allclose(step, middle, atol=0.5)
     assert np.ptp(recording["x.position"]) > 300.0
     with pytest.raises(ValueError, match="twice"):
-        air_moves(8, extra=(Cogging(0.1, 16.0), Cogging(0.2, 20.0)))
+        air_moves(8, extra=(AxisCogging(0.1, 16.0), AxisCogging(0.2, 20.0)))
 
 
 def test_edges_stay_fresh_in_week_1_and_wear_out_in_week_2() -> None:
-    def growth(cuts: list[Cut]) -> np.ndarray:
+    def growth(cuts: list[TrueCut]) -> np.ndarray:
         fresh = [replace(cut, cutting_time_s=0.0, duration_s=0.0) for cut in cuts]
         return np.asarray(job_forces_N(cuts) / job_forces_N(fresh))
 

@@ -15,14 +15,21 @@ from numpy.testing import assert_allclose
 
 from autodb.explain.answer.answer import Cause
 from autodb.explain.cuts.candidates.currents import FRICTION, GAIN, OFFSET
-from autodb.explain.cuts.candidates.moved_words import FORCE, sentences
+from autodb.explain.cuts.candidates.moved_words import FORCE, cause_sentences
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.records import CutTable
 from autodb.reports.card.moving import what_moved
 from autodb.sensing.ranges import calibration
-from autodb.sensing.ranges.forms import FEED_FORMS, LINE, LINE_OF_SPEED, POWER, Felt, Form
+from autodb.sensing.ranges.forms import (
+    FEED_FORMS,
+    LINE,
+    LINE_OF_SPEED,
+    POWER,
+    CurrentForm,
+    MeasuredCuts,
+)
 from autodb.sensing.ranges.turned_round import current_of
-from autodb.standard import references
+from autodb.standard import reference_forces
 from tests.campaigns import first
 from tests.conftest import Cli
 from tests.moved_runs import STILL, Move, run, with_references
@@ -45,7 +52,7 @@ def moved_by_protocol(table: CutTable) -> Causes:
     """The same where the forces are those of the protocol."""
     protocol = with_references(table)
     bare = replace(table, channels={n: v for n, v in table.channels.items() if "force" not in n})
-    force_N = references(bare, protocol, "z").force_N
+    force_N = reference_forces(bare, protocol, "z").force_N
     found = calibration.calibrate(bare, "z", force_N=force_N)
     return what_moved(found, bare, force_N=force_N, protocol=protocol)
 
@@ -170,16 +177,16 @@ def test_too_few_cuts_name_nothing_and_say_what_it_may_be() -> None:
     assert not named(causes)
     (cause,) = (cause for cause in causes if FRICTION in cause.alternatives)
     assert cause.alternatives == (FRICTION, GAIN)
-    (line,) = sentences((cause,))
+    (line,) = cause_sentences((cause,))
     assert "of the current in air" in line
     assert "friction (the current in air), the gain of current over force" in line
 
 
 @pytest.mark.parametrize("form", [LINE, LINE_OF_SPEED, POWER])
-def test_a_calibration_turned_round_gives_the_current_back(form: Form) -> None:
+def test_a_calibration_turned_round_gives_the_current_back(form: CurrentForm) -> None:
     rng = np.random.default_rng(71)
     current, rpm = rng.uniform(1.0, 8.0, 60), rng.uniform(500.0, 2500.0, 60)
-    felt = Felt(
+    felt = MeasuredCuts(
         current, 0.2 * rpm / 60.0, rpm, np.full(60, 0.2), np.full(60, 2.0), np.full(60, 30.0)
     )
     for sign in (1.0, -1.0) if form in FEED_FORMS else (1.0,):

@@ -9,14 +9,14 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.cutting import shear
-from autodb.cutting.elements import edge_parts, forces
+from autodb.cutting.elements import cut_forces, edge_parts
 from autodb.pairs.engaged import BY_NAME, Conditions
 from autodb.pairs.forecast import forecast, worn
-from autodb.pairs.learning import learn
-from autodb.pairs.observed import Cuts, Observed
-from autodb.pairs.posterior import OWN, WEAR, Belief, Wear
+from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.observed import Observed, PairCuts
+from autodb.pairs.posterior import OWN, WEAR, PairPosterior, Wear
 from autodb.pairs.prior import of_relative
-from autodb.pairs.worn import told, with_wear
+from autodb.pairs.worn import learn_worn, with_wear
 from tests.test_pairs import cuts_of, felt, prior, truth, turn
 
 Array = NDArray[np.float64]
@@ -32,11 +32,11 @@ CUTS: tuple[tuple[str, Mapping[str, float], Conditions], ...] = (
 WEARS = Wear(2.0, 1200.0, 0.2, (60.0, 90.0))
 
 
-def made(name: str, tool: Mapping[str, float], cut: Conditions, **more: float) -> Cuts:
+def made(name: str, tool: Mapping[str, float], cut: Conditions, **more: float) -> PairCuts:
     return BY_NAME[name].cuts(tool, [{**cut, **more}], called="tool")
 
 
-def worn_belief(wear: Wear = WEARS) -> Belief:
+def worn_belief(wear: Wear = WEARS) -> PairPosterior:
     """Return the prior's law with a wear that is as large as its size, 10 and 15 N/mm."""
     belief = replace(prior(), wear=wear).also(replace(prior(), wear=wear).open_terms)
     place = belief.columns(WEAR)
@@ -51,11 +51,14 @@ def test_wear_adds_as_more_force_of_the_edge(
     name: str, tool: Mapping[str, float], cut: Conditions
 ) -> None:
     """In every operation, of all forces, torque and power; the fading of thin chips taken out."""
-    values = {**shear.named(prior().law.mean), "edge_mm": 1e-6}
+    values = {**shear.law_values(prior().law.mean), "edge_mm": 1e-6}
     elements = made(name, tool, cut).elements
-    plain = forces(shear.coordinates(values), elements).all
+    plain = cut_forces(shear.law_coordinates(values), elements).all
     for k, key in enumerate(("K_te", "K_re")):
-        more = forces(shear.coordinates({**values, key: values[key] + 1.0}), elements).all - plain
+        more = (
+            cut_forces(shear.law_coordinates({**values, key: values[key] + 1.0}), elements).all
+            - plain
+        )
         assert_allclose(more, edge_parts(elements)[..., k], atol=1e-9 * np.abs(plain).max())
 
 
@@ -90,7 +93,7 @@ def test_what_wear_adds_goes_with_time_and_what_edges_differ_by_is_in_the_interv
     assert_allclose(differ.sd**2 - alike.sd**2, whole.own, rtol=1e-6, atol=1e-9)
 
 
-def week(seed: int, *, wear: Wear | None, count: int = 12) -> tuple[Cuts, Observed]:
+def week(seed: int, *, wear: Wear | None, count: int = 12) -> tuple[PairCuts, Observed]:
     """Return cuts of three edges that wear out, and their readings of y and z."""
     rng = np.random.default_rng(seed)
     drawn = cuts_of(seed, 3 * count)
@@ -112,9 +115,9 @@ def test_wear_is_told_from_the_law() -> None:
     """Of edges alike: five numbers within 4 sd, by chance not in 1 of 3000."""
     alike = replace(WEARS, between=0.0)
     _, fresh = week(11, wear=None)
-    near = learn(prior(), fresh)
+    near = posterior_of_readings(prior(), fresh)
     _, observed = week(12, wear=alike)
-    found = told(prior(), observed, near=near)
+    found = learn_worn(prior(), observed, near=near)
     assert found.wear is not None
     place = found.columns(WEAR)
     sd = np.sqrt(np.diag(found.state.covariance)[place])
@@ -124,10 +127,12 @@ def test_wear_is_told_from_the_law() -> None:
 
     # The next edge, never seen, half worn
     ahead = replace(turn(np.array([0.2]), np.array([2.0])), worn_s=np.array([800.0]))
-    real = forces(truth(1), ahead.elements).all + worn(worn_belief(alike), ahead).mean
+    real = cut_forces(truth(1), ahead.elements).all + worn(worn_belief(alike), ahead).mean
     expected = forecast(found.past(), ahead)
     assert (np.abs(real - expected.mean) < 4.0 * expected.sd)[0, 1:].all()
-    blind = forecast(learn(prior(), observed, near=near), replace(ahead, worn_s=None))
+    blind = forecast(
+        posterior_of_readings(prior(), observed, near=near), replace(ahead, worn_s=None)
+    )
     assert (np.abs(expected.mean - real) < np.abs(blind.mean - real))[0, 1:3].all()
 
 
@@ -137,7 +142,7 @@ def test_edges_that_differ_are_known_to_and_forgotten() -> None:
     assert [one.key for one in readings.shared[-4:]] == [
         "tool_wear", "wear of edge A", "wear of edge B", "wear of edge C",
     ]  # fmt: skip
-    belief = learn(replace(prior(), wear=WEARS), readings)
+    belief = posterior_of_readings(replace(prior(), wear=WEARS), readings)
     assert [one.key for one in belief.past().shared][-2:] == ["tool_wear", "law, turn"]
     assert belief.past().columns(WEAR).stop <= OWN + 4
 

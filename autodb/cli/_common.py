@@ -44,7 +44,7 @@ OptionalMachine = Annotated[
 
 
 @contextmanager
-def opened(db: str | None) -> "Iterator[Store]":
+def opened_store(db: str | None) -> "Iterator[Store]":
     """Open the database of ``--db`` and close it again."""
     from autodb.store import database_url, open_store
 
@@ -63,14 +63,14 @@ def from_anywhere(db: str | None) -> str:
     from sqlalchemy.engine import make_url
 
     from autodb.errors import UnusableInput
-    from autodb.store import database_url, file_of, on_server, shown
+    from autodb.store import database_url, file_of, on_server, shown_url
 
     url = database_url(db)
     if not on_server(url):
         return str(make_url(url).set(database=str(file_of(url).resolve())))
     if make_url(url).password is not None:
         raise UnusableInput(
-            f"{shown(url)}: others can read a command's password; one in ~/.pgpass would work"
+            f"{shown_url(url)}: others can read a command's password; one in ~/.pgpass would work"
         )
     return url
 
@@ -115,7 +115,7 @@ def working(what: str) -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def counting(what: str, total: int) -> Iterator[Callable[[int], None]]:
+def progress_bar(what: str, total: int) -> Iterator[Callable[[int], None]]:
     """Show a bar of how many of ``total`` are done, on a terminal only; gone when done."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn

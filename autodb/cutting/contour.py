@@ -44,7 +44,7 @@ TOUCH_MM = 0.001
 
 
 @dataclass(frozen=True)
-class Engagement:
+class ContourEngagement:
     """What the tool does in the middle of every step at a feed, each (n,).
 
     ``path_mm`` way since the first of them, ``step_mm`` its length, ``x_mm`` radius and ``z_mm`` of
@@ -79,7 +79,7 @@ def engagement(
     source: str,
     step_mm: float = 0.05,
     edge_mm: float = np.inf,
-) -> tuple[Engagement, Stock]:
+) -> tuple[ContourEngagement, Stock]:
     """Return the engagement along moves, steps of at most ``step_mm``, and the stock they leave.
 
     Every move meets what those before it have left. Raises UnusableInput naming ``source`` and the
@@ -93,7 +93,7 @@ def engagement(
         raise UnusableInput(f"{source}: no move at a feed; a program with G1, G2 or G3 would work")
     at_mm = np.concatenate([piece.z_mm[[0, -1]] for piece in cut])
     stock = stock.divided(at_mm, cell_mm=step_mm)
-    rows: list[Engagement] = []
+    rows: list[ContourEngagement] = []
     for piece in cut:
         if isinstance(piece.move, Rapid):
             _refuse_inside(piece, stock, source)
@@ -174,7 +174,7 @@ def _refuse_deeper(piece: Piece, depth_mm: Array, edge_mm: float, source: str) -
         )
 
 
-def _row(piece: Piece, depth_mm: Array, outer_mm: Array, source: str) -> Engagement:
+def _row(piece: Piece, depth_mm: Array, outer_mm: Array, source: str) -> ContourEngagement:
     """Return the rows of a piece, with path and time counted from its start."""
     move = piece.move
     assert not isinstance(move, Rapid)
@@ -188,7 +188,7 @@ def _row(piece: Piece, depth_mm: Array, outer_mm: Array, source: str) -> Engagem
     rpm = speed.at_rpm(piece.middle_x_mm)
     feed_mm_rev = move.feed.mm_rev(rpm)
     step_s = 60.0 * piece.step_mm / (feed_mm_rev * rpm)
-    return Engagement(
+    return ContourEngagement(
         path_mm=np.cumsum(piece.step_mm) - piece.step_mm / 2,
         step_mm=piece.step_mm,
         x_mm=piece.middle_x_mm,
@@ -205,11 +205,11 @@ def _row(piece: Piece, depth_mm: Array, outer_mm: Array, source: str) -> Engagem
     )
 
 
-def _joined(rows: Sequence[Engagement]) -> Engagement:
+def _joined(rows: Sequence[ContourEngagement]) -> ContourEngagement:
     """Return all rows as one, path and time counted on."""
-    names = [field.name for field in fields(Engagement)]
+    names = [field.name for field in fields(ContourEngagement)]
     joined = {name: np.concatenate([getattr(row, name) for row in rows]) for name in names}
     step_s = 60.0 * joined["step_mm"] / (joined["feed_mm_rev"] * joined["speed_rpm"])
     joined["path_mm"] = np.cumsum(joined["step_mm"]) - joined["step_mm"] / 2
     joined["time_s"] = np.cumsum(step_s) - step_s / 2
-    return Engagement(**joined)
+    return ContourEngagement(**joined)

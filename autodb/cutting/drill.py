@@ -46,14 +46,14 @@ class Drill:
 
 
 @dataclass(frozen=True)
-class Drilled:
+class DrilledCuts:
     """Cuts of one drill: arrays (n,): feed a revolution, spindle speed."""
 
     feed_mm: Array
     speed_rpm: Array
 
 
-def elements_of(drill: Drill, cuts: Drilled) -> Elements:
+def drill_elements(drill: Drill, cuts: DrilledCuts) -> Elements:
     """Return the elements of lips and chisel edge of each cut; thrust pushes away from the work."""
     rim, web = 0.5 * drill.diameter_mm, drill.half_web_mm
     kappa = np.radians(0.5 * drill.point_deg)

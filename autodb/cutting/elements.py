@@ -57,7 +57,7 @@ class Elements:
 
 
 @dataclass(frozen=True)
-class Forces:
+class CutForces:
     """Of n cuts: force on the tool in machine axes (n, 3) N, torque (n,) N·m, power (n,) W."""
 
     force_N: Array
@@ -70,7 +70,7 @@ class Forces:
         return np.column_stack([self.force_N, self.torque_N_m, self.power_W])
 
 
-def forces(theta: Array, elements: Elements) -> Forces:
+def cut_forces(theta: Array, elements: Elements) -> CutForces:
     """Return the forces of cuts for the law's coordinates (p,)."""
     whole = np.concatenate(
         [
@@ -78,7 +78,7 @@ def forces(theta: Array, elements: Elements) -> Forces:
             for block in _blocks(elements, BLOCK)
         ]
     )[..., 0]
-    return Forces(whole[:, :3], whole[:, 3], whole[:, 4])
+    return CutForces(whole[:, :3], whole[:, 3], whole[:, 4])
 
 
 def _blocks(elements: Elements, size: int) -> Iterator[Elements]:
@@ -95,7 +95,7 @@ def _blocks(elements: Elements, size: int) -> Iterator[Elements]:
         yield _made(rows.stop - begin, None, [elements], some, some)
 
 
-def joined(several: Sequence[Elements]) -> Elements:
+def joined_elements(several: Sequence[Elements]) -> Elements:
     """Return the elements of cuts, or of moments, behind each other; as many in each cut."""
     if len(several) == 1:
         return several[0]
@@ -151,7 +151,7 @@ def _made(
 
 def force_gradient(theta: Array, elements: Elements) -> Array:
     """Return derivatives (n, 5, p) of force x, y, z, torque and power by the coordinates."""
-    return linearised(theta, elements)[2]
+    return linearised_forces(theta, elements)[2]
 
 
 def force_parts(theta: Array, elements: Elements) -> Array:
@@ -164,7 +164,7 @@ def force_parts(theta: Array, elements: Elements) -> Array:
     return _summed(elements, _parts(_gathered(elements)(_pushed(theta, elements))))
 
 
-def linearised(
+def linearised_forces(
     theta: Array, elements: Elements, off: Array | None = None
 ) -> tuple[Array, Array, Array]:
     """Return forces (n, 5), their ``force_parts`` and ``force_gradient``, worked out together.
@@ -278,7 +278,7 @@ def engaged_mm(elements: Elements) -> Array:
 def _pushed(theta: Array, elements: Elements) -> Array:
     """Return the elements' forces, N: tangential, radial and up the tool's axis (3, …)."""
     edge, width = elements.edge, elements.width_mm
-    sheared, rubbed = shear.coefficients(theta, edge), shear.edge_coefficients(theta, edge)
+    sheared, rubbed = shear.chip_coefficients(theta, edge), shear.edge_coefficients(theta, edge)
     whole = _turned(elements, sheared, _flowing(theta, elements)) * edge.thickness_mm
     whole += _turned(elements, rubbed, elements.kappa)
     return np.asarray(whole * width)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import Elements, Forces, forces
+from autodb.cutting.elements import CutForces, Elements, cut_forces
 from autodb.cutting.shear import Edge
 
 Array = NDArray[np.float64]
@@ -118,13 +118,15 @@ def pocket(diameter_mm: float, *, hole_mm: Array, path_mm: Array) -> tuple[Array
 
 def waveform(
     theta: Array, mill: EndMill, cut: Milled, angle_rad: Array, *, slice_mm: float = SLICE_MM
-) -> Forces:
+) -> CutForces:
     """Return the forces of one cut at angles (n,) of tooth 0's tip."""
     parts = [
-        forces(theta, at_angles(mill, cut, angle_rad[begin : begin + MOMENTS], slice_mm=slice_mm))
+        cut_forces(
+            theta, at_angles(mill, cut, angle_rad[begin : begin + MOMENTS], slice_mm=slice_mm)
+        )
         for begin in range(0, len(angle_rad), MOMENTS)
     ]
-    return Forces(
+    return CutForces(
         np.concatenate([one.force_N for one in parts]),
         np.concatenate([one.torque_N_m for one in parts]),
         np.concatenate([one.power_W for one in parts]),
@@ -140,7 +142,7 @@ class Turn:
     """
 
     angle_rad: Array
-    forces: Forces
+    forces: CutForces
     mean: Array
     peak: Array
     amplitude: Array

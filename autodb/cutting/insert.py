@@ -53,7 +53,7 @@ class Insert:
 
 
 @dataclass(frozen=True)
-class Turned:
+class TurnedCuts:
     """Cuts that one insert turns: arrays (n,).
 
     ``feed_mm`` a revolution, ``depth_mm`` across the feed, ``radius_mm`` arm of the torque;
@@ -67,7 +67,7 @@ class Turned:
     inward_rad: Array
 
 
-def elements_of(insert: Insert, cuts: Turned, *, on_nose: int = ON_NOSE) -> Elements:
+def insert_elements(insert: Insert, cuts: TurnedCuts, *, on_nose: int = ON_NOSE) -> Elements:
     """Return the elements of the engaged edge of each cut: on_nose + 1 a cut.
 
     Raises UnusableInput where the feed leaves the edge no side to cut with.
@@ -77,7 +77,7 @@ def elements_of(insert: Insert, cuts: Turned, *, on_nose: int = ON_NOSE) -> Elem
 
 
 def elements_of_each(
-    inserts: Sequence[Insert], cuts: Turned, *, on_nose: int = ON_NOSE
+    inserts: Sequence[Insert], cuts: TurnedCuts, *, on_nose: int = ON_NOSE
 ) -> list[Elements]:
     """Return the elements of the same cuts with each of several inserts, worked out together.
 

@@ -22,7 +22,7 @@ NODES = 12
 
 
 @dataclass(frozen=True)
-class Planned:
+class ViewRange:
     """Where a view is taken: range of chip thickness, cutting speed, normal rake."""
 
     thinnest_mm: float = 0.05
@@ -48,7 +48,7 @@ class View:
     off: float
 
 
-def kienzle(belief: Gaussian, at: Planned) -> View:
+def kienzle(belief: Gaussian, at: ViewRange) -> View:
     """Return k_c1.1 and m_c of a belief about the law's coordinates (p,)."""
     design = np.column_stack([np.ones(NODES), -np.log(at.edge.thickness_mm)])
 
@@ -63,7 +63,7 @@ def kienzle(belief: Gaussian, at: Planned) -> View:
     return _view(("k_c1.1", "m_c"), ("N/mm²", "1"), fitted, belief, off)
 
 
-def linear_edge(belief: Gaussian, at: Planned) -> View:
+def linear_edge(belief: Gaussian, at: ViewRange) -> View:
     """Return K_tc, K_te, K_rc, K_re of a belief about the law's coordinates (p,)."""
     design = np.column_stack([at.edge.thickness_mm, np.ones(NODES)])
 

@@ -63,7 +63,7 @@ def _angle_deg(log_tan: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Parameter:
+class LawParameter:
     """A number of the law: its name, its unit, what it says.
 
     ``inner`` makes the law's coordinate, which may be any number, of a value in the unit; ``outer``
@@ -86,30 +86,30 @@ class Parameter:
         return np.asarray(self.outer(np.asarray(coordinate, dtype=np.float64)))
 
 
-def _positive(name: str, unit: str, meaning: str) -> Parameter:
-    return Parameter(name, unit, meaning, np.log, np.exp, "ln")
+def _positive(name: str, unit: str, meaning: str) -> LawParameter:
+    return LawParameter(name, unit, meaning, np.log, np.exp, "ln")
 
 
 PARAMETERS = (
     _positive("shear_stress", "MPa", "stress in the shear zone"),
-    Parameter(
+    LawParameter(
         "friction_angle", "deg", "friction of the chip on the rake face",
         _log_tan, _angle_deg, "ln tan",
     ),
     _positive("chip_ratio", "1", "chip length over length cut"),
     _positive("K_te", "N/mm", "tangential force of the edge"),
     _positive("K_re", "N/mm", "thrust of the edge"),
-    Parameter("K_ae", "N/mm", "force of the edge along itself"),
-    Parameter("chip_ratio_thickness", "1", "exponent a of the chip ratio in thickness"),
-    Parameter("shear_stress_speed", "1", "exponent of the shear stress in speed"),
-    Parameter("friction_speed", "1", "exponent of the coefficient of friction in speed"),
-    Parameter("chip_ratio_speed", "1", "exponent of the chip ratio in speed"),
-    Parameter("friction_rake", "1/rad", "growth of the coefficient of friction with rake"),
-    Parameter("chip_ratio_rake", "1/rad", "growth of the chip ratio with rake"),
-    Parameter("chip_flow", "1", "share of a chip's thrust that has one direction for all of it"),
-    Parameter("shear_stress_thickness", "1", "exponent of the shear stress in thickness"),
-    Parameter("friction_thickness", "1", "exponent of the coefficient of friction in thickness"),
-    Parameter("flow_angle", "1", "angle of the chip's flow over the inclination (Stabler: 1)"),
+    LawParameter("K_ae", "N/mm", "force of the edge along itself"),
+    LawParameter("chip_ratio_thickness", "1", "exponent a of the chip ratio in thickness"),
+    LawParameter("shear_stress_speed", "1", "exponent of the shear stress in speed"),
+    LawParameter("friction_speed", "1", "exponent of the coefficient of friction in speed"),
+    LawParameter("chip_ratio_speed", "1", "exponent of the chip ratio in speed"),
+    LawParameter("friction_rake", "1/rad", "growth of the coefficient of friction with rake"),
+    LawParameter("chip_ratio_rake", "1/rad", "growth of the chip ratio with rake"),
+    LawParameter("chip_flow", "1", "share of a chip's thrust that has one direction for all of it"),
+    LawParameter("shear_stress_thickness", "1", "exponent of the shear stress in thickness"),
+    LawParameter("friction_thickness", "1", "exponent of the coefficient of friction in thickness"),
+    LawParameter("flow_angle", "1", "angle of the chip's flow over the inclination (Stabler: 1)"),
     _positive("edge_mm", "mm", "chip at which two thirds of the edge's force act"),
 )  # fmt: skip
 NAMES = tuple(parameter.name for parameter in PARAMETERS)
@@ -132,12 +132,12 @@ class Edge:
     inclination_rad: Array
 
 
-def coordinates(values: dict[str, float]) -> Array:
+def law_coordinates(values: dict[str, float]) -> Array:
     """Return the law's coordinates (p,) of values by name and in their units."""
     return np.array([float(p.inside(values[p.name])) for p in PARAMETERS])
 
 
-def named(coordinates: Array) -> dict[str, float]:
+def law_values(coordinates: Array) -> dict[str, float]:
     """Return the values by name, in their units, of the law's coordinates (p,)."""
     return {p.name: float(p.outside(c)) for p, c in zip(PARAMETERS, coordinates, strict=True)}
 
@@ -218,7 +218,7 @@ def zone(theta: Values, edge: Edge) -> Zone:
     )
 
 
-def coefficients(theta: Values, edge: Edge) -> tuple[Values, Values, Values]:
+def chip_coefficients(theta: Values, edge: Edge) -> tuple[Values, Values, Values]:
     """Return K_tc, K_rc, K_ac, N/mm², of elements (m,) for the law's coordinates (p,)."""
     there = zone(theta, edge)
     strength = there.strength
@@ -239,7 +239,7 @@ def _ratio(theta: Values, edge: Edge, thick: Array, fast: Array) -> Values:
 
 def per_width(theta: Values, edge: Edge) -> tuple[Values, Values, Values]:
     """Return F_t, F_r, F_a over the width, N/mm, of elements (m,)."""
-    shear_t, shear_r, shear_a = coefficients(theta, edge)
+    shear_t, shear_r, shear_a = chip_coefficients(theta, edge)
     h = edge.thickness_mm
     edge_t, edge_r, edge_a = edge_coefficients(theta, edge)
     return shear_t * h + edge_t, shear_r * h + edge_r, shear_a * h + edge_a

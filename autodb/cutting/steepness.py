@@ -40,7 +40,7 @@ ORDER = (
 
 
 @dataclass(frozen=True)
-class Drive:
+class DrivenCoordinate:
     """Coordinates of the law that change one of four numbers each: ``which``, and how much.
 
     ``factor``: of a shape that broadcasts to the elements'.
@@ -58,10 +58,10 @@ class Steep:
     """
 
     by: tuple[Array, Array, Array]
-    drives: tuple[Drive, ...]
+    drives: tuple[DrivenCoordinate, ...]
 
 
-OF_EDGE = (Drive(slice(4), AS_THEY_ARE),)
+OF_EDGE = (DrivenCoordinate(slice(4), AS_THEY_ARE),)
 
 
 def sheared(theta: Array, edge: Edge, area_mm2: Array) -> Steep:
@@ -91,14 +91,14 @@ def sheared(theta: Array, edge: Edge, area_mm2: Array) -> Steep:
     return Steep(zone.directed(by[0], by[1], by[2]), _drives(zone, edge))
 
 
-def _drives(zone: shear.Zone, edge: Edge) -> tuple[Drive, ...]:
+def _drives(zone: shear.Zone, edge: Edge) -> tuple[DrivenCoordinate, ...]:
     """Return what changes ln τ, ln tan β, ln r and η."""
     return (
-        Drive(slice(STRESS, LEAN), AS_THEY_ARE),
-        Drive(slice(STRESS, LEAN), zone.fast),
-        Drive(slice(STRESS, LEAN), zone.thick),
-        Drive(slice(FRICTION, LEAN), edge.rake_rad),
-        Drive(slice(LEAN, LEAN + 1), edge.inclination_rad),
+        DrivenCoordinate(slice(STRESS, LEAN), AS_THEY_ARE),
+        DrivenCoordinate(slice(STRESS, LEAN), zone.fast),
+        DrivenCoordinate(slice(STRESS, LEAN), zone.thick),
+        DrivenCoordinate(slice(FRICTION, LEAN), edge.rake_rad),
+        DrivenCoordinate(slice(LEAN, LEAN + 1), edge.inclination_rad),
     )
 
 

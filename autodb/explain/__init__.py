@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput, near
-from autodb.explain.answer.answer import ChannelAnswer, Explained, Explanation, Trace
+from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Explained, Explanation
 from autodb.files.channels import FORCES, axis_of, effort_channels
 from autodb.records import CutTable, Recording
 from autodb.terms.vocabulary import VOCABULARY
@@ -108,7 +108,7 @@ def _over_time(
     shared: list[str],
     order: NDArray[np.intp],
     includes: Includes,
-) -> dict[str, tuple[ChannelAnswer, Trace]]:
+) -> dict[str, tuple[ChannelAnswer, ChannelTrace]]:
     """Explain drive efforts each by itself, and the force components together."""
     efforts, forces = effort_channels(shared), [name for name in FORCES if name in shared]
     missing = [name for name in simulation.channels if name not in shared]
@@ -139,7 +139,7 @@ def _axes(
     efforts: list[str],
     order: NDArray[np.intp],
     includes: Includes,
-) -> dict[str, tuple[ChannelAnswer, Trace]]:
+) -> dict[str, tuple[ChannelAnswer, ChannelTrace]]:
     from autodb.explain.axis.look import explain_axis
 
     if not isinstance(includes, dict):
@@ -157,7 +157,7 @@ def _cuts(
     shared: list[str],
     order: NDArray[np.intp],
     includes: list[str] | None,
-) -> dict[str, tuple[ChannelAnswer, Trace]]:
+) -> dict[str, tuple[ChannelAnswer, ChannelTrace]]:
     forces = [
         name
         for name in FORCES

@@ -12,32 +12,32 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import Cause, Value
+from autodb.explain.answer.answer import Cause, IntervalValue
 from autodb.explain.cuts.again import made_again
 from autodb.explain.cuts.answers import FELT
-from autodb.explain.cuts.candidates import moved_words as words
+from autodb.explain.cuts.candidates import moved_words
 from autodb.explain.cuts.candidates.currents import (
     AIR,
     FRICTION,
     GAIN,
     OFFSET,
     RISE,
-    Run,
+    StandardRun,
     at_the_end,
-    of_run,
     own_of_run,
+    run_candidates,
     stack_of_run,
 )
-from autodb.explain.cuts.candidates.laws import Columns
+from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.candidates.moved_words import FORCE
-from autodb.explain.cuts.fit import Fit, fit, held_out_rows
-from autodb.explain.cuts.look import Looked, look_for
-from autodb.explain.cuts.profile import value
+from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
+from autodb.explain.cuts.look import FoundInCuts, look_for
+from autodb.explain.cuts.profile import profiled_value
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import of_missing
 from autodb.explain.engine.fit import rms
 from autodb.fitting import NORMAL_95
-from autodb.sensing.ranges.moved import Moved, moved
+from autodb.sensing.ranges.moved import CurrentChange, moved_between
 
 Array = NDArray[np.float64]
 
@@ -57,9 +57,9 @@ class Ends:
     """
 
     conditions: NDArray[np.generic]
-    rise: Moved | None
-    air: Moved | None
-    force: Moved | None
+    rise: CurrentChange | None
+    air: CurrentChange | None
+    force: CurrentChange | None
     force_unit: str
 
     @property
@@ -69,14 +69,14 @@ class Ends:
         return [component for component, end in ends if end is not None and end.beyond]
 
 
-def explain_moved(run: Run, ends: Ends) -> tuple[Cause, ...]:
+def explain_moved(run: StandardRun, ends: Ends) -> tuple[Cause, ...]:
     """Return what moved over a run: what all its cuts show, and what only its ends do.
 
     Nothing where no effect stands in all cuts and the ends moved no more than repeats scatter.
     """
     if not run.enough:
         return tuple(_open(run, ends, component, None) for component in ends.beyond)
-    looked = look_for(stack_of_run(run), of_run(measured=run.measured))
+    looked = look_for(stack_of_run(run), run_candidates(measured=run.measured))
     told = _Told(run, looked)
     left = [component for component in ends.beyond if not told.felt(component)]
     return (*told.causes(), *(_unnamed(run, ends, component, looked) for component in left))
@@ -85,14 +85,14 @@ def explain_moved(run: Run, ends: Ends) -> tuple[Cause, ...]:
 class _Told:
     """What was found in a run, and how sure each name is."""
 
-    def __init__(self, run: Run, looked: Looked) -> None:
+    def __init__(self, run: StandardRun, looked: FoundInCuts) -> None:
         self.run, self.looked, self.stack = run, looked, looked.stack
         self.choices = looked.found.choices
 
     @cached_property
-    def fit(self) -> Fit:
+    def fit(self) -> CutsFit:
         """The columns that are free anyhow and the effects, fitted together."""
-        return fit(self.stack, self.looked.own, self.choices)
+        return fit_cuts(self.stack, self.looked.own, self.choices)
 
     def felt(self, component: int) -> bool:
         """Whether what was found is felt in a component."""
@@ -110,14 +110,14 @@ class _Told:
         near = (*sure.near, *self._alike(term, acts))
         named = not sure.near or sure.confidence >= SURE
         change = self._change(number, acts[0])
-        said = words.effect(
+        said = moved_words.effect(
             term,
             change,
             air_too=len(acts) > 1,
             air=len(self.stack.names) > 1,
             or_force=FORCE in near,
         )
-        unsure = words.undecided(words.amount(change, term), (term, *near))
+        unsure = moved_words.undecided_words(moved_words.amount(change, term), (term, *near))
         return Cause(
             term=term if named else UNKNOWN,
             kind="missing",
@@ -137,18 +137,18 @@ class _Told:
             return (FRICTION,)
         return ()
 
-    def _change(self, number: int, component: int) -> Value:
+    def _change(self, number: int, component: int) -> IntervalValue:
         """Return by how much an effect moved a component from the first cut to the last."""
         choice, at = self.choices[number], self.fit.places[len(self.looked.own) + number]
         law = choice.shape.law
-        assert isinstance(law, Columns)  # every suspect of a cut table is made of laws
+        assert isinstance(law, LawColumns)  # every suspect of a cut table is made of laws
         course = law.of(component)
         if choice.suspect.term == GAIN:
             course = course / self.stack.simulation[component][:, None]
         step = course[-1] - course[0]
         half = NORMAL_95 * float(np.sqrt(max(step @ self.fit.covariance[at, at] @ step, 0.0)))
         unit = "1" if choice.suspect.term == GAIN else self.run.unit
-        return value(float(step @ self.fit.coefficients[at]), half, unit)
+        return profiled_value(float(step @ self.fit.coefficients[at]), half, unit)
 
     def _left_out(self, component: int) -> str:
         """Return how far cuts left out of the fit are told with what was found, and without."""
@@ -156,24 +156,26 @@ class _Told:
             rms(held_out_rows(self.stack, self.looked.own, choices)[component])
             for choices in (self.choices, ())
         )
-        return words.left_out(with_it, without, self.run.unit)
+        return moved_words.held_out_words(with_it, without, self.run.unit)
 
     def _told_apart(self, choice: Choice, rivals: tuple[str, ...]) -> str | None:
         teller = made_again(self.looked, own_of_run, unit=self.run.unit)
         cuts = teller.told_apart(choice, choice.suspect.term, rivals)
         force = FORCE in self._alike(choice.suspect.term, _acts_on(choice))
-        lines = [line for line in (cuts, words.MEASURED if force else None) if line is not None]
+        lines = [
+            line for line in (cuts, moved_words.MEASURED if force else None) if line is not None
+        ]
         return " ".join(lines) if lines else None
 
 
 def _acts_on(choice: Choice) -> list[int]:
     """Return the components that an effect acts on."""
     law = choice.shape.law
-    assert isinstance(law, Columns)
+    assert isinstance(law, LawColumns)
     return [component for component, mix in enumerate(law.mix) if np.any(mix)]
 
 
-def _unnamed(run: Run, ends: Ends, component: int, looked: Looked) -> Cause:
+def _unnamed(run: StandardRun, ends: Ends, component: int, looked: FoundInCuts) -> Cause:
     """Return what is known of a component that moved, where the search found nothing."""
     if component == RISE and run.measured and ends.force is not None:
         beside = _beside_force(run, ends)
@@ -182,24 +184,24 @@ def _unnamed(run: Run, ends: Ends, component: int, looked: Looked) -> Cause:
     return _open(run, ends, component, looked)
 
 
-def _beside_force(run: Run, ends: Ends) -> Moved:
+def _beside_force(run: StandardRun, ends: Ends) -> CurrentChange:
     """Return by how much the rise moved beside what the measured force gives."""
     last = len(run.rise) - 1
-    return moved(run.rise - run.expected, ends.conditions, first=[0], last=[last])
+    return moved_between(run.rise - run.expected, ends.conditions, first=[0], last=[last])
 
 
-def _force(run: Run, force: Moved, force_unit: str, beside: Moved) -> Cause:
+def _force(run: StandardRun, force: CurrentChange, force_unit: str, beside: CurrentChange) -> Cause:
     """Return that the force moved, and what is sensed did as it says."""
     return Cause(
         term=FORCE,
         kind="mistuned",
         confidence=LEVEL,
-        statement=words.force(force, force_unit, beside, run.unit),
+        statement=moved_words.force(force, force_unit, beside, run.unit),
         parameters={"change": _value(force, force_unit)},
     )
 
 
-def _open(run: Run, ends: Ends, component: int, looked: Looked | None) -> Cause:
+def _open(run: StandardRun, ends: Ends, component: int, looked: FoundInCuts | None) -> Cause:
     """Return what may have moved, by the ends of the run alone, and the cut that would tell."""
     end = ends.rise if component == RISE else ends.air
     assert end is not None  # it moved
@@ -209,14 +211,16 @@ def _open(run: Run, ends: Ends, component: int, looked: Looked | None) -> Cause:
         term=UNKNOWN,
         kind="missing",
         confidence=LEVEL,
-        statement=words.undecided(words.ends(change, air=component == AIR), names),
+        statement=moved_words.undecided_words(
+            moved_words.moved_words(change, air=component == AIR), names
+        ),
         parameters={"change": change},
         alternatives=names,
         to_tell_apart=_by_the_end(looked, component, run.unit) if looked else None,
     )
 
 
-def _candidates(run: Run, component: int, ends: Ends) -> tuple[str, ...]:
+def _candidates(run: StandardRun, component: int, ends: Ends) -> tuple[str, ...]:
     """Return what may have moved a component: the force too, unless measured force tells less."""
     if component == AIR:
         return (FRICTION, GAIN)
@@ -225,7 +229,7 @@ def _candidates(run: Run, component: int, ends: Ends) -> tuple[str, ...]:
     return (GAIN, OFFSET, *without_air, *(() if sensing else (FORCE,)))
 
 
-def _by_the_end(looked: Looked, component: int, unit: str) -> str | None:
+def _by_the_end(looked: FoundInCuts, component: int, unit: str) -> str | None:
     """Return the cut whose repeat would tell what moved the last cut alone: gain, offset, friction.
 
     None where none of the run's cuts would.
@@ -237,5 +241,5 @@ def _by_the_end(looked: Looked, component: int, unit: str) -> str | None:
     return None if best is None else teller.line(best, (pair[0][0], pair[1][0]))
 
 
-def _value(end: Moved, unit: str) -> Value:
-    return Value(value=end.change, low=end.low, high=end.high, unit=unit)
+def _value(end: CurrentChange, unit: str) -> IntervalValue:
+    return IntervalValue(value=end.change, low=end.low, high=end.high, unit=unit)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
-from autodb.explain.answer.answer import Cause, ChannelAnswer, Value
+from autodb.explain.answer.answer import Cause, ChannelAnswer, IntervalValue
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.fitting import NORMAL_95
 from autodb.records import CutTable, Recording
@@ -66,7 +66,7 @@ class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class Setup(_Part):
+class RecordingSetup(_Part):
     """What a recording was made with; None: its side file does not say."""
 
     recording: str
@@ -102,27 +102,27 @@ class Located(_Part):
     channel: str
     term: str
     quantity: str
-    values: tuple[Value | None, ...]
+    values: tuple[IntervalValue | None, ...]
     sits_in: tuple[Seat, ...]
     statement: str
     to_tell_apart: str | None = None
 
 
-class Together(_Part):
+class ExplainedTogether(_Part):
     """What several recordings say together."""
 
-    recordings: tuple[Setup, ...]
+    recordings: tuple[RecordingSetup, ...]
     effects: tuple[Located, ...]
 
 
-def setup_of(recording: Recording | CutTable) -> Setup:
+def setup_of(recording: Recording | CutTable) -> RecordingSetup:
     """Return what a recording was made with, by its side file, or a table's one tool and work."""
     side = recording.side
     tool, work = side.tool.name, side.recording.work
     if isinstance(recording, CutTable):
         tool = tool or _only(recording, "tool")
         work = work or _only(recording, "work.material")
-    return Setup(
+    return RecordingSetup(
         recording=str(recording.path),
         machine=side.recording.machine,
         tool=tool,
@@ -138,7 +138,9 @@ def _only(table: CutTable, name: str) -> str | None:
     return texts.pop() if len(texts) == 1 else None
 
 
-def together(setups: Sequence[Setup], answers: Sequence[Mapping[str, ChannelAnswer]]) -> Together:
+def explain_together(
+    setups: Sequence[RecordingSetup], answers: Sequence[Mapping[str, ChannelAnswer]]
+) -> ExplainedTogether:
     """Return where each effect sits that was found in one of several recordings.
 
     ``answers``: by channel, of each recording in the order of ``setups``.
@@ -150,7 +152,7 @@ def together(setups: Sequence[Setup], answers: Sequence[Mapping[str, ChannelAnsw
         for cause in found.missing
     }
     effects = [_located(setups, answers, channel, term) for channel, term in keys]
-    return Together(recordings=tuple(setups), effects=tuple(effects))
+    return ExplainedTogether(recordings=tuple(setups), effects=tuple(effects))
 
 
 def _effect(cause: Cause) -> str:
@@ -161,14 +163,14 @@ def _effect(cause: Cause) -> str:
 class _Seen:
     """An effect in some of the recordings: their numbers, what it is there (n,), its spread."""
 
-    setups: tuple[Setup, ...]
+    setups: tuple[RecordingSetup, ...]
     term: str
     y: Array
     sd: Array
 
 
 def _located(
-    setups: Sequence[Setup],
+    setups: Sequence[RecordingSetup],
     answers: Sequence[Mapping[str, ChannelAnswer]],
     channel: str,
     term: str,
@@ -185,12 +187,12 @@ def _located(
     quietest = min(
         n for n, cause in zip(noise, found, strict=True) if cause is not None and n is not None
     )
-    values: list[Value | None] = [
+    values: list[IntervalValue | None] = [
         cause.parameters[quantity]
         if cause is not None
         else None
         if floor is None or floor > BLIND * quietest
-        else Value(value=none, low=none, high=none, unit="")
+        else IntervalValue(value=none, low=none, high=none, unit="")
         for cause, floor in zip(found, noise, strict=True)
     ]
     seen = _seen(setups, values, term, none)
@@ -215,7 +217,7 @@ def _compared(causes: Sequence[Cause]) -> str:
     return next((n for n in laws if all(_shows(n, c.parameters.get(n)) for c in causes)), "size")
 
 
-def _shows(name: str, value: Value | None) -> bool:
+def _shows(name: str, value: IntervalValue | None) -> bool:
     """Whether a parameter is there and its interval leaves out none."""
     none = _none(name)
     return value is not None and not value.low <= none <= value.high
@@ -226,7 +228,9 @@ def _none(quantity: str) -> float:
     return 1.0 if quantity == "factor" else 0.0
 
 
-def _seen(setups: Sequence[Setup], values: Sequence[Value | None], term: str, none: float) -> _Seen:
+def _seen(
+    setups: Sequence[RecordingSetup], values: Sequence[IntervalValue | None], term: str, none: float
+) -> _Seen:
     kept = [(setup, v) for setup, v in zip(setups, values, strict=True) if v is not None]
     y = np.array([v.value - none for _, v in kept])
     own = np.array([0.5 * (v.high - v.low) / NORMAL_95 for _, v in kept])

@@ -16,7 +16,7 @@ from autodb.files.toml import Finite, Section
 from autodb.files.tool import Geometry, ToolKind
 
 
-class Bounds(Section):
+class BoundedValue(Section):
     """A value with its 95 % bounds."""
 
     value: Finite
@@ -25,7 +25,7 @@ class Bounds(Section):
     unit: str
 
 
-class Tool(Section):
+class ToolCoefficients(Section):
     """A tool: ``iso13399`` by property code, in mm and degrees; ``geometry`` what has none here."""
 
     name: str
@@ -34,7 +34,7 @@ class Tool(Section):
     geometry: Geometry = Geometry()
 
 
-class LearntFrom(Section):
+class CutsBehind(Section):
     """Cuts behind the coefficients: how many, their operations, lowest and highest of a channel."""
 
     cuts: int
@@ -53,11 +53,11 @@ class OrthogonalEdge(Section):
     speed_m_min: Finite
     thinnest_mm: Finite
     thickest_mm: Finite
-    linear: dict[str, Bounds]
-    kienzle: dict[str, Bounds]
+    linear: dict[str, BoundedValue]
+    kienzle: dict[str, BoundedValue]
 
 
-class Law(Section):
+class LawCoefficients(Section):
     """The law's numbers as a normal belief: mean (p,) and covariance (p, p) of their coordinates.
 
     ``coordinates``: ``plain`` is the number in its unit, ``ln`` its logarithm, ``ln tan`` that of
@@ -72,16 +72,16 @@ class Law(Section):
     covariance: list[list[Finite]]
 
 
-class Pair(Section):
+class PairCoefficients(Section):
     """What a machine has learnt of a work-tool pair; ``version`` is its own count."""
 
     material: str
-    tool: Tool
+    tool: ToolCoefficients
     version: int
     learnt_at: str
-    learnt_from: LearntFrom
+    learnt_from: CutsBehind
     orthogonal_edge: OrthogonalEdge
-    law: Law
+    law: LawCoefficients
 
 
 class Coefficients(Section):
@@ -91,7 +91,7 @@ class Coefficients(Section):
     autodb: str
     written_at: str
     machine: str
-    pairs: list[Pair]
+    pairs: list[PairCoefficients]
 
 
 def read_coefficients(path: Path) -> Coefficients:

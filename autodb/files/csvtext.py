@@ -16,7 +16,7 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|-?(inf|nan)", re.IGNOR
 _BEGINS = re.compile(rf"'*[{re.escape(FORMULA)}]")
 
 
-def as_csv(rows: Iterable[Sequence[str]]) -> str:
+def rows_as_csv(rows: Iterable[Sequence[str]]) -> str:
     """Return rows of cells as CSV text; a line break stays within its cell's quotes."""
     return "".join(_line(row) for row in rows)
 

@@ -11,8 +11,8 @@ from pydantic import Field, model_validator
 
 from autodb.errors import near
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES
-from autodb.files.toml import Finite, NotNegative, Positive, Reference, Section, read_toml
-from autodb.files.workholding import Setup
+from autodb.files.toml import Finite, NotNegative, Positive, ReferenceValue, Section, read_toml
+from autodb.files.workholding import Clamping
 
 SPINDLE = "spindle"
 AXES = (*LINEAR_AXES, *ROTARY_AXES, SPINDLE)
@@ -23,7 +23,7 @@ Dialect = Literal[
 Counterweight = Literal["none", "weight", "gas", "hydraulic", "spring"]
 
 
-class Limits(Section):
+class AxisLimits(Section):
     """What an axis may carry and where it may go; a rotary axis or spindle has torque and rpm."""
 
     force_N: Positive | None = None
@@ -34,7 +34,7 @@ class Limits(Section):
     travel_high_mm: Finite | None = None
 
     @model_validator(mode="after")
-    def _travel(self) -> "Limits":
+    def _travel(self) -> "AxisLimits":
         low, high = self.travel_low_mm, self.travel_high_mm
         if low is not None and high is not None and low >= high:
             raise ValueError(f"travel_low_mm {low:g} is not below travel_high_mm {high:g}")
@@ -61,8 +61,8 @@ class AxisFile(Section):
     rated_A: Positive | None = None
     screw_pitch_mm: Positive | None = None
     gear_ratio: Positive | None = None
-    limits: Limits = Limits()
-    torque_constant_N_m_A: Reference | None = None
+    limits: AxisLimits = AxisLimits()
+    torque_constant_N_m_A: ReferenceValue | None = None
 
     @model_validator(mode="after")
     def _counterweight_with_force(self) -> "AxisFile":
@@ -125,7 +125,7 @@ class MachineFile(Section):
     shares: Shares | None = None
     spindle: SpindleFile = SpindleFile()
     retention: Retention = Retention()
-    setup: Setup | None = None
+    setup: Clamping | None = None
     axes: dict[str, AxisFile] = Field(json_schema_extra={"minProperties": 1})
 
     @model_validator(mode="after")
@@ -168,7 +168,7 @@ def read_machine_file(path: Path) -> MachineFile:
     return read_toml(path, MachineFile)
 
 
-def lasting(file: MachineFile) -> MachineFile:
+def lasting_part(file: MachineFile) -> MachineFile:
     """Return what stays true of a machine when the next job is clamped: all but its setup."""
     return file.model_copy(update={"setup": None})
 

@@ -15,7 +15,7 @@ Operation = Literal[
 ]
 
 
-class Column(Section):
+class FileColumn(Section):
     """Where a channel comes from: a column of the file, or a count of rows.
 
     ``row_in`` counts rows within each value of that column (``"*"``: within the file), times
@@ -38,7 +38,7 @@ def _as_table(value: object) -> object:
     return {"column": value} if isinstance(value, str) else value
 
 
-Named = Annotated[Column, BeforeValidator(_as_table, json_schema_input_type=Column | str)]
+Named = Annotated[FileColumn, BeforeValidator(_as_table, json_schema_input_type=FileColumn | str)]
 """A column, or just its name where the unit is ours already."""
 
 
@@ -131,7 +131,7 @@ def _with_tool_file(path: Path, side: SideFile) -> SideFile:
     return side.model_copy(update={"tool": ToolSection.model_validate({**known, **said})})
 
 
-def _fault(name: str, spec: Column) -> str:
+def _fault(name: str, spec: FileColumn) -> str:
     """Return what is wrong with a channel, or nothing."""
     if not is_channel(name):
         known = ["x.position", "x.current", "x.drive_force", "spindle.current", "force.x", "t"]

@@ -61,14 +61,14 @@ def hidden(target: Path, progress: Progress | None = None) -> Iterator[Path]:
         try:
             yield path
         except (OSError, sqlite3.Error) as error:
-            named(error, target)
+            naming_file(error, target)
             raise
         finally:
             for end in ("", *LOGS):
                 _remove(path.with_name(f"{path.name}{end}"))
 
 
-def named(error: BaseException, place: Path) -> None:
+def naming_file(error: BaseException, place: Path) -> None:
     """Have an error that names no file name one: by a handle, nothing knows which it was."""
     if getattr(error, "filename", None) is None:
         error.filename = str(place)  # type: ignore[attr-defined]

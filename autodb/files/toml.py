@@ -25,7 +25,7 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class Reference(Section):
+class ReferenceValue(Section):
     """A reference value with its bounds; where it is from, how sure, and since when."""
 
     value: Finite
@@ -36,7 +36,7 @@ class Reference(Section):
     date: str | None = None
 
     @model_validator(mode="after")
-    def _in_order(self) -> "Reference":
+    def _in_order(self) -> "ReferenceValue":
         low = self.value if self.lower is None else self.lower
         high = self.value if self.upper is None else self.upper
         if not low <= self.value <= high:

@@ -27,7 +27,7 @@ class Body(Section):
     diameter_mm: Positive | None = None
 
 
-class Setup(Section):
+class Clamping(Section):
     """A clamping.
 
     ``zero``: axes with the tool tip at the program's zero (a bar's face on the spindle's axis, the

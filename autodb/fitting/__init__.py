@@ -2,12 +2,12 @@
 
 from autodb.fitting.covariance import autoregression, given_one, long_run_variance
 from autodb.fitting.deviation import Deviating, least_squares_with_deviation
-from autodb.fitting.gaussian import NORMAL_95, Gaussian, root_of, update
+from autodb.fitting.gaussian import NORMAL_95, Gaussian, posterior_after, root_of
 from autodb.fitting.groups import Components, components, small_sample
 from autodb.fitting.linear import (
     BLOCK_ROWS,
-    Bounds,
-    Fit,
+    CoefficientBounds,
+    LinearFit,
     Undetermined,
     check_rank,
     least_squares,
@@ -20,34 +20,34 @@ from autodb.fitting.linear import (
 from autodb.fitting.projection import (
     Design,
     NotConverged,
-    Problem,
+    ProjectionProblem,
     Separable,
     best_start,
     separable,
-    slopes,
+    shape_slopes,
 )
 from autodb.fitting.rounds import NotSettled, stationary
 from autodb.fitting.scores import (
     bootstrap_r_squared,
-    held_out,
     leave_group_out,
-    line,
+    leave_one_out,
     r_squared,
     robust_line,
+    straight_line,
 )
 
 __all__ = [
     "BLOCK_ROWS",
     "NORMAL_95",
-    "Bounds",
+    "CoefficientBounds",
     "Components",
     "Design",
     "Deviating",
-    "Fit",
     "Gaussian",
+    "LinearFit",
     "NotConverged",
     "NotSettled",
-    "Problem",
+    "ProjectionProblem",
     "Separable",
     "Undetermined",
     "autoregression",
@@ -56,23 +56,23 @@ __all__ = [
     "check_rank",
     "components",
     "given_one",
-    "held_out",
     "least_squares",
     "least_squares_with_deviation",
     "leave_group_out",
-    "line",
+    "leave_one_out",
     "long_run_variance",
+    "posterior_after",
     "r_squared",
     "robust_least_squares",
     "robust_line",
     "root_of",
     "separable",
-    "slopes",
+    "shape_slopes",
     "small_sample",
     "solve",
     "spanning",
     "spread",
     "stationary",
+    "straight_line",
     "triangle",
-    "update",
 ]

@@ -20,7 +20,7 @@ class Gaussian:
     covariance: Array
 
 
-def update(prior: Gaussian, design: Array, values: Array, noise_sd: Array) -> Gaussian:
+def posterior_after(prior: Gaussian, design: Array, values: Array, noise_sd: Array) -> Gaussian:
     """Return the posterior after values (n,) = design (n, p) · θ + noise of sd (n,), independent.
 
     In z, θ = mean + root · z with z ~ N(0, 1) beforehand, by QR; cost linear in n. What the prior

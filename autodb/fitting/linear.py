@@ -21,7 +21,7 @@ HUBER_ROUNDS = 50
 
 
 @dataclass(frozen=True)
-class Fit:
+class LinearFit:
     """Coefficients (p,), covariance (p, p), residual (n,), indices of coefficients at a bound."""
 
     coefficients: Array
@@ -44,7 +44,7 @@ class Undetermined(ValueError):  # noqa: N818 - the data's state, not a program 
 
 
 @dataclass(frozen=True)
-class Bounds:
+class CoefficientBounds:
     """Lowest and highest value of each coefficient, (p,); ±inf where there is none."""
 
     lower: Array
@@ -78,9 +78,9 @@ def least_squares(
     values: Array,
     *,
     weights: Array | None = None,
-    bounds: Bounds | None = None,
+    bounds: CoefficientBounds | None = None,
     lags: int = 0,
-) -> Fit:
+) -> LinearFit:
     """Fit values (n,) = design (n, p) · coefficients by least squares, weighted and bounded.
 
     ``weights`` (n,): inverse variances up to a common factor. A coefficient at its bound is held
@@ -107,7 +107,7 @@ def least_squares(
         covariance = bread @ bartlett(design, white, lags, root=root) @ bread * (len(design) / dof)
     else:
         covariance = bread * float(white @ white) / dof
-    return Fit(coefficients, covariance, residual, tuple(held))
+    return LinearFit(coefficients, covariance, residual, tuple(held))
 
 
 def triangle(design: Array, values: Array, root: Array | None = None) -> Triangle:
@@ -155,7 +155,7 @@ def spanning(design: Array) -> list[int]:
     return sorted(int(i) for i in order[size > size[0] * RANK * np.sqrt(reduced.rows)])
 
 
-def solve(reduced: Triangle, bounds: Bounds | None = None) -> tuple[Array, list[int]]:
+def solve(reduced: Triangle, bounds: CoefficientBounds | None = None) -> tuple[Array, list[int]]:
     """Return the coefficients (p,) and the indices of those held at a bound.
 
     Directions that the rows do not determine get nothing (the shortest solution).
@@ -216,10 +216,10 @@ def robust_least_squares(
     values: Array,
     *,
     weights: Array | None = None,
-    bounds: Bounds | None = None,
+    bounds: CoefficientBounds | None = None,
     lags: int = 0,
     sds: float = 1.345,
-) -> Fit:
+) -> LinearFit:
     """Fit as ``least_squares`` does, with rows far off counting less (Huber's loss, reweighted).
 
     Iterated until no coefficient moves by 1e-8 of its standard deviation. The covariance is that of

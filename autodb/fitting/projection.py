@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting.gaussian import Gaussian
-from autodb.fitting.linear import Bounds, Triangle, solve, triangle
+from autodb.fitting.linear import CoefficientBounds, Triangle, solve, triangle
 
 Array = NDArray[np.float64]
 Design = Callable[[Array], Array]
@@ -49,7 +49,7 @@ class Separable:
 
 
 @dataclass(frozen=True)
-class Problem:
+class ProjectionProblem:
     """What is fitted: ``design`` gives (n, p) of a shape (q,); ``root`` (n,) weighs the rows.
 
     ``typical`` (q,): the size of change that matters in each shape parameter. ``prior``: a belief
@@ -60,8 +60,8 @@ class Problem:
     design: Design
     values: Array
     typical: Array
-    shape_bounds: Bounds
-    bounds: Bounds | None = None
+    shape_bounds: CoefficientBounds
+    bounds: CoefficientBounds | None = None
     root: Array | None = None
     prior: Gaussian | None = None
     noise: float = 1.0
@@ -80,7 +80,7 @@ class _Point:
     cost: float
 
 
-def separable(problem: Problem, start: Array) -> Separable:
+def separable(problem: ProjectionProblem, start: Array) -> Separable:
     """Fit the coefficients and the shape from ``start`` (q,).
 
     Raises NotConverged after MOST_STEPS, or where the design is not finite at the start.
@@ -92,7 +92,7 @@ def separable(problem: Problem, start: Array) -> Separable:
     for _ in range(MOST_STEPS):
         if not len(start):
             break
-        gradient = slopes(problem, here.shape, here.coefficients)
+        gradient = shape_slopes(problem, here.shape, here.coefficients)
         step = _step(problem, here, gradient, damping)
         there = _point(problem, here.shape + step)
         size = np.abs(step) / np.maximum(np.abs(here.shape), problem.typical)
@@ -108,7 +108,7 @@ def separable(problem: Problem, start: Array) -> Separable:
     return _result(problem, here)
 
 
-def best_start(problem: Problem, starts: list[Array]) -> Array:
+def best_start(problem: ProjectionProblem, starts: list[Array]) -> Array:
     """Return the start at which the coefficients alone fit best."""
 
     def cost(shape: Array) -> float:
@@ -118,11 +118,11 @@ def best_start(problem: Problem, starts: list[Array]) -> Array:
     return min(starts, key=cost)
 
 
-def _weighted(problem: Problem, columns: Array) -> Array:
+def _weighted(problem: ProjectionProblem, columns: Array) -> Array:
     return columns if problem.root is None else columns * problem.root[:, None]
 
 
-def _point(problem: Problem, shape: Array) -> _Point | None:
+def _point(problem: ProjectionProblem, shape: Array) -> _Point | None:
     """Return what is computed at a shape; None where the design is not finite."""
     shape = np.clip(shape, problem.shape_bounds.lower, problem.shape_bounds.upper)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -136,7 +136,7 @@ def _point(problem: Problem, shape: Array) -> _Point | None:
     return _Point(shape, design, reduced, coefficients, held, float(left @ left))
 
 
-def _prior_rows(problem: Problem) -> tuple[Array, Array]:
+def _prior_rows(problem: ProjectionProblem) -> tuple[Array, Array]:
     """Return rows (k, p + q) and right sides (k,) that say what is believed beforehand."""
     assert problem.prior is not None
     values, vectors = np.linalg.eigh(problem.prior.covariance)
@@ -144,7 +144,7 @@ def _prior_rows(problem: Problem) -> tuple[Array, Array]:
     return rows, rows @ problem.prior.mean
 
 
-def _with_prior(problem: Problem, reduced: Triangle, shape: Array) -> Triangle:
+def _with_prior(problem: ProjectionProblem, reduced: Triangle, shape: Array) -> Triangle:
     """Return the triangle with the prior's rows for coefficients at this shape."""
     if problem.prior is None:
         return reduced
@@ -155,7 +155,7 @@ def _with_prior(problem: Problem, reduced: Triangle, shape: Array) -> Triangle:
     return Triangle(np.asarray(factor), reduced.scale, reduced.rows, ())
 
 
-def slopes(problem: Problem, shape: Array, coefficients: Array) -> Array:
+def shape_slopes(problem: ProjectionProblem, shape: Array, coefficients: Array) -> Array:
     """Return d(design · coefficients)/d shape, (n, q), by central differences."""
     found = np.empty((len(problem.values), len(shape)))
     for k in range(len(shape)):
@@ -168,7 +168,7 @@ def slopes(problem: Problem, shape: Array, coefficients: Array) -> Array:
     return found
 
 
-def _step(problem: Problem, here: _Point, gradient: Array, damping: float) -> Array:
+def _step(problem: ProjectionProblem, here: _Point, gradient: Array, damping: float) -> Array:
     """Return the damped step of the shape, with the free coefficients projected out."""
     p, q = len(here.coefficients), len(here.shape)
     free = [i for i in range(p) if i not in here.held]
@@ -190,15 +190,15 @@ def _step(problem: Problem, here: _Point, gradient: Array, damping: float) -> Ar
     return np.asarray(move / whole.scale[f:], dtype=np.float64)
 
 
-def _blocked(problem: Problem, here: _Point, downhill: Array) -> NDArray[np.bool_]:
+def _blocked(problem: ProjectionProblem, here: _Point, downhill: Array) -> NDArray[np.bool_]:
     """Say which shape parameters sit at a bound and would go beyond it."""
     at_low = here.shape <= problem.shape_bounds.lower
     at_high = here.shape >= problem.shape_bounds.upper
     return (at_low & (downhill < 0)) | (at_high & (downhill > 0))
 
 
-def _result(problem: Problem, here: _Point) -> Separable:
-    gradient = slopes(problem, here.shape, here.coefficients)
+def _result(problem: ProjectionProblem, here: _Point) -> Separable:
+    gradient = shape_slopes(problem, here.shape, here.coefficients)
     jacobian = np.column_stack([here.design, gradient])
     residual = problem.values - here.design @ here.coefficients
     edges = (here.shape <= problem.shape_bounds.lower) | (here.shape >= problem.shape_bounds.upper)

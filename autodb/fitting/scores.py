@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.fitting.linear import Fit, least_squares, robust_least_squares, solve, triangle
+from autodb.fitting.linear import LinearFit, least_squares, robust_least_squares, solve, triangle
 
 Array = NDArray[np.float64]
 
 
-def line(x: Array, y: Array) -> Fit:
+def straight_line(x: Array, y: Array) -> LinearFit:
     """Fit y = c0 + c1 x; coefficients are (c0, c1)."""
     return least_squares(np.column_stack([np.ones_like(x), x]), y)
 
@@ -23,12 +23,12 @@ def leave_group_out(x: Array, y: Array, groups: NDArray[np.generic]) -> Array:
     errors = np.empty_like(y)
     for group in np.unique(groups):
         held = groups == group
-        c0, c1 = line(x[~held], y[~held]).coefficients
+        c0, c1 = straight_line(x[~held], y[~held]).coefficients
         errors[held] = y[held] - (c0 + c1 * x[held])
     return errors
 
 
-def held_out(
+def leave_one_out(
     design: Array,
     values: Array,
     blocks: NDArray[np.intp],

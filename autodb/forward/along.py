@@ -11,9 +11,9 @@ from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
 from autodb.forward.prediction import COLUMNS, Interval, Peaks, PredictedCut, ToolOf, intervals
 from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, RPM, SPEED, Conditions
-from autodb.pairs.forecast import Forecast, Shares, expected, forecast
-from autodb.pairs.observed import Cuts
-from autodb.pairs.posterior import Belief
+from autodb.pairs.forecast import Forecast, Shares, expected_means, forecast
+from autodb.pairs.observed import PairCuts
+from autodb.pairs.posterior import PairPosterior
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ QUANTITIES = 4
 
 
 @dataclass(frozen=True)
-class Line:
+class ProgramLine:
     """A line of a program that cuts: its steps (n,), and the deepest moment within each.
 
     ``time_s`` (n,): how long each takes. ``steps``: conditions as of a cut, means over each in
@@ -53,7 +53,7 @@ class Line:
 
 
 def predict_lines(
-    belief: Belief, tool: ToolOf, lines: Sequence[Line], *, source: str
+    belief: PairPosterior, tool: ToolOf, lines: Sequence[ProgramLine], *, source: str
 ) -> tuple[PredictedCut, ...]:
     """Predict the lines of a program.
 
@@ -75,7 +75,7 @@ def predict_lines(
 
 
 def _expected(
-    belief: Belief, tool: ToolOf, lines: Sequence[Line], source: str
+    belief: PairPosterior, tool: ToolOf, lines: Sequence[ProgramLine], source: str
 ) -> tuple[Forecast, Forecast]:
     """Return means of lines (n,), and steps (4 n,), where each quantity is largest in its line."""
     begins = np.cumsum([0, *(len(line.steps) for line in lines)])
@@ -84,7 +84,7 @@ def _expected(
     means = forecast(belief, steps, Shares(begins[:-1], share))
 
     deepest = [row for line in lines for row in line.deepest]
-    size = np.abs(expected(belief, _cuts(tool, lines, deepest, source)))
+    size = np.abs(expected_means(belief, _cuts(tool, lines, deepest, source)))
     largest = [
         begin + int(np.argmax(size[begin:end, quantity]))
         for begin, end in pairwise(begins.tolist())
@@ -94,7 +94,9 @@ def _expected(
     return means, forecast(belief, at_peak)
 
 
-def _cuts(tool: ToolOf, lines: Sequence[Line], rows: Sequence[Conditions], source: str) -> Cuts:
+def _cuts(
+    tool: ToolOf, lines: Sequence[ProgramLine], rows: Sequence[Conditions], source: str
+) -> PairCuts:
     operation = BY_NAME[lines[0].operation]
     try:
         return operation.cuts(tool.numbers, rows, called=tool.name)
@@ -102,7 +104,7 @@ def _cuts(tool: ToolOf, lines: Sequence[Line], rows: Sequence[Conditions], sourc
         raise UnusableInput(f"{source}: line {_refused(tool, lines)}: {error}") from error
 
 
-def _refused(tool: ToolOf, lines: Sequence[Line]) -> int:
+def _refused(tool: ToolOf, lines: Sequence[ProgramLine]) -> int:
     """Return the first of lines, one of which is refused, that is refused alone."""
     for line in lines[:-1]:
         try:
@@ -114,12 +116,12 @@ def _refused(tool: ToolOf, lines: Sequence[Line]) -> int:
     return lines[-1].number
 
 
-def _peaks(line: Line, at_peak: Sequence[Sequence[Interval]]) -> Peaks:
+def _peaks(line: ProgramLine, at_peak: Sequence[Sequence[Interval]]) -> Peaks:
     x, y, z, torque = (one[k] for k, one in enumerate(at_peak))
     return Peaks(x, y, z, torque, speed_rpm=line.fastest_rpm)
 
 
-def _predicted(line: Line, means: Sequence[Interval], peaks: Peaks) -> PredictedCut:
+def _predicted(line: ProgramLine, means: Sequence[Interval], peaks: Peaks) -> PredictedCut:
     return PredictedCut(
         name=line.name,
         operation=line.operation,

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import erfc, sqrt
 
-from autodb.files.machine import Limits
+from autodb.files.machine import AxisLimits
 from autodb.fitting import NORMAL_95
 from autodb.forward.prediction import Interval, Peaks, PredictedCut
 
@@ -34,10 +34,12 @@ class Exceeding:
         limit = f"{self.axis}'s {self.limit:g} {self.unit}"
         if self.unit == "rpm":
             return f"faster than {limit}"
-        return f"{percent(self.probability)} chance to exceed {limit}"
+        return f"{probability_words(self.probability)} chance to exceed {limit}"
 
 
-def exceeding(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> tuple[Exceeding, ...]:
+def exceeding(
+    cuts: Sequence[PredictedCut], limits: Mapping[str, AxisLimits]
+) -> tuple[Exceeding, ...]:
     """Return the limits, by axis, that cuts may exceed, in the order of the cuts."""
     found = []
     for number, cut in enumerate(cuts, start=1):
@@ -49,7 +51,7 @@ def exceeding(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> tup
                 (torque, most.torque_N_m, "N·m"),
             ):
                 if predicted is not None and limit is not None:
-                    chance = beyond(predicted, limit)
+                    chance = probability_beyond(predicted, limit)
                     if chance >= WORTH_SAYING:
                         found.append(Exceeding(number, axis, limit, unit, chance))
             fastest = most.speed_rpm if axis == SPINDLE else None
@@ -58,7 +60,7 @@ def exceeding(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> tup
     return tuple(found)
 
 
-def beyond(predicted: Interval, limit: float) -> float:
+def probability_beyond(predicted: Interval, limit: float) -> float:
     """Return the probability that a predicted value is larger in size than a limit.
 
     Each side of the value is a normal's with that side's half of the interval.
@@ -83,7 +85,7 @@ def _fastest_rpm(cut: PredictedCut) -> float:
     return cut.speed_rpm if along is None else along
 
 
-def percent(probability: float) -> str:
+def probability_words(probability: float) -> str:
     """Return a probability in words."""
     if probability > 0.999:
         return "over 99.9 %"

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from itertools import chain
 
 from autodb.files import csvtext
-from autodb.files.machine import Limits
-from autodb.forward.limits import SPINDLE, beyond
+from autodb.files.machine import AxisLimits
+from autodb.forward.limits import SPINDLE, probability_beyond
 from autodb.forward.prediction import Interval, Peaks, PredictedCut
 
 
 @dataclass(frozen=True)
-class Quantity:
+class PredictedQuantity:
     """A predicted quantity: its channel, field and unit, and the axis and key of its limit."""
 
     channel: str
@@ -29,7 +29,7 @@ class Quantity:
         found: Interval | None = getattr(cut, self.field, None)
         return found
 
-    def limit(self, limits: Mapping[str, Limits]) -> float | None:
+    def limit(self, limits: Mapping[str, AxisLimits]) -> float | None:
         """Return the limit of the machine; None where it states none."""
         stated = limits.get(self.axis or "")
         found: float | None = getattr(stated, self.key, None)
@@ -37,43 +37,45 @@ class Quantity:
 
 
 QUANTITIES = (
-    *(Quantity(f"force.{a}", f"force_{a}_N", "N", a, "force_N") for a in ("x", "y", "z")),
-    Quantity("torque.spindle", "torque_N_m", "N·m", SPINDLE, "torque_N_m"),
-    Quantity("spindle.power", "power_W", "W"),
+    *(PredictedQuantity(f"force.{a}", f"force_{a}_N", "N", a, "force_N") for a in ("x", "y", "z")),
+    PredictedQuantity("torque.spindle", "torque_N_m", "N·m", SPINDLE, "torque_N_m"),
+    PredictedQuantity("spindle.power", "power_W", "W"),
 )
 ENDS = ("", ".low", ".high")
 
 
-def as_csv(cuts: Sequence[PredictedCut], limits: Mapping[str, Limits]) -> str:
+def prediction_as_csv(cuts: Sequence[PredictedCut], limits: Mapping[str, AxisLimits]) -> str:
     """Return predicted cuts as CSV; ``limits``: of the machine's axes by name."""
     columns = [
         *("cut", "name", "operation", "spindle.speed", "spindle.speed.limit", "cutting.speed"),
         *chain.from_iterable(_columns(one) for one in QUANTITIES),
     ]
     rows = (_row(number, cut, limits) for number, cut in enumerate(cuts, start=1))
-    return csvtext.as_csv([columns, *rows])
+    return csvtext.rows_as_csv([columns, *rows])
 
 
-def _columns(one: Quantity) -> list[str]:
+def _columns(one: PredictedQuantity) -> list[str]:
     peaks = [f"{one.channel}.peak{end}" for end in ENDS] if one.axis else []
     limit = [f"{one.channel}.limit", f"{one.channel}.chance"] if one.axis else []
     return [*(f"{one.channel}{end}" for end in ENDS), *peaks, *limit]
 
 
-def _row(number: int, cut: PredictedCut, limits: Mapping[str, Limits]) -> list[str]:
+def _row(number: int, cut: PredictedCut, limits: Mapping[str, AxisLimits]) -> list[str]:
     fastest = limits[SPINDLE].speed_rpm if SPINDLE in limits else None
     speeds = [_number(cut.speed_rpm), _number(fastest), _number(cut.speed_m_min)]
     cells = [_cells(one, cut, limits) for one in QUANTITIES]
     return [f"{number}", cut.name, cut.operation, *speeds, *chain.from_iterable(cells)]
 
 
-def _cells(one: Quantity, cut: PredictedCut, limits: Mapping[str, Limits]) -> list[str]:
+def _cells(
+    one: PredictedQuantity, cut: PredictedCut, limits: Mapping[str, AxisLimits]
+) -> list[str]:
     """Return mean, peaks, the limit, and the probability that the larger of the two exceeds it."""
     mean, peak = one.of(cut), None if cut.peaks is None else one.of(cut.peaks)
     if one.axis is None:
         return _ends(mean)
     worst, limit = peak or mean, one.limit(limits)
-    chance = None if worst is None or limit is None else beyond(worst, limit)
+    chance = None if worst is None or limit is None else probability_beyond(worst, limit)
     return [*_ends(mean), *_ends(peak), _number(limit), _number(chance)]
 
 

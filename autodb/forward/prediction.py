@@ -11,10 +11,10 @@ from autodb.cutting.elements import Elements
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.job import JobCut
 from autodb.fitting import NORMAL_95
-from autodb.pairs.engaged import BANDS, BY_NAME, CUTTING_TIME, Conditions, Stated, milled
+from autodb.pairs.engaged import BANDS, BY_NAME, CUTTING_TIME, Conditions, Stated, stated_milling
 from autodb.pairs.forecast import Forecast, forecast
-from autodb.pairs.observed import Cuts, Variant
-from autodb.pairs.posterior import Belief
+from autodb.pairs.observed import PairCuts, Variant
+from autodb.pairs.posterior import PairPosterior
 
 Array = NDArray[np.float64]
 
@@ -97,7 +97,9 @@ class ToolOf:
         return self.numbers.get("diameter_mm")
 
 
-def predict(belief: Belief, tool: ToolOf, cuts: Sequence[JobCut]) -> tuple[PredictedCut, ...]:
+def predict(
+    belief: PairPosterior, tool: ToolOf, cuts: Sequence[JobCut]
+) -> tuple[PredictedCut, ...]:
     """Predict a job's cuts. Raises UnusableInput where the tool cannot make one."""
     found: dict[int, PredictedCut] = {}
     for name in dict.fromkeys(cut.operation for cut in cuts):
@@ -112,7 +114,7 @@ def predict(belief: Belief, tool: ToolOf, cuts: Sequence[JobCut]) -> tuple[Predi
 
 
 def _predicted(
-    belief: Belief,
+    belief: PairPosterior,
     tool: ToolOf,
     cut: JobCut,
     conditions: Conditions,
@@ -134,10 +136,10 @@ def _predicted(
     )
 
 
-def _peaks(belief: Belief, tool: ToolOf, operation: str, conditions: Conditions) -> Peaks:
+def _peaks(belief: PairPosterior, tool: ToolOf, operation: str, conditions: Conditions) -> Peaks:
     """Return a mill's peaks: each component at the moment where it is largest."""
     assumed = tools.end_mill_of(tool.numbers)
-    cut = milled(assumed.tool, Stated([conditions]), BANDS[operation])
+    cut = stated_milling(assumed.tool, Stated([conditions]), BANDS[operation])
     theta = belief.law.mean
     turn = endmill.turn(theta, assumed.tool, cut, steps=STEPS, slice_mm=SLICE_MM)
     moments = turn.angle_rad[np.argmax(np.abs(turn.forces.all[:, :4]), axis=0)]
@@ -150,7 +152,7 @@ def _peaks(belief: Belief, tool: ToolOf, operation: str, conditions: Conditions)
     )
     worn_s = conditions.get(CUTTING_TIME, 0.0)
     worn = np.full(len(moments), worn_s) if worn_s else None
-    expected = forecast(belief, Cuts(operation, there(assumed.tool), variants, worn))
+    expected = forecast(belief, PairCuts(operation, there(assumed.tool), variants, worn))
     x, y, z, torque = (one[k] for k, one in enumerate(intervals(expected)[:4]))
     return Peaks(x, y, z, torque)
 

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting import turning
-from autodb.cutting.contour import TOUCH_MM, Engagement, engagement
+from autodb.cutting.contour import TOUCH_MM, ContourEngagement, engagement
 from autodb.cutting.stock import Stock, bar, profile
 from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
 from autodb.files.checksums import checksum
 from autodb.files.job import LEAST, JobProgram
-from autodb.forward.along import Line
+from autodb.forward.along import ProgramLine
 from autodb.nc.reading import (
     Arc,
     CuttingSpeed,
@@ -52,7 +52,7 @@ class Followed:
 
     source: str
     sha256: str
-    lines: tuple[Line, ...]
+    lines: tuple[ProgramLine, ...]
     fed_s: float
     tools: tuple[str, ...]
 
@@ -130,8 +130,8 @@ def _refuse_beyond(move: Move, source: str) -> None:
 
 
 def _lines(
-    done: Engagement, moves: Mapping[int, Move], said: Mapping[int, str], source: str
-) -> Iterator[Line]:
+    done: ContourEngagement, moves: Mapping[int, Move], said: Mapping[int, str], source: str
+) -> Iterator[ProgramLine]:
     step_s = _step_s(done)
     cutting = np.flatnonzero(done.depth_mm > TOUCH_MM)
     on_axis = cutting[np.abs(done.x_mm[cutting]) < TOUCH_MM]
@@ -146,7 +146,9 @@ def _lines(
             yield _line(done, of_line, step_s, moves[number], said[number])
 
 
-def _line(done: Engagement, rows: NDArray[np.intp], step_s: Array, move: Move, said: str) -> Line:
+def _line(
+    done: ContourEngagement, rows: NDArray[np.intp], step_s: Array, move: Move, said: str
+) -> ProgramLine:
     """Return a line of which ``rows`` of the engagement cut."""
     columns = _columns(done, rows)
     begins = _begins(np.column_stack(list(columns.values())))
@@ -158,7 +160,7 @@ def _line(done: Engagement, rows: NDArray[np.intp], step_s: Array, move: Move, s
     chip_mm2 = columns[DEPTH] * columns[FEED]
     ends = np.append(begins[1:], len(rows))
     at = [b + int(np.argmax(chip_mm2[b:e])) for b, e in zip(begins, ends, strict=True)]
-    return Line(
+    return ProgramLine(
         name=f"line {move.line}: {said}",
         number=move.line,
         operation=_operation(move),
@@ -172,7 +174,7 @@ def _line(done: Engagement, rows: NDArray[np.intp], step_s: Array, move: Move, s
     )
 
 
-def _columns(done: Engagement, rows: NDArray[np.intp]) -> dict[str, Array]:
+def _columns(done: ContourEngagement, rows: NDArray[np.intp]) -> dict[str, Array]:
     """Return conditions of steps by channel of a cut table; the speed is that at the tool's tip."""
     diameter = 2.0 * np.abs(done.x_mm[rows])
     rpm = done.speed_rpm[rows]
@@ -212,5 +214,5 @@ def _operation(move: Move) -> str:
     return "face" if abs(inward - 90.0) < SQUARE_DEG else "taper"
 
 
-def _step_s(done: Engagement) -> Array:
+def _step_s(done: ContourEngagement) -> Array:
     return np.asarray(60.0 * done.step_mm / (done.feed_mm_rev * done.speed_rpm))

@@ -7,10 +7,10 @@ from autodb.cutting import endmill, tools
 from autodb.cutting.elements import Elements
 from autodb.errors import UnusableInput
 from autodb.forward.prediction import ToolOf
-from autodb.pairs.engaged import BANDS, BY_NAME, Conditions, Stated, milled
-from autodb.pairs.forecast import expected
-from autodb.pairs.observed import Cuts, Variant
-from autodb.pairs.posterior import Belief
+from autodb.pairs.engaged import BANDS, BY_NAME, Conditions, Stated, stated_milling
+from autodb.pairs.forecast import expected_means
+from autodb.pairs.observed import PairCuts, Variant
+from autodb.pairs.posterior import PairPosterior
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ MOMENTS = 2048
 
 
 def waves_N(
-    belief: Belief, tool: ToolOf, operation: str, conditions: Conditions, angle_rad: Array
+    belief: PairPosterior, tool: ToolOf, operation: str, conditions: Conditions, angle_rad: Array
 ) -> Array:
     """Return force x, y, z [N], (n, 3), of one milled cut at angles (n,) of tooth 0's tip.
 
@@ -36,7 +36,7 @@ def waves_N(
     if lacking:
         raise UnusableInput(f"operation '{operation}' without {' and '.join(lacking)}")
     assumed = tools.end_mill_of(tool.numbers)
-    cut = milled(assumed.tool, Stated([conditions]), BANDS[operation])
+    cut = stated_milling(assumed.tool, Stated([conditions]), BANDS[operation])
 
     def some(angles: Array) -> Array:
         def at(mill: endmill.EndMill) -> Elements:
@@ -45,7 +45,7 @@ def waves_N(
         variants = tuple(
             Variant(f"{tool.name}: {usual.name}", at(other)) for usual, other in assumed.variants()
         )
-        return expected(belief, Cuts(operation, at(assumed.tool), variants))[:, :3]
+        return expected_means(belief, PairCuts(operation, at(assumed.tool), variants))[:, :3]
 
     return np.concatenate(
         [some(angle_rad[k : k + MOMENTS]) for k in range(0, len(angle_rad), MOMENTS)]

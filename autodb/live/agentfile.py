@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from autodb.errors import near
 from autodb.files.channels import is_channel
-from autodb.files.side import Column, ToolSection
+from autodb.files.side import FileColumn, ToolSection
 from autodb.files.toml import Finite, NotNegative, Positive, Section, read_toml
 
 CHANNELS = ("x.position", "x.current", "x.current.u", "spindle.current", "spindle.speed", "force.x")
@@ -28,12 +28,12 @@ class ChannelItem(Section):
     rated_A: Positive | None = None
     clips: bool = False
 
-    def column(self, name: str) -> Column:
+    def column(self, name: str) -> FileColumn:
         """Return what the side file says of the column that a recording has under ``name``."""
-        return Column(column=name, **{key: getattr(self, key) for key in COLUMN})
+        return FileColumn(column=name, **{key: getattr(self, key) for key in COLUMN})
 
 
-class Told(Section):
+class StatedItem(Section):
     """An item that states something of a cut: a number times ``scale``, or a text."""
 
     item: str
@@ -89,8 +89,8 @@ Item = Annotated[
     ),
 ]
 """An item, or just its name where the unit is ours already."""
-Number = Told | Finite
-Text = Told | str
+Number = StatedItem | Finite
+Text = StatedItem | str
 
 
 class SourceSection(Section):
@@ -112,7 +112,7 @@ class SourceSection(Section):
     device: str | None = None
 
 
-class CutSection(Section):
+class AgentCutSection(Section):
     """When it cuts, and what is known of a cut: as in a side file, or told by items.
 
     ``while``: all of them hold. A pause shorter than ``pause_s`` belongs to the cut, a cut shorter
@@ -160,10 +160,10 @@ class AgentFile(Section):
     rate_hz: Positive
     source: SourceSection
     channels: Annotated[dict[str, Item], Field(min_length=1)]
-    cut: CutSection
+    cut: AgentCutSection
     recording: WorkSection = WorkSection()
     tool: ToolSection = ToolSection()
-    tool_number: Told | None = None
+    tool_number: StatedItem | None = None
     tools: dict[str, ToolSection] = Field(default_factory=dict)
 
     @model_validator(mode="after")
@@ -179,7 +179,7 @@ class AgentFile(Section):
             raise ValueError("tool_number and [tools.NUMBER] go together")
         return self
 
-    def said(self) -> dict[str, Told]:
+    def said(self) -> dict[str, StatedItem]:
         """Return what items tell of a cut, by section and key: 'cut.depth_mm', 'tool.number'."""
         found = dict(_told("cut", self.cut)) | dict(_told("recording", self.recording))
         if self.tool_number is not None:
@@ -194,10 +194,10 @@ class AgentFile(Section):
         return list(dict.fromkeys(named))
 
 
-def _told(section: str, values: Section) -> Iterator[tuple[str, Told]]:
+def _told(section: str, values: Section) -> Iterator[tuple[str, StatedItem]]:
     for key in type(values).model_fields:
         value = getattr(values, key)
-        if isinstance(value, Told):
+        if isinstance(value, StatedItem):
             yield f"{section}.{key}", value
 
 

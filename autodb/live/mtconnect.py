@@ -20,7 +20,7 @@ import httpx
 from autodb.errors import UnusableInput
 from autodb.live.agentfile import AgentFile
 from autodb.live.batch import Batch, Position, Said, Value
-from autodb.live.source import Away, Clock, Offered, unknown_item
+from autodb.live.source import Away, Offered, SourceClock, unknown_item
 
 HEARTBEAT_S = 1.0
 TIMEOUT_S = 10.0
@@ -104,7 +104,7 @@ class MtConnect:
                 begin = max(begin, now.first)
                 if gap:
                     state = self._read(await self._get(client, "current", at=begin))
-            clock = Clock(self._channels, float("-inf") if after is None else after["upto_s"])
+            clock = SourceClock(self._channels, float("-inf") if after is None else after["upto_s"])
             if after is None or gap:
                 for batch in _batches(clock, state, begin, begin, gap=gap):
                     yield batch
@@ -185,7 +185,7 @@ class MtConnect:
 
 
 def _batches(
-    clock: Clock, document: _Document, begin: int, following: int, *, gap: bool = False
+    clock: SourceClock, document: _Document, begin: int, following: int, *, gap: bool = False
 ) -> list[Batch]:
     """Return the batches of a document; after the last it goes on behind it, else from before."""
     parts = clock.heard(document.values)

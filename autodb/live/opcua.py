@@ -28,7 +28,7 @@ from asyncua.ua.uaerrors import UaError, UaStringParsingError
 from autodb.errors import UnusableInput
 from autodb.live.agentfile import AgentFile
 from autodb.live.batch import Batch, Position, Said, Value
-from autodb.live.source import Away, Clock, Heard, Offered, unknown_item
+from autodb.live.source import Away, HeardValues, Offered, SourceClock, unknown_item
 
 TIMEOUT_S = 5.0
 LISTEN_S = 1.0
@@ -195,7 +195,7 @@ class _Stream:
         self._items = {node.nodeid: item for item, node in nodes.items()}
         self._last: dict[str, float] = dict(after["last"]) if after is not None else {}
         sampled = [self._last[item] for item in channels if item in self._last]
-        self._clock = Clock(channels, max(sampled, default=-math.inf))
+        self._clock = SourceClock(channels, max(sampled, default=-math.inf))
 
     async def caught_up(self) -> list[Batch]:
         """Return what was said while nobody listened; a gap where not all of it is known."""
@@ -234,7 +234,7 @@ class _Stream:
             lost = 0
         return found
 
-    def _new(self, part: Heard) -> Said:
+    def _new(self, part: HeardValues) -> Said:
         """Return what was not said before; how far each item has come is kept."""
         if part.jump:
             self._last = {}

@@ -4,12 +4,12 @@ from importlib import import_module
 
 from autodb.errors import UnusableInput
 from autodb.live.agentfile import AgentFile
-from autodb.live.source import Source
+from autodb.live.source import LiveSource
 
 LIBRARIES = ("asyncua", "httpx", "tomli_w")
 
 
-def source_of(plan: AgentFile) -> Source:
+def source_of(plan: AgentFile) -> LiveSource:
     """Return the source that an agent file names; raises UnusableInput without the extra."""
     for name in LIBRARIES:
         try:

@@ -15,7 +15,7 @@ from autodb.files.checksums import checksum
 from autodb.files.side import CutSection, RecordingSection, SideFile, ToolSection
 from autodb.files.targets import hidden, replace_by, write_text
 from autodb.files.tool import geometry_of, read_tool
-from autodb.live.agentfile import AgentFile, Told
+from autodb.live.agentfile import AgentFile, StatedItem
 from autodb.live.batch import Value
 from autodb.live.segmenter import LiveCut
 
@@ -71,7 +71,7 @@ def side_of(cut: LiveCut, plan: AgentFile, beside: Path) -> tuple[SideFile, list
     return side, notes
 
 
-def _said(told: Told, value: Value) -> Value:
+def _said(told: StatedItem, value: Value) -> Value:
     """Return what an item told, a number by its scale."""
     if value is None:
         return None
@@ -86,7 +86,7 @@ def _stated(section: Any, prefix: str, told: dict[str, Value]) -> dict[str, Valu
     found: dict[str, Value] = {}
     for key in type(section).model_fields:
         value = getattr(section, key)
-        if isinstance(value, Told):
+        if isinstance(value, StatedItem):
             value = told[f"{prefix}.{key}"]
         if isinstance(value, float | str):
             found[key] = value

@@ -35,7 +35,7 @@ class Offered:
     value: Value = None
 
 
-class Source(Protocol):
+class LiveSource(Protocol):
     """A machine as it is read."""
 
     def batches(self, after: Position | None) -> AsyncGenerator[Batch, None]:
@@ -50,7 +50,7 @@ class Source(Protocol):
 
 
 @dataclass(frozen=True)
-class Heard:
+class HeardValues:
     """What was said by one clock up to ``upto_s``; ``jump``: it was set just before."""
 
     values: Said
@@ -58,7 +58,7 @@ class Heard:
     jump: bool
 
 
-class Clock:
+class SourceClock:
     """Up to when all was said: by the newest instant, after a long quiet by our own clock.
 
     ``channels``: the items whose instants tell that the machine's clock was set; states may be old.
@@ -70,9 +70,9 @@ class Clock:
         self._was: tuple[float, float, float] | None = None
         self._sampled_at: float | None = None
 
-    def heard(self, values: Said) -> list[Heard]:
+    def heard(self, values: Said) -> list[HeardValues]:
         """Return what was said, in parts between which the machine's clock was set."""
-        parts: list[Heard] = []
+        parts: list[HeardValues] = []
         jump = False
         if self._was is not None and time.monotonic() - self._was[2] < STRAGGLE_S:
             _, values = _parted(values, *self._was[:2])
@@ -84,7 +84,7 @@ class Clock:
             self._was = (*found, time.monotonic())
         return [*parts, self._part(values, jump=jump)]
 
-    def _part(self, values: Said, *, jump: bool) -> Heard:
+    def _part(self, values: Said, *, jump: bool) -> HeardValues:
         sampled = [said[-1] for item, (said, _) in values.items() if item in self._channels]
         if sampled:
             self._sampled_s = max(self._sampled_s, *sampled)
@@ -97,7 +97,7 @@ class Clock:
             self.upto_s, self._moved = newest, time.monotonic()
         elif quiet_s > QUIET_S:
             self.upto_s, self._moved = self.upto_s + quiet_s, time.monotonic()
-        return Heard(values, self.upto_s, jump)
+        return HeardValues(values, self.upto_s, jump)
 
     def _set(self, values: Said) -> tuple[float, float] | None:
         """Return the instants between which the clock was set: the last before, the first after.

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from autodb.errors import UnusableInput
 from autodb.files.machine import AxisFile, MachineFile
-from autodb.files.workholding import Setup
-from autodb.nc.steps import Move, Path
+from autodb.files.workholding import Clamping
+from autodb.nc.steps import CutPath, StraightMove
 
 
 @dataclass(frozen=True)
@@ -23,12 +23,12 @@ class Mounted:
 
     source: str
     machine: MachineFile
-    setup: Setup
+    setup: Clamping
     limit_rpm: float
     zero_mm: dict[str, float]
     retract_mm: dict[str, float]
 
-    def refusal(self, path: Path, what: str) -> UnusableInput:
+    def refusal(self, path: CutPath, what: str) -> UnusableInput:
         """Return the error that names the cut."""
         return UnusableInput(f"{self.source}: cut '{path.cut.name}': {what}")
 
@@ -73,7 +73,7 @@ def _at(places: dict[str, float | None], axis: str, key: str, source: str) -> fl
     return found
 
 
-def _limit_rpm(machine: MachineFile, setup: Setup, source: str) -> float:
+def _limit_rpm(machine: MachineFile, setup: Clamping, source: str) -> float:
     spindle = machine.axes.get("spindle")
     stated = (
         machine.spindle.max_speed_rpm,
@@ -86,7 +86,7 @@ def _limit_rpm(machine: MachineFile, setup: Setup, source: str) -> float:
     return float(int(min(known)))
 
 
-def refuse_what_does_not_fit(paths: Sequence[Path], on: Mounted) -> None:
+def refuse_what_does_not_fit(paths: Sequence[CutPath], on: Mounted) -> None:
     """Raise UnusableInput naming the first cut that a machine cannot make, axis and limit."""
     for axis, mm in on.retract_mm.items():
         _refuse_beyond_travel(axis, mm, on, "retract position")
@@ -101,7 +101,7 @@ def refuse_what_does_not_fit(paths: Sequence[Path], on: Mounted) -> None:
         _refuse_near_jaws(path, on)
 
 
-def _reached(path: Path) -> Iterator[tuple[str, float]]:
+def _reached(path: CutPath) -> Iterator[tuple[str, float]]:
     for move in (*path.moves, *path.lifted()):
         yield from move.to.items()
 
@@ -121,7 +121,7 @@ def _refuse_beyond_travel(axis: str, mm: float, on: Mounted, what: str) -> None:
             )
 
 
-def _refuse_behind_retract(path: Path, axis: str, mm: float, on: Mounted) -> None:
+def _refuse_behind_retract(path: CutPath, axis: str, mm: float, on: Mounted) -> None:
     if axis in on.retract_mm and mm > on.retract_mm[axis]:
         raise on.refusal(
             path,
@@ -130,7 +130,7 @@ def _refuse_behind_retract(path: Path, axis: str, mm: float, on: Mounted) -> Non
         )
 
 
-def _refuse_near_jaws(path: Path, on: Mounted) -> None:
+def _refuse_near_jaws(path: CutPath, on: Mounted) -> None:
     lowest_mm = min(move.to["z"] for move in path.moves if "z" in move.to)
     jaws_mm = on.setup.jaws.z_mm - on.zero_mm["z"]
     if lowest_mm < jaws_mm + on.setup.clearance_mm:
@@ -143,7 +143,7 @@ def _refuse_near_jaws(path: Path, on: Mounted) -> None:
 
 
 def refuse_what_a_lathe_would_hit(
-    paths: Sequence[Path], on: Mounted, *, bar_diameter_mm: float
+    paths: Sequence[CutPath], on: Mounted, *, bar_diameter_mm: float
 ) -> None:
     """Raise UnusableInput where the retract position or a cut is in the way of a turning body.
 
@@ -168,7 +168,7 @@ def _wide(on: Mounted, key: str) -> float:
     return diameter_mm
 
 
-def _refuse_near_tailstock(paths: Sequence[Path], on: Mounted, diameter_mm: float) -> None:
+def _refuse_near_tailstock(paths: Sequence[CutPath], on: Mounted, diameter_mm: float) -> None:
     assert on.setup.tailstock is not None
     z_mm = on.setup.tailstock.z_mm - on.zero_mm["z"] - on.setup.clearance_mm
     radius_mm = diameter_mm / 2 + on.setup.clearance_mm
@@ -182,7 +182,7 @@ def _refuse_near_tailstock(paths: Sequence[Path], on: Mounted, diameter_mm: floa
                 )
 
 
-def _corners(moves: Sequence[Move], on: Mounted) -> Iterator[tuple[float, float]]:
+def _corners(moves: Sequence[StraightMove], on: Mounted) -> Iterator[tuple[float, float]]:
     """Yield the inmost x and outmost z of every move, from the retract position on."""
     x, z = on.retract_mm["x"], on.retract_mm["z"]
     for move in moves:

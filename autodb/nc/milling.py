@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from math import cos, radians, sin
 
 from autodb.errors import UnusableInput
-from autodb.nc.placing import Lane, hole, slot
-from autodb.nc.steps import Move, Path, feed, rapid
-from autodb.standard import Block, Protocol, StandardCut
+from autodb.nc.placing import Lane, free_place, hole
+from autodb.nc.steps import CutPath, StraightMove, feed, rapid
+from autodb.standard import BlockStock, CutProtocol, StandardCut
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class _Job:
 class _Top:
     """The top of the block in the vice; ``taken`` grows with every cut."""
 
-    protocol: Protocol
-    block: Block
+    protocol: CutProtocol
+    block: BlockStock
     radius_mm: float
     taken: list[Lane] = field(default_factory=list)
 
@@ -43,9 +43,9 @@ class _Top:
         return found
 
 
-def paths(
-    protocol: Protocol, block: Block, cuts: Sequence[StandardCut], *, clearance_mm: float
-) -> Iterator[Path]:
+def milling_paths(
+    protocol: CutProtocol, block: BlockStock, cuts: Sequence[StandardCut], *, clearance_mm: float
+) -> Iterator[CutPath]:
     """Yield the path of each cut in turn.
 
     Raises UnusableInput naming a cut that no block holds, or what the protocol does not state.
@@ -69,10 +69,10 @@ def paths(
         per = _feed_mm_min(protocol, cut)
         job = _Job(cut, lane, per, top.radius_mm, clearance_mm, protocol.air_s * per / 60.0)
         deep_mm, moves = _MADE[cut.operation](job)
-        yield Path(cut, moves, "z", deep_mm + clearance_mm, new_stock)
+        yield CutPath(cut, moves, "z", deep_mm + clearance_mm, new_stock)
 
 
-def _refuse_what_is_not_made(protocol: Protocol, block: Block, cut: StandardCut) -> None:
+def _refuse_what_is_not_made(protocol: CutProtocol, block: BlockStock, cut: StandardCut) -> None:
     where = f"protocol '{protocol.name}': cut '{cut.name}'"
     if cut.operation not in _MADE:
         raise UnusableInput(f"{where}: on a block, 'slot' and 'drill' would work")
@@ -88,7 +88,7 @@ def _refuse_what_is_not_made(protocol: Protocol, block: Block, cut: StandardCut)
         )
 
 
-def _feed_mm_min(protocol: Protocol, cut: StandardCut) -> float:
+def _feed_mm_min(protocol: CutProtocol, cut: StandardCut) -> float:
     if cut.feed_mm_rev is not None:
         return cut.feed_mm_rev * cut.speed_rpm
     if protocol.geometry.teeth is None:
@@ -97,7 +97,7 @@ def _feed_mm_min(protocol: Protocol, cut: StandardCut) -> float:
 
 
 def _slot_place(top: _Top, cut: StandardCut) -> Lane | None:
-    return slot(
+    return free_place(
         top.block,
         top.taken,
         direction_deg=cut.feed_direction_deg or 0.0,
@@ -110,7 +110,7 @@ def _hole_place(top: _Top, cut: StandardCut) -> Lane | None:  # noqa: ARG001 - o
     return hole(top.block, top.taken, radius_mm=top.radius_mm)
 
 
-def _slot(job: _Job) -> tuple[float, tuple[Move, ...]]:
+def _slot(job: _Job) -> tuple[float, tuple[StraightMove, ...]]:
     """Go down beside the block, feed in through its side to the slot's end, and up."""
     angle = radians(job.cut.feed_direction_deg or 0.0)
     before_mm = (job.radius_mm + job.clearance_mm) / job.lane.across + job.air_mm
@@ -127,7 +127,7 @@ def _slot(job: _Job) -> tuple[float, tuple[Move, ...]]:
     return depth_mm, moves
 
 
-def _drill(job: _Job) -> tuple[float, tuple[Move, ...]]:
+def _drill(job: _Job) -> tuple[float, tuple[StraightMove, ...]]:
     """Feed down from the air into the hole, and up."""
     depth_mm = job.cut.length_mm or 0.0
     moves = (
@@ -143,7 +143,7 @@ _PLACES: dict[str, Callable[[_Top, StandardCut], Lane | None]] = {
     "slot": _slot_place,
     "drill": _hole_place,
 }
-_MADE: dict[str, Callable[[_Job], tuple[float, tuple[Move, ...]]]] = {
+_MADE: dict[str, Callable[[_Job], tuple[float, tuple[StraightMove, ...]]]] = {
     "slot": _slot,
     "drill": _drill,
 }

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import ceil, cos, hypot, radians, sin
 
-from autodb.standard import Block
+from autodb.standard import BlockStock
 
 Point = tuple[float, float]
 STEP_MM = 1.0
@@ -26,8 +26,13 @@ class Lane:
     across: float = 1.0
 
 
-def slot(
-    block: Block, taken: Sequence[Lane], *, direction_deg: float, length_mm: float, radius_mm: float
+def free_place(
+    block: BlockStock,
+    taken: Sequence[Lane],
+    *,
+    direction_deg: float,
+    length_mm: float,
+    radius_mm: float,
 ) -> Lane | None:
     """Return the first free place of a slot in a direction (from +x towards +y), or None."""
     angle = radians(direction_deg)
@@ -41,7 +46,7 @@ def slot(
     return None
 
 
-def hole(block: Block, taken: Sequence[Lane], *, radius_mm: float) -> Lane | None:
+def hole(block: BlockStock, taken: Sequence[Lane], *, radius_mm: float) -> Lane | None:
     """Return the first free place of a hole, or None."""
     room = _Room(block, radius_mm + block.wall_mm, 2 * radius_mm + block.wall_mm)
     for x_mm in room.grid(block.size_x_mm):
@@ -56,7 +61,7 @@ def hole(block: Block, taken: Sequence[Lane], *, radius_mm: float) -> Lane | Non
 class _Room:
     """A block with the distances that a cutter's axis keeps from its sides and from other lanes."""
 
-    block: Block
+    block: BlockStock
     side_mm: float
     apart_mm: float
 
@@ -74,7 +79,7 @@ class _Room:
 
     def free(self, lane: Lane, taken: Sequence[Lane]) -> bool:
         """Say whether a lane is far enough from all others."""
-        return all(distance_mm(lane, other) >= self.apart_mm for other in taken)
+        return all(lane_distance_mm(lane, other) >= self.apart_mm for other in taken)
 
     def grid(self, size_mm: float) -> list[float]:
         """Return places across a side, as near to each other as they may be."""
@@ -94,7 +99,7 @@ def _steps(size_mm: float) -> list[float]:
     return [-size_mm / 2 + size_mm * i / steps for i in range(steps + 1)]
 
 
-def _entries(block: Block, along: Point) -> Iterator[tuple[Point, float]]:
+def _entries(block: BlockStock, along: Point) -> Iterator[tuple[Point, float]]:
     """Yield the points of the edges where a direction leads in, with the cosine to their normal."""
     half_x, half_y = block.size_x_mm / 2, block.size_y_mm / 2
     for sign in (-1.0, 1.0):
@@ -104,7 +109,7 @@ def _entries(block: Block, along: Point) -> Iterator[tuple[Point, float]]:
             yield from (((x, sign * half_y), -sign * along[1]) for x in _steps(block.size_x_mm))
 
 
-def distance_mm(a: Lane, b: Lane) -> float:
+def lane_distance_mm(a: Lane, b: Lane) -> float:
     """Return the distance of two lanes; 0 where they cross."""
     if _cross(a, b):
         return 0.0

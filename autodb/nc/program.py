@@ -12,9 +12,9 @@ from autodb.nc.fits import (
     refuse_what_a_lathe_would_hit,
     refuse_what_does_not_fit,
 )
-from autodb.nc.steps import Move, Path, rapid
+from autodb.nc.steps import CutPath, StraightMove, rapid
 from autodb.nc.words import Words
-from autodb.standard import Protocol, run_order
+from autodb.standard import CutProtocol, run_order
 
 DIALECTS: dict[str, tuple[Words, Words]] = {
     "fanuc": (fanuc.LATHE, fanuc.MILL),
@@ -27,17 +27,19 @@ DIALECTS: dict[str, tuple[Words, Words]] = {
 class _Job:
     """All that a program is made from; ``retracted``: axes in the order in which they go back."""
 
-    protocol: Protocol
+    protocol: CutProtocol
     on: Mounted
     words: Words
-    paths: tuple[Path, ...]
+    paths: tuple[CutPath, ...]
     retracted: tuple[str, ...]
     zero: str
     stock: str
     x_factor: float
 
 
-def program(protocol: Protocol, machine: MachineFile, *, dialect: str, source: str) -> str:
+def protocol_program(
+    protocol: CutProtocol, machine: MachineFile, *, dialect: str, source: str
+) -> str:
     """Return the NC program of a protocol.
 
     ``source`` names the machine's file in messages. Raises UnusableInput naming the dialects there
@@ -55,14 +57,14 @@ def program(protocol: Protocol, machine: MachineFile, *, dialect: str, source: s
     return "".join(f"{line}\n" for line in _text(job))
 
 
-def _on_lathe(protocol: Protocol, machine: MachineFile, words: Words, source: str) -> _Job:
+def _on_lathe(protocol: CutProtocol, machine: MachineFile, words: Words, source: str) -> _Job:
     bar = protocol.bar
     assert bar is not None
     if machine.diameter is None:
         raise UnusableInput(f"{source}: diameter would be needed: does the control take X as one?")
     on = mounted(machine, axes=("x", "z"), retracted=("x", "z"), source=source)
     paths = tuple(
-        turning.paths(
+        turning.turning_paths(
             protocol, bar, run_order(protocol), clearance_mm=on.setup.clearance_mm
         )
     )  # fmt: skip
@@ -82,12 +84,12 @@ def _on_lathe(protocol: Protocol, machine: MachineFile, words: Words, source: st
     )
 
 
-def _on_mill(protocol: Protocol, machine: MachineFile, words: Words, source: str) -> _Job:
+def _on_mill(protocol: CutProtocol, machine: MachineFile, words: Words, source: str) -> _Job:
     block = protocol.block
     assert block is not None
     on = mounted(machine, axes=("x", "y", "z"), retracted=("z",), source=source)
     paths = tuple(
-        milling.paths(
+        milling.milling_paths(
             protocol, block, run_order(protocol), clearance_mm=on.setup.clearance_mm
         )
     )  # fmt: skip
@@ -127,7 +129,7 @@ def _text(job: _Job) -> Iterator[str]:
     yield from words.closing
 
 
-def _name(protocol: Protocol) -> str:
+def _name(protocol: CutProtocol) -> str:
     """Return a protocol's name in the letters that every control takes."""
     plain = (c if c.isascii() and c.isalnum() else "_" for c in protocol.name.upper())
     return "".join(plain)[:24]
@@ -162,7 +164,7 @@ def _retract(job: _Job) -> Iterator[str]:
         yield job.words.moved(rapid(**{axis: job.on.retract_mm[axis]}), x_factor=job.x_factor)
 
 
-def _cut(job: _Job, path: Path, moves: Sequence[Move], which: str) -> Iterator[str]:
+def _cut(job: _Job, path: CutPath, moves: Sequence[StraightMove], which: str) -> Iterator[str]:
     cut = path.cut
     yield job.words.said(f"{cut.name}, {which}")
     yield job.words.spindle.format(rpm=int(cut.speed_rpm), turn=job.on.setup.spindle)

@@ -11,7 +11,7 @@ DECIMALS = 3
 
 
 @dataclass(frozen=True)
-class Move:
+class StraightMove:
     """A straight move of the axes in ``to``; a rapid where there is no ``feed``.
 
     The feed is in mm/rev on a lathe and in mm/min on a mill.
@@ -22,7 +22,7 @@ class Move:
 
 
 @dataclass(frozen=True)
-class Path:
+class CutPath:
     """One cut from its approach to where the tool is clear of the stock again.
 
     ``lift_mm`` along ``lift_axis`` brings all of it into the air. ``new_stock``: a new bar or block
@@ -30,15 +30,15 @@ class Path:
     """
 
     cut: StandardCut
-    moves: tuple[Move, ...]
+    moves: tuple[StraightMove, ...]
     lift_axis: str
     lift_mm: float
     new_stock: bool
 
-    def lifted(self) -> tuple[Move, ...]:
+    def lifted(self) -> tuple[StraightMove, ...]:
         """Return the same moves in air, for the dry run."""
         return tuple(
-            Move({axis: self._up(axis, mm) for axis, mm in move.to.items()}, move.feed)
+            StraightMove({axis: self._up(axis, mm) for axis, mm in move.to.items()}, move.feed)
             for move in self.moves
         )
 
@@ -46,14 +46,14 @@ class Path:
         return round(mm + self.lift_mm, DECIMALS) if axis == self.lift_axis else mm
 
 
-def rapid(**to_mm: float) -> Move:
+def rapid(**to_mm: float) -> StraightMove:
     """Return a rapid to coordinates by axis, mm."""
-    return Move(_rounded(to_mm))
+    return StraightMove(_rounded(to_mm))
 
 
-def feed(per: float, /, **to_mm: float) -> Move:
+def feed(per: float, /, **to_mm: float) -> StraightMove:
     """Return a move at a feed to coordinates by axis, mm."""
-    return Move(_rounded(to_mm), per)
+    return StraightMove(_rounded(to_mm), per)
 
 
 def _rounded(to_mm: Mapping[str, float]) -> dict[str, float]:

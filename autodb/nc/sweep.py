@@ -21,7 +21,7 @@ ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
-class Way:
+class SweepWay:
     """There and back between two places, mm of the axis' travel, with a rest at each."""
 
     start_mm: float
@@ -31,7 +31,7 @@ class Way:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class SweepStretch:
     """Where an axis may sweep, mm of its travel, and its highest feed."""
 
     axis: str
@@ -40,14 +40,14 @@ class Stretch:
     fastest_mm_min: float
 
 
-def stretch(
+def sweep_stretch(
     machine: MachineFile,
     axis: str,
     *,
     source: str,
     safe_mm: float | None = None,
     between_mm: tuple[float, float] | None = None,
-) -> Stretch:
+) -> SweepStretch:
     """Return where an axis may sweep: its travel, or a part of it; never below its safe height.
 
     ``safe_mm`` is the lowest height of an axis that bears weight, as a place of its travel. Raises
@@ -74,7 +74,7 @@ def stretch(
     if between_mm is not None:
         _refuse_beyond(axis, between_mm, low, high, source)
         low, high = between_mm
-    return Stretch(axis, _inward(low, 1), _inward(high, -1), limits.speed_mm_min)
+    return SweepStretch(axis, _inward(low, 1), _inward(high, -1), limits.speed_mm_min)
 
 
 def _inward(mm: float, side: int) -> float:
@@ -106,9 +106,9 @@ def _refuse_beyond(
         )
 
 
-def program(
-    ways: Sequence[Way],
-    on: Stretch,
+def sweep_program(
+    ways: Sequence[SweepWay],
+    on: SweepStretch,
     machine: MachineFile,
     *,
     dialect: str,
@@ -157,7 +157,7 @@ def _refuse_unparked(
             raise UnusableInput(f"--park: {other} is no other axis of {source}")
 
 
-def _refuse_outside(way: Way, on: Stretch) -> None:
+def _refuse_outside(way: SweepWay, on: SweepStretch) -> None:
     for place in (way.start_mm, way.end_mm):
         if not on.low_mm - 1e-9 <= place <= on.high_mm + 1e-9:
             raise UnusableInput(
@@ -171,8 +171,8 @@ def _refuse_outside(way: Way, on: Stretch) -> None:
 
 
 def _text(
-    ways: Sequence[Way],
-    on: Stretch,
+    ways: Sequence[SweepWay],
+    on: SweepStretch,
     words: Words,
     parked_mm: Mapping[str, float],
     *,

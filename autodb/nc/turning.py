@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from autodb.errors import UnusableInput
-from autodb.nc.steps import Move, Path, feed, rapid
-from autodb.standard import Bar, Protocol, StandardCut
+from autodb.nc.steps import CutPath, StraightMove, feed, rapid
+from autodb.standard import BarStock, CutProtocol, StandardCut
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class _Job:
     """One cut about to be made: the bar, what is left of it before, and distances, mm."""
 
     cut: StandardCut
-    bar: Bar
+    bar: BarStock
     left: _Left
     clearance_mm: float
     air_mm: float
@@ -36,9 +36,9 @@ class _Job:
         return self.bar.diameter_mm / 2 + self.clearance_mm
 
 
-def paths(
-    protocol: Protocol, bar: Bar, cuts: Sequence[StandardCut], *, clearance_mm: float
-) -> Iterator[Path]:
+def turning_paths(
+    protocol: CutProtocol, bar: BarStock, cuts: Sequence[StandardCut], *, clearance_mm: float
+) -> Iterator[CutPath]:
     """Yield the path of each cut in turn.
 
     Raises UnusableInput naming a cut that is no turning cut or that no new bar allows.
@@ -62,7 +62,7 @@ def paths(
         air_mm = protocol.air_s * cut.feed_mm_rev * cut.speed_rpm / 60.0
         job = _Job(cut, bar, left, clearance_mm, air_mm)
         axis, lift_mm, moves = _MADE[cut.operation](job, after)
-        yield Path(cut, moves, axis, lift_mm, new_stock)
+        yield CutPath(cut, moves, axis, lift_mm, new_stock)
         left = after
 
 
@@ -71,14 +71,14 @@ def _after(cut: StandardCut, left: _Left) -> _Left:
     return _Left(left.radius_mm - thinner_mm, left.face_mm - shorter_mm)
 
 
-def _allowed(after: _Left, bar: Bar) -> bool:
+def _allowed(after: _Left, bar: BarStock) -> bool:
     return (
         2 * after.radius_mm >= bar.least_diameter_mm
         and after.face_mm + bar.length_mm >= bar.least_length_mm
     )
 
 
-_Made = tuple[str, float, tuple[Move, ...]]
+_Made = tuple[str, float, tuple[StraightMove, ...]]
 
 
 def _turn(job: _Job, after: _Left) -> _Made:

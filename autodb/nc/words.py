@@ -8,7 +8,7 @@ import unicodedata
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from autodb.nc.steps import Move
+from autodb.nc.steps import StraightMove
 
 Lines = tuple[str, ...]
 
@@ -47,17 +47,17 @@ class Words:
         ascii_only = plain.encode("ascii", "ignore").decode()
         return self.comment.format(" ".join(ascii_only.translate(_BRACKETS).upper().split()))
 
-    def moved(self, move: Move, *, x_factor: float) -> str:
+    def moved(self, move: StraightMove, *, x_factor: float) -> str:
         """Return the block of a move; ``x_factor`` is 2 where X counts in diameters."""
         kind = "G0" if move.feed is None else "G1"
-        words = [kind, *coordinates(move, x_factor=x_factor)]
+        words = [kind, *coordinate_words(move, x_factor=x_factor)]
         return " ".join(words if move.feed is None else [*words, f"F{move.feed:.3f}"])
 
 
 _BRACKETS = str.maketrans("();", "[],")
 
 
-def coordinates(move: Move, *, x_factor: float) -> Iterator[str]:
+def coordinate_words(move: StraightMove, *, x_factor: float) -> Iterator[str]:
     """Yield the words of a move's coordinates, X first."""
     for axis in sorted(move.to):
         factor = x_factor if axis == "x" else 1.0

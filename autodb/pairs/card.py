@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.kienzle import Planned, View, kienzle, linear_edge
+from autodb.cutting.kienzle import View, ViewRange, kienzle, linear_edge
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95, Gaussian
-from autodb.pairs.prior import Card
+from autodb.pairs.prior import CardForces
 
 Array = NDArray[np.float64]
 
@@ -47,19 +47,19 @@ class KienzleCard:
     k_c11: Bounded
     m_c: float
     m_c_bounds: tuple[float, float] | None
-    at: Planned
+    at: ViewRange
     source: str
 
     @property
-    def card(self) -> Card:
+    def card(self) -> CardForces:
         """Tangential force per width at the card's chips, off by k_c1.1's bounds at all alike."""
         chips = self.at.edge.thickness_mm
         shape = SHAPE if self.m_c_bounds is None else _shape(chips, self.m_c_bounds)
-        return Card(
+        return CardForces(
             thickness_mm=chips,
             tangential=self.k_c11.value * chips ** (1.0 - self.m_c),
             thrust=None,
-            level=level(np.array([self.k_c11.lower]), np.array([self.k_c11.upper])),
+            level=level_of_bounds(np.array([self.k_c11.lower]), np.array([self.k_c11.upper])),
             shape=shape,
             rake_rad=self.at.rake_rad,
             speed_m_min=self.at.speed_m_min,
@@ -72,11 +72,11 @@ class LinearCard:
 
     material: str
     coefficients: dict[str, Bounded]
-    at: Planned
+    at: ViewRange
     source: str
 
 
-def level(lower: Array, upper: Array) -> float:
+def level_of_bounds(lower: Array, upper: Array) -> float:
     """Return the standard deviation, a share, that 95 % bounds (k,) of forces leave them all.
 
     σ = mean ln(upper/lower) / (2 · 1.96): bounds of the logarithm, in which the law is believed.
@@ -94,7 +94,7 @@ def _shape(chips_mm: Array, bounds: tuple[float, float]) -> float:
     return (bounds[1] - bounds[0]) / (2.0 * NORMAL_95) * spread
 
 
-def kienzle_card(material: str, belief: Gaussian, at: Planned, *, source: str) -> KienzleCard:
+def kienzle_card(material: str, belief: Gaussian, at: ViewRange, *, source: str) -> KienzleCard:
     """Return the card that a belief about the law's coordinates makes.
 
     Raises UnusableInput where k_c grows with the chip there, which no card says.
@@ -110,7 +110,7 @@ def kienzle_card(material: str, belief: Gaussian, at: Planned, *, source: str) -
     return KienzleCard(material, numbers["k_c1.1"], m_c.value, bounds, at, source)
 
 
-def linear_card(material: str, belief: Gaussian, at: Planned, *, source: str) -> LinearCard:
+def linear_card(material: str, belief: Gaussian, at: ViewRange, *, source: str) -> LinearCard:
     """Return the linear edge that a belief about the law's coordinates makes."""
     return LinearCard(material, _bounded(linear_edge(belief, at)), at, source)
 

@@ -10,13 +10,13 @@ from typing import NoReturn
 
 import numpy as np
 
-from autodb.cutting.kienzle import Planned
+from autodb.cutting.kienzle import ViewRange
 from autodb.errors import UnusableInput, near
 from autodb.files import csvtext
 from autodb.files.units import RAW, conversion
 from autodb.pairs.card import STEEPEST, UNIT, Bounded, KienzleCard, LinearCard
 from autodb.readers import Columns, csv
-from autodb.standard.writing import keep
+from autodb.standard.writing import write_once
 
 STEEPEST_RAKE_DEG = 60.0
 """Beyond any insert or mill. Chosen."""
@@ -37,14 +37,14 @@ LINEAR_COLUMNS = (
 )
 
 
-def as_csv(cards: Sequence[KienzleCard]) -> str:
+def cards_as_csv(cards: Sequence[KienzleCard]) -> str:
     """Return cards as a table: k_c1.1 in N/mm²."""
-    return csvtext.as_csv([COLUMNS, *map(_kienzle_row, cards)])
+    return csvtext.rows_as_csv([COLUMNS, *map(_kienzle_row, cards)])
 
 
 def linear_as_csv(cards: Sequence[LinearCard]) -> str:
     """Return linear edges as a table: K_tc and K_rc in N/mm², K_te and K_re in N/mm."""
-    return csvtext.as_csv([LINEAR_COLUMNS, *map(_linear_row, cards)])
+    return csvtext.rows_as_csv([LINEAR_COLUMNS, *map(_linear_row, cards)])
 
 
 def write_cards(text: str, path: Path) -> bool:
@@ -52,7 +52,7 @@ def write_cards(text: str, path: Path) -> bool:
 
     Raises UnusableInput where the file is there and differs.
     """
-    return keep(text, path)
+    return write_once(text, path)
 
 
 def _kienzle_row(card: KienzleCard) -> list[str]:
@@ -70,7 +70,7 @@ def _linear_row(card: LinearCard) -> list[str]:
     return [card.material, *cells, *_holds(card.at), card.source]
 
 
-def _holds(at: Planned) -> list[str]:
+def _holds(at: ViewRange) -> list[str]:
     rake_deg = float(np.degrees(at.rake_rad))
     return [_number(v) for v in (rake_deg, at.speed_m_min, at.thinnest_mm, at.thickest_mm)]
 
@@ -199,9 +199,9 @@ def _m_c_bounds(row: _Row, m_c: float) -> tuple[float, float] | None:
     return low, high
 
 
-def _planned(row: _Row) -> Planned:
+def _planned(row: _Row) -> ViewRange:
     """Return where a card holds; what it does not state is `Planned`'s."""
-    usual = Planned()
+    usual = ViewRange()
     thinnest = row.otherwise("thinnest_mm", usual.thinnest_mm)
     thickest = row.otherwise("thickest_mm", usual.thickest_mm)
     if not thinnest < thickest:
@@ -209,4 +209,4 @@ def _planned(row: _Row) -> Planned:
         row.refuse(name, f"leaves chips of {thinnest:g} to {thickest:g} mm", "the thinner first")
     rake_deg = row.between("rake_deg", -STEEPEST_RAKE_DEG, STEEPEST_RAKE_DEG)
     speed = row.otherwise("speed_m_min", usual.speed_m_min)
-    return Planned(thinnest, thickest, speed, float(np.radians(rake_deg)))
+    return ViewRange(thinnest, thickest, speed, float(np.radians(rake_deg)))

@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 
 from autodb.assets import kit
 from autodb.cutting import shear
-from autodb.cutting.kienzle import Planned
+from autodb.cutting.kienzle import ViewRange
 from autodb.cutting.shear import THICKNESS_MM, Values
 from autodb.errors import UnusableInput, near
 from autodb.files.toml import read_toml
 from autodb.fitting import NORMAL_95, Gaussian
-from autodb.pairs.card import SHAPE, Bounded, KienzleCard, level
-from autodb.pairs.posterior import P1_SCATTER, Belief
-from autodb.pairs.prior import Card, any_metal, of_card
-from autodb.pairs.stated import Kienzle, LinearEdge, Material, Shear, Table
+from autodb.pairs.card import SHAPE, Bounded, KienzleCard, level_of_bounds
+from autodb.pairs.posterior import P1_SCATTER, PairPosterior
+from autodb.pairs.prior import CardForces, any_metal, of_card
+from autodb.pairs.stated import ForceTable, Kienzle, LinearEdge, Shear, StatedMaterial
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ PLACES = (
 """Coordinates of the law that its five numbers along lines say."""
 
 
-def materials(folder: Path | None = None) -> tuple[Material, ...]:
+def materials(folder: Path | None = None) -> tuple[StatedMaterial, ...]:
     """Return the materials of a folder's files, or of those that ship.
 
     Raises UnusableInput naming file and key, and where two files have one name.
@@ -47,9 +47,9 @@ def materials(folder: Path | None = None) -> tuple[Material, ...]:
     known: dict[str, Path] = {}
     found = []
     for path in sorted(place.glob("*.toml")):
-        material = read_toml(path, Material)
+        material = read_toml(path, StatedMaterial)
         for name in material.names:
-            other = known.setdefault(plain(name), path)
+            other = known.setdefault(plain_name(name), path)
             if other != path:
                 raise UnusableInput(
                     f"{path}: name: '{name}' is in {other.name} already; one file a material "
@@ -59,37 +59,37 @@ def materials(folder: Path | None = None) -> tuple[Material, ...]:
     return tuple(found)
 
 
-def named(name: str, folder: Path | None = None) -> Material:
+def material_named(name: str, folder: Path | None = None) -> StatedMaterial:
     """Return the material that has a name, written in any case, with or without blanks.
 
     Raises UnusableInput naming those there are.
     """
     there = materials(folder)
     for material in there:
-        if plain(name) in map(plain, material.names):
+        if plain_name(name) in map(plain_name, material.names):
             return material
     names = [one for material in there for one in material.names]
     raise UnusableInput(f"no conventional values of '{name}'{near(name, names)}")
 
 
-def plain(name: str) -> str:
+def plain_name(name: str) -> str:
     """Return a name without case, blanks and dashes: Ti-6Al-4V is Ti6Al4V."""
     return "".join(c for c in name.casefold() if c not in " -_")
 
 
-def belief_of(name: str, folder: Path | None = None) -> Belief:
+def posterior_of_material(name: str, folder: Path | None = None) -> PairPosterior:
     """Return the belief about pairs of a material; it counts as no cut."""
-    return believed(named(name, folder))
+    return posterior_of_values(material_named(name, folder))
 
 
-def believed(material: Material) -> Belief:
+def posterior_of_values(material: StatedMaterial) -> PairPosterior:
     """Return the belief that a material's values leave."""
     if material.shear is not None:
         return along_lines(material.shear)
-    return of_card(card_of(material))
+    return of_card(card_of_material(material))
 
 
-def card_of(material: Material) -> Card:
+def card_of_material(material: StatedMaterial) -> CardForces:
     """Return a material's specific forces as a card.
 
     Raises UnusableInput where its values are the law's own numbers.
@@ -106,15 +106,15 @@ def card_of(material: Material) -> Card:
     )
 
 
-def _tabled(table: Table) -> Card:
+def _tabled(table: ForceTable) -> CardForces:
     """Return a table's forces at chips h = f sin κ."""
     chips = np.array(table.feed_mm) * np.sin(np.radians(table.entering_deg))
     forces = table.specific_force
-    return Card(
+    return CardForces(
         thickness_mm=chips,
         tangential=np.array(forces.value) * chips,
         thrust=None,
-        level=level(np.array(forces.lower), np.array(forces.upper)),
+        level=level_of_bounds(np.array(forces.lower), np.array(forces.upper)),
         shape=SHAPE,
         rake_rad=float(np.radians(table.rake_deg)),
     )
@@ -128,12 +128,12 @@ def kienzle_of(name: str, stated: Kienzle) -> KienzleCard:
         k_c11=Bounded(k_c11.value, k_c11.lower, k_c11.upper),
         m_c=m_c.value,
         m_c_bounds=(m_c.lower, m_c.upper),
-        at=Planned(rake_rad=float(np.radians(stated.rake_deg))),
+        at=ViewRange(rake_rad=float(np.radians(stated.rake_deg))),
         source=f"{k_c11.source}; {k_c11.citation}",
     )
 
 
-def fitted_kienzle(table: Table) -> tuple[float, float]:
+def fitted_kienzle(table: ForceTable) -> tuple[float, float]:
     """Return k_c1.1 [N/mm²] and m_c of a table: a line through its rows in logarithms."""
     card = _tabled(table)
     logs = np.log(card.thickness_mm)
@@ -141,28 +141,28 @@ def fitted_kienzle(table: Table) -> tuple[float, float]:
     return float(np.exp(height)), float(-slope)
 
 
-def _linear(edge: LinearEdge) -> Card:
+def _linear(edge: LinearEdge) -> CardForces:
     """Return a linear edge's forces over chips that a planner asks for.
 
     Its coefficients' bounds are taken as reached together: what makes one mill's chip dearer makes
     its edge so.
     """
-    chips = Planned().edge.thickness_mm
+    chips = ViewRange().edge.thickness_mm
     bounds = ("value", "lower", "upper")
     along = {end: getattr(edge.K_tc, end) * chips + getattr(edge.K_te, end) for end in bounds}
     across = {end: getattr(edge.K_rc, end) * chips + getattr(edge.K_re, end) for end in bounds}
-    return Card(
+    return CardForces(
         thickness_mm=chips,
         tangential=along["value"],
         thrust=across["value"],
-        level=level(along["lower"], along["upper"]),
+        level=level_of_bounds(along["lower"], along["upper"]),
         shape=SHAPE,
         rake_rad=float(np.radians(edge.rake_deg)),
-        thrust_level=level(across["lower"], across["upper"]),
+        thrust_level=level_of_bounds(across["lower"], across["upper"]),
     )
 
 
-def along_lines(stated: Shear) -> Belief:
+def along_lines(stated: Shear) -> PairPosterior:
     """Return the belief that the law's own numbers leave."""
     start, places = any_metal(), np.array(PLACES)
     value = np.array([one.value for one in stated.read])
@@ -172,7 +172,7 @@ def along_lines(stated: Shear) -> Belief:
     mean[places] = np.real(_coordinates(value))
     covariance[places] = covariance[:, places] = 0.0
     covariance[np.ix_(places, places)] = slope.T @ np.diag(sd**2) @ slope
-    return Belief(Gaussian(mean, covariance), (), P1_SCATTER, 0)
+    return PairPosterior(Gaussian(mean, covariance), (), P1_SCATTER, 0)
 
 
 def _coordinates(read: Values) -> Values:

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import NAMES, PARAMETERS
-from autodb.fitting import update
+from autodb.fitting import posterior_after
 from autodb.pairs.modelled import own_variance
-from autodb.pairs.observed import CHIP, Cuts, Observed
-from autodb.pairs.posterior import OWN, Belief
+from autodb.pairs.observed import CHIP, Observed, PairCuts
+from autodb.pairs.posterior import OWN, PairPosterior
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ CHIP_SHARE = 0.05
 
 
 @dataclass(frozen=True)
-class Undetermined:
+class UndeterminedNumbers:
     """Numbers of the law that cuts leave open, what share of their sd is left, what would help."""
 
     names: tuple[str, ...]
@@ -48,7 +48,7 @@ class Undetermined:
 
 
 @dataclass(frozen=True)
-class Trial:
+class PossibleMeasurement:
     """A measurement that a shop can make: what it is called, readings as of it."""
 
     called: str
@@ -56,8 +56,8 @@ class Trial:
 
 
 def undetermined(
-    prior: Belief, belief: Belief, trials: Sequence[Trial]
-) -> tuple[Undetermined, ...]:
+    prior: PairPosterior, belief: PairPosterior, trials: Sequence[PossibleMeasurement]
+) -> tuple[UndeterminedNumbers, ...]:
     """Return what cuts leave open of a belief that began as ``prior``."""
     before, after = (np.sqrt(np.diag(one.law.covariance)) for one in (prior, belief))
     left = np.divide(after, before, out=np.zeros_like(after), where=before > 0)
@@ -72,11 +72,11 @@ def undetermined(
         group = (int(k), *others)
         told.update(group)
         helps = tuple(one.called for one in trials if _left_after(belief, one, k) < HELPS)
-        found.append(Undetermined(tuple(NAMES[j] for j in group), float(left[k]), helps))
+        found.append(UndeterminedNumbers(tuple(NAMES[j] for j in group), float(left[k]), helps))
     return tuple(found)
 
 
-def _left_after(belief: Belief, trial: Trial, k: int) -> float:
+def _left_after(belief: PairPosterior, trial: PossibleMeasurement, k: int) -> float:
     """Return which share of a number's sd a trial would leave."""
     observed = trial.observed
     theta = belief.law.mean
@@ -84,11 +84,11 @@ def _left_after(belief: Belief, trial: Trial, k: int) -> float:
         observed.sd**2 + own_variance(belief.scatter, belief.off_law, observed.off(theta))
     )
     expected = observed.parts(theta).sum(axis=1)
-    after = update(belief.law, observed.slopes(theta), expected, noise)
+    after = posterior_after(belief.law, observed.slopes(theta), expected, noise)
     return float(np.sqrt(after.covariance[k, k] / belief.law.covariance[k, k]))
 
 
-def chip_thickness(belief: Belief, cuts: Cuts) -> Trial:
+def chip_thickness(belief: PairPosterior, cuts: PairCuts) -> PossibleMeasurement:
     """Return the trial of measuring the chips of cuts."""
     count = cuts.elements.count
     readings = Observed(
@@ -96,11 +96,13 @@ def chip_thickness(belief: Belief, cuts: Cuts) -> Trial:
         np.zeros((count, 0)),
     )  # fmt: skip
     expected = readings.parts(belief.law.mean).sum(axis=1)
-    return Trial(
+    return PossibleMeasurement(
         "a measured chip thickness", replace(readings, value=expected, sd=CHIP_SHARE * expected)
     )
 
 
-def repeated(called: str, felt: Observed, changed: Elements, operation: str) -> Trial:
+def repeated_trial(
+    called: str, felt: Observed, changed: Elements, operation: str
+) -> PossibleMeasurement:
     """Return the trial of making the cuts of readings again, otherwise."""
-    return Trial(called, replace(felt, cuts=(Cuts(operation, changed),)))
+    return PossibleMeasurement(called, replace(felt, cuts=(PairCuts(operation, changed),)))

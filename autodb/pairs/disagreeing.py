@@ -27,9 +27,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from autodb.cutting.shear import BETA, EDGE_R, EDGE_T, TAU, Edge, coefficients
+from autodb.cutting.shear import BETA, EDGE_R, EDGE_T, TAU, Edge, chip_coefficients
 from autodb.fitting import Gaussian
-from autodb.pairs.hierarchy import ACTIVE, Told
+from autodb.pairs.hierarchy import ACTIVE, InformationOfCuts
 from autodb.pairs.posterior import OWN
 
 Array = NDArray[np.float64]
@@ -48,7 +48,7 @@ THICKNESS_MM, SPEED_M_MIN = 0.1, 100.0
 """Chip at which a gain's effect on the law's numbers is worked out. Chosen: middling."""
 
 
-class Cause(Enum):
+class DisagreementCause(Enum):
     """Why a machine disagrees with the others."""
 
     CALIBRATION = "its calibration"
@@ -57,7 +57,7 @@ class Cause(Enum):
 
 
 @dataclass(frozen=True)
-class Compared:
+class ComparedPair:
     """One pair beside the others: ``z`` (r,), ``turned`` (r, 2) how a gain moves it, and how far
     the calibrations' gain may be off as stated, ``stated`` (2, 2).
     """
@@ -73,7 +73,7 @@ class Compared:
 
 
 @dataclass(frozen=True)
-class StandardCut:
+class FeltStandardCut:
     """What a machine felt of cuts whose force is known: the gain's errors (k,), their sd.
 
     ``along`` (k, 2): which gain, of the force along or across the cutting speed, each tells.
@@ -84,7 +84,9 @@ class StandardCut:
     along: Array
 
 
-def compared(own: Told, *, as_stated: Told, others: Gaussian, rake_rad: float = 0.0) -> Compared:
+def compared(
+    own: InformationOfCuts, *, as_stated: InformationOfCuts, others: Gaussian, rake_rad: float = 0.0
+) -> ComparedPair:
     """Compare what a pair's cuts told with the belief about them from all others (OWN,).
 
     ``own``: with the machine's calibrations taken as they are; ``as_stated``: with their errors.
@@ -97,14 +99,14 @@ def compared(own: Told, *, as_stated: Told, others: Gaussian, rake_rad: float = 
     size = np.sqrt(tells[kept] * (1.0 + tells[kept]))
     into = (turned[:, kept] / size).T @ root
     gains = gain_directions(others.mean, rake_rad)[ACTIVE]
-    return Compared(
+    return ComparedPair(
         z=into @ (own.weighted - own.precision @ mean),
         turned=into @ own.precision @ gains,
         stated=_stated(own, as_stated, gains),
     )
 
 
-def _stated(own: Told, as_stated: Told, gains: Array) -> Array:
+def _stated(own: InformationOfCuts, as_stated: InformationOfCuts, gains: Array) -> Array:
     """Return the covariance (2, 2) by which errors of calibrations widen what is told of a gain."""
     widths = [np.linalg.pinv(gains.T @ one.precision @ gains) for one in (as_stated, own)]
     values, vectors = np.linalg.eigh(widths[0] - widths[1])
@@ -121,7 +123,7 @@ def gain_directions(mean: Array, rake_rad: float) -> Array:
     edge = Edge(*(np.array([x]) for x in (THICKNESS_MM, SPEED_M_MIN, rake_rad, 0.0)))
 
     def logs(theta: Array) -> Array:
-        along, across, _ = coefficients(theta, edge)
+        along, across, _ = chip_coefficients(theta, edge)
         return np.array([np.log(abs(along[0])), np.log(abs(across[0]))], dtype=np.float64)
 
     moved = []
@@ -144,7 +146,7 @@ class Disagrees:
     """
 
     pairs: tuple[int, ...]
-    cause: Cause
+    cause: DisagreementCause
     gain: tuple[float, float]
     gain_sd: tuple[float, float]
     pair: int
@@ -153,7 +155,7 @@ class Disagrees:
 
 
 def disagrees(
-    pairs: Sequence[Compared], *, compared_in_all: int, standard: StandardCut | None = None
+    pairs: Sequence[ComparedPair], *, compared_in_all: int, standard: FeltStandardCut | None = None
 ) -> Disagrees | None:
     """Say whether a machine's pairs disagree with the others, and why; None: they do not.
 
@@ -171,15 +173,15 @@ def disagrees(
     if not odd:
         return None
     odds, likeliest = every.odds()
-    told_by, cause = [], Cause.EITHER
+    told_by, cause = [], DisagreementCause.EITHER
     if len(telling) >= SHARED_PAIRS:
         told_by.append(f"{len(telling)} pairs shared with others")
     if standard is not None:
         told_by.append("its cuts of known force")
     if told_by and odds > SURE:
-        cause = Cause.CALIBRATION
+        cause = DisagreementCause.CALIBRATION
     elif told_by and odds < 1.0 / SURE:
-        cause = Cause.CUTTING
+        cause = DisagreementCause.CUTTING
     gain, sd = every.gain()
     return Disagrees(
         pairs=odd,
@@ -195,7 +197,7 @@ def disagrees(
 class _Machine:
     """All readings of a machine's gain: the z of its pairs, and its cuts of known force."""
 
-    def __init__(self, pairs: Sequence[Compared], standard: StandardCut | None) -> None:
+    def __init__(self, pairs: Sequence[ComparedPair], standard: FeltStandardCut | None) -> None:
         self._pairs = pairs
         self._stated = np.mean([one.stated for one in pairs], axis=0)
         self._z = np.concatenate([one.z for one in pairs])
@@ -233,7 +235,7 @@ class _Machine:
         return float(np.exp(np.clip(calibration - cutting[likeliest], -50.0, 50.0))), likeliest
 
 
-def _gain_beyond(pairs: Sequence[Compared], stated: Array) -> float:
+def _gain_beyond(pairs: Sequence[ComparedPair], stated: Array) -> float:
     """Return the probability that a gain common to pairs seems at least as far off as stated."""
     precision = sum((one.turned.T @ one.turned for one in pairs), np.zeros((2, 2)))
     weighted = sum((one.turned.T @ one.z for one in pairs), np.zeros(2))

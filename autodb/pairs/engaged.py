@@ -15,7 +15,7 @@ from autodb.cutting.elements import Elements
 from autodb.cutting.shear import SPEED_M_MIN
 from autodb.files.job import KEYS
 from autodb.files.tool import ToolKind
-from autodb.pairs.observed import Cuts, Variant
+from autodb.pairs.observed import PairCuts, Variant
 
 Array = NDArray[np.float64]
 Conditions = Mapping[str, float]
@@ -51,7 +51,7 @@ Band = Callable[[float, Stated], tuple[Array, Array]]
 
 
 @dataclass(frozen=True)
-class Operation:
+class CutOperation:
     """An operation, and the channels that it needs of a cut."""
 
     name: str
@@ -67,7 +67,9 @@ class Operation:
         """Return the channels that a cut does not state and that cannot be assumed."""
         return tuple(name for name in self.needs if name not in conditions)
 
-    def cuts(self, tool: Mapping[str, float], rows: Sequence[Conditions], *, called: str) -> Cuts:
+    def cuts(
+        self, tool: Mapping[str, float], rows: Sequence[Conditions], *, called: str
+    ) -> PairCuts:
         """Return cuts (n,) with a tool called so, its numbers by name; mills: means over a turn.
 
         A cut that does not state how long its edge has cut counts as one with a fresh edge. Raises
@@ -78,25 +80,25 @@ class Operation:
         named = tuple(Variant(f"{called}: {one.key}", one.elements) for one in variants)
         worn_s = stated.given(CUTTING_TIME, 0.0)
         edges = tuple(str(row[EDGE]) if EDGE in row else None for row in rows)
-        return Cuts(self.name, elements, named, worn_s if worn_s.any() else None, edges)
+        return PairCuts(self.name, elements, named, worn_s if worn_s.any() else None, edges)
 
 
-def speed_m_min(stated: Stated) -> Array:
+def stated_speed_m_min(stated: Stated) -> Array:
     """Return cutting speeds (n,) as stated, or of spindle speed and diameter; NaN: neither."""
     by_spindle = turning.speed_m_min(stated[DIAMETER], stated[RPM])
     return np.where(np.isfinite(stated[SPEED]), stated[SPEED], by_spindle)
 
 
-def turned(stated: Stated, inward_deg: Array) -> insert.Turned:
+def stated_turning(stated: Stated, inward_deg: Array) -> insert.TurnedCuts:
     """Return turned cuts (n,) that feed ``inward_deg`` off the axis; speed NaN: not stated."""
     inward = np.radians(inward_deg)
     facing = inward > insert.STEEPEST_RAD
     diameter, depth = stated.given(DIAMETER, 0.0), stated[DEPTH]
     radius = turning.effective_radius_mm(diameter, depth, facing=facing)
-    return insert.Turned(stated[FEED], depth, speed_m_min(stated), radius, inward)
+    return insert.TurnedCuts(stated[FEED], depth, stated_speed_m_min(stated), radius, inward)
 
 
-def milled(mill: endmill.EndMill, stated: Stated, band: Band) -> endmill.Milled:
+def stated_milling(mill: endmill.EndMill, stated: Stated, band: Band) -> endmill.Milled:
     """Return milled cuts (n,); one that does not state its direction feeds along +x."""
     low, high = band(mill.diameter_mm, stated)
     return endmill.Milled(
@@ -113,7 +115,7 @@ def milled(mill: endmill.EndMill, stated: Stated, band: Band) -> endmill.Milled:
 def _turns(inward_deg: Callable[[Stated], Array]) -> Made:
     def made(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[Variant]]:
         assumed = tools.insert_of(tool)
-        cuts = turned(stated, inward_deg(stated))
+        cuts = stated_turning(stated, inward_deg(stated))
         known = np.isfinite(cuts.speed_m_min)
         if not known.all():
             cuts = replace(cuts, speed_m_min=np.where(known, cuts.speed_m_min, SPEED_M_MIN))
@@ -134,7 +136,7 @@ def _turns(inward_deg: Callable[[Stated], Array]) -> Made:
 def _mills(band: Band) -> Made:
     def made(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[Variant]]:
         assumed = tools.end_mill_of(tool)
-        cuts = milled(assumed.tool, stated, band)
+        cuts = stated_milling(assumed.tool, stated, band)
         variants = [
             Variant(usual.name, endmill.averaged(other, cuts))
             for usual, other in assumed.variants()
@@ -146,14 +148,15 @@ def _mills(band: Band) -> Made:
 
 def _drills(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[Variant]]:
     assumed = tools.drill_of(tool)
-    cuts = drill.Drilled(stated[FEED], stated[RPM])
+    cuts = drill.DrilledCuts(stated[FEED], stated[RPM])
     variants = [
-        Variant(usual.name, drill.elements_of(other, cuts)) for usual, other in assumed.variants()
+        Variant(usual.name, drill.drill_elements(other, cuts))
+        for usual, other in assumed.variants()
     ]
-    return drill.elements_of(assumed.tool, cuts), variants
+    return drill.drill_elements(assumed.tool, cuts), variants
 
 
-def slot(diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
+def slot_band(diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
     """Return the band of a slot as wide as the mill."""
     whole = np.full(len(stated.rows), 0.5 * diameter_mm)
     return -whole, whole
@@ -169,7 +172,7 @@ def side_down(diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
     return endmill.down(diameter_mm, stated[WIDTH])
 
 
-def pocket(diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
+def pocket_band(diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
     """Return the band of widening a round pocket to ``pocket.diameter`` by the width."""
     after = 0.5 * stated[HOLE]
     return endmill.pocket(
@@ -178,23 +181,24 @@ def pocket(diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
 
 
 BANDS: dict[str, Band] = {
-    "slot": slot, "side-up": side_up, "side-down": side_down, "ramp": slot, "pocket": pocket,
+    "slot": slot_band, "side-up": side_up, "side-down": side_down, "ramp": slot_band,
+    "pocket": pocket_band,
 }  # fmt: skip
 _TURNED, _MILLED = (FEED, DEPTH), (FEED, DEPTH, RPM)
 INSERT: ToolKind = "turning_insert"
 END_MILL: ToolKind = "end_mill"
 DRILL: ToolKind = "drill"
 OPERATIONS = (
-    Operation("turn", _TURNED, _turns(lambda stated: 0.0 * stated[FEED])),
-    Operation("face", _TURNED, _turns(lambda stated: 0.0 * stated[FEED] + 90.0)),
-    Operation("taper", (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
-    Operation("contour", (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
-    Operation("slot", _MILLED, _mills(slot)),
-    Operation("side-up", (*_MILLED, WIDTH), _mills(side_up)),
-    Operation("side-down", (*_MILLED, WIDTH), _mills(side_down)),
-    Operation("ramp", (*_MILLED, RAMP), _mills(slot)),
-    Operation("pocket", (*_MILLED, WIDTH, HOLE), _mills(pocket)),
-    Operation("drill", (FEED, RPM), _drills),
+    CutOperation("turn", _TURNED, _turns(lambda stated: 0.0 * stated[FEED])),
+    CutOperation("face", _TURNED, _turns(lambda stated: 0.0 * stated[FEED] + 90.0)),
+    CutOperation("taper", (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
+    CutOperation("contour", (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
+    CutOperation("slot", _MILLED, _mills(slot_band)),
+    CutOperation("side-up", (*_MILLED, WIDTH), _mills(side_up)),
+    CutOperation("side-down", (*_MILLED, WIDTH), _mills(side_down)),
+    CutOperation("ramp", (*_MILLED, RAMP), _mills(slot_band)),
+    CutOperation("pocket", (*_MILLED, WIDTH, HOLE), _mills(pocket_band)),
+    CutOperation("drill", (FEED, RPM), _drills),
 )
 BY_NAME = {operation.name: operation for operation in OPERATIONS}
 UNSAID = "turn"

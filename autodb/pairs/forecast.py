@@ -10,10 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import edge_parts, force_parts, forces, joined, linearised
+from autodb.cutting.elements import (
+    cut_forces,
+    edge_parts,
+    force_parts,
+    joined_elements,
+    linearised_forces,
+)
 from autodb.pairs.modelled import own_variance
-from autodb.pairs.observed import Cuts, with_growth
-from autodb.pairs.posterior import OWN, WEAR, Belief
+from autodb.pairs.observed import PairCuts, with_growth
+from autodb.pairs.posterior import OWN, WEAR, PairPosterior
 
 Array = NDArray[np.float64]
 
@@ -56,7 +62,7 @@ class Shares:
         return np.asarray(np.add.reduceat(weighted, self.begins, axis=0))
 
 
-def expected(belief: Belief, cuts: Cuts) -> Array:
+def expected_means(belief: PairPosterior, cuts: PairCuts) -> Array:
     """Return the means alone of a forecast (n, 5), without its derivatives."""
     error = belief.law_error(cuts.operation)
     known = belief.also((error, *cuts.assumed, *belief.open_terms))
@@ -67,7 +73,7 @@ def expected(belief: Belief, cuts: Cuts) -> Array:
     for one in cuts.variants:
         off = known.state.mean[known.columns(one.key).start]
         if off:
-            mean += off * (forces(theta, one.elements).all - whole)
+            mean += off * (cut_forces(theta, one.elements).all - whole)
     return np.asarray(mean + worn(known, cuts).mean)
 
 
@@ -85,7 +91,7 @@ class Worn:
     turned: Array
 
 
-def worn(belief: Belief, cuts: Cuts) -> Worn:
+def worn(belief: PairPosterior, cuts: PairCuts) -> Worn:
     """Return what wear adds to cuts; nothing to fresh edges, or where none was told."""
     count = cuts.elements.count
     if belief.wear is None or cuts.worn_s is None:
@@ -98,7 +104,7 @@ def worn(belief: Belief, cuts: Cuts) -> Worn:
     return Worn(mean, own, grown[..., :2], grown[:, :3, 2] * size[1])
 
 
-def _linear(theta: Array, cuts: Cuts, off: Array) -> tuple[Array, Array, Array, Array]:
+def _linear(theta: Array, cuts: PairCuts, off: Array) -> tuple[Array, Array, Array, Array]:
     """Return forces (n, 5) of cuts whose assumed quantities are ``off`` (v,) by so many sds.
 
     With them their parts as if they were not, the slopes by the law's coordinates (n, 5, p), and
@@ -106,7 +112,8 @@ def _linear(theta: Array, cuts: Cuts, off: Array) -> tuple[Array, Array, Array, 
     """
     several = [cuts.elements, *(one.elements for one in cuts.variants)]
     whole, parts, by_law = (
-        one.reshape(len(several), -1, *one.shape[1:]) for one in linearised(theta, joined(several))
+        one.reshape(len(several), -1, *one.shape[1:])
+        for one in linearised_forces(theta, joined_elements(several))
     )
     mean, slopes = whole[0], by_law[0]
     for k, share in enumerate(off.tolist(), start=1):
@@ -115,7 +122,7 @@ def _linear(theta: Array, cuts: Cuts, off: Array) -> tuple[Array, Array, Array, 
     return mean, parts[0], slopes, np.moveaxis(whole[1:] - whole[0], 0, -1)
 
 
-def forecast(belief: Belief, cuts: Cuts, over: Shares | None = None) -> Forecast:
+def forecast(belief: PairPosterior, cuts: PairCuts, over: Shares | None = None) -> Forecast:
     """Return what is expected of cuts; with ``over`` of the means over steps, which ``cuts`` are.
 
     The steps of a cut share all errors, what is its own too.

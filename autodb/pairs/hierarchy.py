@@ -48,7 +48,7 @@ CLIP = 1e-9
 
 
 @dataclass(frozen=True)
-class Told:
+class InformationOfCuts:
     """What cuts told of the law's active coordinates: Λ (..., a, a) and Λθ (..., a)."""
 
     precision: Array
@@ -62,7 +62,7 @@ class OfTool:
     ``log`` (s,): logarithm of how probable the pairs are among themselves; ``machines`` told it.
     """
 
-    told: Told
+    told: InformationOfCuts
     log: Array
     machines: int
 
@@ -70,17 +70,19 @@ class OfTool:
     def nothing(cls) -> "OfTool":
         """Return what no machine tells."""
         size = len(STEPS), len(ACTIVE)
-        return cls(Told(np.zeros((*size, size[1])), np.zeros(size)), np.zeros(size[0]), 0)
+        return cls(
+            InformationOfCuts(np.zeros((*size, size[1])), np.zeros(size)), np.zeros(size[0]), 0
+        )
 
-    def changed(self, pair: Told, sign: int) -> "OfTool":
+    def changed(self, pair: InformationOfCuts, sign: int) -> "OfTool":
         """Return it with a pair added (1), or taken out (-1)."""
-        alike = Told(
+        alike = InformationOfCuts(
             np.broadcast_to(pair.precision, self.told.precision.shape),
             np.broadcast_to(pair.weighted, self.told.weighted.shape),
         )
         log, passed = _beyond(alike, OF_MACHINES)
         return OfTool(
-            Told(
+            InformationOfCuts(
                 self.told.precision + sign * passed.precision,
                 self.told.weighted + sign * passed.weighted,
             ),
@@ -96,7 +98,7 @@ OF_TOOLS = np.where(EDGES, OF_EDGES, (RELATIVE * np.exp(STEPS))[:, None] ** 2) *
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownMaterial:
     """What is known of a material: where it started, and what each tool's pairs told.
 
     ``held``: where on the grid, in its steps, the spreads are taken to be; None: where the pairs
@@ -107,7 +109,13 @@ class Known:
     tools: Mapping[str, OfTool] = field(default_factory=dict)
     held: tuple[float, float] | None = None
 
-    def changed(self, tool: str, *, more: Told | None = None, less: Told | None = None) -> "Known":
+    def changed(
+        self,
+        tool: str,
+        *,
+        more: InformationOfCuts | None = None,
+        less: InformationOfCuts | None = None,
+    ) -> "KnownMaterial":
         """Return it with what a pair told added, or taken out."""
         found = self.tools.get(tool) or OfTool.nothing()
         for pair, sign in ((more, 1), (less, -1)):
@@ -118,7 +126,7 @@ class Known:
             del tools[tool]
         return replace(self, tools=tools)
 
-    def without(self, tool: str, pair: Told) -> "Known":
+    def without(self, tool: str, pair: InformationOfCuts) -> "KnownMaterial":
         """Return what the others know: with their own spreads, where one pair could move those."""
         held = self._spread if self.pairs > MANY else self.held
         return replace(self, held=held).changed(tool, less=pair)
@@ -178,14 +186,16 @@ class Known:
 
     def pair(self, tool: str) -> Gaussian:
         """Return the belief about the pair of a machine that has not cut it, all coordinates."""
-        return whole(_mixed([(self._pair(tool, a, b), w) for a, b, w in self._corners()]))
+        return whole_law(_mixed([(self._pair(tool, a, b), w) for a, b, w in self._corners()]))
 
     def _material(self, a: int, b: int, *, but: str | None = None) -> Gaussian:
         """Return the belief about μ at a point of the grid, from all tools or all but one."""
         belief = _active(self.start)
         for name, tool in self.tools.items():
             if name != but:
-                one = Told(tool.told.precision[b : b + 1], tool.told.weighted[b : b + 1])
+                one = InformationOfCuts(
+                    tool.told.precision[b : b + 1], tool.told.weighted[b : b + 1]
+                )
                 _, passed = _beyond(one, OF_TOOLS[a : a + 1])
                 belief = _posterior(belief, passed.precision[0], passed.weighted[0])
         return belief
@@ -209,7 +219,7 @@ def _mixed(some: list[tuple[Gaussian, float]]) -> Gaussian:
     return Gaussian(mean, covariance)
 
 
-def told(after: Gaussian, before: Gaussian) -> Told:
+def information_of_cuts(after: Gaussian, before: Gaussian) -> InformationOfCuts:
     """Return what readings told: the belief after them less that before, (OWN,) both.
 
     What linearising makes negative is nothing.
@@ -223,10 +233,10 @@ def told(after: Gaussian, before: Gaussian) -> Told:
     kept = np.where(values > CLIP, values, 0.0)
     turned = np.where(values > CLIP, vectors.T @ (size * weighted), 0.0)
     back = vectors / size[:, None]
-    return Told((back * kept) @ back.T, back @ turned)
+    return InformationOfCuts((back * kept) @ back.T, back @ turned)
 
 
-def whole(active: Gaussian) -> Gaussian:
+def whole_law(active: Gaussian) -> Gaussian:
     """Return a belief about the active coordinates as one about all."""
     mean, covariance = ANY.mean.copy(), np.zeros((OWN, OWN))
     mean[ACTIVE] = active.mean
@@ -234,7 +244,7 @@ def whole(active: Gaussian) -> Gaussian:
     return Gaussian(mean, covariance)
 
 
-def _beyond(some: Told, variances: Array) -> tuple[Array, Told]:
+def _beyond(some: InformationOfCuts, variances: Array) -> tuple[Array, InformationOfCuts]:
     """Return what is told of a mean that what was told is off by draws of ``variances`` (s, a).
 
     Λ − ΛCΛ and w − ΛCw with C = (Λ + V⁻¹)⁻¹; and first the logarithm of what is left when the draw
@@ -247,7 +257,7 @@ def _beyond(some: Told, variances: Array) -> tuple[Array, Told]:
     weighted = some.weighted - np.einsum("sij,sj->si", some.precision, inner)
     volume = np.linalg.slogdet(loose)[1] + np.sum(np.log(variances), axis=-1)
     log = 0.5 * (np.sum(some.weighted * inner, axis=-1) - volume)
-    return log, Told(0.5 * (precision + precision.swapaxes(-1, -2)), weighted)
+    return log, InformationOfCuts(0.5 * (precision + precision.swapaxes(-1, -2)), weighted)
 
 
 def _diagonal(values: Array) -> Array:

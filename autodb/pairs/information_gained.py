@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting import Gaussian
-from autodb.pairs.posterior import Belief, Scatter, Shared
+from autodb.pairs.posterior import PairPosterior, Scatter, Shared
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Told:
+class InformationGained:
     """``precision`` (p, p) and ``weighted`` (p,) over the law's coordinates and ``shared`` errors;
     ``scatter``: weight and weighted square gained (2, 2); ``cuts`` gained.
     """
@@ -30,12 +30,12 @@ class Told:
     cuts: int
 
 
-def told(before: Belief, after: Belief) -> Told:
+def information_gained(before: PairPosterior, after: PairPosterior) -> InformationGained:
     """Return what made a belief out of the one before."""
     start = before.also(after.shared)
     sure, pull = _information(start.state)
     surer, pulled = _information(after.state)
-    return Told(
+    return InformationGained(
         precision=surer - sure,
         weighted=pulled - pull,
         shared=after.shared,
@@ -44,17 +44,17 @@ def told(before: Belief, after: Belief) -> Told:
     )
 
 
-def merged(belief: Belief, other: Told) -> Belief:
+def merged(belief: PairPosterior, other: InformationGained) -> PairPosterior:
     """Return a belief that also knows what other cuts told."""
     return _changed(belief, other, 1.0)
 
 
-def undone(belief: Belief, batch: Told) -> Belief:
+def without_batch(belief: PairPosterior, batch: InformationGained) -> PairPosterior:
     """Return a belief that no longer knows what a batch of its cuts told."""
     return _changed(belief, batch, -1.0)
 
 
-def _changed(belief: Belief, batch: Told, sign: float) -> Belief:
+def _changed(belief: PairPosterior, batch: InformationGained, sign: float) -> PairPosterior:
     known = belief.also(batch.shared)
     place = np.arange(len(known.state.mean) - sum(len(s.covariance) for s in known.shared))
     where = [place, *(np.r_[known.columns(one.key)] for one in batch.shared)]

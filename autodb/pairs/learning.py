@@ -27,7 +27,7 @@ from autodb.errors import UnusableInput
 from autodb.fitting import Gaussian, NotSettled, root_of, stationary
 from autodb.pairs.modelled import FORCE, Modelled, Seen
 from autodb.pairs.observed import Observed
-from autodb.pairs.posterior import FAR, OWN, Belief, Scatter, Shared
+from autodb.pairs.posterior import FAR, OWN, PairPosterior, Scatter, Shared
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,9 @@ SHUT = 1e-13
 """Share of the greatest variance, of numbers in their standard deviations, that is rounding."""
 
 
-def learn(belief: Belief, observed: Observed, *, near: Belief | None = None) -> Belief:
+def posterior_of_readings(
+    belief: PairPosterior, observed: Observed, *, near: PairPosterior | None = None
+) -> PairPosterior:
     """Return the belief after readings.
 
     ``near``: one that is close to it, from which the maximum is looked for; it tells nothing else.
@@ -67,7 +69,7 @@ def learn(belief: Belief, observed: Observed, *, near: Belief | None = None) -> 
     )
 
 
-def _begun(prior: Belief, near: Belief) -> Gaussian:
+def _begun(prior: PairPosterior, near: PairPosterior) -> Gaussian:
     """Return the state of a prior, with the numbers that a belief near has of it."""
     mean = prior.state.mean.copy()
     mean[:OWN] = near.state.mean[:OWN]
@@ -78,7 +80,9 @@ def _begun(prior: Belief, near: Belief) -> Gaussian:
     return Gaussian(mean, prior.state.covariance)
 
 
-def learn_averaging(belief: Belief, observed: Observed, *, near: Belief | None = None) -> Belief:
+def learn_averaging(
+    belief: PairPosterior, observed: Observed, *, near: PairPosterior | None = None
+) -> PairPosterior:
     """Return the belief after a pair's first readings, over laws that are near and FAR off.
 
     Each law is learnt, and their beliefs are averaged by their posterior odds (Hoeting, Madigan,
@@ -86,13 +90,17 @@ def learn_averaging(belief: Belief, observed: Observed, *, near: Belief | None =
     covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn.
     """
     far = replace(belief, off_law=FAR)
-    held = learn(belief, observed, near=near)
-    let_go = learn(far, observed, near=near or held)
-    odds = evidence(far, let_go, observed) - evidence(belief, held, observed) + np.log(FAR_ODDS)
+    held = posterior_of_readings(belief, observed, near=near)
+    let_go = posterior_of_readings(far, observed, near=near or held)
+    odds = (
+        log_evidence(far, let_go, observed)
+        - log_evidence(belief, held, observed)
+        + np.log(FAR_ODDS)
+    )
     return _averaged(held, let_go, float(0.5 * (1.0 + np.tanh(0.5 * odds))))
 
 
-def _averaged(one: Belief, other: Belief, weight: float) -> Belief:
+def _averaged(one: PairPosterior, other: PairPosterior, weight: float) -> PairPosterior:
     """Return the normal belief with mean and covariance of a mixture, ``weight`` of the other."""
     shares = np.array([1.0 - weight, weight])
     off = other.state.mean - one.state.mean
@@ -115,7 +123,7 @@ def _averaged(one: Belief, other: Belief, weight: float) -> Belief:
     )
 
 
-def evidence(before: Belief, after: Belief, observed: Observed) -> float:
+def log_evidence(before: PairPosterior, after: PairPosterior, observed: Observed) -> float:
     """Return the logarithm of the probability of readings, but for a constant.
 
     After Laplace: at the posterior's maximum, times the share of the prior that it leaves.
@@ -140,7 +148,7 @@ def _open(covariance: Array) -> Array:
     return np.asarray((ways / size[:, None])[:, spread > SHUT * spread[-1]])
 
 
-def expected_of(belief: Belief, observed: Observed) -> tuple[Array, Array]:
+def expected_of(belief: PairPosterior, observed: Observed) -> tuple[Array, Array]:
     """Return what a belief expects of readings before they are learnt: (m,), covariance (m, m)."""
     known, model = _met(belief, observed)
     seen, design = model.steep(known.state.mean)
@@ -149,7 +157,7 @@ def expected_of(belief: Belief, observed: Observed) -> tuple[Array, Array]:
     return seen.expected, covariance
 
 
-def _met(belief: Belief, observed: Observed) -> tuple[Belief, Modelled]:
+def _met(belief: PairPosterior, observed: Observed) -> tuple[PairPosterior, Modelled]:
     """Return a belief that has met what readings share, and the readings as its functions."""
     laws = tuple(belief.law_error(operation) for operation in observed.operations)
     known = belief.also((*observed.shared, *laws, *observed.assumed))
@@ -163,11 +171,11 @@ class _Rounds:
     step is one least-squares problem, solved by QR: normal equations would know it to 1e-6 sd only.
     """
 
-    def __init__(self, prior: Belief, model: Modelled) -> None:
+    def __init__(self, prior: PairPosterior, model: Modelled) -> None:
         self._prior, self._model = prior, model
         self._root = root_of(prior.state.covariance)
 
-    def settled(self, begun: Belief) -> tuple[Gaussian, Scatter]:
+    def settled(self, begun: PairPosterior) -> tuple[Gaussian, Scatter]:
         """Return the normal belief at the maximum of the posterior, and what cuts scatter by."""
         weight, triangle = self._prior.scatter.weight, np.eye(self._root.shape[1])
 

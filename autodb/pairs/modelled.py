@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import force_parts, joined, linearised
-from autodb.pairs.observed import CHIP, Cuts, Observed, growth, with_growth
-from autodb.pairs.posterior import CUT_SHARE, OWN, Belief, OffLaw, Scatter
+from autodb.cutting.elements import force_parts, joined_elements, linearised_forces
+from autodb.pairs.observed import CHIP, Observed, PairCuts, edge_growth, with_growth
+from autodb.pairs.posterior import CUT_SHARE, OWN, LawDiscrepancy, PairPosterior, Scatter
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ class _Worked:
 class Modelled:
     """Readings as functions of the state of a belief that has met what they share."""
 
-    def __init__(self, belief: Belief, observed: Observed) -> None:
+    def __init__(self, belief: PairPosterior, observed: Observed) -> None:
         self.observed = observed
         self._off_law = belief.off_law
         self._gains = np.zeros((len(observed.value), len(belief.state.mean) - OWN))
@@ -72,7 +72,7 @@ class Modelled:
             _behind(belief, belief.law_error(one.operation).key) for one in observed.cuts
         ]
         several = [[one.elements, *(v.elements for v in one.variants)] for one in observed.cuts]
-        self._joined = [joined(one) for one in several]
+        self._joined = [joined_elements(one) for one in several]
         self._at = [_places(one, self._keys) for one in observed.cuts]
 
     def seen(self, state: Array) -> Seen:
@@ -114,7 +114,7 @@ class Modelled:
             self.observed.cuts, self._joined, self._law_of_batch, strict=True
         ):
             off = np.zeros((elements.count, 3))
-            grown = growth(one.elements)[:, None]
+            grown = edge_growth(one.elements)[:, None]
             off[: one.elements.count] = errors[law][:3] + grown * errors[law][3:]
             found.append(off)
         return found
@@ -129,7 +129,7 @@ class Modelled:
             if off is None:
                 found = force_parts(theta, elements)
             else:
-                _, found, by_law = linearised(theta, elements, off[k])
+                _, found, by_law = linearised_forces(theta, elements, off[k])
                 slopes.append(_apart(by_law, at))
             parts.append(_apart(with_growth(found, elements), at))
         return self._read(theta, np.concatenate(parts, axis=1), slopes)
@@ -153,7 +153,7 @@ class Modelled:
         return _Worked(whole, off, steep[..., :OWN], steep[0, :, OWN:])
 
 
-def _places(cuts: Cuts, keys: list[str]) -> list[int]:
+def _places(cuts: PairCuts, keys: list[str]) -> list[int]:
     """Return which of a batch's elements hold: as assumed, and as if each of the keys were off."""
     own = [one.key for one in cuts.variants]
     return [0, *(1 + own.index(key) if key in own else 0 for key in keys)]
@@ -165,7 +165,7 @@ def _apart(values: Array, at: list[int]) -> Array:
     return values.reshape(several, -1, *values.shape[1:])[at]
 
 
-def own_variance(scatter: Scatter, law: OffLaw, off: Array) -> Array:
+def own_variance(scatter: Scatter, law: LawDiscrepancy, off: Array) -> Array:
     """Return the variance (...,) that is one cut's own, of what errors of the law change (..., 6).
 
     What repeats scatter by, and what the law is off from one chip to another.
@@ -174,7 +174,7 @@ def own_variance(scatter: Scatter, law: OffLaw, off: Array) -> Array:
     return np.asarray(off[..., : len(share)] ** 2 @ share)
 
 
-def _behind(belief: Belief, key: str) -> slice:
+def _behind(belief: PairPosterior, key: str) -> slice:
     """Return where errors stand behind the law's coordinates."""
     columns = belief.columns(key)
     return slice(columns.start - OWN, columns.stop - OWN)

@@ -27,7 +27,7 @@ class Variant:
 
 
 @dataclass(frozen=True)
-class Cuts:
+class PairCuts:
     """Cuts of one pair in one operation, as elements of the edge.
 
     ``variants``: of each quantity that is assumed, because nobody stated it, what one standard
@@ -46,7 +46,7 @@ class Cuts:
         """Errors of what is assumed, in standard deviations."""
         return tuple(Shared(one.key, np.eye(1)) for one in self.variants)
 
-    def as_if(self, key: str) -> "Cuts":
+    def as_if(self, key: str) -> "PairCuts":
         """Return the cuts as they were if an assumed quantity were off by its sd."""
         other = next((one.elements for one in self.variants if one.key == key), self.elements)
         return replace(self, elements=other)
@@ -64,7 +64,7 @@ class Observed:
     reading's own unit, they move it beyond that, as an offset's does; None: not at all.
     """
 
-    cuts: tuple[Cuts, ...]
+    cuts: tuple[PairCuts, ...]
     cut: NDArray[np.intp]
     quantity: NDArray[np.intp]
     value: Array
@@ -141,10 +141,10 @@ def off_law(theta: Array, elements: Elements) -> Array:
 
 def with_growth(parts: Array, elements: Elements) -> Array:
     """Return parts of forces (n, 5, 3), and behind them how they grow with the engaged edge."""
-    return np.concatenate([parts, parts * growth(elements)[:, None, None]], axis=-1)
+    return np.concatenate([parts, parts * edge_growth(elements)[:, None, None]], axis=-1)
 
 
-def growth(elements: Elements) -> Array:
+def edge_growth(elements: Elements) -> Array:
     """Return the logarithm of the engaged edge over 1 mm (n,); 0 where nothing is engaged."""
     length = engaged_mm(elements)
     return np.log(np.where(length > 0.0, length, 1.0))

@@ -15,7 +15,7 @@ from scipy.stats import chi2
 
 from autodb.pairs.learning import expected_of
 from autodb.pairs.observed import Observed
-from autodb.pairs.posterior import Belief
+from autodb.pairs.posterior import PairPosterior
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ class Surprise:
         return self.cuts < IMPLAUSIBLE
 
 
-def surprise(belief: Belief, observed: Observed) -> Surprise:
+def surprise(belief: PairPosterior, observed: Observed) -> Surprise:
     """Return how surprising readings are."""
     expected, covariance = expected_of(belief, observed)
     left = observed.value - expected

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from autodb.pairs.forecast import Forecast, forecast
-from autodb.pairs.observed import Cuts
-from autodb.pairs.posterior import Belief, Shared
+from autodb.pairs.observed import PairCuts
+from autodb.pairs.posterior import PairPosterior, Shared
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ MAY_EXCEED = 0.05
 
 
 @dataclass(frozen=True)
-class Moved:
+class SharedError:
     """An error that readings share: by which share of them, and by how much beyond (k,), it moves
     them; under the key that cuts felt before have.
     """
@@ -36,24 +36,24 @@ class Moved:
     shift: Array
 
 
-def gain(error: Shared) -> Moved:
+def gain_error(error: Shared) -> SharedError:
     """Return an error of a gain: all of a reading scales."""
-    return Moved(error, np.ones(1), np.zeros(1))
+    return SharedError(error, np.ones(1), np.zeros(1))
 
 
 @dataclass(frozen=True)
-class Sensed:
+class SensedComponent:
     """A component that a machine feels: which (0 to 4: force x, y, z, torque, power), sd of its
     sensing, and the errors of its calibration.
     """
 
     quantity: int
     sd: float
-    errors: tuple[Moved, ...]
+    errors: tuple[SharedError, ...]
 
 
 @dataclass(frozen=True)
-class Limits:
+class PlanLimits:
     """What a machine gives: largest size of force x, y, z [N], torque [N·m], power [W] (5,)."""
 
     largest: Array
@@ -74,34 +74,34 @@ class Proposal:
 
 
 def propose(
-    belief: Belief,
-    candidates: Cuts,
-    targets: Cuts,
+    belief: PairPosterior,
+    candidates: PairCuts,
+    targets: PairCuts,
     *,
-    sensed: tuple[Sensed, ...],
+    sensed: tuple[SensedComponent, ...],
     quantities: tuple[int, ...],
-    limits: Limits | None = None,
+    limits: PlanLimits | None = None,
 ) -> Proposal | None:
     """Return the candidate after which ``quantities`` of the targets are least open.
 
     Least is the mean over targets and quantities of the variance over the force's square. None
     where every candidate may exceed a limit.
     """
-    left, worth = weighed(
+    left, worth = target_sds(
         belief, candidates, targets, sensed=sensed, quantities=quantities, limits=limits
     )
     best = int(np.argmin(worth))
     return Proposal(best, left[best]) if np.isfinite(worth[best]) else None
 
 
-def weighed(
-    belief: Belief,
-    candidates: Cuts,
-    targets: Cuts,
+def target_sds(
+    belief: PairPosterior,
+    candidates: PairCuts,
+    targets: PairCuts,
     *,
-    sensed: tuple[Sensed, ...],
+    sensed: tuple[SensedComponent, ...],
     quantities: tuple[int, ...],
-    limits: Limits | None = None,
+    limits: PlanLimits | None = None,
 ) -> tuple[Array, Array]:
     """Return the sd of the targets (candidates, targets, 5) after each candidate, and their worth.
 
@@ -123,7 +123,7 @@ def weighed(
 
 
 def _variance_left(
-    known: Belief, tried: Forecast, asked: Forecast, sensed: tuple[Sensed, ...]
+    known: PairPosterior, tried: Forecast, asked: Forecast, sensed: tuple[SensedComponent, ...]
 ) -> Array:
     """Return the targets' variances (candidates, targets, 5) after each of the candidates."""
     felt = [one.quantity for one in sensed]

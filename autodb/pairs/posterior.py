@@ -53,7 +53,7 @@ class Shared:
 
 
 @dataclass(frozen=True)
-class OffLaw:
+class LawDiscrepancy:
     """How far a law may be off in each operation, standard deviations.
 
     ``along`` and ``across`` the cutting speed, shares; ``direction_rad`` of what is across; by how
@@ -67,14 +67,14 @@ class OffLaw:
     grow: tuple[float, float, float]
     cut_direction_rad: float
 
-    def averaged(self, other: "OffLaw", weight: float) -> "OffLaw":
+    def averaged(self, other: "LawDiscrepancy", weight: float) -> "LawDiscrepancy":
         """Return how far off a law is that is the other with a probability of ``weight``."""
 
         def sd(a: float, b: float) -> float:
             return float(np.sqrt((1.0 - weight) * a**2 + weight * b**2))
 
         grow = [sd(a, b) for a, b in zip(self.grow, other.grow, strict=True)]
-        return OffLaw(
+        return LawDiscrepancy(
             sd(self.along, other.along),
             sd(self.across, other.across),
             sd(self.direction_rad, other.direction_rad),
@@ -83,10 +83,10 @@ class OffLaw:
         )
 
 
-NEAR = OffLaw(0.025, 0.025, 0.0, (0.0, 0.0, 0.0), 0.0)
+NEAR = LawDiscrepancy(0.025, 0.025, 0.0, (0.0, 0.0, 0.0), 0.0)
 """A law that holds but for its size. Chosen, where Aksu, Celebi and Budak 2016 find orthogonal
 tests transformed to oblique edges about 10 % off before anything was learnt of such an edge."""
-FAR = OffLaw(0.05, 0.05, 0.15, (0.05, 0.05, 0.1), 0.05)
+FAR = LawDiscrepancy(0.05, 0.05, 0.15, (0.05, 0.05, 0.1), 0.05)
 """One that leaves out what grooves, breakers and the nose do to a chip: laws of chip flow over a
 nose are off by 5 to 10° where they were measured (Young, Mathew and Oxley 1987). Else chosen."""
 DRILL = (0.05, 0.2)
@@ -94,7 +94,7 @@ DRILL = (0.05, 0.2)
 Chosen."""
 
 
-def law_error(operation: str, off: OffLaw = NEAR) -> Shared:
+def law_error(operation: str, off: LawDiscrepancy = NEAR) -> Shared:
     """Return how far the law may be off in an operation: along, across, in direction; then by how
     much each grows with the logarithm of the engaged edge.
     """
@@ -138,7 +138,7 @@ edge."""
 
 
 @dataclass(frozen=True)
-class Belief:
+class PairPosterior:
     """``state``: the law's coordinates, then the errors of each of ``shared`` in their order.
 
     ``wear``: how the edge's force grows with its cutting time; None: not told.
@@ -148,7 +148,7 @@ class Belief:
     shared: tuple[Shared, ...]
     scatter: Scatter
     cuts: int
-    off_law: OffLaw = NEAR
+    off_law: LawDiscrepancy = NEAR
     wear: Wear | None = None
 
     def law_error(self, operation: str) -> Shared:
@@ -188,7 +188,7 @@ class Belief:
             begin += len(one.covariance)
         raise KeyError(key)
 
-    def past(self) -> "Belief":
+    def past(self) -> "PairPosterior":
         """Return the belief without the errors of days and of edges: no later cut shares them."""
         kept = tuple(one for one in self.shared if not one.key.startswith((DAY, EDGE)))
         if len(kept) == len(self.shared):
@@ -197,7 +197,7 @@ class Belief:
         state = Gaussian(self.state.mean[rows], self.state.covariance[np.ix_(rows, rows)])
         return replace(self, state=state, shared=kept)
 
-    def also(self, others: tuple[Shared, ...]) -> "Belief":
+    def also(self, others: tuple[Shared, ...]) -> "PairPosterior":
         """Return the belief with errors that it has not met yet."""
         known = {one.key for one in self.shared}
         new = tuple({one.key: one for one in others if one.key not in known}.values())

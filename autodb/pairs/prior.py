@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import NAMES, PARAMETERS, Edge
 from autodb.fitting import Gaussian
-from autodb.pairs.learning import learn
-from autodb.pairs.observed import Cuts, Observed, X, Y
-from autodb.pairs.posterior import CALIBRATION, OWN, P1_SCATTER, REFERENCES, Belief, Shared
+from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.observed import Observed, PairCuts, X, Y
+from autodb.pairs.posterior import CALIBRATION, OWN, P1_SCATTER, REFERENCES, PairPosterior, Shared
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ differ by."""
 
 
 @dataclass(frozen=True)
-class Card:
+class CardForces:
     """Forces per width, N/mm, of an orthogonal edge at chips (k,): tangential, and thrust or None.
 
     ``level``: how far the material at hand may be off all of them alike, a share, and
@@ -71,22 +71,22 @@ class Card:
     thrust_level: float | None = None
 
 
-def any_metal() -> Belief:
+def any_metal() -> PairPosterior:
     """Return the belief about a pair of which nothing is known."""
     pairs = [ANY_METAL[parameter.name] for parameter in PARAMETERS]
     mean = np.array(
         [float(p.inside(middle)) for p, (middle, _) in zip(PARAMETERS, pairs, strict=True)]
     )
-    return Belief(Gaussian(mean, np.diag([sd**2 for _, sd in pairs])), (), P1_SCATTER, 0)
+    return PairPosterior(Gaussian(mean, np.diag([sd**2 for _, sd in pairs])), (), P1_SCATTER, 0)
 
 
-def of_card(card: Card, *, start: Belief | None = None) -> Belief:
+def of_card(card: CardForces, *, start: PairPosterior | None = None) -> PairPosterior:
     """Return the belief that a card leaves; it counts as no cut."""
-    known = learn(start or any_metal(), _as_readings(card))
-    return Belief(known.law, (), P1_SCATTER, 0)
+    known = posterior_of_readings(start or any_metal(), _as_readings(card))
+    return PairPosterior(known.law, (), P1_SCATTER, 0)
 
 
-def of_relative(belief: Belief) -> Belief:
+def of_relative(belief: PairPosterior) -> PairPosterior:
     """Return what the belief about a pair says of one of the same material and another tool.
 
     What belongs to the material is believed by RELATIVE more standard deviations of what any metal
@@ -103,10 +103,10 @@ def of_relative(belief: Belief) -> Belief:
         mean[k] = any_.mean[k]
         wider[k], wider[:, k] = 0.0, 0.0
         wider[k, k] = any_.covariance[k, k]
-    return Belief(Gaussian(mean, wider), kept, belief.scatter, 0, belief.off_law)
+    return PairPosterior(Gaussian(mean, wider), kept, belief.scatter, 0, belief.off_law)
 
 
-def of_state(belief: Belief) -> Belief:
+def of_state(belief: PairPosterior) -> PairPosterior:
     """Return what the belief about a pair says of it in another process state.
 
     As of a relative, but for the edge, which is the same tool's: all numbers are believed by
@@ -117,7 +117,7 @@ def of_state(belief: Belief) -> Belief:
     return replace(belief, state=Gaussian(belief.state.mean, wider), cuts=0)
 
 
-def _as_readings(card: Card) -> Observed:
+def _as_readings(card: CardForces) -> Observed:
     count = len(card.thickness_mm)
     forces = [card.tangential] if card.thrust is None else [card.tangential, card.thrust]
     common = np.zeros((count * len(forces), len(forces)))
@@ -126,7 +126,7 @@ def _as_readings(card: Card) -> Observed:
     across = card.level if card.thrust_level is None else card.thrust_level
     levels = np.array([card.level, across])[: len(forces)]
     return Observed(
-        cuts=(Cuts("orthogonal", _orthogonal(card)),),
+        cuts=(PairCuts("orthogonal", _orthogonal(card)),),
         cut=np.tile(np.arange(count), len(forces)),
         quantity=np.repeat([Y, X][: len(forces)], count),
         value=np.concatenate(forces),
@@ -136,7 +136,7 @@ def _as_readings(card: Card) -> Observed:
     )
 
 
-def _orthogonal(card: Card) -> Elements:
+def _orthogonal(card: CardForces) -> Elements:
     """Return an edge 1 mm wide that feeds along -x, one cut a thickness."""
     one = np.ones((1, 1))
     return Elements(

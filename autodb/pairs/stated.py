@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from autodb.files.toml import Finite, Positive, Section
 
 
-class Value(Section):
+class StatedValue(Section):
     """A value with 95 % bounds; what was read, whom it cites, how sure it is, and since when.
 
     ``read``: several values that were read, of which it is the median and they the extremes.
@@ -31,13 +31,13 @@ class Value(Section):
     date: str = Field(pattern=r"^\d{4}-\d\d-\d\d$")
 
     @model_validator(mode="after")
-    def _in_order(self) -> "Value":
+    def _in_order(self) -> "StatedValue":
         if not self.lower < self.value < self.upper:
             raise ValueError(f"value {self.value:g} must lie between lower and upper")
         return self
 
     @model_validator(mode="after")
-    def _of_what_was_read(self) -> "Value":
+    def _of_what_was_read(self) -> "StatedValue":
         if self.read and (self.value, self.lower, self.upper) != (
             median(self.read), min(self.read), max(self.read),
         ):  # fmt: skip
@@ -45,13 +45,13 @@ class Value(Section):
         return self
 
 
-class Size(Value):
+class Size(StatedValue):
     """A value that is above 0, and its bounds with it."""
 
     lower: Positive
 
 
-class Column(Section):
+class StatedColumn(Section):
     """Values of a table's row, each above 0 and with its bounds."""
 
     value: tuple[Positive, ...] = Field(min_length=2)
@@ -64,7 +64,7 @@ class Column(Section):
     date: str = Field(pattern=r"^\d{4}-\d\d-\d\d$")
 
     @model_validator(mode="after")
-    def _in_order(self) -> "Column":
+    def _in_order(self) -> "StatedColumn":
         if not len(self.lower) == len(self.value) == len(self.upper):
             raise ValueError("value, lower and upper must be as many")
         for low, value, high in zip(self.lower, self.value, self.upper, strict=True):
@@ -101,16 +101,16 @@ class Shear(_InUnits):
 
     shear_stress: Size
     friction_angle: Size
-    friction_angle_rake: Value
+    friction_angle_rake: StatedValue
     chip_ratio: Size
-    chip_ratio_rake: Value
-    chip_ratio_thickness: Value
-    chip_ratio_thickness_rake: Value
+    chip_ratio_rake: StatedValue
+    chip_ratio_thickness: StatedValue
+    chip_ratio_thickness_rake: StatedValue
     K_te: Size
     K_re: Size
 
     @property
-    def read(self) -> tuple[Value, ...]:
+    def read(self) -> tuple[StatedValue, ...]:
         """The values in their order."""
         return tuple(getattr(self, name) for name in self.UNITS)
 
@@ -132,18 +132,18 @@ class LinearEdge(_InUnits):
     rake_deg: Finite = 0.0
 
 
-class Table(_InUnits):
+class ForceTable(_InUnits):
     """Specific tangential forces over feed, of a straight edge at an entering angle."""
 
     UNITS: ClassVar[dict[str, str]] = {"specific_force": "N/mm²"}
 
     entering_deg: Annotated[float, Field(strict=True, gt=0, le=90)]
     feed_mm: tuple[Positive, ...]
-    specific_force: Column
+    specific_force: StatedColumn
     rake_deg: Finite = 0.0
 
     @model_validator(mode="after")
-    def _as_many(self) -> "Table":
+    def _as_many(self) -> "ForceTable":
         if len(self.feed_mm) != len(self.specific_force.value):
             raise ValueError("feed_mm and specific_force.value must be as many")
         if list(self.feed_mm) != sorted(set(self.feed_mm)):
@@ -157,7 +157,7 @@ class Kienzle(_InUnits):
     UNITS: ClassVar[dict[str, str]] = {"k_c11": "N/mm²", "m_c": "1"}
 
     k_c11: Size
-    m_c: Value
+    m_c: StatedValue
     rake_deg: Finite = 0.0
 
 
@@ -168,7 +168,7 @@ class Alias(Section):
     source: str = Field(min_length=1)
 
 
-class Material(Section):
+class StatedMaterial(Section):
     """Conventional values of a work material, from one source."""
 
     name: str = Field(min_length=1)
@@ -176,17 +176,17 @@ class Material(Section):
     alias: tuple[Alias, ...] = ()
     shear: Shear | None = None
     linear_edge: LinearEdge | None = None
-    table: Table | None = None
+    table: ForceTable | None = None
     kienzle: Kienzle | None = None
 
     @model_validator(mode="after")
-    def _one_kind(self) -> "Material":
+    def _one_kind(self) -> "StatedMaterial":
         if len(self.kinds) != 1:
             raise ValueError("give one of [shear], [linear_edge], [table] and [kienzle]")
         return self
 
     @property
-    def kinds(self) -> tuple[Shear | LinearEdge | Table | Kienzle, ...]:
+    def kinds(self) -> tuple[Shear | LinearEdge | ForceTable | Kienzle, ...]:
         """The sections that are there."""
         all_ = (self.shear, self.linear_edge, self.table, self.kienzle)
         return tuple(kind for kind in all_ if kind is not None)

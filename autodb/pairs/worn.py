@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import edge_parts
-from autodb.pairs.learning import evidence, learn
-from autodb.pairs.observed import CHIP, Cuts, Observed
-from autodb.pairs.posterior import EDGE, WEAR, WORN, Belief, Shared, Wear
+from autodb.pairs.learning import log_evidence, posterior_of_readings
+from autodb.pairs.observed import CHIP, Observed, PairCuts
+from autodb.pairs.posterior import EDGE, WEAR, WORN, PairPosterior, Shared, Wear
 
 Array = NDArray[np.float64]
 
@@ -55,24 +55,24 @@ def with_wear(observed: Observed, wear: Wear | None) -> Observed:
     )
 
 
-def _labels(cuts: Cuts) -> tuple[str | None, ...]:
+def _labels(cuts: PairCuts) -> tuple[str | None, ...]:
     return cuts.edges or (None,) * cuts.elements.count
 
 
-def added_by(cuts: Cuts, wear: Wear) -> Array:
+def added_by(cuts: PairCuts, wear: Wear) -> Array:
     """Return what 1 N/mm of wear, along and across, adds to the cuts' forces (n, 5, 2)."""
     if cuts.worn_s is None:
         return np.zeros((cuts.elements.count, 5, 2))
     return edge_parts(cuts.elements)[..., :2] * wear.grown(cuts.worn_s)[:, None, None]
 
 
-def told(
-    start: Belief,
+def learn_worn(
+    start: PairPosterior,
     observed: Observed,
     *,
-    near: Belief,
+    near: PairPosterior,
     progress: Callable[[str], None] = lambda _: None,
-) -> Belief:
+) -> PairPosterior:
     """Return the belief after readings of edges that wear, from one that has no wear in it yet.
 
     Its law is as far off as ``start`` says; ``near``: what was believed without wear, where the
@@ -80,11 +80,11 @@ def told(
     """
     longest_s = max(float(c.worn_s.max()) for c in observed.cuts if c.worn_s is not None)
 
-    def after(wear: Wear) -> tuple[float, Belief]:
+    def after(wear: Wear) -> tuple[float, PairPosterior]:
         progress(f"wear as T^{wear.power:.2g}, edges differ by {100.0 * wear.between:.0f} %")
         before, readings = replace(start, wear=wear), with_wear(observed, wear)
-        learnt = learn(before, readings, near=near)
-        return evidence(before, learnt, readings), learnt
+        learnt = posterior_of_readings(before, readings, near=near)
+        return log_evidence(before, learnt, readings), learnt
 
     bends = {power: after(Wear(power, longest_s)) for power in POWERS}
     power = float(np.exp(_mean(np.log(POWERS), [log for log, _ in bends.values()])))

@@ -66,10 +66,10 @@ from autodb.proofs.machines.mill import (
 )
 from autodb.proofs.runs import summary
 from autodb.proofs.runs.axis import axis_intervals, axis_run, axis_summary
-from autodb.proofs.runs.axis.axis_run import Told
+from autodb.proofs.runs.axis.axis_run import AxisModelErrors
 from autodb.proofs.runs.explain import explain_summary, left_out, outside_run, outside_summary
-from autodb.proofs.runs.explain.explain_score import Scored
-from autodb.proofs.runs.found import Found
+from autodb.proofs.runs.explain.explain_score import ScoredCase
+from autodb.proofs.runs.found import ProofResult
 from autodb.proofs.runs.keeping import (
     day_run,
     day_summary,
@@ -89,7 +89,7 @@ from autodb.proofs.runs.mill import (
     table_summary,
 )
 from autodb.proofs.runs.pairs import curve_run, curve_summary, pair_run
-from autodb.proofs.runs.pairs.curve_plans import Planned
+from autodb.proofs.runs.pairs.curve_plans import PlannedPair
 from autodb.proofs.runs.runs import Finished, Origin, append, digest, resume
 from autodb.proofs.runs.score import Judged
 from autodb.sensing.network import need_torch
@@ -157,8 +157,8 @@ class Proof(Generic[J]):
     runs: int
     run: Callable[[int], list[J]]
     kept: TypeAdapter[Finished[J]]
-    score: Callable[[Sequence[Finished[J]], Origin], Found]
-    read: Callable[[str], Found]
+    score: Callable[[Sequence[Finished[J]], Origin], ProofResult]
+    read: Callable[[str], ProofResult]
     generator: tuple[ModuleType, ...]
 
     def origin(self) -> Origin:
@@ -179,7 +179,7 @@ def _networks(seed: int) -> list[network_summary.Judged]:
     need_torch()
     from autodb.proofs.runs.mill import network_run
 
-    return network_run.run(seed)
+    return network_run.run_networks(seed)
 
 
 PROOFS: tuple[Proof[Any], ...] = (
@@ -187,30 +187,30 @@ PROOFS: tuple[Proof[Any], ...] = (
         name="axis-intervals",
         what="95 % intervals of an identified axis hold the truth of axes drawn at random",
         runs=2000,
-        run=axis_intervals.run,
+        run=axis_intervals.run_axis_intervals,
         kept=TypeAdapter(Finished[Judged]),
-        score=summary.summary_of,
-        read=summary.Summary.from_json,
+        score=summary.intervals_summary_of,
+        read=summary.IntervalsSummary.from_json,
         generator=(axes, curves, motion, noise, quantities),
     ),
     Proof(
         name="explain",
         what="explain names what a simulation left out, and nothing where nothing is missing",
         runs=3000,
-        run=left_out.run,
-        kept=TypeAdapter(Finished[Scored]),
-        score=explain_summary.summary_of,
-        read=explain_summary.Summary.from_json,
+        run=left_out.run_left_out,
+        kept=TypeAdapter(Finished[ScoredCase]),
+        score=explain_summary.explain_summary_of,
+        read=explain_summary.ExplainSummary.from_json,
         generator=CONCEALED,
     ),
     Proof(
         name="explain-outside",
         what="what a simulation has right is not called mistuned, whatever else is missing",
         runs=200,
-        run=outside_run.run,
+        run=outside_run.run_outside,
         kept=TypeAdapter(Finished[outside_run.Answered]),
-        score=outside_summary.summary_of,
-        read=outside_summary.Summary.from_json,
+        score=outside_summary.outside_summary_of,
+        read=outside_summary.OutsideSummary.from_json,
         generator=(*CONCEALED, outside),
     ),
     Proof(
@@ -218,47 +218,47 @@ PROOFS: tuple[Proof[Any], ...] = (
         what="explain names what a milled waveform's simulation left out, and nothing else",
         runs=192,
         run=left_out.run_mill,
-        kept=TypeAdapter(Finished[Scored]),
-        score=explain_summary.summary_of,
-        read=explain_summary.Summary.from_json,
+        kept=TypeAdapter(Finished[ScoredCase]),
+        score=explain_summary.explain_summary_of,
+        read=explain_summary.ExplainSummary.from_json,
         generator=CONCEALED_MILLS,
     ),
     Proof(
         name="day",
         what="a lathe's day: events named in time, none invented, next cuts predicted with terms",
         runs=20,
-        run=day_run.run,
+        run=day_run.run_day,
         kept=TypeAdapter(Finished[DayTold]),
-        score=day_summary.summary_of,
-        read=day_summary.Summary.from_json,
+        score=day_summary.day_summary_of,
+        read=day_summary.DaySummary.from_json,
         generator=DAY,
     ),
     Proof(
         name="calibration",
         what="forces of calibrated lathes, on which the published way shows the published errors",
         runs=20,
-        run=lathe_run.run,
+        run=lathe_run.run_lathe,
         kept=TypeAdapter(Finished[AxisErrors]),
-        score=lathe_summary.summary_of,
-        read=lathe_summary.Summary.from_json,
+        score=lathe_summary.lathe_summary_of,
+        read=lathe_summary.LatheSummary.from_json,
         generator=(drives, lathe, machine, process, reference_lathe),
     ),
     Proof(
         name="published-axis",
         what="reference axes are as hard as the published ones: the published way shows its errors",
         runs=20,
-        run=axis_run.gate,
-        kept=TypeAdapter(Finished[Told]),
-        score=axis_summary.gate_of,
-        read=axis_summary.read_gate,
+        run=axis_run.run_axis_gate,
+        kept=TypeAdapter(Finished[AxisModelErrors]),
+        score=axis_summary.axis_gate_of,
+        read=axis_summary.read_axis_gate,
         generator=REFERENCE_AXIS,
     ),
     Proof(
         name="axis-field",
         what="friction field, contour and weight of reference axes, identified by autodb",
         runs=20,
-        run=axis_run.run,
-        kept=TypeAdapter(Finished[Told]),
+        run=axis_run.run_axes,
+        kept=TypeAdapter(Finished[AxisModelErrors]),
         score=axis_summary.fields_of,
         read=axis_summary.read_fields,
         generator=REFERENCE_AXIS,
@@ -267,18 +267,18 @@ PROOFS: tuple[Proof[Any], ...] = (
         name="published-mill",
         what="reference mills are as hard as the published one: the published way has its errors",
         runs=20,
-        run=mill_run.gate,
-        kept=TypeAdapter(Finished[mill_run.Told | mill_run.Kept]),
-        score=mill_summary.gate_of,
-        read=mill_summary.read_gate,
+        run=mill_run.run_mill_gate,
+        kept=TypeAdapter(Finished[mill_run.ForceErrors | mill_run.KeptOfAxis]),
+        score=mill_summary.mill_gate_of,
+        read=mill_summary.read_mill_gate,
         generator=REFERENCE_MILL,
     ),
     Proof(
         name="mill-forces",
         what="forces in the cuts of reference mills, from the currents of their linear drives",
         runs=20,
-        run=mill_run.run,
-        kept=TypeAdapter(Finished[mill_run.Told | mill_run.Kept]),
+        run=mill_run.run_mill_forces,
+        kept=TypeAdapter(Finished[mill_run.ForceErrors | mill_run.KeptOfAxis]),
         score=mill_summary.forces_of,
         read=mill_summary.read_forces,
         generator=REFERENCE_MILL,
@@ -289,58 +289,58 @@ PROOFS: tuple[Proof[Any], ...] = (
         runs=3,
         run=_networks,
         kept=TypeAdapter(Finished[network_summary.Judged]),
-        score=network_summary.summary_of,
-        read=network_summary.read,
+        score=network_summary.network_summary_of,
+        read=network_summary.read_networks,
         generator=(*REFERENCE_MILL, reference_plan),
     ),
     Proof(
         name="table",
         what="forces on tables that tilt, whose sensors chips heat: the published way, and ours",
         runs=20,
-        run=table_run.run,
+        run=table_run.run_table,
         kept=TypeAdapter(Finished[table_summary.Judged]),
-        score=table_summary.summary_of,
-        read=table_summary.read,
+        score=table_summary.table_summary_of,
+        read=table_summary.read_table_forces,
         generator=(reference_table,),
     ),
     Proof(
         name="faults",
         what="a refresh that is killed loses nothing and counts nothing twice",
         runs=200,
-        run=faults_run.run,
+        run=faults_run.run_faults,
         kept=TypeAdapter(Finished[faults_summary.Killed]),
-        score=faults_summary.summary_of,
-        read=faults_summary.read,
+        score=faults_summary.faults_summary_of,
+        read=faults_summary.read_faults,
         generator=(),  # what is drawn is when it is killed
     ),
     Proof(
         name="pairs",
         what="95 % intervals of a pair's next forces, in its operation and in those never cut",
         runs=300,
-        run=pair_run.run,
+        run=pair_run.run_pair,
         kept=TypeAdapter(Finished[Judged]),
-        score=summary.summary_of,
-        read=summary.Summary.from_json,
+        score=summary.intervals_summary_of,
+        read=summary.IntervalsSummary.from_json,
         generator=(power_pairs, process),
     ),
     Proof(
         name="pair-curve",
         what="few turned cuts teach a pair, and fewer where the next one is proposed",
         runs=48,
-        run=curve_run.run,
-        kept=TypeAdapter(Finished[curve_run.Learnt | Planned]),
-        score=curve_summary.summary_of,
-        read=curve_summary.Summary.from_json,
+        run=curve_run.run_curve,
+        kept=TypeAdapter(Finished[curve_run.LearningErrors | PlannedPair]),
+        score=curve_summary.curve_summary_of,
+        read=curve_summary.CurveSummary.from_json,
         generator=(power_pairs, process),
     ),
     Proof(
         name="fleet",
         what="a new machine predicts sooner from what others know; one that is off is named",
         runs=50,
-        run=fleet_run.run,
+        run=fleet_run.run_fleet,
         kept=TypeAdapter(Finished[fleet_run.Joined | fleet_run.NamedOne]),
-        score=fleet_summary.summary_of,
-        read=fleet_summary.read,
+        score=fleet_summary.fleet_summary_of,
+        read=fleet_summary.read_fleet,
         generator=(fleets, power_pairs, process),
     ),
 )
@@ -365,7 +365,7 @@ class Begun:
     note: str
 
 
-def begin(asked: Proof[Any], folder: Path) -> Begun:
+def begin_runs(asked: Proof[Any], folder: Path) -> Begun:
     """Open or make the file of a proof's runs in ``folder``.
 
     Raises UnusableInput when the folder is a file, or the file in it no runs of a proof.
@@ -380,7 +380,7 @@ def begin(asked: Proof[Any], folder: Path) -> Begun:
 
 def carry_out(
     begun: Begun, runs: int, *, progress: Callable[[int], None], workers: int = 1
-) -> Found:
+) -> ProofResult:
     """Run the seeds of 1 to ``runs`` that are not finished, and sum up all of them.
 
     ``progress`` is told how many are finished. Several ``workers`` are processes of their own; a

@@ -8,9 +8,9 @@ from importlib import import_module
 from pathlib import Path
 
 from autodb.errors import UnusableInput
-from autodb.readers._base import BLOCK_ROWS, Columns, Labels, TimeBase
+from autodb.readers._base import BLOCK_ROWS, Columns, ColumnSet, Labels
 
-__all__ = ["BLOCK_ROWS", "MOST_COLUMNS", "READERS", "Columns", "Labels", "TimeBase", "open_bases"]
+__all__ = ["BLOCK_ROWS", "MOST_COLUMNS", "READERS", "ColumnSet", "Columns", "Labels", "open_bases"]
 
 MOST_COLUMNS = 10_000
 """Columns of a file, of all its time bases. Chosen: controls record some hundreds."""
@@ -26,7 +26,7 @@ READERS = {
 """The module that reads a kind of file; it is imported when a file needs it."""
 
 
-def open_bases(path: Path) -> tuple[TimeBase, ...]:
+def open_bases(path: Path) -> tuple[ColumnSet, ...]:
     """Return the time bases of the file ``path``; their columns are read later, block by block.
 
     Raises UnusableInput for a missing, empty, unreadable or unknown kind of file, or one of more
@@ -46,7 +46,7 @@ def open_bases(path: Path) -> tuple[TimeBase, ...]:
     except PermissionError:
         raise UnusableInput(f"{path}: no permission to read it") from None
     open_file = import_module(f"autodb.readers.{reader}").open_file
-    bases: tuple[TimeBase, ...] = open_file(path)
+    bases: tuple[ColumnSet, ...] = open_file(path)
     columns = sum(len(base.columns) for base in bases)
     if columns > MOST_COLUMNS:
         raise UnusableInput(

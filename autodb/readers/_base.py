@@ -20,7 +20,7 @@ BLOCK_ROWS = 1 << 17
 
 
 @dataclass(frozen=True)
-class TimeBase:
+class ColumnSet:
     """One set of columns of equal length; ``name`` is empty where the file has no other.
 
     ``blocks(numbers, labels)`` reads the columns ``numbers`` as float64 (missing: NaN) and

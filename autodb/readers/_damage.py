@@ -24,7 +24,7 @@ def damaged(path: Path, kind: str, reason: str) -> UnusableInput:
 NO_MEMORY = "asks for more memory than there is"
 
 
-def whole(path: Path, kind: str, read: Callable[[], T]) -> T:
+def undamaged(path: Path, kind: str, read: Callable[[], T]) -> T:
     """Return what ``read`` gives; raises UnusableInput whatever went wrong in it."""
     try:
         with warnings.catch_warnings():

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from autodb.readers._base import BLOCK_ROWS, Blocks, Columns, as_label, as_number
-from autodb.readers._damage import damaged, whole
+from autodb.readers._damage import damaged, undamaged
 
 Cells = Callable[[str, range], Any]
 """Returns the cells of one column in a range of rows."""
@@ -24,7 +24,7 @@ def sliced(
     """Return the blocks of columns of ``rows`` rows; ``opened`` opens the file to read cells."""
 
     def part(cells: Cells, name: str, span: range) -> Any:
-        values = np.asarray(whole(path, kind, lambda: cells(name, span)))
+        values = np.asarray(undamaged(path, kind, lambda: cells(name, span)))
         if len(values) != len(span):
             reached = span.start + len(values)
             raise damaged(path, kind, f"column '{name}' ends early, at row {reached}")
@@ -32,8 +32,8 @@ def sliced(
 
     def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
         with ExitStack() as stack:
-            cells = whole(path, kind, lambda: stack.enter_context(opened()))
-            for span in spans(rows):
+            cells = undamaged(path, kind, lambda: stack.enter_context(opened()))
+            for span in block_rows(rows):
                 columns: Columns = {}
                 for name in numbers:
                     values = part(cells, name, span)
@@ -45,7 +45,7 @@ def sliced(
     return blocks
 
 
-def spans(rows: int) -> Iterator[range]:
+def block_rows(rows: int) -> Iterator[range]:
     """Yield the rows of each block."""
     for start in range(0, rows, BLOCK_ROWS):
         yield range(start, min(start + BLOCK_ROWS, rows))

@@ -12,7 +12,7 @@ from pyarrow import csv
 from autodb.errors import UnusableInput
 from autodb.files.csvtext import restored
 from autodb.readers._arrow import numpy_columns
-from autodb.readers._base import Columns, Labels, Numbers, TimeBase, not_a_number, refuse_twice
+from autodb.readers._base import Columns, ColumnSet, Labels, Numbers, not_a_number, refuse_twice
 
 BLOCK_BYTES = 1 << 24
 LONGEST_LINE = 1 << 24
@@ -21,7 +21,7 @@ _UNKNOWN = csv.ConvertOptions().null_values
 """Texts that stand for a number that is not known."""
 
 
-def open_file(path: Path) -> tuple[TimeBase, ...]:
+def open_file(path: Path) -> tuple[ColumnSet, ...]:
     """Open a comma-separated file by its header line."""
     names = tuple(_named(path, _header(path)))
 
@@ -36,7 +36,7 @@ def open_file(path: Path) -> tuple[TimeBase, ...]:
         if not row:
             raise UnusableInput(f"{path}: no rows of data below the header line")
 
-    return (TimeBase("", names, blocks),)
+    return (ColumnSet("", names, blocks),)
 
 
 def _restored(labels: Labels | Numbers) -> Labels:

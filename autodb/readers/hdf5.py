@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from autodb.errors import UnusableInput
-from autodb.readers._base import TimeBase
+from autodb.readers._base import ColumnSet
 from autodb.readers._child import isolated, isolated_value
 from autodb.readers._extra import library
 from autodb.readers._sliced import Cells, sliced
@@ -38,7 +38,7 @@ class _Vector:
         return self.dataset.rpartition("/")[0]
 
 
-def open_file(path: Path) -> tuple[TimeBase, ...]:
+def open_file(path: Path) -> tuple[ColumnSet, ...]:
     """Open an HDF5 file by the names and shapes of its datasets."""
     h5py = library(path, "h5py")
     found = isolated_value(path, "HDF5", lambda: [asdict(v) for v in _vectors(h5py, path)])
@@ -109,7 +109,7 @@ def _home(vector: _Vector, homes: set[tuple[str, int]]) -> str | None:
         folder = folder.rpartition("/")[0]
 
 
-def _base(h5py: Any, path: Path, label: str, columns: dict[str, _Vector]) -> TimeBase:
+def _base(h5py: Any, path: Path, label: str, columns: dict[str, _Vector]) -> ColumnSet:
     rows = next(iter(columns.values())).rows
 
     @contextmanager
@@ -119,7 +119,7 @@ def _base(h5py: Any, path: Path, label: str, columns: dict[str, _Vector]) -> Tim
 
     units = {name: vector.unit for name, vector in columns.items()}
     blocks = sliced(path, "HDF5", rows=rows, opened=opened)
-    return TimeBase(label, tuple(columns), isolated(path, "HDF5", blocks), units)
+    return ColumnSet(label, tuple(columns), isolated(path, "HDF5", blocks), units)
 
 
 def _cells(file: Any, vector: _Vector, rows: range) -> Any:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from autodb.readers import hdf5
-from autodb.readers._base import Columns, TimeBase, as_label, as_number
+from autodb.readers._base import Columns, ColumnSet, as_label, as_number
 from autodb.readers._child import isolated, isolated_value
 
 _NUMBERS = {"double", "single", "logical"} | {
@@ -14,7 +14,7 @@ _NUMBERS = {"double", "single", "logical"} | {
 }
 
 
-def open_file(path: Path) -> tuple[TimeBase, ...]:
+def open_file(path: Path) -> tuple[ColumnSet, ...]:
     """Open a MAT file; vectors of one length share a time base."""
     from scipy.io import whosmat
 
@@ -31,7 +31,7 @@ def open_file(path: Path) -> tuple[TimeBase, ...]:
     )
 
 
-def _base(path: Path, label: str, names: list[str]) -> TimeBase:
+def _base(path: Path, label: str, names: list[str]) -> ColumnSet:
     from scipy.io import loadmat
 
     def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
@@ -44,4 +44,4 @@ def _base(path: Path, label: str, names: list[str]) -> TimeBase:
             columns[name] = as_label(np.asarray(found[name]).ravel())
         yield columns
 
-    return TimeBase(label, tuple(names), isolated(path, "MAT", blocks))
+    return ColumnSet(label, tuple(names), isolated(path, "MAT", blocks))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from autodb.readers._base import TimeBase
+from autodb.readers._base import ColumnSet
 from autodb.readers._child import isolated, isolated_value
 from autodb.readers._extra import library
 from autodb.readers._sliced import Cells, sliced
@@ -28,7 +28,7 @@ class _Group:
     units: dict[str, str]
 
 
-def open_file(path: Path) -> tuple[TimeBase, ...]:
+def open_file(path: Path) -> tuple[ColumnSet, ...]:
     """Open an MF4 file by its channel groups."""
     asammdf = library(path, "asammdf")
     found = isolated_value(path, "MF4", lambda: _read_groups(asammdf, path))
@@ -91,14 +91,14 @@ def _label(group: _Group, times: Counter[str]) -> str:
     return group.name if group.name and alone else f"{group.name or 'group'} {group.number}"
 
 
-def _base(asammdf: Any, path: Path, group: _Group, label: str) -> TimeBase:
+def _base(asammdf: Any, path: Path, group: _Group, label: str) -> ColumnSet:
     @contextmanager
     def opened() -> Iterator[Cells]:
         with _opened(asammdf, path) as file:
             yield lambda name, rows: _cells(file, group, name, rows)
 
     blocks = sliced(path, "MF4", rows=group.rows, opened=opened)
-    return TimeBase(label, tuple(group.channels), isolated(path, "MF4", blocks), group.units)
+    return ColumnSet(label, tuple(group.channels), isolated(path, "MF4", blocks), group.units)
 
 
 def _cells(file: Any, group: _Group, name: str, rows: range) -> Any:

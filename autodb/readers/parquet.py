@@ -8,11 +8,11 @@ from pyarrow import parquet
 
 from autodb.errors import UnusableInput
 from autodb.readers._arrow import numpy_columns
-from autodb.readers._base import BLOCK_ROWS, Columns, TimeBase, refuse_twice
+from autodb.readers._base import BLOCK_ROWS, Columns, ColumnSet, refuse_twice
 from autodb.readers._damage import damaged
 
 
-def open_file(path: Path) -> tuple[TimeBase, ...]:
+def open_file(path: Path) -> tuple[ColumnSet, ...]:
     """Open a Parquet file by its schema."""
     try:
         with parquet.ParquetFile(path) as file:
@@ -31,7 +31,7 @@ def open_file(path: Path) -> tuple[TimeBase, ...]:
         if not row:
             raise UnusableInput(f"{path}: no rows of data")
 
-    return (TimeBase("", names, blocks, units),)
+    return (ColumnSet("", names, blocks, units),)
 
 
 def _batches(path: Path, names: list[str]) -> Iterator[pa.RecordBatch]:

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from autodb.readers._base import TimeBase
-from autodb.readers._damage import damaged, whole
+from autodb.readers._base import ColumnSet
+from autodb.readers._damage import damaged, undamaged
 from autodb.readers._extra import library
 from autodb.readers._sliced import Cells, sliced
 
@@ -35,10 +35,10 @@ class _Clock:
         return f"{self.group}, {rate}, {self.rows} rows from {self.start_s:g} s"
 
 
-def open_file(path: Path) -> tuple[TimeBase, ...]:
+def open_file(path: Path) -> tuple[ColumnSet, ...]:
     """Open a TDMS file by its metadata."""
     nptdms = library(path, "nptdms")
-    grouped, units = whole(path, "TDMS", lambda: _read_groups(nptdms, path))
+    grouped, units = undamaged(path, "TDMS", lambda: _read_groups(nptdms, path))
     groups = Counter(clock.group for clock in grouped)
     return tuple(
         _base(
@@ -118,7 +118,7 @@ def _label(clock: _Clock, groups: Counter[str]) -> str:
     return clock.group if groups[clock.group] == 1 else str(clock)
 
 
-def _base(nptdms: Any, path: Path, clock: _Clock, units: dict[str, str], label: str) -> TimeBase:
+def _base(nptdms: Any, path: Path, clock: _Clock, units: dict[str, str], label: str) -> ColumnSet:
     made = clock.step_s > 0 and TIME not in units
 
     @contextmanager
@@ -134,4 +134,4 @@ def _base(nptdms: Any, path: Path, clock: _Clock, units: dict[str, str], label: 
             yield cells
 
     columns = (TIME, *units) if made else tuple(units)
-    return TimeBase(label, columns, sliced(path, "TDMS", rows=clock.rows, opened=opened), units)
+    return ColumnSet(label, columns, sliced(path, "TDMS", rows=clock.rows, opened=opened), units)

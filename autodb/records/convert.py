@@ -7,7 +7,7 @@ import numpy as np
 
 from autodb.errors import UnusableInput
 from autodb.files.channels import TEXT_COLUMNS, is_channel, unit_of
-from autodb.files.side import Column, SideFile
+from autodb.files.side import FileColumn, SideFile
 from autodb.files.units import RAW, conversion
 from autodb.readers import Columns
 from autodb.records.tables import EDGE, Array
@@ -19,12 +19,12 @@ _ROW = "*"
 _DIAMETER_CHANNELS = ("x.position", "x.velocity", "x.acceleration")
 
 
-def specs(columns: tuple[str, ...], side: SideFile) -> dict[str, Column]:
+def specs(columns: tuple[str, ...], side: SideFile) -> dict[str, FileColumn]:
     """Return the channels that ``columns`` hold: under our own names, overridden by the side file.
 
     A channel that the side file takes from a column that is not among them is left out.
     """
-    own = {name: Column(column=name) for name in columns if is_channel(name)}
+    own = {name: FileColumn(column=name) for name in columns if is_channel(name)}
     return {
         name: spec
         for name, spec in {**own, **side.channels}.items()
@@ -37,7 +37,7 @@ class Conversion:
     """How the columns of one time base become channels."""
 
     path: Path
-    specs: dict[str, Column]
+    specs: dict[str, FileColumn]
     side: SideFile
     file_units: dict[str, str] = field(default_factory=dict)
 
@@ -59,9 +59,9 @@ class Conversion:
         found = {s.column for n, s in self.specs.items() if n not in (*TEXT_COLUMNS, EDGE)}
         return sorted(c for c in found if c and c not in self.labels)
 
-    def start(self) -> "Rows":
+    def start(self) -> "RowsBefore":
         """Return a counter of rows to convert blocks in their order."""
-        return Rows(0, {})
+        return RowsBefore(0, {})
 
     def texts(self, block: Columns) -> dict[str, list[str]]:
         """Return the text columns of a block; the edge's label is one."""
@@ -71,7 +71,7 @@ class Conversion:
             if name in TEXT_COLUMNS or (name == EDGE and spec.column)
         }
 
-    def channels(self, block: Columns, rows: "Rows") -> dict[str, Array]:
+    def channels(self, block: Columns, rows: "RowsBefore") -> dict[str, Array]:
         """Return the numeric channels of a block, in our units; ``rows`` counts on.
 
         Raises UnusableInput naming column and row.
@@ -92,7 +92,7 @@ class Conversion:
         rows.before += n
         return found
 
-    def _refuse_damage(self, name: str, spec: Column, numbers: Array, before: int) -> None:
+    def _refuse_damage(self, name: str, spec: FileColumn, numbers: Array, before: int) -> None:
         huge = np.flatnonzero(np.isfinite(numbers) & (np.abs(numbers) > LARGEST))
         if huge.size:
             row, column = before + int(huge[0]) + 1, spec.column or name
@@ -111,7 +111,7 @@ class Conversion:
         spec = self.specs.get(name)
         return spec is not None and (self.stated_unit(name) is not None or spec.scale != 1.0)
 
-    def _scale(self, name: str, spec: Column) -> tuple[float, float]:
+    def _scale(self, name: str, spec: FileColumn) -> tuple[float, float]:
         """Return what a channel's numbers are multiplied by, and what is then added."""
         where = f"{self.path}: column '{spec.column or spec.row_in}'"
         scale, offset = spec.scale * spec.sign * _KIND_TO_IQ.get(spec.kind or "iq", 1.0), 0.0
@@ -127,13 +127,13 @@ class Conversion:
 
 
 @dataclass
-class Rows:
+class RowsBefore:
     """How many rows came before a block, in all and of each value of a column."""
 
     before: int
     seen: dict[tuple[str, str], int]
 
-    def count(self, name: str, spec: Column, block: Columns, n: int) -> Array:
+    def count(self, name: str, spec: FileColumn, block: Columns, n: int) -> Array:
         """Return the number of each row within the file, or within its value of a column."""
         if spec.row_in == _ROW:
             return np.arange(self.before, self.before + n, dtype=np.float64)

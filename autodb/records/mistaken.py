@@ -54,7 +54,7 @@ class Radius(Mistake):
         return f"{_listed(self.channels)} as a radius"
 
 
-class PerMinute(Mistake):
+class MistakenPerMinute(Mistake):
     """A feed a minute that stands for a feed a revolution."""
 
     def mended(self, channels: Mapping[str, Array]) -> dict[str, Array]:
@@ -86,7 +86,7 @@ SPEEDS = (
 CONDITIONS = (
     *SPEEDS,
     *(Mistake((name,), unit) for name in FEED_AND_DEPTH for unit in ("inch", "um", "m")),
-    PerMinute(("cutting.feed",), "mm/min"),
+    MistakenPerMinute(("cutting.feed",), "mm/min"),
     Mistake(FEED_AND_DEPTH, "inch"),
     Mistake((*FEED_AND_DEPTH, "work.diameter"), "inch"),
 )

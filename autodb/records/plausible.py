@@ -15,7 +15,7 @@ from autodb.files.channels import LINEAR_AXES, largest_of, unit_of
 from autodb.files.side import SideFile
 from autodb.files.units import RAW
 from autodb.records.mistaken import SPEEDS, Mistake
-from autodb.records.source import Source
+from autodb.records.source import RecordingSource
 from autodb.records.summary import LEVELS, BaseSummary, ChannelSummary
 
 LEAST_TRAVEL_MM = 1.0
@@ -38,7 +38,7 @@ than in plateaus elsewhere, and where else it is rough as a measurement is, not 
 _MAY_CLIP = re.compile(r".*\.current(\.[uvw])?|force\..|torque\.spindle|.\.drive_(force|torque)")
 
 
-def refuse_implausible(source: Source, bases: Iterable[BaseSummary]) -> None:
+def refuse_implausible(source: RecordingSource, bases: Iterable[BaseSummary]) -> None:
     """Raise UnusableInput for the first thing in a file that cannot be what it says it is."""
     for base in bases:
         refuse_doubtful(source.path, base, source.side)

@@ -4,14 +4,14 @@ import numpy as np
 from scipy import signal
 
 from autodb.errors import UnusableInput
-from autodb.records.source import FEWEST_ROWS, Source
+from autodb.records.source import FEWEST_ROWS, RecordingSource
 from autodb.records.tables import Array, Recording
 
 PASS_BAND = 0.4
 """Low-pass corner as a share of the new rate: below its Nyquist frequency (0.5)."""
 
 
-def common_times_s(source: Source, rate_hz: float) -> Array:
+def common_times_s(source: RecordingSource, rate_hz: float) -> Array:
     """Return times at ``rate_hz`` over the span that all time bases of a file share, s.
 
     Raises UnusableInput where they share too little, or one is a table of cuts.
@@ -29,7 +29,7 @@ def common_times_s(source: Source, rate_hz: float) -> Array:
     return np.asarray(t_s, dtype=np.float64)
 
 
-def read_at(source: Source, t_s: Array) -> Recording:
+def read_at(source: RecordingSource, t_s: Array) -> Recording:
     """Read all time bases of a file at the times ``t_s`` (n,), evenly spaced.
 
     Channels that were faster pass a 4th-order Butterworth low-pass at 0.4 of the new rate, forwards
@@ -59,7 +59,7 @@ def read_at(source: Source, t_s: Array) -> Recording:
     )
 
 
-def _recordings(source: Source) -> list[Recording]:
+def _recordings(source: RecordingSource) -> list[Recording]:
     tables = [base.read() for base in source.usable()]
     series = [table for table in tables if isinstance(table, Recording)]
     if len(series) < len(tables):

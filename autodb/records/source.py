@@ -25,10 +25,10 @@ FEWEST_ROWS = 3
 
 
 @dataclass(frozen=True)
-class TimeBase:
+class ChannelSet:
     """One time base of a file, or its table of cuts, with the channels that it holds."""
 
-    base: readers.TimeBase
+    base: readers.ColumnSet
     conversion: Conversion
 
     @property
@@ -113,14 +113,14 @@ def _edges(texts: dict[str, list[str]]) -> Array:
 
 
 @dataclass(frozen=True)
-class Source:
+class RecordingSource:
     """A file, its side file, and the time bases in it."""
 
     path: Path
     side: SideFile
-    bases: tuple[TimeBase, ...]
+    bases: tuple[ChannelSet, ...]
 
-    def choose(self, group: str | None = None) -> TimeBase:
+    def choose(self, group: str | None = None) -> ChannelSet:
         """Return the time base called ``group``, or the only one that can be read.
 
         Raises UnusableInput naming the time bases there are, or a near column.
@@ -135,7 +135,7 @@ class Source:
             )
         return usable[0]
 
-    def usable(self) -> list[TimeBase]:
+    def usable(self) -> list[ChannelSet]:
         """Return the time bases with `t` or `cut`; raises UnusableInput when there is none."""
         found = [base for base in self.bases if base.has_key and len(base.conversion.specs) > 1]
         if not found and any(base.has_key for base in self.bases):
@@ -152,7 +152,7 @@ class Source:
             )
         return found
 
-    def _called(self, group: str) -> TimeBase:
+    def _called(self, group: str) -> ChannelSet:
         found = next((base for base in self.bases if base.name == group), None)
         if found is None:
             if len(self.bases) == 1:
@@ -170,11 +170,11 @@ class Source:
         return found
 
     @staticmethod
-    def _listed(bases: Sequence[TimeBase]) -> str:
+    def _listed(bases: Sequence[ChannelSet]) -> str:
         return "; ".join(f"'{b.name}' ({', '.join(sorted(b.conversion.specs))})" for b in bases)
 
 
-def open_source(path: Path, *, columns: Path | None = None) -> Source:
+def open_source(path: Path, *, columns: Path | None = None) -> RecordingSource:
     """Open a recording or cut table with its side file (beside it, or ``columns``).
 
     Raises UnusableInput for a file or side file that cannot be used.
@@ -187,7 +187,7 @@ def open_source(path: Path, *, columns: Path | None = None) -> Source:
     return _opened(path, opened, read_sidefile(side_path) if side_path else SideFile())
 
 
-def open_as_stored(path: Path, side: SideFile) -> Source:
+def open_as_stored(path: Path, side: SideFile) -> RecordingSource:
     """Open a recording or cut table with the side file that is known of it, whatever lies beside.
 
     Raises UnusableInput for a file that cannot be used.
@@ -195,17 +195,17 @@ def open_as_stored(path: Path, side: SideFile) -> Source:
     return _opened(path, readers.open_bases(path), side)
 
 
-def _opened(path: Path, opened: Sequence[readers.TimeBase], side: SideFile) -> Source:
+def _opened(path: Path, opened: Sequence[readers.ColumnSet], side: SideFile) -> RecordingSource:
     everywhere = [column for base in opened for column in base.columns]
     for spec in side.channels.values():
         wanted = spec.column or spec.row_in
         if wanted not in (*everywhere, "*"):
             raise UnusableInput(f"{path}: no column '{wanted}'{near(str(wanted), everywhere)}")
     bases = tuple(
-        TimeBase(base, Conversion(path, specs(base.columns, side), side, base.units))
+        ChannelSet(base, Conversion(path, specs(base.columns, side), side, base.units))
         for base in opened
     )
-    return Source(path, side, bases)
+    return RecordingSource(path, side, bases)
 
 
 def read(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.files.channels import LINEAR_AXES, axis_of, unit_of
 from autodb.records.convert import Conversion
-from autodb.records.source import Source, TimeBase
+from autodb.records.source import ChannelSet, RecordingSource
 from autodb.records.tables import Array, CutTable, Recording, check_cuts, check_time
 
 Index = NDArray[np.intp]
@@ -193,7 +193,7 @@ class Rates:
 
 
 def summarise(
-    source: Source, *, progress: Callable[[str], None] | None = None
+    source: RecordingSource, *, progress: Callable[[str], None] | None = None
 ) -> tuple[BaseSummary, ...]:
     """Read every time base of a file once, in blocks.
 
@@ -216,7 +216,7 @@ def summary_of(table: Recording | CutTable, *, axis: str | None = None) -> BaseS
     return made
 
 
-def _summarise_base(base: TimeBase, progress: Callable[[str], None] | None) -> BaseSummary:
+def _summarise_base(base: ChannelSet, progress: Callable[[str], None] | None) -> BaseSummary:
     conversion = base.conversion
     made: BaseSummary | None = None
     numbers: list[Array] = []

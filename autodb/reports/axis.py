@@ -10,7 +10,7 @@ from autodb.files.channels import ROTARY_AXES
 from autodb.fitting import NORMAL_95
 from autodb.records import Recording
 from autodb.reports import figures
-from autodb.sensing.drives.field import Field, field
+from autodb.sensing.drives.field import EffortField, field
 from autodb.sensing.drives.fit.axis_model import (
     Identified,
     IdentifiedTerm,
@@ -32,7 +32,7 @@ STATES = ("in steady motion", "while the speed changes", "shortly after a revers
 def render_axis(model: Identified, moves: Recording) -> str:
     """Return the page of an axis that was identified from ``moves``: one file, no network."""
     found = field(moves, model.axis, model.protocol, model.terms, model.off_law)
-    return figures.page(
+    return figures.whole_page(
         "axis.html.j2",
         title=f"{moves.path.name}: axis {model.axis}",
         name=moves.path.name,
@@ -43,7 +43,7 @@ def render_axis(model: Identified, moves: Recording) -> str:
         held_out=_percent(model.held_out_error),
         plain=_percent(model.plain.relative_error),
         field_error=_percent(found.error_share),
-        maps=map_plots(found, model.axis, model.unit),
+        maps=field_plots(found, model.axis, model.unit),
         terms=[term_row(t) for t in (*readable(model.fitted), *amplitudes(model))],
         not_excited=model.not_excited,
         doubts=model.doubts,
@@ -59,7 +59,7 @@ def _percent(share: float) -> str:
     return "not known" if np.isnan(share) else f"{100.0 * share:.2f}\u00a0%"
 
 
-def map_plots(found: Field, axis: str, unit: str) -> list[tuple[str, Markup]]:
+def field_plots(found: EffortField, axis: str, unit: str) -> list[tuple[str, Markup]]:
     """Return the maps of an axis' field in its unit, as words and plot each."""
     speed_unit = "deg/s" if axis in ROTARY_AXES else "mm/s"
     both = np.concatenate([found.measured.ravel(), found.modelled.ravel()])
@@ -75,7 +75,7 @@ def map_plots(found: Field, axis: str, unit: str) -> list[tuple[str, Markup]]:
     ]
 
 
-def _map(found: Field, values: Array, title: str, top: float, speed_unit: str) -> Markup:
+def _map(found: EffortField, values: Array, title: str, top: float, speed_unit: str) -> Markup:
     made = figures.figure([title], x_title=f"Place [{speed_unit.removesuffix('/s')}]")
     scale = [
         [0.0, figures.colour("corrected")],

@@ -18,10 +18,10 @@ from autodb.explain.answer.answer import (
     Array,
     Cause,
     ChannelAnswer,
+    ChannelTrace,
     Considered,
     Explained,
     Regime,
-    Trace,
 )
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.files.channels import unit_of
@@ -84,7 +84,7 @@ CERTAINTY = (
 
 def render_explanation(explained: Explained) -> str:
     """Return the report of one explanation: one HTML file that loads nothing."""
-    return figures.page(
+    return figures.whole_page(
         "explanation.html.j2",
         title=Path(explained.explanation.recording).name,
         content=Markup(explanation_fragment(explained)),
@@ -103,9 +103,17 @@ def explanation_fragment(explained: Explained) -> str:
         }
         for n, (name, answer) in enumerate(explained.explanation.channels.items(), start=1)
     ]
-    words = (verdict, certainty, term_words, move_words, parameter_words, advice)
+    words = (headline, certainty, term_words, move_words, parameter_words, advice)
     where = (where_words, regime_words, bars)
-    plots = (over_time, located, close_up, against_signals, ranked, candidate_words, drawn_words)
+    plots = (
+        traces_over_time,
+        located,
+        close_up,
+        against_signals,
+        ranked,
+        candidate_words,
+        drawn_words,
+    )
     return str(
         figures.fragment(
             "_explanation.html.j2",
@@ -165,7 +173,7 @@ def parameter_words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def verdict(answer: ChannelAnswer) -> str:
+def headline(answer: ChannelAnswer) -> str:
     """Return the channel's answer as a headline."""
     if not answer.missing:
         return "A mismatch without a cause found" if answer.mismatch else "No mismatch beyond noise"
@@ -206,7 +214,7 @@ def certainty_words(probability: float) -> str:
     return f"{words}, {percent} %"
 
 
-def where_words(answer: ChannelAnswer, trace: Trace | None) -> list[str]:
+def where_words(answer: ChannelAnswer, trace: ChannelTrace | None) -> list[str]:
     """Return where the mismatch sits, one line a stretch or a regime."""
     in_cuts = trace is not None and trace.x_name == "cut"
     lines = [
@@ -249,7 +257,7 @@ def _per_cent(value: float, whole: float) -> float:
     return 100.0 * value / whole if whole > 0.0 and math.isfinite(value) else 0.0
 
 
-def ranked(trace: Trace) -> list[Considered]:
+def ranked(trace: ChannelTrace) -> list[Considered]:
     """Return what was considered, the strongest first."""
     return sorted(trace.considered, key=lambda candidate: -candidate.evidence)
 
@@ -264,7 +272,7 @@ def drawn_words(rows: int) -> str | None:
 # Plots
 
 
-def over_time(channel: dict[str, str], answer: ChannelAnswer, trace: Trace) -> Markup:
+def traces_over_time(channel: dict[str, str], answer: ChannelAnswer, trace: ChannelTrace) -> Markup:
     """Draw recording, simulation and corrected, and under it what each leaves."""
     words, unit = channel["words"], answer.unit
     left_words = "What is left, before and after" if answer.mismatch else "What is left"
@@ -286,18 +294,18 @@ def over_time(channel: dict[str, str], answer: ChannelAnswer, trace: Trace) -> M
     )
 
 
-def _x_title(trace: Trace) -> str:
+def _x_title(trace: ChannelTrace) -> str:
     return "Time [s]" if trace.x_name == "t" else "Cut number"
 
 
-def _stretches(answer: ChannelAnswer, trace: Trace) -> list[tuple[float, float]]:
+def _stretches(answer: ChannelAnswer, trace: ChannelTrace) -> list[tuple[float, float]]:
     """Return the located stretches along x; a cut reaches half a number to both sides."""
     half = 0.0 if trace.x_name == "t" else 0.5
     return [(low - half, high + half) for low, high in answer.where.intervals]
 
 
 def located(
-    channel: dict[str, str], answer: ChannelAnswer, trace: Trace
+    channel: dict[str, str], answer: ChannelAnswer, trace: ChannelTrace
 ) -> list[tuple[Markup, str | None]]:
     """Draw each located stretch, ``AROUND`` of its length to both sides, at every sample.
 
@@ -315,7 +323,7 @@ def located(
 
 
 def close_up(
-    channel: dict[str, str], answer: ChannelAnswer, trace: Trace
+    channel: dict[str, str], answer: ChannelAnswer, trace: ChannelTrace
 ) -> list[tuple[Markup, str | None]]:
     """Draw the turns of a waveform that are worth a close look, with what ``drawn_words`` says."""
     if trace.close_up is None:
@@ -325,7 +333,7 @@ def close_up(
     return [(_near(channel, answer, near, "turns", label=label), drawn_words(len(near.x)))]
 
 
-def part(trace: Trace, low: float, high: float) -> Trace:
+def part(trace: ChannelTrace, low: float, high: float) -> ChannelTrace:
     """Return the rows of a trace from ``low`` to ``high`` of its x."""
     rows = (trace.x >= low) & (trace.x <= high)
     return replace(
@@ -341,7 +349,7 @@ def part(trace: Trace, low: float, high: float) -> Trace:
 def _near(
     channel: dict[str, str],
     answer: ChannelAnswer,
-    near: Trace,
+    near: ChannelTrace,
     name: str,
     *,
     label: str,
@@ -354,7 +362,7 @@ def _near(
     return figures.as_html(made, f"{channel['id']}-{name}", height_px=340, label=label)
 
 
-def _curves(answer: ChannelAnswer, trace: Trace) -> list[tuple[str, Array, Array | None]]:
+def _curves(answer: ChannelAnswer, trace: ChannelTrace) -> list[tuple[str, Array, Array | None]]:
     """Name, values, and what they leave; without a mismatch nothing was corrected."""
     rows: list[tuple[str, Array, Array | None]] = [("recording", trace.recording, None)]
     rows.append(("simulation", trace.simulation, trace.recording - trace.simulation))
@@ -363,14 +371,16 @@ def _curves(answer: ChannelAnswer, trace: Trace) -> list[tuple[str, Array, Array
     return rows
 
 
-def _curve(trace: Trace, values: Array, name: str) -> go.Scatter:
+def _curve(trace: ChannelTrace, values: Array, name: str) -> go.Scatter:
     cuts = {"mode": "lines+markers", "marker": {"size": 7}, "line": {"width": 1}}
-    return figures.line(
+    return figures.line_trace(
         trace.x, values, tone=name, name=name, **(cuts if trace.x_name == "cut" else {})
     )
 
 
-def against_signals(channel: dict[str, str], answer: ChannelAnswer, trace: Trace) -> list[Markup]:
+def against_signals(
+    channel: dict[str, str], answer: ChannelAnswer, trace: ChannelTrace
+) -> list[Markup]:
     """Draw what is left before and after against every regime signal, its regimes shaded."""
     return [
         _against(channel, answer, trace, signal, number)
@@ -379,7 +389,7 @@ def against_signals(channel: dict[str, str], answer: ChannelAnswer, trace: Trace
 
 
 def _against(
-    channel: dict[str, str], answer: ChannelAnswer, trace: Trace, signal: str, number: int
+    channel: dict[str, str], answer: ChannelAnswer, trace: ChannelTrace, signal: str, number: int
 ) -> Markup:
     unit = unit_of(signal)
     made = figures.figure(

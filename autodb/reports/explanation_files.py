@@ -12,10 +12,10 @@ from pyarrow import csv
 
 from autodb.errors import UnusableInput
 from autodb.explain.answer.answer import Explained
-from autodb.explain.together import Together
+from autodb.explain.together import ExplainedTogether
 from autodb.files.targets import hidden, replace_by
 from autodb.reports.explanation import render_explanation
-from autodb.reports.together import folders, render_together
+from autodb.reports.together import recording_folders, render_together
 
 FILES = frozenset({"corrected.csv", "report.html", "explanation.json"})
 OF_SEVERAL = frozenset({"together.json", "together.html"})
@@ -29,14 +29,14 @@ def write_answer(explained: Explained, folder: Path) -> None:
     _replace(folder, lambda new: _write(explained, new), _is_answer)
 
 
-def write_together(explained: Sequence[Explained], found: Together, folder: Path) -> None:
+def write_together(explained: Sequence[Explained], found: ExplainedTogether, folder: Path) -> None:
     """Write what several recordings say, each by itself and together, into ``folder``.
 
     A recording's own folder is called after it, with its number. Raises what ``write_answer`` does.
     """
 
     def write(new: Path) -> None:
-        for name, one in zip(folders(found), explained, strict=True):
+        for name, one in zip(recording_folders(found), explained, strict=True):
             (new / name).mkdir()
             _write(one, new / name)
         text = found.model_dump_json(indent=1)

@@ -132,7 +132,7 @@ def _shown_digits(largest: float, width: float) -> float | None:
     return min(largest, width) if width > 0.0 else largest
 
 
-def plain(text: str) -> str:
+def plain_text(text: str) -> str:
     """Return ``text`` so that a plot shows it as it is; plots read some HTML themselves."""
     return html.escape(text, quote=False)
 
@@ -173,7 +173,7 @@ def thinned(values: Array) -> Index:
     return np.union1d(evenly, keep_peaks(values, half))
 
 
-def line(x: Array, y: Array, *, tone: str, name: str, **more: Any) -> go.Scatter:
+def line_trace(x: Array, y: Array, *, tone: str, name: str, **more: Any) -> go.Scatter:
     """Return a line; peaks are kept where it has more than ``MAX_POINTS``."""
     kept = keep_peaks(y)
     style = {"color": colour(tone), "width": 1.5, **more.pop("line", {})}
@@ -234,13 +234,13 @@ def figure(
 
 def _lines(text: str) -> str:
     """Break a long title, so that it fits under a plot on a telephone."""
-    return "<br>".join(plain(part) for part in textwrap.wrap(text, 40))
+    return "<br>".join(plain_text(part) for part in textwrap.wrap(text, 40))
 
 
 def _title_above(made: go.Figure, row: int, title: str) -> None:
     axis = "" if row == 1 else str(row)
     made.add_annotation(
-        text=plain(title),
+        text=plain_text(title),
         x=0,
         xref="paper",
         xanchor="left",
@@ -325,7 +325,7 @@ def fragment(template: str, **context: Any) -> Markup:
     return Markup(_templates().get_template(template).render(**context))
 
 
-def page(template: str, **context: Any) -> str:
+def whole_page(template: str, **context: Any) -> str:
     """Return a whole page from a template: style, plot library and content in one file."""
     shell = {"plot_library": Markup(get_plotlyjs()), "draw": fragment("plots.js")}
     return str(style(template, **shell, **context))

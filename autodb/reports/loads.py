@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from pyarrow import csv
 
 from autodb import __version__
-from autodb.agent.sense.reconstructing import Felt
+from autodb.agent.sense.reconstructing import ReconstructedLoad
 from autodb.files.channels import LINEAR_AXES
 from autodb.files.targets import hidden, replace_by
 from autodb.fitting import NORMAL_95
 from autodb.reports import figures
-from autodb.sensing.drives.reconstruct import Load
+from autodb.sensing.drives.reconstruct import DriveLoad
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ MARKS = ("standing", "turned", "outside", "braking", "at_limit")
 PLOT_PX = 420
 
 
-def write_table(t_s: Array, felt: Sequence[Felt], path: Path) -> None:
+def write_table(t_s: Array, felt: Sequence[ReconstructedLoad], path: Path) -> None:
     """Write t, and of each axis load, sd, state and force on the tool, as CSV; whole or not at all.
 
     Of sensors that were put together also by what weight each made a row; of a table dynamometer
@@ -49,7 +49,7 @@ def write_table(t_s: Array, felt: Sequence[Felt], path: Path) -> None:
         replace_by(part, path)
 
 
-def _states(load: Load) -> list[str]:
+def _states(load: DriveLoad) -> list[str]:
     """Return the marks of each row, blank between them; 'at limit' is written 'at_limit'."""
     words = [np.where(getattr(load, mark), f"{mark} ", "") for mark in MARKS]
     whole = words[0]
@@ -58,9 +58,9 @@ def _states(load: Load) -> list[str]:
     return [str(text).strip() for text in whole]
 
 
-def render(name: str, t_s: Array, felt: Sequence[Felt]) -> str:
+def render_loads(name: str, t_s: Array, felt: Sequence[ReconstructedLoad]) -> str:
     """Return the page: one HTML file that loads nothing."""
-    return figures.page(
+    return figures.whole_page(
         "loads.html.j2",
         title=f"{name}: load on the axes",
         name=name,
@@ -69,9 +69,9 @@ def render(name: str, t_s: Array, felt: Sequence[Felt]) -> str:
     )
 
 
-def _shown(t_s: Array, felt: Felt) -> dict[str, object]:
+def _shown(t_s: Array, felt: ReconstructedLoad) -> dict[str, object]:
     load = felt.load
-    sizes = (("Largest", np.max(np.abs(load.value))), ("Root mean square", rms(load.value)))
+    sizes = (("Largest", np.max(np.abs(load.value))), ("Root mean square", load_rms(load.value)))
     return {
         "name": f"{load.axis.upper()} axis",
         "plot": _plot(t_s, load),
@@ -88,12 +88,12 @@ def _shown(t_s: Array, felt: Felt) -> dict[str, object]:
     }
 
 
-def rms(values: Array) -> float:
+def load_rms(values: Array) -> float:
     """Return the root mean square of values (n,)."""
     return float(np.sqrt(np.mean(values**2)))
 
 
-def scale_words(felt: Felt) -> str:
+def scale_words(felt: ReconstructedLoad) -> str:
     """Say what made newtons of amperes, and how sure that is; of no drive, what there is to say."""
     if felt.said is not None:
         return felt.said
@@ -111,12 +111,12 @@ def scale_words(felt: Felt) -> str:
     return f"the drive's effort is in {felt.load.unit}"
 
 
-def _plot(t_s: Array, load: Load) -> object:
+def _plot(t_s: Array, load: DriveLoad) -> object:
     made = figures.figure([f"Load of {load.axis} [{load.unit}]"], x_title="Time [s]")
     half = NORMAL_95 * load.sd
     edge = {"width": 1.0}
     for values, name in ((load.value - half, "95 %, low"), (load.value + half, "95 %, high")):
-        made.add_trace(figures.line(t_s, values, tone="simulation", name=name, line=edge))
-    made.add_trace(figures.line(t_s, load.value, tone="corrected", name="load"))
+        made.add_trace(figures.line_trace(t_s, values, tone="simulation", name=name, line=edge))
+    made.add_trace(figures.line_trace(t_s, load.value, tone="corrected", name="load"))
     label = f"load of {load.axis} over time with its 95 % interval"
     return figures.as_html(made, f"load-{load.axis}", height_px=PLOT_PX, label=label)

@@ -16,7 +16,7 @@ from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.machines import find_machine
-from autodb.agent.rows.posteriors import as_belief, chain, pair_name
+from autodb.agent.rows.posteriors import as_belief, pair_name, version_chain
 from autodb.agent.sense.sensed import QUANTITY, as_cuts, as_observed
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.job import Job
@@ -24,7 +24,7 @@ from autodb.fitting import NORMAL_95
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
 from autodb.pairs.learning import learn_averaging
-from autodb.pairs.posterior import Belief
+from autodb.pairs.posterior import PairPosterior
 from autodb.reports.page import CalibrationPlot, JobRow, Page, PredictedSensed
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.validity import ANY, holds_of
@@ -78,7 +78,7 @@ def calibration_plots(session: Session, owner: models.Machine) -> list[Calibrati
     return plots
 
 
-def _calibration_plot(row: models.Calibration) -> CalibrationPlot:
+def _calibration_plot(row: models.CalibrationVersion) -> CalibrationPlot:
     cuts = [cut for recording in row.recordings for cut in recording.cuts]
     table = cuts_as_table(cuts, path=Path(row.recordings[0].path))
     found = as_calibration(row)
@@ -128,7 +128,7 @@ class _History:
     def __init__(
         self, session: Session, owner: models.Machine, row: models.CuttingParameters
     ) -> None:
-        forces = [force for version in chain(row) for force in version.forces]
+        forces = [force for version in version_chain(row) for force in version.forces]
         self._forces = sorted(forces, key=lambda force: (force.cut_id, force.component))
         self._cuts = list(dict.fromkeys(force.cut_id for force in self._forces))
         self._pair = row.pair
@@ -139,7 +139,7 @@ class _History:
         self._felt = sorted({force.component for force in forces})
         self._learnt = {len(self._cuts): newest}
 
-    def _after(self, cuts: int) -> Belief:
+    def _after(self, cuts: int) -> PairPosterior:
         """Return what was believed after the oldest cuts."""
         if cuts not in self._learnt:
             kept = set(self._cuts[:cuts])

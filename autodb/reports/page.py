@@ -78,7 +78,7 @@ def render_page(page: Page, mismatch_html: str | None) -> str:
 
     ``mismatch_html`` is shown as it is: the content that explaining one recording gives.
     """
-    return figures.page(
+    return figures.whole_page(
         "page.html.j2",
         title=page.machine,
         page=page,
@@ -136,7 +136,9 @@ def calibration_plot(n: int, plot: CalibrationPlot) -> Markup:
     if np.any(felt):
         ends = np.array([np.min(plot.estimate[felt]), np.max(plot.estimate[felt])])
         dash = {"dash": "solid" if plot.offered else "dot", "width": 2}
-        made.add_trace(figures.line(ends, ends, tone="simulation", name="the same", line=dash))
+        made.add_trace(
+            figures.line_trace(ends, ends, tone="simulation", name="the same", line=dash)
+        )
     label = f"{plot.axis}: reference against what the current tells, {plot.verdict}"
     return figures.as_html(made, f"calibration-{n}", height_px=320, label=label)
 
@@ -152,15 +154,15 @@ def learning_plot(n: int, curve: LearningCurve) -> Markup:
     low, high = mean - 2.0 * sd, mean + 2.0 * sd
     for edge, fill in ((low, None), (high, "tonexty")):
         band = {"fill": fill, "fillcolor": translucent("corrected"), "line": {"width": 0}}
-        made.add_trace(figures.line(curve.n, edge, tone="corrected", name="± 2 sd", **band))
+        made.add_trace(figures.line_trace(curve.n, edge, tone="corrected", name="± 2 sd", **band))
     mark = {"mode": "lines+markers", "marker": {"size": 5}, "line": {"width": 2}}
-    made.add_trace(figures.line(curve.n, mean, tone="corrected", name="mean", **mark))
-    made.update_yaxes(range=tightening(mean, sd), zeroline=False)
+    made.add_trace(figures.line_trace(curve.n, mean, tone="corrected", name="mean", **mark))
+    made.update_yaxes(range=tightening_range(mean, sd), zeroline=False)
     label = f"Force {curve.component.upper()} of {curve.cut}: {learnt_words(curve)}"
     return figures.as_html(made, f"learning-{n}", height_px=260, label=label)
 
 
-def tightening(mean: Array, sd: Array) -> list[float]:
+def tightening_range(mean: Array, sd: Array) -> list[float]:
     """Return the y range that shows a band tighten: wide first bands run off the plot.
 
     The range holds every mean after the first and the band after the third; of fewer than four
@@ -198,7 +200,7 @@ def _check(n: int, check: PredictedSensed) -> Markup:
         ends = np.array([np.min(everything), np.max(everything)])
         dash = {"dash": "dash", "width": 1}
         made.add_trace(
-            figures.line(ends, ends, tone="muted", name="exactly as predicted", line=dash)
+            figures.line_trace(ends, ends, tone="muted", name="exactly as predicted", line=dash)
         )
     label = f"{force}: {check_words(check)}"
     return figures.as_html(made, f"check-{n}", height_px=360, label=label)
@@ -232,4 +234,4 @@ def _hover(check: PredictedSensed, row: np.intp) -> str:
     felt = figures.number(float(check.sensed_N[row]))
     sd = figures.quantity(2.0 * float(check.sensed_sd_N[row]), "N")
     lines = (f"predicted {reach}", f"felt {felt} ± {sd}")
-    return "<br>".join((figures.plain(check.label[row]), *lines))
+    return "<br>".join((figures.plain_text(check.label[row]), *lines))

@@ -8,7 +8,7 @@ from markupsafe import Markup
 from scipy.special import ndtri
 
 from autodb.agent.answer.force_map import ForceMap, Layer
-from autodb.forward.limits import percent
+from autodb.forward.limits import probability_words
 from autodb.reports import figures
 from autodb.reports.page import translucent
 
@@ -34,7 +34,7 @@ def title(layer: Layer) -> str:
     return f"{name}{limit}"
 
 
-def map_plots(found: ForceMap) -> list[tuple[str, Markup]]:
+def force_map_plots(found: ForceMap) -> list[tuple[str, Markup]]:
     """Return a map of each quantity, as words and plot; of a force that is nowhere, none."""
     return [
         (WORDS[layer.quantity.channel], _map(found, layer, f"map-{n}"))
@@ -103,7 +103,7 @@ def _label(found: ForceMap, layer: Layer) -> str:
     low, high = np.min(np.abs(layer.mean)), np.max(np.abs(layer.mean))
     reach = figures.span(float(low), float(high), layer.quantity.unit)
     most = float(layer.chance.max())
-    risk = "" if layer.limit is None else f"; at most {percent(most)} chance to exceed it"
+    risk = "" if layer.limit is None else f"; at most {probability_words(most)} chance to exceed it"
     return (
         f"{title(layer)} over {FEED[found.feed_key]} and {ACROSS[found.across_key]}: {reach}{risk}"
     )

@@ -8,9 +8,9 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from autodb import __version__
-from autodb.agent.answer.predicting import Answer, Predicted
-from autodb.files.machine import Limits
-from autodb.forward.predictedfile import QUANTITIES, Quantity
+from autodb.agent.answer.predicting import JobAnswer, Predicted
+from autodb.files.machine import AxisLimits
+from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
 from autodb.forward.prediction import Interval
 from autodb.reports import figures
 
@@ -29,10 +29,10 @@ SIDE = 0.12
 """How far peaks stand beside their means, in cuts."""
 
 
-def render(answer: Predicted, limits: Mapping[str, Limits]) -> str:
+def render_prediction(answer: Predicted, limits: Mapping[str, AxisLimits]) -> str:
     """Return the page: one HTML file that loads nothing."""
     job = answer.job
-    return figures.page(
+    return figures.whole_page(
         "predicted.html.j2",
         title=f"{job.name}: predicted forces",
         name=job.name,
@@ -50,7 +50,7 @@ def render(answer: Predicted, limits: Mapping[str, Limits]) -> str:
     )
 
 
-def plot(answer: Answer, limits: Mapping[str, Limits]) -> Markup:
+def plot(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> Markup:
     """Return the picture of an answer, with the limits of the machine's axes by name."""
     titles = [_title(one, one.limit(limits)) for one in QUANTITIES]
     made = figures.figure(titles, x_title="Cut", shares=[1.0] * len(titles), gap=GAP)
@@ -61,7 +61,9 @@ def plot(answer: Answer, limits: Mapping[str, Limits]) -> Markup:
         _draw_limit(made, row, one, answer, one.limit(limits))
     numbers = list(range(1, len(answer.cuts) + 1))
     if len(numbers) <= NAMED:
-        names = [figures.plain(cut.name) or str(k) for k, cut in enumerate(answer.cuts, start=1)]
+        names = [
+            figures.plain_text(cut.name) or str(k) for k, cut in enumerate(answer.cuts, start=1)
+        ]
         made.update_xaxes(tickmode="array", tickvals=numbers, ticktext=names)
     made.update_yaxes(rangemode="tozero")
     made.update_xaxes(range=[0.5, len(numbers) + 0.5])
@@ -69,13 +71,13 @@ def plot(answer: Answer, limits: Mapping[str, Limits]) -> Markup:
     return figures.as_html(made, "predicted", height_px=PLOT_PX * len(titles), label=label)
 
 
-def _title(one: Quantity, limit: float | None) -> str:
+def _title(one: PredictedQuantity, limit: float | None) -> str:
     what = {"torque.spindle": "Spindle torque", "spindle.power": "Cutting power"}
     name = what.get(one.channel, f"Force {one.channel[-1].upper()}")
     return f"{name} [{one.unit}]" + ("" if limit is None else f", limit ± {limit:g} {one.unit}")
 
 
-def _traces(one: Quantity, answer: Answer) -> list[go.Scatter]:
+def _traces(one: PredictedQuantity, answer: JobAnswer) -> list[go.Scatter]:
     """Return the means, and the peaks beside them; warned of where a limit may go."""
     warned = {(each.cut, each.axis) for each in answer.exceeds if each.unit == one.unit}
     marks: dict[tuple[str, str], list[tuple[float, Interval, str]]] = {}
@@ -98,7 +100,7 @@ def _marked(
     value, low, high = (np.array([getattr(i, end) for _, i, _ in some])
                         for end in ("value", "low", "high"))  # fmt: skip
     hover = [
-        f"{figures.plain(cut)}, {name}<br>{figures.number(i.value)} "
+        f"{figures.plain_text(cut)}, {name}<br>{figures.number(i.value)} "
         f"({figures.span(i.low, i.high, unit)})"
         for _, i, cut in some
     ]
@@ -120,7 +122,7 @@ def _marked(
 
 
 def _draw_limit(
-    made: go.Figure, row: int, one: Quantity, answer: Answer, limit: float | None
+    made: go.Figure, row: int, one: PredictedQuantity, answer: JobAnswer, limit: float | None
 ) -> None:
     """Draw a limit on the sides of zero where forces are, unless it is FAR beyond them."""
     if limit is None:
@@ -138,5 +140,7 @@ def _draw_limit(
             line = {"dash": "dash", "width": 1.5}
             level = np.full(2, side * limit)
             made.add_trace(
-                figures.line(across, level, tone="warn", name="limit", line=line), row=row, col=1
+                figures.line_trace(across, level, tone="warn", name="limit", line=line),
+                row=row,
+                col=1,
             )

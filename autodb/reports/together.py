@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from autodb.explain.answer.answer import Value
-from autodb.explain.together import FACTORS, Located, Together
+from autodb.explain.answer.answer import IntervalValue
+from autodb.explain.together import FACTORS, ExplainedTogether, Located
 from autodb.reports import figures
 from autodb.reports.explanation import (
     certainty_words,
@@ -13,22 +13,22 @@ from autodb.reports.explanation import (
 )
 
 
-def folders(found: Together) -> list[str]:
+def recording_folders(found: ExplainedTogether) -> list[str]:
     """Return the name of each recording's own folder: its number and its file's name."""
     stems = (Path(setup.recording).stem for setup in found.recordings)
     return [f"{number}-{stem}" for number, stem in enumerate(stems, start=1)]
 
 
-def render_together(found: Together) -> str:
+def render_together(found: ExplainedTogether) -> str:
     """Return the page: what was recorded with what, and where each effect sits."""
-    return figures.page(
+    return figures.whole_page(
         "together.html.j2",
         title=f"{len(found.recordings)} recordings together",
         found=found,
         factors=[one for one in FACTORS if any(s.level(one) for s in found.recordings)],
-        folders=folders(found),
+        folders=recording_folders(found),
         file_name=file_name,
-        number=number,
+        number=effect_number,
         heading=heading,
         certainty_words=certainty_words,
         parameter_words=parameter_words,
@@ -46,7 +46,7 @@ def heading(effect: Located) -> str:
     return f"{channel_words(effect.channel)}: {what}"
 
 
-def number(value: Value | None) -> str:
+def effect_number(value: IntervalValue | None) -> str:
     """Return an effect's number in one recording, a dash where it could not show."""
     if value is None:
         return "—"

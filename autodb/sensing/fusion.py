@@ -41,7 +41,7 @@ USUAL = 1.5
 
 
 @dataclass(frozen=True)
-class Heard:
+class SensedTogether:
     """What sensors told of one recording's force: values and sds (n, k) N; NaN: not sensed."""
 
     value_N: Array
@@ -99,7 +99,7 @@ class Fusion:
 
 
 @dataclass(frozen=True)
-class Fused:
+class FusedForce:
     """Force and its sd (n,) N, and by what weight each sensor (n, k) made it; NaN: none senses."""
 
     value_N: Array
@@ -107,7 +107,9 @@ class Fused:
     weight: Array
 
 
-def learn(names: Sequence[str], heard: Sequence[Heard], known_N: Sequence[Array]) -> Fusion:
+def learn_fusion(
+    names: Sequence[str], heard: Sequence[SensedTogether], known_N: Sequence[Array]
+) -> Fusion:
     """Return how sensors go together, from recordings whose force (n,) N was known.
 
     Ways that are tried, each on recordings left out in turn: all sensors by what they tell, all by
@@ -123,7 +125,7 @@ def learn(names: Sequence[str], heard: Sequence[Heard], known_N: Sequence[Array]
     best = together if errors[together] <= NEARER * errors[single] else single
     told, counts = ways[best]
     begun = _learnt(names, both, told=told, counts=counts)
-    apart = np.max([distances(begun, one) for one in heard], axis=0)
+    apart = np.max([sensor_distances(begun, one) for one in heard], axis=0)
     return replace(begun, usual=np.maximum(apart, 1.0), wider=_wider(begun, both))
 
 
@@ -157,7 +159,7 @@ def with_sensor(fusion: Fusion, name: str) -> Fusion:
     )
 
 
-def distances(fusion: Fusion, heard: Heard) -> Array:
+def sensor_distances(fusion: Fusion, heard: SensedTogether) -> Array:
     """Return how far each sensor (k,) is from the others together, rms, in standard deviations.
 
     NaN where it, or all the others, sense nothing.
@@ -189,24 +191,24 @@ class Apart:
     factor: float
 
 
-def disagreeing(fusion: Fusion, heard: Heard) -> Apart | None:
+def disagreeing(fusion: Fusion, heard: SensedTogether) -> Apart | None:
     """Return which sensors do not agree in a recording, or None where all do."""
-    far = distances(fusion, heard) / fusion.usual
+    far = sensor_distances(fusion, heard) / fusion.usual
     if not np.any(far > APART):
         return None
     senses = np.flatnonzero(np.isfinite(far))
     if len(senses) > 2:
         for k in senses[np.argsort(-far[senses])]:
-            if not np.any(distances(fusion, _without(heard, k)) / fusion.usual > APART):
+            if not np.any(sensor_distances(fusion, _without(heard, k)) / fusion.usual > APART):
                 return Apart((fusion.names[k],), float(far[k]))
     names = tuple(fusion.names[k] for k in senses if far[k] > APART)
     return Apart(names, float(np.nanmax(far)))
 
 
-def _without(heard: Heard, sensor: int) -> Heard:
+def _without(heard: SensedTogether, sensor: int) -> SensedTogether:
     value = heard.value_N.copy()
     value[:, sensor] = np.nan
-    return Heard(value, heard.sd_N)
+    return SensedTogether(value, heard.sd_N)
 
 
 def trusting_less(fusion: Fusion, apart: Apart) -> Fusion:
@@ -221,7 +223,7 @@ def trusting_less(fusion: Fusion, apart: Apart) -> Fusion:
     )  # fmt: skip
 
 
-Known = Sequence[tuple[Heard, Array]]
+Known = Sequence[tuple[SensedTogether, Array]]
 
 
 def _left_out(names: Sequence[str], both: Known, *, told: bool, counts: tuple[bool, ...]) -> float:
@@ -259,14 +261,14 @@ def _wider(begun: Fusion, both: Known) -> float:
     return float(np.quantile(np.concatenate(ratios), 0.95) / NORMAL_95)
 
 
-def _picked(heard: Heard, known_N: Array) -> tuple[Array, Array]:
+def _picked(heard: SensedTogether, known_N: Array) -> tuple[Array, Array]:
     """Return errors and sds of some rows at which all sense."""
     all_ = np.flatnonzero(np.isfinite(heard.value_N).all(axis=1))
     rows = all_[np.linspace(0, len(all_) - 1, min(ROWS, len(all_))).astype(np.intp)]
     return heard.value_N[rows] - known_N[rows, None], heard.sd_N[rows]
 
 
-def fuse(fusion: Fusion, heard: Heard) -> Fused:
+def fuse(fusion: Fusion, heard: SensedTogether) -> FusedForce:
     """Return the one answer of a recording."""
     senses = np.isfinite(heard.value_N) & np.isfinite(heard.sd_N)
     if senses.all():
@@ -275,27 +277,27 @@ def fuse(fusion: Fusion, heard: Heard) -> Fused:
     # Where none of those senses that count, the others are what there is
     used = np.where(counted.any(axis=1)[:, None], counted, senses)
     none = np.full(len(used), np.nan)
-    whole = Fused(none, none.copy(), np.zeros(used.shape))
+    whole = FusedForce(none, none.copy(), np.zeros(used.shape))
     for pattern in np.unique(used, axis=0):
         if not pattern.any():
             continue
         rows = (used == pattern).all(axis=1)
-        some = Heard(heard.value_N[rows], heard.sd_N[rows])
+        some = SensedTogether(heard.value_N[rows], heard.sd_N[rows])
         made = _fused(fusion, some, np.flatnonzero(pattern))
         whole.value_N[rows], whole.sd_N[rows] = made.value_N, made.sd_N
         whole.weight[rows] = made.weight
     return whole
 
 
-def _fused(fusion: Fusion, heard: Heard, kept: NDArray[np.intp]) -> Fused:
+def _fused(fusion: Fusion, heard: SensedTogether, kept: NDArray[np.intp]) -> FusedForce:
     """Return the answer of rows at which the sensors ``kept`` sense, and count."""
-    value, sd, weight = put_together(fusion, heard.value_N[:, kept], heard.sd_N[:, kept], kept)
+    value, sd, weight = fuse_rows(fusion, heard.value_N[:, kept], heard.sd_N[:, kept], kept)
     every = np.zeros(heard.value_N.shape)
     every[:, kept] = weight
-    return Fused(value, fusion.wider * sd, every)
+    return FusedForce(value, fusion.wider * sd, every)
 
 
-def put_together(
+def fuse_rows(
     fusion: Fusion, value_N: Array, sd_N: Array, kept: NDArray[np.intp]
 ) -> tuple[Array, Array, Array]:
     """Return value and sd (r,) and weights (r, k) of rows at which the sensors ``kept`` sense.

@@ -12,26 +12,34 @@ from autodb.signals.phases import (
 )
 from autodb.signals.pulses import Pulses, regular_pulses
 from autodb.signals.scatter import standard_error
-from autodb.signals.segments import MARGIN_S, Levels, Segments, air_and_cut, segments_of, two_levels
+from autodb.signals.segments import (
+    MARGIN_S,
+    CutSegments,
+    LoadLevels,
+    air_and_cut,
+    cut_segments,
+    two_levels,
+)
 from autodb.signals.stops import interrupted, slowing_from
 from autodb.signals.stream import STANDING_HZ, PhaseRange, PhaseStream
-from autodb.signals.vibration import Line, Turning, chatter
+from autodb.signals.vibration import NarrowBand, Turning, chatter
 from autodb.signals.wavelets import moving_average, quasi_static, wavelet_range
 
 __all__ = [
     "MARGIN_S",
     "STANDING_HZ",
+    "CutSegments",
     "Flat",
-    "Levels",
-    "Line",
+    "LoadLevels",
+    "NarrowBand",
     "PhaseRange",
     "PhaseStream",
     "Pulses",
-    "Segments",
     "Turning",
     "Unfolded",
     "air_and_cut",
     "chatter",
+    "cut_segments",
     "decimate",
     "derivatives",
     "held_at_top",
@@ -42,7 +50,6 @@ __all__ = [
     "one_phase_range",
     "quasi_static",
     "regular_pulses",
-    "segments_of",
     "slowing_from",
     "space_vector",
     "standard_error",

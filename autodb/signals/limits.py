@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.signals.segments import runs
+from autodb.signals.segments import flagged_runs
 
 Array = NDArray[np.float64]
 
@@ -56,4 +56,4 @@ def _dips(range_A: Array, top_A: float, noise_A: float) -> int:
     at_top = np.flatnonzero(np.abs(range_A - top_A) <= WITHIN * noise_A)
     if not at_top.size:
         return 0
-    return len(runs(range_A[at_top[0] : at_top[-1]] < top_A - DEEP * noise_A))
+    return len(flagged_runs(range_A[at_top[0] : at_top[-1]] < top_A - DEEP * noise_A))

@@ -98,7 +98,7 @@ class Gains:
         return np.interp(np.abs(frequency), self.frequency, self.power)
 
 
-def gains(taps: Samples, octaves: int) -> list[Gains]:
+def octave_gains(taps: Samples, octaves: int) -> list[Gains]:
     """Return the gains of each octave's band-pass ``taps`` behind its half-band filters."""
     frequency = np.linspace(0.0, 0.5, 513)
     band = np.abs(response(taps, frequency)) ** 2
@@ -241,7 +241,7 @@ def _filtered(samples: Samples, taps: Samples) -> Complex:
 
 
 @dataclass
-class Quiet:
+class NoisePower:
     """The running power of what lies above every sinusoid, as the white noise that would make it.
 
     ``half_hop``: samples on either side of a hop's middle.
@@ -253,7 +253,7 @@ class Quiet:
     at: int = 0
 
     @classmethod
-    def start(cls, half_hop: int) -> "Quiet":
+    def start(cls, half_hop: int) -> "NoisePower":
         """Return one that begins with the first sample."""
         return cls(half_hop, -(-(QUIET_REACH + half_hop) // (2 * half_hop)))
 

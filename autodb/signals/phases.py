@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.signals.octaves import TURNING, Complex, analytic_taps
-from autodb.signals.stream import Form, PhaseRange, PhaseStream
+from autodb.signals.stream import PhaseForm, PhaseRange, PhaseStream
 
 Array = NDArray[np.float64]
 
@@ -17,14 +17,14 @@ PART = 1 << 16
 """Samples at a time that a whole recording is taken in: they stay in a processor's own memory."""
 
 
-def one_phase(smooth_s: float) -> Form:
+def one_phase(smooth_s: float) -> PhaseForm:
     """Return how one phase is read: half its amplitude turns either way."""
-    return Form(analytic_taps(), 0.15, 16.0, 0.125, 7, smooth_s)
+    return PhaseForm(analytic_taps(), 0.15, 16.0, 0.125, 7, smooth_s)
 
 
-def three_phases(smooth_s: float) -> Form:
+def three_phases(smooth_s: float) -> PhaseForm:
     """Return how three phases are read: the space vector's length is the amplitude."""
-    return Form(TURNING, 0.09, 4.0, 0.25, 5, smooth_s)
+    return PhaseForm(TURNING, 0.09, 4.0, 0.25, 5, smooth_s)
 
 
 def space_vector(u_A: Array, v_A: Array, w_A: Array) -> Complex:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.signals.segments import runs
+from autodb.signals.segments import flagged_runs
 
 Array = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ def _rises(part: Array, *, rate_hz: float, short_s: float) -> list[slice]:
     level = float(np.quantile(known, LEVEL))
     spread = BELOW * float(level - np.median(known[known <= level]))
     least = max(RISES * level, SPREADS * spread)
-    over = runs(np.nan_to_num(part - level) > 0.4 * least)
+    over = flagged_runs(np.nan_to_num(part - level) > 0.4 * least)
     high = [run for run in over if np.nanmax(part[run]) - level > least]
     return [run for run in high if run.stop - run.start < short_s * rate_hz]
 

@@ -48,7 +48,7 @@ class Series:
         self.means, self.base = self.means[:, drop:], self.base + drop
 
 
-def empty(first: int, rows: int) -> Series:
+def empty_reading(first: int, rows: int) -> Series:
     """Return a series that begins at an index."""
     return Series(first, first, np.zeros((rows, 0), dtype=np.complex128))
 
@@ -77,7 +77,7 @@ def _weights(width: float) -> Array:
 
 
 @dataclass(frozen=True)
-class Reading:
+class OctaveReading:
     """One octave at the common hops: squared range, signed frequency, and whether it holds."""
 
     squared_A2: Array
@@ -112,7 +112,7 @@ class Band:
         """Return this octave's hops around common hops begin to stop − 1."""
         return begin // self.stride, -(-(stop - 1) // self.stride) + 1
 
-    def read(self, series: Series, noise: Series, begin: int, stop: int) -> Reading:
+    def read(self, series: Series, noise: Series, begin: int, stop: int) -> OctaveReading:
         """Return the octave at common hops; at its own ends it keeps a reading for one period."""
         low, high = self.wanted(begin, stop)
         low = min(max(low, series.first), series.stop - 1)
@@ -125,7 +125,7 @@ class Band:
         in_band = (np.abs(cycles) > self.lowest) & (np.abs(cycles) < HIGHEST)
         beyond = np.abs(asked - place) * self.hop * np.abs(cycles)
         holds = in_band & (over.real > OVER_NOISE) & (share.real > SHARE) & (beyond <= 1.0)
-        return Reading(squared.real, cycles * self.rate_hz, holds)
+        return OctaveReading(squared.real, cycles * self.rate_hz, holds)
 
     def _own(self, series: Series, noise: Series, low: int, high: int) -> Complex:
         """Return at hops of this octave: squared range, A²; c[n+1] c*[n]; its power over the

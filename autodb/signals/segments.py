@@ -14,7 +14,7 @@ average over 0.5 s, and an entry of as long."""
 
 
 @dataclass(frozen=True)
-class Segments:
+class CutSegments:
     """The parts of a recorded cut, as slices of the samples; a part may be empty.
 
     ``entry`` and ``exit`` are the transitions, ``margin_s`` on either side of the crossing.
@@ -27,7 +27,7 @@ class Segments:
 
 
 @dataclass(frozen=True)
-class Levels:
+class LoadLevels:
     """In which samples (n,) a load is nearer to its level in cut than in air, and both levels."""
 
     cutting: Flags
@@ -39,7 +39,7 @@ class Levels:
         return (load - self.air) / (self.cut - self.air)
 
 
-def two_levels(load: Array) -> Levels | None:
+def two_levels(load: Array) -> LoadLevels | None:
     """Return the two levels of a load (n,), by fuzzy c-means; NaN (standing) is bridged.
 
     A recording starts in air. None when the clusters are not apart by 6 times their spread.
@@ -61,24 +61,24 @@ def two_levels(load: Array) -> Levels | None:
     cutting = np.asarray(label != air)
     if not cutting.any():
         return None
-    return Levels(cutting, float(centres[air, 0]), float(centres[1 - air, 0]))
+    return LoadLevels(cutting, float(centres[air, 0]), float(centres[1 - air, 0]))
 
 
-def runs(flags: Flags) -> list[slice]:
+def flagged_runs(flags: Flags) -> list[slice]:
     """Return where flags (n,) are set, as slices in order."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(int), [0]))))
     pairs = zip(edges[::2], edges[1::2], strict=True)
     return [slice(int(begin), int(end)) for begin, end in pairs]
 
 
-def segments_of(cutting: Flags, *, rate_hz: float, margin_s: float = MARGIN_S) -> Segments:
+def cut_segments(cutting: Flags, *, rate_hz: float, margin_s: float = MARGIN_S) -> CutSegments:
     """Return the parts around the longest run of cutting samples (n,), of which there is one."""
-    longest = max(runs(cutting), key=lambda run: run.stop - run.start)
+    longest = max(flagged_runs(cutting), key=lambda run: run.stop - run.start)
     margin, end = round(margin_s * rate_hz), len(cutting)
     marks = (longest.start - margin, longest.start + margin, longest.stop - margin)
     before, begins, ends = (min(max(0, mark), end) for mark in marks)
     ends = max(begins, ends)
-    return Segments(
+    return CutSegments(
         air=slice(min(margin, before), before),
         entry=slice(before, begins),
         cut=slice(begins, ends),
@@ -86,7 +86,7 @@ def segments_of(cutting: Flags, *, rate_hz: float, margin_s: float = MARGIN_S) -
     )
 
 
-def air_and_cut(load: Array, *, rate_hz: float, margin_s: float = MARGIN_S) -> Segments | None:
+def air_and_cut(load: Array, *, rate_hz: float, margin_s: float = MARGIN_S) -> CutSegments | None:
     """Split one recorded cut by its load (n,): a range or a force that rises or falls in the cut.
 
     None when air and cut are not told apart (`two_levels`), or a part is shorter than 0.3 s.
@@ -94,7 +94,7 @@ def air_and_cut(load: Array, *, rate_hz: float, margin_s: float = MARGIN_S) -> S
     found = two_levels(load)
     if found is None:
         return None
-    parts = segments_of(found.cutting, rate_hz=rate_hz, margin_s=margin_s)
+    parts = cut_segments(found.cutting, rate_hz=rate_hz, margin_s=margin_s)
     short = 0.3 * rate_hz
     if any(part.stop - part.start < short for part in (parts.air, parts.cut)):
         return None

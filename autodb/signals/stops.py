@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.signals.segments import Levels, runs
+from autodb.signals.segments import LoadLevels, flagged_runs
 
 Array = NDArray[np.float64]
 
@@ -19,17 +19,19 @@ SLOWED = 0.9
 BLOCK_S = 0.1
 
 
-def interrupted(load: Array, found: Levels, *, rate_hz: float) -> slice | None:
+def interrupted(load: Array, found: LoadLevels, *, rate_hz: float) -> slice | None:
     """Return where a load (n,) falls back to its level in air between two parts of cut, or None.
 
     NaN, an axis that stands, is gone too. A load averaged over ``BLOCK_S`` or so.
     """
     share = found.share(load)
-    there = [run for run in runs(share > THERE) if run.stop - run.start >= THERE_S * rate_hz]
+    there = [
+        run for run in flagged_runs(share > THERE) if run.stop - run.start >= THERE_S * rate_hz
+    ]
     if len(there) < 2:
         return None
     inside = slice(there[0].stop, there[-1].start)
-    gone = runs(~(share[inside] >= GONE))
+    gone = flagged_runs(~(share[inside] >= GONE))
     longest = max(gone, key=lambda run: run.stop - run.start, default=slice(0, 0))
     if longest.stop - longest.start < GONE_S * rate_hz:
         return None
@@ -48,7 +50,7 @@ def slowing_from(speed: Array, *, rate_hz: float) -> int | None:
         return None
     least = 1e-9 * float(np.max(mean))
     falls = (mean[:-1] - mean[1:]) / np.maximum(mean[:-1], least) / BLOCK_S > SLOWS_PER_S
-    for run in runs(falls):
+    for run in flagged_runs(falls):
         if np.max(mean[run.stop :]) <= SLOWED * mean[run.start]:
             return int(run.start * block)
     return None

@@ -5,8 +5,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.signals.octaves import HALF_BAND_REACH, QUIET_REACH, Octave, Quiet, Samples, gains
-from autodb.signals.readings import NOISE_HOPS, Band, Series, empty
+from autodb.signals.octaves import (
+    HALF_BAND_REACH,
+    QUIET_REACH,
+    NoisePower,
+    Octave,
+    Samples,
+    octave_gains,
+)
+from autodb.signals.readings import NOISE_HOPS, Band, Series, empty_reading
 
 Array = NDArray[np.float64]
 
@@ -35,7 +42,7 @@ class PhaseRange:
 
 
 @dataclass(frozen=True)
-class Form:
+class PhaseForm:
     """What one phase and three differ in: band-pass, its lowest share of the rate, averages.
 
     ``squared`` turns power behind a gain of one into the squared range, and ``moves`` that into the
@@ -51,10 +58,10 @@ class Form:
     smooth_s: float
 
 
-def _bands(form: Form, count: int, *, rate_hz: float, common: int) -> list[Band]:
+def _bands(form: PhaseForm, count: int, *, rate_hz: float, common: int) -> list[Band]:
     """Return how each octave is read; the slowest down to between standing and SLOWEST_HZ."""
     bands = []
-    for number, gain in enumerate(gains(form.taps, count)):
+    for number, gain in enumerate(octave_gains(form.taps, count)):
         rate, hop = rate_hz / 2**number, max(1, common >> number)
         width = max(form.smooth_s * rate, form.samples) / hop
         band = Band(
@@ -86,7 +93,7 @@ class PhaseStream:
     hop: int
     bands: list[Band]
     octaves: list[Octave]
-    quiet: Quiet
+    quiet: NoisePower
     series: list[Series]
     noise: Series
     taken: int = 0
@@ -95,7 +102,7 @@ class PhaseStream:
     last: tuple[Array, Array] = (np.zeros(0), np.zeros(0))
 
     @classmethod
-    def start(cls, form: Form, *, rate_hz: float) -> "PhaseStream":
+    def start(cls, form: PhaseForm, *, rate_hz: float) -> "PhaseStream":
         """Return a demodulator at the first sample of a recording."""
         half_hop = 2 ** max(2, round(np.log2(HOP_S * rate_hz)) - 1)
         octaves: list[Octave] = []
@@ -104,14 +111,14 @@ class PhaseStream:
         ):
             first = octaves[-1].next_half if octaves else 0
             octaves.append(Octave.start(form.taps, half_hop=half_hop >> number, first=first))
-        quiet = Quiet.start(half_hop)
+        quiet = NoisePower.start(half_hop)
         return cls(
             hop=2 * half_hop,
             bands=_bands(form, len(octaves), rate_hz=rate_hz, common=2 * half_hop),
             octaves=octaves,
             quiet=quiet,
-            series=[empty(octave.next_hop, 4) for octave in octaves],
-            noise=empty(quiet.next_hop, 1),
+            series=[empty_reading(octave.next_hop, 4) for octave in octaves],
+            noise=empty_reading(quiet.next_hop, 1),
         )
 
     @property

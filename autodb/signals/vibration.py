@@ -30,7 +30,7 @@ GROWS = 10.0
 
 
 @dataclass(frozen=True)
-class Line:
+class NarrowBand:
     """A narrow band: its frequency, Hz, and the rms of what it holds, in the signal's unit."""
 
     frequency_hz: float
@@ -49,7 +49,7 @@ class Turning:
 
 def chatter(
     cut: Array, air: Array, *, rate_hz: float, turning: Sequence[Turning], least_rms: float
-) -> Line | None:
+) -> NarrowBand | None:
     """Return the strongest narrow band of a signal in cut (n,) that is chatter, or None.
 
     ``air`` (m,): the same signal in air. ``least_rms``: below it a line is of no consequence.
@@ -77,7 +77,7 @@ def chatter(
     if lines[peak] < max(OUT_OF_BESIDE * beside, BESIDE_TURNING * others):
         return None
     highest = peak - LINE_BINS + int(np.argmax(density[peak - LINE_BINS : peak + LINE_BINS + 1]))
-    line = Line(float(frequency[highest]), rms)
+    line = NarrowBand(float(frequency[highest]), rms)
     within_hz = (LINE_BINS + 1) * step
     if lines[peak] < GROWS * _power_near(air, line.frequency_hz, within_hz, rate_hz=rate_hz):
         return None

@@ -1,12 +1,12 @@
 """Standard cuts: a protocol is data, its reference forces stand in for a dynamometer."""
 
-from autodb.standard.matching import MATCH, References, references, rows_of
+from autodb.standard.matching import MATCH, References, reference_forces, rows_of_cut
 from autodb.standard.order import run_order
 from autodb.standard.protocol import (
-    Bar,
-    Block,
-    Protocol,
-    Reference,
+    BarStock,
+    BlockStock,
+    CutProtocol,
+    ReferenceForce,
     StandardCut,
     read_protocol,
     shipped,
@@ -14,15 +14,15 @@ from autodb.standard.protocol import (
 
 __all__ = [
     "MATCH",
-    "Bar",
-    "Block",
-    "Protocol",
-    "Reference",
+    "BarStock",
+    "BlockStock",
+    "CutProtocol",
+    "ReferenceForce",
     "References",
     "StandardCut",
     "read_protocol",
-    "references",
-    "rows_of",
+    "reference_forces",
+    "rows_of_cut",
     "run_order",
     "shipped",
 ]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
-from autodb.standard.protocol import Protocol, StandardCut
+from autodb.standard.protocol import CutProtocol, StandardCut
 
 Array = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ class References:
     share: float
 
 
-def references(table: CutTable, protocol: Protocol, component: str) -> References:
+def reference_forces(table: CutTable, protocol: CutProtocol, component: str) -> References:
     """Return the reference force of every row that is a standard cut of the protocol.
 
     Raises UnusableInput when no row is one, none of those has a reference, or a row is two of them.
@@ -32,7 +32,7 @@ def references(table: CutTable, protocol: Protocol, component: str) -> Reference
     shares: list[float] = []
     matched = 0
     for cut in protocol.cut:
-        rows = rows_of(table, cut)
+        rows = rows_of_cut(table, cut)
         matched += int(rows.sum())
         reference = cut.reference.get(component)
         if reference is not None and rows.any():
@@ -59,7 +59,7 @@ def _refuse_two_in_one(table: CutTable, cut: StandardCut, twice: NDArray[np.bool
         )
 
 
-def rows_of(table: CutTable, cut: StandardCut) -> NDArray[np.bool_]:
+def rows_of_cut(table: CutTable, cut: StandardCut) -> NDArray[np.bool_]:
     """Return which rows of a table have a cut's operation, speed, feed and depth, shape (n,)."""
     operations = table.texts.get("operation", [cut.operation] * len(table))
     same = np.array([operation == cut.operation for operation in operations])

@@ -2,10 +2,10 @@
 
 from random import Random
 
-from autodb.standard.protocol import Protocol, StandardCut
+from autodb.standard.protocol import CutProtocol, StandardCut
 
 
-def run_order(protocol: Protocol) -> tuple[StandardCut, ...]:
+def run_order(protocol: CutProtocol) -> tuple[StandardCut, ...]:
     """Return the cuts in the order of the run; the first is made once more at the end.
 
     As many blocks as the cut that is repeated least has repeats. Each cut's repeats are spread over

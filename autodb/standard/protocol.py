@@ -19,7 +19,7 @@ PASSIVE = {"turn": "x", "face": "z"}
 """The axis that stands still in a turning operation: its force shows in no current."""
 
 
-class Reference(Section):
+class ReferenceForce(Section):
     """A reference force, N, with 95 % bounds; where it is from, how sure, and since when."""
 
     value: Finite
@@ -30,7 +30,7 @@ class Reference(Section):
     date: str
 
     @model_validator(mode="after")
-    def _in_order(self) -> "Reference":
+    def _in_order(self) -> "ReferenceForce":
         if not self.lower <= self.value <= self.upper:
             raise ValueError(f"value {self.value:g} must lie between lower and upper")
         return self
@@ -52,7 +52,7 @@ class StandardCut(Section):
     length_mm: Positive | None = None
     feed_direction_deg: Finite | None = None
     repeats: PositiveInt
-    reference: dict[str, Reference] = Field(default_factory=dict)
+    reference: dict[str, ReferenceForce] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _one_feed(self) -> "StandardCut":
@@ -75,7 +75,7 @@ class StandardCut(Section):
 HOLES = ("drill",)
 
 
-class Bar(Section):
+class BarStock(Section):
     """A bar in a chuck; program zero is its face on the spindle's axis.
 
     It is turned over ``length_mm`` from its first face, down to ``least_diameter_mm``; it is faced
@@ -89,7 +89,7 @@ class Bar(Section):
     least_length_mm: Positive
 
     @model_validator(mode="after")
-    def _in_order(self) -> "Bar":
+    def _in_order(self) -> "BarStock":
         if not self.hub_diameter_mm < self.least_diameter_mm < self.diameter_mm:
             raise ValueError("hub_diameter_mm < least_diameter_mm < diameter_mm would work")
         if not self.least_length_mm < self.length_mm:
@@ -97,7 +97,7 @@ class Bar(Section):
         return self
 
 
-class Block(Section):
+class BlockStock(Section):
     """A block in a vice; program zero is the middle of its top. ``wall_mm`` stays between cuts."""
 
     size_x_mm: Positive
@@ -106,7 +106,7 @@ class Block(Section):
     wall_mm: Positive
 
 
-class Protocol(Section):
+class CutProtocol(Section):
     """A list of standard cuts on one work-tool pair, and the stock that they are made on.
 
     ``seed`` sets their random order, ``air_s`` how long the tool feeds in air before each.
@@ -119,12 +119,12 @@ class Protocol(Section):
     seed: int = 1
     air_s: Annotated[float, Field(strict=True, ge=2.0, le=60.0)] = 2.0
     geometry: Geometry = Geometry()
-    bar: Bar | None = None
-    block: Block | None = None
+    bar: BarStock | None = None
+    block: BlockStock | None = None
     cut: tuple[StandardCut, ...] = Field(min_length=1)
 
     @model_validator(mode="after")
-    def _told_apart(self) -> "Protocol":
+    def _told_apart(self) -> "CutProtocol":
         names = [cut.name for cut in self.cut]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
@@ -139,14 +139,14 @@ def shipped() -> list[str]:
     return sorted(path.stem for path in kit("calibration").glob("*.toml"))
 
 
-def read_protocol(name: str) -> Protocol:
+def read_protocol(name: str) -> CutProtocol:
     """Read a protocol by name from the calibration kit, or from a file.
 
     Raises UnusableInput naming the protocols that ship, or file and key.
     """
     path = Path(name)
     if path.suffix == ".toml":
-        return read_toml(path, Protocol)
+        return read_toml(path, CutProtocol)
     if name not in shipped():
         raise UnusableInput(f"no protocol '{name}'{near(name, shipped())}")
-    return read_toml(kit("calibration") / f"{name}.toml", Protocol)
+    return read_toml(kit("calibration") / f"{name}.toml", CutProtocol)

@@ -7,10 +7,10 @@ from typing import Any
 
 from autodb.errors import UnusableInput
 from autodb.files.targets import write_text
-from autodb.standard.protocol import Protocol
+from autodb.standard.protocol import CutProtocol
 
 
-def as_toml(protocol: Protocol) -> str:
+def as_toml(protocol: CutProtocol) -> str:
     """Return a protocol as TOML; what it does not state is left out."""
     stated = protocol.model_dump(exclude_none=True, exclude_defaults=True)
     return "\n".join(_section("", stated)).strip() + "\n"
@@ -33,7 +33,7 @@ def _section(path: str, values: Mapping[str, Any]) -> Iterator[str]:
             yield from _section(name, value)
 
 
-def keep(text: str, path: Path) -> bool:
+def write_once(text: str, path: Path) -> bool:
     """Write a file whole or not at all; False where it is there already with the same text.
 
     Raises UnusableInput where it is there with another.

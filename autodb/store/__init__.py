@@ -19,9 +19,9 @@ from autodb.store.engines import (
     WRITES,
     backend_of,
     engine_of,
-    lasting,
     lock_audit,
     lock_catalogue,
+    retried,
 )
 from autodb.store.schemas import (
     head,
@@ -32,7 +32,7 @@ from autodb.store.schemas import (
     revision_of,
     revisions,
 )
-from autodb.store.urls import DEFAULT_URL, SQLITE, database_url, file_of, on_server, shown
+from autodb.store.urls import DEFAULT_URL, SQLITE, database_url, file_of, on_server, shown_url
 
 __all__ = [
     "DEFAULT_URL",
@@ -43,7 +43,6 @@ __all__ = [
     "database_url",
     "file_of",
     "head",
-    "lasting",
     "lock_audit",
     "lock_catalogue",
     "migrate",
@@ -51,8 +50,9 @@ __all__ = [
     "on_server",
     "open_store",
     "pointing_nowhere",
+    "retried",
     "revisions",
-    "shown",
+    "shown_url",
 ]
 
 
@@ -113,7 +113,7 @@ def open_store(url: str, *, any_schema: bool = False) -> Store:
     Raises UnusableInput when there is none, it is no database, or its schema is another.
     """
     engine = engine_of(url)
-    named = shown(url)
+    named = shown_url(url)
     if not on_server(url) and not file_of(url).exists():
         raise UnusableInput(f"{named}: no database there; 'autodb init' makes one")
     try:
@@ -126,7 +126,7 @@ def open_store(url: str, *, any_schema: bool = False) -> Store:
 
 def _check_schema(engine: Engine, url: str, *, any_schema: bool) -> None:
     """Raise UnusableInput where a database has none of ours, or another than this version's."""
-    named = shown(url)
+    named = shown_url(url)
     found = revision_of(engine, url)
     if found is None:
         raise UnusableInput(f"{named}: no autodb database; 'autodb init' makes one")
@@ -169,7 +169,7 @@ def create_store(url: str) -> Created:
     """
     if not on_server(url):
         file_of(url)
-    engine, named = engine_of(url), shown(url)
+    engine, named = engine_of(url), shown_url(url)
     try:
         found = revision_of(engine, url)
         if found is None and inspect(engine).get_table_names():

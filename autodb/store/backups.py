@@ -7,7 +7,7 @@ from pathlib import Path
 from autodb.errors import UnusableInput
 from autodb.files.targets import LOGS, Progress, hidden, needs_folder, replace_by
 from autodb.store import file_of, on_server
-from autodb.store.copies import Copied, connect, copy_of, same_folder, schema_of, settle
+from autodb.store.copies import Copied, connect, copy_of, same_folder, settle, stored_schema_of
 from autodb.store.moving import to_file
 
 
@@ -50,7 +50,7 @@ def _may_be_written(target: Path, source: Path | None, *, replace: bool) -> None
         raise UnusableInput(f"{target}: is there already; another name, or --replace, would work")
     try:
         with closing(connect(target)) as old:
-            schema_of(old, target)
+            stored_schema_of(old, target)
     except sqlite3.DatabaseError as error:
         raise UnusableInput(
             f"{target}: is no backup that could be replaced ({error}); a new name would work"

@@ -10,7 +10,7 @@ from autodb.errors import UnusableInput
 from autodb.files.excuses import full_under, is_full
 from autodb.files.targets import Progress, sync
 from autodb.store import head, revisions, rowsums, shape
-from autodb.store.engines import opened
+from autodb.store.engines import open_sqlite
 
 PAGES_A_STEP = 2048
 WAIT_S = 5.0
@@ -34,7 +34,7 @@ def same_folder(a: Path, b: Path) -> bool:
     return a.parent.resolve() == b.parent.resolve()
 
 
-def counts(connection: sqlite3.Connection) -> dict[str, int]:
+def row_counts(connection: sqlite3.Connection) -> dict[str, int]:
     """Return the number of rows of every table but the migrations' own and the checksums."""
     return {
         name: connection.execute(f'SELECT COUNT(*) FROM "{name}"').fetchone()[0]
@@ -49,8 +49,8 @@ def copy_of(source: Path, partial: Path, progress: Progress | None) -> Copied:
     try:
         with closing(connect(source)) as live, closing(connect(partial)) as copy:
             live.execute("BEGIN")  # all that follows sees this state, whatever others write
-            schema = schema_of(live, source)
-            before = counts(live)
+            schema = stored_schema_of(live, source)
+            before = row_counts(live)
             live.backup(copy, pages=PAGES_A_STEP, progress=_said(progress))
             live.execute("ROLLBACK")
             _check(copy, source, schema, before)
@@ -69,7 +69,7 @@ def _said(progress: Progress | None) -> Callable[[int, int, int], None]:
     return say
 
 
-def schema_of(connection: sqlite3.Connection, path: Path) -> str:
+def stored_schema_of(connection: sqlite3.Connection, path: Path) -> str:
     """Return the schema of a database; raises UnusableInput when it is none that we know."""
     names = {row[0] for row in connection.execute("SELECT name FROM sqlite_master")}
     row = None
@@ -93,7 +93,7 @@ def _check(copy: sqlite3.Connection, source: Path, schema: str, before: dict[str
     faults = [row[0] for row in copy.execute("PRAGMA integrity_check") if row[0] != "ok"]
     faults += [f"rows of '{row[0]}' point to no row" for row in copy.execute(
         "PRAGMA foreign_key_check")]  # fmt: skip
-    if counts(copy) != before:
+    if row_counts(copy) != before:
         faults.append("the copy holds another number of rows")
     if faults:
         raise UnusableInput(f"{source}: damaged ({faults[0]}); 'autodb doctor' says more")
@@ -107,7 +107,7 @@ def _check(copy: sqlite3.Connection, source: Path, schema: str, before: dict[str
 
 def connect(path: Path) -> sqlite3.Connection:
     """Open a database file as it is, without changing how it keeps its log."""
-    return opened(path, isolation_level=None, timeout=WAIT_S)
+    return open_sqlite(path, isolation_level=None, timeout=WAIT_S)
 
 
 def settle(path: Path) -> None:

@@ -29,7 +29,7 @@ from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
 from autodb.errors import UnusableInput
-from autodb.files.targets import named
+from autodb.files.targets import naming_file
 from autodb.store import rowsums
 from autodb.store.urls import POSTGRESQL, SQLITE, parsed
 
@@ -54,7 +54,7 @@ NO_ROOM_TO_SHARE = ("SQLITE_IOERR_SHMSIZE", "SQLITE_IOERR_SHMMAP", "SQLITE_IOERR
 """What SQLite says where it cannot make the file by which those who have a log open share it."""
 
 
-def opened(*where: Any, **how: Any) -> sqlite3.Connection:
+def open_sqlite(*where: Any, **how: Any) -> sqlite3.Connection:
     """Return a connection to an SQLite file, which may be read where its disk is full.
 
     There it is alone: the index of the log is kept in memory, and others wait until it is closed.
@@ -107,7 +107,7 @@ class _SQLite:
 
     @staticmethod
     def _do_connect(_dialect: object, _record: object, at: Any, how: Any) -> sqlite3.Connection:
-        return opened(*at, timeout=LOCKED_MS / 1000.0, **how)
+        return open_sqlite(*at, timeout=LOCKED_MS / 1000.0, **how)
 
     @staticmethod
     def _on_checkin(connection: Any, record: ConnectionPoolEntry) -> None:
@@ -118,7 +118,7 @@ class _SQLite:
     @staticmethod
     def _on_error(path: Path, context: ExceptionContext) -> None:
         """Have errors name the file: of a full disk, it says which."""
-        named(context.original_exception, path)
+        naming_file(context.original_exception, path)
 
     @staticmethod
     def _on_connect(foreign_keys: bool, connection: Any, _record: object) -> None:
@@ -221,7 +221,7 @@ def lock_audit(session: Session) -> None:
         session.execute(select(func.pg_advisory_xact_lock(AUDIT)))
 
 
-def lasting(work: Callable[[], Done], tell: Callable[[str], None] = lambda _: None) -> Done:
+def retried(work: Callable[[], Done], tell: Callable[[str], None] = lambda _: None) -> Done:
     """Do work that may be done again; where the server goes away meanwhile, once it is back.
 
     Raises the server's error where it stays away.

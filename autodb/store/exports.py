@@ -174,7 +174,7 @@ def _of_machine(table: Table, owner: int) -> ColumnElement[bool] | None:
     return kept
 
 
-def load(folder: Path, target: Path, *, progress: Progress | None = None) -> Copied:
+def load_export(folder: Path, target: Path, *, progress: Progress | None = None) -> Copied:
     """Make a new database file at ``target`` from an export, at the export's own schema.
 
     Raises UnusableInput naming the file that is missing, altered or not what the schema holds.

@@ -14,7 +14,7 @@ from sqlalchemy.exc import DBAPIError
 
 from autodb.errors import UnusableInput
 from autodb.files.targets import Progress
-from autodb.store import create_store, head, models, open_store, shown
+from autodb.store import create_store, head, models, open_store, shown_url
 from autodb.store.copies import Copied, connect
 
 ROWS_A_STEP = 10_000
@@ -79,7 +79,8 @@ def to_server(source: Path, url: str, *, replace: bool, progress: Progress | Non
             held = _rows_of(new.connection())
             if held and not replace:
                 raise UnusableInput(
-                    f"{shown(url)}: holds {held} rows; another database, or --replace, would work"
+                    f"{shown_url(url)}: holds {held} rows; another database, or --replace, "
+                    "would work"
                 )
             tables = models.Base.metadata.sorted_tables
             every = ", ".join(f'"{table.name}"' for table in tables)

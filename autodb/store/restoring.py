@@ -9,8 +9,8 @@ from tempfile import TemporaryDirectory
 from autodb.errors import UnusableInput
 from autodb.files.targets import LOGS, Progress, hidden, needs_folder, replace_by
 from autodb.store import create_store, file_of, head, on_server
-from autodb.store.copies import Copied, connect, copy_of, counts, schema_of, settle
-from autodb.store.exports import load
+from autodb.store.copies import Copied, connect, copy_of, row_counts, settle, stored_schema_of
+from autodb.store.exports import load_export
 from autodb.store.moving import to_server
 
 
@@ -41,7 +41,7 @@ def restore(
 def _made(source: Path, file: Path, progress: Progress | None) -> Copied:
     """Make a database file of a backup or an export, and bring it to this version's schema."""
     if source.is_dir():
-        copied = load(source, file, progress=progress)
+        copied = load_export(source, file, progress=progress)
     else:
         copied = copy_of(source, file, progress)
     if progress:
@@ -59,9 +59,9 @@ def _may_be_replaced(target: Path, *, replace: bool) -> None:
         return
     try:
         with closing(connect(target)) as old:
-            held = counts(old)
+            held = row_counts(old)
             if held:
-                schema_of(old, target)
+                stored_schema_of(old, target)
     except sqlite3.DatabaseError as error:
         if replace:
             return  # what cannot be read is set aside, not lost

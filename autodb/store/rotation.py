@@ -58,7 +58,7 @@ class Rotated:
 
 
 @dataclass(frozen=True)
-class Drilled:
+class RestoreDrill:
     """The newest backup, how old it is, and what a restore of it held."""
 
     newest: Dated
@@ -112,7 +112,7 @@ def _is_due(newest: Dated, every: Every, now: datetime) -> bool:
     return age < timedelta() or age >= every.apart * (1.0 - EARLY)
 
 
-def drill(folder: Path, *, now: datetime, progress: Progress | None = None) -> Drilled:
+def drill(folder: Path, *, now: datetime, progress: Progress | None = None) -> RestoreDrill:
     """Restore the newest backup of a folder into a temporary one, as a real restore would.
 
     Raises UnusableInput where there is none, or it cannot be restored.
@@ -125,10 +125,10 @@ def drill(folder: Path, *, now: datetime, progress: Progress | None = None) -> D
     with TemporaryDirectory() as aside:
         url = f"sqlite:///{Path(aside) / 'restored.sqlite3'}"
         restored = restore(url, there[-1].path, progress=progress)
-    return Drilled(there[-1], now - there[-1].at, restored)
+    return RestoreDrill(there[-1], now - there[-1].at, restored)
 
 
-def said(age: timedelta) -> str:
+def age_words(age: timedelta) -> str:
     """Return an age in words.
 
     >>> said(timedelta(hours=30))

@@ -49,7 +49,7 @@ class _Text(bytes):
 
 
 @dataclass(frozen=True)
-class Columns:
+class TableColumns:
     """A table's columns in the order of their names, and the first one of its key."""
 
     names: tuple[str, ...]
@@ -87,7 +87,7 @@ def register(connection: sqlite3.Connection) -> sqlite3.Connection:
     return connection
 
 
-def triggers(tables: Mapping[str, Columns]) -> dict[str, str]:
+def triggers(tables: Mapping[str, TableColumns]) -> dict[str, str]:
     """Return the triggers that keep the checksums of tables: SQL by name."""
     made = {}
     for table, columns in tables.items():
@@ -98,7 +98,7 @@ def triggers(tables: Mapping[str, Columns]) -> dict[str, str]:
     return made
 
 
-def _count(table: str, columns: Columns, row: str, by: int) -> str:
+def _count(table: str, columns: TableColumns, row: str, by: int) -> str:
     """Return the statement that counts a row in or out; its digest is its own inverse."""
     values = ", ".join(f'{row}."{name}"' for name in columns.names)
     return (
@@ -109,15 +109,17 @@ def _count(table: str, columns: Columns, row: str, by: int) -> str:
     )
 
 
-def of_metadata(metadata: MetaData) -> dict[str, Columns]:
+def of_metadata(metadata: MetaData) -> dict[str, TableColumns]:
     """Return the columns of the tables that models state."""
     return {
-        table.name: Columns(tuple(sorted(table.columns.keys())), next(iter(table.primary_key)).name)
+        table.name: TableColumns(
+            tuple(sorted(table.columns.keys())), next(iter(table.primary_key)).name
+        )
         for table in metadata.sorted_tables
     }
 
 
-def of_file(file: sqlite3.Connection) -> dict[str, Columns]:
+def of_file(file: sqlite3.Connection) -> dict[str, TableColumns]:
     """Return the columns of the tables of a file whose rows have checksums; each has a key."""
     return {
         name: _columns(file.execute("SELECT name, pk FROM pragma_table_info(?)", (name,)))
@@ -131,9 +133,11 @@ def tables_of(file: sqlite3.Connection) -> list[str]:
     return [name for (name,) in names if name not in UNCOUNTED and not name.startswith("sqlite_")]
 
 
-def _columns(rows: Iterable[tuple[str, int]]) -> Columns:
+def _columns(rows: Iterable[tuple[str, int]]) -> TableColumns:
     keys = dict(rows)
-    return Columns(tuple(sorted(keys)), next(name for name, place in keys.items() if place == 1))
+    return TableColumns(
+        tuple(sorted(keys)), next(name for name, place in keys.items() if place == 1)
+    )
 
 
 def driver_of(connection: Connection) -> sqlite3.Connection:
@@ -162,13 +166,13 @@ def lay(connection: Connection) -> None:
     if connection.dialect.name != SQLITE or not is_kept(file := driver_of(connection)):
         return
     file.execute(f"DELETE FROM {SUMS.name}")
-    rows = ((*group, *what) for group, what in sums(file).items())
+    rows = ((*group, *what) for group, what in sums_of_rows(file).items())
     file.executemany(f"INSERT INTO {SUMS.name} VALUES (?, ?, ?, ?)", rows)
     for statement in triggers(of_file(file)).values():
         file.execute(statement)
 
 
-def sums(file: sqlite3.Connection) -> Sums:
+def sums_of_rows(file: sqlite3.Connection) -> Sums:
     """Return what the checksums of all rows are, as they can be read now."""
     found: Sums = {}
     tables = of_file(file)
@@ -205,7 +209,7 @@ def altered(file: sqlite3.Connection) -> list[str]:
         for table, part, rows, digest in file.execute(f"SELECT * FROM {SUMS.name}")
         if rows or digest
     }
-    found = sums(file)
+    found = sums_of_rows(file)
     keys = {name: columns.key for name, columns in of_file(file).items()}
     different = {
         group for group in kept.keys() | found.keys() if kept.get(group) != found.get(group)

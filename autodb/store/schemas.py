@@ -19,7 +19,7 @@ from autodb.errors import UnusableInput
 from autodb.files.excuses import full_under, is_full
 from autodb.store import rowsums
 from autodb.store.engines import WRITES, engine_of
-from autodb.store.urls import SQLITE, on_server, shown
+from autodb.store.urls import SQLITE, on_server, shown_url
 
 
 def make_in(connection: Connection) -> None:
@@ -122,5 +122,5 @@ def revision_of(engine: Engine, url: str) -> str | None:
             else "a SQLite file in a folder that may be written would work"
         )
         raise UnusableInput(
-            f"{shown(url)}: cannot be opened as a database ({reason}); {works}"
+            f"{shown_url(url)}: cannot be opened as a database ({reason}); {works}"
         ) from None

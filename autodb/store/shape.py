@@ -56,7 +56,7 @@ def _parted(text: str) -> list[str]:
 
 
 @cache
-def expected(revision: str) -> Objects:
+def expected_shape(revision: str) -> Objects:
     """Return what a database of a schema that this version knows consists of."""
     if revision == head():
         engine = create_engine("sqlite://")
@@ -75,7 +75,7 @@ def expected(revision: str) -> Objects:
 
 def strange(file: sqlite3.Connection, revision: str) -> list[str]:
     """Return what a database has beyond its schema, lacks of it or has otherwise, in words."""
-    return _differing(objects(file), expected(revision))
+    return _differing(objects(file), expected_shape(revision))
 
 
 def running(file: sqlite3.Connection) -> list[str]:

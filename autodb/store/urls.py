@@ -29,14 +29,16 @@ def parsed(url: str) -> URL:
         raise UnusableInput(f"'{url}' is no database URL; {works}") from None
     if found.drivername in DRIVERS:
         if not found.database:
-            raise UnusableInput(f"{shown(url)}: names no database; {SERVER_URL} would work")
+            raise UnusableInput(f"{shown_url(url)}: names no database; {SERVER_URL} would work")
         return found.set(drivername="postgresql+psycopg")
     if found.get_backend_name() != SQLITE:
-        raise UnusableInput(f"'{shown(url)}': only SQLite and PostgreSQL are supported; {works}")
+        raise UnusableInput(
+            f"'{shown_url(url)}': only SQLite and PostgreSQL are supported; {works}"
+        )
     return found
 
 
-def shown(url: str) -> str:
+def shown_url(url: str) -> str:
     """Return a URL as messages may name it: without its password."""
     found = make_url(url)
     return url if found.password is None else found.render_as_string(hide_password=True)
@@ -53,7 +55,9 @@ def file_of(url: str) -> Path:
     Raises UnusableInput when the URL is none of a file, or means a database in memory.
     """
     if on_server(url):
-        raise UnusableInput(f"{shown(url)}: is on a server, and no file; {DEFAULT_URL} would work")
+        raise UnusableInput(
+            f"{shown_url(url)}: is on a server, and no file; {DEFAULT_URL} would work"
+        )
     database = parsed(url).database
     if database in (None, "", ":memory:"):
         raise UnusableInput(f"{url}: a database in memory keeps nothing; {DEFAULT_URL} would work")

@@ -4,14 +4,14 @@ Adding physics is one function and its test: write the function, list its term i
 """
 
 from autodb.terms._term import (
-    Belief,
     Channel,
     Contribution,
     Factor,
     InputChange,
     OutputChange,
-    Parameter,
+    ParameterPrior,
     Term,
+    TermParameter,
 )
 from autodb.terms.chip import BUILT_UP_EDGE, HARD_SPOT, SIZE_EFFECT, SPEED_SOFTENING
 from autodb.terms.drive import (
@@ -108,12 +108,12 @@ __all__ = [
     "COGGING_TABLE",
     "FRICTION_RIPPLE",
     "TERMS",
-    "Belief",
     "Channel",
     "Contribution",
     "Factor",
     "InputChange",
     "OutputChange",
-    "Parameter",
+    "ParameterPrior",
     "Term",
+    "TermParameter",
 ]

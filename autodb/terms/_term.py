@@ -21,7 +21,7 @@ Channel = Literal["axis", "rotary", "spindle", "cuts", "table"]
 
 
 @dataclass(frozen=True)
-class Belief:
+class ParameterPrior:
     """What is known of a parameter before any recording: a normal distribution and its source."""
 
     mean: float
@@ -30,7 +30,7 @@ class Belief:
 
 
 @dataclass(frozen=True)
-class Parameter:
+class TermParameter:
     """One named parameter: its unit in terms of the channel's unit ``U``, and its meaning.
 
     ``lower`` and ``upper`` bound it. A shape parameter also has the ``keyword`` that its term's
@@ -42,7 +42,7 @@ class Parameter:
     meaning: str
     lower: float = -math.inf
     upper: float = math.inf
-    prior: Belief | None = None
+    prior: ParameterPrior | None = None
     keyword: str = ""
     starts: tuple[float, ...] = ()
 
@@ -71,14 +71,14 @@ class Term:
     excited_by: str
     source: str
     form: str = ""
-    coefficients: tuple[Parameter, ...] = ()
-    shape: tuple[Parameter, ...] = ()
+    coefficients: tuple[TermParameter, ...] = ()
+    shape: tuple[TermParameter, ...] = ()
     modifies: tuple[str, ...] = ()
     alike: tuple[str, ...] = ()
     told_apart_by: str | None = None
 
     @property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[TermParameter, ...]:
         """All parameters, the linear ones first."""
         return (*self.coefficients, *self.shape)
 

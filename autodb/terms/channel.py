@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Contribution, Factor, InputChange, OutputChange, Parameter, Term
+from autodb.terms._term import Contribution, Factor, InputChange, OutputChange, Term, TermParameter
 
 Array = NDArray[np.float64]
 Inputs = Mapping[str, Array]
@@ -18,7 +18,7 @@ EVERY = "*"
 
 
 @dataclass(frozen=True)
-class Part:
+class ChannelPart:
     """One term of a model.
 
     ``shape`` gives every shape parameter's value by name; ``free`` those that a fit may change.
@@ -44,26 +44,26 @@ class Part:
         """Name of this instance: the term, its form, and what it is of."""
         return " ".join(word for word in (self.term.name, self.term.form, self.of) if word)
 
-    def with_shape(self, values: Mapping[str, float]) -> "Part":
+    def with_shape(self, values: Mapping[str, float]) -> "ChannelPart":
         """Return the part with other shape parameters."""
-        return Part(self.term, {**self.shape, **values}, self.free, self.of)
+        return ChannelPart(self.term, {**self.shape, **values}, self.free, self.of)
 
 
-def _input_name(part: Part, name: str) -> str:
+def _input_name(part: ChannelPart, name: str) -> str:
     return f"{part.of}.{name.removeprefix('other_')}" if name.startswith("other_") else name
 
 
-def _arguments(part: Part, inputs: Inputs) -> tuple[list[Array], dict[str, float]]:
+def _arguments(part: ChannelPart, inputs: Inputs) -> tuple[list[Array], dict[str, float]]:
     shape = {p.keyword: part.shape[p.name] for p in part.term.shape}
     return [inputs[_input_name(part, name)] for name in part.term.inputs], shape
 
 
-def columns(parts: Sequence[Part], inputs: Inputs) -> Array:
+def channel_columns(parts: Sequence[ChannelPart], inputs: Inputs) -> Array:
     """Return the columns (n, p) of all contributions, modified, in the order of ``coefficients``.
 
     ``inputs``: arrays (n,) by name, at least those that the parts' terms take.
     """
-    inputs = changed(parts, inputs)
+    inputs = changed_inputs(parts, inputs)
     blocks = []
     for part in parts:
         if isinstance(part.term, Contribution):
@@ -76,7 +76,7 @@ def columns(parts: Sequence[Part], inputs: Inputs) -> Array:
     return np.column_stack(blocks)
 
 
-def changed(parts: Sequence[Part], inputs: Inputs) -> dict[str, Array]:
+def changed_inputs(parts: Sequence[ChannelPart], inputs: Inputs) -> dict[str, Array]:
     """Return the inputs as the parts' input changes leave them."""
     now = dict(inputs)
     for part in parts:
@@ -91,7 +91,7 @@ def _is_other(name: str, changes: tuple[str, ...]) -> bool:
     return "." in name and f"other_{name.split('.', 1)[1]}" in changes
 
 
-def factors(parts: Sequence[Part], term: Term, inputs: Inputs) -> list[Array]:
+def factors(parts: Sequence[ChannelPart], term: Term, inputs: Inputs) -> list[Array]:
     """Return the factors (n,) by which the parts scale a term's columns."""
     found = []
     for part in parts:
@@ -101,7 +101,7 @@ def factors(parts: Sequence[Part], term: Term, inputs: Inputs) -> list[Array]:
     return found
 
 
-def coefficients(parts: Sequence[Part]) -> list[tuple[Part, Parameter]]:
+def linear_parameters(parts: Sequence[ChannelPart]) -> list[tuple[ChannelPart, TermParameter]]:
     """Return the linear parameters in the order of ``columns``."""
     return [
         (part, parameter)
@@ -111,12 +111,12 @@ def coefficients(parts: Sequence[Part]) -> list[tuple[Part, Parameter]]:
     ]
 
 
-def free_shape(parts: Sequence[Part]) -> list[tuple[Part, Parameter]]:
+def free_shape(parts: Sequence[ChannelPart]) -> list[tuple[ChannelPart, TermParameter]]:
     """Return the shape parameters that a fit may change, in the order of ``reshaped``."""
     return [(part, p) for part in parts for p in part.term.shape if p.name in part.free]
 
 
-def reshaped(parts: Sequence[Part], values: Array) -> tuple[Part, ...]:
+def reshaped(parts: Sequence[ChannelPart], values: Array) -> tuple[ChannelPart, ...]:
     """Return the parts with their free shape parameters set to ``values`` (q,)."""
     rest = list(values)
     done = []
@@ -126,7 +126,7 @@ def reshaped(parts: Sequence[Part], values: Array) -> tuple[Part, ...]:
     return tuple(done)
 
 
-def through_outputs(parts: Sequence[Part], effort: Array, inputs: Inputs) -> Array:
+def through_outputs(parts: Sequence[ChannelPart], effort: Array, inputs: Inputs) -> Array:
     """Return what is recorded of a sum (n,): clipped, or without its sign."""
     for part in parts:
         if isinstance(part.term, OutputChange):
@@ -135,6 +135,6 @@ def through_outputs(parts: Sequence[Part], effort: Array, inputs: Inputs) -> Arr
     return effort
 
 
-def predict(parts: Sequence[Part], linear: Array, inputs: Inputs) -> Array:
+def predicted_channel(parts: Sequence[ChannelPart], linear: Array, inputs: Inputs) -> Array:
     """Return the channel (n,) that parts with linear parameters (p,) give."""
-    return through_outputs(parts, columns(parts, inputs) @ linear, inputs)
+    return through_outputs(parts, channel_columns(parts, inputs) @ linear, inputs)

@@ -6,7 +6,7 @@ All are 1 under the stated reference conditions, so that the factor of `shear` k
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Belief, Factor, Parameter
+from autodb.terms._term import Factor, ParameterPrior, TermParameter
 
 Array = NDArray[np.float64]
 
@@ -75,9 +75,9 @@ SIZE_EFFECT = Factor(
     inputs=("thickness",),
     function=size_effect,
     shape=(
-        Parameter(
+        TermParameter(
             "exponent", "1", "how steeply the specific force rises as the chip thins", 0.0, 0.9,
-            prior=Belief(0.25, 0.15, "chosen: a rise of 10 to 30 % for half the thickness"),
+            prior=ParameterPrior(0.25, 0.15, "chosen: a rise of 10 to 30 % for half the thickness"),
             keyword="exponent", starts=(0.1, 0.25, 0.5),
         ),
     ),
@@ -96,9 +96,9 @@ SPEED_SOFTENING = Factor(
     inputs=("speed",),
     function=speed_softening,
     shape=(
-        Parameter(
+        TermParameter(
             "exponent", "1", "how steeply force falls with speed; negative: it rises", -0.5, 1.0,
-            prior=Belief(0.0, 0.1, "chosen: the law itself has none"),
+            prior=ParameterPrior(0.0, 0.1, "chosen: the law itself has none"),
             keyword="exponent", starts=(-0.1, 0.1, 0.3),
         ),
     ),
@@ -114,18 +114,18 @@ BUILT_UP_EDGE = Factor(
     inputs=("speed",),
     function=built_up_edge,
     shape=(
-        Parameter(
+        TermParameter(
             "change", "1", "relative change of force in the middle of the band", -0.9, 2.0,
-            prior=Belief(0.0, 0.3, "chosen"), keyword="change", starts=(-0.2, 0.2),
+            prior=ParameterPrior(0.0, 0.3, "chosen"), keyword="change", starts=(-0.2, 0.2),
         ),
-        Parameter(
+        TermParameter(
             "centre", "m/min", "speed in the middle of the band", 1.0, 300.0,
-            prior=Belief(40.0, 40.0, "chosen: low to middling speeds of steel and aluminium"),
+            prior=ParameterPrior(40.0, 40.0, "chosen: low to middling speeds of steel, aluminium"),
             keyword="centre_m_min", starts=(10.0, 20.0, 40.0, 80.0, 160.0),
         ),
-        Parameter(
+        TermParameter(
             "width", "1", "half width of the band in ln v", 0.05, 1.0,
-            prior=Belief(0.3, 0.2, "chosen"), keyword="width", starts=(0.15, 0.4),
+            prior=ParameterPrior(0.3, 0.2, "chosen"), keyword="width", starts=(0.15, 0.4),
         ),
     ),
     modifies=("shear",),
@@ -141,12 +141,12 @@ HARD_SPOT = Factor(
     inputs=("cut",),
     function=hard_spot,
     shape=(
-        Parameter(
+        TermParameter(
             "factor", "1", "force there against force elsewhere", 0.2, 5.0,
-            prior=Belief(1.0, 0.3, "chosen"), keyword="factor", starts=(0.8, 1.25),
+            prior=ParameterPrior(1.0, 0.3, "chosen"), keyword="factor", starts=(0.8, 1.25),
         ),
-        Parameter("first", "1", "number of the first cut in it", keyword="first"),
-        Parameter("last", "1", "number of the last cut in it", keyword="last"),
+        TermParameter("first", "1", "number of the first cut in it", keyword="first"),
+        TermParameter("last", "1", "number of the last cut in it", keyword="last"),
     ),
     modifies=("shear", "edge_force"),
     needs=(),

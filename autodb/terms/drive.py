@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from autodb.terms._term import Belief, Contribution, Factor, Parameter
+from autodb.terms._term import Contribution, Factor, ParameterPrior, TermParameter
 from autodb.terms.sampling import step_s
 
 Array = NDArray[np.float64]
@@ -157,7 +157,7 @@ INERTIA = Contribution(
     channels=("axis", "rotary", "spindle"),
     inputs=("acceleration",),
     function=inertia,
-    coefficients=(Parameter("coefficient", "U·s²/mm", "effort per acceleration", lower=0.0),),
+    coefficients=(TermParameter("coefficient", "U·s²/mm", "effort per acceleration", lower=0.0),),
     needs=("position",),
     statement="Mass that must be accelerated.",
     excited_by="accelerated moves: rapids with dwells",
@@ -168,7 +168,7 @@ CROSS_COUPLING = Contribution(
     channels=("axis",),
     inputs=("other_acceleration",),
     function=cross_coupling,
-    coefficients=(Parameter("coefficient", "U·s²/mm", "effort per acceleration of that axis"),),
+    coefficients=(TermParameter("coefficient", "U·s²/mm", "effort per acceleration of that axis"),),
     needs=("position", "position of the other axis"),
     statement="This axis feels another axis accelerate.",
     excited_by="accelerated moves of the other axis while this one stands",
@@ -179,7 +179,7 @@ GRAVITY = Contribution(
     channels=("axis",),
     inputs=("position",),
     function=gravity,
-    coefficients=(Parameter("level", "U", "constant load, also at standstill"),),
+    coefficients=(TermParameter("level", "U", "constant load, also at standstill"),),
     needs=(),
     statement="A constant load in one direction: weight, counterweight or a sensor's zero point.",
     excited_by="passes in both directions and a standstill",
@@ -194,8 +194,8 @@ TILT = Contribution(
     inputs=("position",),
     function=tilt,
     coefficients=(
-        Parameter("cosine", "U", "load at 0 degrees"),
-        Parameter("sine", "U", "load at 90 degrees"),
+        TermParameter("cosine", "U", "load at 0 degrees"),
+        TermParameter("sine", "U", "load at 90 degrees"),
     ),
     needs=("angle",),
     statement="The weight of a table or its work, off the axis of rotation: once a revolution.",
@@ -207,11 +207,11 @@ SPRING = Contribution(
     channels=("axis",),
     inputs=("position",),
     function=spring,
-    coefficients=(Parameter("stiffness", "U/mm", "load per way from rest"),),
+    coefficients=(TermParameter("stiffness", "U/mm", "load per way from rest"),),
     shape=(
-        Parameter(
+        TermParameter(
             "rest", "mm", "position without load", -1e4, 1e4,
-            prior=Belief(0.0, 1e3, "chosen: within a metre of the axis' zero"),
+            prior=ParameterPrior(0.0, 1e3, "chosen: within a metre of the axis' zero"),
             keyword="rest_mm", starts=(0.0,),
         ),
     ),
@@ -226,10 +226,12 @@ COGGING = Contribution(
     inputs=("position",),
     function=cogging,
     coefficients=(
-        Parameter("cosine", "U", "cosine part of the ripple"),
-        Parameter("sine", "U", "sine part of the ripple"),
+        TermParameter("cosine", "U", "cosine part of the ripple"),
+        TermParameter("sine", "U", "sine part of the ripple"),
     ),
-    shape=(Parameter("period", "mm", "way from crest to crest", 1e-4, 1e4, keyword="period_mm"),),
+    shape=(
+        TermParameter("period", "mm", "way from crest to crest", 1e-4, 1e4, keyword="period_mm"),
+    ),
     needs=("position",),
     statement="A ripple along the travel that keeps its sign in both directions: magnets or screw.",
     excited_by="slow constant-speed passes over many periods in both directions",
@@ -242,10 +244,12 @@ FRICTION_RIPPLE = Contribution(
     inputs=("direction", "position"),
     function=friction_ripple,
     coefficients=(
-        Parameter("cosine", "U", "cosine part of the ripple"),
-        Parameter("sine", "U", "sine part of the ripple"),
+        TermParameter("cosine", "U", "cosine part of the ripple"),
+        TermParameter("sine", "U", "sine part of the ripple"),
     ),
-    shape=(Parameter("period", "mm", "way from crest to crest", 1e-4, 1e4, keyword="period_mm"),),
+    shape=(
+        TermParameter("period", "mm", "way from crest to crest", 1e-4, 1e4, keyword="period_mm"),
+    ),
     modifies=("coulomb",),
     needs=("position",),
     statement="Friction goes up and down along the travel: a ripple that flips with the direction.",
@@ -257,15 +261,15 @@ COMPLIANCE = Contribution(
     channels=("axis", "rotary"),
     inputs=("acceleration", "t"),
     function=compliance,
-    coefficients=(Parameter("coefficient", "U·s²/mm", "inertia behind the spring", lower=0.0),),
+    coefficients=(TermParameter("coefficient", "U·s²/mm", "inertia behind the spring", lower=0.0),),
     shape=(
-        Parameter(
+        TermParameter(
             "frequency", "Hz", "natural frequency of the load on its spring", 2.0, 500.0,
             keyword="frequency_hz", starts=(8.0, 20.0, 50.0, 100.0),
         ),
-        Parameter(
+        TermParameter(
             "damping", "1", "damping ratio", 0.001, 1.0,
-            prior=Belief(0.05, 0.05, "chosen: screws and belts are lightly damped"),
+            prior=ParameterPrior(0.05, 0.05, "chosen: screws and belts are lightly damped"),
             keyword="damping", starts=(0.05,),
         ),
     ),
@@ -279,10 +283,10 @@ EXTERNAL_LOAD = Contribution(
     channels=("axis",),
     inputs=("t",),
     function=external_load_edged,
-    coefficients=(Parameter("level", "U", "mean load in the interval"),),
+    coefficients=(TermParameter("level", "U", "mean load in the interval"),),
     shape=(
-        Parameter("start", "s", "begin of the interval", keyword="start_s"),
-        Parameter("end", "s", "end of the interval", keyword="end_s"),
+        TermParameter("start", "s", "begin of the interval", keyword="start_s"),
+        TermParameter("end", "s", "end of the interval", keyword="end_s"),
     ),
     needs=(),
     statement="A load during one stretch of time that no motion explains: a cut, a push, a rub.",
@@ -294,7 +298,7 @@ WINDAGE = Contribution(
     channels=("spindle",),
     inputs=("velocity",),
     function=windage,
-    coefficients=(Parameter("coefficient", "U/rpm²", "effort per speed squared", lower=0.0),),
+    coefficients=(TermParameter("coefficient", "U/rpm²", "effort per speed squared", lower=0.0),),
     needs=("spindle.speed",),
     statement="Air and oil that the spindle churns: drag that grows with the square of speed.",
     excited_by="steady running at speeds from the lowest to the highest",
@@ -306,18 +310,18 @@ WARMUP = Factor(
     inputs=("t", "velocity"),
     function=warmup,
     shape=(
-        Parameter(
+        TermParameter(
             "drop", "1", "share of friction lost when warm at 10 000 mm/min", 0.0, 0.9,
-            prior=Belief(0.19, 0.2, "mean: P2 section 3; sd: chosen"),
+            prior=ParameterPrior(0.19, 0.2, "mean: P2 section 3; sd: chosen"),
             keyword="drop", starts=(0.1,),
         ),
-        Parameter(
+        TermParameter(
             "time_constant", "s", "time to warm by 63 %", 1.0, 36_000.0,
             keyword="time_constant_s", starts=(5.0, 20.0, 100.0, 600.0),
         ),
-        Parameter(
+        TermParameter(
             "levelling", "1", "how much sooner the fall levels off than the heat", 0.0, 20.0,
-            prior=Belief(0.0, 2.0, "mean: P2 section 3 (none); sd: chosen"),
+            prior=ParameterPrior(0.0, 2.0, "mean: P2 section 3 (none); sd: chosen"),
             keyword="levelling", starts=(0.0, 3.0),
         ),
     ),

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Belief, Factor, Parameter
+from autodb.terms._term import Factor, ParameterPrior, TermParameter
 
 Array = NDArray[np.float64]
 
@@ -42,9 +42,9 @@ DEPTH_ERROR = Factor(
     inputs=("depth",),
     function=depth_error,
     shape=(
-        Parameter(
+        TermParameter(
             "error", "mm", "real depth less programmed depth", -2.0, 2.0,
-            prior=Belief(0.0, 0.05, "chosen: a tool set with a tenth of a millimetre on diameter"),
+            prior=ParameterPrior(0.0, 0.05, "chosen: a tool set to 0.1 mm of diameter"),
             keyword="error_mm", starts=(-0.1, 0.05, 0.3),
         ),
     ),
@@ -63,9 +63,9 @@ DEFLECTION = Factor(
     inputs=("normal_force", "depth"),
     function=deflection,
     shape=(
-        Parameter(
+        TermParameter(
             "compliance", "mm/N", "way that tool and work give per force", 0.0, 0.01,
-            prior=Belief(1e-4, 2e-4, "chosen: 10 N/µm, a bar of usual overhang"),
+            prior=ParameterPrior(1e-4, 2e-4, "chosen: 10 N/µm, a bar of usual overhang"),
             keyword="compliance_mm_N", starts=(1e-5, 1e-4, 1e-3),
         ),
     ),

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from autodb import fitting
-from autodb.terms._term import OutputChange, Parameter
+from autodb.terms._term import OutputChange, TermParameter
 from autodb.terms.channel import (
+    ChannelPart,
     Inputs,
-    Part,
-    coefficients,
-    columns,
+    channel_columns,
     free_shape,
-    predict,
+    linear_parameters,
+    predicted_channel,
     reshaped,
 )
 
@@ -32,7 +32,7 @@ FLAT = 1e6
 class FittedParts:
     """Parts with their shape found, and their linear parameters (p,)."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[ChannelPart, ...]
     linear: Array
 
 
@@ -46,7 +46,7 @@ class _Seen:
 
     def left(self, fit: FittedParts) -> Array:
         """Return what a fit leaves, (n,), in standard deviations."""
-        return (self.values - predict(fit.parts, fit.linear, self.inputs)) / self.sd
+        return (self.values - predicted_channel(fit.parts, fit.linear, self.inputs)) / self.sd
 
     def cost(self, fit: FittedParts) -> float:
         """Return the sum of its squares."""
@@ -54,7 +54,7 @@ class _Seen:
 
 
 def fit_parts(
-    parts: Sequence[Part],
+    parts: Sequence[ChannelPart],
     inputs: Inputs,
     values: Array,
     *,
@@ -81,9 +81,9 @@ def fit_parts(
     return min((refine(fit, seen) for fit in best), key=seen.cost)
 
 
-def _linear(parts: tuple[Part, ...], seen: _Seen) -> FittedParts:
+def _linear(parts: tuple[ChannelPart, ...], seen: _Seen) -> FittedParts:
     """Return the best linear parameters; a lost sign is tried with every column's sign."""
-    matrix = columns(parts, seen.inputs)
+    matrix = channel_columns(parts, seen.inputs)
     signs: list[Array | float] = [1.0]
     if any(isinstance(part.term, OutputChange) for part in parts):
         signs += list(np.sign(matrix).T)
@@ -100,12 +100,12 @@ def _projected(fit: FittedParts, seen: _Seen) -> FittedParts:
     free = free_shape(fit.parts)
     if not free:
         return fit
-    linear = [p for _, p in coefficients(fit.parts)]
+    linear = [p for _, p in linear_parameters(fit.parts)]
     start = np.array([part.shape[p.name] for part, p in free])
-    problem = fitting.Problem(
-        design=lambda shape: columns(reshaped(fit.parts, shape), seen.inputs),
+    problem = fitting.ProjectionProblem(
+        design=lambda shape: channel_columns(reshaped(fit.parts, shape), seen.inputs),
         values=seen.values,
-        typical=np.array([size_of(p, part.shape[p.name]) for part, p in free]),
+        typical=np.array([shape_step(p, part.shape[p.name]) for part, p in free]),
         shape_bounds=bounds_of([p for _, p in free]),
         bounds=bounds_of(linear),
         root=1.0 / seen.sd,
@@ -120,7 +120,7 @@ def _together(fit: FittedParts, seen: _Seen) -> FittedParts:
     free = free_shape(fit.parts)
     shape = np.array([part.shape[p.name] for part, p in free])
     first = np.concatenate([shape, fit.linear])
-    limits = bounds_of([*(p for _, p in free), *(p for _, p in coefficients(fit.parts))])
+    limits = bounds_of([*(p for _, p in free), *(p for _, p in linear_parameters(fit.parts))])
 
     def at(values: Array) -> FittedParts:
         return FittedParts(reshaped(fit.parts, values[: len(free)]), values[len(free) :])
@@ -138,20 +138,20 @@ def _together(fit: FittedParts, seen: _Seen) -> FittedParts:
     return at(found.x)
 
 
-def bounds_of(parameters: Sequence[Parameter]) -> fitting.Bounds:
+def bounds_of(parameters: Sequence[TermParameter]) -> fitting.CoefficientBounds:
     """Return the parameters' bounds."""
-    return fitting.Bounds(
+    return fitting.CoefficientBounds(
         np.array([p.lower for p in parameters]), np.array([p.upper for p in parameters])
     )
 
 
-def size_of(parameter: Parameter, value: float) -> float:
+def shape_step(parameter: TermParameter, value: float) -> float:
     """Return the size of change that matters in a shape parameter."""
     return 1e-3 * max(abs(value), *(abs(s) for s in parameter.starts), 1e-6)
 
 
 def prior_of(
-    linear: Sequence[Parameter], weights: Array, shape: Sequence[Parameter], start: Array
+    linear: Sequence[TermParameter], weights: Array, shape: Sequence[TermParameter], start: Array
 ) -> fitting.Gaussian | None:
     """Return what is believed of (coefficients, shape) beforehand; None where nothing is."""
     known = [p.prior for p in (*linear, *shape)]

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Belief, Contribution, InputChange, Parameter
+from autodb.terms._term import Contribution, InputChange, ParameterPrior, TermParameter
 
 Array = NDArray[np.float64]
 
@@ -97,10 +97,12 @@ def presliding(direction: Array, position_mm: Array, *, distance_mm: float) -> A
     z = sgn v·(1 − (1 − sgn v·z₀)·exp(−way/s₀)) with z₀ where the last move ended; before the first
     move z = 0. Source: P. Dahl 1968 (solid friction model, first-order form); P2 names the gap.
     """
-    return slid(direction, position_mm, distance_mm=distance_mm, before=0.0)
+    return presliding_state(direction, position_mm, distance_mm=distance_mm, before=0.0)
 
 
-def slid(direction: Array, position_mm: Array, *, distance_mm: float, before: float) -> Array:
+def presliding_state(
+    direction: Array, position_mm: Array, *, distance_mm: float, before: float
+) -> Array:
     """Return z of ``presliding`` where it was ``before`` when the first row began."""
     sense, way = since_reversal(direction, position_mm)
     edges = np.flatnonzero(np.diff(sense) != 0) + 1
@@ -140,7 +142,9 @@ COULOMB = Contribution(
     channels=("axis", "rotary", "spindle"),
     inputs=("direction",),
     function=coulomb,
-    coefficients=(Parameter("level", "U", "friction that any motion must overcome", lower=0.0),),
+    coefficients=(
+        TermParameter("level", "U", "friction that any motion must overcome", lower=0.0),
+    ),
     needs=("position",),
     statement="Dry friction of the guideway and screw that is the same at every speed.",
     excited_by="constant-speed passes in both directions at several speeds",
@@ -151,7 +155,7 @@ VISCOUS = Contribution(
     channels=("axis", "rotary", "spindle"),
     inputs=("velocity",),
     function=viscous,
-    coefficients=(Parameter("coefficient", "U·s/mm", "friction per speed"),),
+    coefficients=(TermParameter("coefficient", "U·s/mm", "friction per speed"),),
     needs=("position",),
     statement="Friction that grows in proportion to speed, as an oil film makes it.",
     excited_by="constant-speed passes in both directions at several speeds",
@@ -162,15 +166,15 @@ STRIBECK = Contribution(
     channels=("axis", "rotary"),
     inputs=("direction", "velocity"),
     function=stribeck,
-    coefficients=(Parameter("level", "U", "breakaway less Coulomb friction", lower=0.0),),
+    coefficients=(TermParameter("level", "U", "breakaway less Coulomb friction", lower=0.0),),
     shape=(
-        Parameter(
+        TermParameter(
             "speed", "mm/s", "speed at which 1/e of it is left", 0.05, 200.0,
             keyword="speed_mm_s", starts=(0.5, 2.0, 8.0, 30.0),
         ),
-        Parameter(
+        TermParameter(
             "exponent", "1", "how sharply it falls", 0.3, 4.0,
-            prior=Belief(2.0, 0.5, "mean: P0 section 2.2 (δ = 2); sd: chosen"),
+            prior=ParameterPrior(2.0, 0.5, "mean: P0 section 2.2 (δ = 2); sd: chosen"),
             keyword="exponent", starts=(2.0,),
         ),
     ),
@@ -185,8 +189,8 @@ ASYMMETRY = Contribution(
     inputs=("direction", "velocity"),
     function=asymmetry,
     coefficients=(
-        Parameter("level", "U", "half the difference of Coulomb friction, + less − direction"),
-        Parameter("coefficient", "U·s/mm", "half the difference of viscous friction"),
+        TermParameter("level", "U", "half the difference of Coulomb friction, + less − direction"),
+        TermParameter("coefficient", "U·s/mm", "half the difference of viscous friction"),
     ),
     modifies=("coulomb", "viscous"),
     needs=("position",),
@@ -202,8 +206,10 @@ POSITION_FRICTION = Contribution(
     channels=("axis",),
     inputs=("direction", "position"),
     function=position_friction,
-    coefficients=(Parameter("slope", "U/mm", "friction gained per way towards +"),),
-    shape=(Parameter("middle", "mm", "where Coulomb friction is the mean", keyword="middle_mm"),),
+    coefficients=(TermParameter("slope", "U/mm", "friction gained per way towards +"),),
+    shape=(
+        TermParameter("middle", "mm", "where Coulomb friction is the mean", keyword="middle_mm"),
+    ),
     modifies=("coulomb",),
     needs=("position",),
     statement="Friction rises along the travel, the same way in both directions.",
@@ -217,7 +223,7 @@ PRESLIDING = InputChange(
     function=presliding,
     changes=("direction",),
     shape=(
-        Parameter(
+        TermParameter(
             "distance", "mm", "way over which friction turns (to 1 − 2/e)", 1e-5, 2.0,
             keyword="distance_mm", starts=(0.001, 0.003, 0.01, 0.03, 0.1, 0.3),
         ),
@@ -233,9 +239,9 @@ BACKLASH = Contribution(
     channels=("axis",),
     inputs=("direction", "position"),
     function=backlash,
-    coefficients=(Parameter("level", "U", "friction that is absent in the play", lower=0.0),),
+    coefficients=(TermParameter("level", "U", "friction that is absent in the play", lower=0.0),),
     shape=(
-        Parameter(
+        TermParameter(
             "gap", "mm", "the play", 1e-4, 2.0,
             keyword="gap_mm", starts=(0.003, 0.01, 0.03, 0.1, 0.3, 1.0),
         ),

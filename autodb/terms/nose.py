@@ -26,7 +26,7 @@ Depths below SHALLOWEST_MM count as that.
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Belief, Contribution, Factor, InputChange, Parameter
+from autodb.terms._term import Contribution, Factor, InputChange, ParameterPrior, TermParameter
 from autodb.terms.engagement import SHALLOWEST_MM
 
 Array = NDArray[np.float64]
@@ -81,9 +81,9 @@ def nose_thinning(thickness_mm: Array, depth_mm: Array, *, radius_mm: float) -> 
     return thickness_mm / nose_length(depth_mm, radius_mm=radius_mm)
 
 
-_RADIUS = Parameter(
+_RADIUS = TermParameter(
     "radius", "mm", "radius of the nose", 0.01, 10.0,
-    prior=Belief(0.8, 0.4, "mean: the insert of P1's repeated cut; sd: chosen"),
+    prior=ParameterPrior(0.8, 0.4, "mean: the insert of P1's repeated cut; sd: chosen"),
     keyword="radius_mm", starts=(0.2, 0.4, 0.8, 1.6),
 )  # fmt: skip
 _SOURCE = "derived in autodb/terms/nose.py from edge elements"
@@ -112,11 +112,11 @@ NOSE_RADIAL = Contribution(
     inputs=("other_force", "depth"),
     function=nose_radial,
     coefficients=(
-        Parameter(
+        TermParameter(
             "factor", "1", "thrust against the simulated axial force",
-            prior=Belief(1.0, 0.3, "mean: by construction; sd: chosen"),
+            prior=ParameterPrior(1.0, 0.3, "mean: by construction; sd: chosen"),
         ),
-        Parameter("edge", "U/mm", "edge force per length along the edge's normal"),
+        TermParameter("edge", "U/mm", "edge force per length along the edge's normal"),
     ),
     shape=(_RADIUS,),
     needs=("cutting.depth",),

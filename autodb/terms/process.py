@@ -22,7 +22,7 @@ force over time has the same inputs, one value a sample.
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Contribution, Parameter
+from autodb.terms._term import Contribution, TermParameter
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ SHEAR = Contribution(
     channels=("cuts", "table"),
     inputs=("force",),
     function=shear,
-    coefficients=(Parameter("factor", "1", "factor on the simulated cutting force"),),
+    coefficients=(TermParameter("factor", "1", "factor on the simulated cutting force"),),
     needs=(),
     statement="The work material cuts harder or softer than the simulation assumes.",
     excited_by="cuts at several feeds and depths",
@@ -78,7 +78,7 @@ EDGE_FORCE = Contribution(
     channels=("cuts",),
     inputs=("depth",),
     function=edge_force,
-    coefficients=(Parameter("coefficient", "U/mm", "force per engaged edge length"),),
+    coefficients=(TermParameter("coefficient", "U/mm", "force per engaged edge length"),),
     needs=(),
     statement="The cutting edge rubs with a force that does not depend on chip thickness.",
     excited_by="the same depth at half the feed and at the thinnest possible chip",
@@ -87,7 +87,7 @@ EDGE_FORCE = Contribution(
     told_apart_by="Cut at a chip of 0.03 mm or thinner: the edge's force stays, the force of a "
     "thinning chip goes on falling.",
 )
-_RATE = Parameter("rate", "U/(mm·s)", "force gained per depth and second of cutting")
+_RATE = TermParameter("rate", "U/(mm·s)", "force gained per depth and second of cutting")
 TOOL_WEAR = Contribution(
     name="tool_wear",
     channels=("cuts",),

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Contribution, Parameter
+from autodb.terms._term import Contribution, TermParameter
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,9 @@ def cogging_harmonics(position_mm: Array, *, period_mm: float) -> Array:
     return np.asarray(waves.reshape(len(position_mm), 2 * ORDERS))
 
 
-_PERIOD = Parameter("period", "mm", "way after which it repeats", 1e-4, 1e4, keyword="period_mm")
+_PERIOD = TermParameter(
+    "period", "mm", "way after which it repeats", 1e-4, 1e4, keyword="period_mm"
+)
 COGGING_TABLE = Contribution(
     name="cogging",
     form="table",
@@ -57,7 +59,7 @@ COGGING_TABLE = Contribution(
     inputs=("position",),
     function=cogging_table,
     coefficients=tuple(
-        Parameter(f"node_{node}", "U", f"load at {node - 1}/{NODES} of the period")
+        TermParameter(f"node_{node}", "U", f"load at {node - 1}/{NODES} of the period")
         for node in range(1, NODES)
     ),
     shape=(_PERIOD,),
@@ -73,7 +75,7 @@ COGGING_HARMONICS = Contribution(
     inputs=("position",),
     function=cogging_harmonics,
     coefficients=tuple(
-        Parameter(f"{part}_{order}", "U", f"{part} part of harmonic {order}")
+        TermParameter(f"{part}_{order}", "U", f"{part} part of harmonic {order}")
         for order in range(1, ORDERS + 1)
         for part in ("cosine", "sine")
     ),

@@ -3,7 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Belief, Contribution, Factor, InputChange, OutputChange, Parameter
+from autodb.terms._term import (
+    Contribution,
+    Factor,
+    InputChange,
+    OutputChange,
+    ParameterPrior,
+    TermParameter,
+)
 
 Array = NDArray[np.float64]
 
@@ -58,8 +65,8 @@ SENSOR_DRIFT = Contribution(
     inputs=("t",),
     function=sensor_drift,
     coefficients=(
-        Parameter("rate", "U/s", "drift per time at the beginning"),
-        Parameter("bend", "U/s²", "how the drift speeds up or settles"),
+        TermParameter("rate", "U/s", "drift per time at the beginning"),
+        TermParameter("bend", "U/s²", "how the drift speeds up or settles"),
     ),
     needs=(),
     statement="The sensor's zero point wanders with the clock, also while nothing moves.",
@@ -72,10 +79,10 @@ GAIN = Factor(
     inputs=("t",),
     function=gain,
     shape=(
-        Parameter("factor", "1", "what everything is multiplied by in the end", 0.2, 5.0,
-                  prior=Belief(1.0, 0.3, "chosen"), keyword="factor", starts=(0.9, 1.1)),
-        Parameter("start", "s", "when it begins to change", keyword="start_s"),
-        Parameter("duration", "s", "how long it takes", 0.0, keyword="duration_s"),
+        TermParameter("factor", "1", "what everything is multiplied by in the end", 0.2, 5.0,
+                  prior=ParameterPrior(1.0, 0.3, "chosen"), keyword="factor", starts=(0.9, 1.1)),
+        TermParameter("start", "s", "when it begins to change", keyword="start_s"),
+        TermParameter("duration", "s", "how long it takes", 0.0, keyword="duration_s"),
     ),
     modifies=("*",),
     needs=(),
@@ -93,8 +100,8 @@ LAG = InputChange(
     function=lag,
     changes=("position", "velocity", "direction", "acceleration", "other_acceleration"),
     shape=(
-        Parameter("delay", "s", "recording behind simulation", -0.5, 0.5,
-                  prior=Belief(0.0, 0.05, "chosen"), keyword="delay_s",
+        TermParameter("delay", "s", "recording behind simulation", -0.5, 0.5,
+                  prior=ParameterPrior(0.0, 0.05, "chosen"), keyword="delay_s",
                   starts=(-0.02, -0.005, 0.0, 0.005, 0.02)),
     ),
     modifies=("*",),
@@ -108,7 +115,7 @@ SATURATION = OutputChange(
     channels=("axis", "spindle", "table"),
     inputs=(),
     function=saturation,
-    shape=(Parameter("limit", "U", "largest effort shown", 0.0, keyword="limit"),),
+    shape=(TermParameter("limit", "U", "largest effort shown", 0.0, keyword="limit"),),
     modifies=("*",),
     needs=(),
     statement="The drive or the logger clips at a limit.",

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import constants, signal
 
-from autodb.terms._term import Belief, Contribution, Parameter
+from autodb.terms._term import Contribution, ParameterPrior, TermParameter
 from autodb.terms.sampling import step_s
 
 Array = NDArray[np.float64]
@@ -86,9 +86,9 @@ def crosstalk(other_force_N: Array) -> Array:
     return other_force_N
 
 
-_MASS = Parameter("mass", "kg", "effective mass on the sensor (U in N)", lower=0.0)
+_MASS = TermParameter("mass", "kg", "effective mass on the sensor (U in N)", lower=0.0)
 _MOMENT = {
-    axis: Parameter(f"moment_{axis}", "kg·m", f"mass times the {axis} of its centre (U in N)")
+    axis: TermParameter(f"moment_{axis}", "kg·m", f"mass times the {axis} of its centre (U in N)")
     for axis in "xyz"
 }
 _ANGLES = ("a.angle", "c.angle")
@@ -125,7 +125,7 @@ TABLE_GRAVITY_Z = Contribution(
     channels=("table",),
     inputs=("angle_x",),
     function=table_gravity_z,
-    coefficients=(_MASS, Parameter("added", "kg", "mass put on since taring")),
+    coefficients=(_MASS, TermParameter("added", "kg", "mass put on since taring")),
     needs=_ANGLES,
     statement="Weight of work, fixture and sensor shows in z when the table tilts.",
     excited_by=_TILTS,
@@ -172,11 +172,11 @@ THERMAL_DRIFT = Contribution(
     channels=("table",),
     inputs=("cutting", "t"),
     function=thermal_drift,
-    coefficients=(Parameter("level", "U", "reading of the hot sensor after long cutting"),),
+    coefficients=(TermParameter("level", "U", "reading of the hot sensor after long cutting"),),
     shape=(
-        Parameter(
+        TermParameter(
             "time_constant", "s", "time to heat by 63 %", 1.0, 10_000.0,
-            prior=Belief(100.0, 100.0, "chosen: minutes, as a sensor of some kilograms takes"),
+            prior=ParameterPrior(100.0, 100.0, "chosen: minutes, as a sensor of kilograms takes"),
             keyword="time_constant_s", starts=(10.0, 30.0, 100.0, 300.0),
         ),
     ),
@@ -193,9 +193,9 @@ CROSSTALK = Contribution(
     inputs=("other_force",),
     function=crosstalk,
     coefficients=(
-        Parameter(
+        TermParameter(
             "share", "1", "reading per force of the other component", -1.0, 1.0,
-            prior=Belief(0.0, 0.03, "chosen: some percent"),
+            prior=ParameterPrior(0.0, 0.03, "chosen: some percent"),
         ),
     ),
     needs=("force of the other component",),

@@ -98,7 +98,7 @@ def health(request: Request) -> Response:
 
 
 @operations.get(f"{API}/openapi.json", include_in_schema=False)
-def document(request: Request, _access: Reads) -> Response:
+def describe_service(request: Request, _access: Reads) -> Response:
     """Describe the service to programs (OpenAPI)."""
     return JSONResponse(request.app.openapi())
 
@@ -109,6 +109,6 @@ def document(request: Request, _access: Reads) -> Response:
     response_class=PlainTextResponse,
     responses=problems(401, 429),
 )
-def counts(request: Request, _access: Reads) -> Response:
+def request_counts(request: Request, _access: Reads) -> Response:
     """Say how many requests were answered, by route and status, and how fast."""
     return Response(service_of(request).metrics.text(), media_type=TEXT)

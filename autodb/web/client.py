@@ -28,12 +28,12 @@ from autodb.agent.answer.overview import (
     MachineSeen,
     MismatchSaid,
 )
-from autodb.agent.answer.predicting import Answer, Predicted
+from autodb.agent.answer.predicting import JobAnswer, Predicted
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.ingest.importing import Imported
 from autodb.errors import NotThere, UnusableInput
 from autodb.files.job import Job, JobCut
-from autodb.web.http.said import Decision, End, Feels, Importing, Machines, Row, Step
+from autodb.web.http.said import BatchLine, Decision, End, Feels, Importing, Machines, Step
 
 API = "/api/v1"
 KEPT = 1000
@@ -132,7 +132,7 @@ class Client:
 
     def look_up_many(
         self, machine: str, material: str, tool: str, cuts: Iterable[JobCut]
-    ) -> Iterator[Row]:
+    ) -> Iterator[BatchLine]:
         """Give what each of many cuts of a pair will take, in their order.
 
         Raises Unanswered where the answer is cut off.
@@ -146,7 +146,7 @@ class Client:
                     response.read()
                     _refuse(response)
                 for line in response.iter_lines():
-                    found = _adapter(Row | End).validate_json(line)
+                    found = _adapter(BatchLine | End).validate_json(line)
                     if isinstance(found, End):
                         return
                     yield found
@@ -154,9 +154,9 @@ class Client:
             raise _unanswered(error) from error
         raise Unanswered("the service's answer was cut off")
 
-    def predict(self, machine: str, job: Job) -> Answer:
+    def predict(self, machine: str, job: Job) -> JobAnswer:
         """Return what each cut of a job will take; nothing is kept."""
-        found: Answer = self._post(Answer, f"{_of(machine)}/predict", job)
+        found: JobAnswer = self._post(JobAnswer, f"{_of(machine)}/predict", job)
         return found
 
     def keep_prediction(self, machine: str, job: Job) -> Predicted:
@@ -165,7 +165,7 @@ class Client:
         found: Predicted = self._post(Predicted, path, job)
         return found
 
-    def predict_program(self, machine: str, job: Job) -> Answer:
+    def predict_program(self, machine: str, job: Job) -> JobAnswer:
         """Return what each line of a job's program that cuts will take; nothing is kept.
 
         Raises UnusableInput, also where the job has no program or its file cannot be read.
@@ -179,7 +179,7 @@ class Client:
                 "program": (path.name, program),
             }
             response = self._asked("POST", f"{_of(machine)}/predict/program", files=files)
-        found: Answer = _adapter(Answer).validate_json(response.content)
+        found: JobAnswer = _adapter(JobAnswer).validate_json(response.content)
         return found
 
     def import_recording(

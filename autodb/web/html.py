@@ -47,7 +47,7 @@ class Site:
     version: str
 
 
-def page(
+def service_page(
     request: Request,
     template: str,
     *,

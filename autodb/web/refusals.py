@@ -19,19 +19,19 @@ UNREAD = "There was an error parsing the body"
 """What FastAPI says of a body that is no JSON at all."""
 
 
-def answered(
+def answer_refusal(
     request: Request, status: int, detail: str, headers: dict[str, str] | None = None
 ) -> Response:
     """Return the response for what could not be answered: a page to who asked for one."""
     if not html.is_page(request):
         return problem(status, detail, headers)
     if status == 401:
-        return html.page(
+        return html.service_page(
             request, "sign_in.html.j2", title="Sign in", status=status, said=detail,
             then=request.url.path,
         )  # fmt: skip
     title = HTTPStatus(status).phrase
-    return html.page(request, "problem.html.j2", title=title, status=status, said=detail)
+    return html.service_page(request, "problem.html.j2", title=title, status=status, said=detail)
 
 
 def handle(app: FastAPI) -> None:
@@ -45,12 +45,14 @@ def handle(app: FastAPI) -> None:
 
 
 async def _unusable(request: Request, error: Exception) -> Response:
-    return answered(request, NOT_THERE if isinstance(error, NotThere) else UNUSABLE, str(error))
+    return answer_refusal(
+        request, NOT_THERE if isinstance(error, NotThere) else UNUSABLE, str(error)
+    )
 
 
 async def _invalid(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
-    return answered(request, UNUSABLE, first_of(error.errors()))
+    return answer_refusal(request, UNUSABLE, first_of(error.errors()))
 
 
 async def _refused(request: Request, error: Exception) -> Response:
@@ -60,15 +62,15 @@ async def _refused(request: Request, error: Exception) -> Response:
     said = f"{error.detail}: {ELSEWHERE}" if unsaid else str(error.detail)
     if error.detail == UNREAD:
         said = f"the body is no JSON in UTF-8: {ELSEWHERE}"
-    return answered(request, error.status_code, said, headers)
+    return answer_refusal(request, error.status_code, said, headers)
 
 
 async def _away(request: Request, error: Exception) -> Response:
     said = excuse(error)
     if said is None:
         raise error
-    return answered(request, AWAY, said)
+    return answer_refusal(request, AWAY, said)
 
 
 async def _failed(request: Request, _error: Exception) -> Response:
-    return answered(request, 500, "an error of autodb; the service's log has it")
+    return answer_refusal(request, 500, "an error of autodb; the service's log has it")

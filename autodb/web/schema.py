@@ -12,7 +12,7 @@ UNITS = {
 """Unit by how a name ends, the longer ends first."""
 
 
-def unit_of(name: str) -> str | None:
+def unit_of_name(name: str) -> str | None:
     """Return the unit that a name ends in; None where it has none.
 
     >>> unit_of("torque_N_m"), unit_of("feed_mm_rev"), unit_of("notes")
@@ -29,7 +29,7 @@ def with_units(app: FastAPI) -> None:
         if app.openapi_schema is None:
             document = made()
             for name, shape in _named(document):
-                unit = unit_of(name)
+                unit = unit_of_name(name)
                 if unit is not None:
                     shape["x-unit"] = unit
         return made()

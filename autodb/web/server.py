@@ -67,14 +67,14 @@ def server_of(
     return uvicorn.Server(config)
 
 
-def run(
+def run_server(
     app: FastAPI,
     listening: socket.socket,
     certificate: Certificate | None,
     proxies: Sequence[str],
 ) -> None:
     """Answer until it is stopped (SIGTERM, Ctrl-C): then what is on its way is answered."""
-    logs.begin()
+    logs.begin_logging()
     gc.collect()
     gc.freeze()  # what is loaded stays: looked through for garbage, it held up answers by 0.1 s
     signal.signal(signal.SIGTERM, signal.SIG_IGN)  # the server's own handler ends it, in order

@@ -18,7 +18,7 @@ from autodb.store.watched import Watched
 from autodb.web.http.metrics import Metrics
 from autodb.web.http.rates import Rate
 from autodb.web.http.sessions import HEADER, SAFE, Sessions
-from autodb.web.http.settings import Bounds, Settings
+from autodb.web.http.settings import ReaderBounds, Settings
 from autodb.web.receive.apart import Task
 from autodb.web.receive.children import Children, Unable
 from autodb.web.receive.imports import Imports
@@ -168,7 +168,7 @@ def service_of(request: Request) -> Service:
     return found
 
 
-async def made_apart(service: Service, task: Task, kind: Any, bounds: Bounds) -> Any:
+async def made_apart(service: Service, task: Task, kind: Any, bounds: ReaderBounds) -> Any:
     """Return what comes of a task, of a type, that a process of its own does while who asks waits.
 
     Raises HTTPException where too many are done or it could not be tried, UnusableInput where it

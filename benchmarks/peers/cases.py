@@ -5,7 +5,7 @@ import numpy as np
 from autodb.proofs.cases.base.case import Array, Case
 from autodb.proofs.runs.explain.left_out import tables
 from autodb.records import Recording
-from autodb.sensing.drives.moves.motion import motion
+from autodb.sensing.drives.moves.motion import axis_motion
 from autodb.sensing.drives.moves.protocol import default_protocol
 from benchmarks.peers.problem import Problem
 
@@ -43,7 +43,7 @@ def problem_of(case: Case) -> Problem:
 def _moves(recording: Recording) -> dict[str, Array]:
     """Time, position, velocity, acceleration and direction; of another axis the first three."""
     cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
-    x, y = (motion(recording, axis, cutoff_hz=cutoff_hz) for axis in AXES)
+    x, y = (axis_motion(recording, axis, cutoff_hz=cutoff_hz) for axis in AXES)
     signals = {
         "t": recording.t_s,
         "x": x.position,

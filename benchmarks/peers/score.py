@@ -7,8 +7,8 @@ import numpy as np
 
 from autodb.proofs.cases.base.case import UNKNOWN, Array, Case
 from autodb.proofs.catalogue import proof
-from autodb.proofs.runs.explain.explain_oracle import rms
-from autodb.proofs.runs.explain.explain_score import Scored, unanswered
+from autodb.proofs.runs.explain.explain_oracle import oracle_rms
+from autodb.proofs.runs.explain.explain_score import ScoredCase, unanswered
 from autodb.proofs.runs.runs import Origin
 from benchmarks.peers.problem import Answer
 
@@ -86,7 +86,7 @@ def unscored(case: Case, method: str, *, seconds: float, why: str) -> Score:
 
 
 def _score(
-    truth: Scored,
+    truth: ScoredCase,
     method: str,
     *,
     named: tuple[str, ...],
@@ -129,11 +129,11 @@ def names(answer: Answer, includes: tuple[str, ...]) -> tuple[str, ...]:
 
 def left(case: Case, correction: Array) -> float | None:
     """Return rms(corrected - truth)/rms(simulation - truth), None where the latter is none."""
-    before = rms(case.simulated - case.truth)
+    before = oracle_rms(case.simulated - case.truth)
     if before == 0.0:
         return None
     corrected = case.simulated + correction.reshape(case.truth.shape)
-    return rms(corrected - case.truth) / before
+    return oracle_rms(corrected - case.truth) / before
 
 
 def structure(case: Case, correction: Array) -> float:
@@ -145,4 +145,4 @@ def structure(case: Case, correction: Array) -> float:
     scaled = (own / np.max(np.abs(own), axis=1, keepdims=True)).T
     flat = correction.ravel()
     follows = scaled @ np.linalg.lstsq(scaled, flat, rcond=None)[0]
-    return rms(flat - follows) / rms(case.measured - case.truth)
+    return oracle_rms(flat - follows) / oracle_rms(case.measured - case.truth)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from autodb.proofs.runs.found import Table, piped, ratio
+from autodb.proofs.runs.found import TextTable, piped, ratio
 from benchmarks.peers.run import CASES, METHODS, OURS, kept
 from benchmarks.peers.score import RECOVERED, Score
 
@@ -29,12 +29,12 @@ HEADS = (
 )  # fmt: skip
 
 
-def tables(scores: Sequence[Score]) -> tuple[Table, Table]:
+def tables(scores: Sequence[Score]) -> tuple[TextTable, TextTable]:
     """Return a row a method, and the error left case by case."""
     by_method = {name: [one for one in scores if one.method == name] for name in METHODS}
     best = least(scores)
     rows = tuple(_row(name, found, best) for name, found in by_method.items())
-    return Table("All cases", HEADS, rows), _cases(scores, best)
+    return TextTable("All cases", HEADS, rows), _cases(scores, best)
 
 
 def least(scores: Sequence[Score]) -> dict[int, float]:
@@ -86,7 +86,7 @@ def _count(scores: Sequence[Score], holds: Callable[[Score], bool]) -> str:
     return f"{count} of {len(scores)}"
 
 
-def _cases(scores: Sequence[Score], best: dict[int, float]) -> Table:
+def _cases(scores: Sequence[Score], best: dict[int, float]) -> TextTable:
     """A row a case with something hidden: the error left by each method."""
     found = {(one.seed, one.method): one for one in scores}
     hidden = {one.seed: one for one in scores if one.hidden}
@@ -101,7 +101,7 @@ def _cases(scores: Sequence[Score], best: dict[int, float]) -> Table:
     )
     heads = (">seed", "hidden", "decidable", *(f">{_short(method)}" for method in METHODS))
     title = "Error left, case by case; bold: the least; ✓: the set is named exactly"
-    return Table(title, heads, rows)
+    return TextTable(title, heads, rows)
 
 
 def _short(method: str) -> str:

@@ -13,7 +13,7 @@ from pydantic import TypeAdapter
 
 from autodb.explain import explain
 from autodb.proofs.machines.lathe.day import FORCES, Day, Event, draw_day
-from autodb.proofs.runs.keeping.day_run import DayTold, Told, walked
+from autodb.proofs.runs.keeping.day_run import DayTold, EventTold, walked
 from autodb.records import CutTable
 from docs.make.style import CORRECTED, INK, MUTED, RECORDING, SHADE, WARN, drawn, legend
 
@@ -88,7 +88,7 @@ def _events(axes: Axes, day: Day, told: DayTold) -> None:
     legend(axes)
 
 
-def _event(axes: Axes, height: float, event: Event, told: Told) -> None:
+def _event(axes: Axes, height: float, event: Event, told: EventTold) -> None:
     axes.plot([event.first, event.last], [height, height], color=CORRECTED, lw=2.4, alpha=0.5)
     if told.decidable is not None:
         axes.plot(told.decidable, height, "|", color=INK, ms=9, mew=1.6)

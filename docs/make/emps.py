@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from autodb import records, signals
 from autodb.explain import explain
-from autodb.explain.answer.answer import Trace
+from autodb.explain.answer.answer import ChannelTrace
 from autodb.records import Recording
 from autodb.reports.figures import keep_peaks, thinned
 from autodb.sensing.drives import feed_axis
 from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, PlainFit
-from autodb.sensing.drives.moves.motion import Motion, motion
+from autodb.sensing.drives.moves.motion import AxisMotion, axis_motion
 from docs.make.style import CORRECTED, INK, MUTED, RECORDING, SHADE, SIMULATION, drawn, legend
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ def draw(data: Path, columns: Path) -> None:
     cutoff_hz = model.protocol.cutoff_hz
     effort = signals.lowpass(moves[model.channel], rate_hz=moves.rate_hz, cutoff_hz=cutoff_hz)
     _effort(moves.t_s, effort, fitted)
-    _over_position(motion(moves, "x", cutoff_hz=cutoff_hz), effort - fitted)
+    _over_position(axis_motion(moves, "x", cutoff_hz=cutoff_hz), effort - fitted)
     _friction(feed_axis.identify(moves, terms=DIRECTION_DEPENDENT))
     _spread(feed_axis.spread_over_filters(moves))
     _left_out(moves, model.terms)
@@ -69,7 +69,7 @@ def _line(axes: Axes, x: Array, y: Array, colour: str, label: str, *, lw: float)
     axes.plot(x[kept], y[kept], color=colour, label=label, lw=lw)
 
 
-def _over_position(moved: Motion, residual: Array) -> None:
+def _over_position(moved: AxisMotion, residual: Array) -> None:
     """Residual at steady speed by direction: its mean over each motor turn, and over one turn."""
     steady = np.abs(moved.acceleration) < STEADY_MM_S2
     with drawn("emps-residual", height_in=4.8, rows=2) as (travel, turn):
@@ -147,7 +147,7 @@ def _left_out(moves: Recording, terms: tuple[IdentifiedTerm, ...]) -> None:
     kept = [term for term in terms if term.term != "coulomb"]
     effort = feed_axis.predict_effort(moves, "x", kept)
     simulation = Recording(path=moves.path, channels={"t": moves.t_s, "x.drive_force": effort})
-    trace: Trace = explain(moves, simulation).traces["x.drive_force"]
+    trace: ChannelTrace = explain(moves, simulation).traces["x.drive_force"]
     with drawn("emps-explain", height_in=4.6, rows=2, share_x=True) as (above, below):
         part = slice(*np.searchsorted(trace.x, (0.0, SHOWN_S)))
         t_s, missing = trace.x[part], (trace.recording - trace.simulation)[part]

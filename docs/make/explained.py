@@ -8,7 +8,7 @@ import numpy as np
 from autodb.explain.axis.look import AxisField
 from autodb.explain.axis.signals import axis_signals
 from autodb.explain.cuts.candidates.parameters import READ
-from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.noise import Whitener
 from autodb.explain.waves.words import STATEMENTS
 from autodb.records import Recording
@@ -30,7 +30,7 @@ def axis_names() -> frozenset[str]:
     signals = axis_signals(recording, recording["x.current"], "x.current")
     inside = (recording.t_s > LOADED_S[0]) & (recording.t_s < LOADED_S[1])
     left = np.where(inside, 1.0, 0.0)
-    field = AxisField(signals, Bench(left, {}, 1))
+    field = AxisField(signals, WhiteRows(left, {}, 1))
     suspects = [*field.standing(), *field.scanned(left, Whitener(np.zeros(1)), 0)]
     return frozenset(suspect.term for suspect in suspects if suspect.named)
 

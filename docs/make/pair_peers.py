@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from autodb.proofs.runs.found import Table, percent, piped
+from autodb.proofs.runs.found import TextTable, percent, piped
 from autodb.proofs.runs.pairs.curve_run import LEARNT
 from benchmarks.pair_peers import ROWS
 
@@ -17,7 +17,7 @@ def filled(page: str) -> str:
     return f"{before}{BEGIN}\n{piped(table())}\n{END}{after}"
 
 
-def table() -> Table:
+def table() -> TextTable:
     """Return errors by way, component and number of cuts, with standard errors over pairs."""
     rows = tuple(
         (
@@ -27,4 +27,4 @@ def table() -> Table:
         )
         for row in ROWS.validate_json(KEPT.read_bytes())
     )  # fmt: skip
-    return Table("", ("way", "component", *(f">{n} cuts" for n in LEARNT)), rows)
+    return TextTable("", ("way", "component", *(f">{n} cuts" for n in LEARNT)), rows)

@@ -6,13 +6,13 @@ A proof takes too long for a test: its summary is kept here, and the page is mad
 from pathlib import Path
 
 from autodb.proofs.catalogue import proof
-from autodb.proofs.runs.found import Found, markdown
+from autodb.proofs.runs.found import ProofResult, markdown
 
 KEPT = Path(__file__).parent
 BEGIN, END = "<!-- proof: {} -->\n", "<!-- end of proof -->\n"
 
 
-def kept(name: str) -> Found:
+def kept(name: str) -> ProofResult:
     """Return the summary of a proof that is kept beside this file."""
     return proof(name).read((KEPT / f"{name}.json").read_text("utf-8"))
 

@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from autodb.explain.waves.words import APART, STATEMENTS
-from autodb.terms import TERMS, Contribution, Parameter, Term
+from autodb.terms import TERMS, Contribution, Term, TermParameter
 from docs.make import explained
 
 BEGIN, END = "<!-- terms: made by python -m docs.make -->\n", "<!-- end of terms -->\n"
@@ -95,7 +95,7 @@ def _equation(term: Term) -> str:
     return SHAPE.sub("", first).replace("``", "`").replace("; 0 at standstill", "")
 
 
-def _parameter(parameter: Parameter) -> str:
+def _parameter(parameter: TermParameter) -> str:
     text = f"`{parameter.name}` {parameter.unit}: {parameter.meaning}"
     if math.isfinite(parameter.lower) or math.isfinite(parameter.upper):
         text += f"; {_bound(parameter.lower)} to {_bound(parameter.upper)}"

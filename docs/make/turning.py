@@ -39,7 +39,9 @@ def _lines(points: calibration.Points, sudden: NDArray[np.bool_]) -> None:
         ends = np.array([points.felt.current[kept].min(), points.felt.current[kept].max()])
         for tool in np.unique(points.groups):
             used = kept & (points.groups != tool)
-            c0, c1 = fitting.line(points.felt.current[used], points.target[used]).coefficients
+            c0, c1 = fitting.straight_line(
+                points.felt.current[used], points.target[used]
+            ).coefficients
             axes.plot(ends, c0 + c1 * ends, color=CORRECTED, lw=0.7)
         axes.plot([], [], color=CORRECTED, lw=0.7, label="fitted without one tool")
         crosses: Any = {"color": WARN, "ms": 6, "mew": 1.6, "label": "transient"}

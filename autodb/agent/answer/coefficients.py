@@ -10,10 +10,10 @@ from autodb.agent.answer.looking_up import Listed, Shelf
 from autodb.agent.answer.made_cards import rake_deg
 from autodb.agent.learn.learnt_from import learnt_from
 from autodb.agent.rows.posteriors import LAW
-from autodb.cutting.kienzle import Planned
+from autodb.cutting.kienzle import ViewRange
 from autodb.cutting.shear import PARAMETERS
 from autodb.errors import UnusableInput
-from autodb.files import coefficients as files
+from autodb.files import coefficients
 from autodb.files.tool import ISO_13399, Geometry
 from autodb.fitting import Gaussian
 from autodb.pairs.card import Bounded, kienzle_card, linear_card
@@ -23,9 +23,9 @@ from autodb.store import models
 UNITS = {"K_tc": "N/mm^2", "K_rc": "N/mm^2", "K_te": "N/mm", "K_re": "N/mm"}
 
 
-def coefficients(
+def machine_coefficients(
     session: Session, machine: str, material: str | None = None, tool: str | None = None
-) -> files.Coefficients:
+) -> coefficients.Coefficients:
     """Return the newest coefficients of the pairs that a machine has learnt.
 
     Raises UnusableInput where the machine, or the material or tool, is not known, or it has learnt
@@ -37,7 +37,7 @@ def coefficients(
         raise UnusableInput(
             f"machine '{machine}' has learnt no pair; 'autodb refresh --machine {machine}' would"
         )
-    return files.Coefficients(
+    return coefficients.Coefficients(
         autodb=version("autodb"),
         written_at=models.now(),
         machine=machine,
@@ -45,23 +45,23 @@ def coefficients(
     )
 
 
-def _pair(session: Session, shelf: Shelf, listed: Listed) -> files.Pair:
+def _pair(session: Session, shelf: Shelf, listed: Listed) -> coefficients.PairCoefficients:
     known = shelf.known(listed.material, listed.tool)
     behind = learnt_from(session, known.behind.parameters or 0)
     row = session.scalars(select(models.Tool).where(models.Tool.name == listed.tool)).one()
     law = known.belief.law
-    at = Planned(rake_rad=float(np.radians(rake_deg(session, known))))
-    return files.Pair(
+    at = ViewRange(rake_rad=float(np.radians(rake_deg(session, known))))
+    return coefficients.PairCoefficients(
         material=listed.material,
         tool=tool_of(row),
         version=listed.version,
         learnt_at=listed.learnt_at,
-        learnt_from=files.LearntFrom(
+        learnt_from=coefficients.CutsBehind(
             cuts=listed.cuts,
             operations=sorted(behind.operations),
             ranges=dict(sorted(behind.ranges.items())),
         ),
-        orthogonal_edge=files.OrthogonalEdge(
+        orthogonal_edge=coefficients.OrthogonalEdge(
             rake_deg=float(np.degrees(at.rake_rad)),
             speed_m_min=at.speed_m_min,
             thinnest_mm=at.thinnest_mm,
@@ -72,7 +72,7 @@ def _pair(session: Session, shelf: Shelf, listed: Listed) -> files.Pair:
             },
             kienzle=_kienzle(law, at),
         ),
-        law=files.Law(
+        law=coefficients.LawCoefficients(
             name=LAW,
             numbers=[one.name for one in PARAMETERS],
             units=[one.unit for one in PARAMETERS],
@@ -83,7 +83,7 @@ def _pair(session: Session, shelf: Shelf, listed: Listed) -> files.Pair:
     )
 
 
-def _kienzle(law: Gaussian, at: Planned) -> dict[str, files.Bounds]:
+def _kienzle(law: Gaussian, at: ViewRange) -> dict[str, coefficients.BoundedValue]:
     try:
         card = kienzle_card("", law, at, source="")
     except UnusableInput:  # k_c grows with the chip: there is no such card
@@ -95,11 +95,11 @@ def _kienzle(law: Gaussian, at: Planned) -> dict[str, files.Bounds]:
     }
 
 
-def _bounds(one: Bounded, unit: str) -> files.Bounds:
-    return files.Bounds(value=one.value, lower=one.lower, upper=one.upper, unit=unit)
+def _bounds(one: Bounded, unit: str) -> coefficients.BoundedValue:
+    return coefficients.BoundedValue(value=one.value, lower=one.lower, upper=one.upper, unit=unit)
 
 
-def tool_of(row: models.Tool) -> files.Tool:
+def tool_of(row: models.Tool) -> coefficients.ToolCoefficients:
     """Return a tool of the database with what is known of it, by code where it has one."""
     coded = {code.ours[row.kind]: code.symbol for code in ISO_13399 if row.kind in code.ours}
     known = {
@@ -113,4 +113,4 @@ def tool_of(row: models.Tool) -> files.Tool:
         "iso13399": {coded[name]: value for name, value in known.items() if name in coded},
         "geometry": {name: value for name, value in known.items() if name not in coded},
     }
-    return files.Tool.model_validate(said)
+    return coefficients.ToolCoefficients.model_validate(said)

@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 
 from autodb import records
 from autodb.agent.ingest.as_imported import as_imported, signed
-from autodb.agent.ingest.importing import counting, cuts_as_table, import_file
+from autodb.agent.ingest.importing import counted_cuts, cuts_as_table, import_file
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import as_belief, latest
@@ -66,16 +66,16 @@ def explain_with_machine(
     with store.reading() as session:
         owner = find_machine(session, machine)
         if isinstance(table, CutTable):
-            row = session.get_one(models.Recording, imported.recording_id)
+            row = session.get_one(models.StoredRecording, imported.recording_id)
             explained = _of_cuts(session, owner, row)
         else:
             explained = _over_time(session, owner, table)
     with store.writing(machine) as session:
-        kept = keep(session, imported.recording_id, explained)
+        kept = keep_mismatches(session, imported.recording_id, explained)
     return AgainstMachine(explained, kept)
 
 
-def explain_recording(session: Session, row: models.Recording) -> Explained:
+def explain_recording(session: Session, row: models.StoredRecording) -> Explained:
     """Explain a recording of the database against what its machine knows now; nothing is kept.
 
     Raises UnusableInput where no file of it is there as it was imported, or as
@@ -88,8 +88,8 @@ def explain_recording(session: Session, row: models.Recording) -> Explained:
     return _over_time(session, owner, table)
 
 
-def _of_cuts(session: Session, owner: models.Machine, row: models.Recording) -> Explained:
-    sensed, predicted, has = expected_and_sensed(session, owner, counting(row))
+def _of_cuts(session: Session, owner: models.Machine, row: models.StoredRecording) -> Explained:
+    sensed, predicted, has = expected_and_sensed(session, owner, counted_cuts(row))
     return explain(sensed, predicted, includes=has)
 
 
@@ -119,7 +119,7 @@ def expected_and_sensed(
         if not any(row.offered for row in current):
             continue
         component = current[0].component
-        force = chosen.force_N(table, [as_calibration(row) for row in current])
+        force = chosen.sensed_force_N(table, [as_calibration(row) for row in current])
         mean = expected_N[:, QUANTITY[component]]
         if np.isfinite(force).all() and np.isfinite(mean).all():
             sensed[f"force.{component}"] = force
@@ -161,7 +161,9 @@ def _expected(
     return [kept[k] for k in order], np.array([forces[k] for k in order]).reshape(-1, 3), has
 
 
-def keep(session: Session, recording_id: int, explained: Explained) -> dict[Key, KeptCause]:
+def keep_mismatches(
+    session: Session, recording_id: int, explained: Explained
+) -> dict[Key, KeptCause]:
     """Keep every cause that is not there yet as an open mismatch; return where all of them are."""
     old = session.scalars(
         select(models.Mismatch).where(models.Mismatch.recording_id == recording_id)
@@ -224,16 +226,18 @@ def open_mismatches(
         if explained is not None:
             said += [
                 f"mismatch {row.number}: {channel}: {term} ({kind})"
-                for (channel, term, kind), row in keep(session, recording_id, explained).items()
+                for (channel, term, kind), row in keep_mismatches(
+                    session, recording_id, explained
+                ).items()
             ]
     return said
 
 
 def _explained(
-    session: Session, owner: models.Machine, recording: models.Recording
+    session: Session, owner: models.Machine, recording: models.StoredRecording
 ) -> Explained | None:
     """Explain all cuts of a recording against what was expected; None: too few, or none felt."""
-    cuts = counting(recording)
+    cuts = counted_cuts(recording)
     if len(cuts) < EXPLAINED:
         return None
     try:

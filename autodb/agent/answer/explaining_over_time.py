@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.milling import HAS, expected_waves, known_pair
-from autodb.agent.learn.known import Known
+from autodb.agent.learn.known import KnownPair
 from autodb.agent.sense.identifying import newest_model, off_law_of, stored_terms
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
@@ -46,7 +46,7 @@ def explain_over_time(session: Session, owner: models.Machine, recording: Record
     return _joined(found)
 
 
-def _waves(known: Known, recording: Recording) -> Explained:
+def _waves(known: KnownPair, recording: Recording) -> Explained:
     """Explain a recording's forces against its pair's belief."""
     waves = expected_waves(known, recording)
     made = _as_simulation(waves.measured, waves.forces_N)

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from autodb.agent.answer.prediction_basis import Grounds
 from autodb.files.job import KEYS, JobCut
-from autodb.forward.limits import beyond
-from autodb.forward.predictedfile import QUANTITIES, Quantity
+from autodb.forward.limits import probability_beyond
+from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
 from autodb.forward.prediction import PredictedCut
 from autodb.pairs.engaged import DEPTH, FEED
 
@@ -29,7 +29,7 @@ class Layer:
     ``limit``: None where the machine states none; then ``chance`` is nought.
     """
 
-    quantity: Quantity
+    quantity: PredictedQuantity
     mean: Array
     chance: Array
     limit: float | None
@@ -84,11 +84,14 @@ def _around(value: float, learnt: tuple[float, float] | None, count: int) -> Arr
 
 
 def _layer(
-    one: Quantity, cuts: tuple[PredictedCut, ...], shape: tuple[int, int], limit: float | None
+    one: PredictedQuantity,
+    cuts: tuple[PredictedCut, ...],
+    shape: tuple[int, int],
+    limit: float | None,
 ) -> Layer:
     mean = np.array([getattr(cut, one.field).value for cut in cuts]).reshape(shape)
     if limit is None:
         return Layer(one, mean, np.zeros(shape), None)
     worst = [one.of(cut if cut.peaks is None else cut.peaks) for cut in cuts]
-    chance = np.array([0.0 if each is None else beyond(each, limit) for each in worst])
+    chance = np.array([0.0 if each is None else probability_beyond(each, limit) for each in worst])
     return Layer(one, mean, chance.reshape(shape), limit)

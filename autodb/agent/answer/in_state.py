@@ -16,7 +16,7 @@ from autodb.files.job import JobCut
 from autodb.forward import prediction
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.pairs.engaged import CUTTING_TIME, FLANK_WEAR, SPEED
-from autodb.pairs.posterior import Belief
+from autodb.pairs.posterior import PairPosterior
 from autodb.store import models
 
 IMPLIES = (SPEED, CUTTING_TIME, FLANK_WEAR)
@@ -27,7 +27,7 @@ class OfState:
     """A learnt pair in another state than the usual: its newest version, and what its cuts were."""
 
     row: models.CuttingParameters
-    belief: Belief
+    belief: PairPosterior
     made: LearntFrom
 
 
@@ -43,7 +43,7 @@ class States:
         return next((one for one in self.others if _implied(stated, one.made, self.usual)), None)
 
 
-def states_of(session: Session, parameters: int) -> States:
+def states_of_version(session: Session, parameters: int) -> States:
     """Return the states of the pair that a version of its usual one, by id, is of."""
     numbers = others_of(session, parameters)
     rows = [session.get_one(models.CuttingParameters, number) for number in numbers]
@@ -54,8 +54,8 @@ def states_of(session: Session, parameters: int) -> States:
     return States(learnt_from(session, parameters), tuple(others))
 
 
-def predict(
-    belief: Belief, tool: ToolOf, states: States | None, cuts: Sequence[JobCut]
+def predict_in_states(
+    belief: PairPosterior, tool: ToolOf, states: States | None, cuts: Sequence[JobCut]
 ) -> tuple[tuple[PredictedCut, ...], list[models.CuttingParameters]]:
     """Predict cuts, each in the state that it implies; return them, and the states' parameters.
 

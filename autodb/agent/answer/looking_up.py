@@ -24,10 +24,10 @@ from sqlalchemy.orm import Session, aliased
 
 from autodb.agent.answer.in_state import others_of
 from autodb.agent.answer.prediction_basis import Grounds, LookedUp, Stamp, grounds_of
-from autodb.agent.learn.known import Behind, Known, known_of
+from autodb.agent.learn.known import Behind, KnownPair, known_of
 from autodb.agent.rows.catalogue import GEOMETRY
 from autodb.agent.rows.owner import owner_named
-from autodb.agent.rows.posteriors import LAW, belief_of
+from autodb.agent.rows.posteriors import LAW, posterior_of
 from autodb.errors import UnusableInput, near
 from autodb.files.job import JobCut
 from autodb.forward.prediction import ToolOf
@@ -79,7 +79,7 @@ class Shelf:
         others = others_of(self._session, number)
         return Stamp(number, others, _numbers(geometry), self._owner.limits)
 
-    def known(self, material: str, tool: str) -> Known:
+    def known(self, material: str, tool: str) -> KnownPair:
         """Return what the machine knows of a pair, learnt or not.
 
         Raises UnusableInput where the pair was learnt under an earlier law only.
@@ -116,12 +116,12 @@ class Shelf:
         )
 
 
-def _as_known(row: Row[Any], tool: str) -> Known:
+def _as_known(row: Row[Any], tool: str) -> KnownPair:
     number, version, cuts, started_from, *rest = tuple[Any, ...](row)
     kept: list[Any] = [None if text is None else from_json(text) for text in rest[: len(_JSON)]]
-    belief = belief_of(*kept, cuts=cuts)
+    belief = posterior_of(*kept, cuts=cuts)
     called = ToolOf(tool, _numbers(rest[len(_JSON) :]))
-    return Known(belief, called, Behind(number, version, cuts, started_from), None)
+    return KnownPair(belief, called, Behind(number, version, cuts, started_from), None)
 
 
 def _numbers(geometry: Sequence[float | None]) -> dict[str, float]:

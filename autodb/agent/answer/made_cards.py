@@ -7,11 +7,11 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.looking_up import Listed, Shelf
-from autodb.agent.learn.known import Known
+from autodb.agent.learn.known import KnownPair
 from autodb.agent.learn.learnt_from import learnt_from
 from autodb.agent.rows.imported_cards import made_by
 from autodb.cutting import tools
-from autodb.cutting.kienzle import Planned
+from autodb.cutting.kienzle import ViewRange
 from autodb.errors import UnusableInput
 from autodb.pairs.card import KienzleCard, kienzle_card
 from autodb.pairs.engaged import BY_NAME
@@ -69,11 +69,11 @@ def _card(session: Session, shelf: Shelf, machine: str, pair: Listed) -> Kienzle
         f"{made_by(machine)}{pair.tool}, {pair.cuts} cuts, version {pair.version}, "
         f"{pair.learnt_at[:10]}"
     )
-    at = Planned(rake_rad=float(np.radians(rake_deg(session, known))))
+    at = ViewRange(rake_rad=float(np.radians(rake_deg(session, known))))
     return kienzle_card(pair.material, known.belief.law, at, source=source)
 
 
-def rake_deg(session: Session, known: Known) -> float:
+def rake_deg(session: Session, known: KnownPair) -> float:
     """Return the rake of a pair's tool; where nobody stated it, what its cuts took it for."""
     made = learnt_from(session, known.behind.parameters or 0).operations
     kinds = sorted({BY_NAME[operation].kind for operation in made})

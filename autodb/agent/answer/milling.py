@@ -7,16 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.known import Known, known_of
+from autodb.agent.learn.known import KnownPair, known_of
 from autodb.agent.rows.owner import owner_of
 from autodb.errors import UnusableInput
 from autodb.explain.waves.teeth import Mill
-from autodb.explain.waves.waves import heard, mill_of, tilted
+from autodb.explain.waves.waves import heard, mill_of, tilted_table
 from autodb.files.channels import FORCES
 from autodb.forward.prediction import ToolOf
 from autodb.forward.waveform import waves_N
 from autodb.pairs.engaged import DEPTH, DIRECTION, FEED, RPM, WIDTH
-from autodb.pairs.posterior import Belief
+from autodb.pairs.posterior import PairPosterior
 from autodb.records import Recording
 from autodb.store import models
 
@@ -43,7 +43,7 @@ TURNED = 0.5
 
 
 @dataclass(frozen=True)
-class Expected:
+class ExpectedWaves:
     """Rows of a recording that are wholly in the work, and what is expected of their forces.
 
     With the spindle's angle at which it is expected.
@@ -54,7 +54,7 @@ class Expected:
     notes: tuple[str, ...]
 
 
-def known_pair(session: Session, owner: models.Machine, recording: Recording) -> Known:
+def known_pair(session: Session, owner: models.Machine, recording: Recording) -> KnownPair:
     """Return what a machine has learnt of the pair that a recording of forces is of.
 
     Raises UnusableInput where the recording does not say it, or the machine has not learnt it.
@@ -74,7 +74,7 @@ def known_pair(session: Session, owner: models.Machine, recording: Recording) ->
     return known
 
 
-def expected_waves(known: Known, recording: Recording) -> Expected:
+def expected_waves(known: KnownPair, recording: Recording) -> ExpectedWaves:
     """Return what the belief of a recording's pair expects of its forces.
 
     Only where the mill is wholly in the work: on its way in and out the arc is another. Where the
@@ -94,7 +94,7 @@ def expected_waves(known: Known, recording: Recording) -> Expected:
     begin, *_, end = inside.t_s
     said = f"explained from {begin:.3g} to {end:.3g} s, where the mill is wholly in the work"
     turned = inside.channels | {"spindle.angle": np.degrees(angle_rad)}
-    return Expected(
+    return ExpectedWaves(
         replace(inside, channels=turned),
         wave.at(inside, angle_rad),
         (f"{recording.path}: {said}", *notes),
@@ -190,7 +190,7 @@ def _conditions(recording: Recording, rpm: float) -> Mapping[str, float]:
 class _Wave:
     """A belief's forces of a cut over the spindle's angle."""
 
-    belief: Belief
+    belief: PairPosterior
     tool: ToolOf
     operation: str
     conditions: Mapping[str, float]
@@ -201,7 +201,7 @@ class _Wave:
         a, c = recording.get("a.angle"), recording.get("c.angle")
         if a is not None or c is not None:
             still = np.zeros(len(recording))
-            turned = tilted(*(np.radians(still if one is None else one) for one in (a, c)))
+            turned = tilted_table(*(np.radians(still if one is None else one) for one in (a, c)))
             forces = np.einsum("ijn,jn->in", turned, forces)
         return {name: forces[FORCES.index(name)] for name in _forces(recording)}
 

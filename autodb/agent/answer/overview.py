@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session, selectinload
 
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations, holding
 from autodb.agent.rows.machines import as_file, find_machine, limits_of
-from autodb.files.machine import Limits
+from autodb.files.machine import AxisLimits
 from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
 from autodb.store import models
 
@@ -37,7 +37,7 @@ class MachineSaid(MachineSeen):
 
     dialect: str | None
     units: str | None
-    limits: dict[str, Limits]
+    limits: dict[str, AxisLimits]
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ def _seen(session: Session, rows: Sequence[models.Machine]) -> list[MachineSeen]
 
 def _recordings(session: Session, numbers: Sequence[int]) -> dict[int, tuple[int, str]]:
     """Return how many recordings machines have, and when the newest came in."""
-    recording = models.Recording
+    recording = models.StoredRecording
     each = (
         select(
             recording.machine_id, func.count().label("count"), func.max(recording.id).label("id")
@@ -170,11 +170,11 @@ def _passes(session: Session, numbers: Sequence[int]) -> dict[int, tuple[str | N
 def _undecided(session: Session, numbers: Sequence[int]) -> dict[int, int]:
     """Return how many mismatches of machines nobody has decided on."""
     query = (
-        select(models.Recording.machine_id, func.count().label("waiting"))
+        select(models.StoredRecording.machine_id, func.count().label("waiting"))
         .select_from(models.Mismatch)
-        .join(models.Recording)
-        .where(models.Recording.machine_id.in_(numbers), models.Mismatch.status == "open")
-        .group_by(models.Recording.machine_id)
+        .join(models.StoredRecording)
+        .where(models.StoredRecording.machine_id.in_(numbers), models.Mismatch.status == "open")
+        .group_by(models.StoredRecording.machine_id)
     )
     return {row.machine_id: row.waiting for row in session.execute(query)}
 
@@ -182,11 +182,11 @@ def _undecided(session: Session, numbers: Sequence[int]) -> dict[int, int]:
 def _feels(session: Session, numbers: Sequence[int]) -> dict[int, set[str]]:
     """Return the force components that machines feel by calibrations that hold now."""
     rows = session.scalars(
-        select(models.Calibration)
-        .where(models.Calibration.machine_id.in_(numbers))
-        .order_by(models.Calibration.version.desc())
+        select(models.CalibrationVersion)
+        .where(models.CalibrationVersion.machine_id.in_(numbers))
+        .order_by(models.CalibrationVersion.version.desc())
     )
-    of_axes: dict[tuple[int, str], list[models.Calibration]] = {}
+    of_axes: dict[tuple[int, str], list[models.CalibrationVersion]] = {}
     for row in rows:
         of_axes.setdefault((row.machine_id, row.axis), []).append(row)
     found: dict[int, set[str]] = {}
@@ -213,7 +213,7 @@ def calibrations_said(session: Session, machine: str) -> list[CalibrationSaid]:
     ]
 
 
-def _calibration(row: models.Calibration) -> CalibrationSaid:
+def _calibration(row: models.CalibrationVersion) -> CalibrationSaid:
     found = as_calibration(row)
     return CalibrationSaid(
         id=row.id,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.known import Known, known_of
+from autodb.agent.learn.known import KnownPair, known_of
 from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.calibrations import current_calibrations
 from autodb.agent.rows.machines import find_machine
@@ -18,16 +18,21 @@ from autodb.agent.sense.sensed import QUANTITY, Readings
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
 from autodb.files.job import Job, JobCut
-from autodb.files.machine import Limits
+from autodb.files.machine import AxisLimits
 from autodb.fitting import NORMAL_95
 from autodb.forward import prediction
 from autodb.forward.limits import exceeding
-from autodb.pairs.determined import Trial, Undetermined, chip_thickness, undetermined
+from autodb.pairs.determined import (
+    PossibleMeasurement,
+    UndeterminedNumbers,
+    chip_thickness,
+    undetermined,
+)
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
-from autodb.pairs.observed import Cuts, Observed
-from autodb.pairs.planning import MAY_EXCEED, Moved, Sensed, weighed
-from autodb.pairs.posterior import DAY, Belief
+from autodb.pairs.observed import Observed, PairCuts
+from autodb.pairs.planning import MAY_EXCEED, SensedComponent, SharedError, target_sds
+from autodb.pairs.posterior import DAY, PairPosterior
 from autodb.store import Store, models
 
 Array = NDArray[np.float64]
@@ -64,7 +69,7 @@ class Target:
 
 
 @dataclass(frozen=True)
-class Plan:
+class ProposedCuts:
     """``proposed``: best first; ``targets`` after the first of them; ``too_much``: cuts left out
     because they may exceed a limit; ``open``: what the pair's cuts leave undetermined, and
     what would determine it; ``not_told``: numbers of the law that nothing tried would tell.
@@ -83,7 +88,9 @@ class Plan:
         return self.proposed[0].left > HARDLY * self.now
 
 
-def plan(store: Store, machine: str, job: Job, *, ranges: Ranges | None = None) -> Plan:
+def plan_cuts(
+    store: Store, machine: str, job: Job, *, ranges: Ranges | None = None
+) -> ProposedCuts:
     """Return the cuts that would narrow a job's predicted forces most.
 
     ``ranges``: of ``feed``, ``depth`` (mm) and ``speed`` (m/min) that may be tried. Raises
@@ -119,7 +126,7 @@ def plan(store: Store, machine: str, job: Job, *, ranges: Ranges | None = None) 
         )
     now, targets = search.targets(best[0].cut)
     open_ = search.open(start)
-    return Plan(
+    return ProposedCuts(
         proposed=tuple(best),
         now=now,
         targets=targets,
@@ -132,7 +139,7 @@ def plan(store: Store, machine: str, job: Job, *, ranges: Ranges | None = None) 
 class _Search:
     """What is believed of a job's pair, what is asked, and what the machine feels."""
 
-    def __init__(self, known: Known, job: Job, sensed: dict[str, Sensed]) -> None:
+    def __init__(self, known: KnownPair, job: Job, sensed: dict[str, SensedComponent]) -> None:
         self._belief, self._tool = known.belief, known.tool
         self._job, self._sensed = job, sensed
         self._asked = [self._cuts(cut.operation, [cut]) for cut in job.cut]
@@ -161,7 +168,7 @@ class _Search:
                 found.append(Target(target.name, component, NORMAL_95 * now, NORMAL_95 * after))
         return float(NORMAL_95 * np.sqrt(np.mean(squares))), tuple(found)
 
-    def open(self, start: Belief) -> tuple[Undetermined, ...]:
+    def open(self, start: PairPosterior) -> tuple[UndeterminedNumbers, ...]:
         """Return what the pair's cuts leave undetermined, and what would help."""
         if self._belief.cuts == 0:
             return ()
@@ -185,10 +192,10 @@ class _Search:
         chip = chip_thickness(self._belief, self._cuts(first.operation, [first]))
         return undetermined(start, self._belief, [chip, *trials])
 
-    def _trial(self, called: str, cut: JobCut) -> Trial:
+    def _trial(self, called: str, cut: JobCut) -> PossibleMeasurement:
         felt = [self._sensed[c] for c in self._components(cut.operation)]
         count = len(felt)
-        return Trial(
+        return PossibleMeasurement(
             called,
             Observed(
                 cuts=(self._cuts(cut.operation, [cut]),),
@@ -200,10 +207,10 @@ class _Search:
             ),
         )
 
-    def _weighed(self, tried: Cuts, asked: Cuts) -> tuple[Array, Array]:
+    def _weighed(self, tried: PairCuts, asked: PairCuts) -> tuple[Array, Array]:
         felt = tuple(self._sensed[c] for c in self._components(tried.operation))
         asked_for = tuple(QUANTITY[c] for c in self._components(asked.operation))
-        return weighed(self._belief, tried, asked, sensed=felt, quantities=asked_for)
+        return target_sds(self._belief, tried, asked, sensed=felt, quantities=asked_for)
 
     def _components(self, operation: str) -> list[str]:
         """Return the components that the machine feels in an operation."""
@@ -212,12 +219,12 @@ class _Search:
             raise UnusableInput(f"in operation '{operation}' the machine feels no force")
         return found
 
-    def _cuts(self, operation: str, cuts: Sequence[JobCut]) -> Cuts:
+    def _cuts(self, operation: str, cuts: Sequence[JobCut]) -> PairCuts:
         stated = [cut.conditions(self._tool.diameter_mm) for cut in cuts]
         return BY_NAME[operation].cuts(self._tool.numbers, stated, called=self._tool.name)
 
 
-def _sensed(session: Session, owner: models.Machine) -> dict[str, Sensed]:
+def _sensed(session: Session, owner: models.Machine) -> dict[str, SensedComponent]:
     """Return what the machine's offered calibrations feel, by component.
 
     Sensing errors and how a calibration's errors move a reading are those of its newest forces, in
@@ -246,7 +253,7 @@ def _sensed(session: Session, owner: models.Machine) -> dict[str, Sensed]:
     return found
 
 
-def _usual(forces: Sequence[models.SensedForce]) -> Sensed:
+def _usual(forces: Sequence[models.SensedForce]) -> SensedComponent:
     """Return how the newest of an axis' calibrations feels a cut: of a day of its own."""
     newest = [f for f in forces if f.calibration_id == forces[0].calibration_id]
     newest = [f for f in newest if f.cut.recording_id == newest[0].cut.recording_id]
@@ -257,13 +264,15 @@ def _usual(forces: Sequence[models.SensedForce]) -> Sensed:
         begin = columns.stop
         key = f"{DAY} to come" if one.key.startswith(DAY) else one.key
         errors.append(
-            Moved(
+            SharedError(
                 type(one)(key, one.covariance),
                 np.median(felt.share[:, columns], axis=0),
                 np.median(felt.shift[:, columns], axis=0),
             )
         )
-    return Sensed(QUANTITY[newest[0].component], float(np.median(felt.sd_N)), tuple(errors))
+    return SensedComponent(
+        QUANTITY[newest[0].component], float(np.median(felt.sd_N)), tuple(errors)
+    )
 
 
 def _candidates(job: Job, ranges: Ranges) -> Iterator[JobCut]:
@@ -294,6 +303,6 @@ def _levels(what: str, stated: Sequence[float | None], ranges: Ranges) -> list[f
     return [float(f"{value:.3g}") for value in np.linspace(low, high, LEVELS[what])]
 
 
-def _may_exceed(known: Known, cut: JobCut, limits: Mapping[str, Limits]) -> bool:
+def _may_exceed(known: KnownPair, cut: JobCut, limits: Mapping[str, AxisLimits]) -> bool:
     done = prediction.predict(known.belief, known.tool, [cut])
     return any(one.probability > MAY_EXCEED for one in exceeding(done, limits))

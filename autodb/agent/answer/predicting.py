@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Answer:
+class JobAnswer:
     """The answer for a job: a row per cut, or line of a program that cuts.
 
     ``exceeds``: limits that a cut may go beyond.
@@ -34,7 +34,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Predicted(Answer):
+class Predicted(JobAnswer):
     """An answer that is kept, and its number."""
 
     prediction_id: int
@@ -66,12 +66,12 @@ def predict_job(store: Store, machine: str, job: Job, *, also: Also = nothing_el
         return Predicted(**vars(answer), prediction_id=stored.id)
 
 
-def answer_of(grounds: Grounds, job: Job) -> Answer:
+def answer_of(grounds: Grounds, job: Job) -> JobAnswer:
     """Return the answer for a job of cuts; nothing is kept."""
     return _answer(grounds, job, None)[0]
 
 
-def answer_job(store: Store, machine: str, job: Job) -> Answer:
+def answer_job(store: Store, machine: str, job: Job) -> JobAnswer:
     """Return the answer for a job, of cuts or with a program; nothing is kept.
 
     Raises UnusableInput as ``predict_job``.
@@ -96,7 +96,7 @@ def _followed(store: Store, machine: str, job: Job) -> "Followed | None":
 
 def _answer(
     grounds: Grounds, job: Job, program: "Followed | None"
-) -> tuple[Answer, list[models.CuttingParameters]]:
+) -> tuple[JobAnswer, list[models.CuttingParameters]]:
     """Return the answer, and the parameters of other process states that were used.
 
     A program's lines are predicted in the usual state.
@@ -113,7 +113,7 @@ def _answer(
             *said_of_wear(known.belief, known.tool, (), cuts),
             *_of_program(program, job.tool, cuts),
         )
-    return Answer(job, cuts, known.behind, notes, grounds.exceeding(cuts)), states
+    return JobAnswer(job, cuts, known.behind, notes, grounds.exceeding(cuts)), states
 
 
 def _stored(job: Job, program: "Followed | None") -> dict[str, Any]:

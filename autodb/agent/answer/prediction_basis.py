@@ -7,8 +7,8 @@ from typing import Protocol
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer import in_state
-from autodb.agent.answer.in_state import States, states_of
-from autodb.agent.learn.known import Behind, Known
+from autodb.agent.answer.in_state import States, states_of_version
+from autodb.agent.learn.known import Behind, KnownPair
 from autodb.agent.learn.learnt_from import LearntFrom
 from autodb.agent.learn.wearing import said_of_wear
 from autodb.agent.rows.owner import Owner
@@ -16,7 +16,7 @@ from autodb.agent.rows.posteriors import learnt_pairs
 from autodb.cutting import tools
 from autodb.errors import near
 from autodb.files.job import JobCut
-from autodb.files.machine import Limits
+from autodb.files.machine import AxisLimits
 from autodb.forward.limits import Exceeding, exceeding
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME, DEPTH, FEED
@@ -25,7 +25,7 @@ from autodb.store import models
 RANGES = ((DEPTH, "depth", "mm"), (FEED, "feed", "mm"))
 
 
-class Asked(Protocol):
+class AskedCut(Protocol):
     """A cut, or a line of a program, that a planner asks for."""
 
     @property
@@ -62,7 +62,7 @@ class Stamp:
     usual: int
     others: frozenset[int]
     tool: Mapping[str, float]
-    limits: Mapping[str, Limits]
+    limits: Mapping[str, AxisLimits]
 
 
 @dataclass(frozen=True)
@@ -73,9 +73,9 @@ class Grounds:
     """
 
     machine: str
-    limits: Mapping[str, Limits]
+    limits: Mapping[str, AxisLimits]
     material: str
-    known: Known
+    known: KnownPair
     states: States | None
     learnt: tuple[str, ...]
 
@@ -95,7 +95,7 @@ class Grounds:
 
         Raises UnusableInput where the tool cannot make one.
         """
-        return in_state.predict(self.known.belief, self.known.tool, self.states, cuts)
+        return in_state.predict_in_states(self.known.belief, self.known.tool, self.states, cuts)
 
     def look_up(self, cut: JobCut) -> LookedUp:
         """Return what one cut will take. Raises UnusableInput where the tool cannot make it."""
@@ -121,7 +121,7 @@ class Grounds:
         """Return the machine's limits that predicted cuts may exceed."""
         return exceeding(found, self.limits)
 
-    def notes(self, cuts: Sequence[Asked]) -> Iterable[str]:
+    def notes(self, cuts: Sequence[AskedCut]) -> Iterable[str]:
         """Say from what an answer is, what is assumed, and what is far from the pair's cuts.
 
         Far are depths, feeds and operations that they do not hold.
@@ -136,7 +136,7 @@ class Grounds:
             yield from _outside(self.states.usual, cuts, self.known.tool)
 
 
-def grounds_of(session: Session, owner: Owner, material: str, known: Known) -> Grounds:
+def grounds_of(session: Session, owner: Owner, material: str, known: KnownPair) -> Grounds:
     """Read what else answers rest on about a pair of which this is known."""
     number = known.behind.parameters
     return Grounds(
@@ -144,7 +144,7 @@ def grounds_of(session: Session, owner: Owner, material: str, known: Known) -> G
         limits=owner.limits,
         material=material,
         known=known,
-        states=None if number is None else states_of(session, number),
+        states=None if number is None else states_of_version(session, number),
         learnt=() if known.own else tuple(learnt_pairs(session, owner.id)),
     )
 
@@ -159,7 +159,7 @@ def said_of_states(cuts: Sequence[PredictedCut]) -> Iterable[str]:
             )
 
 
-def _assumed(known: Known, cuts: Sequence[Asked]) -> Iterable[str]:
+def _assumed(known: KnownPair, cuts: Sequence[AskedCut]) -> Iterable[str]:
     """Say which geometry of the tool is assumed because nobody stated it."""
     kinds = dict.fromkeys(BY_NAME[cut.operation].kind for cut in cuts)
     names = [one.name for kind in kinds for one in tools.assumed_of(kind, known.tool.numbers)]
@@ -171,7 +171,7 @@ def _assumed(known: Known, cuts: Sequence[Asked]) -> Iterable[str]:
         )
 
 
-def _outside(made: LearntFrom, cuts: Sequence[Asked], tool: ToolOf) -> Iterable[str]:
+def _outside(made: LearntFrom, cuts: Sequence[AskedCut], tool: ToolOf) -> Iterable[str]:
     """Say which cuts lie outside the depths, feeds and operations that the pair was learnt from."""
     for operation in dict.fromkeys(cut.operation for cut in cuts):
         if operation not in made.operations:

@@ -12,11 +12,11 @@ from sqlalchemy.orm import Session
 from autodb.agent.learn.together import RECORDINGS
 from autodb.agent.learn.wearing import wear_words
 from autodb.agent.rows.calibrations import as_calibration
-from autodb.agent.rows.posteriors import LAW, as_belief, chain, pair_name
+from autodb.agent.rows.posteriors import LAW, as_belief, pair_name, version_chain
 from autodb.cutting import shear
 from autodb.errors import NotThere, near
 from autodb.fitting import NORMAL_95
-from autodb.sensing.ranges.forms import kept
+from autodb.sensing.ranges.forms import stored_form
 from autodb.store import Store, models
 
 ARMAREGO = ("shear_stress", "friction_angle", "chip_ratio", "K_te", "K_re")
@@ -48,7 +48,7 @@ def trace(store: Store, kind: str, number: int) -> Node:
         return describe(session, row)
 
 
-def _recording(_session: Session, row: models.Recording) -> Node:
+def _recording(_session: Session, row: models.StoredRecording) -> Node:
     path = Path(row.path)
     said = [] if path.exists() else ["the file is no longer there"]
     if row.withdrawn_at is not None:
@@ -59,8 +59,8 @@ def _recording(_session: Session, row: models.Recording) -> Node:
     return Node(f"recording {row.id}: {path.name}, {row.rows} rows, sha256 {row.sha256[:12]}{more}")
 
 
-def _calibration(session: Session, row: models.Calibration) -> Node:
-    form, coefficients = kept(row.kind, row.parameters), np.array(row.coefficients)
+def _calibration(session: Session, row: models.CalibrationVersion) -> Node:
+    form, coefficients = stored_form(row.kind, row.parameters), np.array(row.coefficients)
     equation = form.equation(coefficients, row.unit, row.current_unit)
     said = f"{equation}, I = {row.channel}; {row.verdict}"
     text = f"calibration {row.id}: axis {as_calibration(row).called} version {row.version}: {said}"
@@ -97,7 +97,7 @@ def _parameters(session: Session, row: models.CuttingParameters) -> Node:
         begun = [] if row.relative is None else [_parameters(session, row.relative)]
         begun += [] if row.prior is None else [_of_others(session, row.prior, row.machine_id)]
         node.sources.append(Node(f"began as: {row.started_from}", begun))
-    forces = [force for version in chain(row) for force in version.forces]
+    forces = [force for version in version_chain(row) for force in version.forces]
     by_recording: dict[int, list[models.SensedForce]] = {}
     for force in forces:
         by_recording.setdefault(force.cut.recording_id, []).append(force)
@@ -121,7 +121,7 @@ def _belief(row: models.CuttingParameters) -> str:
     """Return the five numbers of the law with their 95 % intervals."""
     law = as_belief(row).law
     half = NORMAL_95 * np.sqrt(np.diag(law.covariance))
-    low, middle, high = (shear.named(law.mean + step * half) for step in (-1.0, 0.0, 1.0))
+    low, middle, high = (shear.law_values(law.mean + step * half) for step in (-1.0, 0.0, 1.0))
     units = {one.name: one.unit for one in shear.PARAMETERS}
     return ", ".join(
         f"{name} {middle[name]:.3g} ({low[name]:.3g} to {high[name]:.3g}) {units[name]}".rstrip()
@@ -229,9 +229,9 @@ _KINDS: dict[str, tuple[type[models.Base], Callable[[Session, Any], Node]]] = {
     "prediction": (models.Prediction, _prediction),
     "parameters": (models.CuttingParameters, _parameters),
     "force": (models.SensedForce, _sensed),
-    "calibration": (models.Calibration, _calibration),
+    "calibration": (models.CalibrationVersion, _calibration),
     "model": (models.ChannelModel, _model),
     "scale": (models.DriveScale, _scale),
     "mismatch": (models.Mismatch, _mismatch),
-    "recording": (models.Recording, _recording),
+    "recording": (models.StoredRecording, _recording),
 }

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from autodb.agent.fleet.spreading import ANSWER_S, EXTRA
 from autodb.errors import UnusableInput
-from autodb.store import on_server, shown
+from autodb.store import on_server, shown_url
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -33,7 +33,7 @@ QUIET = {
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownCertificates:
     """What a cluster's members show each other, PEM: its authority, our certificate and its key."""
 
     ca: Path
@@ -42,7 +42,9 @@ class Shown:
 
 
 @contextmanager
-def scheduler_at(address: str, url: str, shown_there: Shown | None) -> "Iterator[Client]":
+def scheduler_at(
+    address: str, url: str, shown_there: ShownCertificates | None
+) -> "Iterator[Client]":
     """Give a client of a scheduler elsewhere, whose workers reach the database by its URL.
 
     Raises UnusableInput where nothing answers there, it has no workers, the database is a file, or
@@ -50,7 +52,7 @@ def scheduler_at(address: str, url: str, shown_there: Shown | None) -> "Iterator
     """
     if not on_server(url):
         raise UnusableInput(
-            f"{shown(url)}: is a file, which workers elsewhere do not have; a database on a "
+            f"{shown_url(url)}: is a file, which workers elsewhere do not have; a database on a "
             "server, or --workers in place of --scheduler, would work"
         )
     client = _client(address, _security(address, shown_there))
@@ -64,7 +66,7 @@ def scheduler_at(address: str, url: str, shown_there: Shown | None) -> "Iterator
         client.close()
 
 
-def _security(address: str, shown_there: Shown | None) -> "Security":
+def _security(address: str, shown_there: ShownCertificates | None) -> "Security":
     """Return what a scheduler is talked to with; raises UnusableInput for what is no such thing."""
     if not address.startswith(TLS) or shown_there is None:
         raise UnusableInput(

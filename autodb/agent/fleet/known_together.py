@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy.orm import Session
 
-from autodb.agent.fleet.named import Named, as_named
+from autodb.agent.fleet.named import DisagreeingMachine, as_named
 from autodb.agent.learn.together import known_materials, newest_prior
 from autodb.cutting import shear
 from autodb.errors import UnusableInput
@@ -30,20 +30,20 @@ class OfMaterial:
 
 
 @dataclass(frozen=True)
-class Shown:
+class SharedKnowledge:
     """What machines know together, by material, and the machines that disagree."""
 
     materials: list[OfMaterial]
-    named: list[Named]
+    named: list[DisagreeingMachine]
 
 
 SHOWN = ("shear_stress", "friction_angle", "K_te")
 
 
-def shown(session: Session) -> Shown:
+def shared_knowledge(session: Session) -> SharedKnowledge:
     """Return what machines know together now; raises UnusableInput where that is nothing."""
     materials: list[OfMaterial] = []
-    named: dict[str, Named] = {}
+    named: dict[str, DisagreeingMachine] = {}
     for number in known_materials(session):
         prior = newest_prior(session, number)
         if prior is None or prior.known is None:
@@ -53,13 +53,13 @@ def shown(session: Session) -> Shown:
     if not materials:
         raise UnusableInput("machines know nothing together yet; 'autodb fleet learn' would")
     ordered = sorted(materials, key=lambda one: one.material)
-    return Shown(ordered, [named[name] for name in sorted(named)])
+    return SharedKnowledge(ordered, [named[name] for name in sorted(named)])
 
 
 def _shown(prior: models.FleetPrior, known: Mapping[str, Any]) -> OfMaterial:
     mean, sd = np.array(prior.mean), np.sqrt(np.diag(np.array(prior.covariance)))
-    low, high = (shear.named(mean + side * NORMAL_95 * sd) for side in (-1.0, 1.0))
-    middle = shear.named(mean)
+    low, high = (shear.law_values(mean + side * NORMAL_95 * sd) for side in (-1.0, 1.0))
+    middle = shear.law_values(mean)
     return OfMaterial(
         material=prior.material.name,
         machines=prior.machines,

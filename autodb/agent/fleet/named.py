@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from autodb.fitting import NORMAL_95
-from autodb.pairs.disagreeing import Cause, Disagrees
+from autodb.pairs.disagreeing import DisagreementCause, Disagrees
 
 
 @dataclass(frozen=True)
-class Named:
+class DisagreeingMachine:
     """A machine that disagrees with others: in which pairs, and why.
 
     ``gain``: what its calibration would be off by along and across, shares, with ``gain_sd``;
@@ -33,20 +33,24 @@ class Named:
             *(one for pair in zip((along, across), sd, strict=True) for one in pair)
         )
         whose = {
-            Cause.CALIBRATION.value: f"is off: {off}",
-            Cause.CUTTING.value: f"is another in {self.likeliest}",
-            Cause.EITHER.value: f"is off ({off}, or {self.likeliest} is cut otherwise)",
+            DisagreementCause.CALIBRATION.value: f"is off: {off}",
+            DisagreementCause.CUTTING.value: f"is another in {self.likeliest}",
+            DisagreementCause.EITHER.value: f"is off ({off}, or {self.likeliest} is cut otherwise)",
         }[self.cause]
         by = f"; told by {self.told_by}" if self.told_by else ""
-        hint = "; a standard cut on it would tell which" if self.cause == Cause.EITHER.value else ""
+        hint = (
+            "; a standard cut on it would tell which"
+            if self.cause == DisagreementCause.EITHER.value
+            else ""
+        )
         return (
             f"{self.machine} disagrees in {', '.join(self.pairs)}: {self.cause} {whose}{by}{hint}"
         )
 
 
-def named_of(machine: str, pairs: Sequence[str], told: Disagrees) -> Named:
+def named_of(machine: str, pairs: Sequence[str], told: Disagrees) -> DisagreeingMachine:
     """Return how a machine with these pairs, by name, is named."""
-    return Named(
+    return DisagreeingMachine(
         machine=machine,
         pairs=tuple(pairs[k] for k in told.pairs),
         cause=told.cause.value,
@@ -57,7 +61,7 @@ def named_of(machine: str, pairs: Sequence[str], told: Disagrees) -> Named:
     )
 
 
-def as_named(kept: Mapping[str, Any]) -> Named:
+def as_named(kept: Mapping[str, Any]) -> DisagreeingMachine:
     """Return a machine that disagrees from JSON."""
     tuples = {name: tuple(kept[name]) for name in ("pairs", "gain", "gain_sd")}
-    return Named(**{**kept, **tuples})
+    return DisagreeingMachine(**{**kept, **tuples})

@@ -12,11 +12,11 @@ import numpy as np
 from sqlalchemy import insert
 from sqlalchemy.orm import Session
 
-from autodb.agent.fleet.named import Named, named_of
+from autodb.agent.fleet.named import DisagreeingMachine, named_of
 from autodb.agent.learn.starting import of_material
 from autodb.agent.learn.together import (
     OwnCuts,
-    Version,
+    PairVersion,
     as_kept,
     known_from,
     known_materials,
@@ -29,10 +29,10 @@ from autodb.agent.learn.together import (
 )
 from autodb.agent.rows.posteriors import LAW, pair_name
 from autodb.agent.sense.gain_check import standard_cut
-from autodb.pairs.disagreeing import Cause, Compared, compared, disagrees
-from autodb.pairs.hierarchy import MANY, Known, whole
-from autodb.standard.protocol import Protocol
-from autodb.store import Store, lasting, models
+from autodb.pairs.disagreeing import ComparedPair, DisagreementCause, compared, disagrees
+from autodb.pairs.hierarchy import MANY, KnownMaterial, whole_law
+from autodb.standard.protocol import CutProtocol
+from autodb.store import Store, models, retried
 from autodb.store.models.learning import EVERY, fleet_prior_parameters
 
 Progress = Callable[[str], None]
@@ -44,7 +44,7 @@ MOST_ASIDE = 3
 
 
 @dataclass(frozen=True)
-class Together:
+class SharedVersion:
     """What a pass left of a material: its version, how many machines and tools told it."""
 
     material: str
@@ -54,11 +54,11 @@ class Together:
 
 
 @dataclass
-class Learnt:
+class SharedLearning:
     """What a pass did: the materials that have a new version, and the machines named now."""
 
-    materials: list[Together] = field(default_factory=list)
-    named: list[Named] = field(default_factory=list)
+    materials: list[SharedVersion] = field(default_factory=list)
+    named: list[DisagreeingMachine] = field(default_factory=list)
 
     def lines(self) -> list[str]:
         """Return it in words, a line each."""
@@ -75,18 +75,18 @@ def _counted(number: int, what: str) -> str:
 
 
 def learn_fleet(
-    store: Store, *, protocols: Sequence[Protocol] = (), progress: Progress = lambda _: None
-) -> Learnt:
+    store: Store, *, protocols: Sequence[CutProtocol] = (), progress: Progress = lambda _: None
+) -> SharedLearning:
     """Bring what machines know together up to their newest versions.
 
     ``protocols``: standard cuts whose forces are known, beside those of the kit.
     """
 
-    def one_pass() -> Learnt:
+    def one_pass() -> SharedLearning:
         with store.writing(FLEET) as session:
             return _Pass(session, protocols, progress).run()
 
-    return lasting(one_pass, progress)
+    return retried(one_pass, progress)
 
 
 @dataclass
@@ -97,30 +97,30 @@ class _Material:
 
     row: models.Material
     prior: models.FleetPrior | None
-    known: Known
+    known: KnownMaterial
     told: Callable[[int], OwnCuts]
-    inside: dict[int, Version] = field(default_factory=dict)
-    aside: dict[int, Version] = field(default_factory=dict)
+    inside: dict[int, PairVersion] = field(default_factory=dict)
+    aside: dict[int, PairVersion] = field(default_factory=dict)
     changed: set[int] = field(default_factory=set)
 
     @property
-    def every(self) -> list[Version]:
+    def every(self) -> list[PairVersion]:
         """All pairs that are shared of it."""
         return [*self.inside.values(), *self.aside.values()]
 
-    def put(self, one: Version) -> None:
+    def put(self, one: PairVersion) -> None:
         """Take a pair into the sums."""
         self.known = self.known.changed(one.tool, more=self.told(one.id).as_stated)
         self.inside[one.id] = one
         self.changed.add(one.id)
 
-    def take_out(self, one: Version) -> None:
+    def take_out(self, one: PairVersion) -> None:
         """Take a pair out of the sums."""
         del self.inside[one.id]
         self.known = self.known.changed(one.tool, less=self.told(one.id).as_stated)
         self.changed.add(one.id)
 
-    def compared(self, one: Version) -> Compared:
+    def compared(self, one: PairVersion) -> ComparedPair:
         """Compare a pair with the others."""
         own = self.told(one.id)
         others = self.known
@@ -137,12 +137,14 @@ class _Material:
 class _Pass:
     """One pass over all materials."""
 
-    def __init__(self, session: Session, protocols: Sequence[Protocol], progress: Progress) -> None:
+    def __init__(
+        self, session: Session, protocols: Sequence[CutProtocol], progress: Progress
+    ) -> None:
         self._session, self._protocols, self._progress = session, protocols, progress
         self._read: dict[int, OwnCuts] = {}
         self._materials: list[_Material] = []
 
-    def run(self) -> Learnt:
+    def run(self) -> SharedLearning:
         """Bring the sums up to date, name who disagrees, and keep what is new."""
         versions = sharing(self._session)
         numbers = sorted(versions.keys() | known_materials(self._session))
@@ -152,19 +154,19 @@ class _Pass:
         for one in self._materials:
             if one.prior is not None and (one.changed or not one.every):
                 one.prior.known = None  # its sums are in the next, or nobody shares any
-        return Learnt(kept, list(named.values()))
+        return SharedLearning(kept, list(named.values()))
 
     def _told(self, version: int) -> OwnCuts:
         if version not in self._read:
             self._read[version] = own_cuts(self._session, version)
         return self._read[version]
 
-    def _brought_up(self, number: int, versions: Sequence[Version]) -> _Material:
+    def _brought_up(self, number: int, versions: Sequence[PairVersion]) -> _Material:
         """Take a material's newest versions into its sums, and out what they replace."""
         row = self._session.get_one(models.Material, number)
         self._progress(f"what is known of {row.name}")
         prior, aside = newest_prior(self._session, number), set()
-        found = _Material(row, prior, Known(of_material(row.name).belief.law), self._told)
+        found = _Material(row, prior, KnownMaterial(of_material(row.name).belief.law), self._told)
         if prior is not None and prior.known is not None:
             found.known, aside = known_from(prior.known), set(prior.known["aside"])
             found.inside = {one.id: one for one in told_by(self._session, prior)}
@@ -179,9 +181,9 @@ class _Pass:
         found.changed |= aside - newest.keys()
         return found
 
-    def _named(self) -> dict[int, Named]:
+    def _named(self) -> dict[int, DisagreeingMachine]:
         """Name the machines that disagree, the farthest off first, and set their pairs aside."""
-        named: dict[int, Named] = {}
+        named: dict[int, DisagreeingMachine] = {}
         waiting = self._waiting()
         while waiting:
             found = self._look(waiting)
@@ -210,7 +212,7 @@ class _Pass:
 
     def _look(self, machines: set[int]) -> "dict[int, _Found]":
         """Return which machines disagree."""
-        pairs: dict[int, list[tuple[_Material, Version]]] = {}
+        pairs: dict[int, list[tuple[_Material, PairVersion]]] = {}
         for material in self._materials:
             if machines_of(material.inside.values()) > 1:
                 for one in material.every:
@@ -249,8 +251,8 @@ class _Pass:
                 del material.aside[one.id]
                 material.put(one)
 
-    def _kept(self, material: _Material, named: Mapping[int, Named]) -> Together:
-        belief = whole(material.known.material())
+    def _kept(self, material: _Material, named: Mapping[int, DisagreeingMachine]) -> SharedVersion:
+        belief = whole_law(material.known.material())
         version = 1 if material.prior is None else material.prior.version + 1
         machines = {one.machine_id for one in material.every}
         row = models.FleetPrior(
@@ -276,7 +278,7 @@ class _Pass:
         if links:
             self._session.execute(insert(fleet_prior_parameters), links)
         tools = len(material.known.tools)
-        return Together(material.row.name, version, row.machines, tools)
+        return SharedVersion(material.row.name, version, row.machines, tools)
 
 
 @dataclass(frozen=True)
@@ -285,14 +287,14 @@ class _Found:
     of all of its versions.
     """
 
-    named: Named
+    named: DisagreeingMachine
     improbable: float
     odd_pairs: tuple[int, ...]
-    versions: Sequence[Version]
+    versions: Sequence[PairVersion]
 
     @property
     def odd(self) -> set[int]:
         """The versions, by id, that stand aside: where the calibration may be off, all of them."""
-        if self.named.cause == Cause.CALIBRATION.value:
+        if self.named.cause == DisagreementCause.CALIBRATION.value:
             return {one.id for one in self.versions}
         return {self.versions[k].id for k in self.odd_pairs}

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from autodb.agent.fleet import tasks
-from autodb.agent.fleet.tasks import Machine, Refreshed
+from autodb.agent.fleet.tasks import MachineTask, RefreshedMachine
 from autodb.errors import UnusableInput
 
 if TYPE_CHECKING:
@@ -21,19 +21,21 @@ EXTRA = "spreading machines needs the extra 'fleet': pip install 'autodb[fleet]'
 ANSWER_S = 10
 """How long a scheduler is waited for."""
 Done = TypeVar("Done")
-Tell = Callable[[Refreshed], None]
+Tell = Callable[[RefreshedMachine], None]
 
 
-def refresh_all(client: "Client", machines: Sequence[Machine], tell: Tell) -> None:
+def refresh_all(client: "Client", machines: Sequence[MachineTask], tell: Tell) -> None:
     """Refresh machines on a cluster's workers; ``tell`` each as it is done, or why it is not."""
     from distributed import as_completed
 
-    waiting = {_submit(client, tasks.take_in, machine): _Step(machine) for machine in machines}
+    waiting = {
+        _submit(client, tasks.take_in_inbox, machine): _Step(machine) for machine in machines
+    }
     every = as_completed(list(waiting), loop=client.loop, raise_errors=False)
     for future in every:
         step = waiting.pop(future)
         if future.status == "error":
-            tell(Refreshed(step.machine.name, failed=_said(future)))
+            tell(RefreshedMachine(step.machine.name, failed=_said(future)))
             continue
         for new, then in step.after(client, future.result(), tell):
             waiting[new] = then
@@ -44,25 +46,28 @@ def refresh_all(client: "Client", machines: Sequence[Machine], tell: Tell) -> No
 class _Step:
     """Where a machine is: taking in (no ``parts``), feeling its parts, or learning."""
 
-    machine: Machine
+    machine: MachineTask
     parts: int | None = None
     notes: list[str] = field(default_factory=list)
 
     def after(self, client: "Client", result: Any, tell: Tell) -> "list[tuple[Future[Any], _Step]]":
         """Return what follows a task of the machine, with its result."""
-        if isinstance(result, Refreshed):
+        if isinstance(result, RefreshedMachine):
             tell(result)
             return []
         if self.parts is None:
             self.parts = len(result)
             if result:
-                return [(_submit(client, tasks.feel, self.machine, cuts), self) for cuts in result]
+                return [
+                    (_submit(client, tasks.feel_machine, self.machine, cuts), self)
+                    for cuts in result
+                ]
         else:
             self.parts -= 1
             self.notes += result
         if self.parts:
             return []
-        return [(_submit(client, tasks.learn, self.machine, self.notes), self)]
+        return [(_submit(client, tasks.learn_machine, self.machine, self.notes), self)]
 
 
 def _submit(client: "Client", task: Callable[..., object], *arguments: object) -> "Future[Any]":

@@ -12,14 +12,14 @@ from autodb.agent.ingest.inbox import Inbox
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.sense.over_time import cuts_to_feel, feel_over_time
 from autodb.errors import UnusableInput
-from autodb.store import Store, lasting, open_store
+from autodb.store import Store, open_store, retried
 
 CUTS_A_TASK = 8
 """Recorded cuts that one task feels: some seconds' work each. Chosen."""
 
 
 @dataclass(frozen=True)
-class Machine:
+class MachineTask:
     """A machine to refresh: the database that it is in, its name, its inbox if it has one."""
 
     url: str
@@ -28,7 +28,7 @@ class Machine:
 
 
 @dataclass(frozen=True)
-class Refreshed:
+class RefreshedMachine:
     """What became of a machine: lines to say; ``failed``: why it was not refreshed."""
 
     machine: str
@@ -37,7 +37,7 @@ class Refreshed:
 
 
 @contextmanager
-def _opened(machine: Machine) -> Iterator[Store]:
+def _opened(machine: MachineTask) -> Iterator[Store]:
     store = open_store(machine.url)
     try:
         yield store
@@ -45,39 +45,39 @@ def _opened(machine: Machine) -> Iterator[Store]:
         store.close()
 
 
-def take_in(machine: Machine) -> list[list[int]]:
+def take_in_inbox(machine: MachineTask) -> list[list[int]]:
     """Import what is in a machine's inbox; return the recorded cuts to feel, by id, in parts."""
     with _opened(machine) as store:
         if machine.inbox is not None:
             inbox = Inbox(Path(machine.inbox))
-            lasting(lambda: inbox.take_in(store, machine.name, _silently))
-        cuts = lasting(lambda: cuts_to_feel(store, machine.name))
+            retried(lambda: inbox.take_in(store, machine.name, _silently))
+        cuts = retried(lambda: cuts_to_feel(store, machine.name))
     return [cuts[begin : begin + CUTS_A_TASK] for begin in range(0, len(cuts), CUTS_A_TASK)]
 
 
-def feel(machine: Machine, cuts: list[int]) -> list[str]:
+def feel_machine(machine: MachineTask, cuts: list[int]) -> list[str]:
     """Feel some recorded cuts of a machine; return what is to be said of them."""
     with _opened(machine) as store:
-        felt = lasting(lambda: feel_over_time(store, machine.name, only=set(cuts)))
+        felt = retried(lambda: feel_over_time(store, machine.name, only=set(cuts)))
     return felt.notes
 
 
-def learn(machine: Machine, notes: list[str]) -> Refreshed:
+def learn_machine(machine: MachineTask, notes: list[str]) -> RefreshedMachine:
     """Refresh a machine whose recordings are taken in and felt."""
     with _opened(machine) as store:
         done = refresh(store, machine.name)
     done.set_aside[:0] = notes
-    return Refreshed(machine.name, done.lines())
+    return RefreshedMachine(machine.name, done.lines())
 
 
-def whole(machine: Machine) -> Refreshed:
+def whole_task(machine: MachineTask) -> RefreshedMachine:
     """Do all of it for one machine; where its input is to blame, say that it was not refreshed."""
     inbox = None if machine.inbox is None else Inbox(Path(machine.inbox))
     try:
         with _opened(machine) as store:
-            return Refreshed(machine.name, refresh(store, machine.name, inbox=inbox).lines())
+            return RefreshedMachine(machine.name, refresh(store, machine.name, inbox=inbox).lines())
     except UnusableInput as error:
-        return Refreshed(machine.name, failed=str(error))
+        return RefreshedMachine(machine.name, failed=str(error))
 
 
 def _silently(_step: str) -> None:

@@ -19,8 +19,15 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.ingest.entries import KEPT, beside, checksum_files, entries, held, stamp
-from autodb.agent.ingest.importing import Imported, Kept, import_file, whole_file
+from autodb.agent.ingest.entries import (
+    KEPT,
+    checksum_files,
+    files_beside,
+    inbox_entries,
+    open_held,
+    stamp,
+)
+from autodb.agent.ingest.importing import Imported, KeepAt, import_file, whole_file
 from autodb.agent.rows.machines import find_machine
 from autodb.errors import SetAside, UnusableInput
 from autodb.files.checksums import checksum
@@ -81,7 +88,7 @@ class Arrival:
     def take(self) -> list[str]:
         """Import the file, or keep why not; return what else is to be said."""
         try:
-            with held(self._path) as file:
+            with open_held(self._path) as file:
                 seen, now = stamp(self._path), os.fstat(file)
                 if seen is not None:
                     self._taken(_Held(file, seen, now.st_size, now.st_mtime_ns))
@@ -130,7 +137,7 @@ class Arrival:
             target,
             machine=self._machine,
             columns=self._columns or (side if side.is_file() else None),
-            kept=Kept(target, also, self._came_as or self._path),
+            kept=KeepAt(target, also, self._came_as or self._path),
         )
         return lies[-1]
 
@@ -186,7 +193,7 @@ class Arrival:
 
     def _lie(self, session: Session, imported: Imported, target: Path) -> Path:
         """Return where the recording lies; at ``target`` where it has no other whole file."""
-        row = session.get_one(models.Recording, imported.recording_id)
+        row = session.get_one(models.StoredRecording, imported.recording_id)
         other = whole_file(row, but=(self._path.resolve(), target.resolve()))
         if other is not None:
             return other
@@ -201,8 +208,8 @@ class Arrival:
     def _is_kept(self, target: Path) -> bool:
         """Say whether a recording lies there."""
         with self._store.reading() as session:
-            query = select(models.Recording.id).where(
-                models.Recording.path == str(target.resolve())
+            query = select(models.StoredRecording.id).where(
+                models.StoredRecording.path == str(target.resolve())
             )
             return session.scalar(query.limit(1)) is not None
 
@@ -216,9 +223,9 @@ class Arrival:
             target.unlink(missing_ok=True)
         if target == self._path:
             return
-        files = entries(self._path.parent).files
+        files = inbox_entries(self._path.parent).files
         alone = [path for path in files if path.stem == self._path.stem]
-        others = beside(self._path)
+        others = files_beside(self._path)
         for other in others if kept_there else ():
             ending = other.name.removeprefix(self._path.stem)
             shutil.copyfile(other, target.with_name(f"{target.stem}{ending}"))

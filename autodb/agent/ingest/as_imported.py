@@ -9,7 +9,7 @@ from autodb.records import CutTable, Recording, open_as_stored
 from autodb.store import models
 
 
-def as_imported(row: models.Recording) -> Recording | CutTable:
+def as_imported(row: models.StoredRecording) -> Recording | CutTable:
     """Read a recording with the side file that it came in with.
 
     Raises UnusableInput where no file of it is there as it was imported.

@@ -12,7 +12,7 @@ from autodb.errors import UnusableInput
 from autodb.files.channels import axis_of
 from autodb.files.side import SideFile
 from autodb.pairs.engaged import BY_NAME
-from autodb.records import EDGE, CutTable, Recording, Source
+from autodb.records import EDGE, CutTable, Recording, RecordingSource
 from autodb.sensing.ranges import faults, raw
 from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
 from autodb.store import models
@@ -31,7 +31,7 @@ CHIP = "chip.thickness"
 
 
 def cuts_in(
-    source: Source, progress: Callable[[str], None] | None
+    source: RecordingSource, progress: Callable[[str], None] | None
 ) -> tuple[CutTable | None, tuple[str, ...]]:
     """Return the cuts of a file: its table of cuts, or the cut that its phase currents hold.
 
@@ -54,7 +54,7 @@ def cuts_in(
     return cuts, notes
 
 
-def _said_cut(source: Source) -> CutTable | None:
+def _said_cut(source: RecordingSource) -> CutTable | None:
     """Return the cut that a side file states of a recording over time: nothing of it was averaged.
 
     None where it says too little for its forces to be worked out: pair, operation, conditions.
@@ -64,13 +64,13 @@ def _said_cut(source: Source) -> CutTable | None:
     named = side.recording.work is not None and side.tool.name is not None
     if operation is None or not named or operation.lacking(known):
         return None
-    return raw.table_of(source.path, side, {"cut": 1.0} | known)
+    return raw.table_of_cut(source.path, side, {"cut": 1.0} | known)
 
 
 def _raw_cut(
     recording: Recording, progress: Callable[[str], None] | None
 ) -> tuple[CutTable, tuple[str, ...]]:
-    cut = raw.cut_of(recording, progress=progress)
+    cut = raw.cut_of_recording(recording, progress=progress)
     return cut.table, cut.notes
 
 

@@ -35,7 +35,7 @@ class Entries:
     leaving: dict[Path, Path] = field(default_factory=dict)
 
 
-def entries(inbox: Path) -> Entries:
+def inbox_entries(inbox: Path) -> Entries:
     """Look into a folder and those in it, but for what is hidden or kept there already."""
     found = Entries()
 
@@ -84,18 +84,18 @@ def _shown(name: str) -> str:
 def stamp(path: Path) -> str | None:
     """Return sizes and times of a file and of those beside it; None: it is gone."""
     try:
-        known = [(one.name, one.stat()) for one in (path, *beside(path))]
+        known = [(one.name, one.stat()) for one in (path, *files_beside(path))]
     except FileNotFoundError:
         return None
     return "; ".join(f"{name} {one.st_size} {one.st_mtime_ns}" for name, one in known)
 
 
-def size_of(seen: str) -> int:
+def size_by_stamp(seen: str) -> int:
     """Return the size of the file itself that a stamp says, in bytes."""
     return int(seen.split("; ", maxsplit=1)[0].rsplit(" ", 2)[1])
 
 
-def beside(path: Path) -> list[Path]:
+def files_beside(path: Path) -> list[Path]:
     """Return the side file and the checksum file of a recording that are there."""
     names = (path.with_suffix(".toml"), *checksum_files(path))
     return [one for one in names if one.is_file()]
@@ -107,7 +107,7 @@ def checksum_files(path: Path) -> tuple[Path, ...]:
 
 
 @contextmanager
-def held(path: Path) -> Iterator[int]:
+def open_held(path: Path) -> Iterator[int]:
     """Open a file to be read, following no link and waiting for nobody.
 
     Raises UnusableInput where it is no regular file.

@@ -59,7 +59,7 @@ def _cuts_of(path: Path, columns: Path | None, tell: Tell) -> CutTable:
             f"{path}: no column 'cut' and no phase currents; calibrate needs a table of cuts, or "
             "raw recordings of one cut each"
         )
-    cut = raw.cut_of(found)
+    cut = raw.cut_of_recording(found)
     for note in cut.notes:
         tell(f"{path}: {note}")
     return with_stated(cut.table)

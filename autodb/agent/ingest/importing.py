@@ -13,7 +13,7 @@ from autodb import records
 from autodb.agent.ingest.cuts_in_file import cuts_in, made_cuts
 from autodb.agent.ingest.redelivered import (
     ROWS_ALIKE,
-    Sorted,
+    SortedCuts,
     as_it_was,
     earlier,
     rows_alike,
@@ -26,7 +26,7 @@ from autodb.agent.rows.machines import find_machine, working_machine
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.side import SideFile
-from autodb.records import EDGE, CutTable, Source, edge_codes
+from autodb.records import EDGE, CutTable, RecordingSource, edge_codes
 from autodb.records.plausible import refuse_implausible
 from autodb.records.summary import BaseSummary, summarise
 from autodb.sensing.ranges.validity import STATED
@@ -59,7 +59,7 @@ class Imported:
 
 
 @dataclass(frozen=True)
-class Kept:
+class KeepAt:
     """Where a file lies from now on, and what else is written in the import's transaction.
 
     ``came_as``: the path that it counts as having come in under; None: the one that it is read at.
@@ -77,7 +77,7 @@ def import_file(
     machine: str,
     columns: Path | None = None,
     progress: Callable[[str], None] | None = None,
-    kept: Kept | None = None,
+    kept: KeepAt | None = None,
     looked_at: bool = False,
 ) -> Imported:
     """Import one recording or cut table of a machine; a second time says it is already there.
@@ -126,7 +126,7 @@ def import_file(
 
 
 def _once_more(
-    store: Store, machine: str, known: Imported, kept: Kept | None, *, looked_at: bool
+    store: Store, machine: str, known: Imported, kept: KeepAt | None, *, looked_at: bool
 ) -> Imported:
     """Have a recording that is there count, where it was only looked at before."""
     begins = known.looked_at and not looked_at
@@ -147,7 +147,9 @@ class _Again:
     cut_off: bool
 
 
-def _same_series(session: Session, machine_id: int, source: Source, came_as: Path) -> _Again | None:
+def _same_series(
+    session: Session, machine_id: int, source: RecordingSource, came_as: Path
+) -> _Again | None:
     before = earlier(session, machine_id, came_as)
     if not before or before[0].kind != "series":
         return None
@@ -159,10 +161,12 @@ def _same_series(session: Session, machine_id: int, source: Source, came_as: Pat
     return None
 
 
-def _row(source: Source, summary: Sequence[BaseSummary], sha256: str) -> models.Recording:
+def _row(
+    source: RecordingSource, summary: Sequence[BaseSummary], sha256: str
+) -> models.StoredRecording:
     channels = [row for base in summary for row in _channel_rows(base)]
     cuts = any(base.holds_cuts for base in summary)
-    return models.Recording(
+    return models.StoredRecording(
         sha256=sha256,
         path=str(source.path.resolve()),
         kind="cuts" if cuts else "series",
@@ -181,7 +185,7 @@ def _said(side: SideFile) -> dict[str, Any]:
 def _keep(
     session: Session,
     owner: models.Machine,
-    recording: models.Recording,
+    recording: models.StoredRecording,
     cuts: CutTable | None,
     before: _Again | None,
 ) -> Imported:
@@ -198,17 +202,19 @@ def _keep(
             there = twins(session, owner.id, made)
             holding = {there[one.content].recording_id for one in made if one.content in there}
             if len(holding) == 1 and len(there) == len(made):
-                return _as_known(session.get_one(models.Recording, *holding), other_side=False)
+                return _as_known(
+                    session.get_one(models.StoredRecording, *holding), other_side=False
+                )
             found = sorted_cuts(made, earlier(session, owner.id, Path(str(recording.delivered_as))))
         new = [cut for cut in found.new if cut.content not in there]
         found = replace(found, new=new, there=found.there + len(found.new) - len(new))
     elif before is None:
-        found = Sorted(made, 0, [])
+        found = SortedCuts(made, 0, [])
     else:
-        last = session.get_one(models.Recording, before.recording)
-        old, first = counting(last), last.first_id
+        last = session.get_one(models.StoredRecording, before.recording)
+        old, first = counted_cuts(last), last.first_id
         cut_off = before.cut_off
-        found = Sorted([], len(old), [], first) if cut_off else Sorted(made, 0, old, first)
+        found = SortedCuts([], len(old), [], first) if cut_off else SortedCuts(made, 0, old, first)
     recording.continues_id = found.continues
     session.add(recording)
     session.flush()
@@ -228,7 +234,7 @@ def _keep(
     )
 
 
-def _aside(session: Session, recording: models.Recording, cuts: list[models.Cut]) -> Imported:
+def _aside(session: Session, recording: models.StoredRecording, cuts: list[models.Cut]) -> Imported:
     """Add a recording whose cuts do not count."""
     session.add(recording)
     session.flush()
@@ -259,19 +265,19 @@ def _known(
     session: Session, machine_id: int, sha256: str, side: SideFile, content: str | None = None
 ) -> Imported | None:
     """Return what is there of a file: by its bytes, or by its ``content`` where that is known."""
-    alike = models.Recording.sha256 == sha256
+    alike = models.StoredRecording.sha256 == sha256
     if content is not None:
-        alike |= models.Recording.content == content
+        alike |= models.StoredRecording.content == content
     found = session.scalar(
-        select(models.Recording)
-        .where(models.Recording.machine_id == machine_id, alike)
-        .order_by(models.Recording.sha256 != sha256, models.Recording.id)
+        select(models.StoredRecording)
+        .where(models.StoredRecording.machine_id == machine_id, alike)
+        .order_by(models.StoredRecording.sha256 != sha256, models.StoredRecording.id)
         .limit(1)
     )
     return None if found is None else _as_known(found, other_side=found.side != _said(side))
 
 
-def _as_known(row: models.Recording, *, other_side: bool) -> Imported:
+def _as_known(row: models.StoredRecording, *, other_side: bool) -> Imported:
     return Imported(
         row.id,
         row.kind,
@@ -284,7 +290,7 @@ def _as_known(row: models.Recording, *, other_side: bool) -> Imported:
     )
 
 
-def counting(recording: models.Recording) -> list[models.Cut]:
+def counted_cuts(recording: models.StoredRecording) -> list[models.Cut]:
     """Return the cuts of a recording whose place no other took; of one looked at, all."""
     return [cut for cut in recording.cuts if cut.superseded_at == recording.looked_at]
 
@@ -307,13 +313,13 @@ def cuts_as_table(cuts: list[models.Cut], *, path: Path) -> CutTable:
     return CutTable(path=path, channels=channels, texts=texts, units=units)
 
 
-def _stated(row: models.Recording, key: str) -> str:
+def _stated(row: models.StoredRecording, key: str) -> str:
     """Return what a recording's side file states in [recording]; empty: nothing."""
     value = row.side.get("recording", {}).get(key)
     return "" if value is None else str(value)
 
 
-def files_of(row: models.Recording) -> dict[Path, str]:
+def files_of(row: models.StoredRecording) -> dict[Path, str]:
     """Return the files of a recording that are there, with the checksum that each must have."""
     said = {Path(row.path): row.sha256}
     if row.stored_path is not None and row.stored_sha256 is not None:
@@ -321,7 +327,7 @@ def files_of(row: models.Recording) -> dict[Path, str]:
     return {path: sha256 for path, sha256 in said.items() if path.is_file()}
 
 
-def whole_file(row: models.Recording, *, but: Collection[Path] = ()) -> Path | None:
+def whole_file(row: models.StoredRecording, *, but: Collection[Path] = ()) -> Path | None:
     """Return a file of a recording that is there as it came in, beside some; None: there is none.
 
     ``but``: whole paths of files that do not count.

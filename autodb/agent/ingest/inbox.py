@@ -14,7 +14,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.arrival import Arrival, Desk, back
-from autodb.agent.ingest.entries import KEPT, entries, stamp
+from autodb.agent.ingest.entries import KEPT, inbox_entries, stamp
 from autodb.agent.ingest.kept import Unread, parted, unread
 from autodb.agent.rows.machines import find_machine, working_machine
 from autodb.errors import UnusableInput
@@ -46,7 +46,7 @@ class Inbox:
         """
         if not self.folder.is_dir():
             raise UnusableInput(f"{self.folder}: no such folder; one that is there would work")
-        found = entries(self.folder)
+        found = inbox_entries(self.folder)
         for path, name in found.leaving.items():
             back(path, name)
             found.files.update({} if (seen := stamp(name)) is None else {name: seen})
@@ -92,8 +92,10 @@ def _new(session: Session, machine_id: int, found: Mapping[Path, str]) -> dict[P
     for begin in range(0, len(paths), ASKED_AT_ONCE):
         some = list(paths)[begin : begin + ASKED_AT_ONCE]
         rows = session.execute(
-            select(models.InboxFile.path, models.InboxFile.stamp, models.Recording.path)
-            .outerjoin(models.Recording, models.Recording.id == models.InboxFile.recording_id)
+            select(models.InboxFile.path, models.InboxFile.stamp, models.StoredRecording.path)
+            .outerjoin(
+                models.StoredRecording, models.StoredRecording.id == models.InboxFile.recording_id
+            )
             .where(models.InboxFile.machine_id == machine_id, models.InboxFile.path.in_(some))
         )
         for path, seen, lies_at in rows:

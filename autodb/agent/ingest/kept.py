@@ -10,7 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.arrival import named_by
-from autodb.agent.ingest.entries import KEPT, beside, entries, held, size_of
+from autodb.agent.ingest.entries import KEPT, files_beside, inbox_entries, open_held, size_by_stamp
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.targets import hidden, replace_by
@@ -52,17 +52,17 @@ def every_unread(session: Session) -> dict[str, list[Unread]]:
     """Return what inboxes keep and the database has not as it is, by machine."""
     found: dict[str, list[Unread]] = {}
     for machine in session.scalars(select(models.Machine).order_by(models.Machine.id)):
-        for folder in folders(session, machine.id):
+        for folder in kept_folders(session, machine.id):
             found.setdefault(machine.name, []).extend(unread(session, machine.id, folder))
     return {name: some for name, some in found.items() if some}
 
 
-def folders(session: Session, machine_id: int) -> list[Path]:
+def kept_folders(session: Session, machine_id: int) -> list[Path]:
     """Return the folders in which a machine's inboxes keep recordings."""
     paths = session.scalars(
-        select(models.Recording.path).where(
-            models.Recording.machine_id == machine_id,
-            models.Recording.delivered_as != models.Recording.path,
+        select(models.StoredRecording.path).where(
+            models.StoredRecording.machine_id == machine_id,
+            models.StoredRecording.delivered_as != models.StoredRecording.path,
         )
     )
     above = [folder for path in paths for folder in Path(path).parents if folder.name == KEPT]
@@ -74,7 +74,7 @@ def unread(session: Session, machine_id: int, folder: Path) -> list[Unread]:
 
     Neither are refused ones, as long as they stay as they are, nor copies of ones that are known.
     """
-    files = {path.resolve(): seen for path, seen in entries(folder).files.items()}
+    files = {path.resolve(): seen for path, seen in inbox_entries(folder).files.items()}
     known, refused = _known(session, machine_id), _refused(session, machine_id)
     return [
         one
@@ -87,18 +87,18 @@ def unread(session: Session, machine_id: int, folder: Path) -> list[Unread]:
 def _known(session: Session, machine_id: int) -> dict[str, _Known]:
     rows = session.execute(
         select(
-            models.Recording.path,
-            models.Recording.stored_path,
-            models.Recording.delivered_as,
-            models.Recording.sha256,
+            models.StoredRecording.path,
+            models.StoredRecording.stored_path,
+            models.StoredRecording.delivered_as,
+            models.StoredRecording.sha256,
             models.InboxFile.stamp,
         )
-        .outerjoin(models.InboxFile, models.InboxFile.recording_id == models.Recording.id)
-        .where(models.Recording.machine_id == machine_id)
+        .outerjoin(models.InboxFile, models.InboxFile.recording_id == models.StoredRecording.id)
+        .where(models.StoredRecording.machine_id == machine_id)
     )
     found = {}
     for path, stored, came_as, sha256, seen in rows:
-        size = None if seen is None else size_of(seen)
+        size = None if seen is None else size_by_stamp(seen)
         found[path] = _Known(Path(came_as or path), sha256, size)
         if stored is not None and stored != path:
             found[stored] = _Known(Path(came_as or path), sha256, None)
@@ -113,7 +113,7 @@ def _refused(session: Session, machine_id: int) -> dict[str, str | None]:
 
 
 def _looked_at(path: Path, seen: str, known: dict[str, _Known], kept: Path) -> Iterator[Unread]:
-    one, size = known.get(str(path)), size_of(seen)
+    one, size = known.get(str(path)), size_by_stamp(seen)
     if one is None:
         whole = path.with_suffix("")
         if path.suffix != COPIED or not (str(whole) in known or whole.exists()):
@@ -133,7 +133,7 @@ def parted(path: Path, grown: Grown) -> Path:
     Under the one that it had lies what it was again, and a logger that still writes to it goes on
     in the other. Raises UnusableInput where it does not begin with what it was.
     """
-    with held(path) as file, hidden(path) as part, part.open("xb") as was:
+    with open_held(path) as file, hidden(path) as part, part.open("xb") as was:
         begins = hashlib.sha256()
         for block in _blocks(file, grown.size):
             begins.update(block)
@@ -146,7 +146,7 @@ def parted(path: Path, grown: Grown) -> Path:
         new = named_by(path, checksum(path))
         if not new.exists():
             os.link(path, new)
-        for other in beside(path):
+        for other in files_beside(path):
             ending = other.name.removeprefix(path.stem)
             new.with_name(f"{new.stem}{ending}").write_bytes(other.read_bytes())
         replace_by(part, path)

@@ -21,7 +21,7 @@ from sqlalchemy.orm import Session
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.side import SideFile
-from autodb.records import Source, open_as_stored
+from autodb.records import RecordingSource, open_as_stored
 from autodb.store import models
 
 CUTS_ALIKE, ROWS_ALIKE = 0.5, 0.9
@@ -31,23 +31,25 @@ ASKED_AT_ONCE = 500
 Array = NDArray[np.float64]
 
 
-def earlier(session: Session, machine_id: int, path: Path) -> list[models.Recording]:
+def earlier(session: Session, machine_id: int, path: Path) -> list[models.StoredRecording]:
     """Return the recordings of a machine that came in under a path, newest first."""
     under = str(path.resolve())
-    lies_there = models.Recording.delivered_as.is_(None) & (models.Recording.path == under)
+    lies_there = models.StoredRecording.delivered_as.is_(None) & (
+        models.StoredRecording.path == under
+    )
     query = (
-        select(models.Recording)
+        select(models.StoredRecording)
         .where(
-            models.Recording.machine_id == machine_id,
-            or_(models.Recording.delivered_as == under, lies_there),
+            models.StoredRecording.machine_id == machine_id,
+            or_(models.StoredRecording.delivered_as == under, lies_there),
         )
-        .order_by(models.Recording.id.desc())
+        .order_by(models.StoredRecording.id.desc())
     )
     return list(session.scalars(query))
 
 
 @dataclass(frozen=True)
-class Sorted:
+class SortedCuts:
     """Cuts that came in: ``new`` ones; how many were there; those whose place new ones take.
 
     ``continues``: the first recording, by id, of the same table; None: it is another.
@@ -66,9 +68,9 @@ def twins(session: Session, machine_id: int, cuts: Sequence[models.Cut]) -> dict
     for begin in range(0, len(wanted), ASKED_AT_ONCE):
         query = (
             select(models.Cut)
-            .join(models.Recording)
+            .join(models.StoredRecording)
             .where(
-                models.Recording.machine_id == machine_id,
+                models.StoredRecording.machine_id == machine_id,
                 models.Cut.superseded_at.is_(None),
                 models.Cut.content.in_(wanted[begin : begin + ASKED_AT_ONCE]),
             )
@@ -77,7 +79,7 @@ def twins(session: Session, machine_id: int, cuts: Sequence[models.Cut]) -> dict
     return found
 
 
-def sorted_cuts(cuts: list[models.Cut], before: Sequence[models.Recording]) -> Sorted:
+def sorted_cuts(cuts: list[models.Cut], before: Sequence[models.StoredRecording]) -> SortedCuts:
     """Return which cuts of a table are new beside those of what came in under its name before."""
     known = {
         cut.number: cut
@@ -88,19 +90,19 @@ def sorted_cuts(cuts: list[models.Cut], before: Sequence[models.Recording]) -> S
     twins = [cut for cut in cuts if cut.number in known]
     equal = {cut.number for cut in twins if _content(cut) == _content(known[cut.number])}
     if not twins or len(equal) < CUTS_ALIKE * len(twins):
-        return Sorted(cuts, 0, [])
+        return SortedCuts(cuts, 0, [])
     if len(cuts) < len(known):
         equal = {cut.number for cut in twins}
     new = [cut for cut in cuts if cut.number not in equal]
     replaced = [known[cut.number] for cut in twins if cut.number not in equal]
-    return Sorted(new, len(equal), replaced, known[twins[0].number].recording.first_id)
+    return SortedCuts(new, len(equal), replaced, known[twins[0].number].recording.first_id)
 
 
 def _content(cut: models.Cut) -> tuple[object, ...]:
     return cut.operation, cut.pair_id, cut.conditions, cut.measured
 
 
-def rows_alike(before: Source, now: Source) -> tuple[float, bool]:
+def rows_alike(before: RecordingSource, now: RecordingSource) -> tuple[float, bool]:
     """Return the share of equal rows that two recordings over time both have, and whether the later
     is shorter; nothing where one cannot be read.
     """
@@ -117,13 +119,13 @@ def rows_alike(before: Source, now: Source) -> tuple[float, bool]:
     return float(np.mean(alike)) if min(lengths) else 0.0, lengths[1] < lengths[0]
 
 
-def _first_base(source: Source) -> dict[str, Array]:
+def _first_base(source: RecordingSource) -> dict[str, Array]:
     """Return a file's first time base, by channel."""
     blocks = [channels for channels, _ in source.usable()[0].blocks()]
     return {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
 
 
-def as_it_was(path: Path, sha256: str, side: SideFile) -> Source | None:
+def as_it_was(path: Path, sha256: str, side: SideFile) -> RecordingSource | None:
     """Open a recording that came in before, with what its side file said; None: not there."""
     if not path.is_file() or checksum(path) != sha256:
         return None

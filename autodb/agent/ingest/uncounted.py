@@ -16,13 +16,13 @@ COPIED = (
 
 def counted(session: Session, number: int) -> None:
     """Have the cuts of a recording that was only looked at count; of any other, nothing changes."""
-    row = session.get_one(models.Recording, number)
+    row = session.get_one(models.StoredRecording, number)
     if row.looked_at is not None:
         anew(session, row, since=row.looked_at)
         row.looked_at = None
 
 
-def anew(session: Session, row: models.Recording, *, since: str) -> None:
+def anew(session: Session, row: models.StoredRecording, *, since: str) -> None:
     """Have cuts of a recording count that do not since a moment, those that nobody has felt yet as
     if they came in now.
 

@@ -11,7 +11,7 @@ from autodb.agent.rows.owner import Owner
 from autodb.agent.rows.posteriors import LAW, as_belief, latest
 from autodb.errors import UnusableInput
 from autodb.forward.prediction import ToolOf
-from autodb.pairs.posterior import Belief
+from autodb.pairs.posterior import PairPosterior
 from autodb.store import models
 
 
@@ -30,14 +30,14 @@ class Behind:
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownPair:
     """What a machine knows of a pair: its belief, its tool, the rows that these are from.
 
     ``row``: the pair's newest parameters, or a related pair's; None: no machine's. ``prior``: what
     other machines know, where the belief is from that.
     """
 
-    belief: Belief
+    belief: PairPosterior
     tool: ToolOf
     behind: Behind
     row: models.CuttingParameters | None
@@ -49,7 +49,7 @@ class Known:
         return self.behind.parameters is not None
 
 
-def known_of(session: Session, owner: Owner, material: str, tool: str) -> Known:
+def known_of(session: Session, owner: Owner, material: str, tool: str) -> KnownPair:
     """Return what a machine knows of a pair, learnt or not.
 
     Raises UnusableInput where the pair was learnt under an earlier law only.
@@ -60,11 +60,11 @@ def known_of(session: Session, owner: Owner, material: str, tool: str) -> Known:
     row = latest(session, owner.id, pair.id) if pair is not None else None
     if row is not None:
         behind = Behind(row.id, row.version, row.n_cuts, row.started_from)
-        return Known(as_belief(row), called, behind, row)
+        return KnownPair(as_belief(row), called, behind, row)
     _refuse_earlier_law(session, owner, pair)
     start = start_of(session, owner.id, material, tool)
     behind = Behind(None, None, 0, start.said)
-    return Known(start.belief, called, behind, start.row, start.prior)
+    return KnownPair(start.belief, called, behind, start.row, start.prior)
 
 
 def _refuse_earlier_law(session: Session, owner: Owner, pair: models.Pair | None) -> None:

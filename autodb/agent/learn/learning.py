@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.shifted import Shift, shifts
+from autodb.agent.learn.shifted import ForceShift, shifts
 from autodb.agent.learn.starting import start_of
 from autodb.agent.learn.states import (
     Forces,
@@ -13,8 +13,8 @@ from autodb.agent.learn.states import (
     implausible,
     looked_at,
     named_states,
-    sorted_out,
-    states_of,
+    newest_states,
+    sorted_forces,
     worn_forces,
 )
 from autodb.agent.rows.posteriors import (
@@ -22,19 +22,19 @@ from autodb.agent.rows.posteriors import (
     as_belief,
     began,
     begins,
-    chain,
-    columns_of,
     latest,
     newest_version,
     pair_name,
+    posterior_columns,
+    version_chain,
 )
-from autodb.agent.sense.sensed import Felt, as_observed
+from autodb.agent.sense.sensed import PairForces, as_observed
 from autodb.errors import UnusableInput
 from autodb.pairs.engaged import CUTTING_TIME
-from autodb.pairs.learning import learn, learn_averaging
-from autodb.pairs.posterior import WEAR, Belief
+from autodb.pairs.learning import learn_averaging, posterior_of_readings
+from autodb.pairs.posterior import WEAR, PairPosterior
 from autodb.pairs.prior import of_state
-from autodb.pairs.worn import told
+from autodb.pairs.worn import learn_worn
 from autodb.store import models
 
 LOOKED = 2
@@ -51,7 +51,7 @@ IN_TURN = 1000
 
 
 @dataclass
-class Outcome:
+class LearningOutcome:
     """``versions``: pair and state, version, cuts behind it; ``odd``: cuts that stand aside, by id;
     ``set_aside``: what to say of what was not learnt from; ``shifts``: what a version moved.
     """
@@ -59,18 +59,18 @@ class Outcome:
     versions: list[tuple[str, int, int]] = field(default_factory=list)
     odd: list[int] = field(default_factory=list)
     set_aside: list[str] = field(default_factory=list)
-    shifts: list[Shift] = field(default_factory=list)
+    shifts: list[ForceShift] = field(default_factory=list)
 
 
 def learn_pair(
     session: Session,
     machine_id: int,
-    found: Felt,
+    found: PairForces,
     *,
     old: int | None = None,
     goes_on: bool = False,
     progress: Callable[[str], None] = lambda _: None,
-) -> Outcome:
+) -> LearningOutcome:
     """Add versions where a pair has forces that its last ones have not seen, or a confirmed cause.
 
     A version builds on the last one where that one's forces all count still; one with a cause that
@@ -88,16 +88,16 @@ class _Pair:
         self,
         session: Session,
         machine_id: int,
-        found: Felt,
+        found: PairForces,
         progress: Callable[[str], None],
     ) -> None:
         self._session, self._machine_id, self._found = session, machine_id, found
         self._name, self._progress = pair_name(found.pair), progress
         self._old: int | None = None
         self._goes_on = False
-        self._done = Outcome()
+        self._done = LearningOutcome()
 
-    def learnt(self, old: int | None, *, goes_on: bool) -> Outcome:
+    def learnt(self, old: int | None, *, goes_on: bool) -> LearningOutcome:
         """Learn the usual state and those confirmed; say what was left out or stands aside."""
         self._old, self._goes_on = old, goes_on
         said = self._done.set_aside
@@ -149,7 +149,7 @@ class _Pair:
         start = self._start()
         before = replace(start.belief, off_law=as_belief(last).off_law)
         observed = as_observed(worn)
-        learnt = told(before, observed, near=as_belief(last), progress=self._progress)
+        learnt = learn_worn(before, observed, near=as_belief(last), progress=self._progress)
         before, kept = replace(before, wear=learnt.wear), worn
         for _ in range(LOOKED):
             aside = implausible(learnt.past(), worn)
@@ -157,7 +157,7 @@ class _Pair:
             if now == kept:
                 break
             kept, near = now, learnt
-            learnt = learn(before, as_observed(kept, wear=learnt.wear), near=near)
+            learnt = posterior_of_readings(before, as_observed(kept, wear=learnt.wear), near=near)
         self._keep(start, None, kept, learnt.past(), causes=causes)
 
     def _start(self) -> Start:
@@ -174,7 +174,7 @@ class _Pair:
         belief, forces = as_belief(last), self._found.forces
         if belief.wear is not None:
             forces = self._of_known_wear(forces)
-        parted = sorted_out(belief, forces)
+        parted = sorted_forces(belief, forces)
         if parted.usual:
             start = began(last)
             learnt = self._in_turn(belief, parted.usual)
@@ -202,13 +202,13 @@ class _Pair:
             old=self._old,
         )
         belief = start.belief if base is None else as_belief(base)
-        parted = sorted_out(belief, fresh, looked=looked)
+        parted = sorted_forces(belief, fresh, looked=looked)
         self._add(start, base, parted.usual, causes=[] if last is None else last.mismatches)
         return parted.odd
 
     def _but_of_states(self, *, but: str | None) -> Forces:
         """Return the forces that no other state than ``but`` has learnt."""
-        states = states_of(self._session, self._machine_id, self._found.pair.id)
+        states = newest_states(self._session, self._machine_id, self._found.pair.id)
         elsewhere = {n for state in states if state.state != but for n in seen_by(state)}
         return [force for force in self._found.forces if force.id not in elsewhere]
 
@@ -274,7 +274,9 @@ class _Pair:
             learnt = learn_averaging(start.belief, observed, near=near).past()
         self._keep(start, base, fresh, learnt, state=state, causes=causes)
 
-    def _in_turn(self, belief: Belief, forces: Forces, *, known: Container[int] = ()) -> Belief:
+    def _in_turn(
+        self, belief: PairPosterior, forces: Forces, *, known: Container[int] = ()
+    ) -> PairPosterior:
         """Return a belief after forces, IN_TURN cuts at once; ``known``: as in as_observed."""
         cuts = list(dict.fromkeys(force.cut_id for force in forces))
         for begin in range(0, len(cuts), IN_TURN):
@@ -282,7 +284,7 @@ class _Pair:
             observed = as_observed(
                 [force for force in forces if force.cut_id in some], wear=belief.wear, known=known
             )
-            taught = learn if belief.cuts else learn_averaging
+            taught = posterior_of_readings if belief.cuts else learn_averaging
             belief = taught(belief, observed).past()
             self._progress(f"{self._name}: cut {begin + len(some)} of {len(cuts)}")
         return belief
@@ -292,7 +294,7 @@ class _Pair:
         start: Start,
         base: models.CuttingParameters | None,
         fresh: Forces,
-        learnt: Belief,
+        learnt: PairPosterior,
         *,
         state: str | None = None,
         causes: Sequence[models.Mismatch] = (),
@@ -312,7 +314,7 @@ class _Pair:
                 forces=fresh,
                 mismatches=list(causes),
                 **start.columns,
-                **columns_of(learnt),
+                **posterior_columns(learnt),
             )
         )
         self._session.flush()
@@ -321,5 +323,5 @@ class _Pair:
 
 def seen_by(parameters: models.CuttingParameters | None) -> set[int]:
     """Return the sensed forces that a version and those before it learnt from."""
-    versions = [] if parameters is None else chain(parameters)
+    versions = [] if parameters is None else version_chain(parameters)
     return {force.id for version in versions for force in version.forces}

@@ -8,7 +8,7 @@ from typing import Any
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.shifted import Shift
+from autodb.agent.learn.shifted import ForceShift
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.refresh_cursor import Span, last_force
 from autodb.errors import UnusableInput
@@ -33,7 +33,7 @@ class CameIn:
 
 
 @dataclass
-class Refreshed:
+class RefreshReport:
     """What passes did: files that came in; forces; versions as (pair, version, cuts behind it) and
     what they moved; what stands aside; mismatches opened for it; calibrations that are due.
 
@@ -45,7 +45,7 @@ class Refreshed:
     sensed: int = 0
     not_sensed: int = 0
     versions: list[tuple[str, int, int]] = field(default_factory=list)
-    shifts: list[Shift] = field(default_factory=list)
+    shifts: list[ForceShift] = field(default_factory=list)
     set_aside: list[str] = field(default_factory=list)
     mismatches: list[str] = field(default_factory=list)
     due: list[str] = field(default_factory=list)
@@ -57,7 +57,7 @@ class Refreshed:
         """Whether anything was new."""
         return bool(self.came_in or self.sensed or self.not_sensed or self.versions)
 
-    def also(self, other: "Refreshed") -> None:
+    def also(self, other: "RefreshReport") -> None:
         """Add what a later pass did."""
         self.came_in += other.came_in
         self.sensed += other.sensed
@@ -103,11 +103,11 @@ def files_since(session: Session, machine_id: int) -> Sequence[models.InboxFile]
     return session.scalars(query.order_by(models.InboxFile.id)).all()
 
 
-def came_in(session: Session, files: Sequence[models.InboxFile], span: Span) -> list[CameIn]:
+def files_came_in(session: Session, files: Sequence[models.InboxFile], span: Span) -> list[CameIn]:
     """Return what became of files, with the cuts of a pass that they brought."""
     found = []
     for row in files:
-        recording = row.recording_id and session.get_one(models.Recording, row.recording_id)
+        recording = row.recording_id and session.get_one(models.StoredRecording, row.recording_id)
         cuts = session.scalar(
             select(func.count())
             .select_from(models.Cut)
@@ -120,16 +120,16 @@ def came_in(session: Session, files: Sequence[models.InboxFile], span: Span) -> 
 
 
 @dataclass(frozen=True)
-class Kept:
+class PassRecord:
     """A pass to be kept: what it did, over which cuts, by what, and the files that it reports."""
 
-    done: Refreshed
+    done: RefreshReport
     span: Span
     basis: dict[str, Any]
     files: Sequence[models.InboxFile]
 
 
-def keep_pass(session: Session, machine_id: int, kept: Kept) -> None:
+def keep_pass(session: Session, machine_id: int, kept: PassRecord) -> None:
     """Keep a pass and its report, with the mark that the next one goes on from."""
     done = kept.done
     row = models.RefreshPass(
@@ -152,18 +152,18 @@ def keep_pass(session: Session, machine_id: int, kept: Kept) -> None:
 
 
 @dataclass(frozen=True)
-class Pass:
+class KeptPass:
     """A pass that was kept: its number, when it ended, and what it did."""
 
     number: int
     finished_at: str
-    done: Refreshed
+    done: RefreshReport
 
 
-def last_pass(store: Store, machine: str) -> Pass:
+def last_pass(store: Store, machine: str) -> KeptPass:
     """Return a machine's last pass; raises UnusableInput where there is none."""
     with store.reading() as session:
-        found = passes_of(session, find_machine(session, machine).id, most=1)
+        found = last_passes_of(session, find_machine(session, machine).id, most=1)
     if not found:
         raise UnusableInput(
             f"machine '{machine}': no pass has left a report; 'autodb refresh --machine "
@@ -172,7 +172,7 @@ def last_pass(store: Store, machine: str) -> Pass:
     return found[0]
 
 
-def passes_of(session: Session, machine_id: int, *, most: int) -> list[Pass]:
+def last_passes_of(session: Session, machine_id: int, *, most: int) -> list[KeptPass]:
     """Return those of a machine's last passes that left a report, the newest first."""
     rows = session.scalars(
         select(models.RefreshPass)
@@ -181,18 +181,18 @@ def passes_of(session: Session, machine_id: int, *, most: int) -> list[Pass]:
         .limit(most)
     )
     return [
-        Pass(row.id, str(row.finished_at), _as_refreshed(row.report))
+        KeptPass(row.id, str(row.finished_at), _as_refreshed(row.report))
         for row in rows
         if row.report is not None
     ]
 
 
-def _as_refreshed(kept: dict[str, Any]) -> Refreshed:
-    return Refreshed(
+def _as_refreshed(kept: dict[str, Any]) -> RefreshReport:
+    return RefreshReport(
         **{
             **kept,
             "came_in": [CameIn(**one) for one in kept["came_in"]],
             "versions": [tuple(one) for one in kept["versions"]],
-            "shifts": [Shift(**one) for one in kept["shifts"]],
+            "shifts": [ForceShift(**one) for one in kept["shifts"]],
         }
     )

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.rows.posteriors import LAW, as_belief, law_of
+from autodb.agent.rows.posteriors import LAW, as_belief, law_from_json
 from autodb.agent.sense.sensed import QUANTITY
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.job import JobCut
@@ -33,7 +33,7 @@ class LearningCurve:
     sd: Array
 
 
-def tightening(
+def precision_history(
     session: Session, machine_id: int, material: str, tool: ToolOf, cut: JobCut
 ) -> tuple[LearningCurve, ...]:
     """Return what a pair began with and its versions expect of a cut, a curve each component.
@@ -44,7 +44,7 @@ def tightening(
     rows = _versions(session, machine_id, material, tool.name)
     known = [as_belief(row) for row in rows]
     if rows and rows[0].start is not None:
-        known.insert(0, replace(known[0], state=law_of(rows[0].start), shared=(), cuts=0))
+        known.insert(0, replace(known[0], state=law_from_json(rows[0].start), shared=(), cuts=0))
     stated = [cut.conditions(tool.diameter_mm)]
     asked = BY_NAME[cut.operation].cuts(tool.numbers, stated, called=tool.name)
     expected = [forecast(one, asked) for one in known]

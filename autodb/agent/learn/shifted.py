@@ -11,12 +11,12 @@ from autodb.agent.sense.sensed import QUANTITY, operation_of
 from autodb.fitting import NORMAL_95
 from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, SPEED
 from autodb.pairs.forecast import forecast
-from autodb.pairs.posterior import Belief
+from autodb.pairs.posterior import PairPosterior
 from autodb.store import models
 
 
 @dataclass(frozen=True)
-class Shift:
+class ForceShift:
     """A force component of a cut: what was expected ± 95 %, and what is now; in N."""
 
     pair: str
@@ -38,8 +38,8 @@ class Shift:
 
 
 def shifts(
-    name: str, before: Belief, after: Belief, forces: Sequence[models.SensedForce]
-) -> list[Shift]:
+    name: str, before: PairPosterior, after: PairPosterior, forces: Sequence[models.SensedForce]
+) -> list[ForceShift]:
     """Return which mean forces of a usual cut moved by more than was open of them (95 %).
 
     ``forces``: those learnt since, whose cut nearest to the median of depth, feed and speed is the
@@ -61,7 +61,7 @@ def shifts(
         )
         old, new = float(was.mean[0, k]), float(now.mean[0, k])
         if abs(new - old) > half:
-            found.append(Shift(name, _words(cut), component, old, half, new, half_now))
+            found.append(ForceShift(name, _words(cut), component, old, half, new, half_now))
     return found
 
 

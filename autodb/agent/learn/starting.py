@@ -8,7 +8,7 @@ from autodb.agent.rows.imported_cards import imported_card
 from autodb.agent.rows.posteriors import Start, as_belief, begins, latest, pair_name
 from autodb.errors import UnusableInput
 from autodb.pairs import conventional
-from autodb.pairs.posterior import P1_SCATTER, Belief
+from autodb.pairs.posterior import P1_SCATTER, PairPosterior
 from autodb.pairs.prior import any_metal, of_card, of_relative
 from autodb.store import models
 
@@ -23,7 +23,7 @@ def start_of(session: Session, machine_id: int, material: str, tool: str) -> Sta
     """
     others = from_others(session, machine_id, material, tool)
     if others is not None:
-        believed = Belief(others.law, (), P1_SCATTER, 0)
+        believed = PairPosterior(others.law, (), P1_SCATTER, 0)
         return begins(believed, others.words, prior=others.prior)
     related = _related(session, machine_id, material, tool)
     if related is not None:
@@ -41,11 +41,13 @@ def of_material(material: str) -> Start:
     Conventional values of the material that ship; else what any metal may have.
     """
     try:
-        handbook = conventional.named(material)
+        handbook = conventional.material_named(material)
     except UnusableInput:
         said = f"what any metal may have: no conventional values of '{material}'"
         return begins(any_metal(), said)
-    return begins(conventional.believed(handbook), f"conventional values of {handbook.name}")
+    return begins(
+        conventional.posterior_of_values(handbook), f"conventional values of {handbook.name}"
+    )
 
 
 def _related(

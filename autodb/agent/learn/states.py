@@ -16,9 +16,9 @@ from autodb.agent.rows.posteriors import latest
 from autodb.agent.sense.sensed import as_observed
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.pairs.engaged import CUTTING_TIME
-from autodb.pairs.learning import learn, learn_averaging
+from autodb.pairs.learning import learn_averaging, posterior_of_readings
 from autodb.pairs.outlier_test import surprise
-from autodb.pairs.posterior import WEAR, Belief
+from autodb.pairs.posterior import WEAR, PairPosterior
 from autodb.store import models
 
 ENOUGH = 8
@@ -29,7 +29,7 @@ Forces = list[models.SensedForce]
 
 
 @dataclass(frozen=True)
-class Sorted:
+class SortedForces:
     """Forces of a pair's usual state, and those of cuts that are not of it."""
 
     usual: Forces
@@ -37,7 +37,7 @@ class Sorted:
 
 
 @dataclass(frozen=True)
-class Looked:
+class LearntBefore:
     """Recordings, by id, of which cuts were learnt before: what is left of them stood aside then,
     and does still, but where they are ``cleared`` by a person who rejected every cause.
 
@@ -68,7 +68,7 @@ def looked_at(
     *,
     worn: bool = False,
     old: int | None = None,
-) -> Looked:
+) -> LearntBefore:
     """Return what became of the recordings of forces that were learnt.
 
     Where wear is in the belief (``worn``), those that it was confirmed for are looked at anew.
@@ -86,7 +86,7 @@ def looked_at(
     holds = {row.recording_id for row in rows if row.status != "rejected"}
     cleared = {row.recording_id for row in rows} - holds
     anew = {row.recording_id for row in rows if worn and row.confirmed_term == WEAR}
-    return Looked(recordings - anew, {force.cut_id for force in seen}, cleared, old)
+    return LearntBefore(recordings - anew, {force.cut_id for force in seen}, cleared, old)
 
 
 def causes_of(
@@ -115,15 +115,18 @@ def worn_forces(causes: Sequence[models.Mismatch], forces: Forces) -> Forces:
     return stated if len(of_cause) >= PERSISTS and len(times) > 1 else []
 
 
-def sorted_out(
-    start: Belief, forces: Sequence[models.SensedForce], *, looked: Looked | None = None
-) -> Sorted:
+def sorted_forces(
+    start: PairPosterior,
+    forces: Sequence[models.SensedForce],
+    *,
+    looked: LearntBefore | None = None,
+) -> SortedForces:
     """Return which forces are of the usual state, learnt recording by recording from ``start``.
 
     The first recordings of a pair, up to ENOUGH cuts, are what its usual state is. Raises
     UnusableInput where the pair's tool cannot make the cuts.
     """
-    known = looked or Looked()
+    known = looked or LearntBefore()
     belief, kept, odd = start, Forces(), Forces()
     for some in _by_recording(forces):
         surprising = {force.cut_id for force in some if known.aside(force)}
@@ -134,9 +137,9 @@ def sorted_out(
         odd += [force for force in some if force.cut_id in surprising]
         kept += usual
         if usual:
-            taught = learn if belief.cuts else learn_averaging
+            taught = posterior_of_readings if belief.cuts else learn_averaging
             belief = taught(belief, as_observed(usual, wear=belief.wear)).past()
-    return Sorted(kept, odd)
+    return SortedForces(kept, odd)
 
 
 def _by_recording(forces: Sequence[models.SensedForce]) -> list[Forces]:
@@ -146,7 +149,7 @@ def _by_recording(forces: Sequence[models.SensedForce]) -> list[Forces]:
     return list(found.values())
 
 
-def implausible(belief: Belief, forces: Forces) -> set[int]:
+def implausible(belief: PairPosterior, forces: Forces) -> set[int]:
     """Return the cuts, by id, that are not of a belief's state."""
     observed = as_observed(forces, wear=belief.wear)
     cut_ids = {int(at): force.cut_id for at, force in zip(observed.cut, forces, strict=False)}
@@ -154,7 +157,9 @@ def implausible(belief: Belief, forces: Forces) -> set[int]:
     return {cut_ids[k] for k, odd in enumerate(found.implausible) if odd}
 
 
-def states_of(session: Session, machine_id: int, pair_id: int) -> list[models.CuttingParameters]:
+def newest_states(
+    session: Session, machine_id: int, pair_id: int
+) -> list[models.CuttingParameters]:
     """Return the newest version of each state of a pair but the usual one."""
     names = session.scalars(
         select(models.CuttingParameters.state)

@@ -14,9 +14,16 @@ from numpy.typing import NDArray
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.rows.posteriors import LAW, OF_CALIBRATIONS, belief_of, kept_law, law_of
+from autodb.agent.rows.posteriors import LAW, OF_CALIBRATIONS, kept_law, law_from_json, posterior_of
 from autodb.fitting import Gaussian
-from autodb.pairs.hierarchy import ACTIVE, STEPS, Known, OfTool, Told, told
+from autodb.pairs.hierarchy import (
+    ACTIVE,
+    STEPS,
+    InformationOfCuts,
+    KnownMaterial,
+    OfTool,
+    information_of_cuts,
+)
 from autodb.store import models
 from autodb.store.models.learning import EVERY, fleet_prior_parameters
 
@@ -30,7 +37,7 @@ UPPER = np.triu_indices(len(ACTIVE))
 
 
 @dataclass(frozen=True)
-class Version:
+class PairVersion:
     """The newest version of a machine's pair, by its keys: its numbers are read where needed."""
 
     id: int
@@ -45,8 +52,8 @@ class Version:
 class OwnCuts:
     """What a pair's own cuts told: with the errors of its machine's calibrations, and without."""
 
-    as_stated: Told
-    as_felt: Told
+    as_stated: InformationOfCuts
+    as_felt: InformationOfCuts
 
 
 _P = models.CuttingParameters
@@ -72,12 +79,15 @@ def own_cuts(session: Session, version: int) -> OwnCuts:
     """Return what the own cuts of a version told; it must say what it began with."""
     columns = (_P.mean, _P.covariance, _P.shared, _P.scatter, _P.terms, _P.n_cuts, _P.start)
     *kept, cuts, start = session.execute(select(*columns).where(_P.id == version)).one()
-    belief, before = belief_of(*kept, cuts=cuts), law_of(start)
-    given = law_of(start["given"]) if "given" in start else before
-    return OwnCuts(told(belief.law, before), told(belief.given(OF_CALIBRATIONS), given))
+    belief, before = posterior_of(*kept, cuts=cuts), law_from_json(start)
+    given = law_from_json(start["given"]) if "given" in start else before
+    return OwnCuts(
+        information_of_cuts(belief.law, before),
+        information_of_cuts(belief.given(OF_CALIBRATIONS), given),
+    )
 
 
-def sharing(session: Session) -> dict[int, list[Version]]:
+def sharing(session: Session) -> dict[int, list[PairVersion]]:
     """Return the newest versions of all pairs that machines share, by material.
 
     A version that does not say what it began with tells nothing that could be told apart.
@@ -102,23 +112,23 @@ def sharing(session: Session) -> dict[int, list[Version]]:
             models.Machine.shares.is_(None) | (models.Machine.shares != NOTHING),
         )
     )
-    found: dict[int, list[Version]] = {}
+    found: dict[int, list[PairVersion]] = {}
     for row in session.execute(query):
-        version = Version(*row)
+        version = PairVersion(*row)
         found.setdefault(version.material_id, []).append(version)
     return found
 
 
 def told_by(
     session: Session, prior: models.FleetPrior, *, machine_id: int | None = None
-) -> list[Version]:
+) -> list[PairVersion]:
     """Return the versions whose sums a prior holds, all or those of one machine."""
     link = fleet_prior_parameters.c
     query = _VERSION.join(fleet_prior_parameters, link.cutting_parameters_id == _P.id)
     query = query.where(link.fleet_prior_id == prior.id)
     if machine_id is not None:
         query = query.where(_P.machine_id == machine_id)
-    return [Version(*row) for row in session.execute(query)]
+    return [PairVersion(*row) for row in session.execute(query)]
 
 
 def newest_prior(session: Session, material_id: int) -> models.FleetPrior | None:
@@ -183,7 +193,7 @@ def from_others(session: Session, machine_id: int, material: str, tool: str) -> 
     return FromOthers(prior, known.pair(tool), machines, with_tool)
 
 
-def as_kept(known: Known) -> dict[str, Any]:
+def as_kept(known: KnownMaterial) -> dict[str, Any]:
     """Return what is known of a material as JSON."""
     a, b = known.shares
     return {
@@ -201,10 +211,10 @@ def as_kept(known: Known) -> dict[str, Any]:
     }
 
 
-def known_from(kept: Mapping[str, Any]) -> Known:
+def known_from(kept: Mapping[str, Any]) -> KnownMaterial:
     """Return what is known of a material from JSON."""
-    return Known(
-        law_of(kept["start"]), {name: _of_tool(one) for name, one in kept["tools"].items()}
+    return KnownMaterial(
+        law_from_json(kept["start"]), {name: _of_tool(one) for name, one in kept["tools"].items()}
     )
 
 
@@ -214,11 +224,13 @@ def _of_tool(kept: Mapping[str, Any]) -> OfTool:
     precision[:, *UPPER] = kept["precision"]
     precision[:, *UPPER[::-1]] = kept["precision"]
     return OfTool(
-        Told(precision, np.array(kept["weighted"])), np.array(kept["log"]), kept["machines"]
+        InformationOfCuts(precision, np.array(kept["weighted"])),
+        np.array(kept["log"]),
+        kept["machines"],
     )
 
 
-def machines_of(versions: Iterable[Version]) -> int:
+def machines_of(versions: Iterable[PairVersion]) -> int:
     """Return how many machines versions are of."""
     return len({one.machine_id for one in versions})
 

@@ -49,12 +49,12 @@ def usual_cut(session: Session, machine_id: int, material: str, tool: str) -> Jo
     """
     cuts = session.scalars(
         select(models.Cut)
-        .join(models.Recording)
+        .join(models.StoredRecording)
         .join(models.Pair, models.Pair.id == models.Cut.pair_id)
         .join(models.Material)
         .join(models.Tool)
         .where(
-            models.Recording.machine_id == machine_id,
+            models.StoredRecording.machine_id == machine_id,
             models.Material.name == material,
             models.Tool.name == tool,
         )

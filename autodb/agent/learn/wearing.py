@@ -9,10 +9,10 @@ from autodb.fitting import NORMAL_95
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import worn
-from autodb.pairs.posterior import WEAR, Belief
+from autodb.pairs.posterior import WEAR, PairPosterior
 
 
-def wear_words(belief: Belief) -> str:
+def wear_words(belief: PairPosterior) -> str:
     """Return how a belief says that edges wear."""
     wear = belief.wear
     assert wear is not None
@@ -30,7 +30,7 @@ def wear_words(belief: Belief) -> str:
 
 
 def said_of_wear(
-    belief: Belief, tool: ToolOf, asked: Sequence[JobCut], found: Sequence[PredictedCut]
+    belief: PairPosterior, tool: ToolOf, asked: Sequence[JobCut], found: Sequence[PredictedCut]
 ) -> Iterator[str]:
     """Say what wear is of the forces predicted, and which cuts count as made with a fresh edge.
 
@@ -51,7 +51,7 @@ def said_of_wear(
             yield f"cut {number}{name}: {_of_cut(belief, tool, cut)}"
 
 
-def _of_cut(belief: Belief, tool: ToolOf, cut: JobCut) -> str:
+def _of_cut(belief: PairPosterior, tool: ToolOf, cut: JobCut) -> str:
     """Return what wear is of each force of a cut, with 95 % intervals."""
     assert belief.wear is not None
     assert cut.cutting_time_s is not None

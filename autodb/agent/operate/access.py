@@ -14,7 +14,7 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.operate.chained import chain
+from autodb.agent.operate.chained import add_to_chain
 from autodb.errors import UnusableInput, near
 from autodb.store import Also, Store, models
 
@@ -130,7 +130,7 @@ def note(
 ) -> None:
     """Keep who did what, to which row, with the change itself."""
     kind, number = row or (None, None)
-    chain(
+    add_to_chain(
         session,
         models.AuditEntry(
             access_token_id=access.token_id,

@@ -17,7 +17,7 @@ ROWS_AT_ONCE = 1000
 SAID = ("at", "access_token_id", "who", "action", "row_kind", "row_id", "detail")
 
 
-def chain(session: Session, entry: models.AuditEntry) -> None:
+def add_to_chain(session: Session, entry: models.AuditEntry) -> None:
     """Add an entry behind the last one; nobody else adds one until this commits."""
     lock_audit(session)
     session.flush()

@@ -17,10 +17,10 @@ from autodb.agent.sense.identifying import (
     KeptModel,
     Refit,
     add_version,
-    names_of,
     newest_model,
     refitted,
     stored_terms,
+    version_names,
 )
 from autodb.errors import NotThere, UnusableInput, near
 from autodb.explain.engine.candidates import UNKNOWN
@@ -67,7 +67,7 @@ def mismatches(session: Session, machine: str, *, decided: bool) -> Sequence[mod
     query = (
         select(models.Mismatch)
         .join(models.Mismatch.recording)
-        .where(models.Recording.machine_id == owner.id)
+        .where(models.StoredRecording.machine_id == owner.id)
         .order_by(models.Mismatch.id)
     )
     return session.scalars(
@@ -224,7 +224,7 @@ def _fit(
         )
     moves = signed(_moves(row), owner)
     progress("fitting")
-    names = list(dict.fromkeys([*names_of(newest), term]))
+    names = list(dict.fromkeys([*version_names(newest), term]))
     try:
         refit = refitted(newest, moves, row.recording.sha256, axis=newest.axis, terms=names)
     except UnusableInput as error:

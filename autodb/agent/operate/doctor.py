@@ -31,13 +31,13 @@ from autodb.store import (
     rowsums,
     shape,
 )
-from autodb.store.rotation import drill, said
+from autodb.store.rotation import age_words, drill
 
 Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CheckOutcome:
     """What a check measured, what it must be, and the rows or files that stand out."""
 
     statistic: str
@@ -48,11 +48,11 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Check:
+class SoundnessCheck:
     """One check: its name, its function, and what to do when it fails."""
 
     name: str
-    run: Callable[[Session, Progress], Outcome]
+    run: Callable[[Session, Progress], CheckOutcome]
     what_to_do: str
 
 
@@ -60,8 +60,8 @@ class Check:
 class Finding:
     """A check with its outcome."""
 
-    check: Check
-    outcome: Outcome
+    check: SoundnessCheck
+    outcome: CheckOutcome
 
 
 def examine(url: str, *, backups: Path | None = None, progress: Progress) -> list[Finding]:
@@ -81,25 +81,27 @@ def examine(url: str, *, backups: Path | None = None, progress: Progress) -> lis
                 findings += _run(store, checks, progress)
         if backups is not None:
             again = f"'autodb backup {backups} --keep 7' makes a new one"
-            drilled = Check("restore of the newest backup", partial(restores, backups), again)
+            drilled = SoundnessCheck(
+                "restore of the newest backup", partial(restores, backups), again
+            )
             findings += _run(store, (drilled,), progress)
     finally:
         store.close()
     return findings
 
 
-def restores(folder: Path, _session: Session, progress: Progress) -> Outcome:
+def restores(folder: Path, _session: Session, progress: Progress) -> CheckOutcome:
     """Restore the newest backup of a folder aside, as a restore would, and say how old it is."""
     must = "restored"
     try:
         tried = drill(folder, now=datetime.now(UTC), progress=progress)
     except UnusableInput as error:
-        return Outcome("not restored", "=", must, False, (str(error),))
-    line = f"{folder}: {tried.restored.total} rows of one that is {said(tried.age)} old"
-    return Outcome(must, "=", must, True, (line,))
+        return CheckOutcome("not restored", "=", must, False, (str(error),))
+    line = f"{folder}: {tried.restored.total} rows of one that is {age_words(tried.age)} old"
+    return CheckOutcome(must, "=", must, True, (line,))
 
 
-def _run(store: Store, checks: Iterable[Check], progress: Progress) -> list[Finding]:
+def _run(store: Store, checks: Iterable[SoundnessCheck], progress: Progress) -> list[Finding]:
     findings = []
     with store.reading() as session:
         for check in checks:
@@ -108,40 +110,40 @@ def _run(store: Store, checks: Iterable[Check], progress: Progress) -> list[Find
     return findings
 
 
-def _outcome(check: Check, session: Session, progress: Progress) -> Outcome:
+def _outcome(check: SoundnessCheck, session: Session, progress: Progress) -> CheckOutcome:
     """Return what a check finds; a file that cannot even be read so far has failed it."""
     try:
         return check.run(session, progress)
     except DatabaseError as error:
-        return Outcome("unreadable", "=", "0", False, (str(error.orig),))
+        return CheckOutcome("unreadable", "=", "0", False, (str(error.orig),))
     except rowsums.UNREADABLE as error:
-        return Outcome("unreadable", "=", "0", False, (str(error),))
+        return CheckOutcome("unreadable", "=", "0", False, (str(error),))
 
 
-def _none_of(found: Iterable[str]) -> Outcome:
+def _none_of(found: Iterable[str]) -> CheckOutcome:
     """Return the outcome of a check that must find nothing."""
     rows = tuple(found)
-    return Outcome(str(len(rows)), "=", "0", not rows, rows)
+    return CheckOutcome(str(len(rows)), "=", "0", not rows, rows)
 
 
-def schema(session: Session, _progress: Progress) -> Outcome:
+def schema(session: Session, _progress: Progress) -> CheckOutcome:
     """Compare the schema with the one that this version works with."""
     have = str(session.execute(text("SELECT version_num FROM alembic_version")).scalar())
-    return Outcome(have, "=", head(), have == head())
+    return CheckOutcome(have, "=", head(), have == head())
 
 
-def integrity(session: Session, _progress: Progress) -> Outcome:
+def integrity(session: Session, _progress: Progress) -> CheckOutcome:
     """Let SQLite check its pages, indices and constraints."""
     rows = session.execute(text("PRAGMA integrity_check")).scalars()
     return _none_of(str(row) for row in rows if row != "ok")
 
 
-def references(session: Session, _progress: Progress) -> Outcome:
+def look_for_references(session: Session, _progress: Progress) -> CheckOutcome:
     """Look for rows that point to a row which is not there, such as cuts without recording."""
     return _none_of(pointing_nowhere(session.connection()))
 
 
-def of_the_schema(session: Session, _progress: Progress) -> Outcome:
+def of_the_schema(session: Session, _progress: Progress) -> CheckOutcome:
     """Look for tables, indices, triggers and views that the schema has not, lacks or has otherwise.
 
     A trigger or view of somebody else's runs with the rights of who writes to the database.
@@ -152,12 +154,12 @@ def of_the_schema(session: Session, _progress: Progress) -> Outcome:
     return _none_of(shape.strange(rowsums.driver_of(session.connection()), revision))
 
 
-def values(session: Session, _progress: Progress) -> Outcome:
+def values(session: Session, _progress: Progress) -> CheckOutcome:
     """Look for groups of rows that are not what was written, by their checksums."""
     return _none_of(rowsums.altered(rowsums.driver_of(session.connection())))
 
 
-def readable_json(session: Session, progress: Progress) -> Outcome:
+def readable_json(session: Session, progress: Progress) -> CheckOutcome:
     """Look for JSON columns whose text is no JSON."""
     found = []
     for table in models.Base.metadata.sorted_tables:
@@ -179,11 +181,11 @@ def _is_json(value: str | None) -> bool:
     return True
 
 
-def sources(session: Session, _progress: Progress) -> Outcome:
+def sources(session: Session, _progress: Progress) -> CheckOutcome:
     """Look for derived rows that came from nothing."""
     force, parameters = models.SensedForce, models.CuttingParameters
     without: tuple[tuple[str, InstrumentedAttribute[int], ColumnElement[bool]], ...] = (
-        ("calibration", models.Calibration.id, ~models.Calibration.recordings.any()),
+        ("calibration", models.CalibrationVersion.id, ~models.CalibrationVersion.recordings.any()),
         ("channel_model", models.ChannelModel.id, ~models.ChannelModel.recordings.any()),
         (
             "sensed_force",
@@ -207,7 +209,7 @@ def sources(session: Session, _progress: Progress) -> Outcome:
     )
 
 
-def confirmed(session: Session, _progress: Progress) -> Outcome:
+def look_for_confirmed(session: Session, _progress: Progress) -> CheckOutcome:
     """Look for confirmed causes without a term, or whose term is the machine's and in no model."""
     mismatch = models.Mismatch
     lacks = mismatch.confirmed_term.is_(None) | (
@@ -217,32 +219,32 @@ def confirmed(session: Session, _progress: Progress) -> Outcome:
     return _none_of(f"mismatch {row.id}: {row.channel}: {row.term}" for row in rows)
 
 
-def pairs(session: Session, _progress: Progress) -> Outcome:
+def look_for_pairs(session: Session, _progress: Progress) -> CheckOutcome:
     """Look for work-tool pairs that no cut was made with."""
     cut = exists().where(models.Cut.pair_id == models.Pair.id)
     rows = session.scalars(select(models.Pair).where(~cut))
     return _none_of(f"pair {row.id}: {row.material.name} / {row.tool.name}" for row in rows)
 
 
-def chained(session: Session, _progress: Progress) -> Outcome:
+def chained(session: Session, _progress: Progress) -> CheckOutcome:
     """Look for the first entry of the audit log that does not follow from those before it."""
     broken = first_broken(session)
     return _none_of([] if broken is None else [f"audit_entry {broken}: it, or the one before"])
 
 
-def present(session: Session, _progress: Progress) -> Outcome:
+def present(session: Session, _progress: Progress) -> CheckOutcome:
     """Look for recordings of which neither the original nor our copy is on the disk.
 
     Those that were dropped by a machine's [retention] are not to be there.
     """
-    kept = select(models.Recording).where(models.Recording.dropped_at.is_(None))
-    rows = session.scalars(kept.order_by(models.Recording.id))
+    kept = select(models.StoredRecording).where(models.StoredRecording.dropped_at.is_(None))
+    rows = session.scalars(kept.order_by(models.StoredRecording.id))
     return _none_of(f"recording {r.id}: {r.path}" for r in rows if not files_of(r))
 
 
-def unaltered(session: Session, progress: Progress) -> Outcome:
+def unaltered(session: Session, progress: Progress) -> CheckOutcome:
     """Look for recordings whose file has another checksum than at import, or cannot be read."""
-    rows = session.scalars(select(models.Recording).order_by(models.Recording.id)).all()
+    rows = session.scalars(select(models.StoredRecording).order_by(models.StoredRecording.id)).all()
     found = []
     for number, row in enumerate(rows, start=1):
         for path, sha256 in files_of(row).items():
@@ -257,7 +259,7 @@ def unaltered(session: Session, progress: Progress) -> Outcome:
     return _none_of(found)
 
 
-def imported(session: Session, _progress: Progress) -> Outcome:
+def imported(session: Session, _progress: Progress) -> CheckOutcome:
     """Look for recordings that an inbox keeps and the database has not, or only their beginning."""
     return _none_of(
         f"{machine}: {one.path}{'' if one.grown is None else ': has grown since it was imported'}"
@@ -266,24 +268,40 @@ def imported(session: Session, _progress: Progress) -> Outcome:
     )
 
 
-OF_A_SCHEMA = (Check("schema", schema, "'autodb init' brings it to this version's schema"),)
+OF_A_SCHEMA = (
+    SoundnessCheck("schema", schema, "'autodb init' brings it to this version's schema"),
+)
 OF_THE_FILE = (
     *OF_A_SCHEMA,
-    Check("integrity of the file", integrity, "'autodb restore BACKUP --replace'"),
-    Check("rows that point to no row", references, "'autodb restore BACKUP --replace'"),
-    Check("what is no part of the schema", of_the_schema, "'autodb restore BACKUP --replace'"),
+    SoundnessCheck("integrity of the file", integrity, "'autodb restore BACKUP --replace'"),
+    SoundnessCheck(
+        "rows that point to no row", look_for_references, "'autodb restore BACKUP --replace'"
+    ),
+    SoundnessCheck(
+        "what is no part of the schema", of_the_schema, "'autodb restore BACKUP --replace'"
+    ),
 )
-OF_ITS_VALUES = (Check("values that nobody wrote", values, "'autodb restore BACKUP --replace'"),)
+OF_ITS_VALUES = (
+    SoundnessCheck("values that nobody wrote", values, "'autodb restore BACKUP --replace'"),
+)
 OF_ROWS = (
-    Check("unreadable JSON", readable_json, "'autodb restore BACKUP --replace'"),
-    Check("derived rows without a source", sources, "'autodb restore BACKUP --replace'"),
-    Check("confirmed causes in no model", confirmed, "'autodb restore BACKUP --replace'"),
-    Check("pairs nobody cut", pairs, "import their cuts; they do no harm"),
-    Check("audit log altered", chained, "compare it with a backup's: who wrote to the database?"),
+    SoundnessCheck("unreadable JSON", readable_json, "'autodb restore BACKUP --replace'"),
+    SoundnessCheck("derived rows without a source", sources, "'autodb restore BACKUP --replace'"),
+    SoundnessCheck(
+        "confirmed causes in no model", look_for_confirmed, "'autodb restore BACKUP --replace'"
+    ),
+    SoundnessCheck("pairs nobody cut", look_for_pairs, "import their cuts; they do no harm"),
+    SoundnessCheck(
+        "audit log altered", chained, "compare it with a backup's: who wrote to the database?"
+    ),
 )
 OF_THE_CONTENT = (
     *OF_ROWS,
-    Check("recordings not on the disk", present, "put the file back under its path"),
-    Check("recordings altered on the disk", unaltered, "put back the file that was imported"),
-    Check("kept recordings not imported", imported, "'autodb refresh --inbox INBOX' imports them"),
+    SoundnessCheck("recordings not on the disk", present, "put the file back under its path"),
+    SoundnessCheck(
+        "recordings altered on the disk", unaltered, "put back the file that was imported"
+    ),
+    SoundnessCheck(
+        "kept recordings not imported", imported, "'autodb refresh --inbox INBOX' imports them"
+    ),
 )

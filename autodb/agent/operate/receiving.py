@@ -12,7 +12,7 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.ingest.importing import Imported, Kept, counting, import_file, whole_file
+from autodb.agent.ingest.importing import Imported, KeepAt, counted_cuts, import_file, whole_file
 from autodb.agent.operate.access import Access, noting
 from autodb.errors import UnusableInput
 from autodb.files.side import SideFile
@@ -34,19 +34,19 @@ class Sent:
     by: Access
 
 
-def take_in(store: Store, sent: Sent, progress: Callable[[str], None]) -> Imported:
+def take_in_sent(store: Store, sent: Sent, progress: Callable[[str], None]) -> Imported:
     """Import a recording that was sent; raises UnusableInput, and nothing is written then."""
     path = sent.path.resolve()
     _refuse_other_files(path.with_suffix(".toml"))
 
     def also(session: Session, one: Imported) -> None:
-        row = session.get_one(models.Recording, one.recording_id)
+        row = session.get_one(models.StoredRecording, one.recording_id)
         if whole_file(row, but=(path,)) is None:
             row.path, row.dropped_at = str(path), None
         said = {"machine": sent.machine, "file": path.name, "already_there": one.already_there}
         noting(sent.by, "recording imported", "recording", **said)(session, one.recording_id)
 
-    kept = Kept(path, also, sent.came_as)
+    kept = KeepAt(path, also, sent.came_as)
     return import_file(store, path, machine=sent.machine, progress=progress, kept=kept)
 
 
@@ -59,11 +59,11 @@ def _refuse_other_files(side: Path) -> None:
         )
 
 
-def came_in(store: Store, path: Path) -> Imported | None:
+def recording_came_in(store: Store, path: Path) -> Imported | None:
     """Return what came in with the file that lies there; None: no recording lies there."""
     with store.reading() as session:
-        lies_there = models.Recording.path == str(path.resolve())
-        row = session.scalar(select(models.Recording).where(lies_there).limit(1))
+        lies_there = models.StoredRecording.path == str(path.resolve())
+        row = session.scalar(select(models.StoredRecording).where(lies_there).limit(1))
         if row is None:
             return None
-        return Imported(row.id, row.kind, row.rows, len(counting(row)), already_there=False)
+        return Imported(row.id, row.kind, row.rows, len(counted_cuts(row)), already_there=False)

@@ -12,7 +12,13 @@ from sqlalchemy.orm import Session
 from autodb.agent.answer.explaining import open_mismatches
 from autodb.agent.ingest.inbox import Inbox
 from autodb.agent.learn.learning import AT_ONCE, learn_pair
-from autodb.agent.learn.passes import Kept, Refreshed, came_in, files_since, keep_pass
+from autodb.agent.learn.passes import (
+    PassRecord,
+    RefreshReport,
+    files_came_in,
+    files_since,
+    keep_pass,
+)
 from autodb.agent.operate.retaining import retain
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import latest, pair_name
@@ -21,14 +27,14 @@ from autodb.agent.sense.due import calibrations_due
 from autodb.agent.sense.over_time import feel_over_time
 from autodb.agent.sense.ranging import sense_cuts, sensed_otherwise
 from autodb.agent.sense.sensed import Calibrations, forces_of_pair
-from autodb.store import Store, lasting, models
+from autodb.store import Store, models, retried
 
 Progress = Callable[[str], None]
 
 
 def refresh(
     store: Store, machine: str, *, inbox: Inbox | None = None, progress: Progress | None = None
-) -> Refreshed:
+) -> RefreshReport:
     """Sense the forces of every cut not sensed yet with the newest calibrations; update the pairs.
 
     Cuts of recordings over time are felt by what the machine has beside calibrated ranges. Cuts
@@ -40,22 +46,22 @@ def refresh(
     machine, or an inbox that is no folder.
     """
     tell = progress or (lambda _: None)
-    done = Refreshed()
+    done = RefreshReport()
     if inbox is not None:
-        done.set_aside += lasting(lambda: inbox.take_in(store, machine, tell), tell)
-    over_time = lasting(lambda: feel_over_time(store, machine, progress=tell), tell)
+        done.set_aside += retried(lambda: inbox.take_in(store, machine, tell), tell)
+    over_time = retried(lambda: feel_over_time(store, machine, progress=tell), tell)
     done.set_aside += over_time.notes
     looked_at = -1
     while looked_at < over_time.last_cut:
-        one, looked_at = lasting(lambda: _one_pass(store, machine, over_time.last_cut, tell), tell)
+        one, looked_at = retried(lambda: _one_pass(store, machine, over_time.last_cut, tell), tell)
         done.also(one)
-    done.retained = lasting(lambda: retain(store, machine, progress=tell), tell).lines()
+    done.retained = retried(lambda: retain(store, machine, progress=tell), tell).lines()
     return done
 
 
 def _one_pass(
     store: Store, machine: str, newest_cut: int, progress: Progress
-) -> tuple[Refreshed, int]:
+) -> tuple[RefreshReport, int]:
     """Do one pass; return what it did, and the cut up to which it looked."""
     with store.writing(machine) as session:
         one = _Pass(session, find_machine(session, machine), newest_cut, progress)
@@ -73,9 +79,9 @@ class _Pass:
         mark = last_mark(session, owner.id)
         self.span = next_span(session, owner.id, mark, self._basis, newest_cut=newest_cut)
         self._files = files_since(session, owner.id)
-        self._done = Refreshed(came_in=came_in(session, self._files, self.span))
+        self._done = RefreshReport(came_in=files_came_in(session, self._files, self.span))
 
-    def run(self) -> Refreshed:
+    def run(self) -> RefreshReport:
         """Sense, learn and explain; keep that it was done where there was anything to do."""
         done, session, owner = self._done, self._session, self._owner
         felt = sense_cuts(session, owner, self.span, self._progress)
@@ -90,7 +96,7 @@ class _Pass:
         done.sensed, done.not_sensed = self._counted()
         done.due, done.waiting = calibrations_due(session, owner, self.span), self._waiting()
         if done.anything or self.span.anew or self.span.upto > self.span.old:
-            keep_pass(session, owner.id, Kept(done, self.span, self._basis, self._files))
+            keep_pass(session, owner.id, PassRecord(done, self.span, self._basis, self._files))
         return done
 
     def _waiting(self) -> int:
@@ -98,8 +104,11 @@ class _Pass:
         query = (
             select(func.count())
             .select_from(models.Mismatch)
-            .join(models.Recording)
-            .where(models.Recording.machine_id == self._owner.id, models.Mismatch.status == "open")
+            .join(models.StoredRecording)
+            .where(
+                models.StoredRecording.machine_id == self._owner.id,
+                models.Mismatch.status == "open",
+            )
         )
         return self._session.scalar(query) or 0
 

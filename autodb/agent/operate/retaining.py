@@ -21,20 +21,20 @@ from sqlalchemy.orm import Session
 from autodb import readers
 from autodb.agent.ingest.entries import KEPT
 from autodb.agent.ingest.importing import files_of
-from autodb.agent.ingest.kept import folders
+from autodb.agent.ingest.kept import kept_folders
 from autodb.agent.operate import trash
 from autodb.agent.rows.machines import find_machine
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.side import SideFile
 from autodb.files.targets import hidden, replace_by
-from autodb.records import Source, open_as_stored
+from autodb.records import RecordingSource, open_as_stored
 from autodb.store import Store, models
 
 COMPRESSED = ".csv"
 """Ending of files that become Parquet."""
 Progress = Callable[[str], None]
-_Recording = models.Recording
+_Recording = models.StoredRecording
 
 
 @dataclass
@@ -75,8 +75,8 @@ def retain(store: Store, machine: str, *, progress: Progress = lambda _: None) -
         old = _due(session, owner.id, newest, days[0], there & plain)
         gone = _due(session, owner.id, newest, days[1], there)
         why_not = trash.jumped(session, owner.id) if gone else None
-        for folder in folders(session, owner.id):
-            trash.empty(session, owner.id, folder)
+        for folder in kept_folders(session, owner.id):
+            trash.empty_trash(session, owner.id, folder)
     if why_not is not None:
         done.left.append(why_not)
         gone = []
@@ -185,7 +185,7 @@ def _write(path: Path, side: SideFile, target: Path) -> None:
             writer.write_table(pa.table({name: block[name] for name in base.columns}, schema))
 
 
-def _is_number(base: readers.TimeBase, name: str) -> bool:
+def _is_number(base: readers.ColumnSet, name: str) -> bool:
     try:
         for _ in base.blocks([name], []):
             pass
@@ -194,7 +194,7 @@ def _is_number(base: readers.TimeBase, name: str) -> bool:
     return True
 
 
-def _compare(before: Source, after: Source) -> None:
+def _compare(before: RecordingSource, after: RecordingSource) -> None:
     """Raise UnusableInput where what is read of a copy is not what is read of the original."""
     old, new = (_whole(source) for source in (before, after))
     for name, values in old.items():
@@ -204,7 +204,7 @@ def _compare(before: Source, after: Source) -> None:
             raise UnusableInput(f"column '{name}' reads otherwise")
 
 
-def _whole(source: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
+def _whole(source: RecordingSource) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
     blocks = list(source.bases[0].blocks())
     read: dict[str, list[Any]] = {}
     for channels, texts in blocks:

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from contextlib import aclosing
 from pathlib import Path
 
-from autodb.agent.ingest.entries import entries
+from autodb.agent.ingest.entries import inbox_entries
 from autodb.agent.ingest.inbox import Inbox
 from autodb.agent.operate.health import Health
 from autodb.agent.operate.refreshing import refresh
@@ -206,7 +206,7 @@ class Agent:
         """Write the health file with another state; what keeps it from that is no trouble."""
         self.health.state = state
         try:
-            self.health.waiting = len(entries(self._inbox).files)
+            self.health.waiting = len(inbox_entries(self._inbox).files)
             self.health.write(health_of(self._path))
         except OSError:
             return
@@ -262,11 +262,11 @@ class _Refresher(threading.Thread):
             if (
                 self.new.is_set()
                 or self._agent.health.refresh
-                or entries(self._agent.inbox).files != seen
+                or inbox_entries(self._agent.inbox).files != seen
             ):
                 self.new.clear()
                 self._agent.refresh()
-                seen = entries(self._agent.inbox).files
+                seen = inbox_entries(self._agent.inbox).files
             self.new.wait(RETRIES_S[0] if self._agent.health.refresh else LOOKS_S)
 
     def stop(self) -> None:

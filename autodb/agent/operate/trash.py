@@ -26,12 +26,12 @@ was none. Chosen: a shop is closed for weeks, and not for a quarter of a year.""
 
 def jumped(session: Session, machine_id: int) -> str | None:
     """Say what looks as if the clock had jumped; None: nothing does."""
-    day = func.substr(models.Recording.imported_at, 1, 10)
+    day = func.substr(models.StoredRecording.imported_at, 1, 10)
     query = (
         select(day)
-        .where(models.Recording.machine_id == machine_id)
+        .where(models.StoredRecording.machine_id == machine_id)
         .group_by(day)
-        .order_by(func.min(models.Recording.id))
+        .order_by(func.min(models.StoredRecording.id))
     )
     days = [date.fromisoformat(one) for one in session.scalars(query)]
     for number in range(max(1, len(days) - SURE_DAYS + 1), len(days)):
@@ -52,7 +52,7 @@ def throw(path: Path) -> None:
     path.replace(target)
 
 
-def empty(session: Session, machine_id: int, kept: Path) -> None:
+def empty_trash(session: Session, machine_id: int, kept: Path) -> None:
     """Delete what was dropped long ago."""
     dated = [folder for folder in (kept / TRASH).glob("????-??-??") if folder.is_dir()]
     if not dated:

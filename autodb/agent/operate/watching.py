@@ -4,9 +4,9 @@ import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 
-from autodb.agent.ingest.entries import entries
+from autodb.agent.ingest.entries import inbox_entries
 from autodb.agent.ingest.inbox import Inbox
-from autodb.agent.learn.passes import Refreshed
+from autodb.agent.learn.passes import RefreshReport
 from autodb.agent.operate.refreshing import Progress, refresh
 from autodb.store import Store
 
@@ -19,7 +19,7 @@ def watch(
     machine: str,
     inbox: Inbox,
     *,
-    tell: Callable[[Refreshed], None],
+    tell: Callable[[RefreshReport], None],
     say: Callable[[str], None],
     excuse: Excuse,
     every_s: float,
@@ -34,11 +34,11 @@ def watch(
     """
     with opens() as store:
         tell(refresh(store, machine, inbox=inbox, progress=progress))
-    seen, said = entries(inbox.folder).files, ""
+    seen, said = inbox_entries(inbox.folder).files, ""
     while goes_on():
         time.sleep(every_s)
         try:
-            there = entries(inbox.folder).files
+            there = inbox_entries(inbox.folder).files
             if there == seen and not said:
                 continue
             with opens() as store:

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.ingest.importing import counting
+from autodb.agent.ingest.importing import counted_cuts
 from autodb.agent.ingest.uncounted import anew
 from autodb.agent.rows.machines import find_machine
-from autodb.agent.rows.posteriors import chain, pair_name
+from autodb.agent.rows.posteriors import pair_name, version_chain
 from autodb.errors import NotThere, UnusableInput
 from autodb.store import Also, Store, models, nothing_else
 
@@ -43,7 +43,7 @@ def withdraw(
             )
         if row.looked_at is not None:
             raise UnusableInput(f"recording {number} was only looked at: nothing rests on it")
-        cuts = counting(row)
+        cuts = counted_cuts(row)
         done = Withdrawn(number, len(cuts), _taken_back(session, row))
         row.withdrawn_at, row.withdrawn_why = models.now(), why
         for cut in cuts:
@@ -63,12 +63,12 @@ def take_again(store: Store, machine: str, number: int, *, also: Also = nothing_
         anew(session, row, since=row.withdrawn_at)
         row.withdrawn_at = row.withdrawn_why = None
         also(session, number)
-        return Withdrawn(number, len(counting(row)))
+        return Withdrawn(number, len(counted_cuts(row)))
 
 
-def _recording(session: Session, machine: str, number: int) -> models.Recording:
+def _recording(session: Session, machine: str, number: int) -> models.StoredRecording:
     owner = find_machine(session, machine)
-    row = session.get(models.Recording, number)
+    row = session.get(models.StoredRecording, number)
     if row is None or row.machine_id != owner.id:
         raise NotThere(
             f"machine '{machine}' has no recording {number}; 'autodb trace' names those behind a "
@@ -77,7 +77,7 @@ def _recording(session: Session, machine: str, number: int) -> models.Recording:
     return row
 
 
-def _taken_back(session: Session, row: models.Recording) -> list[str]:
+def _taken_back(session: Session, row: models.StoredRecording) -> list[str]:
     """Take back all that was derived from a recording; return it in words."""
     said = []
     fitted = _calibrations(session, row), _models(session, row), _scales(session, row)
@@ -100,12 +100,12 @@ def _taken_back(session: Session, row: models.Recording) -> list[str]:
     return said
 
 
-_Derived = models.Calibration | models.ChannelModel | models.DriveScale | models.Estimator
+_Derived = models.CalibrationVersion | models.ChannelModel | models.DriveScale | models.Estimator
 
 
 def _named(one: _Derived) -> str:
     match one:
-        case models.Calibration():
+        case models.CalibrationVersion():
             return f"calibration of {one.axis} version {one.version}"
         case models.ChannelModel():
             return f"model of {one.channel} version {one.version}"
@@ -114,15 +114,15 @@ def _named(one: _Derived) -> str:
     return f"sensor {one.kind} of force.{one.component} version {one.version}"
 
 
-def _calibrations(session: Session, row: models.Recording) -> list[models.Calibration]:
-    made = models.Calibration
+def _calibrations(session: Session, row: models.StoredRecording) -> list[models.CalibrationVersion]:
+    made = models.CalibrationVersion
     query = select(made).where(
-        made.undone_at.is_(None), made.recordings.any(models.Recording.id == row.id)
+        made.undone_at.is_(None), made.recordings.any(models.StoredRecording.id == row.id)
     )
     return list(session.scalars(query.order_by(made.id)))
 
 
-def _models(session: Session, row: models.Recording) -> list[models.ChannelModel]:
+def _models(session: Session, row: models.StoredRecording) -> list[models.ChannelModel]:
     """Return the models fitted with a recording, and those that took one of them as known."""
     made = models.ChannelModel
     every = session.scalars(
@@ -138,25 +138,25 @@ def _line(model: models.ChannelModel) -> Iterable[models.ChannelModel]:
         one = one.parent
 
 
-def _scales(session: Session, row: models.Recording) -> list[models.DriveScale]:
+def _scales(session: Session, row: models.StoredRecording) -> list[models.DriveScale]:
     made = models.DriveScale
     query = select(made).where(made.undone_at.is_(None), made.recording_id == row.id)
     return list(session.scalars(query.order_by(made.id)))
 
 
 def _estimators(
-    session: Session, row: models.Recording, calibrations: Iterable[models.Calibration]
+    session: Session, row: models.StoredRecording, calibrations: Iterable[models.CalibrationVersion]
 ) -> list[models.Estimator]:
     made, gone = models.Estimator, [one.id for one in calibrations]
-    from_it = made.recordings.any(models.Recording.id == row.id)
-    from_it |= made.calibrations.any(models.Calibration.id.in_(gone))
+    from_it = made.recordings.any(models.StoredRecording.id == row.id)
+    from_it |= made.calibrations.any(models.CalibrationVersion.id.in_(gone))
     return list(session.scalars(select(made).where(made.undone_at.is_(None), from_it)))
 
 
 def _parameters(
     session: Session,
-    row: models.Recording,
-    calibrations: Iterable[models.Calibration],
+    row: models.StoredRecording,
+    calibrations: Iterable[models.CalibrationVersion],
     sensors: Iterable[models.Estimator],
 ) -> list[models.CuttingParameters]:
     """Return versions of pairs that rest on a recording's cuts, or on what is taken back with it.
@@ -170,4 +170,4 @@ def _parameters(
     own = made.machine_id == row.machine_id, made.undone_at.is_(None)
     direct = set(session.scalars(select(made.id).where(*own, made.forces.any(its))))
     every = session.scalars(select(made).where(*own).order_by(made.id))
-    return [one for one in every if any(version.id in direct for version in chain(one))]
+    return [one for one in every if any(version.id in direct for version in version_chain(one))]

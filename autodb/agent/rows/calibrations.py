@@ -10,13 +10,13 @@ from sqlalchemy.orm import Session
 
 from autodb.sensing.ranges.calibration import Calibration, Scores
 from autodb.sensing.ranges.error_kinds import ErrorKinds
-from autodb.sensing.ranges.forms import kept
+from autodb.sensing.ranges.forms import stored_form
 from autodb.sensing.ranges.outliers import Outlier
 from autodb.sensing.ranges.validity import Holds
 from autodb.store import models
 
 
-def keep(
+def keep_calibration(
     session: Session, machine_id: int, recordings: list[int], calibration: Calibration
 ) -> tuple[int, bool]:
     """Store a calibration unless it is there already; return its version and whether it is new."""
@@ -30,10 +30,12 @@ def keep(
             return last.version, False
     version = _newest_version(session, machine_id, calibration.axis) + 1
     sources = list(
-        session.scalars(select(models.Recording).where(models.Recording.id.in_(recordings)))
+        session.scalars(
+            select(models.StoredRecording).where(models.StoredRecording.id.in_(recordings))
+        )
     )
     session.add(
-        models.Calibration(
+        models.CalibrationVersion(
             machine_id=machine_id,
             axis=calibration.axis,
             version=version,
@@ -67,51 +69,56 @@ def keep(
 
 
 def _newest_version(session: Session, machine_id: int, axis: str) -> int:
-    newest = select(func.max(models.Calibration.version))
-    of_axis = models.Calibration.machine_id == machine_id, models.Calibration.axis == axis
+    newest = select(func.max(models.CalibrationVersion.version))
+    of_axis = (
+        models.CalibrationVersion.machine_id == machine_id,
+        models.CalibrationVersion.axis == axis,
+    )
     return session.scalar(newest.where(*of_axis)) or 0
 
 
-def _alike(rows: list[models.Calibration], holds: Holds) -> models.Calibration | None:
+def _alike(rows: list[models.CalibrationVersion], holds: Holds) -> models.CalibrationVersion | None:
     return next((row for row in rows if holds_for(row) == holds), None)
 
 
-def holds_for(row: models.Calibration) -> Holds:
+def holds_for(row: models.CalibrationVersion) -> Holds:
     """Return what a stored calibration holds for."""
     return Holds(row.gear_range, row.coolant, row.spindle_state, row.feed_direction)
 
 
-def current_calibrations(session: Session, machine_id: int, axis: str) -> list[models.Calibration]:
+def current_calibrations(
+    session: Session, machine_id: int, axis: str
+) -> list[models.CalibrationVersion]:
     """Return an axis' calibrations that hold now, newest first, offered or not."""
     rows = session.scalars(
-        select(models.Calibration)
+        select(models.CalibrationVersion)
         .where(
-            models.Calibration.machine_id == machine_id,
-            models.Calibration.axis == axis,
-            models.Calibration.undone_at.is_(None),
+            models.CalibrationVersion.machine_id == machine_id,
+            models.CalibrationVersion.axis == axis,
+            models.CalibrationVersion.undone_at.is_(None),
         )
-        .order_by(models.Calibration.version.desc())
+        .order_by(models.CalibrationVersion.version.desc())
     )
     return holding(rows)
 
 
-def holding(rows: Iterable[models.Calibration]) -> list[models.Calibration]:
+def holding(rows: Iterable[models.CalibrationVersion]) -> list[models.CalibrationVersion]:
     """Return those of an axis' calibrations, newest first, that no newer one took the place of.
 
     A newer one takes the place of those that could hold for the same cut: of two that are left no
     cut has both.
     """
-    current: list[models.Calibration] = []
+    current: list[models.CalibrationVersion] = []
     for row in rows:
         if all(holds_for(row).against(holds_for(newer)) for newer in current):
             current.append(row)
     return current
 
 
-def as_calibration(row: models.Calibration) -> Calibration:
+def as_calibration(row: models.CalibrationVersion) -> Calibration:
     """Return a stored calibration as the record that sensing takes."""
     return Calibration(
-        form=kept(row.kind, row.parameters),
+        form=stored_form(row.kind, row.parameters),
         axis=row.axis,
         component=row.component,
         channel=row.channel,
@@ -131,7 +138,7 @@ def as_calibration(row: models.Calibration) -> Calibration:
     )
 
 
-def _error_kinds(row: models.Calibration) -> ErrorKinds:
+def _error_kinds(row: models.CalibrationVersion) -> ErrorKinds:
     """Return the kinds of error; 0.1.0 kept one, and what is shared in the covariance."""
     if row.cut_sd is None:
         return ErrorKinds(cut_sd=row.scores["rmse"], gain_share=0.0, reference_share=0.0)

@@ -14,7 +14,7 @@ FUSION = "fusion"
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedComponent:
     """What a version keeps of a component: its model, how inputs are normalised, its scores."""
 
     model: dict[str, Any]
@@ -34,17 +34,17 @@ def newest(session: Session, machine_id: int, kind: str) -> list[models.Estimato
     return list(session.scalars(query.order_by(models.Estimator.component)))
 
 
-def learnt_from(rows: Sequence[models.Estimator], recordings: Sequence[int]) -> bool:
+def is_learnt_from(rows: Sequence[models.Estimator], recordings: Sequence[int]) -> bool:
     """Say whether a version was learnt from these recordings and no others."""
     return bool(rows) and {one.id for one in rows[0].recordings} == set(recordings)
 
 
-def keep(
+def keep_estimator(
     session: Session,
     machine_id: int,
     kind: str,
-    fitted: Mapping[str, Fitted],
-    recordings: Sequence[models.Recording],
+    fitted: Mapping[str, FittedComponent],
+    recordings: Sequence[models.StoredRecording],
 ) -> int:
     """Add a version, of what was fitted by component, and return its number."""
     own = models.Estimator.machine_id == machine_id, models.Estimator.kind == kind

@@ -13,9 +13,9 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.rows.catalogue import find_or_add
-from autodb.cutting.kienzle import Planned
+from autodb.cutting.kienzle import ViewRange
 from autodb.pairs.card import UNIT, Bounded, KienzleCard
-from autodb.pairs.conventional import plain
+from autodb.pairs.conventional import plain_name
 from autodb.store import Store, models
 from autodb.store.models.learning import EVERY
 
@@ -68,7 +68,7 @@ def imported_card(session: Session, machine_id: int, material: str) -> KienzleCa
     names = {row.id: row.name for row in session.scalars(select(models.Material))}
     for row in rows:
         own = str(row.source).startswith(made_by(owner.name))
-        if plain(names[row.material_id]) == plain(material) and not own:
+        if plain_name(names[row.material_id]) == plain_name(material) and not own:
             kept = _of_source(session, row.material_id, row.source)
             return _as_card(names[row.material_id], str(row.source), kept)
     return None
@@ -157,6 +157,6 @@ def _as_card(
         k_c11=Bounded(size.value, lower, upper),
         m_c=m_c.value,
         m_c_bounds=bounds,
-        at=Planned(thinnest_mm, thickest_mm, speed_m_min, float(np.radians(rake_deg))),
+        at=ViewRange(thinnest_mm, thickest_mm, speed_m_min, float(np.radians(rake_deg))),
         source=source,
     )

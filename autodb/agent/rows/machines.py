@@ -9,14 +9,14 @@ from sqlalchemy.orm.attributes import flag_modified
 from autodb.errors import NotThere, UnusableInput, near
 from autodb.files.machine import (
     AxisFile,
+    AxisLimits,
     Gear,
-    Limits,
     MachineFile,
     SpindleFile,
     flat,
-    lasting,
+    lasting_part,
 )
-from autodb.files.toml import Reference
+from autodb.files.toml import ReferenceValue
 from autodb.store import Store, models
 
 _MACHINE = ("dialect", "units", "diameter", "shares")
@@ -88,7 +88,7 @@ def update_machine(store: Store, name: str, file: MachineFile) -> list[str]:
 
 
 def _changes(before: MachineFile, after: MachineFile) -> list[str]:
-    old, new = flat(before), flat(lasting(after))
+    old, new = flat(before), flat(lasting_part(after))
     return [
         f"{key}: {old.get(key, NOT_STATED)} → {new.get(key, NOT_STATED)}"
         for key in dict.fromkeys([*old, *new])
@@ -107,7 +107,9 @@ def _refuse_what_would_break(
                 f"a file with [axes.{axis}] would work"
             )
     recorded = session.scalar(
-        select(func.count(models.Recording.id)).where(models.Recording.machine_id == machine.id)
+        select(func.count(models.StoredRecording.id)).where(
+            models.StoredRecording.machine_id == machine.id
+        )
     )
     for axis, said in after.axes.items():
         was = before.axes.get(axis, said)
@@ -123,7 +125,7 @@ def _learnt_on(session: Session, machine_id: int, axis: str) -> str:
     """Return how many calibrations and models an axis has, in words; empty for none."""
     found = []
     for table, what in (
-        (models.Calibration, "calibrations"),
+        (models.CalibrationVersion, "calibrations"),
         (models.ChannelModel, "models"),
         (models.DriveScale, "scales"),
     ):
@@ -188,25 +190,27 @@ def as_file(machine: models.Machine) -> MachineFile:
     )
 
 
-def limits_of(machine: models.Machine) -> dict[str, Limits]:
+def limits_of(machine: models.Machine) -> dict[str, AxisLimits]:
     """Return what the axes of a machine may carry and where they may go, by name."""
     return {axis.name: _limits(axis) for axis in machine.axes}
 
 
-def limits_of_machine(store: Store, name: str) -> dict[str, Limits]:
+def limits_of_machine(store: Store, name: str) -> dict[str, AxisLimits]:
     """Return the limits of a machine by its name; raises UnusableInput where there is none."""
     with store.reading() as session:
         return limits_of(find_machine(session, name))
 
 
-def _limits(axis: models.Axis) -> Limits:
-    return Limits(**{key: getattr(axis, column) for key, column in LIMITS.items()})
+def _limits(axis: models.Axis) -> AxisLimits:
+    return AxisLimits(**{key: getattr(axis, column) for key, column in LIMITS.items()})
 
 
 def _as_axis_file(axis: models.Axis) -> AxisFile:
     constant = None
     if axis.torque_constant_N_m_A is not None:
-        constant = Reference(**{key: getattr(axis, column) for key, column in _CONSTANT.items()})
+        constant = ReferenceValue(
+            **{key: getattr(axis, column) for key, column in _CONSTANT.items()}
+        )
     own = {name: getattr(axis, name) for name in _AXIS}
     return AxisFile(**own, limits=_limits(axis), torque_constant_N_m_A=constant)
 

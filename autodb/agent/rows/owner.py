@@ -8,7 +8,7 @@ from sqlalchemy import Select, bindparam, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.rows.machines import LIMITS, find_machine, limits_of
-from autodb.files.machine import Limits
+from autodb.files.machine import AxisLimits
 from autodb.store import models
 
 
@@ -18,7 +18,7 @@ class Owner:
 
     id: int
     name: str
-    limits: Mapping[str, Limits]
+    limits: Mapping[str, AxisLimits]
 
 
 def owner_of(machine: models.Machine) -> Owner:
@@ -34,8 +34,8 @@ def owner_named(session: Session, name: str) -> Owner:
     return Owner(rows[0].id, name, {axis: _limits(own) for _, axis, *own in rows if axis})
 
 
-def _limits(columns: list[Any]) -> Limits:
-    return Limits(**dict(zip(LIMITS, columns, strict=True)))
+def _limits(columns: list[Any]) -> AxisLimits:
+    return AxisLimits(**dict(zip(LIMITS, columns, strict=True)))
 
 
 def _named() -> Select[Any]:

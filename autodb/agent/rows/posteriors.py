@@ -15,8 +15,8 @@ from autodb.pairs.posterior import (
     GAIN,
     REFERENCES,
     WEAR,
-    Belief,
-    OffLaw,
+    LawDiscrepancy,
+    PairPosterior,
     Scatter,
     Shared,
     Wear,
@@ -29,7 +29,7 @@ OF_CALIBRATIONS = (CALIBRATION, REFERENCES, GAIN)
 """What keys of errors begin with that are of what feels a machine's forces."""
 
 
-def as_belief(row: models.CuttingParameters) -> Belief:
+def as_belief(row: models.CuttingParameters) -> PairPosterior:
     """Return a stored version as a belief; raises UnusableInput for an earlier law's."""
     if row.shared is None or row.scatter is None:
         raise UnusableInput(
@@ -37,10 +37,10 @@ def as_belief(row: models.CuttingParameters) -> Belief:
             "pair anew"
         )
     columns = (row.mean, row.covariance, row.shared, row.scatter, row.terms)
-    return belief_of(*columns, cuts=row.n_cuts)
+    return posterior_of(*columns, cuts=row.n_cuts)
 
 
-def belief_of(
+def posterior_of(
     mean: list[Any],
     covariance: list[Any],
     shared: list[Any],
@@ -48,14 +48,14 @@ def belief_of(
     terms: Mapping[str, Any] | None,
     *,
     cuts: int,
-) -> Belief:
+) -> PairPosterior:
     """Return the belief that a version's columns keep."""
-    return Belief(
+    return PairPosterior(
         state=Gaussian(np.array(mean), np.array(covariance)),
         shared=tuple(Shared(one["key"], np.array(one["covariance"])) for one in shared),
         scatter=Scatter(np.array(scatter["share"]), np.array(scatter["weight"])),
         cuts=cuts,
-        off_law=OffLaw(**{**scatter["off_law"], "grow": tuple(scatter["off_law"]["grow"])}),
+        off_law=LawDiscrepancy(**{**scatter["off_law"], "grow": tuple(scatter["off_law"]["grow"])}),
         wear=_wear(terms[WEAR]) if terms and WEAR in terms else None,
     )
 
@@ -65,7 +65,7 @@ def _wear(kept: Mapping[str, Any]) -> Wear:
     return Wear(kept["power"], kept["reference_s"], kept["between"], (along, across))
 
 
-def columns_of(belief: Belief) -> dict[str, Any]:
+def posterior_columns(belief: PairPosterior) -> dict[str, Any]:
     """Return what a version keeps of a belief, by column."""
     return {
         "law": LAW,
@@ -138,7 +138,7 @@ def _of_pair(machine_id: int, pair_id: int) -> tuple[ColumnElement[bool], ...]:
     )
 
 
-def chain(parameters: models.CuttingParameters) -> list[models.CuttingParameters]:
+def version_chain(parameters: models.CuttingParameters) -> list[models.CuttingParameters]:
     """Return a version and those it was built on, newest first."""
     versions = [parameters]
     while versions[-1].previous is not None:
@@ -160,7 +160,7 @@ class Start:
     cuts, as it is kept; None: not known.
     """
 
-    belief: Belief
+    belief: PairPosterior
     said: str | None
     before: Mapping[str, Any] | None
     row: models.CuttingParameters | None = None
@@ -182,7 +182,7 @@ def kept_law(law: Gaussian) -> dict[str, Any]:
     return {"mean": law.mean.tolist(), "covariance": law.covariance.tolist()}
 
 
-def law_of(kept: Mapping[str, Any]) -> Gaussian:
+def law_from_json(kept: Mapping[str, Any]) -> Gaussian:
     """Return a belief about the law's coordinates from JSON."""
     return Gaussian(np.array(kept["mean"]), np.array(kept["covariance"]))
 
@@ -193,7 +193,7 @@ def began(row: models.CuttingParameters) -> Start:
 
 
 def begins(
-    belief: Belief,
+    belief: PairPosterior,
     said: str,
     row: models.CuttingParameters | None = None,
     prior: models.FleetPrior | None = None,

@@ -83,8 +83,8 @@ def _decided(session: Session, machine_id: int) -> list[Any]:
     row = session.execute(
         select(func.count(), func.max(models.Mismatch.decided_at))
         .select_from(models.Mismatch)
-        .join(models.Recording)
-        .where(models.Recording.machine_id == machine_id, models.Mismatch.status != "open")
+        .join(models.StoredRecording)
+        .where(models.StoredRecording.machine_id == machine_id, models.Mismatch.status != "open")
     ).one()
     return list(row)
 
@@ -93,11 +93,11 @@ def _superseded(session: Session, machine_id: int) -> int:
     query = (
         select(func.count())
         .select_from(models.Cut)
-        .join(models.Recording)
+        .join(models.StoredRecording)
         .where(
             models.Cut.superseded_at.is_not(None),
-            models.Recording.machine_id == machine_id,
-            models.Recording.looked_at.is_(None),
+            models.StoredRecording.machine_id == machine_id,
+            models.StoredRecording.looked_at.is_(None),
         )
     )
     return session.scalar(query) or 0

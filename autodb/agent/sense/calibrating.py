@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 
 from autodb import standard
 from autodb.agent.ingest.importing import cuts_as_table
-from autodb.agent.rows.calibrations import keep
+from autodb.agent.rows.calibrations import keep_calibration
 from autodb.agent.rows.machines import as_file, find_machine
 from autodb.errors import UnusableInput
 from autodb.fitting import Undetermined
@@ -45,8 +45,8 @@ def calibrate_table(
     table: CutTable,
     *,
     axes: tuple[str, ...],
-    protocol: standard.Protocol | None = None,
-    known: faults.Known | None = None,
+    protocol: standard.CutProtocol | None = None,
+    known: faults.KnownOfCuts | None = None,
     names: Sequence[str] | None = None,
 ) -> tuple[list[Calibration], list[str]]:
     """Calibrate every axis that a table can calibrate; the others come back as sentences why not.
@@ -55,7 +55,9 @@ def calibrate_table(
     feed directions. ``names`` (n,) of the cuts in messages; default their numbers. Raises
     UnusableInput when the data show a fault that concerns all axes, or no axis can be calibrated.
     """
-    faults.refuse(table.path, faults.checks_of_units(table, axes, known or faults.Known(protocol)))
+    faults.refuse(
+        table.path, faults.checks_of_units(table, axes, known or faults.KnownOfCuts(protocol))
+    )
     names = names or [f"cut {number:g}" for number in table.cut]
     parts = {axis: partition(holds_of(table, axis)) for axis in axes}
     forces = known_forces(table, protocol)
@@ -103,7 +105,7 @@ def _calibrated(
     holds: Holds,
     rows: NDArray[np.bool_],
     *,
-    protocol: standard.Protocol | None,
+    protocol: standard.CutProtocol | None,
     axes: tuple[str, ...],
 ) -> Calibration | str:
     """Calibrate one of the axes on some rows, or return why it cannot be, in a sentence."""
@@ -124,26 +126,26 @@ def _calibrated(
 
 
 def known_forces(
-    table: CutTable, protocol: standard.Protocol | None
+    table: CutTable, protocol: standard.CutProtocol | None
 ) -> dict[str, NDArray[np.float64]]:
     """Return the forces (n,) that the axes are calibrated against, N, by component (NaN: none)."""
     if protocol is None:
         return {c: table[f"force.{c}"] for c in FORCE_COMPONENTS if f"force.{c}" in table}
-    made = [cut for cut in protocol.cut if standard.rows_of(table, cut).any()]
+    made = [cut for cut in protocol.cut if standard.rows_of_cut(table, cut).any()]
     return {
-        component: standard.references(table, protocol, component).force_N
+        component: standard.reference_forces(table, protocol, component).force_N
         for component in FORCE_COMPONENTS
         if any(component in cut.reference for cut in made)
     }
 
 
 def _calibrate(
-    table: CutTable, axis: str, rows: NDArray[np.bool_], protocol: standard.Protocol | None
+    table: CutTable, axis: str, rows: NDArray[np.bool_], protocol: standard.CutProtocol | None
 ) -> Calibration:
     component = calibration.COMPONENT_OF_AXIS[axis]
     if protocol is None:
         return calibration.calibrate(table, axis, force_N=_only(table[f"force.{component}"], rows))
-    reference = standard.references(table, protocol, component)
+    reference = standard.reference_forces(table, protocol, component)
     return calibration.calibrate(
         table, axis, force_N=_only(reference.force_N, rows), reference_share=reference.share
     )
@@ -154,7 +156,7 @@ def calibrate_machine(
     machine: str,
     *,
     recordings: list[int] | None = None,
-    protocol: standard.Protocol | None = None,
+    protocol: standard.CutProtocol | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Calibrated:
     """Calibrate a machine on its imported cuts and keep each equation as a new version.
@@ -178,7 +180,7 @@ def calibrate_machine(
                 for cut in cuts
             }.values()
         )
-        known = faults.Known(protocol, as_file(owner))
+        known = faults.KnownOfCuts(protocol, as_file(owner))
         names = _names(cuts)
         _refuse_wrong_units(cuts, axes, known)
         machine_id = owner.id
@@ -187,7 +189,7 @@ def calibrate_machine(
     done, left_out = calibrate_table(table, axes=axes, protocol=protocol, known=known, names=names)
     of = [_recordings(table, one, recordings_of_cuts) for one in done]
     with store.writing(machine) as session:
-        kept = [keep(session, machine_id, of[i], one) for i, one in enumerate(done)]
+        kept = [keep_calibration(session, machine_id, of[i], one) for i, one in enumerate(done)]
     versions, new = zip(*kept, strict=True)
     return Calibrated(table, axes, done, left_out, sources, versions, new)
 
@@ -213,12 +215,12 @@ def _calibration_cuts(
 ) -> list[models.Cut]:
     query = (
         select(models.Cut)
-        .join(models.Recording)
-        .where(models.Recording.machine_id == machine_id, models.Cut.superseded_at.is_(None))
+        .join(models.StoredRecording)
+        .where(models.StoredRecording.machine_id == machine_id, models.Cut.superseded_at.is_(None))
         .order_by(models.Cut.recording_id, models.Cut.number)
     )
     if recordings is not None:
-        query = query.where(models.Recording.id.in_(recordings))
+        query = query.where(models.StoredRecording.id.in_(recordings))
     return [
         cut
         for cut in session.scalars(query)
@@ -226,7 +228,9 @@ def _calibration_cuts(
     ]
 
 
-def _refuse_wrong_units(cuts: list[models.Cut], axes: tuple[str, ...], known: faults.Known) -> None:
+def _refuse_wrong_units(
+    cuts: list[models.Cut], axes: tuple[str, ...], known: faults.KnownOfCuts
+) -> None:
     """Check each recording by itself: one in a wrong unit would drown among the others.
 
     A shop's cuts beside the standard ones are no fault, so the protocol is left to all of them.

@@ -11,7 +11,7 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.identifying import newest_model, off_law_of, stored_terms
 from autodb.errors import NotThere, near
 from autodb.records import Recording
-from autodb.sensing.drives.field import Field, field
+from autodb.sensing.drives.field import EffortField, field
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm, readable
 from autodb.sensing.drives.moves.protocol import default_protocol
 from autodb.store import models
@@ -33,7 +33,7 @@ class DriveMap:
     protocol: str
     terms: tuple[IdentifiedTerm, ...]
     of: str | None
-    field: Field | None
+    field: EffortField | None
 
 
 def modelled_channels(session: Session, machine_id: int) -> list[str]:

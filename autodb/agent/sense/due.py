@@ -53,12 +53,12 @@ def calibrations_due(session: Session, owner: models.Machine, span: Span) -> lis
     ]
 
 
-def refused(_look: _Look, row: models.Calibration) -> str | None:
+def refused(_look: _Look, row: models.CalibrationVersion) -> str | None:
     """Say that a calibration was not good enough to be offered."""
     return None if row.offered else f"its calibration is {row.verdict}"
 
 
-def other_conditions(look: _Look, row: models.Calibration) -> str | None:
+def other_conditions(look: _Look, row: models.CalibrationVersion) -> str | None:
     """Say in which conditions, of those that came in, no calibration of the axis holds."""
     begins = f"{row.axis} was calibrated with"
     reasons = [
@@ -70,7 +70,7 @@ def other_conditions(look: _Look, row: models.Calibration) -> str | None:
     return f"{len(reasons)} of the {len(look.cuts)} new cuts were not felt: {usual}"
 
 
-def beyond(look: _Look, row: models.Calibration) -> str | None:
+def beyond_calibrated(look: _Look, row: models.CalibrationVersion) -> str | None:
     """Say that currents go beyond those that the axis was calibrated with."""
     read = [cut.measured[row.channel] for cut in look.cuts if row.channel in cut.measured]
     high = [abs(value) for value in read if abs(value) > row.current_high]
@@ -83,13 +83,13 @@ def beyond(look: _Look, row: models.Calibration) -> str | None:
     )
 
 
-def sensor_changed(look: _Look, row: models.Calibration) -> str | None:
+def sensor_changed(look: _Look, row: models.CalibrationVersion) -> str | None:
     """Say that a mismatch since the calibration says that the sensor has changed."""
     found = look.session.scalar(
         select(models.Mismatch)
-        .join(models.Recording)
+        .join(models.StoredRecording)
         .where(
-            models.Recording.machine_id == look.owner.id,
+            models.StoredRecording.machine_id == look.owner.id,
             models.Mismatch.channel == f"force.{row.component}",
             models.Mismatch.status != "rejected",
             models.Mismatch.term.in_(SENSOR_TERMS),
@@ -100,16 +100,16 @@ def sensor_changed(look: _Look, row: models.Calibration) -> str | None:
     return None if found is None else f"mismatch {found.id} says {found.term}"
 
 
-def old(_look: _Look, row: models.Calibration) -> str | None:
+def old(_look: _Look, row: models.CalibrationVersion) -> str | None:
     """Say that a calibration is old."""
     age = datetime.now(UTC) - datetime.fromisoformat(row.created_at)
     return f"its calibration is {age.days} days old" if age.days >= OLD_DAYS else None
 
 
-CHECKS: tuple[Callable[[_Look, models.Calibration], str | None], ...] = (
+CHECKS: tuple[Callable[[_Look, models.CalibrationVersion], str | None], ...] = (
     refused,
     other_conditions,
-    beyond,
+    beyond_calibrated,
     sensor_changed,
     old,
 )

@@ -10,12 +10,12 @@ from sqlalchemy.orm import Session
 
 from autodb import records
 from autodb.agent.ingest.importing import import_file
-from autodb.agent.rows.estimators import Fitted, keep, learnt_from, newest
+from autodb.agent.rows.estimators import FittedComponent, is_learnt_from, keep_estimator, newest
 from autodb.agent.rows.machines import find_machine
-from autodb.agent.sense.reconstructing import Felt
+from autodb.agent.sense.reconstructing import ReconstructedLoad
 from autodb.errors import UnusableInput
 from autodb.records import Recording
-from autodb.sensing.drives.reconstruct import Load
+from autodb.sensing.drives.reconstruct import DriveLoad
 from autodb.sensing.table.engaged import engaged
 from autodb.sensing.table.forces import TableForces, envelopes, table_forces
 from autodb.sensing.table.identify import GAIN_SD, air_left_N, identify_table
@@ -38,7 +38,7 @@ class Levelled:
     already_there: bool
 
 
-def level(
+def level_dynamometer(
     store: Store,
     machine: str,
     files: Sequence[Path],
@@ -65,13 +65,13 @@ def level(
     with store.writing(machine) as session:
         owner = find_machine(session, machine)
         before = newest(session, owner.id, KIND)
-        if learnt_from(before, ids):
+        if is_learnt_from(before, ids):
             scores = tuple(row.scores["rmse_N"] for row in before)
             return Levelled(before[0].version, _model(before), scores, already_there=True)
-        rows = [session.get_one(models.Recording, one) for one in dict.fromkeys(ids)]
+        rows = [session.get_one(models.StoredRecording, one) for one in dict.fromkeys(ids)]
         kept = model.to_json()
-        fitted = {c: Fitted(kept, {"rmse_N": left_N[k]}) for k, c in enumerate("xyz")}
-        version = keep(session, owner.id, KIND, fitted, rows)
+        fitted = {c: FittedComponent(kept, {"rmse_N": left_N[k]}) for k, c in enumerate("xyz")}
+        version = keep_estimator(session, owner.id, KIND, fitted, rows)
     return Levelled(version, model, left_N, already_there=False)
 
 
@@ -114,7 +114,7 @@ def forces_on_table(
     *,
     bandwidth_hz: float | None = None,
     removed_kg: float = 0.0,
-) -> list[Felt]:
+) -> list[ReconstructedLoad]:
     """Return the forces of the work on the tool in machine axes that a machine's table tells.
 
     ``bandwidth_hz``: up to which; None: HIGHEST of the rate. ``removed_kg``: what chips took away
@@ -135,7 +135,7 @@ def forces_on_table(
     loads = [_load("xyz"[k], told.force_N[k], told.sd_N[k], hz) for k in range(3)]
     heat, rows = _heat_words(told), _rows_of_a_turn(recording)
     return [
-        Felt(
+        ReconstructedLoad(
             load, said, None, said=heat, share=GAIN_SD,
             envelope_N=None if rows is None else envelopes(-load.value, rows=rows),
         )
@@ -183,10 +183,10 @@ def _gone(cutting: NDArray[np.bool_], removed_kg: float) -> NDArray[np.float64] 
 
 def _load(
     axis: str, force_N: NDArray[np.float64], sd_N: NDArray[np.float64], bandwidth_hz: float
-) -> Load:
+) -> DriveLoad:
     """Return a force on the tool as the load that its axis would feel; no row is marked."""
     none = np.zeros(len(force_N), dtype=np.bool_)
-    return Load(
+    return DriveLoad(
         axis=axis, unit="N", bandwidth_hz=bandwidth_hz, value=-force_N, sd=sd_N,
         direction=np.zeros(len(force_N)), standing=none, turned=none, outside=none, braking=none,
         at_limit=none,

@@ -11,14 +11,14 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.dynamometers import forces_on_table, table_on_machine
 from autodb.agent.sense.networks import KIND as LSTM
 from autodb.agent.sense.networks import forces_on_machine
-from autodb.agent.sense.reconstructing import Felt, reconstruct_on_machine
+from autodb.agent.sense.reconstructing import ReconstructedLoad, reconstruct_on_machine
 from autodb.errors import UnusableInput
 from autodb.explain import explain
 from autodb.records import Recording
 from autodb.sensing.fusion import (
     Apart,
     Fusion,
-    Heard,
+    SensedTogether,
     disagreeing,
     fuse,
     independent,
@@ -35,10 +35,10 @@ DRIVE_HZ = 10.0
 
 
 @dataclass(frozen=True)
-class Fused:
+class FusedComponents:
     """Forces put together, a component each; ``not_heard``: which sensors told nothing, and why."""
 
-    felt: list[Felt]
+    felt: list[ReconstructedLoad]
     not_heard: tuple[str, ...]
 
 
@@ -49,7 +49,7 @@ def fused_on_machine(
     *,
     bandwidth_hz: float | None = None,
     progress: Callable[[str], None],
-) -> Fused:
+) -> FusedComponents:
     """Return the forces of all sensors that a machine has, put together, component by component.
 
     Drive models and networks by what was learnt of both where the force was known; others as they
@@ -69,11 +69,11 @@ def fused_on_machine(
     for c in components:
         by_name = {name: one[c] for name, one in heard.items() if c in one}
         progress(f"putting together what feels force.{c}")
-        felt.append(put_together(recording, c, by_name, learnt.get(c)))
-    return Fused(felt, tuple(not_heard))
+        felt.append(fuse_component(recording, c, by_name, learnt.get(c)))
+    return FusedComponents(felt, tuple(not_heard))
 
 
-ByAxis = dict[str, Felt]
+ByAxis = dict[str, ReconstructedLoad]
 
 
 def _heard(
@@ -91,7 +91,7 @@ def _heard(
     found: dict[str, ByAxis] = {}
     not_heard: list[str] = []
 
-    def hear(name: str, listen: Callable[[], list[Felt]]) -> None:
+    def hear(name: str, listen: Callable[[], list[ReconstructedLoad]]) -> None:
         try:
             told = listen()
         except UnusableInput as error:
@@ -118,9 +118,12 @@ def _heard(
     return found, not_heard
 
 
-def put_together(
-    recording: Recording, component: str, by_name: Mapping[str, Felt], learnt: Fusion | None
-) -> Felt:
+def fuse_component(
+    recording: Recording,
+    component: str,
+    by_name: Mapping[str, ReconstructedLoad],
+    learnt: Fusion | None,
+) -> ReconstructedLoad:
     """Return one component's force of what each sensor felt, by the sensors' names.
 
     ``learnt``: how some of them go together. A sensor that does not agree counts less.
@@ -128,7 +131,7 @@ def put_together(
     names = [name for name in (DRIVE, NETWORK, TABLE) if name in by_name]
     fusion = _fusion(names, learnt)
     loads = [by_name[name].load for name in fusion.names]
-    told = Heard(
+    told = SensedTogether(
         np.column_stack([-load.value for load in loads]),
         np.column_stack([load.sd for load in loads]),
     )
@@ -149,7 +152,7 @@ def put_together(
     )  # fmt: skip
     sources = "; ".join(by_name[name].model for name in names)
     shared = float(sum(weights[name].mean() * by_name[name].share for name in names))
-    return Felt(
+    return ReconstructedLoad(
         load, sources, None, said=said, share=shared, weight=weights, disagrees=disagrees
     )  # fmt: skip
 
@@ -165,7 +168,9 @@ def _fusion(names: Sequence[str], learnt: Fusion | None) -> Fusion:
     return fusion
 
 
-def _words(recording: Recording, fusion: Fusion, told: Heard, component: str, apart: Apart) -> str:
+def _words(
+    recording: Recording, fusion: Fusion, told: SensedTogether, component: str, apart: Apart
+) -> str:
     """Say which sensor does not agree and what of it is off, by ``explain``."""
     if len(apart.names) > 1:
         return (
@@ -180,12 +185,16 @@ def _words(recording: Recording, fusion: Fusion, told: Heard, component: str, ap
     )
 
 
-def _causes(recording: Recording, fusion: Fusion, told: Heard, component: str, name: str) -> str:
+def _causes(
+    recording: Recording, fusion: Fusion, told: SensedTogether, component: str, name: str
+) -> str:
     """Return what ``explain`` finds of a sensor's load where the others' is the simulation."""
     k = fusion.names.index(name)
     value = told.value_N.copy()
     value[:, k] = np.nan
-    others = fuse(replace(fusion, counts=(True,) * len(fusion.names)), Heard(value, told.sd_N))
+    others = fuse(
+        replace(fusion, counts=(True,) * len(fusion.names)), SensedTogether(value, told.sd_N)
+    )
     channel = f"{component}.drive_force"
     moved = {n: v for n, v in recording.channels.items() if n == "t" or _is_motion(n, component)}
     seen = Recording(recording.path, moved | {channel: -told.value_N[:, k]})

@@ -6,11 +6,11 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.pairs.conventional import plain
-from autodb.pairs.disagreeing import StandardCut
+from autodb.pairs.conventional import plain_name
+from autodb.pairs.disagreeing import FeltStandardCut
 from autodb.standard import read_protocol, shipped
 from autodb.standard.matching import MATCH
-from autodb.standard.protocol import Protocol
+from autodb.standard.protocol import CutProtocol
 from autodb.standard.protocol import StandardCut as CutOfKnownForce
 from autodb.store import models
 
@@ -24,8 +24,8 @@ HALF_95 = 3.92
 
 
 def standard_cut(
-    session: Session, machine_id: int, protocols: Sequence[Protocol] = ()
-) -> StandardCut | None:
+    session: Session, machine_id: int, protocols: Sequence[CutProtocol] = ()
+) -> FeltStandardCut | None:
     """Return what a machine felt of standard cuts in turning beside those it was calibrated with.
 
     Those of the kit and of ``protocols``, by material, operation, speed, feed and depth; None where
@@ -41,7 +41,7 @@ def standard_cut(
         return None
     gains = {name: np.array(some) for name, some in felt.items()}
     own = [np.sqrt(np.sum(g[:, 1] ** 2)) / len(g) for g in gains.values()]
-    return StandardCut(
+    return FeltStandardCut(
         gain=np.array([np.mean(g[:, 0]) for g in gains.values()]),
         sd=np.hypot(own, TRUTH_SHARE),
         along=np.array([ALONG[name] for name in gains]),
@@ -57,16 +57,16 @@ def _gain(force: models.SensedForce, cut: CutOfKnownForce) -> tuple[float, float
 
 
 def _felt(
-    session: Session, machine_id: int, protocol: Protocol, cut: CutOfKnownForce
+    session: Session, machine_id: int, protocol: CutProtocol, cut: CutOfKnownForce
 ) -> Iterable[models.SensedForce]:
     """Return the forces that were sensed of a standard cut, each by its newest calibration."""
     force = models.SensedForce
     rows = session.scalars(
         select(force)
         .join(models.Cut)
-        .join(models.Recording)
+        .join(models.StoredRecording)
         .where(
-            models.Recording.machine_id == machine_id,
+            models.StoredRecording.machine_id == machine_id,
             models.Cut.superseded_at.is_(None),
             models.Cut.operation == cut.operation,
             force.value_N.is_not(None),
@@ -85,9 +85,12 @@ def _felt(
             yield row
 
 
-def _of_pair(pair: models.Pair | None, protocol: Protocol) -> bool:
+def _of_pair(pair: models.Pair | None, protocol: CutProtocol) -> bool:
     names = () if pair is None else (pair.material.name, pair.tool.name)
-    return [plain(one) for one in names] == [plain(protocol.material), plain(protocol.tool)]
+    return [plain_name(one) for one in names] == [
+        plain_name(protocol.material),
+        plain_name(protocol.tool),
+    ]
 
 
 def _is(conditions: Mapping[str, float | str], cut: CutOfKnownForce) -> bool:

@@ -16,7 +16,7 @@ from autodb.files.checksums import checksum
 from autodb.records import Recording
 from autodb.sensing.drives.feed_axis import cross_test, identify
 from autodb.sensing.drives.fit.axis_model import Beliefs, Identified, IdentifiedTerm
-from autodb.sensing.drives.fit.discrepancy import OffLaw
+from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.moves.prepared import SPINDLE, effort_axis, effort_channel
 from autodb.sensing.drives.moves.protocol import default_protocol
 from autodb.sensing.ranges import faults
@@ -43,9 +43,9 @@ def stored_terms(row: models.ChannelModel) -> list[IdentifiedTerm]:
     return [IdentifiedTerm(**term) for term in row.terms]
 
 
-def off_law_of(row: models.ChannelModel) -> OffLaw | None:
+def off_law_of(row: models.ChannelModel) -> FrictionDiscrepancy | None:
     """Return what friction is off a stored version's laws; None where the terms are all."""
-    return OffLaw.of(row.off_law) if row.off_law else None
+    return FrictionDiscrepancy.of(row.off_law) if row.off_law else None
 
 
 def newest_model(session: Session, machine_id: int, channel: str) -> models.ChannelModel | None:
@@ -95,7 +95,7 @@ def identify_on_machine(
                 f"--update: machine '{machine}' has no version of {effort_channel(moves, axis)} "
                 "yet; without it, it would work"
             )
-        names = terms or (names_of(newest) if newest else None)
+        names = terms or (version_names(newest) if newest else None)
         own = signed(moves, owner)
         refuse_faults(own, axis)
         _refuse_another(session, owner, own, name)
@@ -111,7 +111,7 @@ def identify_on_machine(
 
 
 @dataclass(frozen=True)
-class Version:
+class ModelVersion:
     """One version of a channel's model: when, from which recordings, and its terms with numbers."""
 
     number: int
@@ -120,7 +120,7 @@ class Version:
     terms: tuple[IdentifiedTerm, ...]
 
 
-def versions_of(store: Store, machine: str, channel: str) -> list[Version]:
+def versions_of(store: Store, machine: str, channel: str) -> list[ModelVersion]:
     """Return all versions of a channel's model, oldest first: how the axis drifted."""
     with store.reading() as session:
         owner = find_machine(session, machine)
@@ -132,7 +132,7 @@ def versions_of(store: Store, machine: str, channel: str) -> list[Version]:
             .order_by(models.ChannelModel.version)
         )
         return [
-            Version(
+            ModelVersion(
                 row.version,
                 row.created_at[:10],
                 tuple(Path(recording.path).name for recording in row.recordings),
@@ -211,7 +211,7 @@ def _same(row: models.ChannelModel, model: Identified, sha256: str) -> bool:
     return [r.sha256 for r in row.recordings] == [sha256] and stored_terms(row) == list(model.terms)
 
 
-def names_of(row: models.ChannelModel) -> list[str]:
+def version_names(row: models.ChannelModel) -> list[str]:
     """Return the names of a version's terms, ripples as `cogging`, which looks for either kind."""
     names = [("cogging" if t.form == "periodic" else t.term) for t in stored_terms(row)]
     return list(dict.fromkeys(names))
@@ -265,7 +265,7 @@ def add_version(
         errors=asdict(model.errors) if model.errors else None,
         off_law=model.off_law.kept() if model.off_law else None,
         parent=parent,
-        recordings=[session.get_one(models.Recording, recording_id)],
+        recordings=[session.get_one(models.StoredRecording, recording_id)],
     )
     session.add(row)
     return row

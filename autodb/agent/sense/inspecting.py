@@ -6,7 +6,7 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.rows.estimators import Fitted, keep, newest
+from autodb.agent.rows.estimators import FittedComponent, keep_estimator, newest
 from autodb.agent.rows.machines import find_machine
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
@@ -77,9 +77,9 @@ def keep_inspected(store: Store, part: PartFile, found: Inspected, of: OfCut) ->
 def _cut(session: Session, of: OfCut) -> models.Cut:
     owner = find_machine(session, of.machine)
     recording = session.scalar(
-        select(models.Recording).where(
-            models.Recording.machine_id == owner.id,
-            models.Recording.sha256 == checksum(of.recording),
+        select(models.StoredRecording).where(
+            models.StoredRecording.machine_id == owner.id,
+            models.StoredRecording.sha256 == checksum(of.recording),
         )
     )
     if recording is None:
@@ -95,7 +95,7 @@ def _cut(session: Session, of: OfCut) -> models.Cut:
 
 
 def _estimator(
-    session: Session, machine_id: int, part: PartFile, recording: models.Recording
+    session: Session, machine_id: int, part: PartFile, recording: models.StoredRecording
 ) -> models.Estimator:
     """Return the version of this bar and machine: parts of one share its compliance's error."""
     model = {
@@ -105,7 +105,9 @@ def _estimator(
     rows = newest(session, machine_id, KIND)
     if not rows or rows[0].model != model:
         scores = {"share": part.bar.share}
-        keep(session, machine_id, KIND, {PASSIVE: Fitted(model, scores)}, [recording])
+        keep_estimator(
+            session, machine_id, KIND, {PASSIVE: FittedComponent(model, scores)}, [recording]
+        )
         rows = newest(session, machine_id, KIND)
     elif recording not in rows[0].recordings:
         rows[0].recordings.append(recording)

@@ -21,8 +21,8 @@ from autodb.files.side import Operation
 from autodb.records import CutTable
 from autodb.records.plausible import refuse_doubtful
 from autodb.records.summary import summary_of
-from autodb.sensing.ranges.raw import cut_of
-from autodb.standard import Protocol, Reference, StandardCut, rows_of
+from autodb.sensing.ranges.raw import cut_of_recording
+from autodb.standard import CutProtocol, ReferenceForce, StandardCut, rows_of_cut
 from autodb.standard.protocol import HOLES
 
 Array = NDArray[np.float64]
@@ -50,10 +50,10 @@ class _Group:
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredProtocol:
     """A protocol with the references that were measured, and what got none and why."""
 
-    protocol: Protocol
+    protocol: CutProtocol
     without: tuple[str, ...]
 
 
@@ -64,7 +64,7 @@ def read_measured(path: Path, *, columns: Path | None = None) -> CutTable:
     """
     found = records.read(path, columns=columns)
     refuse_doubtful(path, summary_of(found), found.side)
-    table = found if isinstance(found, CutTable) else cut_of(found).table
+    table = found if isinstance(found, CutTable) else cut_of_recording(found).table
     if not any(name in table for name in FORCES):
         raise UnusableInput(
             f"{path}: no channel force.x, force.y or force.z{table.near('force.z')}"
@@ -72,7 +72,9 @@ def read_measured(path: Path, *, columns: Path | None = None) -> CutTable:
     return table
 
 
-def with_references(protocol: Protocol, tables: Sequence[CutTable], *, date: str) -> Measured:
+def with_references(
+    protocol: CutProtocol, tables: Sequence[CutTable], *, date: str
+) -> MeasuredProtocol:
     """Return a protocol with a reference for each of its cuts that was measured repeatedly.
 
     Components that were not measured keep what they had. Raises UnusableInput where a row is two of
@@ -90,10 +92,10 @@ def with_references(protocol: Protocol, tables: Sequence[CutTable], *, date: str
         raise UnusableInput(f"{tables[0].path}: no row is a standard cut of '{protocol.name}'")
     done = _measured(protocol, groups, tables, date)
     left = (f"{others} rows are none of the protocol's cuts",) if others else ()
-    return Measured(done.protocol, (*done.without, *left))
+    return MeasuredProtocol(done.protocol, (*done.without, *left))
 
 
-def _refuse_two_in_one(table: CutTable, protocol: Protocol, hits: NDArray[np.bool_]) -> None:
+def _refuse_two_in_one(table: CutTable, protocol: CutProtocol, hits: NDArray[np.bool_]) -> None:
     """Raise UnusableInput for the first row, shape (cuts, rows), that is more than one cut."""
     twice = np.flatnonzero(hits.sum(axis=0) > 1)
     if twice.size:
@@ -105,7 +107,7 @@ def _refuse_two_in_one(table: CutTable, protocol: Protocol, hits: NDArray[np.boo
         )
 
 
-def new_protocol(name: str, tables: Sequence[CutTable], *, date: str) -> Measured:
+def new_protocol(name: str, tables: Sequence[CutTable], *, date: str) -> MeasuredProtocol:
     """Return a protocol of the cuts that were repeated: equal within MATCH is the same cut.
 
     Raises UnusableInput without any, and where material or tool are not one and known.
@@ -126,7 +128,7 @@ def new_protocol(name: str, tables: Sequence[CutTable], *, date: str) -> Measure
             f"{tables[0].path}: no cut was made twice; repeats at equal speed, feed and depth "
             "would work"
         )
-    protocol = Protocol(
+    protocol = CutProtocol(
         name=name,
         material=_only(tables, "work.material"),
         tool=_only(tables, "tool"),
@@ -135,7 +137,7 @@ def new_protocol(name: str, tables: Sequence[CutTable], *, date: str) -> Measure
     done = _measured(protocol, again, tables, date)
     once = len(groups) - len(again)
     left = (f"{once} cuts made once: no repeats, no interval",) if once else ()
-    return Measured(done.protocol, (*done.without, *left))
+    return MeasuredProtocol(done.protocol, (*done.without, *left))
 
 
 def _is(table: CutTable, cut: StandardCut) -> NDArray[np.bool_]:
@@ -143,7 +145,7 @@ def _is(table: CutTable, cut: StandardCut) -> NDArray[np.bool_]:
     said = table.side.cut.feed_direction_deg
     same = said is None or cut.feed_direction_deg is None
     same = same or abs((said - cut.feed_direction_deg + 180) % 360 - 180) < 1.0  # type: ignore[operator]
-    return rows_of(table, cut) & same
+    return rows_of_cut(table, cut) & same
 
 
 def _cut_of(table: CutTable, row: int) -> StandardCut:
@@ -185,8 +187,8 @@ def _number(table: CutTable, channel: str, row: int) -> float:
 
 
 def _measured(
-    protocol: Protocol, groups: Sequence[_Group], tables: Sequence[CutTable], date: str
-) -> Measured:
+    protocol: CutProtocol, groups: Sequence[_Group], tables: Sequence[CutTable], date: str
+) -> MeasuredProtocol:
     files = ", ".join(dict.fromkeys(table.path.name for table in tables))
     cuts, without = [], []
     for group in groups:
@@ -202,15 +204,15 @@ def _measured(
         repeats = most if references and group.cut.repeats == 1 else group.cut.repeats
         both = {**group.cut.reference, **references}
         cuts.append(group.cut.model_copy(update={"reference": both, "repeats": repeats}))
-    return Measured(protocol.model_copy(update={"cut": tuple(cuts)}), tuple(without))
+    return MeasuredProtocol(protocol.model_copy(update={"cut": tuple(cuts)}), tuple(without))
 
 
-def _reference(forces_N: Array, files: str, date: str) -> Reference:
+def _reference(forces_N: Array, files: str, date: str) -> ReferenceForce:
     """Return mean and 95 % interval by Student's t of repeats, shape (n,), n at least 2."""
     n = len(forces_N)
     mean = float(np.mean(forces_N))
     half = float(stats.t.ppf(0.975, n - 1) * np.std(forces_N, ddof=1) / np.sqrt(n))
-    return Reference(
+    return ReferenceForce(
         value=_short(mean),
         lower=_short(mean - half),
         upper=_short(mean + half),

@@ -15,11 +15,22 @@ from sqlalchemy.orm import Session
 from autodb import records
 from autodb.agent.ingest.as_imported import signed
 from autodb.agent.ingest.importing import import_file
-from autodb.agent.rows.estimators import FUSION, Fitted, keep, learnt_from, newest
+from autodb.agent.rows.estimators import (
+    FUSION,
+    FittedComponent,
+    is_learnt_from,
+    keep_estimator,
+    newest,
+)
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.dynamometers import table_on_machine, told_on_table
 from autodb.agent.sense.identifying import newest_model
-from autodb.agent.sense.reconstructing import Felt, drive_model, efforts_of, known_scale
+from autodb.agent.sense.reconstructing import (
+    ReconstructedLoad,
+    drive_model,
+    efforts_of,
+    known_scale,
+)
 from autodb.errors import UnusableInput
 from autodb.files.channels import LINEAR_AXES, axis_of
 from autodb.records import Recording
@@ -28,8 +39,8 @@ from autodb.sensing.network import need_torch
 from autodb.store import Store, models
 
 if TYPE_CHECKING:
-    from autodb.sensing.network.drive_loads import Drive
-    from autodb.sensing.network.recordings import Scored
+    from autodb.sensing.network.drive_loads import LoadedDrive
+    from autodb.sensing.network.recordings import ComponentErrors
 
 Array = NDArray[np.float64]
 
@@ -48,11 +59,11 @@ class Trained:
     version: int
     recordings: int
     on_air: bool
-    scores: "tuple[Scored, ...]"
+    scores: "tuple[ComponentErrors, ...]"
     already_there: bool
 
 
-def train(
+def train_network(
     store: Store,
     machine: str,
     files: Sequence[Path],
@@ -73,10 +84,10 @@ def train(
     """
     need_torch()
     from autodb.sensing.network import learning
-    from autodb.sensing.network.beside import together
+    from autodb.sensing.network.beside import networks_beside
     from autodb.sensing.network.kept import to_bytes
     from autodb.sensing.network.network import device
-    from autodb.sensing.network.recordings import known_of, rate_of, scored
+    from autodb.sensing.network.recordings import pieces_with_forces, rate_of, scored_components
 
     recordings = [_read(path, columns) for path in files]
     with store.reading() as session:
@@ -84,7 +95,7 @@ def train(
         own = [_in_machine_axes(session, owner, signed(one, owner)) for one in recordings]
         drives = _drives(session, owner, own[0])
     rate_hz = rate_of(own)
-    known, on_air = known_of(own, drives)
+    known, on_air = pieces_with_forces(own, drives)
     ids = [
         import_file(store, path, machine=machine, columns=columns).recording_id for path in files
     ]
@@ -93,21 +104,23 @@ def train(
     if old is not None:
         return old
     plan = learning.plan_of(known)
-    box = learning.fit(
+    box = learning.train_grey_box(
         known, drives, rate_hz=rate_hz, plan=plan, folder=folder, device=device(),
         progress=lambda member, epoch, _: progress(
             f"network {member + 1} of {learning.MEMBERS}, epoch {epoch} of {plan.epochs}"
         ),
     )  # fmt: skip
-    scores = scored(box, drives, known)
+    scores = scored_components(box, drives, known)
     progress("network and drive models together")
-    both = together(box, drives, known)
+    both = networks_beside(box, drives, known)
     with store.writing(machine) as session:
-        rows = [session.get_one(models.Recording, one) for one in dict.fromkeys(ids)]
+        rows = [session.get_one(models.StoredRecording, one) for one in dict.fromkeys(ids)]
         content = to_bytes(box, [row.sha256 for row in rows])
         version = _keep(session, machine, rows, content, scores)
-        fitted = {c: Fitted(o.fusion.to_json(), {"rmse_N": o.rmse_N}) for c, o in both.items()}
-        keep(session, find_machine(session, machine).id, FUSION, fitted, rows)
+        fitted = {
+            c: FittedComponent(o.fusion.to_json(), {"rmse_N": o.rmse_N}) for c, o in both.items()
+        }
+        keep_estimator(session, find_machine(session, machine).id, FUSION, fitted, rows)
     if folder is not None:
         shutil.rmtree(folder, ignore_errors=True)
     return Trained(version, len(files), on_air, scores, already_there=False)
@@ -131,11 +144,13 @@ def _in_machine_axes(session: Session, owner: models.Machine, recording: Recordi
     return replace(recording, channels={**recording.channels, **forces})
 
 
-def _drives(session: Session, owner: models.Machine, recording: Recording) -> "dict[str, Drive]":
+def _drives(
+    session: Session, owner: models.Machine, recording: Recording
+) -> "dict[str, LoadedDrive]":
     """Return the drive of each axis that the recording has an effort and the machine a model of."""
-    from autodb.sensing.network.drive_loads import Drive
+    from autodb.sensing.network.drive_loads import LoadedDrive
 
-    found: dict[str, Drive] = {}
+    found: dict[str, LoadedDrive] = {}
     axes = {axis.name: axis for axis in owner.axes}
     for channel in efforts_of(recording):
         name = axis_of(channel)
@@ -149,7 +164,7 @@ def _drives(session: Session, owner: models.Machine, recording: Recording) -> "d
                 f"scale' with a known load, or torque_constant_N_m_A in the machine's file, would "
                 "work"
             )
-        found[name] = Drive(
+        found[name] = LoadedDrive(
             drive_model(row), scale.per_ampere if row.unit == "A" and scale else 1.0
         )
     if not found:
@@ -163,11 +178,11 @@ def _drives(session: Session, owner: models.Machine, recording: Recording) -> "d
 def _same(session: Session, machine: str, ids: Sequence[int]) -> Trained | None:
     """Return the newest version where it was trained on the same recordings."""
     rows = newest(session, find_machine(session, machine).id, KIND)
-    if not learnt_from(rows, ids):
+    if not is_learnt_from(rows, ids):
         return None
-    from autodb.sensing.network.recordings import Scored
+    from autodb.sensing.network.recordings import ComponentErrors
 
-    scores = tuple(Scored(**row.scores) for row in rows)
+    scores = tuple(ComponentErrors(**row.scores) for row in rows)
     on_air = bool((rows[0].normalisation or {}).get("on_air"))
     return Trained(rows[0].version, len(ids), on_air, scores, already_there=True)
 
@@ -175,9 +190,9 @@ def _same(session: Session, machine: str, ids: Sequence[int]) -> Trained | None:
 def _keep(
     session: Session,
     machine: str,
-    rows: Sequence[models.Recording],
+    rows: Sequence[models.StoredRecording],
     content: bytes,
-    scores: "Sequence[Scored]",
+    scores: "Sequence[ComponentErrors]",
 ) -> int:
     """Add a version: a row a component, the networks in the first."""
     from autodb.sensing.network.kept import of_bytes
@@ -194,15 +209,15 @@ def _keep(
     whole = network | {"npz": base64.b64encode(content).decode("ascii")}
     ordered = sorted(scores, key=lambda score: score.component)
     fitted = {
-        one.component: Fitted(network if number else whole, asdict(one), normalisation)
+        one.component: FittedComponent(network if number else whole, asdict(one), normalisation)
         for number, one in enumerate(ordered)
     }
-    return keep(session, owner.id, KIND, fitted, rows)
+    return keep_estimator(session, owner.id, KIND, fitted, rows)
 
 
 def forces_on_machine(
     store: Store, machine: str, recording: Recording, *, progress: Callable[[str], None]
-) -> list[Felt]:
+) -> list[ReconstructedLoad]:
     """Return the forces that a machine's newest network tells of a recording, as loads of axes.
 
     Raises UnusableInput without PyTorch or a network, and for a recording that is unlike those that
@@ -235,7 +250,7 @@ def forces_on_machine(
     progress("networks")
     tables, channels = box.tables(drives), channels_of(own, drives)
     stream.check(box, tables, channels, rate_hz=own.rate_hz, where=str(recording.path))
-    told = stream.forces(box, tables, channels)
+    told = stream.network_forces(box, tables, channels)
     said = f"network {version} of machine '{machine}'"
     found = []
     for k, c in enumerate(box.components):
@@ -243,6 +258,8 @@ def forces_on_machine(
         load = reconstruct(own, drives[c].model, bandwidth_hz=bandwidth_hz)
         load = replace(load, unit="N", value=-told.force_N[:, k], sd=told.sd_N[:, k])
         found.append(
-            Felt(load, said, None, said="told in newtons, as it was trained", share=TRAINED_SHARE)
+            ReconstructedLoad(
+                load, said, None, said="told in newtons, as it was trained", share=TRAINED_SHARE
+            )
         )
     return found

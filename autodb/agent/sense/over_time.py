@@ -15,12 +15,12 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.importing import files_of
-from autodb.agent.rows.estimators import Fitted, keep, newest
+from autodb.agent.rows.estimators import FittedComponent, keep_estimator, newest
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.refresh_cursor import ESTIMATORS, FELT_OVER_TIME, last_mark
 from autodb.agent.sense.fusing import fused_on_machine
 from autodb.agent.sense.identifying import newest_model
-from autodb.agent.sense.reconstructing import Felt, known_scale
+from autodb.agent.sense.reconstructing import ReconstructedLoad, known_scale
 from autodb.errors import UnusableInput
 from autodb.files.channels import LINEAR_AXES
 from autodb.files.checksums import checksum
@@ -105,7 +105,9 @@ def feel_over_time(
     return FeltOverTime(len(felt) - without, without, notes, last_cut)
 
 
-def _to_feel(store: Store, machine: str) -> tuple[dict[str, tuple[int, str]], "list[Waiting]", int]:
+def _to_feel(
+    store: Store, machine: str
+) -> tuple[dict[str, tuple[int, str]], "list[WaitingCut]", int]:
     """Return what feels a machine's cuts by component, the cuts that wait, the newest cut by id."""
     with store.writing(machine) as session:
         owner = find_machine(session, machine)
@@ -118,7 +120,7 @@ def _to_feel(store: Store, machine: str) -> tuple[dict[str, tuple[int, str]], "l
 def _feel(
     store: Store,
     machine: str,
-    one: "Waiting",
+    one: "WaitingCut",
     sensors: Mapping[str, tuple[int, str]],
     progress: Callable[[str], None],
 ) -> tuple[list[FeltMean], list[str]]:
@@ -163,7 +165,7 @@ def _kept(store: Store, machine: str, found: list[FeltMean]) -> list[FeltMean]:
 def _means(
     cut_id: int,
     recording: Recording,
-    felt: Mapping[str, Felt],
+    felt: Mapping[str, ReconstructedLoad],
     sensors: Mapping[str, tuple[int, str]],
 ) -> list[FeltMean]:
     forces = np.array([-one.load.value for one in felt.values()])
@@ -198,10 +200,10 @@ def _keep_drives(session: Session, owner: models.Machine) -> None:
         scaled = row.axis in axes and known_scale(session, axes[row.axis]) is not None
         if row.unit == "N" or scaled:
             model = {"channel": row.channel, "version": row.version}
-            fitted[row.axis] = Fitted(model, {"rms": row.errors["rms"]})
+            fitted[row.axis] = FittedComponent(model, {"rms": row.errors["rms"]})
     before = {row.component: row.model for row in newest(session, owner.id, DRIVE)}
     if fitted and before != {c: one.model for c, one in fitted.items()}:
-        keep(session, owner.id, DRIVE, fitted, [])
+        keep_estimator(session, owner.id, DRIVE, fitted, [])
 
 
 def _sensors(session: Session, owner: models.Machine) -> dict[str, models.Estimator]:
@@ -213,7 +215,7 @@ def _sensors(session: Session, owner: models.Machine) -> dict[str, models.Estima
 
 
 @dataclass(frozen=True)
-class Waiting:
+class WaitingCut:
     """A cut, by id, with its recording: where it was, files with their checksums, side file."""
 
     cut_id: int
@@ -232,7 +234,7 @@ class Waiting:
         return found
 
 
-def _waiting(session: Session, owner: models.Machine, sensors: list[int]) -> list[Waiting]:
+def _waiting(session: Session, owner: models.Machine, sensors: list[int]) -> list[WaitingCut]:
     """Return the cuts of recordings over time that none of these sensors has looked at.
 
     Where the last pass had these sensors, none of those that it looked at is among them.
@@ -251,10 +253,10 @@ def _waiting(session: Session, owner: models.Machine, sensors: list[int]) -> lis
     )
     cuts = session.scalars(
         select(models.Cut)
-        .join(models.Recording)
+        .join(models.StoredRecording)
         .where(
-            models.Recording.machine_id == owner.id,
-            models.Recording.kind == "series",
+            models.StoredRecording.machine_id == owner.id,
+            models.StoredRecording.kind == "series",
             models.Cut.pair_id.is_not(None),
             models.Cut.superseded_at.is_(None),
             models.Cut.id > before,
@@ -263,6 +265,6 @@ def _waiting(session: Session, owner: models.Machine, sensors: list[int]) -> lis
         .order_by(models.Cut.id)
     )
     return [
-        Waiting(cut.id, cut.recording.path, files_of(cut.recording), cut.recording.side)
+        WaitingCut(cut.id, cut.recording.path, files_of(cut.recording), cut.recording.side)
         for cut in cuts
     ]

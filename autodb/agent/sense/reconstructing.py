@@ -18,7 +18,7 @@ from autodb.fitting import NORMAL_95
 from autodb.records import Recording
 from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.fit.drive_errors import DriveErrors
-from autodb.sensing.drives.reconstruct import DriveModel, Load, observe, reconstruct
+from autodb.sensing.drives.reconstruct import DriveLoad, DriveModel, observe, reconstruct
 from autodb.store import Store, models
 
 Array = NDArray[np.float64]
@@ -41,7 +41,7 @@ class Scale:
 
 
 @dataclass(frozen=True)
-class Felt:
+class ReconstructedLoad:
     """Load of one axis, with the model that it comes from and what made newtons of amperes.
 
     ``scale`` is None where the effort was in newtons, or nothing is known that makes it so: then
@@ -51,7 +51,7 @@ class Felt:
     ``envelope_N`` (n,) each: lower and upper one of the force on the tool over a spindle's turn.
     """
 
-    load: Load
+    load: DriveLoad
     model: str
     scale: Scale | None
     said: str | None = None
@@ -71,7 +71,7 @@ def reconstruct_on_machine(
     observer: bool,
     scale: Scale | None = None,
     progress: Callable[[str], None] = lambda _: None,
-) -> list[Felt]:
+) -> list[ReconstructedLoad]:
     """Return the load of each axis that the recording has an effort and the machine a model of.
 
     ``scale`` replaces what the machine knows. Raises UnusableInput when there is no model.
@@ -108,7 +108,7 @@ def reconstruct_with(
     bandwidth_hz: float,
     observer: bool,
     scale: Scale | None = None,
-) -> Felt:
+) -> ReconstructedLoad:
     """Return the load of the axis that a model was identified of, from the file ``moves``."""
     if model.errors is None:
         raise UnusableInput(f"{moves}: {model.axis} has no load to reconstruct; an axis would work")
@@ -133,7 +133,9 @@ def efforts_of(recording: Recording, axis: str | None = None) -> Sequence[str]:
     return found
 
 
-def _load(recording: Recording, model: DriveModel, *, bandwidth_hz: float, observer: bool) -> Load:
+def _load(
+    recording: Recording, model: DriveModel, *, bandwidth_hz: float, observer: bool
+) -> DriveLoad:
     if bandwidth_hz > 0.25 * recording.rate_hz:
         raise UnusableInput(
             f"--bandwidth: {bandwidth_hz:g} Hz is too much for {recording.path} at "
@@ -143,10 +145,12 @@ def _load(recording: Recording, model: DriveModel, *, bandwidth_hz: float, obser
     return how(recording, model, bandwidth_hz=bandwidth_hz)
 
 
-def _felt(load: Load, model: str, scale: Scale | None) -> Felt:
+def _felt(load: DriveLoad, model: str, scale: Scale | None) -> ReconstructedLoad:
     if scale is None or load.unit != "A":
-        return Felt(load, model, None)
-    return Felt(load.scaled(scale.per_ampere, scale.unit), model, scale, share=scale.share)
+        return ReconstructedLoad(load, model, None)
+    return ReconstructedLoad(
+        load.scaled(scale.per_ampere, scale.unit), model, scale, share=scale.share
+    )
 
 
 def drive_model(row: models.ChannelModel) -> DriveModel:

@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.ingest.as_imported import signed
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.rows.machines import find_machine
-from autodb.agent.sense.identifying import names_of, newest_model, refuse_faults, stored_terms
+from autodb.agent.sense.identifying import newest_model, refuse_faults, stored_terms, version_names
 from autodb.agent.sense.reconstructing import Scale, drive_model, scale_of
 from autodb.errors import UnusableInput
 from autodb.files.channels import LINEAR_AXES
@@ -24,9 +24,9 @@ from autodb.records import Recording
 from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm
 from autodb.sensing.drives.moves.prepared import effort_axis, effort_channel
-from autodb.sensing.drives.reconstruct import Load, reconstruct
-from autodb.sensing.drives.scales import Scaled, by_force, by_step
-from autodb.standard import Reference
+from autodb.sensing.drives.reconstruct import DriveLoad, reconstruct
+from autodb.sensing.drives.scales import ForceScale, by_force, by_step
+from autodb.standard import ReferenceForce
 from autodb.store import Store, models
 
 TONNE_KG = 1000.0
@@ -38,7 +38,7 @@ LOAD_HZ = 10.0
 
 
 @dataclass(frozen=True)
-class Told:
+class DeterminedScale:
     """Newtons an ampere of an axis, and its relative sd; which ``kind`` of load told, and how."""
 
     axis: str
@@ -61,7 +61,7 @@ def by_mass(
     mass_kg: float,
     axis: str | None = None,
     progress: Callable[[str], None] = lambda _: None,
-) -> Told:
+) -> DeterminedScale:
     """Tell the scale from moves with ``mass_kg`` clamped on the axis.
 
     Without it the axis is as its newest version has it. Raises UnusableInput where there is none,
@@ -71,7 +71,7 @@ def by_mass(
         owner = find_machine(session, machine)
         row = _model_in_amperes(session, owner, moves, axis)
         own, name = signed(moves, owner), row.axis
-        light, terms = _inertia(stored_terms(row)), names_of(row)
+        light, terms = _inertia(stored_terms(row)), version_names(row)
     refuse_faults(own, axis)
     progress("fitting")
     heavy = _inertia(identify(own, axis=axis, terms=terms).fitted)
@@ -88,12 +88,12 @@ def by_mass(
             f"{name}'s inertia: too little to weigh by; a larger mass, or quicker moves, would work"
         )
     source = f"{mass_kg:g} kg added {added:.3g} A·s²/mm of inertia"
-    return Told(name, mass_kg / TONNE_KG / added, sd / added, "added-mass", source)
+    return DeterminedScale(name, mass_kg / TONNE_KG / added, sd / added, "added-mass", source)
 
 
 def by_measured_force(
     store: Store, machine: str, push: Recording, *, axis: str | None = None
-) -> Told:
+) -> DeterminedScale:
     """Tell the scale from a recording with the force on the axis beside its current.
 
     A slow push against a load cell, or a cut on a dynamometer. Raises UnusableInput without a force
@@ -119,11 +119,11 @@ def by_standard_cut(
     store: Store,
     machine: str,
     cut: Recording,
-    reference: Callable[[str], Reference],
+    reference: Callable[[str], ReferenceForce],
     *,
     name: str,
     axis: str | None = None,
-) -> Told:
+) -> DeterminedScale:
     """Tell the scale from a cut that begins in air; ``reference`` knows its mean force on an axis.
 
     ``name``: of the cut, for the record. Raises UnusableInput without a model in amperes, or where
@@ -142,7 +142,9 @@ def by_standard_cut(
     return _told(cut, load, found, "standard-cut", source)
 
 
-def keep(store: Store, machine: str, told: Told, path: Path, *, columns: Path | None = None) -> int:
+def keep_scale(
+    store: Store, machine: str, told: DeterminedScale, path: Path, *, columns: Path | None = None
+) -> int:
     """Keep a scale as the next version of its axis', with the recording it is from."""
     recording_id = import_file(store, path, machine=machine, columns=columns).recording_id
     with store.writing(machine) as session:
@@ -171,7 +173,7 @@ def stated(store: Store, machine: str, axis: str) -> Scale | None:
         return scale_of(row) if row else None
 
 
-def _load(store: Store, machine: str, recording: Recording, axis: str | None) -> Load:
+def _load(store: Store, machine: str, recording: Recording, axis: str | None) -> DriveLoad:
     with store.reading() as session:
         owner = find_machine(session, machine)
         model = drive_model(_model_in_amperes(session, owner, recording, axis))
@@ -195,7 +197,9 @@ def _model_in_amperes(
     return row
 
 
-def _told(recording: Recording, load: Load, found: Scaled, kind: str, source: str) -> Told:
+def _told(
+    recording: Recording, load: DriveLoad, found: ForceScale, kind: str, source: str
+) -> DeterminedScale:
     if found.newtons_per_ampere < 0:
         raise UnusableInput(
             f"{recording.path}: the load on {load.axis} grows where the force should relieve it: a "
@@ -207,7 +211,7 @@ def _told(recording: Recording, load: Load, found: Scaled, kind: str, source: st
             f"{found.newtons_per_ampere:.3g} N ± {100 * NORMAL_95 * found.share:.0f} %: too unsure "
             "to use; a larger force, or a longer one, would work"
         )
-    return Told(load.axis, found.newtons_per_ampere, found.share, kind, source)
+    return DeterminedScale(load.axis, found.newtons_per_ampere, found.share, kind, source)
 
 
 def _inertia(terms: "list[IdentifiedTerm] | tuple[IdentifiedTerm, ...]") -> IdentifiedTerm | None:

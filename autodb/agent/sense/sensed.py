@@ -15,7 +15,7 @@ from autodb.agent.rows.catalogue import numbers_of
 from autodb.errors import UnusableInput
 from autodb.pairs.determined import CHIP_SHARE
 from autodb.pairs.engaged import BY_NAME, UNSAID
-from autodb.pairs.observed import CHIP, Cuts, Observed, X, Y, Z
+from autodb.pairs.observed import CHIP, Observed, PairCuts, X, Y, Z
 from autodb.pairs.posterior import CALIBRATION, DAY, GAIN, REFERENCES, Shared, Wear
 from autodb.pairs.worn import with_wear
 from autodb.sensing.ranges.chosen import choose
@@ -23,14 +23,14 @@ from autodb.sensing.ranges.error_kinds import day_moves
 from autodb.store import models
 
 Array = NDArray[np.float64]
-Calibrations = list[models.Calibration]
+Calibrations = list[models.CalibrationVersion]
 """Those of one axis that hold now, newest first."""
 QUANTITY = {"x": X, "y": Y, "z": Z}
 CHIP_THICKNESS = "chip.thickness"
 
 
 @dataclass(frozen=True)
-class Felt:
+class PairForces:
     """Forces of one pair, oldest cut first; how many cuts are not learnt from, by the reason.
 
     ``after``: only of cuts with larger ids, no version has learnt any; 0: all of the pair's.
@@ -54,7 +54,7 @@ def forces_of_pair(
     felt: Sequence[Calibrations],
     *,
     cuts: tuple[int, int] | None = None,
-) -> Felt:
+) -> PairForces:
     """Return the forces that axes and other sensors felt on a pair.
 
     ``cuts``: of those alone with an id above the first, up to the second.
@@ -75,7 +75,7 @@ def forces_of_pair(
             left_out[reason] = left_out.get(reason, 0) + 1
     forces.sort(key=lambda force: (force.cut_id, force.component))
     kept = [force for force in forces if reasons[force.cut_id] is None]
-    return Felt(pair, kept, left_out, after=0 if cuts is None else cuts[0])
+    return PairForces(pair, kept, left_out, after=0 if cuts is None else cuts[0])
 
 
 def _sensed(machine_id: int, pair_id: int) -> Select[models.SensedForce]:
@@ -182,7 +182,7 @@ def as_observed(
     return with_wear(observed, wear)
 
 
-def as_cuts(cuts: Sequence[models.Cut]) -> tuple[dict[int, int], tuple[Cuts, ...]]:
+def as_cuts(cuts: Sequence[models.Cut]) -> tuple[dict[int, int], tuple[PairCuts, ...]]:
     """Return cuts of one pair as elements, by operation, and the number of each by its id."""
     number: dict[int, int] = {}
     made = []
@@ -225,7 +225,7 @@ class Readings:
         self.share = np.column_stack([share for _, _, share in self._moved.values()])
 
     def _add_calibration(
-        self, row: models.Calibration, felt: NDArray[np.bool_], common: Array
+        self, row: models.CalibrationVersion, felt: NDArray[np.bool_], common: Array
     ) -> None:
         calibration = as_calibration(row)
         coefficients, form = calibration.coefficients, calibration.form

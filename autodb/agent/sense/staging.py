@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from autodb.agent.ingest.as_imported import signed
 from autodb.agent.rows.machines import find_machine
-from autodb.agent.sense.identifying import names_of, newest_model, refuse_faults
+from autodb.agent.sense.identifying import newest_model, refuse_faults, version_names
 from autodb.records import Recording
 from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.moves.prepared import effort_channel, prepared
@@ -24,7 +24,7 @@ LOADS = frozenset({"cogging", "spring"})
 
 
 @dataclass(frozen=True)
-class Drive:
+class StagedMoves:
     """A recording with its machine's signs; the pitch that is given, mm, of a screw or of poles;
     whether the machine names a screw; and the terms that the joint fit is asked for.
     """
@@ -43,7 +43,7 @@ def drive_of(
     *,
     terms: Sequence[str] | None,
     pitch_mm: float | None,
-) -> Drive:
+) -> StagedMoves:
     """Return moves with a machine's signs; a pitch that is given counts before its screw's.
 
     Without ``terms`` those of its newest version are asked for.
@@ -52,20 +52,22 @@ def drive_of(
         owner = find_machine(session, machine)
         own_mm = next((a.screw_pitch_mm for a in owner.axes if a.name == axis), None)
         newest = newest_model(session, owner.id, effort_channel(moves, axis))
-        asked = terms or (names_of(newest) if newest else ())
-        return Drive(signed(moves, owner), pitch_mm or own_mm, own_mm is not None, frozenset(asked))
+        asked = terms or (version_names(newest) if newest else ())
+        return StagedMoves(
+            signed(moves, owner), pitch_mm or own_mm, own_mm is not None, frozenset(asked)
+        )
 
 
 @dataclass(frozen=True)
-class Tried:
+class TriedStages:
     """A recording that the stages can do with, and what they found, nothing cold."""
 
-    drive: Drive
+    drive: StagedMoves
     axis: str
     found: Staged | FourSteps
 
 
-def tried(drive: Drive, axis: str | None) -> Tried:
+def staged_fits(drive: StagedMoves, axis: str | None) -> TriedStages:
     """Run the routine that the terms asked for call for on moves, before a joint fit is at hand.
 
     Raises UnusableInput where the moves show a fault, and as ``staged`` and ``four_steps`` do.
@@ -73,11 +75,11 @@ def tried(drive: Drive, axis: str | None) -> Tried:
     refuse_faults(drive.moves, axis)
     rows = prepared(drive.moves, axis=axis)
     if drive.screw or not drive.asked & LOADS:
-        return Tried(drive, rows.axis, staged(rows, pitch_mm=drive.pitch_mm, cold=False))
-    return Tried(drive, rows.axis, four_steps(rows, pole_mm=drive.pitch_mm, cold=False))
+        return TriedStages(drive, rows.axis, staged(rows, pitch_mm=drive.pitch_mm, cold=False))
+    return TriedStages(drive, rows.axis, four_steps(rows, pole_mm=drive.pitch_mm, cold=False))
 
 
-def beside(model: Identified, seen: Tried) -> tuple[Staged | FourSteps, Agreement]:
+def stages_beside(model: Identified, seen: TriedStages) -> tuple[Staged | FourSteps, Agreement]:
     """Return the stages of a joint fit's moves, and how the two agree.
 
     Friction is that of the cold axis where the joint fit has `warmup`. The pole is the joint fit's
@@ -89,9 +91,9 @@ def beside(model: Identified, seen: Tried) -> tuple[Staged | FourSteps, Agreemen
     cold = "warmup" in {term.term for term in model.fitted}
     if drive.screw or not names & LOADS:
         found = staged(rows, pitch_mm=drive.pitch_mm, cold=cold)
-        return found, agreement.agreement(found, model, rows.inputs)
+        return found, agreement.screw_agreement(found, model, rows.inputs)
     steps = four_steps(rows, pole_mm=drive.pitch_mm or pole_of(model), cold=cold)
-    return steps, agreement_linear.agreement(steps, model, rows.inputs)
+    return steps, agreement_linear.linear_agreement(steps, model, rows.inputs)
 
 
 def pole_of(model: Identified) -> float | None:

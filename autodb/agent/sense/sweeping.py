@@ -8,16 +8,16 @@ from autodb.agent.sense.identifying import newest_model
 from autodb.agent.sense.reconstructing import drive_model
 from autodb.errors import UnusableInput
 from autodb.files.machine import MachineFile
-from autodb.nc.sweep import Stretch, Way, program
+from autodb.nc.sweep import SweepStretch, SweepWay, sweep_program
 from autodb.sensing.drives.reconstruct import DriveModel
-from autodb.sensing.drives.sweep import REST_S, Design, candidates, design, ladder
+from autodb.sensing.drives.sweep import REST_S, Design, candidates, shortest_sweep, speed_ladder
 from autodb.store import Store
 
 EFFORTS = ("current", "drive_force", "drive_torque")
 
 
 @dataclass(frozen=True)
-class Planned:
+class PlannedSweep:
     """A sweep's program and what it is made of."""
 
     text: str
@@ -36,14 +36,14 @@ def machine_and_model(
 
 
 def plan_sweep(
-    on: Stretch, model: DriveModel | None, *, within: float | None, longest_s: float
+    on: SweepStretch, model: DriveModel | None, *, within: float | None, longest_s: float
 ) -> Design:
     """Return the passes of a sweep; ``within`` is a share, and needs a model.
 
     Raises UnusableInput where there is none.
     """
     if within is None:
-        passes = ladder(on.low_mm, on.high_mm, fastest_mm_min=on.fastest_mm_min)
+        passes = speed_ladder(on.low_mm, on.high_mm, fastest_mm_min=on.fastest_mm_min)
         return Design(passes, ())
     if model is None:
         raise UnusableInput(
@@ -51,22 +51,22 @@ def plan_sweep(
             "identify MOVES --machine NAME', would work"
         )
     choices = candidates(on.low_mm, on.high_mm, fastest_mm_min=on.fastest_mm_min)
-    return design(model, choices, within=within, longest_s=longest_s)
+    return shortest_sweep(model, choices, within=within, longest_s=longest_s)
 
 
 def program_of(
     found: Design,
-    on: Stretch,
+    on: SweepStretch,
     machine: MachineFile,
     *,
     dialect: str,
     parked_mm: Mapping[str, float],
     source: str,
-) -> Planned:
-    """Return the NC program of a design. Raises UnusableInput as ``autodb.nc.sweep.program``."""
-    ways = [Way(one.start_mm, one.end_mm, one.feed_mm_min, REST_S) for one in found.passes]
-    text = program(
+) -> PlannedSweep:
+    """Return the NC program of a design. Raises UnusableInput as ``sweep_program``."""
+    ways = [SweepWay(one.start_mm, one.end_mm, one.feed_mm_min, REST_S) for one in found.passes]
+    text = sweep_program(
         ways, on, machine, dialect=dialect, parked_mm=parked_mm, source=source,
         name=f"sweep {on.axis}",
     )  # fmt: skip
-    return Planned(text, found)
+    return PlannedSweep(text, found)

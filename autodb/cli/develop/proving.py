@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import counting, say, show, table
+from autodb.cli._common import progress_bar, say, show, table
 
 if TYPE_CHECKING:
-    from autodb.proofs.runs.found import Found
+    from autodb.proofs.runs.found import ProofResult
 
 CHECK_FAILED = 1
 
@@ -30,8 +30,8 @@ Out = Annotated[
 def prove(name: Name = None, runs: Runs = None, out: Out = None, workers: Workers = None) -> None:
     """Prove on virtual machines that what autodb says of them holds; exit 1 when a check fails."""
     from autodb.errors import UnusableInput
-    from autodb.proofs.catalogue import begin, carry_out, proof
-    from autodb.proofs.runs.found import line
+    from autodb.proofs.catalogue import begin_runs, carry_out, proof
+    from autodb.proofs.runs.found import origin_line
 
     if name is None:
         if (runs, out, workers) != (None, None, None):
@@ -40,16 +40,16 @@ def prove(name: Name = None, runs: Runs = None, out: Out = None, workers: Worker
         return
     asked = proof(name)
     wanted = asked.runs if runs is None else runs
-    begun = begin(asked, out or Path(f"{name}-proof"))
+    begun = begin_runs(asked, out or Path(f"{name}-proof"))
     if begun.note:
         say(begun.note)
     there = sum(seed <= wanted for seed in begun.finished)
     if there:
         say(f"{begun.path}: {there} of {wanted} runs are already there")
-    with counting(f"proving {name}", wanted) as progress:
+    with progress_bar(f"proving {name}", wanted) as progress:
         found = carry_out(begun, wanted, progress=progress, workers=workers or 1)
     _show(found)
-    say(f"{line(found)}: {begun.path.with_suffix('.json')}")
+    say(f"{origin_line(found)}: {begun.path.with_suffix('.json')}")
     if not found.passed:
         raise typer.Exit(CHECK_FAILED)
 
@@ -63,7 +63,7 @@ def _list() -> None:
     show(rows)
 
 
-def _show(found: "Found") -> None:
+def _show(found: "ProofResult") -> None:
     for one in found.tables():
         rows = table(one.title, *one.heads)
         for row in one.rows:

@@ -19,8 +19,8 @@ from autodb.files.part import PartFile
 from autodb.files.side import SideFile
 from autodb.files.tool import ToolFile
 from autodb.live.agentfile import AgentFile
-from autodb.pairs.stated import Material
-from autodb.standard.protocol import Protocol
+from autodb.pairs.stated import StatedMaterial
+from autodb.standard.protocol import CutProtocol
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 Mode = Literal["validation", "serialization"]
@@ -28,8 +28,8 @@ FORMATS: tuple[tuple[str, str, type[BaseModel], Mode], ...] = (
     ("job", "Job file", Job, "validation"),
     ("machine", "Machine file", MachineFile, "validation"),
     ("tool", "Tool file", ToolFile, "validation"),
-    ("standard_cuts", "Standard cuts (protocol)", Protocol, "validation"),
-    ("conventional", "Conventional values of a work material", Material, "validation"),
+    ("standard_cuts", "Standard cuts (protocol)", CutProtocol, "validation"),
+    ("conventional", "Conventional values of a work material", StatedMaterial, "validation"),
     ("part", "Part file", PartFile, "validation"),
     ("agent", "Agent file", AgentFile, "validation"),
     ("side_file", "Side file of a recording", SideFile, "validation"),
@@ -56,7 +56,7 @@ UNITS = (
 """Endings of names and their units, longer endings first."""
 
 
-def unit_of(name: str) -> str | None:
+def unit_of_key(name: str) -> str | None:
     """Return the unit that a key's ending names, or None.
 
     >>> unit_of("speed_mm_min")
@@ -65,7 +65,7 @@ def unit_of(name: str) -> str | None:
     return next((unit for ending, unit in UNITS if name.endswith(ending)), None)
 
 
-def schema_of(name: str, title: str, model: type[BaseModel], mode: Mode) -> dict[str, Any]:
+def format_schema(name: str, title: str, model: type[BaseModel], mode: Mode) -> dict[str, Any]:
     """Return the JSON Schema of one format, with `$id`, title, and units in the descriptions."""
     made = model.model_json_schema(mode=mode)
     for part in (made, *made.get("$defs", {}).values()):
@@ -80,7 +80,7 @@ def _describe(part: dict[str, Any]) -> None:
         part["description"] = " ".join(part["description"].replace("``", "`").split())
     for name, value in part.get("properties", {}).items():
         value.pop("title", None)
-        unit = unit_of(name)
+        unit = unit_of_key(name)
         if unit is not None:
             value["description"] = unit
 
@@ -89,7 +89,7 @@ def texts() -> dict[str, str]:
     """Return the text of every schema by file name."""
     return {
         f"{name}.schema.json": json.dumps(
-            schema_of(name, title, model, mode), indent=1, ensure_ascii=False
+            format_schema(name, title, model, mode), indent=1, ensure_ascii=False
         )
         + "\n"
         for name, title, model, mode in FORMATS

@@ -4,14 +4,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from autodb.cli._common import opened, say, show, table, working
+from autodb.cli._common import opened_store, say, show, table, working
 
 if TYPE_CHECKING:
     from autodb.sensing.table.model import TableModel
 
 
 @dataclass(frozen=True)
-class Asked:
+class AskedRecordings:
     """Recordings of a machine, how their columns are called, and where the database is."""
 
     files: list[Path]
@@ -20,15 +20,15 @@ class Asked:
     db: str | None
 
 
-def train(asked: Asked) -> None:
+def train_command(asked: AskedRecordings) -> None:
     """Train a network of a machine, and say how near it comes in what was left out."""
-    from autodb.agent.sense.networks import train as trained
+    from autodb.agent.sense.networks import train_network
 
     with (
         working(f"training on {len(asked.files)} recordings") as progress,
-        opened(asked.db) as store,
+        opened_store(asked.db) as store,
     ):
-        done = trained(
+        done = train_network(
             store, str(asked.machine), asked.files, columns=asked.columns,
             folder=Path(".autodb-training"), progress=progress,
         )  # fmt: skip
@@ -48,13 +48,13 @@ def train(asked: Asked) -> None:
         say("already there: the same recordings")
 
 
-def level(asked: Asked) -> None:
+def level_command(asked: AskedRecordings) -> None:
     """Identify a table dynamometer of a machine, and say what moves told of it."""
-    from autodb.agent.sense.dynamometers import level as levelled
+    from autodb.agent.sense.dynamometers import level_dynamometer
     from autodb.fitting import NORMAL_95
 
-    with working("identifying the table dynamometer") as progress, opened(asked.db) as store:
-        done = levelled(
+    with working("identifying the table dynamometer") as progress, opened_store(asked.db) as store:
+        done = level_dynamometer(
             store, str(asked.machine), asked.files, columns=asked.columns, progress=progress
         )
     model = done.model

@@ -11,7 +11,7 @@ from autodb.cli._common import (
     Group,
     OptionalMachine,
     Resample,
-    opened,
+    opened_store,
     read_one,
     say,
     show,
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from autodb import records
-    from autodb.agent.sense.identifying import KeptModel, Version
+    from autodb.agent.sense.identifying import KeptModel, ModelVersion
     from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, PlainFit
-    from autodb.sensing.drives.fit.discrepancy import OffLaw
+    from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
     from autodb.sensing.drives.masses import Mass
 
 Recording = Annotated[
@@ -72,7 +72,7 @@ MOST_IN_SPREAD = 8
 """Coefficients that a table over filters has room for."""
 
 
-def identify(
+def identify_command(
     recording: Recording,
     axis: Axis = None,
     terms: Terms = None,
@@ -92,7 +92,7 @@ def identify(
     from autodb.agent.sense.identifying import identify_on_machine, refuse_faults, versions_of
     from autodb.sensing.drives import feed_axis
 
-    names = names_of(terms)
+    names = term_names(terms)
     _check(update, machine, page)
     check_staging(staged=staged, pitch=pitch)
     with working(f"identifying from {recording.name}") as progress:
@@ -102,13 +102,13 @@ def identify(
         if staged:
             progress("stages")
             seen = try_stages(moves, axis=axis, machine=machine, terms=names, pitch=pitch, db=db)
-        versions: Sequence[Version] = []
+        versions: Sequence[ModelVersion] = []
         masses: Mapping[str, Mass] = {}
         if machine is None:
             refuse_faults(moves, axis)
             kept, model = None, feed_axis.identify(moves, axis=axis, terms=names)
         else:
-            with opened(db) as store:
+            with opened_store(db) as store:
                 kept = identify_on_machine(
                     store, machine, recording, moves,
                     columns=columns, axis=axis, terms=names, update=update, progress=progress,
@@ -175,7 +175,7 @@ def _write_page(model: "Identified", moves: "records.Recording", page: Path) -> 
     write_text(page, render_axis(model, moves))
 
 
-def _show_versions(versions: "Sequence[Version]") -> None:
+def _show_versions(versions: "Sequence[ModelVersion]") -> None:
     """Print the numbers of each version: how the axis drifted."""
     from autodb.sensing.drives.fit.axis_model import readable
 
@@ -199,7 +199,7 @@ def _with_sd(term: "IdentifiedTerm | None") -> str:
     return f"{_scaled(term.value, term.unit):.4g} ± {_scaled(term.sd or 0.0, term.unit):.2g}"
 
 
-def names_of(terms: str | None) -> tuple[str, ...] | None:
+def term_names(terms: str | None) -> tuple[str, ...] | None:
     """Return the names of ``--terms``, each once; None where the option is not given."""
     from autodb.errors import UnusableInput
 
@@ -222,12 +222,12 @@ def moves_of(
     from autodb.records.summary import summary_of
     from autodb.sensing.drives.moves.prepared import effort_axis
 
-    moves = over_time(path, columns, group, resample)
+    moves = read_over_time(path, columns, group, resample)
     refuse_doubtful(path, summary_of(moves, axis=effort_axis(moves, axis)), moves.side)
     return moves
 
 
-def over_time(
+def read_over_time(
     path: Path, columns: Path | None, group: str | None, resample: float | None
 ) -> "records.Recording":
     """Read a recording over time."""
@@ -300,7 +300,9 @@ def _show_cross_test(model: "Identified", other: "records.Recording") -> None:
     """Print how well the model does on a recording that it was not fitted to."""
     from autodb.sensing.drives.feed_axis import cross_test, without_ripple
 
-    def error(terms: "Sequence[IdentifiedTerm]", off_law: "OffLaw | None" = None) -> str:
+    def error(
+        terms: "Sequence[IdentifiedTerm]", off_law: "FrictionDiscrepancy | None" = None
+    ) -> str:
         left = cross_test(other, model.axis, model.protocol, terms, off_law)
         return f"{100 * left:.2f} %"
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from autodb.cli._common import Database, OptionalMachine, opened, say
+from autodb.cli._common import Database, OptionalMachine, opened_store, say
 
 Part = Annotated[Path, typer.Argument(readable=False, help="A part file (TOML).")]
 OfRecording = Annotated[
@@ -17,7 +17,7 @@ OfRecording = Annotated[
 Cut = Annotated[float | None, typer.Option("--cut", metavar="NUMBER", help="Its number there.")]
 
 
-def inspect(
+def inspect_command(
     part: Part,
     machine: OptionalMachine = None,
     recording: OfRecording = None,
@@ -29,8 +29,7 @@ def inspect(
     With --machine, --recording and --cut it is kept as that cut's force.x, and 'refresh' learns
     from it.
     """
-    from autodb.agent.sense.inspecting import OfCut, keep_inspected
-    from autodb.agent.sense.inspecting import inspect as inspected
+    from autodb.agent.sense.inspecting import OfCut, inspect, keep_inspected
     from autodb.errors import UnusableInput
     from autodb.files.part import read_part
     from autodb.fitting import NORMAL_95
@@ -41,7 +40,7 @@ def inspect(
             "--machine, --recording and --cut go together: they say which cut it is"
         )
     file = read_part(part)
-    found = inspected(file, where=str(part))
+    found = inspect(file, where=str(part))
     if found.why_not is not None:
         say(f"passive force: not sensed: {found.why_not}")
     else:
@@ -52,7 +51,7 @@ def inspect(
     if machine is None or recording is None or cut is None:
         say("not stored: give --machine, --recording and --cut to keep it")
         return
-    with opened(db) as store:
+    with opened_store(db) as store:
         new = keep_inspected(store, file, found, OfCut(machine, recording, cut))
     what = "kept" if new else "already there"
     say(f"{what} as force.x of cut {cut:g} of {recording.name}; 'autodb refresh' learns from it")

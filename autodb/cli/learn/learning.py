@@ -9,19 +9,19 @@ from autodb.cli._common import (
     Columns,
     Database,
     OptionalMachine,
-    opened,
+    opened_store,
     say,
     show,
     table,
     working,
 )
-from autodb.cli.learn.fitting import Asked, level, train
+from autodb.cli.learn.fitting import AskedRecordings, level_command, train_command
 
 if TYPE_CHECKING:
     from autodb.agent.sense.calibrating import Calibrated
     from autodb.records.summary import BaseSummary
     from autodb.sensing.ranges.calibration import Calibration
-    from autodb.standard import Protocol
+    from autodb.standard import CutProtocol
     from autodb.store import Store
 
 Files = Annotated[
@@ -84,7 +84,7 @@ def import_(
     cards = [file for file in files if is_card(file)]
     recordings = [file for file in files if file not in cards]
     if cards:
-        with opened(db) as store:
+        with opened_store(db) as store:
             for file in cards:
                 _import_cards(store, file)
     if machine is None:
@@ -93,7 +93,7 @@ def import_(
         if recordings:
             say("not stored: give --machine NAME to keep it")
     elif recordings:
-        with opened(db) as store:
+        with opened_store(db) as store:
             each_used(recordings, lambda file: _import(store, file, machine, columns), tell=say)
 
 
@@ -158,7 +158,7 @@ def _show_summary(title: str, base: "BaseSummary") -> None:
     show(rows)
 
 
-def calibrate(
+def calibrate_command(
     recordings: OptionalFiles = None,
     machine: OptionalMachine = None,
     columns: Columns = None,
@@ -170,9 +170,9 @@ def calibrate(
 ) -> None:
     """Fit current to force per axis, scored on groups left out; offered or refused by rule."""
     if network or of_table:
-        asked = Asked(recordings or [], machine, columns, db)
+        asked = AskedRecordings(recordings or [], machine, columns, db)
         _refuse_both(asked, network, of_table, with_cuts=bool(protocol or card))
-        (train if network else level)(asked)
+        (train_command if network else level_command)(asked)
         return
     from autodb.errors import UnusableInput
     from autodb.reports.card.moving import moved_over
@@ -202,7 +202,7 @@ def calibrate(
         _write_card(done, machine, chosen, moved, card)
 
 
-def _refuse_both(asked: Asked, network: bool, of_table: bool, *, with_cuts: bool) -> None:
+def _refuse_both(asked: AskedRecordings, network: bool, of_table: bool, *, with_cuts: bool) -> None:
     from autodb.errors import UnusableInput
 
     option = "--network" if network else "--table"
@@ -215,7 +215,7 @@ def _refuse_both(asked: Asked, network: bool, of_table: bool, *, with_cuts: bool
 
 
 def _calibrate_files(
-    files: list[Path], columns: Path | None, protocol: "Protocol | None"
+    files: list[Path], columns: Path | None, protocol: "CutProtocol | None"
 ) -> "Calibrated":
     from autodb.agent.ingest.gathering import cuts_of_files
     from autodb.agent.sense.calibrating import Calibrated, calibrate_table
@@ -234,14 +234,14 @@ def _calibrate_machine(
     machine: str,
     files: list[Path],
     columns: Path | None,
-    protocol: "Protocol | None",
+    protocol: "CutProtocol | None",
     db: str | None,
 ) -> "Calibrated":
     from autodb.agent.ingest.gathering import each_used
     from autodb.agent.ingest.importing import import_file
     from autodb.agent.sense.calibrating import calibrate_machine
 
-    with opened(db) as store, working(f"calibrating {machine}") as progress:
+    with opened_store(db) as store, working(f"calibrating {machine}") as progress:
 
         def number_of(file: Path) -> int:
             done = import_file(store, file, machine=machine, columns=columns)
@@ -257,30 +257,30 @@ def _calibrate_machine(
 
 def _check_card(path: Path) -> None:
     """Refuse a name that no card can be written to, before anything is stored."""
-    from autodb.reports.card.files import check_target
+    from autodb.reports.card.files import check_card_target
 
-    check_target(path)
+    check_card_target(path)
 
 
 def _write_card(
     done: "Calibrated",
     machine: str | None,
-    protocol: "Protocol | None",
+    protocol: "CutProtocol | None",
     moved: list[tuple[str, ...]],
     path: Path,
 ) -> None:
     from autodb.reports.card.files import write_card
-    from autodb.reports.card.gathering import card_of
+    from autodb.reports.card.gathering import card_of_calibrations
 
     title = machine or ", ".join(name for name, _ in done.sources)
     with working(f"writing {path.name}") as progress:
         progress("estimating cuts without their groups")
-        write_card(card_of(done, title=title, protocol=protocol, moved=moved), path)
+        write_card(card_of_calibrations(done, title=title, protocol=protocol, moved=moved), path)
     say(f"card: {path}")
 
 
 def _show_calibrations(done: "list[Calibration]") -> None:
-    from autodb.sensing.ranges.outliers import sentences
+    from autodb.sensing.ranges.outliers import outlier_sentences
 
     rows = table("Calibration", "axis", "force", "equation", ">RMSE", ">R² (95 %)", "")
     for c in done:
@@ -303,7 +303,7 @@ def _show_calibrations(done: "list[Calibration]") -> None:
             say(f"axis {c.called}: the choice of its form is close: {form} would do as well")
         if not c.offered:
             say(f"axis {c.called}: {c.verdict}")
-        for sentence in sentences(c.outliers):
+        for sentence in outlier_sentences(c.outliers):
             say(f"axis {c.called}: {sentence}")
         if c.transients:
             cuts = ", ".join(f"{cut:g}" for cut in c.transients)

@@ -12,25 +12,25 @@ from autodb.cli._common import (
     Database,
     Group,
     Resample,
-    opened,
+    opened_store,
     say,
     show,
     table,
     working,
 )
-from autodb.cli.learn.identifying import Axis, moves_of, names_of, over_time
+from autodb.cli.learn.identifying import Axis, moves_of, read_over_time, term_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from autodb import records
-    from autodb.agent.sense.reconstructing import Felt, Scale
+    from autodb.agent.sense.reconstructing import ReconstructedLoad, Scale
     from autodb.store import Store
 
     Step = Callable[[str], None]
 
 
-class Estimator(StrEnum):
+class ChosenEstimator(StrEnum):
     """What reconstructs a force."""
 
     DRIVE = "drive"
@@ -46,7 +46,7 @@ Recording = Annotated[
     Path, typer.Argument(readable=False, help="A recording over time with position and effort.")
 ]
 By = Annotated[
-    Estimator,
+    ChosenEstimator,
     typer.Option(
         "--estimator",
         help="What forces are felt with: drive models, a network, a table dynamometer, or all of "
@@ -103,9 +103,9 @@ Page = Annotated[
 ]
 
 
-def reconstruct(
+def reconstruct_command(
     recording: Recording,
-    estimator: By = Estimator.DRIVE,
+    estimator: By = ChosenEstimator.DRIVE,
     machine: Owner = None,
     moves: Moves = None,
     terms: Terms = None,
@@ -126,7 +126,7 @@ def reconstruct(
     Or the forces that a machine's network, its table dynamometer, or all of them together feel.
     """
     from autodb.files.targets import check_target, write_text
-    from autodb.reports.loads import render, write_table
+    from autodb.reports.loads import render_loads, write_table
 
     _check(
         _Given(estimator, machine, moves, terms, removed),
@@ -142,15 +142,15 @@ def reconstruct(
             cut = moves_of(recording, axis, columns, group, resample)
             progress(f"identifying from {moves.name}")
             air = moves_of(moves, axis, columns, group, resample)
-            told = _Told([_by_moves(cut, air, names_of(terms), how)])
+            told = _Told([_by_moves(cut, air, term_names(terms), how)])
         else:
             cut = _cut_of(recording, axis, columns, group, resample)
-            with opened(db) as store:
+            with opened_store(db) as store:
                 told = TELLERS[estimator](store, str(machine), cut, how, progress)
         progress(f"writing {out.name}")
         write_table(cut.t_s, told.felt, out)
         if page is not None:
-            write_text(page, render(recording.name, cut.t_s, told.felt))
+            write_text(page, render_loads(recording.name, cut.t_s, told.felt))
     _show(told.felt)
     for sentence in told.not_heard:
         say(f"not heard: {sentence}")
@@ -166,7 +166,7 @@ def _cut_of(
     from autodb.records.plausible import refuse_doubtful
     from autodb.records.summary import summary_of
 
-    found = over_time(path, columns, group, resample)
+    found = read_over_time(path, columns, group, resample)
     refuse_doubtful(path, summary_of(found, axis=axis), found.side)
     return found
 
@@ -175,7 +175,7 @@ def _cut_of(
 class _Given:
     """Options that exclude each other."""
 
-    estimator: Estimator
+    estimator: ChosenEstimator
     machine: str | None
     moves: Path | None
     terms: str | None
@@ -188,16 +188,16 @@ def _check(given: _Given, *, of_drives: bool) -> None:
 
     if (given.machine is None) == (given.moves is None):
         raise UnusableInput("give either --machine NAME or --moves FILE: what moving an axis takes")
-    if given.estimator is not Estimator.DRIVE and given.machine is None:
+    if given.estimator is not ChosenEstimator.DRIVE and given.machine is None:
         raise UnusableInput(
             f"--estimator {given.estimator} goes with --machine: it is a machine's own"
         )
-    if given.estimator is not Estimator.DRIVE and of_drives:
+    if given.estimator is not ChosenEstimator.DRIVE and of_drives:
         raise UnusableInput(
             "--axis, --observer and --newtons-per-ampere go with --estimator drive: others tell "
             "every force that they feel"
         )
-    if given.removed is not None and given.estimator is not Estimator.TABLE:
+    if given.removed is not None and given.estimator is not ChosenEstimator.TABLE:
         raise UnusableInput("--removed goes with --estimator table")
     if given.terms is not None and given.moves is None:
         raise UnusableInput("--terms goes with --moves: a machine's model has its own")
@@ -218,7 +218,7 @@ class _How:
 class _Told:
     """What sensors told, and which told nothing and why."""
 
-    felt: "list[Felt]"
+    felt: "list[ReconstructedLoad]"
     not_heard: tuple[str, ...] = ()
 
 
@@ -263,10 +263,10 @@ def _by_all(
 
 
 TELLERS = {
-    Estimator.DRIVE: _by_drives,
-    Estimator.LSTM: _by_network,
-    Estimator.TABLE: _by_table,
-    Estimator.FUSED: _by_all,
+    ChosenEstimator.DRIVE: _by_drives,
+    ChosenEstimator.LSTM: _by_network,
+    ChosenEstimator.TABLE: _by_table,
+    ChosenEstimator.FUSED: _by_all,
 }
 
 
@@ -275,7 +275,7 @@ def _by_moves(
     air: "records.Recording",
     terms: tuple[str, ...] | None,
     how: _How,
-) -> "Felt":
+) -> "ReconstructedLoad":
     from autodb.agent.sense.reconstructing import reconstruct_with
     from autodb.sensing.drives import feed_axis
 
@@ -295,10 +295,10 @@ def _scale(newtons_per_ampere: float | None) -> "Scale | None":
     return Scale(newtons_per_ampere, "N", LEAST_SHARE / NORMAL_95, "--newtons-per-ampere")
 
 
-def _show(felt: "list[Felt]") -> None:
+def _show(felt: "list[ReconstructedLoad]") -> None:
     import numpy as np
 
-    from autodb.reports.loads import MARKS, rms, scale_words
+    from autodb.reports.loads import MARKS, load_rms, scale_words
 
     marks = MARKS if any(one.said is None for one in felt) else ()
     rows = table(
@@ -308,7 +308,7 @@ def _show(felt: "list[Felt]") -> None:
     words: dict[str, list[str]] = {}
     for one in felt:
         load = one.load
-        sizes = (rms(load.value), float(np.max(np.abs(load.value))), float(np.median(load.sd)))
+        sizes = (load_rms(load.value), float(np.max(np.abs(load.value))), float(np.median(load.sd)))
         shares = [f"{100.0 * float(np.mean(getattr(load, mark))):.1f} %" for mark in marks]
         rows.add_row(load.axis, load.unit, *(f"{size:.4g}" for size in sizes), *shares)
         for said in (f"{one.model}; up to {load.bandwidth_hz:g} Hz", scale_words(one)):

@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Columns, Database, MachineName, opened, say, working
+from autodb.cli._common import Columns, Database, MachineName, opened_store, say, working
 from autodb.files.excuses import excuse
 
 if TYPE_CHECKING:
-    from autodb.agent.learn.passes import Refreshed
+    from autodb.agent.learn.passes import RefreshReport
 
 
-def refresh(
+def refresh_command(
     machine: MachineName,
     inbox: Annotated[
         Path | None,
@@ -54,11 +54,11 @@ def _once(
     machine: str, db: str | None, inbox: Path | None, columns: Path | None, *, json: bool
 ) -> None:
     from autodb.agent.ingest.inbox import Inbox
-    from autodb.agent.operate.refreshing import refresh as run
+    from autodb.agent.operate.refreshing import refresh
 
     folder = None if inbox is None else Inbox(inbox, columns)
-    with opened(db) as store, working(f"refreshing {machine}") as progress:
-        done = run(store, machine, inbox=folder, progress=progress)
+    with opened_store(db) as store, working(f"refreshing {machine}") as progress:
+        done = refresh(store, machine, inbox=folder, progress=progress)
     _print(done, json=json)
 
 
@@ -69,7 +69,7 @@ def _watch(
     from autodb.agent.operate.watching import watch as run
 
     run(
-        lambda: opened(db),
+        lambda: opened_store(db),
         machine,
         Inbox(inbox, columns),
         tell=lambda done: _print(done, json=json),
@@ -82,14 +82,14 @@ def _watch(
 def _report(machine: str, db: str | None, *, json: bool) -> None:
     from autodb.agent.learn.passes import last_pass
 
-    with opened(db) as store:
+    with opened_store(db) as store:
         found = last_pass(store, machine)
     if not json:
         say(f"pass {found.number}, {found.finished_at}")
     _print(found.done, json=json)
 
 
-def _print(done: "Refreshed", *, json: bool) -> None:
+def _print(done: "RefreshReport", *, json: bool) -> None:
     """Print what was done: lines, or one line of JSON."""
     from dataclasses import asdict
     from json import dumps

@@ -5,16 +5,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Columns, Database, Group, Resample, opened, say, working
+from autodb.cli._common import Columns, Database, Group, Resample, opened_store, say, working
 from autodb.cli.learn.identifying import Axis, moves_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from autodb.agent.sense.reconstructing import Scale
-    from autodb.agent.sense.scaling import Told
+    from autodb.agent.sense.scaling import DeterminedScale
     from autodb.records import Recording as Moves
-    from autodb.standard import Reference
+    from autodb.standard import ReferenceForce
     from autodb.store import Store
 
 Recording = Annotated[
@@ -58,7 +58,7 @@ def scale(
     if added_mass is not None and standard_cut is not None:
         raise UnusableInput("give --added-mass or --standard-cut, not both: one load tells a scale")
     known = _cut_named(standard_cut) if standard_cut else None
-    with opened(db) as store, working(f"scaling by {recording.name}") as progress:
+    with opened_store(db) as store, working(f"scaling by {recording.name}") as progress:
         loaded = moves_of(recording, axis, columns, group, resample)
         if added_mass is not None:
             told = scaling.by_mass(
@@ -67,7 +67,7 @@ def scale(
         else:
             told = _by_force(store, machine, loaded, axis, standard_cut, known)
         stated = scaling.stated(store, machine, told.axis)
-        version = scaling.keep(store, machine, told, recording, columns=columns)
+        version = scaling.keep_scale(store, machine, told, recording, columns=columns)
     say(f"{told.axis}: 1 A is {told.newtons_per_ampere:.4g} N ± {told.percent:.2g} % (95 %), by "
         f"{told.source}")  # fmt: skip
     _compare(told, stated)
@@ -80,8 +80,8 @@ def _by_force(
     loaded: "Moves",
     axis: str | None,
     name: str | None,
-    known: "Callable[[str], Reference] | None",
-) -> "Told":
+    known: "Callable[[str], ReferenceForce] | None",
+) -> "DeterminedScale":
     from autodb.agent.sense import scaling
 
     if name is None or known is None:
@@ -89,7 +89,7 @@ def _by_force(
     return scaling.by_standard_cut(store, machine, loaded, known, name=name, axis=axis)
 
 
-def _cut_named(words: str) -> "Callable[[str], Reference]":
+def _cut_named(words: str) -> "Callable[[str], ReferenceForce]":
     """Return the reference of `PROTOCOL:CUT` by axis; raises UnusableInput for what it lacks."""
     from autodb.errors import UnusableInput, near
     from autodb.standard import read_protocol
@@ -106,7 +106,7 @@ def _cut_named(words: str) -> "Callable[[str], Reference]":
         )
     references = cuts[cut_name].reference
 
-    def of(axis: str) -> "Reference":
+    def of(axis: str) -> "ReferenceForce":
         if axis not in references:
             has = ", ".join(references) or "none yet"
             raise UnusableInput(
@@ -117,7 +117,7 @@ def _cut_named(words: str) -> "Callable[[str], Reference]":
     return of
 
 
-def _compare(told: "Told", stated: "Scale | None") -> None:
+def _compare(told: "DeterminedScale", stated: "Scale | None") -> None:
     """Say whether the machine's file is borne out."""
     if stated is None:
         return

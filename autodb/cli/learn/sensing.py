@@ -4,16 +4,16 @@ from typing import Annotated
 
 import typer
 
-from autodb.cli._common import Database, opened, say, show, table
+from autodb.cli._common import Database, opened_store, say, show, table
 
 
-def sensors(
+def sensors_command(
     name: Annotated[str, typer.Argument(help="Name of the machine.")], db: Database = None
 ) -> None:
     """List what a machine feels forces with, how near each comes, and since when."""
     from autodb.agent.sense.sensors import sensors_of
 
-    with opened(db) as store, store.reading() as session:
+    with opened_store(db) as store, store.reading() as session:
         found, unfelt = sensors_of(session, name)
     rows = table(
         f"What {name} feels", "force", "with", "of", ">version", ">error", "in", "since", "",

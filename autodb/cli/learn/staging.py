@@ -4,21 +4,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import opened, say, show, table
+from autodb.cli._common import opened_store, say, show, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rich.table import Table
 
-    from autodb.agent.sense.staging import Tried
+    from autodb.agent.sense.staging import TriedStages
     from autodb.records import Recording
     from autodb.sensing.drives.fit.axis_model import Identified
     from autodb.sensing.drives.staged.compared import Agreement
     from autodb.sensing.drives.staged.linear import FourSteps
     from autodb.sensing.drives.staged.routine import Staged
     from autodb.sensing.drives.staged.stages import Stages
-    from autodb.sensing.drives.staged.sticking import Verdict
+    from autodb.sensing.drives.staged.sticking import StickingVerdict
 
 Staging = Annotated[
     bool,
@@ -59,28 +59,28 @@ def try_stages(
     terms: "Sequence[str] | None",
     pitch: float | None,
     db: str | None,
-) -> "Tried":
+) -> "TriedStages":
     """Run the stages before anything is fitted or stored: refused here where they cannot.
 
     A pitch that is given counts before the machine's.
     """
-    from autodb.agent.sense.staging import Drive, drive_of, tried
+    from autodb.agent.sense.staging import StagedMoves, drive_of, staged_fits
     from autodb.sensing.drives.moves.prepared import effort_axis
 
-    drive = Drive(moves, pitch, screw=False, asked=frozenset(terms or ()))
+    drive = StagedMoves(moves, pitch, screw=False, asked=frozenset(terms or ()))
     if machine is not None:
         name = effort_axis(moves, axis)
-        with opened(db) as store:
+        with opened_store(db) as store:
             drive = drive_of(store, machine, moves, name, terms=terms, pitch_mm=pitch)
-    return tried(drive, axis)
+    return staged_fits(drive, axis)
 
 
-def show_staged(model: "Identified", seen: "Tried") -> None:
+def show_staged(model: "Identified", seen: "TriedStages") -> None:
     """Print the stages, and how they agree with the joint fit."""
-    from autodb.agent.sense.staging import beside
+    from autodb.agent.sense.staging import stages_beside
     from autodb.sensing.drives.staged.linear import FourSteps
 
-    found, both = beside(model, seen)
+    found, both = stages_beside(model, seen)
     if isinstance(found, FourSteps):
         _show_steps(found, model.unit)
     else:
@@ -90,9 +90,9 @@ def show_staged(model: "Identified", seen: "Tried") -> None:
 
 def show_sweep(model: "Identified", moves: "Recording") -> None:
     """Say where a recording is fitted as a sweep over speeds."""
-    from autodb.sensing.drives.moves.passes import swept
+    from autodb.sensing.drives.moves.passes import is_sweep
 
-    if swept(moves, model.axis):
+    if is_sweep(moves, model.axis):
         say("a sweep over speeds, most of it at creep: slow passes count by the way gone")
 
 
@@ -112,11 +112,11 @@ def _show_cut(found: "Stages") -> None:
         say(f"not tested for stick-slip, taken to run smoothly: {_feeds(blind)}")
 
 
-def _feeds(some: "list[Verdict]") -> str:
+def _feeds(some: "list[StickingVerdict]") -> str:
     return ", ".join(f"{one.speed_mm_s * 60.0:.4g}" for one in some) + " mm/min"
 
 
-def _times(some: "list[Verdict]", name: str) -> str:
+def _times(some: "list[StickingVerdict]", name: str) -> str:
     values = sorted(getattr(one, name) for one in some)
     return f"{values[0]:.1f} to {values[-1]:.1f} times"
 

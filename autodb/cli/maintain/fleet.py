@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, counting, opened, say, show, table, working
+from autodb.cli._common import Database, opened_store, progress_bar, say, show, table, working
 
 if TYPE_CHECKING:
     from distributed import Client
 
-    from autodb.agent.fleet.clusters import Shown
-    from autodb.agent.fleet.tasks import Machine, Refreshed
+    from autodb.agent.fleet.clusters import ShownCertificates
+    from autodb.agent.fleet.tasks import MachineTask, RefreshedMachine
     from autodb.store import Store
 
 NOT_REFRESHED = 1
@@ -65,7 +65,7 @@ OnlyMachines = Annotated[
 
 
 @fleet.command("refresh")
-def refresh(
+def refresh_fleet_command(
     scheduler: Scheduler = None,
     ca: AuthorityFile = None,
     certificate: CertificateFile = None,
@@ -86,13 +86,13 @@ def refresh(
     if inboxes is not None and not inboxes.is_dir():
         raise UnusableInput(f"{inboxes}: no such folder; one that is there would work")
     url = database_url(db)
-    with opened(db) as store:
+    with opened_store(db) as store:
         machines, sharing = _machines(store, url, machine or [], inboxes)
     failed: list[str] = []
-    with counting("refreshing", len(machines)) as progress:
+    with progress_bar("refreshing", len(machines)) as progress:
         done: list[str] = []
 
-        def tell(one: "Refreshed") -> None:
+        def tell(one: "RefreshedMachine") -> None:
             done.append(one.machine)
             progress(len(done))
             for line in _lines(one):
@@ -109,11 +109,11 @@ def refresh(
 
 def _machines(
     store: "Store", url: str, wanted: Sequence[str], inboxes: Path | None
-) -> "tuple[list[Machine], set[str]]":
+) -> "tuple[list[MachineTask], set[str]]":
     """Return the machines to refresh, and the names of those whose recordings may leave them."""
     from sqlalchemy import select
 
-    from autodb.agent.fleet.tasks import Machine
+    from autodb.agent.fleet.tasks import MachineTask
     from autodb.agent.learn.together import RECORDINGS
     from autodb.agent.rows.machines import find_machine
     from autodb.errors import UnusableInput
@@ -133,16 +133,16 @@ def _machines(
         for row in rows:
             inbox = None if inboxes is None else (inboxes / row.name).resolve()
             there = inbox is not None and inbox.is_dir()
-            found.append(Machine(url, row.name, str(inbox) if there else None))
+            found.append(MachineTask(url, row.name, str(inbox) if there else None))
         return found, {row.name for row in rows if row.shares == RECORDINGS}
 
 
 def _run(
-    machines: "Sequence[Machine]",
+    machines: "Sequence[MachineTask]",
     sharing: set[str],
     where: "_Where",
     url: str,
-    tell: "Callable[[Refreshed], None]",
+    tell: "Callable[[RefreshedMachine], None]",
 ) -> None:
     """Refresh machines where they may be: what leaves no machine stays with this process."""
     from autodb.agent.fleet import tasks
@@ -158,7 +158,7 @@ def _run(
     if here and where.scheduler is not None:
         say(f"{len(here)} machines share no recordings: refreshed here")
     for one in here:
-        tell(tasks.whole(one))
+        tell(tasks.whole_task(one))
 
 
 @dataclass(frozen=True)
@@ -167,14 +167,14 @@ class _Where:
 
     scheduler: str | None
     workers: int | None
-    shown: "Shown | None"
+    shown: "ShownCertificates | None"
 
 
 def _shown(
     scheduler: str | None, ca: Path | None, certificate: Path | None, key: Path | None
-) -> "Shown | None":
+) -> "ShownCertificates | None":
     """Return what is shown to a scheduler; raises UnusableInput for a part, or without one."""
-    from autodb.agent.fleet.clusters import Shown
+    from autodb.agent.fleet.clusters import ShownCertificates
     from autodb.errors import UnusableInput
 
     if ca is None and certificate is None and key is None:
@@ -183,7 +183,7 @@ def _shown(
         raise UnusableInput(
             "--ca, --certificate and --key: all three, with --scheduler, would work"
         )
-    return Shown(ca, certificate, key)
+    return ShownCertificates(ca, certificate, key)
 
 
 @contextmanager
@@ -198,14 +198,14 @@ def _cluster(where: _Where, url: str) -> "Iterator[Client]":
         yield client
 
 
-def _lines(one: "Refreshed") -> list[str]:
+def _lines(one: "RefreshedMachine") -> list[str]:
     if one.failed is not None:
         return [f"{one.machine}: not refreshed: {one.failed}"]
     return [f"{one.machine}: {line}" for line in one.lines]
 
 
 @fleet.command("learn")
-def learn(standard: Standard = None, db: Database = None) -> None:
+def learn_command(standard: Standard = None, db: Database = None) -> None:
     """Bring what machines know together up to date, and name the machine that disagrees."""
     _learn(db, standard)
 
@@ -215,19 +215,19 @@ def _learn(db: str | None, standard: Sequence[Path] | None) -> None:
     from autodb.standard import read_protocol
 
     protocols = [read_protocol(str(path)) for path in standard or ()]
-    with opened(db) as store, working("what machines know together") as progress:
+    with opened_store(db) as store, working("what machines know together") as progress:
         done = learn_fleet(store, protocols=protocols, progress=progress)
     for line in done.lines():
         say(line)
 
 
 @fleet.command("show")
-def show_(db: Database = None) -> None:
+def show_fleet_command(db: Database = None) -> None:
     """Show what machines know together of each material, and who disagrees."""
-    from autodb.agent.fleet.known_together import shown
+    from autodb.agent.fleet.known_together import shared_knowledge
 
-    with opened(db) as store, store.reading() as session:
-        found = shown(session)
+    with opened_store(db) as store, store.reading() as session:
+        found = shared_knowledge(session)
     rows = table(
         "What machines know together", "material", ">machines", ">tools", ">tools apart",
         ">machines apart", ">shear stress, MPa", ">friction, °", ">K_te, N/mm",

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, opened, say, show, table, working
+from autodb.cli._common import Database, opened_store, say, show, table, working
 
 if TYPE_CHECKING:
     from autodb.agent.operate.doctor import Finding
@@ -19,7 +19,9 @@ def doctor(
     backups: Annotated[
         Path | None,
         typer.Option(
-            "--backups", metavar="FOLDER", help="Restore the newest backup in it aside, and check."
+            "--backups",
+            metavar="FOLDER",
+            help="Restore the newest backup_command in it aside, and check.",
         ),
     ] = None,
     db: Database = None,
@@ -61,7 +63,7 @@ def _say_what_was_found(findings: "list[Finding]") -> None:
             say(f"{check.name}{more}: {check.what_to_do}")
 
 
-def backup(
+def backup_command(
     file: Annotated[
         Path, typer.Argument(help="File to write the copy to; with --keep or --every, a folder.")
     ],
@@ -85,7 +87,7 @@ def backup(
     """Copy the database into one SQLite file, also while others write to it, and check it."""
     from autodb.errors import UnusableInput
     from autodb.store import database_url
-    from autodb.store.backups import backup as run
+    from autodb.store.backups import backup
 
     if keep is not None or every is not None:
         if replace:
@@ -93,7 +95,7 @@ def backup(
         _rotate(database_url(db), file, keep, every)
         return
     with working(f"copying to {file.name}") as progress:
-        done = run(database_url(db), file, replace=replace, progress=progress)
+        done = backup(database_url(db), file, replace=replace, progress=progress)
     say(f"{file}: {done.total} rows of {len(done.rows)} tables, schema {done.schema}")
 
 
@@ -102,7 +104,7 @@ def _rotate(url: str, folder: Path, keep: int | None, every: str | None) -> None
     from datetime import UTC, datetime
 
     from autodb.errors import UnusableInput
-    from autodb.store.rotation import Every, rotate, said
+    from autodb.store.rotation import Every, age_words, rotate
 
     if every is not None and every not in list(Every):
         raise UnusableInput(f"--every {every}: {', '.join(Every)} would work")
@@ -111,7 +113,7 @@ def _rotate(url: str, folder: Path, keep: int | None, every: str | None) -> None
         done = rotate(url, folder, keep=keep, every=apart, now=now, progress=progress)
     there = f"{len(done.there)} there"
     if done.copied is None:
-        say(f"{folder}: {there}, the newest {said(now - done.there[-1].at)} old: none is due")
+        say(f"{folder}: {there}, the newest {age_words(now - done.there[-1].at)} old: none is due")
         return
     rows = f"{done.copied.total} rows of {len(done.copied.rows)} tables"
     say(f"{folder}: a new one, {rows}, schema {done.copied.schema}; {there}")
@@ -119,21 +121,23 @@ def _rotate(url: str, folder: Path, keep: int | None, every: str | None) -> None
         say(f"{path}: removed")
 
 
-def restore(
-    source: Annotated[Path, typer.Argument(help="A backup file, or the folder of an export.")],
+def restore_command(
+    source: Annotated[
+        Path, typer.Argument(help="A backup_command file, or the folder of an export_command.")
+    ],
     replace: Replace = False,
     db: Database = None,
 ) -> None:
     """Put a backup, or an export, in the database's place, at this version's schema."""
-    from autodb.store import database_url, head, shown
-    from autodb.store.restoring import restore as run
+    from autodb.store import database_url, head, shown_url
+    from autodb.store.restoring import restore
 
     url = database_url(db)
     with working(f"restoring {source.name}") as progress:
-        done = run(url, source, replace=replace, progress=progress)
+        done = restore(url, source, replace=replace, progress=progress)
     upgraded = "" if done.schema == head() else f", upgraded to {head()}"
     rows = f"{done.total} rows of {len(done.rows)} tables"
-    say(f"{shown(url)}: {rows}, schema {done.schema}{upgraded}")
+    say(f"{shown_url(url)}: {rows}, schema {done.schema}{upgraded}")
     _say_unread(url)
 
 
@@ -141,7 +145,7 @@ def _say_unread(url: str) -> None:
     """Say which recordings on the disk a database that was put back does not know."""
     from autodb.agent.ingest.kept import every_unread
 
-    with opened(url) as store, store.reading() as session:
+    with opened_store(url) as store, store.reading() as session:
         for machine, some in every_unread(session).items():
             say(
                 f"{machine}: {len(some)} recordings that its inbox keeps are not in it; "
@@ -149,7 +153,7 @@ def _say_unread(url: str) -> None:
             )
 
 
-def export(
+def export_command(
     folder: Annotated[Path | None, typer.Argument(help="New folder for the tables.")] = None,
     machine: Annotated[
         str | None, typer.Option("--machine", help="Only what belongs to this machine.")
@@ -196,10 +200,10 @@ def export(
 
 
 def _export_tables(folder: Path, machine: str | None, db: str | None) -> None:
-    from autodb.store.exports import export as run
+    from autodb.store.exports import export
 
-    with opened(db) as store, working(f"exporting to {folder.name}") as progress:
-        done = run(store, folder, machine=machine, progress=progress)
+    with opened_store(db) as store, working(f"exporting to {folder.name}") as progress:
+        done = export(store, folder, machine=machine, progress=progress)
     total = sum(entry.rows for entry in done.tables.values())
     say(f"{folder}: {total} rows of {len(done.tables)} tables, schema {done.schema_revision}")
 
@@ -207,7 +211,7 @@ def _export_tables(folder: Path, machine: str | None, db: str | None) -> None:
 def _export_coefficients(
     path: Path, machine: str | None, material: str | None, tool: str | None, db: str | None
 ) -> None:
-    from autodb.agent.answer.coefficients import coefficients
+    from autodb.agent.answer.coefficients import machine_coefficients
     from autodb.errors import UnusableInput
     from autodb.files.targets import check_target, write_text
 
@@ -216,8 +220,8 @@ def _export_coefficients(
         raise UnusableInput(
             "--coefficients needs --machine NAME: they are what a machine has learnt"
         )
-    with opened(db) as store, store.reading() as session:
-        made = coefficients(session, machine, material, tool)
+    with opened_store(db) as store, store.reading() as session:
+        made = machine_coefficients(session, machine, material, tool)
     write_text(path, made.model_dump_json(indent=1, exclude_none=True) + "\n")
     say(f"{path}: {len(made.pairs)} pairs")
     for pair in made.pairs:
@@ -231,14 +235,14 @@ def _export_cards(
     from autodb.agent.answer.made_cards import made_cards
     from autodb.errors import UnusableInput
     from autodb.files.targets import check_target, write_text
-    from autodb.pairs.cards import as_csv
+    from autodb.pairs.cards import cards_as_csv
 
     check_target(path, suffix=".csv", option="--cards")
     if machine is None:
         raise UnusableInput("--cards needs --machine NAME: cards are of what a machine has learnt")
-    with opened(db) as store, store.reading() as session:
+    with opened_store(db) as store, store.reading() as session:
         made = made_cards(session, machine, material, tool)
-    write_text(path, as_csv(made.cards))
+    write_text(path, cards_as_csv(made.cards))
     rows = table(f"Cards in {path}", "material", ">k_c1.1 N/mm²", ">m_c", "source")
     for card in made.cards:
         k, bounds = card.k_c11, card.m_c_bounds

@@ -4,12 +4,12 @@ from typing import Annotated
 
 import typer
 
-from autodb.cli._common import Database, MachineName, opened, say, working
+from autodb.cli._common import Database, MachineName, opened_store, say, working
 
 Number = Annotated[int, typer.Argument(help="Number of the recording.", min=1, max=2**63 - 1)]
 
 
-def withdraw(
+def withdraw_command(
     recording: Number,
     machine: MachineName,
     why: Annotated[
@@ -22,17 +22,16 @@ def withdraw(
 ) -> None:
     """Take a recording back, with what was derived from it, and learn anew without it."""
     from autodb.agent.operate.refreshing import refresh
-    from autodb.agent.operate.withdrawing import take_again
-    from autodb.agent.operate.withdrawing import withdraw as run
+    from autodb.agent.operate.withdrawing import take_again, withdraw
     from autodb.errors import UnusableInput
 
     if undo == (why is not None):
         raise UnusableInput("withdraw needs --why TEXT, or --undo; one of them would work")
-    with opened(db) as store, working(f"learning {machine} anew") as progress:
+    with opened_store(db) as store, working(f"learning {machine} anew") as progress:
         if why is None:
             done = take_again(store, machine, recording)
         else:
-            done = run(store, machine, recording, why=why)
+            done = withdraw(store, machine, recording, why=why)
         learnt = refresh(store, machine, progress=progress)
     what = "count again" if undo else "count no more"
     say(f"recording {recording}: {done.cuts} cuts {what}")

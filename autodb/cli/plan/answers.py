@@ -9,7 +9,7 @@ import typer
 from autodb.cli._common import (
     Database,
     MachineName,
-    opened,
+    opened_store,
     say,
     show,
     table,
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from autodb.agent.answer.predicting import Predicted
     from autodb.agent.answer.tracing import Node
     from autodb.agent.learn.known import Behind
-    from autodb.files.machine import Limits
+    from autodb.files.machine import AxisLimits
     from autodb.forward.limits import Exceeding
     from autodb.forward.prediction import Interval, PredictedCut
 
@@ -38,7 +38,7 @@ Kind = Annotated[
 ]
 
 
-def predict(
+def predict_command(
     job: JobFile,
     machine: MachineName,
     csv: Annotated[
@@ -63,7 +63,7 @@ def predict(
     if plot is not None:
         check_target(plot, suffix=".html", option="--plot")
     asked = read_job(job)
-    with opened(db) as store:
+    with opened_store(db) as store:
         answer = predict_job(store, machine, asked)
         limits = limits_of_machine(store, machine)
     _write_predicted(answer, limits, csv, plot)
@@ -83,21 +83,21 @@ def predict(
 
 
 def _write_predicted(
-    answer: "Predicted", limits: "dict[str, Limits]", csv: Path | None, plot: Path | None
+    answer: "Predicted", limits: "dict[str, AxisLimits]", csv: Path | None, plot: Path | None
 ) -> None:
     from autodb.files.targets import write_text
 
     if csv is not None:
-        from autodb.forward.predictedfile import as_csv
+        from autodb.forward.predictedfile import prediction_as_csv
 
-        write_text(csv, as_csv(answer.cuts, limits))
+        write_text(csv, prediction_as_csv(answer.cuts, limits))
     if plot is not None:
-        from autodb.reports.predicted import render
+        from autodb.reports.predicted import render_prediction
 
-        write_text(plot, render(answer, limits))
+        write_text(plot, render_prediction(answer, limits))
 
 
-class Answer(Protocol):
+class AnswerOptions(Protocol):
     """What comes with predicted cuts, asked for by a job or alone."""
 
     @property
@@ -113,7 +113,7 @@ class Answer(Protocol):
         """The limits that a cut may exceed."""
 
 
-def say_answer(cuts: "Sequence[PredictedCut]", answer: Answer) -> None:
+def say_answer(cuts: "Sequence[PredictedCut]", answer: AnswerOptions) -> None:
     """Print below predicted cuts which limits they may exceed, the notes, and what is behind it."""
     for one in answer.exceeds:
         name = cuts[one.cut - 1].name
@@ -161,16 +161,16 @@ def interval(value: "Interval") -> str:
     return f"{value.value:.{digits}f} ({value.low:.{digits}f} to {value.high:.{digits}f})"
 
 
-def trace(
+def trace_command(
     kind: Kind,
     number: Annotated[int, typer.Argument(help="Its number.", min=1, max=2**63 - 1)],
     db: Database = None,
 ) -> None:
     """Show where a stored number came from, down to recordings."""
-    from autodb.agent.answer.tracing import trace as run
+    from autodb.agent.answer.tracing import trace
 
-    with opened(db) as store:
-        node = run(store, kind, number)
+    with opened_store(db) as store:
+        node = trace(store, kind, number)
     show(as_tree(node))
 
 
@@ -191,9 +191,9 @@ def demo(
     ),
 ) -> None:
     """Run the whole job on a sample machine and write its report."""
-    from autodb.cli.start.demo import run
+    from autodb.cli.start.demo import run_demo
 
     with working("demo") as progress:
-        lines = run(out, progress=progress)
+        lines = run_demo(out, progress=progress)
     for line in lines:
         say(line)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from autodb.cli._common import Database, MachineName, opened, say, show, table
+from autodb.cli._common import Database, MachineName, opened_store, say, show, table
 from autodb.cli.plan.answers import Json, say_answer, show_predicted
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def lookup(
     cut = _cut(stated) if stated else None
     if cut is not None and (material is None or tool is None):
         raise UnusableInput("a cut needs --material and --tool")
-    with opened(db) as store, store.reading() as session:
+    with opened_store(db) as store, store.reading() as session:
         shelf = Shelf(session, machine)
         if cut is None:
             _list(machine, shelf.pairs(material, tool), json=json)

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, MachineName, opened, say, show, table, working
+from autodb.cli._common import Database, MachineName, opened_store, say, show, table, working
 
 if TYPE_CHECKING:
-    from autodb.agent.answer.planning import Plan
+    from autodb.agent.answer.planning import ProposedCuts
     from autodb.files.job import JobCut
 
 JobFile = Annotated[
@@ -17,7 +17,7 @@ JobFile = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 
 
-def plan(
+def plan_command(
     job: JobFile,
     machine: MachineName,
     feed: Annotated[
@@ -35,20 +35,20 @@ def plan(
     db: Database = None,
 ) -> None:
     """Propose the cut, within the machine's limits, after which a job's forces are surest."""
-    from autodb.agent.answer.planning import plan as run
+    from autodb.agent.answer.planning import plan_cuts
     from autodb.files.job import read_job
 
     asked = read_job(job)
     given = {"feed": feed, "depth": depth, "speed": speed}
     ranges = {name: _range(name, text) for name, text in given.items() if text is not None}
-    with opened(db) as store, working(f"planning for {machine}"):
-        found = run(store, machine, asked, ranges=ranges)
+    with opened_store(db) as store, working(f"planning for {machine}"):
+        found = plan_cuts(store, machine, asked, ranges=ranges)
     if json:
         from pydantic import TypeAdapter
 
-        from autodb.agent.answer.planning import Plan
+        from autodb.agent.answer.planning import ProposedCuts
 
-        say(TypeAdapter(Plan).dump_json(found, indent=1).decode())
+        say(TypeAdapter(ProposedCuts).dump_json(found, indent=1).decode())
         return
     _show(found)
 
@@ -67,7 +67,7 @@ def _range(name: str, text: str) -> tuple[float, float]:
     return ends
 
 
-def _show(found: "Plan") -> None:
+def _show(found: "ProposedCuts") -> None:
     rows = table("Cuts to make next", "operation", ">depth mm", ">feed mm", ">speed", ">left ± %")
     for one in found.proposed:
         rows.add_row(one.cut.operation, *_words(one.cut), f"{100.0 * one.left:.1f}")

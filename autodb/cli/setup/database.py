@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, opened, say, show, table
+from autodb.cli._common import Database, opened_store, say, show, table
 
 if TYPE_CHECKING:
     from autodb.store import models
@@ -18,11 +18,11 @@ machine = typer.Typer(
 
 def init(db: Database = None) -> None:
     """Create the database, or bring it to this version's schema."""
-    from autodb.store import create_store, database_url, shown
+    from autodb.store import create_store, database_url, shown_url
 
     url = database_url(db)
     done = create_store(url)
-    url = shown(url)
+    url = shown_url(url)
     if not done.changed:
         say(f"{url}: already there, schema {done.now}")
     elif done.was is None:
@@ -32,7 +32,7 @@ def init(db: Database = None) -> None:
 
 
 @machine.command("add")
-def add(
+def add_machine_command(
     name: Annotated[str, typer.Argument(help="Name of the machine.")],
     file: Annotated[
         Path | None,
@@ -47,13 +47,13 @@ def add(
     from autodb.files.machine import LATHE, read_machine_file
 
     axes = LATHE if file is None else read_machine_file(file)
-    with opened(db) as store:
+    with opened_store(db) as store:
         new = add_machine(store, name, axes)
     say(f"machine '{name}': {'added' if new else 'already there'} ({', '.join(axes.axes)})")
 
 
 @machine.command("update")
-def update(
+def update_machine_command(
     name: Annotated[str, typer.Argument(help="Name of the machine.")],
     file: Annotated[Path, typer.Option("--file", help="Machine file (TOML): all of the machine.")],
     db: Database = None,
@@ -63,7 +63,7 @@ def update(
     from autodb.files.machine import read_machine_file
 
     wanted = read_machine_file(file)
-    with opened(db) as store:
+    with opened_store(db) as store:
         changes = update_machine(store, name, wanted)
     say(f"machine '{name}': {f'{len(changes)} changes' if changes else 'already there'}")
     for line in changes:
@@ -79,7 +79,7 @@ def rename(
     """Give a machine another name; agent and side files that state the old one need it too."""
     from autodb.agent.rows.machines import rename_machine
 
-    with opened(db) as store:
+    with opened_store(db) as store:
         rename_machine(store, name, new)
     say(f"machine '{name}': is '{new}' now")
 
@@ -93,21 +93,21 @@ def retire(
     """Take nothing more in of a machine; what it told stays and is answered from."""
     from autodb.agent.rows.machines import retire_machine
 
-    with opened(db) as store:
+    with opened_store(db) as store:
         changed = retire_machine(store, name, back=undo)
     what = "works again" if undo else "retired"
     say(f"machine '{name}': {what if changed else f'{what} already'}")
 
 
 @machine.command("list")
-def list_(db: Database = None) -> None:
+def list_machines_command(db: Database = None) -> None:
     """List the machines."""
     from sqlalchemy import select
 
     from autodb.store.models import Machine
 
     rows = table("Machines", "name", "axes", "since", "retired")
-    with opened(db) as store, store.reading() as session:
+    with opened_store(db) as store, store.reading() as session:
         for row in session.scalars(select(Machine).order_by(Machine.name)):
             axes = ", ".join(axis.name for axis in row.axes)
             rows.add_row(row.name, axes, row.created_at, row.retired_at or "")
@@ -115,7 +115,7 @@ def list_(db: Database = None) -> None:
 
 
 @machine.command("show")
-def show_(
+def show_machine_command(
     name: Annotated[str, typer.Argument(help="Name of the machine.")], db: Database = None
 ) -> None:
     """Show a machine's axes, which forces they feel, and all that its file stated."""
@@ -124,7 +124,7 @@ def show_(
     from autodb.files.machine import flat
 
     rows = table(f"Machine {name}", "axis", "carries", ">current sign", "feels")
-    with opened(db) as store, store.reading() as session:
+    with opened_store(db) as store, store.reading() as session:
         owner = find_machine(session, name)
         for axis in owner.axes:
             current = current_calibrations(session, owner.id, axis.name)
@@ -137,7 +137,7 @@ def show_(
             say(f"{key} = {value}")
 
 
-def _feels(row: "models.Calibration") -> str:
+def _feels(row: "models.CalibrationVersion") -> str:
     from autodb.agent.rows.calibrations import holds_for
 
     holds = holds_for(row).words()

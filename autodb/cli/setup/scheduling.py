@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from autodb.cli._common import Database, MachineName, from_anywhere, opened, say
+from autodb.cli._common import Database, MachineName, from_anywhere, opened_store, say
 
 
 def schedule(
@@ -52,7 +52,7 @@ def _command(machine: str, inbox: Path, db: str | None) -> list[str]:
     from autodb.agent.rows.machines import find_machine
     from autodb.errors import UnusableInput
 
-    with opened(db) as store, store.reading() as session:
+    with opened_store(db) as store, store.reading() as session:
         find_machine(session, machine)
     if not inbox.is_dir():
         raise UnusableInput(f"{inbox}: no such folder; one that is there would work")

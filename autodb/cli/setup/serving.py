@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, from_anywhere, opened, say, show, table
+from autodb.cli._common import Database, from_anywhere, opened_store, say, show, table
 
 if TYPE_CHECKING:
-    from autodb.web.http.settings import Limits, Settings
+    from autodb.web.http.settings import RequestLimits, Settings
     from autodb.web.server import Certificate
 
 EXTRA = "serving needs the extra 'serve': pip install 'autodb[serve]' would work"
@@ -115,13 +115,13 @@ def serve(
     say(f"{at} (and {at}/api/v1): {does}; Ctrl-C stops it")
     if not settings.on_loopback and tls is None:
         say("without TLS tokens can be read on their way: --certificate and --key would work")
-    server.run(make_app(settings), listening, tls, settings.proxies)
+    server.run_server(make_app(settings), listening, tls, settings.proxies)
 
 
-def _limits(upload_mib: int | None) -> "Limits":
-    from autodb.web.http.settings import Limits
+def _limits(upload_mib: int | None) -> "RequestLimits":
+    from autodb.web.http.settings import RequestLimits
 
-    return Limits() if upload_mib is None else Limits(recording_MiB=upload_mib)
+    return RequestLimits() if upload_mib is None else RequestLimits(recording_MiB=upload_mib)
 
 
 def _proxies(given: Sequence[str]) -> tuple[str, ...]:
@@ -208,7 +208,7 @@ def _refuse_unusable(settings: "Settings", db: str | None) -> None:
     from autodb.errors import UnusableInput
 
     needed = Role.OPERATE if settings.writes else Role.READ
-    with opened(db) as store, store.reading() as session:
+    with opened_store(db) as store, store.reading() as session:
         roles = [ROLES[one.role] for one in tokens(session) if one.valid]
     if settings.anonymous and not settings.writes:
         return
@@ -220,7 +220,7 @@ def _refuse_unusable(settings: "Settings", db: str | None) -> None:
 
 
 @token.command("add")
-def add(
+def add_token_command(
     name: TokenName,
     role: Annotated[
         str, typer.Option("--role", help="read, operate (also import and decide) or admin.")
@@ -234,17 +234,17 @@ def add(
     """Make a token and print it, this once: only its hash is kept."""
     from autodb.agent.operate.access import add_token
 
-    with opened(db) as store:
+    with opened_store(db) as store:
         secret = add_token(store, name, role, days=days)
     say(secret)
 
 
 @token.command("list")
-def list_(db: Database = None) -> None:
+def list_tokens_command(db: Database = None) -> None:
     """List tokens: whose, what they allow, until when."""
     from autodb.agent.operate.access import tokens
 
-    with opened(db) as store, store.reading() as session:
+    with opened_store(db) as store, store.reading() as session:
         found = tokens(session)
     if not found:
         say("no token; 'autodb token add NAME' makes one")
@@ -262,6 +262,6 @@ def revoke(name: TokenName, db: Database = None) -> None:
     """Revoke a token; the service refuses it within five seconds."""
     from autodb.agent.operate.access import revoke_token
 
-    with opened(db) as store:
+    with opened_store(db) as store:
         new = revoke_token(store, name)
     say(f"token '{name}': {'revoked' if new else 'was revoked already'}")

@@ -8,7 +8,7 @@ import typer
 from autodb.cli._common import Columns, say, show, table, working
 
 if TYPE_CHECKING:
-    from autodb.standard import Protocol, StandardCut
+    from autodb.standard import CutProtocol, StandardCut
 
 standard = typer.Typer(
     help="Standard cuts: protocols, their reference forces, and NC programs that make them.",
@@ -19,7 +19,7 @@ Name = Annotated[str, typer.Argument(help="Protocol: a name from `standard list`
 
 
 @standard.command("list")
-def list_() -> None:
+def list_protocols_command() -> None:
     """List the protocols that ship."""
     from autodb.standard import read_protocol, shipped
 
@@ -35,7 +35,7 @@ def list_() -> None:
 
 
 @standard.command("show")
-def show_(name: Name) -> None:
+def show_protocol_command(name: Name) -> None:
     """Show a protocol's cuts, their reference forces, and the order in which they are made."""
     from autodb.standard import read_protocol, run_order
 
@@ -84,7 +84,7 @@ def new(
     like: Annotated[
         str | None,
         typer.Option(
-            "--like", help="Protocol whose cuts were made [default: the cuts that repeat]."
+            "--like", help="CutProtocol whose cuts were made [default: the cuts that repeat]."
         ),
     ] = None,
     date: Annotated[
@@ -102,7 +102,7 @@ def new(
     """Write a protocol with reference forces: means of repeats that a dynamometer measured."""
     from autodb.agent.sense.measuring import new_protocol, read_measured, with_references
     from autodb.standard import read_protocol
-    from autodb.standard.writing import as_toml, keep
+    from autodb.standard.writing import as_toml, write_once
 
     with working("reading"):
         tables = [read_measured(path, columns=columns) for path in files]
@@ -113,7 +113,7 @@ def new(
         asked = read_protocol(like).model_copy(update={"name": name})
         done = with_references(asked, tables, date=day)
     path = out or Path(f"{name}.toml")
-    said = "written" if keep(as_toml(done.protocol), path) else "already there"
+    said = "written" if write_once(as_toml(done.protocol), path) else "already there"
     known = sum(bool(cut.reference) for cut in done.protocol.cut)
     say(f"{path}: {said}, {known} of {len(done.protocol.cut)} cuts have a reference force")
     for sentence in done.without:
@@ -135,7 +135,7 @@ def _day(date: str | None, file: Path) -> str:
 
 
 @standard.command("program")
-def program(
+def program_command(
     name: Name,
     machine_file: Annotated[
         Path,
@@ -162,18 +162,18 @@ def program(
     if out is None:
         typer.echo(text, nl=False)
         return
-    from autodb.standard.writing import keep
+    from autodb.standard.writing import write_once
 
-    said = "written" if keep(text, out) else "already there"
+    said = "written" if write_once(text, out) else "already there"
     say(f"{out}: {said}, {len(text.splitlines())} lines; not proven on your machine: dry run it")
 
 
 def _program(name: str, machine_file: Path, dialect: str) -> str:
     from autodb.files.machine import read_machine_file
-    from autodb.nc import program
+    from autodb.nc import protocol_program
     from autodb.standard import read_protocol
 
-    protocol: Protocol = read_protocol(name)
-    return program(
+    protocol: CutProtocol = read_protocol(name)
+    return protocol_program(
         protocol, read_machine_file(machine_file), dialect=dialect, source=str(machine_file)
     )

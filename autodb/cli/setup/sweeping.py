@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, opened, say, show, table
+from autodb.cli._common import Database, opened_store, say, show, table
 
 if TYPE_CHECKING:
     from autodb.files.machine import MachineFile
@@ -74,10 +74,10 @@ def sweep(
     One axis moves, the others are parked, the spindle is off. It is not proven on your machine.
     """
     from autodb.agent.sense.sweeping import plan_sweep, program_of
-    from autodb.nc.sweep import stretch
+    from autodb.nc.sweep import sweep_stretch
 
     source, file, model = _machine(machine, machine_file, axis, db)
-    on = stretch(file, axis, source=source, safe_mm=safe, between_mm=between)
+    on = sweep_stretch(file, axis, source=source, safe_mm=safe, between_mm=between)
     share = None if within is None else within / 100.0
     found = plan_sweep(on, model, within=share, longest_s=60.0 * minutes)
     planned = program_of(
@@ -86,9 +86,9 @@ def sweep(
     if out is None:
         typer.echo(planned.text, nl=False)
         return
-    from autodb.standard.writing import keep
+    from autodb.standard.writing import write_once
 
-    said = "written" if keep(planned.text, out) else "already there"
+    said = "written" if write_once(planned.text, out) else "already there"
     _show(found)
     say(f"{out}: {said}, {len(found.passes)} passes, about {found.seconds / 60.0:.1f} min; not "
         "proven on your machine: dry run it")  # fmt: skip
@@ -108,7 +108,7 @@ def _machine(
         return str(machine_file), read_machine_file(machine_file), None
     from autodb.agent.sense.sweeping import machine_and_model
 
-    with opened(db) as store:
+    with opened_store(db) as store:
         return f"machine '{machine}'", *machine_and_model(store, machine, axis)
 
 

@@ -31,7 +31,7 @@ WORN = "shop-week-2.csv"
 MARK = ".autodb-demo"
 
 
-def run(out: Path, *, progress: Callable[[str], None]) -> list[str]:
+def run_demo(out: Path, *, progress: Callable[[str], None]) -> list[str]:
     """Run the main job into folder ``out`` and return the lines of its summary.
 
     An earlier demo in ``out`` is replaced. Raises UnusableInput when ``out`` holds anything else.
@@ -42,7 +42,7 @@ def run(out: Path, *, progress: Callable[[str], None]) -> list[str]:
     create_store(url)
     store = open_store(url)
     try:
-        lines = learn(store, source, progress=progress)
+        lines = learn_from_samples(store, source, progress=progress)
         progress("predicting the stepped shaft")
         prediction = predict_job(store, MACHINE, read_job(kit("sample_jobs") / JOB / "job.toml"))
         progress("explaining the second week")
@@ -60,7 +60,7 @@ def run(out: Path, *, progress: Callable[[str], None]) -> list[str]:
     return [*lines, f"trace:     {trace}", f"report:    {report}"]
 
 
-def learn(store: Store, source: Path, *, progress: Callable[[str], None]) -> list[str]:
+def learn_from_samples(store: Store, source: Path, *, progress: Callable[[str], None]) -> list[str]:
     """Import the sample recordings and learn from them: calibration, drive model, parameters."""
     add_machine(store, MACHINE, LATHE)
     for name in LEARNT:

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, opened, say, show, table, working
+from autodb.cli._common import Database, opened_store, say, show, table, working
 from autodb.files.channels import unit_of
 
 if TYPE_CHECKING:
@@ -32,20 +32,20 @@ As = Annotated[
 
 
 @mismatch.command("list")
-def list_(
+def list_mismatches_command(
     name: Annotated[str, typer.Argument(help="Name of the machine.")],
     all_: Annotated[bool, typer.Option("--all", help="Also those decided on.")] = False,
     db: Database = None,
 ) -> None:
     """List the causes that explain found on a machine and nobody has decided on."""
-    from autodb.agent.operate.deciding import mismatches as find
+    from autodb.agent.operate.deciding import mismatches
 
     rows = table(
         f"Mismatches of {name}",
         ">number", "recording", "channel", "term", "or", "kind", ">sure %", "status", "statement",
     )  # fmt: skip
-    with opened(db) as store, store.reading() as session:
-        found = find(session, name, decided=all_)
+    with opened_store(db) as store, store.reading() as session:
+        found = mismatches(session, name, decided=all_)
         for row in found:
             rows.add_row(*_cells(row))
     if found:
@@ -64,11 +64,11 @@ def _cells(row: "Mismatch") -> tuple[str, ...]:
 
 
 @mismatch.command("show")
-def show_(number: Number, db: Database = None) -> None:
+def show_mismatch_command(number: Number, db: Database = None) -> None:
     """Show all that is kept of a mismatch: its numbers, where it sits, what else it may be."""
     from autodb.agent.operate.deciding import mismatch as find
 
-    with opened(db) as store, store.reading() as session:
+    with opened_store(db) as store, store.reading() as session:
         row = find(session, number)
         recording = row.recording
         say(
@@ -137,16 +137,16 @@ def _status(row: "Mismatch") -> str:
 
 
 @mismatch.command()
-def confirm(number: Number, as_: As = None, by: By = None, db: Database = None) -> None:
+def confirm_command(number: Number, as_: As = None, by: By = None, db: Database = None) -> None:
     """Confirm a cause: a term of the machine becomes part of its model, as the next version.
 
     Wear found in forces becomes part of what is known of the work-tool pair, of five cuts that
     stand aside for another cause a state of it.
     """
-    from autodb.agent.operate.deciding import confirm as run
+    from autodb.agent.operate.deciding import confirm
 
-    with working(f"confirming mismatch {number}") as progress, opened(db) as store:
-        done = run(store, number, term=as_, by=by, progress=progress)
+    with working(f"confirming mismatch {number}") as progress, opened_store(db) as store:
+        done = confirm(store, number, term=as_, by=by, progress=progress)
     if done.already:
         say(f"mismatch {number}: already confirmed as {done.term}")
     elif done.pairs:
@@ -191,10 +191,10 @@ def _show_version(done: "Decided", kept: "KeptModel") -> None:
 
 
 @mismatch.command()
-def reject(number: Number, by: By = None, db: Database = None) -> None:
+def reject_command(number: Number, by: By = None, db: Database = None) -> None:
     """Reject a cause: it was looked at, and does not hold on the machine."""
-    from autodb.agent.operate.deciding import reject as run
+    from autodb.agent.operate.deciding import reject
 
-    with opened(db) as store:
-        done = run(store, number, by=by)
+    with opened_store(db) as store:
+        done = reject(store, number, by=by)
     say(f"mismatch {number}: {'already rejected' if done.already else f'{done.term} rejected'}")

@@ -6,12 +6,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Columns, Database, Group, Resample, opened, read_one, say, working
+from autodb.cli._common import (
+    Columns,
+    Database,
+    Group,
+    Resample,
+    opened_store,
+    read_one,
+    say,
+    working,
+)
 
 if TYPE_CHECKING:
     from autodb.agent.answer.explaining import AgainstMachine, KeptCause, Key
     from autodb.explain import Explained
-    from autodb.explain.together import Setup
+    from autodb.explain.together import RecordingSetup
     from autodb.records import CutTable, Recording
 
 RecordingFiles = Annotated[
@@ -44,7 +53,7 @@ OutFolder = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 
 
-def explain(
+def explain_command(
     recordings: RecordingFiles,
     simulation: Simulations = None,
     includes: Includes = None,
@@ -85,7 +94,7 @@ def explain(
             _alone(recordings[0], one, folder, json=json, progress=progress)
 
 
-Looked = tuple["Setup", "Explained", "dict[Key, KeptCause]"]
+Looked = tuple["RecordingSetup", "Explained", "dict[Key, KeptCause]"]
 Look = Callable[[int], Looked]
 Step = Callable[[str], None]
 
@@ -131,14 +140,14 @@ def _alone(recording: Path, look: Look, folder: Path, *, json: bool, progress: S
 def _several(
     recordings: list[Path], look: Look, folder: Path, *, json: bool, progress: Step
 ) -> None:
-    from autodb.explain.together import together
+    from autodb.explain.together import explain_together
     from autodb.reports.explanation_files import write_together
 
     looked = []
     for number, recording in enumerate(recordings):
         progress(f"{recording.name}, {number + 1} of {len(recordings)}")
         looked.append(look(number))
-    found = together(
+    found = explain_together(
         [setup for setup, _, _ in looked],
         [explained.explanation.channels for _, explained, _ in looked],
     )
@@ -163,7 +172,7 @@ def _several(
     say(f"report: {folder / 'together.html'}")
 
 
-def _setup(measured: "Recording | CutTable", machine: str | None) -> "Setup":
+def _setup(measured: "Recording | CutTable", machine: str | None) -> "RecordingSetup":
     from autodb.explain.together import setup_of
 
     setup = setup_of(measured)
@@ -182,10 +191,10 @@ def _say_doubts(measured: "Recording | CutTable") -> None:
 def _against_file(
     measured: "Recording | CutTable", simulated: "Recording | CutTable", includes: str | None
 ) -> "Explained":
-    from autodb.explain import explain as run
+    from autodb.explain import explain
 
     names = None if includes is None else [n.strip() for n in includes.split(",") if n.strip()]
-    return run(measured, simulated, includes=names)
+    return explain(measured, simulated, includes=names)
 
 
 def _against_machine(
@@ -193,7 +202,7 @@ def _against_machine(
 ) -> "AgainstMachine":
     from autodb.agent.answer.explaining import explain_with_machine
 
-    with opened(db) as store:
+    with opened_store(db) as store:
         return explain_with_machine(store, machine, recording, columns=columns)
 
 

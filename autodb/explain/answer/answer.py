@@ -14,7 +14,7 @@ class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class Value(_Part):
+class IntervalValue(_Part):
     """A parameter with its 95 % interval."""
 
     value: float
@@ -46,7 +46,7 @@ class Cause(_Part):
     kind: Literal["missing", "mistuned"]
     confidence: float
     statement: str
-    parameters: dict[str, Value]
+    parameters: dict[str, IntervalValue]
     alternatives: tuple[str, ...] = ()
     variables: tuple[str, ...] = ()
     to_tell_apart: str | None = None
@@ -94,7 +94,7 @@ class Considered:
 
 
 @dataclass(frozen=True)
-class Trace:
+class ChannelTrace:
     """The arrays behind a channel's answer: x is time [s] or cut number, all of shape (n,).
 
     ``close_up``: of a waveform, from when to when some turns are worth a close look.
@@ -115,5 +115,5 @@ class Explained:
     """The answer, its traces by channel, and lines about what was ignored."""
 
     explanation: Explanation
-    traces: dict[str, Trace]
+    traces: dict[str, ChannelTrace]
     notes: tuple[str, ...] = ()

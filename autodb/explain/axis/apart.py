@@ -12,14 +12,23 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.axis.elsewhere import Account, account, design, signals_on
-from autodb.explain.axis.moves import LIBRARY, Move, Path, Reach, again, joined, reach, still
-from autodb.explain.axis.reading import Reading
+from autodb.explain.axis.elsewhere import AxisAccount, account_columns, fit_axis_account, signals_on
+from autodb.explain.axis.moves import (
+    LIBRARY,
+    AxisMove,
+    AxisPath,
+    Reach,
+    again,
+    joined_paths,
+    reach,
+    still,
+)
+from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.bench import reduced
 from autodb.explain.engine.candidates import Choice
 from autodb.explain.engine.fit import rms
-from autodb.explain.engine.search import Found
+from autodb.explain.engine.search import FoundSet
 from autodb.explain.engine.telling import (
     NEAREST,
     SEPARATES,
@@ -29,7 +38,7 @@ from autodb.explain.engine.telling import (
     sentence,
     stand_in,
 )
-from autodb.explain.engine.tuning import Beside, tuned
+from autodb.explain.engine.tuning import BesideShapes, tuned
 from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
@@ -39,7 +48,7 @@ PEAK = 0.999
 
 
 @dataclass(frozen=True)
-class Run:
+class RunMove:
     """A move in words, and the axis' signals on it: its rows are the last ones."""
 
     words: str
@@ -47,8 +56,8 @@ class Run:
     rows: int
 
 
-def told_apart(
-    reading: Reading, number: int, rivals: Sequence[str], never: Sequence[str]
+def move_that_tells(
+    reading: AxisReading, number: int, rivals: Sequence[str], never: Sequence[str]
 ) -> str | None:
     """Return what would tell the found effect ``number`` from its rivals, nearest first, or None.
 
@@ -67,7 +76,7 @@ def told_apart(
     return " ".join(lines)
 
 
-def _from_rival(reading: Reading, number: int, name: str) -> Separation | None:
+def _from_rival(reading: AxisReading, number: int, name: str) -> Separation | None:
     swapped = instead(reading, number, name)
     return separation(reading, reading.choices, swapped) if swapped else None
 
@@ -78,7 +87,7 @@ def _line(best: Separation | None, names: tuple[str, str], level: float, unit: s
     return sentence(best, names, unit, f"noise is {level:.2g} {unit}")
 
 
-def instead(reading: Reading, number: int, name: str) -> tuple[Choice, ...] | None:
+def instead(reading: AxisReading, number: int, name: str) -> tuple[Choice, ...] | None:
     """Return the best set in which a term stands in for a found effect; its shape is tuned."""
     inquiry = reading.inquiry
     key = inquiry.found.choices[number].suspect.key
@@ -86,33 +95,37 @@ def instead(reading: Reading, number: int, name: str) -> tuple[Choice, ...] | No
     return _with_tuned(reading, swap[0], swap[1].suspect.key) if swap else None
 
 
-def _with_tuned(reading: Reading, swapped: Found, key: str) -> tuple[Choice, ...]:
+def _with_tuned(reading: AxisReading, swapped: FoundSet, key: str) -> tuple[Choice, ...]:
     others = swapped.without(key)
-    beside = Beside(reading.bench, others, reading.inquiry.noise)
+    beside = BesideShapes(reading.bench, others, reading.inquiry.noise)
     rival = next(c for c in swapped.choices if c.suspect.key == key)
     return (*others, tuned(rival, beside).choice)
 
 
 def separation(
-    reading: Reading, first: tuple[Choice, ...], second: tuple[Choice, ...]
+    reading: AxisReading, first: tuple[Choice, ...], second: tuple[Choice, ...]
 ) -> Separation | None:
     """Return the move with the greatest distance for its noise, or None where none separates."""
-    accounts = account(reading, first), account(reading, second)
-    able = [gap for gap in distances(reading, accounts) if gap.odds > SEPARATES]
+    accounts = fit_axis_account(reading, first), fit_axis_account(reading, second)
+    able = [gap for gap in account_distances(reading, accounts) if gap.odds > SEPARATES]
     return max(able, key=lambda gap: gap.distance, default=None)
 
 
-def distances(reading: Reading, accounts: tuple[Account, Account]) -> list[Separation]:
+def account_distances(
+    reading: AxisReading, accounts: tuple[AxisAccount, AxisAccount]
+) -> list[Separation]:
     """Return how far two accounts differ on every move that the axis can run."""
     warm = any(c.suspect.term == "warmup" for of in accounts for c in of.choices)
-    made = runs(reading.signals, reading.bench.factor, history=warm)
-    return [apart(reading, accounts, run) for run in made]
+    made = possible_runs(reading.signals, reading.bench.factor, history=warm)
+    return [accounts_apart(reading, accounts, run) for run in made]
 
 
-def apart(reading: Reading, accounts: tuple[Account, Account], run: Run) -> Separation:
+def accounts_apart(
+    reading: AxisReading, accounts: tuple[AxisAccount, AxisAccount], run: RunMove
+) -> Separation:
     """Return how far two accounts differ on one move."""
     one, two = accounts
-    columns = [design(of, run.signals)[-run.rows :] for of in accounts]
+    columns = [account_columns(of, run.signals)[-run.rows :] for of in accounts]
     difference = columns[0] @ one.coefficients - columns[1] @ two.coefficients
     free = np.column_stack([columns[0] @ one.root, columns[1] @ two.root])
     noise_sd = float(np.sqrt(reading.inquiry.variance))
@@ -126,19 +139,19 @@ def apart(reading: Reading, accounts: tuple[Account, Account], run: Run) -> Sepa
     )
 
 
-def noise(reading: Reading) -> float:
+def noise(reading: AxisReading) -> float:
     """Return the rms of what the accepted set leaves at the working rate."""
     bench = reading.bench
     return rms(bench.left(bench.chosen(reading.choices), reading.inquiry.whitener))
 
 
-def runs(recorded: AxisSignals, factor: int, *, history: bool) -> list[Run]:
+def possible_runs(recorded: AxisSignals, factor: int, *, history: bool) -> list[RunMove]:
     """Return every move that the axis can run, at the working rate.
 
     ``history``: before a move that is not run cold comes the recording's own motion, which warms.
     """
-    moved = [getattr(recorded, field.name) for field in fields(Path)]
-    programme = Path(*(reduced(values, factor) for values in moved))
+    moved = [getattr(recorded, field.name) for field in fields(AxisPath)]
+    programme = AxisPath(*(reduced(values, factor) for values in moved))
     rate_hz = 1.0 / (factor * float(np.median(np.diff(recorded.t_s))))
     moves = (*LIBRARY, again(programme))
     made = [_paths(move, recorded, rate_hz) for move in moves]
@@ -151,20 +164,27 @@ def runs(recorded: AxisSignals, factor: int, *, history: bool) -> list[Run]:
 
 
 def _after(
-    words: str, paths: tuple[Path, Path], recorded: AxisSignals, before: Path | None, rate_hz: float
-) -> Run:
+    words: str,
+    paths: tuple[AxisPath, AxisPath],
+    recorded: AxisSignals,
+    before: AxisPath | None,
+    rate_hz: float,
+) -> RunMove:
     """Return a run of this axis and of the others, right after what ran before."""
     rows, begin_s = len(paths[0].t_s), float(recorded.t_s[-1]) + 1.0 / rate_hz
     if before is not None:
         own, other = paths
-        paths = joined([before, own], rate_hz), joined([still(before, 0.0), other], rate_hz)
+        paths = (
+            joined_paths([before, own], rate_hz),
+            joined_paths([still(before, 0.0), other], rate_hz),
+        )
         begin_s -= len(before.t_s) / rate_hz
-    return Run(words, signals_on(*paths, recorded, begin_s=begin_s), rows)
+    return RunMove(words, signals_on(*paths, recorded, begin_s=begin_s), rows)
 
 
 def _paths(
-    move: Move, recorded: AxisSignals, rate_hz: float
-) -> tuple[str, tuple[Path, Path]] | None:
+    move: AxisMove, recorded: AxisSignals, rate_hz: float
+) -> tuple[str, tuple[AxisPath, AxisPath]] | None:
     """Return a move in words, and the paths of this axis and the others; None: it cannot run."""
     own = reach(recorded.position, recorded.velocity, recorded.acceleration)
     if move.of_other:
@@ -176,8 +196,8 @@ def _paths(
 
 
 def _paths_of_other(
-    move: Move, own: Reach, recorded: AxisSignals, rate_hz: float
-) -> tuple[str, tuple[Path, Path]] | None:
+    move: AxisMove, own: Reach, recorded: AxisSignals, rate_hz: float
+) -> tuple[str, tuple[AxisPath, AxisPath]] | None:
     other = next((name.partition(".")[0] for name in recorded.others), None)
     if other is None:
         return None

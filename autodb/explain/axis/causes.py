@@ -7,23 +7,23 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import Cause, Value
-from autodb.explain.axis.apart import told_apart
+from autodb.explain.answer.answer import Cause, IntervalValue
+from autodb.explain.axis.apart import move_that_tells
 from autodb.explain.axis.form import Short, short_form
 from autodb.explain.axis.loads import DELAYS_S
-from autodb.explain.axis.reading import Reading
+from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import READ_OFF
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, of_missing, of_mistuned
-from autodb.explain.engine.entries import told
-from autodb.explain.engine.tuning import Beside, Tuned, tuned
+from autodb.explain.engine.entries import own_term_entries
+from autodb.explain.engine.tuning import BesideShapes, Tuned, tuned
 from autodb.explain.engine.weighing import weighing
 from autodb.fitting import NORMAL_95
 from autodb.terms import Term
 from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
-Read = Mapping[str, Value]
+Read = Mapping[str, IntervalValue]
 
 AS_MUCH = 0.985
 """Share of what a smooth curve does from which on a short form does as much."""
@@ -33,13 +33,13 @@ INDISTINCT: Mapping[str, tuple[str, ...]] = {"gravity": ("sensor_drift",)}
 """Effects that no recording of forces can tell apart: a constant load and a sensor's constant."""
 
 
-def value_of(value: float, sd: float, unit: str) -> Value:
+def value_of(value: float, sd: float, unit: str) -> IntervalValue:
     """Return a value with its 95 % interval."""
     half = NORMAL_95 * sd
-    return Value(value=value, low=value - half, high=value + half, unit=unit)
+    return IntervalValue(value=value, low=value - half, high=value + half, unit=unit)
 
 
-def causes(reading: Reading) -> list[Cause]:
+def causes(reading: AxisReading) -> list[Cause]:
     """Return the entries of accepted effects, then of the simulation's own terms that are off."""
     entries = [_effect(reading, number) for number in range(len(reading.inquiry.found.choices))]
     named = {entry.term for entry in entries}
@@ -55,7 +55,7 @@ def _merged(entries: list[Cause]) -> list[Cause]:
     return [entry for entry in entries if kept[entry.term, entry.kind] is entry]
 
 
-def _effect(reading: Reading, number: int) -> Cause:
+def _effect(reading: AxisReading, number: int) -> Cause:
     choice = reading.inquiry.found.choices[number]
     size = _size(reading, number)
     always = INDISTINCT.get(choice.suspect.term, ())
@@ -71,21 +71,21 @@ def _effect(reading: Reading, number: int) -> Cause:
         kind=kind,
         confidence=sure / (1 + len(always)),
         statement=f"{term.statement} {_size_words(size, kind)}",
-        parameters={"size": size, **parameters(reading, choice, term)},
+        parameters={"size": size, **best_law_values(reading, choice, term)},
         alternatives=alternatives,
         variables=choice.suspect.variables,
-        to_tell_apart=told_apart(reading, number, others, always),
+        to_tell_apart=move_that_tells(reading, number, others, always),
     )
 
 
-def _size_words(size: Value, kind: str) -> str:
+def _size_words(size: IntervalValue, kind: str) -> str:
     lacks = (
         "The simulation leaves it out" if kind == "missing" else "The simulation has it otherwise"
     )
     return f"{lacks}: {size.value:.3g} {size.unit} ({size.low:.3g} to {size.high:.3g})."
 
 
-def _size(reading: Reading, number: int) -> Value:
+def _size(reading: AxisReading, number: int) -> IntervalValue:
     """Return the peak contribution; its interval is that of the contribution at its peak."""
     effect = reading.fitted.effects[number]
     peak = float(np.quantile(np.abs(effect), 0.9995))
@@ -95,7 +95,7 @@ def _size(reading: Reading, number: int) -> Value:
     return value_of(peak, float(np.sqrt(max(at @ covariance @ at, 0.0))), reading.unit)
 
 
-def parameters(reading: Reading, choice: Choice, term: Term) -> dict[str, Value]:
+def best_law_values(reading: AxisReading, choice: Choice, term: Term) -> dict[str, IntervalValue]:
     """Return the values of the plain law that fits best beside the other effects, tuned."""
     found = reading.inquiry.found
     products = reading.inquiry.search.products
@@ -110,14 +110,14 @@ def parameters(reading: Reading, choice: Choice, term: Term) -> dict[str, Value]
     law = max(plain, key=lambda c: given.gain(c.key).full)
     others = found.without(choice.suspect.key)
     noise = weighing(reading.bench, [*others, law], reading.inquiry.noise, of=law)
-    beside = Beside(reading.bench, others, noise, reading.fitted.retuned)
+    beside = BesideShapes(reading.bench, others, noise, reading.fitted.retuned)
     units = {p.name: p.unit.replace("U", reading.unit) for p in term.parameters}
     return _values(tuned(law, beside), beside, units, reading)
 
 
 def _values(
-    law: Tuned, beside: Beside, units: Mapping[str, str], reading: Reading
-) -> dict[str, Value]:
+    law: Tuned, beside: BesideShapes, units: Mapping[str, str], reading: AxisReading
+) -> dict[str, IntervalValue]:
     rung = law.choice.shape
     coefficients, covariance = beside.fit(rung)
     linear = {
@@ -135,14 +135,14 @@ def _values(
     return found
 
 
-def _amplitude(found: Read, reading: Reading) -> dict[str, Value]:
+def _amplitude(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
     cosine, sine = found["cosine"], found["sine"]
     sd = max(cosine.high - cosine.value, sine.high - sine.value) / NORMAL_95
     size = float(np.hypot(cosine.value, sine.value))
     return _instead(found, ("cosine", "sine"), {"amplitude": value_of(size, sd, reading.unit)})
 
 
-def _rest(found: Read, reading: Reading) -> dict[str, Value]:  # noqa: ARG001
+def _rest(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:  # noqa: ARG001
     """A constant beside a stiffness shifts the place where the spring is at rest."""
     stiffness, constant, middle = found["stiffness"], found["constant"], found["middle"]
     place = middle.value - constant.value / stiffness.value
@@ -150,7 +150,7 @@ def _rest(found: Read, reading: Reading) -> dict[str, Value]:  # noqa: ARG001
     return _instead(found, ("constant", "middle"), {"rest": value_of(place, sd, "mm")})
 
 
-def _rate(found: Read, reading: Reading) -> dict[str, Value]:
+def _rate(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
     """A bent drift's change and bend over the recording are a rate at its begin, and its change."""
     span = _span(reading)
     rate, bend = found["change"], found["bend"]
@@ -164,7 +164,7 @@ def _rate(found: Read, reading: Reading) -> dict[str, Value]:
     )
 
 
-def _factor(found: Read, reading: Reading) -> dict[str, Value]:
+def _factor(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
     """A gain's relative change is a factor; its times are seconds of the recording."""
     span, begin = _span(reading), float(reading.signals.t_s[0])
     change = found["share_of_all"]
@@ -176,23 +176,25 @@ def _factor(found: Read, reading: Reading) -> dict[str, Value]:
     return _instead(found, ("share_of_all",), new)
 
 
-def _drift(found: Read, reading: Reading) -> dict[str, Value]:
+def _drift(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
     """A straight drift's change over the recording is a rate."""
     rate = _scaled(found["change"], 1.0 / _span(reading), f"{reading.unit}/s")
     return _instead(found, ("change",), {"rate": rate})
 
 
-def _delay(found: Read, reading: Reading) -> dict[str, Value]:  # noqa: ARG001
+def _delay(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:  # noqa: ARG001
     """A shift so small that effort changes in proportion to it is a share of the least delay."""
     return _instead(found, ("slight",), {"delay": _scaled(found["slight"], DELAYS_S[0], "s")})
 
 
-def _nothing(found: Read, reading: Reading) -> dict[str, Value]:  # noqa: ARG001
+def _nothing(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:  # noqa: ARG001
     """The share of an effect whose size its shape fixes is no value of its own."""
     return _instead(found, ("share",), {})
 
 
-CHANGES: tuple[tuple[tuple[str, ...], Callable[[Read, Reading], dict[str, Value]]], ...] = (
+CHANGES: tuple[
+    tuple[tuple[str, ...], Callable[[Read, AxisReading], dict[str, IntervalValue]]], ...
+] = (
     (("cosine", "sine"), _amplitude),
     (("stiffness", "constant"), _rest),
     (("change", "bend"), _rate),
@@ -204,23 +206,29 @@ CHANGES: tuple[tuple[tuple[str, ...], Callable[[Read, Reading], dict[str, Value]
 """Values of a law that are stored and exchanged under other names."""
 
 
-def _instead(found: Read, gone: tuple[str, ...], new: Read) -> dict[str, Value]:
+def _instead(found: Read, gone: tuple[str, ...], new: Read) -> dict[str, IntervalValue]:
     return {**{k: v for k, v in found.items() if k not in gone}, **new}
 
 
-def _scaled(value: Value, by: float, unit: str) -> Value:
-    return Value(value=value.value * by, low=value.low * by, high=value.high * by, unit=unit)
+def _scaled(value: IntervalValue, by: float, unit: str) -> IntervalValue:
+    return IntervalValue(
+        value=value.value * by, low=value.low * by, high=value.high * by, unit=unit
+    )
 
 
-def _shifted(value: Value, by: float) -> Value:
-    return Value(value=value.value + by, low=value.low + by, high=value.high + by, unit=value.unit)
+def _shifted(value: IntervalValue, by: float) -> IntervalValue:
+    return IntervalValue(
+        value=value.value + by, low=value.low + by, high=value.high + by, unit=value.unit
+    )
 
 
-def _span(reading: Reading) -> float:
+def _span(reading: AxisReading) -> float:
     return float(reading.signals.t_s[-1] - reading.signals.t_s[0])
 
 
-def _unknown(reading: Reading, number: int, size: Value, others: list[str], sure: float) -> Cause:
+def _unknown(
+    reading: AxisReading, number: int, size: IntervalValue, others: list[str], sure: float
+) -> Cause:
     """Return the entry of a family without a name: how much of the error it holds, over what."""
     choice, effect = reading.inquiry.found.choices[number], reading.fitted.effects[number]
     left = reading.bench.difference - (reading.fitted.correction - effect)
@@ -258,18 +266,18 @@ def _short_words(short: Short, values: Read) -> str:
     return f" On stretches left out, {said} says {does}, beside the simulation's terms fitted anew."
 
 
-def _signed(value: Value) -> str:
+def _signed(value: IntervalValue) -> str:
     return f"{value.value:.3g} {value.unit}".replace("-", "−")
 
 
-def _mistuned(reading: Reading, *, beside: list[Cause]) -> list[Cause]:
+def _mistuned(reading: AxisReading, *, beside: list[Cause]) -> list[Cause]:
     """Return the simulation's own terms whose coefficient the recording contradicts."""
     off = {name: _judged(reading, [name]) for name in _changed(reading)}
     causes = {name: _retuned(reading, name, one) for name, one in off.items()}
-    return told(off, causes, beside=beside, jointly=partial(_judged, reading))
+    return own_term_entries(off, causes, beside=beside, jointly=partial(_judged, reading))
 
 
-def _changed(reading: Reading) -> list[str]:
+def _changed(reading: AxisReading) -> list[str]:
     """Return the own terms whose coefficient changes by more than its interval and RETUNED."""
     found = []
     for name in reading.fitted.own:
@@ -280,18 +288,18 @@ def _changed(reading: Reading) -> list[str]:
     return found
 
 
-def _judged(reading: Reading, names: Collection[str]) -> Mistuned:
+def _judged(reading: AxisReading, names: Collection[str]) -> Mistuned:
     inquiry, own = reading.inquiry, list(reading.bench.own)
     return of_mistuned(inquiry.search, inquiry.found, [own.index(name) for name in names])
 
 
-def _change_size(reading: Reading, name: str) -> Value:
+def _change_size(reading: AxisReading, name: str) -> IntervalValue:
     change, sd = reading.fitted.of_own(name)
     peak = float(np.max(np.abs(reading.signals.own[name])))
     return value_of(abs(change) * peak, sd * peak, reading.unit)
 
 
-def _retuned(reading: Reading, name: str, off: Mistuned) -> Cause:
+def _retuned(reading: AxisReading, name: str, off: Mistuned) -> Cause:
     """Return the entry of an own term that is off."""
     change, sd = reading.fitted.of_own(name)
     had, main = reading.signals.had[name], term_called(name).parameters[0]

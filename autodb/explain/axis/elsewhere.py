@@ -10,19 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.axis.friction import friction_suspects
-from autodb.explain.axis.loads import load_suspects, sensor_suspects
-from autodb.explain.axis.moves import Path
-from autodb.explain.axis.reading import Reading
-from autodb.explain.axis.signals import ACTING, AxisSignals, friction_of, own_terms
+from autodb.explain.axis.loads import load_suspects, sensor_candidates_of_axis
+from autodb.explain.axis.moves import AxisPath
+from autodb.explain.axis.reading import AxisReading
+from autodb.explain.axis.signals import ACTING, AxisSignals, own_terms, simulated_friction
 from autodb.explain.engine.candidates import Choice, Rung, Suspect
-from autodb.explain.engine.telling import held
+from autodb.explain.engine.telling import held_coefficients
 from autodb.terms.friction import since_reversal
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Account:
+class AxisAccount:
     """A set of effects and the simulation's own terms, fitted together on a recording.
 
     ``coefficients`` (p,) of own terms, then of each choice; ``root`` (p, p) with root·rootᵀ their
@@ -41,14 +41,14 @@ class Account:
         return self.coefficients[start : start + self.widths[number]]
 
 
-def account(reading: Reading, choices: Sequence[Choice]) -> Account:
+def fit_axis_account(reading: AxisReading, choices: Sequence[Choice]) -> AxisAccount:
     """Fit a set to the recording's white rows; its own terms are free."""
     bench, whitener = reading.bench, reading.inquiry.whitener
     built = [bench.reduce(bench.built(choice.shape)) for choice in choices]
     white = whitener(np.column_stack([bench.chosen(()), *built]))
     right = whitener(bench.reduced_difference)
-    coefficients, root = held(white, right, variance=reading.inquiry.variance)
-    return Account(
+    coefficients, root = held_coefficients(white, right, variance=reading.inquiry.variance)
+    return AxisAccount(
         own=tuple(bench.own),
         choices=tuple(choices),
         widths=tuple(block.shape[1] for block in built),
@@ -57,7 +57,9 @@ def account(reading: Reading, choices: Sequence[Choice]) -> Account:
     )
 
 
-def signals_on(path: Path, other: Path, recorded: AxisSignals, *, begin_s: float) -> AxisSignals:
+def signals_on(
+    path: AxisPath, other: AxisPath, recorded: AxisSignals, *, begin_s: float
+) -> AxisSignals:
     """Return the signals of a move of the recorded axis, while the other axes run ``other``.
 
     The move begins at ``begin_s`` on the recording's clock. The simulation is the sum of the terms
@@ -78,7 +80,7 @@ def signals_on(path: Path, other: Path, recorded: AxisSignals, *, begin_s: float
         sense=path.direction,
         simulation=simulation,
         effort=simulation,
-        friction=friction_of(path.direction, own, recorded.had),
+        friction=simulated_friction(path.direction, own, recorded.had),
         last_sense=last,
         way=way,
         others={name: _of_other(other, name) for name in recorded.others},
@@ -88,14 +90,14 @@ def signals_on(path: Path, other: Path, recorded: AxisSignals, *, begin_s: float
     )
 
 
-def _of_other(path: Path, name: str) -> Array:
+def _of_other(path: AxisPath, name: str) -> Array:
     what = name.partition(".")[2]
     if what == "position":
         return path.position
     return path.velocity if what == "velocity" else path.acceleration
 
 
-def design(of: Account, signals: AxisSignals) -> Array:
+def account_columns(of: AxisAccount, signals: AxisSignals) -> Array:
     """Return an account's columns on another move, (n, p), in the order of its coefficients.
 
     A choice that does not repeat there, and what was kept of a simulation without a term, are 0.
@@ -115,7 +117,7 @@ def design(of: Account, signals: AxisSignals) -> Array:
     return _recorded(of, own, [blocks[n] for n in range(len(of.choices))], now)
 
 
-def _recorded(of: Account, own: Array, blocks: list[Array], now: AxisSignals) -> Array:
+def _recorded(of: AxisAccount, own: Array, blocks: list[Array], now: AxisSignals) -> Array:
     """Return all columns as what clips, shifts or signs them lets them be recorded."""
     through = [(n, _shape(c, now)) for n, c in enumerate(of.choices) if c.shape.through is not None]
     for at, rung in through:
@@ -143,7 +145,11 @@ def _shape(choice: Choice, signals: AxisSignals) -> Rung | None:
 def _anew(suspect: Suspect, signals: AxisSignals) -> Suspect | None:
     if suspect.scanned:
         return None if suspect.anew is None else suspect.anew(signals)
-    made = [*friction_suspects(signals), *load_suspects(signals), *sensor_suspects(signals)]
+    made = [
+        *friction_suspects(signals),
+        *load_suspects(signals),
+        *sensor_candidates_of_axis(signals),
+    ]
     return next((s for s in made if s.key == suspect.key), None)
 
 

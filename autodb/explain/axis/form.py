@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.axis.reading import Reading
+from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.candidates import UNKNOWN, Choice, Rung, Suspect
 from autodb.explain.engine.folds import Folds
-from autodb.explain.engine.prior import drawn
+from autodb.explain.engine.prior import coefficient_costs
 from autodb.explain.engine.search import MARGIN
-from autodb.explain.engine.symbolic import Form, Variable, forms, nearest, written
-from autodb.explain.engine.tuning import Beside, Tuned, tuned
+from autodb.explain.engine.symbolic import ProductForm, Variable, forms, nearest_candidates, written
+from autodb.explain.engine.tuning import BesideShapes, Tuned, tuned
 from autodb.explain.engine.weighing import weighing
 from autodb.files.channels import unit_of
 
@@ -45,15 +45,15 @@ class Short:
     multiplied by; ``share`` of what the smooth curve does on stretches left out that it does.
     """
 
-    form: Form
+    form: ProductForm
     law: Tuned
-    beside: Beside
+    beside: BesideShapes
     words: str
     carrier_words: str
     share: float
 
 
-def short_form(reading: Reading, number: int) -> Short | None:
+def short_form(reading: AxisReading, number: int) -> Short | None:
     """Return the short form of an effect of the final fit, or None when none holds.
 
     On white rows of stretches left out of each fit, beside the own terms and the other effects, the
@@ -103,7 +103,7 @@ class _Left:
     """What own terms and other effects leave for an effect and for its short forms."""
 
     def __init__(
-        self, reading: Reading, number: int, turned: bool, variables: Sequence[Variable]
+        self, reading: AxisReading, number: int, turned: bool, variables: Sequence[Variable]
     ) -> None:
         self.reading = reading
         self.number = number
@@ -113,7 +113,7 @@ class _Left:
         self.carrier = reading.signals.sense if turned else np.ones_like(reading.signals.t_s)
         self.others = (*reading.choices[:number], *reading.choices[number + 1 :])
 
-    def nearest(self, tried: Sequence[Form]) -> list[int]:
+    def nearest(self, tried: Sequence[ProductForm]) -> list[int]:
         """Return the places of the forms that come nearest to the smooth curve."""
         fitted, bench = self.reading.fitted, self.reading.bench
         rows = slice(None, None, max(1, len(self.carrier) // SCREENED))
@@ -121,9 +121,9 @@ class _Left:
         base = np.column_stack([bench.own_columns(), *beside, self.carrier])[rows]
         carrier, values = self.carrier[rows], [u[rows] for u in self.values]
         candidates = [form.columns(carrier, values, **form.shape) for form in tried]
-        return nearest(fitted.effects[self.number][rows], base, candidates, SHORTLIST)
+        return nearest_candidates(fitted.effects[self.number][rows], base, candidates, SHORTLIST)
 
-    def choice(self, form: Form) -> Choice:
+    def choice(self, form: ProductForm) -> Choice:
         """Return a form as a choice, which is fitted as others are."""
 
         def law(**shape: float) -> Array:
@@ -139,7 +139,7 @@ class _Left:
         blocks = [self._block(choice) for choice in choices]
         rows = np.column_stack([bench.reduced_difference, base, *(b for b, _ in blocks)])
         folds = Folds(whitener(rows), self._gap())
-        cost = drawn(bench, self.others, self.reading.noise)
+        cost = coefficient_costs(bench, self.others, self.reading.noise)
         squares, at = [], 1 + base.shape[1]
         for block, its_cost in blocks:
             columns = [*range(1, 1 + base.shape[1]), *range(at, at + block.shape[1])]
@@ -155,19 +155,19 @@ class _Left:
         columns = bench.reduce(bench.built(choice.shape))
         if choice.shape.names:
             return columns, np.zeros(columns.shape[1])
-        cost = drawn(bench, [*self.others, choice], self.reading.noise)
+        cost = coefficient_costs(bench, [*self.others, choice], self.reading.noise)
         return columns, cost[len(cost) - columns.shape[1] :]
 
     def _gap(self) -> int:
         step_s = float(np.median(np.diff(self.reading.signals.t_s)))
         return round(GAP_S / (step_s * self.reading.bench.factor))
 
-    def tuned(self, form: Form) -> Short:
+    def tuned(self, form: ProductForm) -> Short:
         """Return a form with its values tuned on all rows; a level that may be none goes."""
         bench, choice = self.reading.bench, self.choice(form)
         bench.forget([self.key])
         noise = weighing(bench, [*self.others, choice], self.reading.inquiry.noise, of=choice)
-        beside = Beside(bench, self.others, noise)
+        beside = BesideShapes(bench, self.others, noise)
         law = tuned(choice, beside)
         coefficients, covariance = beside.fit(law.choice.shape)
         if form.level and abs(coefficients[-1]) < LEVEL_SDS * np.sqrt(covariance[-1, -1]):

@@ -7,9 +7,9 @@ from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.candidates import (
     Rung,
     Suspect,
-    ladder,
+    grid_forms,
+    has_positive_first,
     negative,
-    positive,
     spline,
     swings,
 )
@@ -30,21 +30,26 @@ FALLS = 0.7
 
 def friction_suspects(signals: AxisSignals) -> list[Suspect]:
     """Return the suspects that act on friction; those that need reversals only where there are."""
-    made = [coulomb(signals), viscous(signals), stribeck_dip(signals), asymmetry(signals)]
-    made += [position_friction(signals), warmup(signals)]
+    made = [
+        coulomb_candidate(signals),
+        viscous_candidate(signals),
+        stribeck_dip(signals),
+        asymmetry_candidate(signals),
+    ]
+    made += [position_friction_candidate(signals), warmup_candidate(signals)]
     if np.any(np.diff(signals.last_sense) != 0):
         made += [soft_start(signals), play(signals)]
     return made
 
 
-def coulomb(s: AxisSignals) -> Suspect:
+def coulomb_candidate(s: AxisSignals) -> Suspect:
     """Dry friction, turning over one of several widths of speed."""
-    rungs = [Rung(lambda: s.sense, names=("level",), tries=4, allowed=positive)]
-    rungs += ladder(
+    rungs = [Rung(lambda: s.sense, names=("level",), tries=4, allowed=has_positive_first)]
+    rungs += grid_forms(
         lambda width: np.tanh(s.velocity / width),
         [{"width": width} for width in TURNING_MM_S],
         names=(),
-        allowed=positive,
+        allowed=has_positive_first,
     )
     return Suspect(
         "coulomb", "coulomb", tuple(rungs), (s.channel("direction"),),
@@ -67,17 +72,17 @@ def around_standstill(sense: Array, velocity: Array) -> Array:
     return np.column_stack(columns)
 
 
-def viscous(s: AxisSignals) -> Suspect:
+def viscous_candidate(s: AxisSignals) -> Suspect:
     """Friction that grows with speed, in proportion or slower."""
     scale = max(float(np.abs(s.frame.velocity).max()), 1e-9)
     rungs = (
-        Rung(lambda: s.velocity, names=("coefficient",), tries=3, allowed=positive),
+        Rung(lambda: s.velocity, names=("coefficient",), tries=3, allowed=has_positive_first),
         *(
             Rung(
                 lambda power: s.sense * (np.abs(s.velocity) / scale) ** power,
                 shape={"power": power},
                 tries=3,
-                allowed=positive,
+                allowed=has_positive_first,
             )
             for power in (0.7, 0.5)
         ),
@@ -91,11 +96,11 @@ def viscous(s: AxisSignals) -> Suspect:
 def stribeck_dip(s: AxisSignals) -> Suspect:
     """Extra friction at low speed that falls with speed."""
     top = float(np.quantile(np.abs(s.frame.velocity), 0.99))
-    rungs = ladder(
+    rungs = grid_forms(
         lambda speed, exponent: stribeck(s.sense, s.velocity, speed_mm_s=speed, exponent=exponent),
         [{"speed": v, "exponent": e} for v in DIP_SPEEDS_MM_S if v < 0.5 * top for e in (1.0, 2.0)],
         names=("level",),
-        allowed=positive,
+        allowed=has_positive_first,
     )
     return Suspect(
         "stribeck", "stribeck", tuple(rungs), (s.channel("velocity"),),
@@ -103,7 +108,7 @@ def stribeck_dip(s: AxisSignals) -> Suspect:
     )  # fmt: skip
 
 
-def asymmetry(s: AxisSignals) -> Suspect:
+def asymmetry_candidate(s: AxisSignals) -> Suspect:
     """Friction that differs by direction: the same sign both ways, gone at standstill."""
     moving, speed = np.abs(s.sense), np.abs(s.velocity)
     like = np.abs(s.frame.velocity)
@@ -119,7 +124,7 @@ def asymmetry(s: AxisSignals) -> Suspect:
     )  # fmt: skip
 
 
-def position_friction(s: AxisSignals) -> Suspect:
+def position_friction_candidate(s: AxisSignals) -> Suspect:
     """Friction that changes along the travel, alike in both directions."""
     like = s.frame.position
     middle = 0.5 * float(like.min() + like.max())
@@ -137,7 +142,7 @@ def position_friction(s: AxisSignals) -> Suspect:
     )
 
 
-def warmup(s: AxisSignals) -> Suspect:
+def warmup_candidate(s: AxisSignals) -> Suspect:
     """Friction that falls as the lubricant warms: with the way run, with the clock, or freely."""
     span = float(s.frame.t_s[-1] - s.frame.t_s[0])
     times = [time for time in WARM_TIMES_S if time < 3.0 * span]
@@ -149,12 +154,12 @@ def warmup(s: AxisSignals) -> Suspect:
         return np.asarray(s.friction * np.expm1(-(s.t_s - s.t_s[0]) / time_constant))
 
     rungs = [
-        *ladder(driven, _times(times), names=("drop",), allowed=positive),
-        *ladder(
+        *grid_forms(driven, _times(times), names=("drop",), allowed=has_positive_first),
+        *grid_forms(
             clocked,
             _times([time for time in times if time > 0.02 * span]),
             names=("drop",),
-            allowed=positive,
+            allowed=has_positive_first,
         ),
         Rung(lambda: s.friction[:, None] * swings(s.t_s, 8, s.frame.t_s), allowed=_falls),
     ]
@@ -187,7 +192,7 @@ def _falls(factor: Array) -> bool:
 
 def soft_start(s: AxisSignals) -> Suspect:
     """After a reversal friction builds up over a small way."""
-    rungs = ladder(
+    rungs = grid_forms(
         lambda distance: s.direction - presliding(s.direction, s.position, distance_mm=distance),
         [{"distance": distance} for distance in PRESLIDING_MM],
         names=("share",),
@@ -201,11 +206,11 @@ def soft_start(s: AxisSignals) -> Suspect:
 
 def play(s: AxisSignals) -> Suspect:
     """After a reversal the load's friction is absent over a fixed way."""
-    rungs = ladder(
+    rungs = grid_forms(
         lambda gap: backlash(s.direction, s.position, gap_mm=gap),
         [{"gap": gap} for gap in PLAY_MM],
         names=("level",),
-        allowed=positive,
+        allowed=has_positive_first,
     )
     return Suspect(
         "backlash", "backlash", tuple(rungs), (s.channel("position"), s.channel("direction")),

@@ -11,9 +11,9 @@ from autodb.explain.engine.candidates import (
     UNKNOWN,
     Rung,
     Suspect,
-    ladder,
+    grid_forms,
+    has_positive_first,
     near_one,
-    positive,
     spline,
     swings,
 )
@@ -50,19 +50,19 @@ def load_suspects(s: AxisSignals) -> list[Suspect]:
             (Rung(lambda: np.ones_like(s.t_s), names=("level",)),),
             excludes=frozenset({"spring"}),
         ),
-        inertia(s),
-        spring(s),
+        inertia_candidate(s),
+        spring_candidate(s),
         swing(s),
         *cross_couplings(s),
     ]
 
 
-def inertia(s: AxisSignals) -> Suspect:
+def inertia_candidate(s: AxisSignals) -> Suspect:
     """Mass that must be accelerated."""
     return Suspect(
         "inertia",
         "inertia",
-        (Rung(lambda: s.acceleration, names=("coefficient",), allowed=positive),),
+        (Rung(lambda: s.acceleration, names=("coefficient",), allowed=has_positive_first),),
         (s.channel("acceleration"),),
         detail=lambda: _neighbours(s.acceleration),
     )
@@ -73,7 +73,7 @@ def _neighbours(values: Array) -> Array:
     return np.column_stack([np.roll(values, 1) - values, np.roll(values, -1) - values])
 
 
-def spring(s: AxisSignals) -> Suspect:
+def spring_candidate(s: AxisSignals) -> Suspect:
     """A load that grows along the travel with the same sign both ways, straight or hardening."""
     like = s.frame.position
     middle = 0.5 * float(like.min() + like.max())
@@ -112,12 +112,12 @@ def swing(s: AxisSignals) -> Suspect:
     def law(frequency: float, damping: float) -> Array:
         return compliance(s.acceleration, s.t_s, frequency_hz=frequency, damping=damping)
 
-    rungs = ladder(
+    rungs = grid_forms(
         law,
         [{"frequency": f, "damping": z} for f in SWINGS_HZ if f < 0.3 * rate_hz for z in DAMPINGS],
         names=("coefficient",),
         ratio=1.5,
-        allowed=positive,
+        allowed=has_positive_first,
     )
     return Suspect(
         "compliance", "compliance", tuple(rungs), (s.channel("acceleration"),),
@@ -128,10 +128,12 @@ def swing(s: AxisSignals) -> Suspect:
 
 def cross_couplings(s: AxisSignals) -> list[Suspect]:
     """The acceleration of each other axis, at once or a little late."""
-    return [cross_coupling(s, name) for name in s.others if name.endswith(".acceleration")]
+    return [
+        cross_coupling_candidate(s, name) for name in s.others if name.endswith(".acceleration")
+    ]
 
 
-def cross_coupling(s: AxisSignals, name: str) -> Suspect:
+def cross_coupling_candidate(s: AxisSignals, name: str) -> Suspect:
     """The acceleration of one other axis."""
     other = s.others[name]
     return Suspect(
@@ -148,17 +150,17 @@ def _late(s: AxisSignals, values: Array) -> Array:
     return np.column_stack([lag(values, s.t_s, delay_s=d) for d in (0.015, 0.04)])
 
 
-def sensor_suspects(s: AxisSignals) -> list[Suspect]:
+def sensor_candidates_of_axis(s: AxisSignals) -> list[Suspect]:
     """Return what the motor's constant, the sensor and the clock may do.
 
     Where no effort is known there is nothing to scale, shift, clip or lose the sign of.
     """
     if not np.any(s.effort):
         return [drift(s)]
-    return [gain(s), drift(s), shift(s), clipping(s), lost_sign(s), braking(s)]
+    return [gain_candidate(s), drift(s), shift(s), clipping(s), lost_sign_candidate(s), braking(s)]
 
 
-def gain(s: AxisSignals) -> Suspect:
+def gain_candidate(s: AxisSignals) -> Suspect:
     """Every contribution scales alike with a factor that changes: steadily, settling, in a step."""
     run = _run(s)
 
@@ -170,7 +172,7 @@ def gain(s: AxisSignals) -> Suspect:
 
     tries = 1 + len(SETTLING) + STEPS
     rungs = [Rung(lambda: s.effort * run, names=("share_of_all",), tries=tries)]
-    rungs += ladder(settling, [{"time_constant": T} for T in SETTLING], names=("share_of_all",))
+    rungs += grid_forms(settling, [{"time_constant": T} for T in SETTLING], names=("share_of_all",))
     rungs += [
         Rung(
             stepping,
@@ -223,7 +225,7 @@ def drift(s: AxisSignals) -> Suspect:
     rungs = [
         Rung(lambda: run, names=("change",)),
         Rung(lambda: np.column_stack([run, run**2]), names=("change", "bend")),
-        *ladder(
+        *grid_forms(
             lambda time_constant: -np.expm1(-run / time_constant),
             [{"time_constant": time} for time in SETTLING],
             names=(),
@@ -248,7 +250,7 @@ def shift(s: AxisSignals) -> Suspect:
         names=("slight",),
         allowed=lambda c: bool(abs(c[0]) < 1.0),
     )
-    rungs = ladder(
+    rungs = grid_forms(
         lambda delay: lag(s.simulation, s.t_s, delay_s=delay) - s.simulation,
         [{"delay": sign * d} for sign in (1.0, -1.0) for d in DELAYS_S],
         names=("share",),
@@ -325,7 +327,7 @@ def _beyond(effort: Array, sides: tuple[float, ...]) -> Array:
     return np.asarray(np.max([side * effort for side in (*sides, 0.0)], axis=0))
 
 
-def lost_sign(s: AxisSignals) -> Suspect:
+def lost_sign_candidate(s: AxisSignals) -> Suspect:
     """A magnitude was recorded."""
     sign = np.where(s.effort < 0, -1.0, 1.0)
     rung = Rung(

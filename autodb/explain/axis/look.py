@@ -7,18 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.explain.answer.answer import ChannelAnswer, Considered, Trace, Where
+from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Considered, Where
 from autodb.explain.axis.causes import causes
-from autodb.explain.axis.friction import friction_suspects, warmup
-from autodb.explain.axis.loads import load_suspects, sensor_suspects
-from autodb.explain.axis.reading import Reading
-from autodb.explain.axis.scan import Left, proposals
+from autodb.explain.axis.friction import friction_suspects, warmup_candidate
+from autodb.explain.axis.loads import load_suspects, sensor_candidates_of_axis
+from autodb.explain.axis.reading import AxisReading
+from autodb.explain.axis.scan import Left, proposals_of_axis
 from autodb.explain.axis.signals import NO_PARTS, READ_OFF, AxisSignals, axis_signals
 from autodb.explain.axis.unknown import unknown_suspects
-from autodb.explain.engine.bench import Bench, reduced
+from autodb.explain.engine.bench import WhiteRows, reduced
 from autodb.explain.engine.candidates import Choice, Suspect
 from autodb.explain.engine.fit import SAME, no_difference, quality, rms
-from autodb.explain.engine.fitted import fit
+from autodb.explain.engine.fitted import fit_white_rows
 from autodb.explain.engine.inquiry import Inquiry, inquire
 from autodb.explain.engine.locate import regimes
 from autodb.explain.engine.noise import Whitener
@@ -50,7 +50,7 @@ def explain_axis(
     channel: str,
     includes: list[str] | None,
     parts: Mapping[str, Array] = NO_PARTS,
-) -> tuple[ChannelAnswer, Trace]:
+) -> tuple[ChannelAnswer, ChannelTrace]:
     """Say what the simulation of one effort channel leaves out.
 
     ``simulation`` (n,) on the recording's time; ``includes`` the terms it already has, read off it
@@ -61,7 +61,7 @@ def explain_axis(
     measured, unit = recording[channel], recording.unit(channel)
     _check(recording, channel, measured, simulation)
     signals = axis_signals(recording, simulation, channel, parts)
-    trace = Trace(
+    trace = ChannelTrace(
         x_name="t",
         x=recording.t_s,
         recording=measured,
@@ -76,14 +76,14 @@ def explain_axis(
     if rms(difference) <= SAME * max(rms(measured), rms(simulation)):
         return no_difference(unit), trace
     own = _own_columns(signals, includes)
-    bench = Bench(difference, own, _factor(recording))
+    bench = WhiteRows(difference, own, _factor(recording))
     inquiry = inquire(bench, AxisField(signals, bench))
     bench.loosen(inquiry.found.choices)
     choices = tuned_together(bench, inquiry.found.choices, inquiry.noise)
     noise = weighing(bench, choices, inquiry.noise)
-    fitted = fit(bench, choices, noise)
+    fitted = fit_white_rows(bench, choices, noise)
     had = frozenset(own) | frozenset(includes or ())
-    reading = Reading(bench, inquiry, noise, choices, fitted, signals, had, unit)
+    reading = AxisReading(bench, inquiry, noise, choices, fitted, signals, had, unit)
     return _answer(reading, replace(trace, considered=_considered(inquiry)))
 
 
@@ -95,19 +95,24 @@ class AxisField:
     """
 
     signals: AxisSignals
-    bench: Bench
+    bench: WhiteRows
 
     def standing(self) -> list[Suspect]:
         """Return every suspect but those that scans find."""
         s = self.signals
         return self._open(
-            [*friction_suspects(s), *load_suspects(s), *sensor_suspects(s), *unknown_suspects(s)]
+            [
+                *friction_suspects(s),
+                *load_suspects(s),
+                *sensor_candidates_of_axis(s),
+                *unknown_suspects(s),
+            ]
         )
 
     def beside(self, retuned: Array, parts: list[tuple[str, Array]]) -> list[Suspect]:
         """Return warm-up and what motor and sensor do, acting on all that has been found."""
         now = self.signals.beside(retuned, parts)
-        return self._open([warmup(now), *sensor_suspects(now)])
+        return self._open([warmup_candidate(now), *sensor_candidates_of_axis(now)])
 
     def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Suspect]:
         """Return what scans of the residual at the bench's working rate point to."""
@@ -117,7 +122,7 @@ class AxisField:
         )
         step_s = factor * float(np.median(np.diff(s.t_s)))
         rows = Left(t_s, position, velocity, sense, left, whitener, factor, step_s)
-        return proposals(s, rows, number)
+        return proposals_of_axis(s, rows, number)
 
     def _open(self, suspects: list[Suspect]) -> list[Suspect]:
         own = self.bench.own.keys() & READ_OFF
@@ -141,7 +146,7 @@ def _own_columns(signals: AxisSignals, includes: list[str] | None) -> dict[str, 
     return own
 
 
-def _answer(reading: Reading, trace: Trace) -> tuple[ChannelAnswer, Trace]:
+def _answer(reading: AxisReading, trace: ChannelTrace) -> tuple[ChannelAnswer, ChannelTrace]:
     found = causes(reading)
     fitted, choices = reading.fitted, reading.choices
     before = trace.recording - trace.simulation

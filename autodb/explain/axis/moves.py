@@ -59,7 +59,7 @@ class Reach:
 
 
 @dataclass(frozen=True)
-class Path:
+class AxisPath:
     """Position [mm], velocity, acceleration and direction of an axis, (n,), evenly over t [s]."""
 
     t_s: Array
@@ -70,7 +70,7 @@ class Path:
 
 
 @dataclass(frozen=True)
-class Move:
+class AxisMove:
     """One move: ``words`` say it in the imperative, ``path`` gives it at a rate in Hz.
 
     It is run right after the recording, or ``cold`` after a rest. ``scaled``: only of an axis that
@@ -78,7 +78,7 @@ class Move:
     """
 
     words: Callable[[Reach], str]
-    path: Callable[[Reach, float], Path]
+    path: Callable[[Reach, float], AxisPath]
     scaled: bool = True
     cold: bool = False
     of_other: bool = False
@@ -94,7 +94,9 @@ def reach(position: Array, velocity: Array, acceleration: Array) -> Reach:
     return Reach(float(position.min()), float(position.max()), top, max(sharpest, top))
 
 
-def along(start_mm: float, stops: Iterable[Stop], r: Reach, rate_hz: float, rest_s: float) -> Path:
+def along(
+    start_mm: float, stops: Iterable[Stop], r: Reach, rate_hz: float, rest_s: float
+) -> AxisPath:
     """Return the path over stops, each followed by a rest, after a rest at ``start_mm``."""
     parts, here = [_rest(start_mm, rest_s, rate_hz)], start_mm
     for place, speed in stops:
@@ -102,7 +104,7 @@ def along(start_mm: float, stops: Iterable[Stop], r: Reach, rate_hz: float, rest
         here = place
     position, velocity, acceleration = np.concatenate(parts, axis=1)
     t_s = np.arange(len(position)) / rate_hz
-    return Path(t_s, position, velocity, acceleration, direction(velocity))
+    return AxisPath(t_s, position, velocity, acceleration, direction(velocity))
 
 
 def _rest(place_mm: float, rest_s: float, rate_hz: float) -> Array:
@@ -130,50 +132,50 @@ def _passes(r: Reach, speeds: Iterable[float]) -> list[Stop]:
     return [(place, speed) for speed in speeds for place in (r.high_mm, r.low_mm)]
 
 
-def _stand(r: Reach, rate_hz: float) -> Path:
+def _stand(r: Reach, rate_hz: float) -> AxisPath:
     return along(r.middle_mm, [], r, rate_hz, STAND_S)
 
 
-def _slow(r: Reach, rate_hz: float) -> Path:
+def _slow(r: Reach, rate_hz: float) -> AxisPath:
     return along(r.low_mm, _passes(r, [r.slow_mm_s]), r, rate_hz, 1.0)
 
 
-def _fast(r: Reach, rate_hz: float) -> Path:
+def _fast(r: Reach, rate_hz: float) -> AxisPath:
     return along(r.low_mm, _passes(r, [r.top_mm_s] * TURNS), r, rate_hz, 0.2)
 
 
-def _five_speeds(r: Reach, rate_hz: float) -> Path:
+def _five_speeds(r: Reach, rate_hz: float) -> AxisPath:
     speeds = [max(share * r.top_mm_s, r.slow_mm_s) for share in FIVE_SPEEDS]
     return along(r.low_mm, _passes(r, speeds), r, rate_hz, 1.0)
 
 
-def _sharp(r: Reach, rate_hz: float) -> Path:
+def _sharp(r: Reach, rate_hz: float) -> AxisPath:
     third = (r.high_mm - r.low_mm) / 3.0
     places = [r.low_mm + third, r.low_mm + 2 * third, r.high_mm, r.low_mm]
     return along(r.low_mm, [(p, r.top_mm_s) for p in places * TURNS], r, rate_hz, 1.0)
 
 
-def _short(r: Reach, rate_hz: float) -> Path:
+def _short(r: Reach, rate_hz: float) -> AxisPath:
     middle = r.middle_mm
     turns = [middle + way * on for way in SHORT_MM for _ in range(TURNS) for on in (1, 0)]
     return along(middle, [(place, SHORT_MM_S) for place in turns], r, rate_hz, 0.1)
 
 
-def _warming(r: Reach, rate_hz: float) -> Path:
+def _warming(r: Reach, rate_hz: float) -> AxisPath:
     speed = 0.5 * r.top_mm_s
     one_s = (r.high_mm - r.low_mm) / speed + speed / r.top_mm_s2
     turns = max(1, int(0.5 * WARMING_S / one_s))
     stops = _passes(r, [speed] * turns)
     runs = along(r.low_mm, stops, r, rate_hz, 1.0 / rate_hz)
     rest = along(r.low_mm, [], r, rate_hz, WARMING_S)
-    return joined([runs, *[rest, runs] * (WARMINGS - 1)], rate_hz)
+    return joined_paths([runs, *[rest, runs] * (WARMINGS - 1)], rate_hz)
 
 
-def joined(paths: Iterable[Path], rate_hz: float) -> Path:
+def joined_paths(paths: Iterable[AxisPath], rate_hz: float) -> AxisPath:
     """Return paths one after the other."""
     parts = [np.stack([p.position, p.velocity, p.acceleration, p.direction]) for p in paths]
     rows = np.concatenate(parts, axis=1)
-    return Path(np.arange(rows.shape[1]) / rate_hz, *rows)
+    return AxisPath(np.arange(rows.shape[1]) / rate_hz, *rows)
 
 
 def _travel(r: Reach) -> str:
@@ -184,32 +186,34 @@ def _feed(speed_mm_s: float) -> str:
     return f"{float(f'{60.0 * speed_mm_s:.3g}'):g} mm/min"
 
 
-LIBRARY: tuple[Move, ...] = (
-    Move(lambda _: f"Stand still under control for {STAND_S:g} s", _stand, scaled=False),
-    Move(lambda r: f"Pass {_travel(r)} there and back at {_feed(r.slow_mm_s)}", _slow),
-    Move(lambda r: f"Pass {_travel(r)} there and back {TURNS} times at {_feed(r.top_mm_s)}", _fast),
-    Move(
+LIBRARY: tuple[AxisMove, ...] = (
+    AxisMove(lambda _: f"Stand still under control for {STAND_S:g} s", _stand, scaled=False),
+    AxisMove(lambda r: f"Pass {_travel(r)} there and back at {_feed(r.slow_mm_s)}", _slow),
+    AxisMove(
+        lambda r: f"Pass {_travel(r)} there and back {TURNS} times at {_feed(r.top_mm_s)}", _fast
+    ),
+    AxisMove(
         lambda r: (
             f"Pass {_travel(r)} there and back at five feeds from "
             f"{_feed(max(FIVE_SPEEDS[0] * r.top_mm_s, r.slow_mm_s))} to {_feed(r.top_mm_s)}"
         ),
         _five_speeds,
     ),
-    Move(
+    AxisMove(
         lambda r: (
             f"Go over {_travel(r)} in thirds at {_feed(r.top_mm_s)}, {TURNS} times, accelerating "
             f"with {r.top_mm_s2:.3g} mm/s² and standing 1 s after each move"
         ),
         _sharp,
     ),
-    Move(
+    AxisMove(
         lambda r: (
             f"Reverse slowly, at {_feed(SHORT_MM_S)}, about {r.middle_mm:.4g} mm, {TURNS} times "
             f"each over {SHORT_MM[0]:g} to {SHORT_MM[-1]:g} mm"
         ),
         _short,
     ),
-    Move(
+    AxisMove(
         lambda r: (
             f"Let the axis rest for {COLD_S / 60.0:g} min, then pass {_travel(r)} there and back "
             f"at {_feed(0.5 * r.top_mm_s)} for {WARMING_S:g} s, {WARMINGS} times "
@@ -218,7 +222,7 @@ LIBRARY: tuple[Move, ...] = (
         _warming,
         cold=True,
     ),
-    Move(
+    AxisMove(
         lambda r: (
             f"Let this axis stand and pass another axis over {_travel(r)} in thirds at "
             f"{_feed(r.top_mm_s)}, accelerating with {r.top_mm_s2:.3g} mm/s²"
@@ -230,19 +234,19 @@ LIBRARY: tuple[Move, ...] = (
 """What a shop can run in ten minutes at most; the recording's own programme comes beside it."""
 
 
-def again(programme: Path) -> Move:
+def again(programme: AxisPath) -> AxisMove:
     """Return the recording's programme, run once more after a rest."""
     rows = programme.t_s - programme.t_s[0] <= PROGRAMME_S
-    cut = Path(*(values[rows] for values in vars(programme).values()))
+    cut = AxisPath(*(values[rows] for values in vars(programme).values()))
     cut = replace(cut, t_s=cut.t_s - cut.t_s[0])
     words = (
         f"Let the axis rest for {COLD_S / 60.0:g} min and run the first {cut.t_s[-1]:.0f} s of the "
         "recording's programme once more"
     )
-    return Move(lambda _: words, lambda _r, _hz: cut, scaled=False, cold=True)
+    return AxisMove(lambda _: words, lambda _r, _hz: cut, scaled=False, cold=True)
 
 
-def still(path: Path, place_mm: float) -> Path:
+def still(path: AxisPath, place_mm: float) -> AxisPath:
     """Return standing at a place for as long as a path takes."""
     zero = np.zeros_like(path.t_s)
-    return Path(path.t_s, zero + place_mm, zero, zero, zero)
+    return AxisPath(path.t_s, zero + place_mm, zero, zero, zero)

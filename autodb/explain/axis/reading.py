@@ -3,24 +3,24 @@
 from dataclasses import dataclass
 
 from autodb.explain.axis.signals import AxisSignals
-from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Choice
-from autodb.explain.engine.fitted import Fitted
+from autodb.explain.engine.fitted import FittedEffects
 from autodb.explain.engine.inquiry import Inquiry
 from autodb.explain.engine.noise import Noise
 
 
 @dataclass(frozen=True)
-class Reading:
+class AxisReading:
     """``noise`` weighs the rows of the final fit; ``choices`` are tuned; ``had``: the terms of the
     simulation, read off it or said to be.
     """
 
-    bench: Bench
+    bench: WhiteRows
     inquiry: Inquiry
     noise: Noise
     choices: tuple[Choice, ...]
-    fitted: Fitted
+    fitted: FittedEffects
     signals: AxisSignals
     had: frozenset[str]
     unit: str

@@ -67,7 +67,7 @@ class Left:
         return np.asarray(self.whitener.power(frequency_hz * self.step_s) * blur**2)
 
 
-def proposals(signals: AxisSignals, left: Left, number: int) -> list[Suspect]:
+def proposals_of_axis(signals: AxisSignals, left: Left, number: int) -> list[Suspect]:
     """Return the suspects that what is left points to; ``number`` makes their keys unique."""
     made = [
         _periodic_travel(signals, left, number, along=False),
@@ -211,10 +211,10 @@ def _load(s: AxisSignals, left: Left, number: int) -> Suspect | None:
     edge = INSIDE * float(np.ptp(left.t_s))
     if high - low < SHORTEST_LOAD_S or low < t[0] + edge or high > t[-1] - edge:
         return None
-    return load(s, low, high, key=f"external_load {number}")
+    return load_candidate(s, low, high, key=f"external_load {number}")
 
 
-def load(s: AxisSignals, low: float, high: float, *, key: str) -> Suspect:
+def load_candidate(s: AxisSignals, low: float, high: float, *, key: str) -> Suspect:
     """Return the suspect of a load from ``low`` to ``high`` [s], constant or not, sudden or not."""
     ramp = min(0.5, 0.15 * (high - low))
     give = min(1.0, 0.2 * (high - low))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from autodb.files.channels import axis_of
 from autodb.records import Recording
-from autodb.sensing.drives.moves.motion import motion, term_inputs
+from autodb.sensing.drives.moves.motion import axis_motion, term_inputs
 from autodb.sensing.drives.moves.protocol import default_protocol
 from autodb.terms.friction import since_reversal
 
@@ -114,7 +114,7 @@ def axis_signals(
         sense=sense,
         simulation=simulation,
         effort=simulation,
-        friction=friction_of(sense, own, had),
+        friction=simulated_friction(sense, own, had),
         last_sense=last,
         way=way,
         others=_others(recording, axis, cutoff_hz=cutoff_hz),
@@ -123,7 +123,7 @@ def axis_signals(
     )
 
 
-def friction_of(sense: Array, own: Mapping[str, Array], had: Mapping[str, float]) -> Array:
+def simulated_friction(sense: Array, own: Mapping[str, Array], had: Mapping[str, float]) -> Array:
     """Return the friction that a simulation has, (n,), ``sense`` where it has none."""
     terms = [had[name] * own[name] for name in ("coulomb", "viscous") if name in had]
     friction = sum(terms, start=np.zeros_like(sense))
@@ -175,7 +175,7 @@ def _others(recording: Recording, axis: str, *, cutoff_hz: float) -> dict[str, A
         other, _, what = name.partition(".")
         if what != "position" or other == axis or not np.ptp(recording[name]) > 0:
             continue
-        moved = motion(recording, other, cutoff_hz=cutoff_hz)
+        moved = axis_motion(recording, other, cutoff_hz=cutoff_hz)
         found |= {
             f"{other}.position": moved.position,
             f"{other}.velocity": moved.velocity,

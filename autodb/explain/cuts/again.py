@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.apart import Teller, Trials
-from autodb.explain.cuts.candidates.laws import Columns
+from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.carried import Elsewhere
-from autodb.explain.cuts.look import Looked
+from autodb.explain.cuts.look import FoundInCuts
 from autodb.explain.cuts.table import Conditions, Stack
-from autodb.explain.cuts.trials import Trial
+from autodb.explain.cuts.trials import CutTrial
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
-Own = Callable[[Stack], dict[str, Columns]]
+Own = Callable[[Stack], dict[str, LawColumns]]
 
 TIMES = (1, 3, 10)
 """How often a cut is made again, the fewest first. Chosen."""
@@ -49,7 +49,7 @@ class Again(Trials):
         return Elsewhere(stack, self.own(stack), {})
 
 
-def made_again(looked: Looked, own: Own, *, unit: str) -> Teller:
+def made_again(looked: FoundInCuts, own: Own, *, unit: str) -> Teller:
     """Return what tells effects apart by the table's cuts made again, those of each condition.
 
     Every effect must say how it is built ``anew``.
@@ -75,10 +75,10 @@ def _one_of_each(stack: Stack) -> Rows:
     return np.sort(first)
 
 
-def _trial(known: Conditions, row: int, times: int) -> Trial:
+def _trial(known: Conditions, row: int, times: int) -> CutTrial:
     often = "once more" if times == 1 else f"{times} times more"
     words = f"Make cut {known.number[row]:g} {often} at the end"
-    return Trial(words, _after(known, np.full(times, row)))
+    return CutTrial(words, _after(known, np.full(times, row)))
 
 
 def _after(known: Conditions, rows: Rows) -> Conditions:

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.explain.cuts.carried import following
-from autodb.explain.cuts.fit import Fit, fit
-from autodb.explain.cuts.look import Looked
-from autodb.explain.cuts.table import Conditions, conditions
+from autodb.explain.cuts.fit import CutsFit, fit_cuts
+from autodb.explain.cuts.look import FoundInCuts
+from autodb.explain.cuts.table import Conditions, table_conditions
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ class Ahead:
     sd: Array
 
 
-def ahead(looked: Looked, table: CutTable, simulation: dict[str, Array]) -> Ahead:
+def ahead(looked: FoundInCuts, table: CutTable, simulation: dict[str, Array]) -> Ahead:
     """Return what follows a table that was looked through: the simulation and what was found.
 
     ``table``: the conditions of the cuts that follow, in its columns as they were recorded before;
@@ -52,21 +52,21 @@ def ahead(looked: Looked, table: CutTable, simulation: dict[str, Array]) -> Ahea
     Raises UnusableInput where a component or a condition is missing that was there before.
     """
     stack = looked.stack
-    known = _same_edges(stack.known, conditions(table))
+    known = _same_edges(stack.known, table_conditions(table))
     _check(stack.names, stack.known, table, known, simulation)
     plain = np.stack([simulation[name] for name in stack.names])
     there = following(looked, known, plain)
     choices = looked.found.choices
     if not choices:
         return Ahead(stack.names, plain, there.stack.sd)
-    coefficients, covariance = _believed(looked, fit(stack, looked.own, choices))
+    coefficients, covariance = _believed(looked, fit_cuts(stack, looked.own, choices))
     columns = there.columns(choices)
     variance = np.einsum("cmp,pq,cmq->cm", columns, covariance, columns)
     sd = np.sqrt(there.stack.sd**2 + np.maximum(variance, 0.0))
     return Ahead(stack.names, plain + columns @ coefficients, sd)
 
 
-def _believed(looked: Looked, found: Fit) -> tuple[Array, Array]:
+def _believed(looked: FoundInCuts, found: CutsFit) -> tuple[Array, Array]:
     """Return coefficients (p,) and covariance (p, p) of a fit with what is believed beforehand.
 
     With C the covariance of the fit and Λ the precision of the belief, whose mean costs nothing:
@@ -87,7 +87,7 @@ def _believed(looked: Looked, found: Fit) -> tuple[Array, Array]:
     return solved[:, 0], solved[:, 1:]
 
 
-def _of_own(looked: Looked, name: str, coefficients: Array) -> Array:
+def _of_own(looked: FoundInCuts, name: str, coefficients: Array) -> Array:
     """Return the size of an own term whose coefficients are shares or, of an edge, N/mm."""
     if name != "edge_force":
         return np.ones_like(coefficients)
@@ -95,7 +95,7 @@ def _of_own(looked: Looked, name: str, coefficients: Array) -> Array:
     return np.asarray(np.where(size > 0, size, float(size.max()) or 1.0))
 
 
-def _alike(found: Fit, at: slice, edges: int) -> Array:
+def _alike(found: CutsFit, at: slice, edges: int) -> Array:
     """Return the precision of edges' rates around their mean, of every column of a rate's shape."""
     coefficients = found.coefficients[at].reshape(edges, -1)
     weight = 1.0 / np.maximum(np.diag(found.covariance)[at], 1e-300).reshape(edges, -1)

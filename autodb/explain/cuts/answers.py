@@ -8,24 +8,24 @@ from numpy.typing import NDArray
 from autodb.explain.answer.answer import (
     Cause,
     ChannelAnswer,
+    ChannelTrace,
     Considered,
     FitQuality,
-    Trace,
-    Value,
+    IntervalValue,
     Where,
 )
 from autodb.explain.cuts.apart import after_forces
-from autodb.explain.cuts.candidates.laws import Columns
-from autodb.explain.cuts.candidates.parameters import Effect, parameters
+from autodb.explain.cuts.candidates.laws import LawColumns
+from autodb.explain.cuts.candidates.parameters import EffectInCuts, effect_parameters
 from autodb.explain.cuts.candidates.words import shape_words
-from autodb.explain.cuts.fit import Fit, fit, held_out_rows
-from autodb.explain.cuts.look import Looked, look, stack_of
-from autodb.explain.cuts.profile import value
-from autodb.explain.cuts.retuned import judged, retuned
+from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
+from autodb.explain.cuts.look import FoundInCuts, look_in_cuts, stack_of
+from autodb.explain.cuts.profile import profiled_value
+from autodb.explain.cuts.retuned import mistuned_of_cuts, retuned_of_cuts
 from autodb.explain.cuts.table import Stack
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Standing, of_missing
-from autodb.explain.engine.entries import is_undecided, named, undecided
+from autodb.explain.engine.entries import is_undecided, named_entry, undecided_entry
 from autodb.explain.engine.fit import rms
 from autodb.explain.engine.locate import regimes
 from autodb.fitting import NORMAL_95
@@ -42,18 +42,18 @@ FELT = 9.0
 
 def explain_cuts(
     table: CutTable, simulation: dict[str, Array], includes: list[str] | None
-) -> dict[str, tuple[ChannelAnswer, Trace]]:
+) -> dict[str, tuple[ChannelAnswer, ChannelTrace]]:
     """Say what the simulation of a cut table's forces leaves out, by channel.
 
     ``simulation``: force channel → (n,) in the table's order of cuts.
     """
-    looked = look(stack_of(table, simulation, includes), includes)
+    looked = look_in_cuts(stack_of(table, simulation, includes), includes)
     return answers(table, looked, frozenset(includes or ()))
 
 
 def answers(
-    table: CutTable, looked: Looked, includes: frozenset[str]
-) -> dict[str, tuple[ChannelAnswer, Trace]]:
+    table: CutTable, looked: FoundInCuts, includes: frozenset[str]
+) -> dict[str, tuple[ChannelAnswer, ChannelTrace]]:
     """Return the answer of every component and its trace."""
     told = _Told(looked, includes)
     return {
@@ -65,15 +65,15 @@ def answers(
 class _Told:
     """The fit of what was found, and how sure each name is."""
 
-    def __init__(self, looked: Looked, includes: frozenset[str]) -> None:
+    def __init__(self, looked: FoundInCuts, includes: frozenset[str]) -> None:
         self.looked, self.includes, self.stack = looked, includes, looked.stack
         self.choices, self.own = looked.found.choices, looked.own
-        self.fit: Fit = fit(self.stack, self.own, self.choices)
+        self.fit: CutsFit = fit_cuts(self.stack, self.own, self.choices)
         self.standing = {
             c.suspect.key: _limited(self.stack, c, of_missing(looked.search, looked.found, c))
             for c in self.choices
         }
-        self.own_terms = judged(looked)
+        self.own_terms = mistuned_of_cuts(looked)
         self.teller = after_forces(looked)
         self._apart: dict[str, str | None] = {}
 
@@ -91,7 +91,7 @@ class _Told:
         felt = [(n, c) for n, c in enumerate(self.choices) if self.felt(n, component)]
         causes = [self._cause(n, c, component) for n, c in felt]
         causes.sort(key=lambda cause: cause.term == UNKNOWN)
-        again = retuned(self.looked, self.own_terms, self.fit, component, beside=causes)
+        again = retuned_of_cuts(self.looked, self.own_terms, self.fit, component, beside=causes)
         return (*causes, *again)
 
     def _cause(self, number: int, choice: Choice, component: int) -> Cause:
@@ -100,12 +100,12 @@ class _Told:
         if not choice.suspect.named:
             return _unnamed(self, number, choice, component, size)
         if is_undecided(choice, sure):
-            return undecided(choice, sure, size, where="These cuts", apart=self.apart(choice))
+            return undecided_entry(choice, sure, size, where="These cuts", apart=self.apart(choice))
         others = tuple(c for c in self.choices if c is not choice)
-        effect = Effect(self.stack, self.own, choice, others)
-        values = {"size": size, **parameters(effect, component)}
+        effect = EffectInCuts(self.stack, self.own, choice, others)
+        values = {"size": size, **effect_parameters(effect, component)}
         statement = next(t.statement for t in TERMS if t.name == choice.suspect.term)
-        return named(
+        return named_entry(
             choice, sure, statement, values, includes=self.includes, apart=self.apart(choice)
         )
 
@@ -116,16 +116,18 @@ class _Told:
             self._apart[key] = self.teller.told_apart(choice, _name(choice), rivals)
         return self._apart[key]
 
-    def _size(self, number: int, component: int) -> Value:
+    def _size(self, number: int, component: int) -> IntervalValue:
         """Return the largest contribution with its interval."""
         at = self.fit.places[len(self.own) + number]
         columns = self.choices[number].shape.law
-        assert isinstance(columns, Columns)
+        assert isinstance(columns, LawColumns)
         part = self.part(number)[component]
         peak = int(np.argmax(np.abs(part)))
         row = columns.raw(slice(peak, peak + 1))[component, 0]
         variance = float(row @ self.fit.covariance[at, at] @ row)
-        return value(abs(float(part[peak])), NORMAL_95 * float(np.sqrt(max(variance, 0.0))), "N")
+        return profiled_value(
+            abs(float(part[peak])), NORMAL_95 * float(np.sqrt(max(variance, 0.0))), "N"
+        )
 
     def answer(self, component: int, unit: str) -> ChannelAnswer:
         """Return the answer of one component."""
@@ -164,13 +166,13 @@ class _Told:
             if choice.suspect.interval is not None and self.felt(number, component)
         )
 
-    def trace(self, component: int) -> Trace:
+    def trace(self, component: int) -> ChannelTrace:
         """Return the arrays behind the answer."""
         stack = self.stack
         correction = self._correction(component, self.causes(component))
         taken = set(self.looked.found.keys)
         offers = self.looked.search.offers(())
-        return Trace(
+        return ChannelTrace(
             x_name="cut",
             x=stack.known.number,
             recording=stack.recording[component],
@@ -210,7 +212,9 @@ def _name(choice: Choice) -> str:
     return f"what depends on {' and '.join(choice.suspect.variables)}"
 
 
-def _unnamed(told: _Told, number: int, choice: Choice, component: int, size: Value) -> Cause:
+def _unnamed(
+    told: _Told, number: int, choice: Choice, component: int, size: IntervalValue
+) -> Cause:
     stack = told.stack
     part = told.part(number)[component]
     difference = (stack.recording - stack.simulation)[component]

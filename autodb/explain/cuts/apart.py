@@ -12,11 +12,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.carried import Account, Elsewhere, account, elsewhere
-from autodb.explain.cuts.look import Looked
-from autodb.explain.cuts.trials import Trial, joined, paired, plain, usual
+from autodb.explain.cuts.carried import CutsAccount, Elsewhere, elsewhere, fit_cuts_account
+from autodb.explain.cuts.look import FoundInCuts
+from autodb.explain.cuts.trials import CutTrial, joined_trials, paired, plain_trials, usual
 from autodb.explain.engine.candidates import Choice
-from autodb.explain.engine.search import Found
+from autodb.explain.engine.search import FoundSet
 from autodb.explain.engine.telling import (
     NEAREST,
     SEPARATES,
@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 class Parted:
     """A trial that separates two accounts, by how much, in which component, and its scatter."""
 
-    trial: Trial
+    trial: CutTrial
     gap: Separation
     component: str
     scatter: float
@@ -44,24 +44,26 @@ class Parted:
 class Trials:
     """The trials that can follow a table, as cuts in one stack."""
 
-    looked: Looked
-    trials: Sequence[Trial]
+    looked: FoundInCuts
+    trials: Sequence[CutTrial]
 
     @cached_property
     def cuts(self) -> Elsewhere:
         """All cuts of all trials."""
         known = self.looked.stack.known
-        return elsewhere(self.looked, joined([t.known for t in self.trials]), usual(known))
+        return elsewhere(self.looked, joined_trials([t.known for t in self.trials]), usual(known))
 
     def best(self, first: tuple[Choice, ...], second: tuple[Choice, ...]) -> Parted | None:
         """Return the trial on which two sets differ most, None where none separates them."""
         if not self.trials:
             return None
-        accounts = [account(self.looked, choices, self.cuts) for choices in (first, second)]
+        accounts = [
+            fit_cuts_account(self.looked, choices, self.cuts) for choices in (first, second)
+        ]
         able = [p for p in self._parted(*accounts) if p.gap.odds > SEPARATES]
         return max(able, key=lambda parted: parted.gap.odds, default=None)
 
-    def _parted(self, one: Account, two: Account) -> list[Parted]:
+    def _parted(self, one: CutsAccount, two: CutsAccount) -> list[Parted]:
         free = np.concatenate([one.free, two.free], axis=2)
         difference = (one.force - two.force)[:, :, None]
         stack = self.cuts.stack
@@ -73,7 +75,7 @@ class Trials:
             for trial, at in zip(self.trials, map(slice, ends, ends[1:]), strict=False)
         ]
 
-    def _gap(self, trial: Trial, both: Array, white: Array, sd: Array) -> Parted:
+    def _gap(self, trial: CutTrial, both: Array, white: Array, sd: Array) -> Parted:
         """Return how far two accounts differ on a trial; columns: the difference, then the free."""
         flat = white.reshape(-1, white.shape[2])
         gained, taken = odds(flat[:, 1:], flat[:, 0])
@@ -95,7 +97,7 @@ class Teller:
     ``rounds`` of trials are looked through in their order; ``unit`` of the channels.
     """
 
-    looked: Looked
+    looked: FoundInCuts
     rounds: Sequence[Trials]
     unit: str = "N"
 
@@ -129,7 +131,7 @@ class Teller:
         tried = (trials.best(first, second) for trials in self.rounds)
         return next((parted for parted in tried if parted is not None), None)
 
-    def instead(self, choice: Choice, rival: str) -> Found | None:
+    def instead(self, choice: Choice, rival: str) -> FoundSet | None:
         """Return the best set in which a term stands in for an effect, in each component it may."""
         search, key = self.looked.search, choice.suspect.key
         suspects = called(search, rival, but=key)
@@ -146,7 +148,7 @@ class Teller:
         return found
 
 
-def after_forces(looked: Looked) -> Teller:
+def after_forces(looked: FoundInCuts) -> Teller:
     """Return what tells effects in forces apart by cuts that follow the table."""
     known = looked.stack.known
-    return Teller(looked, (Trials(looked, plain(known)), Trials(looked, paired(known))))
+    return Teller(looked, (Trials(looked, plain_trials(known)), Trials(looked, paired(known))))

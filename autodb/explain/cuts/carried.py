@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.families import families
-from autodb.explain.cuts.candidates.laws import Columns
-from autodb.explain.cuts.candidates.named import named
-from autodb.explain.cuts.look import Looked, own_columns
+from autodb.explain.cuts.candidates.laws import LawColumns
+from autodb.explain.cuts.candidates.named import named_effects
+from autodb.explain.cuts.look import FoundInCuts, own_columns_of_cuts
 from autodb.explain.cuts.table import Conditions, Stack
 from autodb.explain.engine.candidates import Choice, Suspect
-from autodb.explain.engine.telling import held
+from autodb.explain.engine.telling import held_coefficients
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ class Elsewhere:
     """Cuts that follow a table, with the effects that are built anew for them."""
 
     stack: Stack
-    own: dict[str, Columns]
+    own: dict[str, LawColumns]
     suspects: dict[str, Suspect]
 
     def columns(self, choices: tuple[Choice, ...]) -> Array:
@@ -37,16 +37,16 @@ class Elsewhere:
         built = [self._law(choice).raw() for choice in choices]
         return np.concatenate([*(c.raw() for c in self.own.values()), *built], axis=2)
 
-    def _law(self, choice: Choice) -> Columns:
+    def _law(self, choice: Choice) -> LawColumns:
         suspect = choice.suspect
         anew = self.suspects[suspect.key] if suspect.anew is None else suspect.anew(self.stack)
         law = anew.rungs[choice.rung].law
-        assert isinstance(law, Columns)  # every suspect of a cut table is made of laws
+        assert isinstance(law, LawColumns)  # every suspect of a cut table is made of laws
         return law
 
 
 @dataclass(frozen=True)
-class Account:
+class CutsAccount:
     """A set of effects and own terms fitted to a table: what they give on other cuts.
 
     ``columns`` (C, m, p), ``coefficients`` (p,), ``root`` (p, p) with root·rootᵀ their covariance.
@@ -67,31 +67,33 @@ class Account:
         return np.asarray(self.columns @ self.root)
 
 
-def account(looked: Looked, choices: tuple[Choice, ...], there: Elsewhere) -> Account:
+def fit_cuts_account(
+    looked: FoundInCuts, choices: tuple[Choice, ...], there: Elsewhere
+) -> CutsAccount:
     """Fit a set to the table and carry it to other cuts; shapes are held."""
     here = Elsewhere(looked.stack, looked.own, {c.suspect.key: c.suspect for c in choices})
-    built = [c.shape.law.raw() for c in choices if isinstance(c.shape.law, Columns)]
+    built = [c.shape.law.raw() for c in choices if isinstance(c.shape.law, LawColumns)]
     raw = np.concatenate([*(c.raw() for c in here.own.values()), *built], axis=2)
     stack = looked.stack
-    coefficients, root = held(stack.white(raw), stack.difference, variance=1.0)
-    return Account(there.columns(choices), coefficients, root)
+    coefficients, root = held_coefficients(stack.white(raw), stack.difference, variance=1.0)
+    return CutsAccount(there.columns(choices), coefficients, root)
 
 
-def elsewhere(looked: Looked, known: Conditions, row: int) -> Elsewhere:
+def elsewhere(looked: FoundInCuts, known: Conditions, row: int) -> Elsewhere:
     """Return cuts that follow a table, like the cut in a row of it but for their conditions."""
     return _built(looked, _stack(looked.stack, known, row))
 
 
-def following(looked: Looked, known: Conditions, simulation: Array) -> Elsewhere:
+def following(looked: FoundInCuts, known: Conditions, simulation: Array) -> Elsewhere:
     """Return cuts that follow a table and whose simulation (C, m) [N] is given."""
     table = looked.stack
     length = _scaled(table.edge_mm, table.known, known, 0, area=False)
     return _built(looked, _with(table, known, simulation, length))
 
 
-def _built(looked: Looked, stack: Stack) -> Elsewhere:
-    made = [*named(stack, frozenset(looked.own)), *families(stack)]
-    return Elsewhere(stack, own_columns(stack, list(looked.own)), {s.key: s for s in made})
+def _built(looked: FoundInCuts, stack: Stack) -> Elsewhere:
+    made = [*named_effects(stack, frozenset(looked.own)), *families(stack)]
+    return Elsewhere(stack, own_columns_of_cuts(stack, list(looked.own)), {s.key: s for s in made})
 
 
 def _stack(table: Stack, known: Conditions, row: int) -> Stack:

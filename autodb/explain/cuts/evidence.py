@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Choice, Suspect
-from autodb.explain.engine.evidence import NOTHING, Gain, Given, Keys, Products
-from autodb.explain.engine.search import Found, Search
+from autodb.explain.engine.evidence import NOTHING, ExplainedShare, Given, Keys, Products
+from autodb.explain.engine.search import CandidateSearch, FoundSet
 
 Array = NDArray[np.float64]
 
@@ -89,7 +89,7 @@ class TableGiven(Given):
         after = self.of.likelihoods(np.maximum(self.rss - full, 0.0))
         return np.asarray(np.maximum(after - self.of.likelihood(self.rss) - cost, 0.0))
 
-    def _gain(self, at: NDArray[np.intp], mix: Array | None = None) -> Gain:
+    def _gain(self, at: NDArray[np.intp], mix: Array | None = None) -> ExplainedShare:
         found = super()._gain(at, mix)
         if found is NOTHING:
             return NOTHING
@@ -98,20 +98,20 @@ class TableGiven(Given):
         return replace(found, full=full, evidence=max(0.0, full - found.cost))
 
 
-class TableSearch(Search):
+class TableSearch(CandidateSearch):
     """The search over sets, with the likelihood of a table."""
 
     def __init__(self, products: TableProducts, suspects: tuple[Suspect, ...]) -> None:
         super().__init__(products, suspects)
         self.products: TableProducts = products
 
-    def scored(self, choices: tuple[Choice, ...]) -> Found:
+    def scored(self, choices: tuple[Choice, ...]) -> FoundSet:
         """Return the set with its score."""
         found = super().scored(choices)
         before, after = self._rss(()), self._rss(choices)
         likelihood = self.products.likelihood
         more = likelihood(after) - likelihood(before) - (before - after)
-        return Found(choices, found.score + more, found.evidence)
+        return FoundSet(choices, found.score + more, found.evidence)
 
     def _rss(self, choices: tuple[Choice, ...]) -> float:
         return self.products.given([c.key for c in choices]).rss

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.laws import Columns
+from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.table import Stack
 from autodb.explain.engine.candidates import Choice
 
@@ -20,7 +20,7 @@ WEAKEST = 1e-9
 
 
 @dataclass(frozen=True)
-class Fit:
+class CutsFit:
     """Coefficients (p,), their covariance (p, p), and what is left (C, n) [N].
 
     ``parts``: contribution (C, n) of each own term and each effect, in their order.
@@ -33,7 +33,7 @@ class Fit:
     places: tuple[slice, ...]
 
 
-def fit(stack: Stack, own: dict[str, Columns], choices: tuple[Choice, ...]) -> Fit:
+def fit_cuts(stack: Stack, own: dict[str, LawColumns], choices: tuple[Choice, ...]) -> CutsFit:
     """Fit own terms and effects; directions that the cuts do not hold are pulled to zero."""
     columns = all_columns(own, choices)
     inner = inner_products(stack, columns)
@@ -42,26 +42,26 @@ def fit(stack: Stack, own: dict[str, Columns], choices: tuple[Choice, ...]) -> F
     places = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
     parts = tuple(c.part(coefficients[at]) for c, at in zip(columns, places, strict=True))
     left = stack.recording - stack.simulation - np.sum(parts, axis=0)
-    return Fit(coefficients, covariance, left, parts, places)
+    return CutsFit(coefficients, covariance, left, parts, places)
 
 
-def all_columns(own: dict[str, Columns], choices: tuple[Choice, ...]) -> list[Columns]:
+def all_columns(own: dict[str, LawColumns], choices: tuple[Choice, ...]) -> list[LawColumns]:
     """Return own columns, then those of the effects."""
     made = [c.shape.law for c in choices]
-    return [*own.values(), *(c for c in made if isinstance(c, Columns))]
+    return [*own.values(), *(c for c in made if isinstance(c, LawColumns))]
 
 
-def _widths(columns: list[Columns]) -> list[int]:
+def _widths(columns: list[LawColumns]) -> list[int]:
     return [c.mix.shape[2] for c in columns]
 
 
-def inner_products(stack: Stack, columns: list[Columns]) -> Array:
+def inner_products(stack: Stack, columns: list[LawColumns]) -> Array:
     """Return the inner products (p + 1, p + 1) of the white difference and of white columns."""
     (inner,) = _by_fold(stack, columns, np.zeros(len(stack.known), dtype=np.intp), 1)
     return np.asarray(inner)
 
 
-def _by_fold(stack: Stack, columns: list[Columns], fold: NDArray[np.intp], folds: int) -> Array:
+def _by_fold(stack: Stack, columns: list[LawColumns], fold: NDArray[np.intp], folds: int) -> Array:
     """Return the same (folds, p + 1, p + 1) of the cuts of each fold (n,)."""
     width, count = 1 + sum(_widths(columns)), len(stack.names)
     inner = np.zeros((folds, width, width))
@@ -101,7 +101,7 @@ def _solve(inner: Array, widths: list[int], own: int, *, norm: Array) -> tuple[A
     return inverse @ right / norm, inverse / np.outer(norm, norm)
 
 
-def held_out_rows(stack: Stack, own: dict[str, Columns], choices: tuple[Choice, ...]) -> Array:
+def held_out_rows(stack: Stack, own: dict[str, LawColumns], choices: tuple[Choice, ...]) -> Array:
     """Return what is left (C, n) [N] of cuts whose block of neighbours was left out of the fit."""
     columns = all_columns(own, choices)
     n, widths = len(stack.known), _widths(columns)
@@ -120,7 +120,7 @@ def held_out_rows(stack: Stack, own: dict[str, Columns], choices: tuple[Choice, 
     return np.asarray(left)
 
 
-def held_out(stack: Stack, own: dict[str, Columns], choices: tuple[Choice, ...]) -> float:
+def held_out_square(stack: Stack, own: dict[str, LawColumns], choices: tuple[Choice, ...]) -> float:
     """Return the mean square of white rows that their fit did not see."""
     left = held_out_rows(stack, own, choices)
     return float(np.mean(stack.white(left[:, :, None]) ** 2))

@@ -8,23 +8,23 @@ from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.families import families
 from autodb.explain.cuts.candidates.laws import (
-    Columns,
+    LawColumns,
     along_edge,
+    chip_factor,
     each,
-    of_chip,
     per_depth,
     values_of,
 )
-from autodb.explain.cuts.candidates.named import named
+from autodb.explain.cuts.candidates.named import named_effects
 from autodb.explain.cuts.candidates.runs import ROUND, comes_round, run_of_cuts, step_of_gain
 from autodb.explain.cuts.evidence import TableSearch
-from autodb.explain.cuts.fit import all_columns, fit, held_out
+from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_square
 from autodb.explain.cuts.noise import with_noise
 from autodb.explain.cuts.products import products
-from autodb.explain.cuts.table import Stack, conditions, edge_read_off, forces
+from autodb.explain.cuts.table import Stack, edge_read_off, recorded_and_simulated, table_conditions
 from autodb.explain.engine.candidates import Choice, Suspect
-from autodb.explain.engine.rivals import settled
-from autodb.explain.engine.search import Found
+from autodb.explain.engine.rivals import settled_set
+from autodb.explain.engine.search import FoundSet
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]
@@ -53,26 +53,26 @@ class Library:
     ``levels``: names of own columns that no force or depth holds, so that they count in scatter.
     """
 
-    own: Callable[[Stack], dict[str, Columns]]
+    own: Callable[[Stack], dict[str, LawColumns]]
     suspects: Callable[[Stack], list[Suspect]]
     proposals: Callable[[Stack, Array, int], list[Suspect]]
     levels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Looked:
+class FoundInCuts:
     """The best set of effects, with the search that found it and the table as it was seen."""
 
     stack: Stack
-    own: dict[str, Columns]
+    own: dict[str, LawColumns]
     search: TableSearch
-    found: Found
+    found: FoundSet
 
 
 def stack_of(table: CutTable, simulation: dict[str, Array], includes: list[str] | None) -> Stack:
     """Return the components stacked, scatter not yet estimated."""
-    known = conditions(table)
-    recording, simulated = forces(table, simulation)
+    known = table_conditions(table)
+    recording, simulated = recorded_and_simulated(table, simulation)
     edge, length = edge_read_off(simulated, known)
     if includes is not None and "edge_force" not in includes:
         edge = np.zeros_like(edge)
@@ -82,11 +82,11 @@ def stack_of(table: CutTable, simulation: dict[str, Array], includes: list[str] 
     )  # fmt: skip
 
 
-def own_columns(stack: Stack, includes: list[str] | None) -> dict[str, Columns]:
+def own_columns_of_cuts(stack: Stack, includes: list[str] | None) -> dict[str, LawColumns]:
     """Return the simulation's own columns: chip and edge, free in each component."""
     known = stack.known
     one = values_of(np.ones(len(known)))
-    own = {"shear": each(stack, of_chip(stack, one))}
+    own = {"shear": each(stack, chip_factor(stack, one))}
     has_edge = bool(stack.edge_N_mm.any()) if includes is None else "edge_force" in includes
     if has_edge:
         own["edge_force"] = each(stack, along_edge(stack))
@@ -99,18 +99,18 @@ def of_forces(includes: list[str] | None) -> Library:
     """Return what forces may hold beside a simulation that has the terms ``includes``."""
 
     def suspects(stack: Stack) -> list[Suspect]:
-        own = frozenset(own_columns(stack, includes))
-        return [*named(stack, own), *families(stack)]
+        own = frozenset(own_columns_of_cuts(stack, includes))
+        return [*named_effects(stack, own), *families(stack)]
 
-    return Library(lambda stack: own_columns(stack, includes), suspects, _proposals)
+    return Library(lambda stack: own_columns_of_cuts(stack, includes), suspects, _proposals)
 
 
-def look(stack: Stack, includes: list[str] | None) -> Looked:
+def look_in_cuts(stack: Stack, includes: list[str] | None) -> FoundInCuts:
     """Return the effects that a table's forces hold."""
     return look_for(stack, of_forces(includes))
 
 
-def look_for(stack: Stack, library: Library) -> Looked:
+def look_for(stack: Stack, library: Library) -> FoundInCuts:
     """Return the effects that the table holds: scatter, search, and scatter again."""
     looked = None
     for number in range(PASSES):
@@ -124,7 +124,7 @@ def look_for(stack: Stack, library: Library) -> Looked:
     return replace(looked, found=_vetoed(looked))
 
 
-def _strong(found: Found) -> tuple[Choice, ...]:
+def _strong(found: FoundSet) -> tuple[Choice, ...]:
     """Return the effects that do much beside the greatest: what is left is judged without the rest.
 
     Of scatter that goes on from cut to cut a search in white rows makes small effects.
@@ -134,10 +134,10 @@ def _strong(found: Found) -> tuple[Choice, ...]:
     return tuple(choice for choice, evidence in pairs if evidence >= STRONG * most)
 
 
-def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> Looked:
+def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> FoundInCuts:
     own, fixed = library.own(stack), library.suspects(stack)
     proposed: list[Suspect] = []
-    found, search = Found(), None
+    found, search = FoundSet(), None
     for number in range(ROUNDS):
         more = _looked_for(stack, library, own, found, number)
         if number > 0 and not _helps(stack, own, found, more, freedom, known=known):
@@ -148,31 +148,31 @@ def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> L
         made = products(stack, list(own.values()), suspects, freedom=freedom, known=known)
         search = TableSearch(made, tuple(suspects))
         best = search.best() if number == 0 else _longer(search, found)
-        now = search.cleared(settled(search, best))
+        now = search.cleared(settled_set(search, best))
         same = now.keys == found.keys and number > 0
         found = now
         if same or not now.choices:
             break
     assert search is not None
-    return Looked(stack, own, search, found)
+    return FoundInCuts(stack, own, search, found)
 
 
 def _looked_for(
-    stack: Stack, library: Library, own: dict[str, Columns], found: Found, number: int
+    stack: Stack, library: Library, own: dict[str, LawColumns], found: FoundSet, number: int
 ) -> list[Suspect]:
     """Return what is looked for in what a set leaves, and in what it leaves without scanned ones.
 
     Scans of the first round see slow effects too: a run or a step found beside them may be another.
     """
-    more = library.proposals(stack, fit(stack, own, found.choices).left, number)
+    more = library.proposals(stack, fit_cuts(stack, own, found.choices).left, number)
     standing = tuple(choice for choice in found.choices if choice.suspect.anew is None)
     if 0 < len(standing) < len(found.choices):
-        more += library.proposals(stack, fit(stack, own, standing).left, ROUNDS + number)
+        more += library.proposals(stack, fit_cuts(stack, own, standing).left, ROUNDS + number)
     return more
 
 
 def _helps(
-    stack: Stack, own: dict[str, Columns], found: Found, more: list[Suspect], freedom: float,
+    stack: Stack, own: dict[str, LawColumns], found: FoundSet, more: list[Suspect], freedom: float,
     *, known: bool,
 ) -> bool:  # fmt: skip
     """Return whether a further suspect may join what was found, or stand in for one of it.
@@ -183,10 +183,12 @@ def _helps(
     made = products(stack, list(own.values()), suspects, freedom=freedom, known=known)
     search = TableSearch(made, tuple(suspects))
     same = search.settled(found.choices)
-    return bool(search.grown(found, tuple(suspects))) or settled(search, same).score > same.score
+    return (
+        bool(search.grown(found, tuple(suspects))) or settled_set(search, same).score > same.score
+    )
 
 
-def _longer(search: TableSearch, found: Found) -> Found:
+def _longer(search: TableSearch, found: FoundSet) -> FoundSet:
     """Return the best of a set and those with one more effect."""
     found = search.settled(found.choices)
     longer = [search.cleared(f) for f in search.grown(found, search.suspects)]
@@ -203,7 +205,7 @@ def _proposals(stack: Stack, left: Array, number: int) -> list[Suspect]:
     return [*several, *(suspect for suspect in found if suspect is not None)]
 
 
-def _plainer(looked: Looked) -> Found:
+def _plainer(looked: FoundInCuts) -> FoundSet:
     """Return the set with a plainer shape of a rich one where cuts left out are told better."""
     found, search = looked.found, looked.search
     for choice in found.choices:
@@ -224,18 +226,18 @@ def _plainer(looked: Looked) -> Found:
         }
         plainer = (*others, Choice(choice.suspect, max(worth, key=lambda i: worth[i])))
         stack, own = looked.stack, looked.own
-        if held_out(stack, own, plainer) < held_out(stack, own, found.choices):
+        if held_out_square(stack, own, plainer) < held_out_square(stack, own, found.choices):
             found = search.scored(plainer)
     return found
 
 
-def _vetoed(looked: Looked) -> Found:
+def _vetoed(looked: FoundInCuts) -> FoundSet:
     """Return the set without effects that make cuts left out of the fit worse."""
     found = _plainer(looked)
     while found.choices:
-        whole = held_out(looked.stack, looked.own, found.choices)
+        whole = held_out_square(looked.stack, looked.own, found.choices)
         without = {
-            key: held_out(looked.stack, looked.own, found.without(key)) for key in found.keys
+            key: held_out_square(looked.stack, looked.own, found.without(key)) for key in found.keys
         }
         best = min(without, key=lambda key: without[key])
         if without[best] >= whole:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.laws import Columns
+from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.edge_columns import OfEdges, of_edges, over_range, residual
 from autodb.explain.cuts.table import Stack
 
@@ -31,7 +31,7 @@ STEPS = 4
 
 
 def with_noise(
-    stack: Stack, found: Sequence[Columns] | None = None, *, own: Sequence[Columns] = ()
+    stack: Stack, found: Sequence[LawColumns] | None = None, *, own: Sequence[LawColumns] = ()
 ) -> tuple[Stack, float]:
     """Return the stack with scatter estimated, and its degrees of freedom.
 
@@ -100,7 +100,7 @@ def _sd(squares: Array, force: Array) -> Array:
 
 
 def _design(
-    stack: Stack, rich: list[Array], component: int, found: Sequence[Columns]
+    stack: Stack, rich: list[Array], component: int, found: Sequence[LawColumns]
 ) -> tuple[Array, OfEdges]:
     """Return the columns (n, p) of one component, and those of edges; one for LOCAL cuts at most.
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from autodb.explain.cuts.candidates.laws import Columns, Law
+from autodb.explain.cuts.candidates.laws import LawColumns, SpreadLaw
 from autodb.explain.cuts.evidence import TableProducts
 from autodb.explain.cuts.table import Stack
 from autodb.explain.engine.candidates import Suspect
@@ -17,14 +17,14 @@ Array = NDArray[np.float64]
 
 def products(
     stack: Stack,
-    own: Sequence[Columns],
+    own: Sequence[LawColumns],
     suspects: Sequence[Suspect],
     *,
     freedom: float,
     known: bool,
 ) -> TableProducts:
     """Return the inner products of own columns, all suspects in all shapes, and the difference."""
-    blocks: dict[tuple[str, int], Columns] = {}
+    blocks: dict[tuple[str, int], LawColumns] = {}
     for suspect in suspects:
         for number, rung in enumerate(suspect.rungs):
             blocks[suspect.key, number] = _of(rung.law)
@@ -42,12 +42,12 @@ def products(
     )
 
 
-def _of(build: object) -> Columns:
-    assert isinstance(build, Columns)  # every suspect of a cut table is made of laws
+def _of(build: object) -> LawColumns:
+    assert isinstance(build, LawColumns)  # every suspect of a cut table is made of laws
     return build
 
 
-def _inner(stack: Stack, columns: Sequence[Columns]) -> Array:
+def _inner(stack: Stack, columns: Sequence[LawColumns]) -> Array:
     """Return the inner products of the white difference and all white columns (K + 1, K + 1)."""
     laws = {id(c.law): c.law for c in columns}
     first = dict(zip(laws, np.cumsum([1, *(law.width for law in laws.values())]), strict=False))
@@ -62,7 +62,7 @@ def _inner(stack: Stack, columns: Sequence[Columns]) -> Array:
     return total
 
 
-def _by_component(stack: Stack, laws: Sequence[Law], weight: Array) -> Array:
+def _by_component(stack: Stack, laws: Sequence[SpreadLaw], weight: Array) -> Array:
     """Return products (C, C, Q + 1, Q + 1) of the laws' columns over the sd."""
     count = len(stack.names)
     width = sum(law.width for law in laws) + 1
@@ -82,7 +82,7 @@ def _by_component(stack: Stack, laws: Sequence[Law], weight: Array) -> Array:
 
 
 def _spread(
-    columns: Sequence[Columns], first: dict[int, int], width: int, count: int
+    columns: Sequence[LawColumns], first: dict[int, int], width: int, count: int
 ) -> list[sparse.csr_array]:
     """Return which columns of the laws add up to which of the stack, by component."""
     at = np.cumsum([1, *(c.mix.shape[2] for c in columns)])

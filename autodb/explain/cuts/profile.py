@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import Value
-from autodb.explain.cuts.candidates.laws import Columns
+from autodb.explain.answer.answer import IntervalValue
+from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.fit import all_columns
 from autodb.explain.cuts.table import Stack
 from autodb.explain.engine.candidates import Choice
@@ -18,13 +18,13 @@ Array = NDArray[np.float64]
 GRID = 25
 
 
-def value(middle: float, half: float, unit: str) -> Value:
+def profiled_value(middle: float, half: float, unit: str) -> IntervalValue:
     """Return a value with an interval to both sides."""
-    return Value(value=middle, low=middle - half, high=middle + half, unit=unit)
+    return IntervalValue(value=middle, low=middle - half, high=middle + half, unit=unit)
 
 
 @dataclass(frozen=True)
-class Beside:
+class BesideEffect:
     """White rows after own terms and the other effects are projected out."""
 
     stack: Stack
@@ -33,9 +33,9 @@ class Beside:
 
     @classmethod
     def others(
-        cls, stack: Stack, own: dict[str, Columns], choices: tuple[Choice, ...],
+        cls, stack: Stack, own: dict[str, LawColumns], choices: tuple[Choice, ...],
         *, plus: Array | None = None,
-    ) -> "Beside":  # fmt: skip
+    ) -> "BesideEffect":  # fmt: skip
         """Project out the columns of own terms and effects; ``plus`` (C, n) joins what is left."""
         empty = np.zeros((*stack.simulation.shape, 0))
         raw = [c.raw() for c in all_columns(own, choices)]
@@ -49,18 +49,18 @@ class Beside:
             difference = difference + stack.white(plus[:, :, None])[:, 0]
         return cls(stack, basis, difference - basis @ (basis.T @ difference))
 
-    def clear(self, columns: Columns) -> Array:
+    def clear(self, columns: LawColumns) -> Array:
         """Return white columns (C·n, p) without what the others hold."""
         white = columns()
         return np.asarray(white - self.basis @ (self.basis.T @ white))
 
-    def gain(self, columns: Columns) -> float:
+    def gain(self, columns: LawColumns) -> float:
         """Return how far the sum of squares falls by some columns."""
         clear = self.clear(columns)
         coefficients, *_ = np.linalg.lstsq(clear, self.left, rcond=1e-8)
         return float(self.left @ (clear @ coefficients))
 
-    def coefficients(self, columns: Columns) -> tuple[Array, Array]:
+    def coefficients(self, columns: LawColumns) -> tuple[Array, Array]:
         """Return coefficients (p,) and their standard deviations (p,)."""
         inner, right = self._products(columns)
         norm = np.sqrt(np.diag(inner))
@@ -72,7 +72,7 @@ class Beside:
         variance = squares / max(1, len(self.left) - self.basis.shape[1])
         return found / norm, np.sqrt(np.diag(inverse) * max(variance, 1.0)) / norm
 
-    def _products(self, columns: Columns) -> tuple[Array, Array]:
+    def _products(self, columns: LawColumns) -> tuple[Array, Array]:
         """Return the inner products of what others leave of columns (p, p), and with ``left``."""
         count, chunks = len(self.stack.names), self.stack.chunks
         basis = self.basis.reshape(count, -1, self.basis.shape[1])
@@ -92,8 +92,8 @@ class Beside:
         return inner, right
 
     def profile(
-        self, make: Callable[[float], Columns], low: float, high: float, unit: str
-    ) -> Value:
+        self, make: Callable[[float], LawColumns], low: float, high: float, unit: str
+    ) -> IntervalValue:
         """Return the value of a shape that fits best, and where the fit is 3.84 worse."""
         grid = np.linspace(low, high, GRID)
         gains = np.array([self.gain(make(float(g))) for g in grid])
@@ -105,7 +105,7 @@ class Beside:
         grid, gains = grid[order], gains[order]
         best = int(np.argmax(gains))
         inside = np.flatnonzero(gains >= gains[best] - NORMAL_95**2)
-        return Value(
+        return IntervalValue(
             value=float(grid[best]),
             low=float(_crossing(grid, gains, inside[0], -1, gains[best])),
             high=float(_crossing(grid, gains, inside[-1], 1, gains[best])),

@@ -5,23 +5,23 @@ from functools import partial
 
 import numpy as np
 
-from autodb.explain.answer.answer import Cause, Value
-from autodb.explain.cuts.candidates.laws import Columns
-from autodb.explain.cuts.fit import Fit
-from autodb.explain.cuts.look import Looked
-from autodb.explain.cuts.profile import value
+from autodb.explain.answer.answer import Cause, IntervalValue
+from autodb.explain.cuts.candidates.laws import LawColumns
+from autodb.explain.cuts.fit import CutsFit
+from autodb.explain.cuts.look import FoundInCuts
+from autodb.explain.cuts.profile import profiled_value
 from autodb.explain.engine.confidence import Mistuned, Standing, of_mistuned
-from autodb.explain.engine.entries import told
+from autodb.explain.engine.entries import own_term_entries
 from autodb.fitting import NORMAL_95
 from autodb.terms.vocabulary import term_called
 
 
-def judged(looked: Looked) -> dict[str, Mistuned]:
+def mistuned_of_cuts(looked: FoundInCuts) -> dict[str, Mistuned]:
     """Return how sure it is of each own term that it is off, in all components together."""
     return {name: _judged(looked, [name]) for name in looked.own}
 
 
-def _judged(looked: Looked, names: Collection[str]) -> Mistuned:
+def _judged(looked: FoundInCuts, names: Collection[str]) -> Mistuned:
     places, first = list[int](), 0
     for name, columns in looked.own.items():
         after = first + columns.mix.shape[2]
@@ -30,10 +30,10 @@ def _judged(looked: Looked, names: Collection[str]) -> Mistuned:
     return of_mistuned(looked.search, looked.found, places)
 
 
-def retuned(
-    looked: Looked,
+def retuned_of_cuts(
+    looked: FoundInCuts,
     own: Mapping[str, Mistuned],
-    fitted: Fit,
+    fitted: CutsFit,
     component: int,
     *,
     beside: Collection[Cause],
@@ -47,21 +47,23 @@ def retuned(
         change = _change(columns, fitted, fitted.places[number], component)
         if change.low * change.high > 0:
             causes[name] = _cause(looked, name, change, component, own[name].standing)
-    return told(own, causes, beside=beside, jointly=partial(_judged, looked))
+    return own_term_entries(own, causes, beside=beside, jointly=partial(_judged, looked))
 
 
-def _change(columns: Columns, fitted: Fit, at: slice, component: int) -> Value:
+def _change(columns: LawColumns, fitted: CutsFit, at: slice, component: int) -> IntervalValue:
     """Return the change of one component's coefficient."""
     place = at.start + _place(columns, component)
     sd = float(np.sqrt(max(fitted.covariance[place, place], 0.0)))
-    return value(float(fitted.coefficients[place]), NORMAL_95 * sd, "")
+    return profiled_value(float(fitted.coefficients[place]), NORMAL_95 * sd, "")
 
 
-def _place(columns: Columns, component: int) -> int:
+def _place(columns: LawColumns, component: int) -> int:
     return component if columns.mix.shape[2] > 1 else 0
 
 
-def _cause(looked: Looked, name: str, change: Value, component: int, sure: Standing) -> Cause:
+def _cause(
+    looked: FoundInCuts, name: str, change: IntervalValue, component: int, sure: Standing
+) -> Cause:
     """Return the entry of an own term whose coefficient changes by ``change``."""
     stack, columns = looked.stack, looked.own[name]
     term, sign = term_called(name), float(stack.sign[component])
@@ -72,7 +74,7 @@ def _cause(looked: Looked, name: str, change: Value, component: int, sure: Stand
         turned = sign
         had = float(stack.edge_N_mm[component]) if name == "edge_force" else 0.0
     unit = term.parameters[0].unit.replace("U", "N")
-    now = value(had + turned * change.value, half, unit)
+    now = profiled_value(had + turned * change.value, half, unit)
     if name == "shear" and now.value < 0:
         text = "Recording and simulation have opposite signs: look at the sensor's sign first."
     else:
@@ -86,7 +88,7 @@ def _cause(looked: Looked, name: str, change: Value, component: int, sure: Stand
             f"{now.value:.3g} ({now.low:.3g} to {now.high:.3g})."
         ),
         parameters={
-            "size": value(abs(change.value) * peak, half * peak, "N"),
+            "size": profiled_value(abs(change.value) * peak, half * peak, "N"),
             term.parameters[0].name: now,
         },
         alternatives=sure.near,

@@ -119,7 +119,7 @@ class Stack:
         return self.white((self.recording - self.simulation)[:, :, None])[:, 0]
 
 
-def conditions(table: CutTable) -> Conditions:
+def table_conditions(table: CutTable) -> Conditions:
     """Return the conditions of a table's cuts; one that some cut lacks is not used.
 
     Raises UnusableInput where a depth, feed or speed is not above zero.
@@ -158,7 +158,7 @@ def conditions(table: CutTable) -> Conditions:
     )
 
 
-def forces(table: CutTable, simulation: dict[str, Array]) -> tuple[Array, Array]:
+def recorded_and_simulated(table: CutTable, simulation: dict[str, Array]) -> tuple[Array, Array]:
     """Return recording and simulation (C, n).
 
     Raises UnusableInput for too few cuts, a simulation of zeros, and a force that is damage.

@@ -47,7 +47,7 @@ class Before:
 
 
 @dataclass(frozen=True)
-class Trial:
+class CutTrial:
     """A trial in words, in the imperative, and the conditions of its cuts."""
 
     words: str
@@ -61,7 +61,7 @@ def usual(known: Conditions) -> int:
     return int(np.argmin(np.sum(off, axis=0))) if off else 0
 
 
-def plain(known: Conditions) -> list[Trial]:
+def plain_trials(known: Conditions) -> list[CutTrial]:
     """Return the trials in which one thing is changed, and the usual cut once more."""
     row, once = usual(known), Setting("")
     before = _before(known)
@@ -72,14 +72,14 @@ def plain(known: Conditions) -> list[Trial]:
     ]
 
 
-def paired(known: Conditions) -> list[Trial]:
+def paired(known: Conditions) -> list[CutTrial]:
     """Return the trials in which a setting is changed, and what comes before."""
     row = usual(known)
     pairs = product(_settings(known, row), _before(known)[1:])
     return [_trial(known, row, setting, before) for setting, before in pairs]
 
 
-def joined(parts: Sequence[Conditions]) -> Conditions:
+def joined_trials(parts: Sequence[Conditions]) -> Conditions:
     """Return the conditions of all trials, one after the other."""
     first = parts[0]
 
@@ -185,7 +185,7 @@ def _before(known: Conditions) -> list[Before]:
     return made
 
 
-def _trial(known: Conditions, row: int, setting: Setting, before: Before) -> Trial:
+def _trial(known: Conditions, row: int, setting: Setting, before: Before) -> CutTrial:
     factor = {name: f for columns, f in setting.factors.items() for name in columns}
 
     def set_to(values: Array | None, name: str = "") -> Array | None:
@@ -198,7 +198,7 @@ def _trial(known: Conditions, row: int, setting: Setting, before: Before) -> Tri
     other = {n: v for n, values in known.other.items() if (v := set_to(values, n)) is not None}
     if time is not None and "tool.cutting_time" in other:
         other["tool.cutting_time"] = time
-    return Trial(
+    return CutTrial(
         f"{before.words} {CUTS} cuts like cut {known.number[row]:g}{setting.words}",
         replace(
             known,

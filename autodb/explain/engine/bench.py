@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Choice, Rung, Suspect
 from autodb.explain.engine.evidence import Products
-from autodb.explain.engine.noise import Noise, Whitener, autoregression
-from autodb.explain.engine.normal import beside, solved
+from autodb.explain.engine.noise import Noise, Whitener, fitted_whitener
+from autodb.explain.engine.normal import columns_side_by_side, solved
 from autodb.explain.engine.search import DETAIL, MISTAKEN
 
 Array = NDArray[np.float64]
@@ -39,7 +39,7 @@ def fewest_first(blocks: Sequence[Array], room: int) -> list[Array]:
     return [block for block, sum_ in zip(ordered, total, strict=True) if sum_ <= room]
 
 
-class Bench:
+class WhiteRows:
     """A difference (n,) = recording − simulation, the simulation's own columns, and suspects.
 
     Columns of suspects are built at every row, reduced to the working rate and kept so. The first
@@ -83,7 +83,7 @@ class Bench:
     def own_columns(self) -> Array:
         """Return the simulation's own columns at every row, (n, k)."""
         empty = np.empty((len(self.difference), 0))
-        return self._seen(beside(empty, *self.own.values()))
+        return self._seen(columns_side_by_side(empty, *self.own.values()))
 
     def built(self, rung: Rung) -> Array:
         """Return the columns of a shape at every row, (n, p)."""
@@ -95,7 +95,7 @@ class Bench:
         fitted = solved(whitener(columns), whitener(self._difference))
         at = self._own.shape[1]
         empty = np.empty((len(self.difference), 0))
-        retuned = beside(empty, *self.own.values()) @ fitted[:at]
+        retuned = columns_side_by_side(empty, *self.own.values()) @ fitted[:at]
         parts = []
         for choice in choices:
             built = choice.shape.build()
@@ -113,7 +113,7 @@ class Bench:
             for s in suspects
         ]
         room = len(self._difference) // ROWS_A_COLUMN - self._own.shape[1]
-        return beside(self._own, *fewest_first(rich, room))
+        return columns_side_by_side(self._own, *fewest_first(rich, room))
 
     def reduce(self, values: Array) -> Array:
         """Return columns (n,) or (n, p) at the working rate, (m, p), each contiguous in memory."""
@@ -162,7 +162,7 @@ class Bench:
         parts = [self._own, *(self.columns(c.key, c.shape) for c in choices)]
         if detail:
             parts += [self.detail(c.suspect) for c in choices]
-        return beside(*parts)
+        return columns_side_by_side(*parts)
 
     def left(self, columns: Array, whitener: Whitener | None = None) -> Array:
         """Return what columns (m, p) leave of the difference when fitted to white rows, (m,)."""
@@ -178,9 +178,9 @@ class Bench:
 
         Fitted twice: the second time the columns' coefficients are those of white rows.
         """
-        whitener = autoregression(self.left(columns))
+        whitener = fitted_whitener(self.left(columns))
         left = self.left(columns, whitener)
-        whitener = autoregression(left)
+        whitener = fitted_whitener(left)
         white = whitener(left)
         free = max(1, len(white) - columns.shape[1])
         return whitener, float(white @ white) / free

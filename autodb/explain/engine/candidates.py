@@ -107,7 +107,7 @@ class Choice:
         return self.suspect.rungs[self.rung]
 
 
-def ladder(
+def grid_forms(
     law: Callable[..., Array],
     grid: Sequence[Mapping[str, float]],
     *,
@@ -134,7 +134,7 @@ def ladder(
     ]
 
 
-def positive(coefficients: Array) -> bool:
+def has_positive_first(coefficients: Array) -> bool:
     """Whether the first coefficient has the sign that the effect must have."""
     return bool(coefficients[0] > 0)
 

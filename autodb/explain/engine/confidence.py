@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.search import MARGIN, Found, Search
+from autodb.explain.engine.search import MARGIN, CandidateSearch, FoundSet
 
 TEMPER = 3.0
 """Evidence counts this many times less than likelihoods do. Chosen of 2 to 6 on virtual axes (seeds
@@ -56,12 +56,12 @@ class Standing:
 
     def of(self, names: Iterable[str]) -> float:
         """Return the probability of its name or one of others."""
-        weights = {name: weight(fall) for name, fall in self.by_name.items()}
-        whole = 1.0 + weight(self.nothing) + sum(weights.values())
+        weights = {name: account_weight(fall) for name, fall in self.by_name.items()}
+        whole = 1.0 + account_weight(self.nothing) + sum(weights.values())
         return (1.0 + sum(weights.get(name, 0.0) for name in names)) / whole
 
 
-def weight(fall: float) -> float:
+def account_weight(fall: float) -> float:
     """Return the probability of an account over that of the one whose evidence is ``fall`` more.
 
     An account that was not taken counts for no more than the one that was.
@@ -71,7 +71,7 @@ def weight(fall: float) -> float:
 
 def standing(by_name: Mapping[str, float], *, nothing: float) -> Standing:
     """Return how an account stands beside rivals; ``nothing``: its evidence over none at all."""
-    odds = weight(nothing) + sum(weight(fall) for fall in by_name.values())
+    odds = account_weight(nothing) + sum(account_weight(fall) for fall in by_name.values())
     near = sorted((fall, name) for name, fall in by_name.items() if fall < NEAR and name != UNKNOWN)
     return Standing(
         min(SUREST, 1.0 / (1.0 + odds)), tuple(name for _, name in near), by_name, nothing
@@ -79,7 +79,7 @@ def standing(by_name: Mapping[str, float], *, nothing: float) -> Standing:
 
 
 def of_missing(
-    search: Search, found: Found, choice: Choice, *, but: Collection[str] = ()
+    search: CandidateSearch, found: FoundSet, choice: Choice, *, but: Collection[str] = ()
 ) -> Standing:
     """Return how the name of one effect of a set stands, ``but`` for some other names.
 
@@ -101,7 +101,7 @@ def of_missing(
     return standing(by_name, nothing=found.evidence[found.keys.index(choice.suspect.key)])
 
 
-def _explained(search: Search, found: Found, choice: Choice) -> float:
+def _explained(search: CandidateSearch, found: FoundSet, choice: Choice) -> float:
     """Return by how much an effect lets the sum of squares fall beside the others of its set."""
     others = [c.key for c in found.without(choice.suspect.key)]
     return search.products.given(others).gain(choice.key).full
@@ -114,7 +114,11 @@ class _Held:
     """
 
     def __init__(
-        self, search: Search, found: Found, own: Sequence[int], ways: NDArray[np.intp] | None = None
+        self,
+        search: CandidateSearch,
+        found: FoundSet,
+        own: Sequence[int],
+        ways: NDArray[np.intp] | None = None,
     ) -> None:
         places = search.products.own[list(own)]
         self.kept = found.choices
@@ -193,7 +197,11 @@ class Mistuned:
 
 
 def of_mistuned(
-    search: Search, found: Found, own: Sequence[int], *, ways: NDArray[np.intp] | None = None
+    search: CandidateSearch,
+    found: FoundSet,
+    own: Sequence[int],
+    *,
+    ways: NDArray[np.intp] | None = None,
 ) -> Mistuned:
     """Return how a change of own columns stands beside accounts without it.
 
@@ -213,5 +221,5 @@ def of_mistuned(
     return Mistuned(held.worth - MARGIN, standing(by_name, nothing=held.worth), held.variables)
 
 
-def _holds(search: Search, choice: Choice, places: NDArray[np.intp]) -> bool:
+def _holds(search: CandidateSearch, choice: Choice, places: NDArray[np.intp]) -> bool:
     return bool(np.isin(search.products.places[choice.key], places).any())

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Literal
 
-from autodb.explain.answer.answer import Cause, Value
+from autodb.explain.answer.answer import Cause, IntervalValue
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing
 from autodb.explain.engine.rivals import alike_terms
@@ -20,11 +20,11 @@ def is_undecided(choice: Choice, sure: Standing) -> bool:
     return bool(sure.near) and (like < LIKELY or sure.confidence < LEAST)
 
 
-def named(
+def named_entry(
     choice: Choice,
     sure: Standing,
     statement: str,
-    values: dict[str, Value],
+    values: dict[str, IntervalValue],
     *,
     includes: Collection[str],
     apart: str | None,
@@ -54,7 +54,7 @@ def named(
     )
 
 
-def told(
+def own_term_entries(
     off: Mapping[str, Mistuned],
     causes: Mapping[str, Cause],
     *,
@@ -79,7 +79,7 @@ def told(
     return [_either(off[names[0]], names, sizes[names[0]])]
 
 
-def _one_of(joint: Mistuned, names: Sequence[str], size: Value) -> Cause:
+def _one_of(joint: Mistuned, names: Sequence[str], size: IntervalValue) -> Cause:
     """Return the entry of own terms of which one or more are off, and nothing tells which."""
     return Cause(
         term=UNKNOWN,
@@ -94,7 +94,7 @@ def _one_of(joint: Mistuned, names: Sequence[str], size: Value) -> Cause:
     )
 
 
-def _either(sure: Mistuned, names: Sequence[str], size: Value) -> Cause:
+def _either(sure: Mistuned, names: Sequence[str], size: IntervalValue) -> Cause:
     """Return the entry of own terms that may be off, or something in their place."""
     others = tuple(dict.fromkeys((*names, *sure.standing.near)))
     over = f" over {' and '.join(sure.variables)}" if sure.variables else ""
@@ -117,8 +117,8 @@ def _or(names: Sequence[str]) -> str:
     return " or ".join(name.replace("_", " ") for name in names)
 
 
-def undecided(
-    choice: Choice, sure: Standing, size: Value, *, where: str, apart: str | None
+def undecided_entry(
+    choice: Choice, sure: Standing, size: IntervalValue, *, where: str, apart: str | None
 ) -> Cause:
     """Return an entry without a name; ``where``: what does not tell which it is, in the plural."""
     names = (choice.suspect.term, *sure.near)

@@ -30,7 +30,7 @@ SPANNED = 1e-6
 
 
 @dataclass(frozen=True)
-class Gain:
+class ExplainedShare:
     """What a suspect's columns explain.
 
     ``full``: fall of the sum of squares over the noise variance with free coefficients;
@@ -50,7 +50,7 @@ class Gain:
         return self.full - self.evidence
 
 
-NOTHING = Gain(0.0, 0.0, np.zeros(0), np.zeros(0))
+NOTHING = ExplainedShare(0.0, 0.0, np.zeros(0), np.zeros(0))
 
 
 class Products:
@@ -99,7 +99,7 @@ class Given:
     def __init__(self, products: Products, columns: NDArray[np.intp]) -> None:
         self.of = products
         self.columns = columns
-        self._gains: dict[tuple[str, int], Gain] = {}
+        self._gains: dict[tuple[str, int], ExplainedShare] = {}
         inner = products.inner
         if len(columns):
             values, vectors = np.linalg.eigh(inner[np.ix_(columns, columns)])
@@ -141,7 +141,9 @@ class Given:
         """Return the evidence where the sum of squares falls by ``full``, with what that costs."""
         return np.asarray(full - cost)
 
-    def gain(self, key: tuple[str, int], *, allowed: Callable[[Array], bool] | None = None) -> Gain:
+    def gain(
+        self, key: tuple[str, int], *, allowed: Callable[[Array], bool] | None = None
+    ) -> ExplainedShare:
         """Return what the columns of ``key`` explain of what is left; nothing if not allowed."""
         if key not in self._gains:
             self._gains[key] = self._gain(self.of.places[key])
@@ -150,13 +152,13 @@ class Given:
             return gain
         return NOTHING
 
-    def gain_of(self, at: NDArray[np.intp]) -> Gain:
+    def gain_of(self, at: NDArray[np.intp]) -> ExplainedShare:
         """Return what columns at some places explain of what is left, free or all alike."""
         norm = self.of.norm[at]
         alike = self._gain(at, norm[:, None] / np.linalg.norm(norm))
         return max(self._gain(at), alike, key=lambda gain: gain.evidence)
 
-    def _gain(self, at: NDArray[np.intp], mix: Array | None = None) -> Gain:
+    def _gain(self, at: NDArray[np.intp], mix: Array | None = None) -> ExplainedShare:
         """Return what columns explain, or ``mix`` (p, k) of them, k alone for ``at`` of size k."""
         held = self._held[:, at]
         matrix = self.of.inner[np.ix_(at, at)] - held.T @ held
@@ -173,11 +175,11 @@ class Given:
         squares = along**2 * self.of.norm[0] ** 2 / self.of.variance
         full = float(np.sum(squares / values))
         spread = np.sqrt(np.sum(vectors[:, keep] ** 2 / values, axis=1) * self.of.variance)
-        greatest, size = evidence(squares, values)
-        return Gain(full, greatest, coefficients, spread / self.of.norm[at], size)
+        greatest, size = greatest_evidence(squares, values)
+        return ExplainedShare(full, greatest, coefficients, spread / self.of.norm[at], size)
 
 
-def evidence(squares: Array, values: Array) -> tuple[float, float]:
+def greatest_evidence(squares: Array, values: Array) -> tuple[float, float]:
     """Return the greatest of the evidence over τ, not below 0 (τ = 0), and its τ²."""
     spread = SIZES[:, None] * values / values.mean()
     fit = squares / values * spread / (1.0 + spread) - np.log1p(spread)

@@ -27,7 +27,9 @@ def no_difference(unit: str) -> ChannelAnswer:
     return ChannelAnswer(unit=unit, mismatch=False, where=Where(), missing=(), fit=nothing)
 
 
-def held_out(columns: Array, difference: Array, values: Array, *, gap: int, free: int) -> Array:
+def held_out_residual(
+    columns: Array, difference: Array, values: Array, *, gap: int, free: int
+) -> Array:
     """Return difference − correction (n,) on rows whose block, and ``gap`` rows around it, was
     left out of the fit; blocks of contiguous rows are dealt to the folds in turn.
 
@@ -56,7 +58,11 @@ def quality(
     with their coefficients, the first ``free`` of them own. The noise floor is what they leave of
     plain rows.
     """
-    kept_out = held_out(columns, before, values, gap=gap, free=free) if columns.shape[1] else before
+    kept_out = (
+        held_out_residual(columns, before, values, gap=gap, free=free)
+        if columns.shape[1]
+        else before
+    )
     return FitQuality(
         rms_before=rms(before),
         rms_after=rms(after),

@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Choice, Rung, Suspect
 from autodb.explain.engine.noise import Noise
-from autodb.explain.engine.normal import beside, normal
-from autodb.explain.engine.prior import drawn, evidence_of
+from autodb.explain.engine.normal import columns_side_by_side, normal
+from autodb.explain.engine.prior import coefficient_costs, evidence_of
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ DEVIATES = 0.0
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedEffects:
     """Coefficients (k,) of own columns, their covariance (k, k), and what all columns give.
 
     ``correction`` (n,) is the sum of the effects and of the own terms' re-tuning that is worth it;
@@ -54,7 +54,7 @@ class Fitted:
         return float(self.coefficients[at]), float(np.sqrt(self.covariance[at, at]))
 
 
-def fit(bench: Bench, choices: Sequence[Choice], noise: Noise) -> Fitted:
+def fit_white_rows(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> FittedEffects:
     """Fit own and chosen columns together to rows that a noise's filter makes white.
 
     Which own terms are re-tuned is judged beside the laws alone, and beside curves that are free to
@@ -72,13 +72,13 @@ def fit(bench: Bench, choices: Sequence[Choice], noise: Noise) -> Fitted:
     shaped = [*choices, *deviations(bench, choices, noise)]
     values, _ = _beside(bench, shaped, noise, retuned)
     built = [bench.built(choice.shape) for choice in shaped]
-    design = beside(bench.own_columns()[:, retuned], *built)
+    design = columns_side_by_side(bench.own_columns()[:, retuned], *built)
     places = _places(len(retuned), built)
     parts = {
         choice.suspect.key: block @ values[at]
         for choice, block, at in zip(shaped, built, places, strict=True)
     }
-    return Fitted(
+    return FittedEffects(
         own=own,
         columns=tuple(built[: len(choices)]),
         covariances=tuple(law_covariance[at, at] for at in places[: len(choices)]),
@@ -93,13 +93,18 @@ def fit(bench: Bench, choices: Sequence[Choice], noise: Noise) -> Fitted:
 
 
 def _beside(
-    bench: Bench, choices: Sequence[Choice], noise: Noise, own: Sequence[int], *, loose: float = 1.0
+    bench: WhiteRows,
+    choices: Sequence[Choice],
+    noise: Noise,
+    own: Sequence[int],
+    *,
+    loose: float = 1.0,
 ) -> tuple[Array, Array]:
     """Return coefficients and covariance of some own columns and the choices' columns.
 
     Curves are drawn to none, ``loose`` times as much as their evidence says.
     """
-    columns, weight = bench.chosen(choices), loose * drawn(bench, choices, noise)
+    columns, weight = bench.chosen(choices), loose * coefficient_costs(bench, choices, noise)
     kept = [*own, *range(len(bench.own), columns.shape[1])]
     return _least_squares(columns[:, kept], bench.reduced_difference, noise, weight[kept])
 
@@ -120,7 +125,7 @@ def _deviation_key(choice: Choice) -> str:
     return f"{choice.suspect.key}, shape"
 
 
-def deviations(bench: Bench, choices: Sequence[Choice], noise: Noise) -> list[Choice]:
+def deviations(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> list[Choice]:
     """Return what plain laws get wrong in shape, each where there is evidence of it."""
     found: list[Choice] = []
     for choice in choices:

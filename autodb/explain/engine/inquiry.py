@@ -14,13 +14,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Choice, Suspect
-from autodb.explain.engine.noise import Noise, Whitener, autoregression
+from autodb.explain.engine.noise import Noise, Whitener, fitted_whitener
 from autodb.explain.engine.normal import normal
-from autodb.explain.engine.prior import drawn
-from autodb.explain.engine.search import MARGIN, Found, Search
-from autodb.explain.engine.tuning import Beside, tuned
+from autodb.explain.engine.prior import coefficient_costs
+from autodb.explain.engine.search import MARGIN, CandidateSearch, FoundSet
+from autodb.explain.engine.tuning import BesideShapes, tuned
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ BLOCKS = 40
 HARM = 1.02
 
 
-class Field(Protocol):
+class CandidateSource(Protocol):
     """Where suspects come from."""
 
     def standing(self) -> list[Suspect]:
@@ -50,8 +50,8 @@ class Field(Protocol):
 class Inquiry:
     """What an inquiry found: the set, the search that holds its rivals, and the noise."""
 
-    found: Found
-    search: Search
+    found: FoundSet
+    search: CandidateSearch
     whitener: Whitener
     variance: float
     considered: dict[str, float]
@@ -62,11 +62,11 @@ class Inquiry:
         return self.whitener, self.variance
 
 
-def inquire(bench: Bench, field: Field) -> Inquiry:
+def inquire(bench: WhiteRows, field: CandidateSource) -> Inquiry:
     """Return the set of suspects that the bench's rows hold."""
     suspects = {s.key: s for s in field.standing()}
     whitener, variance = _saturated(bench, field, suspects)
-    found = Found()
+    found = FoundSet()
     considered: dict[str, float] = {}
     accounts: list[tuple[Inquiry, tuple[Choice, ...]]] = []
     for number in range(ROUNDS):
@@ -75,7 +75,7 @@ def inquire(bench: Bench, field: Field) -> Inquiry:
         left = bench.left(bench.chosen(found.choices), whitener)
         _take(bench, suspects, field.scanned(left, whitener, number))
         products = bench.products(bench.blocks(suspects.values()), (whitener, variance))
-        search = Search(products, suspects.values())
+        search = CandidateSearch(products, suspects.values())
         considered = considered or {o.choice.suspect.key: o.worth for o in search.offers(())}
         before, found = found, _predicting(bench, search, (whitener, variance))
         account = Inquiry(found, search, whitener, variance, considered)
@@ -91,7 +91,7 @@ def inquire(bench: Bench, field: Field) -> Inquiry:
     return min(standing, key=lambda one: _surprise(bench, one))
 
 
-def _surprise(bench: Bench, account: Inquiry) -> float:
+def _surprise(bench: WhiteRows, account: Inquiry) -> float:
     """Return N·ln of the innovations' variance that an account leaves, and its costs.
 
     It tells accounts apart that were reached with different noise, where rounds do not settle.
@@ -102,30 +102,30 @@ def _surprise(bench: Bench, account: Inquiry) -> float:
     return search.products.rows * float(np.log(left)) + cost
 
 
-def _saturated(bench: Bench, field: Field, suspects: dict[str, Suspect]) -> Noise:
+def _saturated(bench: WhiteRows, field: CandidateSource, suspects: dict[str, Suspect]) -> Noise:
     """Return the noise that a model of everything leaves, of what scans point to as well.
 
     A ripple in time would else be taken for noise of its colour.
     """
-    whitener = autoregression(bench.left(bench.everything(list(suspects.values()))))
+    whitener = fitted_whitener(bench.left(bench.everything(list(suspects.values()))))
     left = bench.left(bench.chosen(()), whitener)
     _take(bench, suspects, field.scanned(left, whitener, 0))
     return bench.noise(bench.everything(list(suspects.values())))
 
 
-def _take(bench: Bench, suspects: dict[str, Suspect], new: Sequence[Suspect]) -> None:
+def _take(bench: WhiteRows, suspects: dict[str, Suspect], new: Sequence[Suspect]) -> None:
     """Put suspects in the place of those of their keys."""
     bench.forget(s.key for s in new)
     suspects.update({s.key: s for s in new})
 
 
 def _renewed(
-    bench: Bench,
-    field: Field,
-    found: Found,
+    bench: WhiteRows,
+    field: CandidateSource,
+    found: FoundSet,
     suspects: dict[str, Suspect],
     noise: Noise,
-) -> Found:
+) -> FoundSet:
     """Return the set with effects that change others built anew on what has been found.
 
     What clips, shifts or signs all that is recorded is tuned and then held: everything else is seen
@@ -145,13 +145,13 @@ def _renewed(
     return replace(found, choices=tuple(choices))
 
 
-def _held(bench: Bench, found: Found, choice: Choice, noise: Noise) -> Choice:
+def _held(bench: WhiteRows, found: FoundSet, choice: Choice, noise: Noise) -> Choice:
     """Return a choice tuned beside the others, of a suspect that has this one shape only."""
-    beside = Beside(bench, found.without(choice.suspect.key), noise)
+    beside = BesideShapes(bench, found.without(choice.suspect.key), noise)
     return Choice(replace(choice.suspect, rungs=(tuned(choice, beside).choice.shape,)), 0)
 
 
-def stands(bench: Bench, found: Found, search: Search) -> Found:
+def stands(bench: WhiteRows, found: FoundSet, search: CandidateSearch) -> FoundSet:
     """Return the set without effects that noise of another colour would explain as well.
 
     For each effect the noise is fitted anew without it: N·ln of the ratio of the innovations'
@@ -166,7 +166,9 @@ def stands(bench: Bench, found: Found, search: Search) -> Found:
     return found
 
 
-def _beside_noise(bench: Bench, found: Found, choice: Choice, search: Search) -> float:
+def _beside_noise(
+    bench: WhiteRows, found: FoundSet, choice: Choice, search: CandidateSearch
+) -> float:
     others = found.without(choice.suspect.key)
     with_it = _innovation(bench, bench.chosen(found.choices))
     without = _innovation(bench, bench.chosen(others))
@@ -175,15 +177,15 @@ def _beside_noise(bench: Bench, found: Found, choice: Choice, search: Search) ->
     return rows * float(np.log(without / with_it)) - gain.cost - search.penalty(choice)
 
 
-def _innovation(bench: Bench, columns: Array) -> float:
+def _innovation(bench: WhiteRows, columns: Array) -> float:
     """Return the innovations' variance of the noise that columns leave, both fitted in turn."""
-    whitener = autoregression(bench.left(columns))
+    whitener = fitted_whitener(bench.left(columns))
     left = bench.left(columns, whitener)
-    whitener = autoregression(left)
+    whitener = fitted_whitener(left)
     return float(np.mean(whitener(bench.left(columns, whitener)) ** 2))
 
 
-def _predicting(bench: Bench, search: Search, noise: Noise) -> Found:
+def _predicting(bench: WhiteRows, search: CandidateSearch, noise: Noise) -> FoundSet:
     """Return the best set of which every effect helps to predict stretches left out of the fit.
 
     A shape that fails is barred, and the search goes on with simpler ones.
@@ -192,9 +194,9 @@ def _predicting(bench: Bench, search: Search, noise: Noise) -> Found:
         found = search.best()
         if not found.choices:
             return found
-        whole = held_out(bench, found.choices, noise)
+        whole = held_out_sums(bench, found.choices, noise)
         worth = [
-            _helped(held_out(bench, found.without(c.suspect.key), noise), whole)
+            _helped(held_out_sums(bench, found.without(c.suspect.key), noise), whole)
             for c in found.choices
         ]
         weakest = int(np.argmin(worth))
@@ -214,7 +216,7 @@ def _helped(without: tuple[float, float], whole: tuple[float, float]) -> float:
     return 1.0 - whole[0] / without[0]
 
 
-def held_out(bench: Bench, choices: Sequence[Choice], noise: Noise) -> tuple[float, float]:
+def held_out_sums(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> tuple[float, float]:
     """Return sums of white and of plain squares on blocks, each predicted by a fit of the others.
 
     A coefficient of a named effect, or of a loose column, that the others do not hold is drawn to
@@ -233,7 +235,7 @@ def held_out(bench: Bench, choices: Sequence[Choice], noise: Noise) -> tuple[flo
     weight[: bench.firm] = 0.0
     family = ~np.concatenate([np.ones(len(bench.own), dtype=bool), named])
     if family.any():
-        weight[family] = drawn(bench, choices, noise)[family]
+        weight[family] = coefficient_costs(bench, choices, noise)[family]
     order = len(difference) - len(target)
     squares = plain = 0.0
     for fold in range(FOLDS):

@@ -79,7 +79,7 @@ Noise = tuple[Whitener, float]
 """The filter that makes a noise white, and the variance of a white row."""
 
 
-def autoregression(residual: Array, order: int = ORDER) -> Whitener:
+def fitted_whitener(residual: Array, order: int = ORDER) -> Whitener:
     """Return the whitener of an autoregression fitted to a residual (n,) by least squares."""
     lagged = np.column_stack([residual[order - k : -k] for k in range(1, order + 1)])
     target = residual[order:]

@@ -11,7 +11,7 @@ HELD = 1e-9
 """Share of the best held direction, columns of one size, below which rows do not hold one."""
 
 
-def beside(*blocks: Array) -> Array:
+def columns_side_by_side(*blocks: Array) -> Array:
     """Return columns (n,) or blocks of them (n, p) side by side, each contiguous in memory.
 
     Filters and products then run along memory.

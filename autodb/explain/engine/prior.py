@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Choice
 from autodb.explain.engine.evidence import Products
 from autodb.explain.engine.noise import Noise
@@ -13,7 +13,7 @@ from autodb.explain.engine.noise import Noise
 Array = NDArray[np.float64]
 
 
-def drawn(bench: Bench, choices: Sequence[Choice], noise: Noise) -> Array:
+def coefficient_costs(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> Array:
     """Return what a squared coefficient costs, (p,) of own and chosen columns, for ``solved``.
 
     Own columns and those of plain laws cost nothing. A curve of many columns costs what makes its
@@ -32,11 +32,11 @@ def drawn(bench: Bench, choices: Sequence[Choice], noise: Noise) -> Array:
     return np.concatenate(weights)
 
 
-def evidence_of(bench: Bench, choice: Choice, others: Sequence[Choice], noise: Noise) -> float:
+def evidence_of(bench: WhiteRows, choice: Choice, others: Sequence[Choice], noise: Noise) -> float:
     """Return the evidence of a choice beside others."""
     products = _products(bench, [*others, choice], noise)
     return products.given([c.key for c in others]).gain(choice.key).evidence
 
 
-def _products(bench: Bench, choices: Sequence[Choice], noise: Noise) -> Products:
+def _products(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> Products:
     return bench.products({c.key: bench.columns(c.key, c.shape) for c in choices}, noise)

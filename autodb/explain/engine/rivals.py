@@ -1,12 +1,12 @@
 """Effects that stand in for others: swaps that make a set likelier, and terms that look alike."""
 
-from autodb.explain.engine.search import Found, Search
+from autodb.explain.engine.search import CandidateSearch, FoundSet
 from autodb.terms import TERMS
 
 MOST_SWAPS = 3
 
 
-def settled(search: Search, found: Found) -> Found:
+def settled_set(search: CandidateSearch, found: FoundSet) -> FoundSet:
     """Return the set after every swap that raises its score, as few as there are."""
     for _ in range(MOST_SWAPS):
         better = _better(search, found)
@@ -16,7 +16,7 @@ def settled(search: Search, found: Found) -> Found:
     return found
 
 
-def _better(search: Search, found: Found) -> Found | None:
+def _better(search: CandidateSearch, found: FoundSet) -> FoundSet | None:
     by_key = {s.key: s for s in search.suspects}
     for key in found.keys:
         falls = search.rivals(found, key)

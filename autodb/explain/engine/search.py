@@ -35,7 +35,7 @@ DETAIL, MISTAKEN = -1, -2
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundSet:
     """A set of effects, its score, and the evidence of each beside the others."""
 
     choices: tuple[Choice, ...] = ()
@@ -60,7 +60,7 @@ class Offer:
     worth: float
 
 
-class Search:
+class CandidateSearch:
     """The suspects, and the products of their columns in every shape.
 
     ``faint``: share of what a set explains below which an effect of it is put down to the others.
@@ -73,7 +73,7 @@ class Search:
         self.suspects = tuple(suspects)
         self.faint = faint
         self._barred: set[tuple[str, int]] = set()
-        self._settled: dict[frozenset[str], Found] = {}
+        self._settled: dict[frozenset[str], FoundSet] = {}
         self._singles = {s.key: self._of_one_column(s) for s in self.suspects}
         self._curves = {
             s.key: [i for i in range(len(s.rungs)) if len(products.places[s.key, i]) != 1]
@@ -141,7 +141,7 @@ class Search:
         found = (self.best_shape(given, suspect) for suspect in open_ones)
         return [offer for offer in found if offer is not None]
 
-    def grown(self, found: Found, suspects: Sequence[Suspect]) -> list[Found]:
+    def grown(self, found: FoundSet, suspects: Sequence[Suspect]) -> list[FoundSet]:
         """Return the sets with one more effect, worth it also where the others' shape is free."""
         free = self.with_detail(found.choices)
         sets = []
@@ -161,14 +161,14 @@ class Search:
         held = [key for key in details if key in self.products.places]
         return self.products.given([*(c.key for c in choices), *held])
 
-    def settled(self, choices: tuple[Choice, ...]) -> Found:
+    def settled(self, choices: tuple[Choice, ...]) -> FoundSet:
         """Return the set with each effect in the shape that is best beside the others."""
         known = frozenset(choice.suspect.key for choice in choices)
         if known not in self._settled:
             self._settled[known] = self._shaped(choices)
         return self._settled[known]
 
-    def _shaped(self, choices: tuple[Choice, ...]) -> Found:
+    def _shaped(self, choices: tuple[Choice, ...]) -> FoundSet:
         for number, choice in enumerate(choices):
             others = (*choices[:number], *choices[number + 1 :])
             given = self.products.given([c.key for c in others])
@@ -177,7 +177,7 @@ class Search:
                 choices = (*choices[:number], offer.choice, *choices[number + 1 :])
         return self.scored(choices)
 
-    def scored(self, choices: tuple[Choice, ...]) -> Found:
+    def scored(self, choices: tuple[Choice, ...]) -> FoundSet:
         """Return the set with its score."""
         whole = self.products.given([]).rss - self.products.given([c.key for c in choices]).rss
         evidence, cost = [], 0.0
@@ -187,9 +187,9 @@ class Search:
             penalty = self.penalty(choice)
             evidence.append(gain.evidence - penalty)
             cost += gain.cost + penalty
-        return Found(choices, whole - cost, tuple(evidence))
+        return FoundSet(choices, whole - cost, tuple(evidence))
 
-    def best(self) -> Found:
+    def best(self) -> FoundSet:
         """Return the set with the highest score of all that were grown, weak members taken out.
 
         Families over several signals hold many laws at once: a set of names that does nearly as
@@ -205,13 +205,13 @@ class Search:
         beside = [found for found in grown if set(found.keys) > set(named.keys)]
         return max([named, *beside], key=lambda f: f.score)
 
-    def explained(self, found: Found) -> float:
+    def explained(self, found: FoundSet) -> float:
         """Return by how much a set lets the sum of squares fall, over the noise variance."""
         none, all_ = self.products.given([]), self.products.given([c.key for c in found.choices])
         return none.rss - all_.rss
 
-    def _best_of(self, suspects: Sequence[Suspect]) -> Found:
-        beam, seen = [Found()], [Found()]
+    def _best_of(self, suspects: Sequence[Suspect]) -> FoundSet:
+        beam, seen = [FoundSet()], [FoundSet()]
         for _ in range(MOST):
             longer = {
                 tuple(sorted(f.keys)): f for found in beam for f in self.grown(found, suspects)
@@ -221,7 +221,7 @@ class Search:
         seen.sort(key=lambda f: -f.score)
         return max((self.cleared(found) for found in seen[:CLEARED]), key=lambda f: f.score)
 
-    def cleared(self, found: Found) -> Found:
+    def cleared(self, found: FoundSet) -> FoundSet:
         """Return the set without effects that are not worth it or too faint beside the others."""
         while found.choices:
             worth = self._standing(found)
@@ -231,7 +231,7 @@ class Search:
             found = self.settled(found.without(found.choices[weakest].suspect.key))
         return found
 
-    def _standing(self, found: Found) -> list[float]:
+    def _standing(self, found: FoundSet) -> list[float]:
         """Return how far each effect is above its limits, over all shapes of the others."""
         worth = []
         held = zip(found.choices, found.evidence, strict=True)
@@ -243,7 +243,7 @@ class Search:
             worth.append(self._not_mistaken(found, choice, gain.evidence) - limit)
         return worth
 
-    def _not_mistaken(self, found: Found, choice: Choice, evidence: float) -> float:
+    def _not_mistaken(self, found: FoundSet, choice: Choice, evidence: float) -> float:
         """Return an effect's evidence, beside what it may be mistaken for where that explains more
         beside it than it does itself.
         """
@@ -255,7 +255,7 @@ class Search:
         others = [c.key for c in found.choices if c is not choice]
         return min(evidence, self.products.given([*others, key]).gain(choice.key).evidence)
 
-    def rivals(self, found: Found, key: str) -> dict[str, float]:
+    def rivals(self, found: FoundSet, key: str) -> dict[str, float]:
         """Return, by suspect, by how much the set's score falls when it stands in for ``key``."""
         others = found.without(key)
         fall: dict[str, float] = {}

@@ -52,7 +52,7 @@ class Variable:
 
 
 @dataclass(frozen=True)
-class Factor:
+class FormFactor:
     """A function of one variable: ``law`` gives (n, p) from values (n,) and ``shape``, its values
     by keyword, all in ``unit``; ``say`` writes it; ``within`` are limits of tuning; ``waves``: a
     cosine and a sine, of which ``say`` takes the coefficients too.
@@ -67,10 +67,10 @@ class Factor:
 
 
 @dataclass(frozen=True)
-class Form:
+class ProductForm:
     """A product of factors, one of each variable, with a level beside it or none."""
 
-    factors: tuple[Factor, ...]
+    factors: tuple[FormFactor, ...]
     level: bool = False
 
     @property
@@ -102,7 +102,7 @@ class Form:
         return np.column_stack([made, carrier]) if self.level else made
 
 
-def written(form: Form, values: Mapping[str, float]) -> str:
+def written(form: ProductForm, values: Mapping[str, float]) -> str:
     """Return a form's functions as a product, with its values and coefficients by name."""
     said = []
     for f in form.factors:
@@ -111,7 +111,7 @@ def written(form: Form, values: Mapping[str, float]) -> str:
     return " · ".join(said)
 
 
-def forms(variables: Sequence[Variable], *, period: float | None = None) -> list[Form]:
+def forms(variables: Sequence[Variable], *, period: float | None = None) -> list[ProductForm]:
     """Return the products that are looked through; ``period``: that of an effect known to have one.
 
     No two factors of a product have values of the same name: that would be no short form.
@@ -120,11 +120,11 @@ def forms(variables: Sequence[Variable], *, period: float | None = None) -> list
         ladders = [[_wave(v, period, give=0.2 * period / np.ptp(v.values))] for v in variables]
     else:
         ladders = [list(_factors(v, alone=len(variables) == 1)) for v in variables]
-    found = [Form(factors) for factors in product(*ladders)]
+    found = [ProductForm(factors) for factors in product(*ladders)]
     return [form for form in found if len(form.shape) == sum(len(f.shape) for f in form.factors)]
 
 
-def _factors(v: Variable, *, alone: bool) -> Iterator[Factor]:
+def _factors(v: Variable, *, alone: bool) -> Iterator[FormFactor]:
     """Yield the functions of a variable; a line through an origin is, alone, one with a level."""
     if np.ptp(v.values) <= 0:
         return
@@ -172,13 +172,13 @@ def _power(
     power: float,
     as_written: str,
     largest: float,
-) -> Factor:
+) -> FormFactor:
     said = as_written.format(f"({words}/{v.quantity(largest)})")
-    return Factor(lambda u: (distance(u) / largest) ** power, lambda: said, v.unit)
+    return FormFactor(lambda u: (distance(u) / largest) ** power, lambda: said, v.unit)
 
 
-def _tanh(v: Variable, words: str, distance: Callable[[Array], Array], width: float) -> Factor:
-    return Factor(
+def _tanh(v: Variable, words: str, distance: Callable[[Array], Array], width: float) -> FormFactor:
+    return FormFactor(
         lambda u, width: np.tanh(distance(u) / width),
         lambda width: f"tanh({words}/{v.quantity(width)})",
         v.unit,
@@ -187,8 +187,8 @@ def _tanh(v: Variable, words: str, distance: Callable[[Array], Array], width: fl
     )
 
 
-def _decay(v: Variable, words: str, distance: Callable[[Array], Array], width: float) -> Factor:
-    return Factor(
+def _decay(v: Variable, words: str, distance: Callable[[Array], Array], width: float) -> FormFactor:
+    return FormFactor(
         lambda u, width: np.exp(-distance(u) / width),
         lambda width: f"exp(−{words}/{v.quantity(width)})",
         v.unit,
@@ -197,7 +197,7 @@ def _decay(v: Variable, words: str, distance: Callable[[Array], Array], width: f
     )
 
 
-def _line(v: Variable, origin: float, *, give: float) -> Factor:
+def _line(v: Variable, origin: float, *, give: float) -> FormFactor:
     """A line through an origin, which is tuned by ``give``; 0: it is where it is."""
     scale = v.rounded(float(np.max(np.abs(v.values))))
 
@@ -210,11 +210,13 @@ def _line(v: Variable, origin: float, *, give: float) -> Factor:
         return np.asarray((u - origin) / scale)
 
     if not give:
-        return Factor(law, say, v.unit)
-    return Factor(law, say, v.unit, {"origin": origin}, {"origin": (origin - give, origin + give)})
+        return FormFactor(law, say, v.unit)
+    return FormFactor(
+        law, say, v.unit, {"origin": origin}, {"origin": (origin - give, origin + give)}
+    )
 
 
-def _wave(v: Variable, period: float, *, give: float) -> Factor:
+def _wave(v: Variable, period: float, *, give: float) -> FormFactor:
     """A cosine and a sine from the lower end on; the period is tuned by a share ``give``."""
     start = float(v.values.min())
 
@@ -228,10 +230,12 @@ def _wave(v: Variable, period: float, *, give: float) -> Factor:
         return f"sin(2π·({v.name} − {v.quantity(zero)})/{v.quantity(period)})"
 
     limits = (period * (1 - give), period * (1 + give))
-    return Factor(law, say, v.unit, {"period": period}, {"period": limits}, waves=True)
+    return FormFactor(law, say, v.unit, {"period": period}, {"period": limits}, waves=True)
 
 
-def nearest(curve: Array, base: Array, candidates: Sequence[Array], count: int) -> list[int]:
+def nearest_candidates(
+    curve: Array, base: Array, candidates: Sequence[Array], count: int
+) -> list[int]:
     """Return the places of the candidates (n, p) that come nearest to a curve (n,), best first.
 
     What ``base`` (n, k) gives is taken out of both; of a candidate that it gives wholly nothing is

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Choice, Suspect
-from autodb.explain.engine.search import Found, Search
+from autodb.explain.engine.search import CandidateSearch, FoundSet
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ class Separation:
     peak: float
 
 
-def held(white: Array, right: Array, *, variance: float) -> tuple[Array, Array]:
+def held_coefficients(white: Array, right: Array, *, variance: float) -> tuple[Array, Array]:
     """Return coefficients (p,) of white columns (n, p) for rows (n,), and a root of their spread.
 
     root·rootᵀ (p, p) is their covariance where a white row has ``variance``.
@@ -81,14 +81,14 @@ def sentence(best: Separation, names: tuple[str, str], unit: str, noise: str) ->
     )
 
 
-def called(search: Search, name: str, *, but: str) -> list[Suspect]:
+def called(search: CandidateSearch, name: str, *, but: str) -> list[Suspect]:
     """Return the suspects of a term, but the one with a key."""
     return [s for s in search.suspects if s.term == name and s.key != but]
 
 
 def stand_in(
-    search: Search, found: Found, key: str, instead: Sequence[Suspect]
-) -> tuple[Found, Choice] | None:
+    search: CandidateSearch, found: FoundSet, key: str, instead: Sequence[Suspect]
+) -> tuple[FoundSet, Choice] | None:
     """Return the best set with one of some suspects in place of a found effect, and which."""
     others = found.without(key)
     offers = search.offers(others, instead) if instead else []

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Choice, Rung
 from autodb.explain.engine.noise import Noise
 from autodb.fitting import NotSettled, stationary
@@ -42,14 +42,14 @@ class Tuned:
     sd: dict[str, float]
 
 
-class Beside:
+class BesideShapes:
     """White rows after own columns, all or those of some numbers, and other effects are projected
     out.
     """
 
     def __init__(
         self,
-        bench: Bench,
+        bench: WhiteRows,
         others: Sequence[Choice],
         noise: Noise,
         own: Sequence[int] | None = None,
@@ -87,7 +87,7 @@ class Beside:
         return np.asarray(inverse @ (columns.T @ self.target)), np.asarray(inverse * self.variance)
 
 
-def tuned(choice: Choice, beside: Beside) -> Tuned:
+def tuned(choice: Choice, beside: BesideShapes) -> Tuned:
     """Return a choice with every value that may be tuned at its best."""
     rung = choice.shape
     if not rung.within:
@@ -102,7 +102,7 @@ def tuned(choice: Choice, beside: Beside) -> Tuned:
     return Tuned(_with(choice, rung), sd)
 
 
-def tuned_together(bench: Bench, choices: Sequence[Choice], noise: Noise) -> tuple[Choice, ...]:
+def tuned_together(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> tuple[Choice, ...]:
     """Return choices, the shape of each tuned beside the others, until none moves any more.
 
     A shape that has no best place, a step in time between two rows, stays where PASSES leave it.
@@ -135,8 +135,8 @@ def _values(choices: Sequence[Choice], shaped: Sequence[int]) -> Array:
     return np.array([shape.shape[name] for shape in shapes for name in shape.within])
 
 
-def _beside(bench: Bench, choices: Sequence[Choice], number: int, noise: Noise) -> Beside:
-    return Beside(bench, [*choices[:number], *choices[number + 1 :]], noise)
+def _beside(bench: WhiteRows, choices: Sequence[Choice], number: int, noise: Noise) -> BesideShapes:
+    return BesideShapes(bench, [*choices[:number], *choices[number + 1 :]], noise)
 
 
 def _placed(choice: Choice, values: Array) -> Choice:
@@ -157,7 +157,7 @@ def _instead(choice: Choice, rung: Rung) -> Choice:
     return replace(choice, suspect=suspect)
 
 
-def _settled(rung: Rung, beside: Beside) -> tuple[Rung, Array]:
+def _settled(rung: Rung, beside: BesideShapes) -> tuple[Rung, Array]:
     """Return a shape from which no step explains more, and its values' standard errors (p,)."""
     names = list(rung.within)
     lower, upper = np.array(list(rung.within.values())).T
@@ -208,7 +208,7 @@ def _at(rung: Rung, name: str, value: float) -> Rung:
     return replace(rung, shape={**rung.shape, name: value})
 
 
-def _best(rung: Rung, name: str, limits: tuple[float, float], beside: Beside) -> Rung:
+def _best(rung: Rung, name: str, limits: tuple[float, float], beside: BesideShapes) -> Rung:
     width = limits[1] - limits[0]
     found = minimize_scalar(
         lambda value: -beside.gain(_at(rung, name, float(value))),
@@ -219,7 +219,7 @@ def _best(rung: Rung, name: str, limits: tuple[float, float], beside: Beside) ->
     return _at(rung, name, float(found.x))
 
 
-def _sd(rung: Rung, name: str, limits: tuple[float, float], beside: Beside) -> float:
+def _sd(rung: Rung, name: str, limits: tuple[float, float], beside: BesideShapes) -> float:
     """Return the standard deviation of a value from the curvature of what the shape explains."""
     half = CURVED * (limits[1] - limits[0])
     value = rung.shape[name]

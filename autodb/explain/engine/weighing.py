@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.bench import Bench
+from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Choice
 from autodb.explain.engine.noise import Noise, Whitener
 from autodb.explain.engine.normal import normal
@@ -25,7 +25,7 @@ makes them."""
 
 
 def weighing(
-    bench: Bench, choices: Sequence[Choice], noise: Noise, *, of: Choice | None = None
+    bench: WhiteRows, choices: Sequence[Choice], noise: Noise, *, of: Choice | None = None
 ) -> Noise:
     """Return the noise by which rows are weighed for the coefficients of plain laws.
 
@@ -50,7 +50,7 @@ def unweighed(noise: Noise) -> Noise:
     return Whitener(np.zeros(0)), variance / float(whitener.power(np.zeros(1))[0])
 
 
-def _places(bench: Bench, choices: Sequence[Choice], of: Choice | None) -> NDArray[np.intp]:
+def _places(bench: WhiteRows, choices: Sequence[Choice], of: Choice | None) -> NDArray[np.intp]:
     """Return the places of the plain laws' coefficients among those of own and chosen columns."""
     widths = [bench.columns(c.key, c.shape).shape[1] for c in choices]
     counts = np.repeat([of in (None, c) and bool(c.shape.names) for c in choices], widths)

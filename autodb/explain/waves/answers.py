@@ -9,24 +9,24 @@ from numpy.typing import NDArray
 from autodb.explain.answer.answer import (
     Cause,
     ChannelAnswer,
+    ChannelTrace,
     Considered,
     FitQuality,
-    Trace,
-    Value,
+    IntervalValue,
     Where,
 )
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing, of_missing
-from autodb.explain.engine.entries import is_undecided, named, undecided
+from autodb.explain.engine.entries import is_undecided, named_entry, undecided_entry
 from autodb.explain.engine.fit import SAME, no_difference, rms
 from autodb.explain.engine.locate import regimes
 from autodb.explain.waves.candidates import OWN_WAYS
-from autodb.explain.waves.fit import Fit, fit, noise_sd
-from autodb.explain.waves.look import Looked, look
-from autodb.explain.waves.own import judged, retuned
-from autodb.explain.waves.parameters import Effect, of_one, shared, value
+from autodb.explain.waves.fit import WavesFit, component_noise_sd, fit_waves
+from autodb.explain.waves.look import FoundInWaves, look_in_waves
+from autodb.explain.waves.own import mistuned_of_waves, retuned_of_waves
+from autodb.explain.waves.parameters import EffectInWaves, interval_value, of_one, shared
 from autodb.explain.waves.wandering import as_one
-from autodb.explain.waves.words import STATEMENTS, told_apart
+from autodb.explain.waves.words import STATEMENTS, words_that_tell
 from autodb.records import Recording
 
 Array = NDArray[np.float64]
@@ -39,7 +39,7 @@ TURNS = 3.0
 
 def explain_waves(
     recording: Recording, simulation: dict[str, Array], includes: list[str] | None
-) -> dict[str, tuple[ChannelAnswer, Trace]]:
+) -> dict[str, tuple[ChannelAnswer, ChannelTrace]]:
     """Say what the simulation of a mill's forces over time leaves out, by channel.
 
     ``simulation``: force channel → (n,) at the recording's times.
@@ -48,7 +48,7 @@ def explain_waves(
     """
     if all(_is_same(recording[name], values) for name, values in simulation.items()):
         return {name: _nothing(recording, name) for name in simulation}
-    looked = look(recording, simulation, includes)
+    looked = look_in_waves(recording, simulation, includes)
     return _Told(recording, looked, frozenset(includes or ())).answers()
 
 
@@ -57,10 +57,10 @@ class _Told:
     """What was looked for and found in a recording, put in words; ``includes``: own terms."""
 
     recording: Recording
-    looked: Looked
+    looked: FoundInWaves
     includes: frozenset[str]
 
-    def answers(self) -> dict[str, tuple[ChannelAnswer, Trace]]:
+    def answers(self) -> dict[str, tuple[ChannelAnswer, ChannelTrace]]:
         """Return the answer of every component, and its trace."""
         names = self.looked.world.waves.names
         return {name: self._answer(i, name) for i, name in enumerate(names)}
@@ -71,14 +71,14 @@ class _Told:
         return self.looked.found.choices
 
     @cached_property
-    def fit(self) -> Fit:
+    def fit(self) -> WavesFit:
         """Own terms and effects fitted together."""
         ways = [one for one in self.looked.search.suspects if one.key == OWN_WAYS]
         known = OWN_WAYS in self.looked.found.keys
         beside = [] if known else [Choice(one, len(one.rungs) - 1) for one in ways]
         looked = self.looked
         choices = as_one(looked.world, looked.bench, looked.found, looked.quiet)
-        return fit(looked.bench, choices, looked.quiet, beside=beside)
+        return fit_waves(looked.bench, choices, looked.quiet, beside=beside)
 
     @cached_property
     def standing(self) -> list[Standing]:
@@ -89,19 +89,21 @@ class _Told:
     @cached_property
     def own_terms(self) -> dict[str, Mistuned]:
         """How sure it is of each own term that it is off."""
-        return judged(self.looked)
+        return mistuned_of_waves(self.looked)
 
     @cached_property
-    def effects(self) -> list[Effect]:
+    def effects(self) -> list[EffectInWaves]:
         """Each effect with what stands beside it."""
         looked = self.looked
         return [
-            Effect(looked.world, looked.bench, looked.quiet, c, looked.found.without(c.suspect.key))
+            EffectInWaves(
+                looked.world, looked.bench, looked.quiet, c, looked.found.without(c.suspect.key)
+            )
             for c in self.choices
         ]
 
     @cached_property
-    def shared(self) -> list[dict[str, Value]]:
+    def shared(self) -> list[dict[str, IntervalValue]]:
         """The parameters of each effect that are the same in all components."""
         return [shared(effect) for effect in self.effects]
 
@@ -125,7 +127,7 @@ class _Told:
             if choice.suspect.key != OWN_WAYS and self.felt[number, component]
         ]
         causes.sort(key=lambda cause: cause.term == UNKNOWN)
-        again = retuned(self.looked, self.own_terms, self.fit, component, beside=causes)
+        again = retuned_of_waves(self.looked, self.own_terms, self.fit, component, beside=causes)
         return (*causes, *again)
 
     def _cause(self, number: int, component: int) -> Cause:
@@ -133,16 +135,16 @@ class _Told:
         size = self._size(number, component)
         if not choice.suspect.named:
             return self._unnamed(number, component, size)
-        apart = told_apart(choice.suspect.term, sure.near)
+        apart = words_that_tell(choice.suspect.term, sure.near)
         if is_undecided(choice, sure):
-            return undecided(choice, sure, size, where="These turns", apart=apart)
+            return undecided_entry(choice, sure, size, where="These turns", apart=apart)
         values = {**self.shared[number], **of_one(self.effects[number], component)}
         statement = STATEMENTS[choice.suspect.term]
-        return named(
+        return named_entry(
             choice, sure, statement, {"size": size, **values}, includes=self.includes, apart=apart
         )
 
-    def _unnamed(self, number: int, component: int, size: Value) -> Cause:
+    def _unnamed(self, number: int, component: int, size: IntervalValue) -> Cause:
         choice, part = self.choices[number], self.fit.part(number)[component]
         difference = self.looked.bench.difference[component]
         share = 1.0 - float(np.sum((difference - part) ** 2) / np.sum(difference**2))
@@ -161,15 +163,15 @@ class _Told:
             variables=choice.suspect.variables,
         )
 
-    def _size(self, number: int, component: int) -> Value:
+    def _size(self, number: int, component: int) -> IntervalValue:
         """Return the largest contribution with its interval."""
         part, at = self.fit.part(number)[component], self.fit.places[number]
         peak = int(np.argmax(np.abs(part)))
         row = self.fit.columns[component, peak, at]
         variance = float(row @ self.fit.covariance[at, at] @ row)
-        return value(abs(float(part[peak])), float(np.sqrt(max(variance, 0.0))), "N")
+        return interval_value(abs(float(part[peak])), float(np.sqrt(max(variance, 0.0))), "N")
 
-    def _answer(self, component: int, name: str) -> tuple[ChannelAnswer, Trace]:
+    def _answer(self, component: int, name: str) -> tuple[ChannelAnswer, ChannelTrace]:
         causes = self._causes(component)
         before = self.looked.bench.difference[component]
         correction = self.fit.correction[component] if causes else np.zeros_like(before)
@@ -188,7 +190,7 @@ class _Told:
                 rms_after=rms(before - correction),
                 heldout_before=rms(before),
                 heldout_after=rms(held),
-                noise_floor=float(noise_sd(self.looked.quiet)[component]),
+                noise_floor=float(component_noise_sd(self.looked.quiet)[component]),
             ),
         )
         return answer, self._trace(name, component, correction, signals)
@@ -202,10 +204,10 @@ class _Told:
 
     def _trace(
         self, name: str, component: int, correction: Array, signals: dict[str, Array]
-    ) -> Trace:
+    ) -> ChannelTrace:
         waves = self.looked.world.waves
         simulation = waves.simulation[component]
-        return Trace(
+        return ChannelTrace(
             x_name="t",
             x=waves.t_s,
             recording=self.recording[name],
@@ -247,7 +249,7 @@ def _course_words(choice: Choice) -> str:
     return ""
 
 
-def _turns(looked: Looked, correction: Array) -> tuple[float, float]:
+def _turns(looked: FoundInWaves, correction: Array) -> tuple[float, float]:
     """Return from when to when to look closely: turns in the work where most is corrected."""
     world = looked.world
     t, angle = world.waves.t_s, world.waves.teeth.angle_rad
@@ -266,7 +268,7 @@ def _is_same(measured: Array, simulated: Array) -> bool:
     return rms(measured - simulated) <= SAME * max(rms(measured), rms(simulated))
 
 
-def _nothing(recording: Recording, name: str) -> tuple[ChannelAnswer, Trace]:
+def _nothing(recording: Recording, name: str) -> tuple[ChannelAnswer, ChannelTrace]:
     values = recording[name]
-    trace = Trace("t", recording.t_s, recording=values, simulation=values, corrected=values)
+    trace = ChannelTrace("t", recording.t_s, recording=values, simulation=values, corrected=values)
     return no_difference(recording.unit(name)), trace

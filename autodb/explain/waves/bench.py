@@ -14,7 +14,7 @@ from autodb.explain.engine.evidence import Products
 from autodb.explain.engine.noise import Whitener
 from autodb.explain.engine.normal import Normal, normal
 from autodb.explain.engine.search import DETAIL
-from autodb.explain.waves.forms import columns_of
+from autodb.explain.waves.forms import shape_columns
 from autodb.explain.waves.noise import variance_of, whitener_of
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ SILENT = 1e-9
 
 
 @dataclass(frozen=True)
-class Quiet:
+class WhitenedNoise:
     """How each component's noise is made white and of variance 1."""
 
     whiteners: tuple[Whitener, ...]
@@ -43,7 +43,7 @@ class Quiet:
         ]
 
 
-class Bench:
+class WhiteWaves:
     """A difference (C, n), the simulation's own columns, and suspects' columns at every row.
 
     A rung's columns are (C, n, p); those of ``own`` (C, n), by term.
@@ -59,7 +59,7 @@ class Bench:
         """Return a shape's columns (C, n, p), built once."""
         shape, columns = self._kept.get(key, (None, np.empty(0)))
         if shape != rung:
-            columns = columns_of(rung)
+            columns = shape_columns(rung)
             self._kept[key] = (rung, columns)
         return columns
 
@@ -94,7 +94,7 @@ class Bench:
         room = self.difference.size // ROWS_A_COLUMN - self._own.shape[-1]
         return np.concatenate([self._own, *fewest_first(rich, room)], axis=-1)
 
-    def quiet(self, columns: Array) -> Quiet:
+    def quiet(self, columns: Array) -> WhitenedNoise:
         """Return the noise that columns leave, each component by itself, fitted twice."""
         left = self.left(columns, None)
         for _ in range(2):
@@ -103,25 +103,25 @@ class Bench:
                 max(float(np.sqrt(variance_of(w, one))), SILENT * float(np.max(np.abs(own))))
                 for w, one, own in zip(whiteners, left, self._own, strict=True)
             )
-            quiet = Quiet(whiteners, sd)
+            quiet = WhitenedNoise(whiteners, sd)
             left = self.left(columns, quiet)
         return quiet
 
-    def left(self, columns: Array, quiet: Quiet | None) -> Array:
+    def left(self, columns: Array, quiet: WhitenedNoise | None) -> Array:
         """Return what columns (C, n, p) leave of the difference (C, n)."""
         fitted = self.fitted(columns, quiet)
         return np.asarray(self.difference - columns @ fitted)
 
-    def fitted(self, columns: Array, quiet: Quiet | None) -> Array:
+    def fitted(self, columns: Array, quiet: WhitenedNoise | None) -> Array:
         """Return coefficients (p,) of columns."""
         return self._normal(columns, quiet).solved()
 
-    def _normal(self, columns: Array, quiet: Quiet | None) -> Normal:
+    def _normal(self, columns: Array, quiet: WhitenedNoise | None) -> Normal:
         if quiet is None:
             return normal(columns.reshape(-1, columns.shape[-1]), self.difference.ravel())
         return normal(quiet(columns), quiet(self.difference[:, :, None])[:, 0])
 
-    def products(self, suspects: Sequence[Suspect], quiet: Quiet) -> Products:
+    def products(self, suspects: Sequence[Suspect], quiet: WhitenedNoise) -> Products:
         """Return the inner products of the white difference, own columns and all shapes."""
         blocks: dict[tuple[str, int], Array] = {}
         for suspect in suspects:
@@ -130,7 +130,7 @@ class Bench:
             blocks[suspect.key, DETAIL] = self.detail(suspect)
         return self.inner(blocks, quiet)
 
-    def inner(self, blocks: dict[tuple[str, int], Array], quiet: Quiet) -> Products:
+    def inner(self, blocks: dict[tuple[str, int], Array], quiet: WhitenedNoise) -> Products:
         """Return the inner products of the white difference, own columns and blocks (C, n, p)."""
         whole = [self.difference[:, :, None], self._own, *blocks.values()]
         white = np.concatenate([quiet(block) for block in whole if block.shape[-1]], axis=1)
@@ -142,7 +142,7 @@ class Bench:
             variance=1.0,
         )
 
-    def held_out(self, choices: Sequence[Choice], quiet: Quiet) -> tuple[Array, Array]:
+    def held_out(self, choices: Sequence[Choice], quiet: WhitenedNoise) -> tuple[Array, Array]:
         """Return what is left (C, n) of blocks of time predicted by a fit of the others.
 
         And the same (C · m,) of white rows.

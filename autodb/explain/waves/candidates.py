@@ -11,11 +11,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.candidates import Suspect, negative, positive, spline
-from autodb.explain.waves.forms import kept, rung
-from autodb.explain.waves.sensors import sensor_suspects
+from autodb.explain.engine.candidates import Suspect, has_positive_first, negative, spline
+from autodb.explain.waves.forms import keep_shape, rung
+from autodb.explain.waves.sensors import sensor_candidates_of_waves
 from autodb.explain.waves.teeth import Law, StandsOut
-from autodb.explain.waves.world import World
+from autodb.explain.waves.world import SimulatedWaves
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ UNKNOWN_BAR = 6.0
 """Evidence asked of an effect without a name beyond that of a named one. Chosen."""
 
 
-def suspects(world: World) -> list[Suspect]:
+def suspects(world: SimulatedWaves) -> list[Suspect]:
     """Return every suspect but those that scans find."""
     found = [
         own_ways(world),
@@ -46,13 +46,13 @@ def suspects(world: World) -> list[Suspect]:
         _runout(world),
         _depth(world),
         _deflection(world),
-        *sensor_suspects(world),
+        *sensor_candidates_of_waves(world),
         *_unknown(world),
     ]
     return [one for one in found if one is not None]
 
 
-def own_ways(world: World) -> Suspect:
+def own_ways(world: SimulatedWaves) -> Suspect:
     """The simulation's own terms are off by another factor one way than the others.
 
     It is a choice of the search, not always free: most simulations have the ways of a term in
@@ -74,15 +74,16 @@ def own_ways(world: World) -> Suspect:
     return Suspect(OWN_WAYS, "shear", tuple(rungs))
 
 
-def _edge_force(world: World) -> Suspect:
+def _edge_force(world: SimulatedWaves) -> Suspect:
     names = ("coefficient", "radial", "axial")
     rungs = [
-        rung(ways, names=names, tries=len(world.edges), allowed=positive) for ways in world.edges
+        rung(ways, names=names, tries=len(world.edges), allowed=has_positive_first)
+        for ways in world.edges
     ]
     return Suspect("edge_force", "edge_force", tuple(rungs), ("spindle.angle",))
 
 
-def _size_effect(world: World) -> Suspect:
+def _size_effect(world: SimulatedWaves) -> Suspect:
     """Thin chips take more: by a plain law, by the logarithm of the chip, by any smooth curve."""
     law = world.shear
     rungs = [
@@ -90,7 +91,7 @@ def _size_effect(world: World) -> Suspect:
             world.cut(partial(_thin, law=law, thin_mm=thin, fades=fades))[:, :, None],
             names=("size",),
             tries=2 * len(THIN_MM),
-            allowed=positive,
+            allowed=has_positive_first,
         )
         for thin in THIN_MM
         for fades in (True, False)
@@ -108,7 +109,7 @@ def _size_effect(world: World) -> Suspect:
         "size_effect",
         tuple(rungs),
         ("spindle.angle",),
-        detail=kept(world.bumps),
+        detail=keep_shape(world.bumps),
     )
 
 
@@ -125,7 +126,7 @@ def _logarithm(chip_mm: Array, *, law: Law) -> tuple[Array, Array, Array]:
     return t * grown, r * grown, a * grown
 
 
-def _wear(world: World) -> Suspect:
+def _wear(world: SimulatedWaves) -> Suspect:
     """The edge's force grows while the mill cuts: evenly, faster at first, or at last."""
     names, tries = ("rate", "radial", "axial"), len(world.edges) * len(GROWTHS)
     rungs = [
@@ -134,7 +135,7 @@ def _wear(world: World) -> Suspect:
             {"power": power},
             names=names,
             tries=tries,
-            allowed=positive,
+            allowed=has_positive_first,
         )
         for ways in world.edges
         for power in GROWTHS
@@ -148,11 +149,11 @@ def _wear(world: World) -> Suspect:
         "tool_wear",
         tuple(rungs),
         ("t", "spindle.angle"),
-        detail=kept(world.bumps * world.worn[:, None]),
+        detail=keep_shape(world.bumps * world.worn[:, None]),
     )
 
 
-def _runout(world: World) -> Suspect | None:
+def _runout(world: SimulatedWaves) -> Suspect | None:
     """How far teeth stand out: an axis that is off, or each tooth by itself.
 
     A tooth that stands out takes from the one behind it what it cuts itself. Where some is known
@@ -168,7 +169,9 @@ def _runout(world: World) -> Suspect | None:
         more, known = np.moveaxis(each - np.roll(each, -1, axis=0), 0, -1), []
     else:
         more, known = nudged(world, world.out), [world.stands_out[:, :, None]]
-    shapes = [shape for shape in (off_axis(z), apart(z)) if shape.shape[1] <= z - 1]
+    shapes = [
+        shape for shape in (off_axis(z), directions_standing_out(z)) if shape.shape[1] <= z - 1
+    ]
     rungs = [
         rung(np.concatenate([*known, more @ shape], axis=-1), tries=len(shapes)) for shape in shapes
     ]
@@ -184,12 +187,12 @@ def off_axis(teeth: int) -> Array:
     return np.column_stack([np.cos(angle), np.sin(angle)])[:, : 1 if teeth == 2 else 2]
 
 
-def apart(teeth: int) -> Array:
+def directions_standing_out(teeth: int) -> Array:
     """Return directions (z, z - 1) that teeth may stand out in, their mean aside."""
     return np.asarray(np.linalg.svd(np.eye(teeth) - 1.0 / teeth)[0][:, : teeth - 1])
 
 
-def nudged(world: World, out: StandsOut) -> Array:
+def nudged(world: SimulatedWaves, out: StandsOut) -> Array:
     """Return what a mm more of each tooth changes (C, n, teeth) beside what is known."""
     teeth, law = world.waves.teeth, world.waves.law.whole
     base = teeth.forces(law, out)
@@ -200,7 +203,7 @@ def nudged(world: World, out: StandsOut) -> Array:
     return np.stack(made, axis=-1)
 
 
-def _depth(world: World) -> Suspect:
+def _depth(world: SimulatedWaves) -> Suspect:
     """Another depth: what a little more adds at the top, and what the slices of one much off do.
 
     Slices that a simulation cuts an edge into come into the work and leave it one by one.
@@ -216,14 +219,14 @@ def _depth(world: World) -> Suspect:
     return Suspect("depth_error", "depth_error", tuple(rungs), ("spindle.angle",))
 
 
-def deeper(world: World, error_mm: float) -> Array:
+def deeper(world: SimulatedWaves, error_mm: float) -> Array:
     """Return what a depth that is off changes (C, n)."""
     teeth, law = world.waves.teeth, world.waves.law.whole
     more = teeth.deeper(error_mm)
     return world.waves.seen(more.forces(law, world.out)) - world.cut(law)
 
 
-def _deflection(world: World) -> Suspect:
+def _deflection(world: SimulatedWaves) -> Suspect:
     """The mill gives way: the relative error grows with the force across it."""
     across = np.sqrt(np.sum(world.simulated[:2] ** 2, axis=0))
     u = across / max(float(np.max(across)), 1e-300)
@@ -239,7 +242,7 @@ def _deflection(world: World) -> Suspect:
     return Suspect("deflection", "deflection", rungs, world.waves.names)
 
 
-def _unknown(world: World) -> Sequence[Suspect]:
+def _unknown(world: SimulatedWaves) -> Sequence[Suspect]:
     """The force depends smoothly on time; something turns with the spindle."""
     angle = world.waves.teeth.angle_rad
     turns = np.column_stack([f(k * angle) for k in (1, 2) for f in (np.cos, np.sin)])

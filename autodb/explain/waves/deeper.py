@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from autodb.explain.engine.search import Found
-from autodb.explain.waves.bench import Bench, Quiet
+from autodb.explain.engine.search import FoundSet
+from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
 from autodb.explain.waves.candidates import deeper
-from autodb.explain.waves.fit import Beside
-from autodb.explain.waves.world import World
+from autodb.explain.waves.fit import BesideWaves
+from autodb.explain.waves.world import SimulatedWaves
 
 DEPTH = "depth_error"
 REACH = 0.4
@@ -14,13 +14,15 @@ REACH = 0.4
 STEPS = 20
 
 
-def fitted_error(world: World, bench: Bench, found: Found, quiet: Quiet) -> float:
+def fitted_error(
+    world: SimulatedWaves, bench: WhiteWaves, found: FoundSet, quiet: WhitenedNoise
+) -> float:
     """Return the error of depth, mm, that fits best beside own terms and other effects.
 
     A simulation's slices come into the work one by one, so that what fits is rough over the error:
     it is tried step by step, then by finer steps about the best.
     """
-    beside = Beside(bench, found.without(DEPTH), quiet)
+    beside = BesideWaves(bench, found.without(DEPTH), quiet)
     choice = next(c for c in found.choices if c.suspect.key == DEPTH)
     about = float(beside.fitted(bench.columns(choice.key, choice.shape))[0][0])
     if "error" in choice.shape.shape:

@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from autodb.explain.engine.candidates import Choice
 from autodb.explain.engine.normal import normal
-from autodb.explain.waves.bench import Bench, Quiet
+from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
 
 Array = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ MEMORY = 4000
 
 
 @dataclass(frozen=True)
-class Fit:
+class WavesFit:
     """Coefficients (p,), own terms' first, with their covariance (p, p), of ``columns`` (C, n, p).
 
     ``places``: each effect's among the coefficients; ``own``: how many are own terms'. Coefficients
@@ -43,9 +43,13 @@ class Fit:
         return np.asarray(self.columns @ self.coefficients)
 
 
-def fit(
-    bench: Bench, choices: Sequence[Choice], quiet: Quiet, *, beside: Sequence[Choice] = ()
-) -> Fit:
+def fit_waves(
+    bench: WhiteWaves,
+    choices: Sequence[Choice],
+    quiet: WhitenedNoise,
+    *,
+    beside: Sequence[Choice] = (),
+) -> WavesFit:
     """Fit own terms and effects; directions that the rows do not hold get nothing.
 
     ``beside``: own terms' ways, retuned too. Coefficients of these and of curves are drawn to none.
@@ -55,7 +59,7 @@ def fit(
     weight = _drawn(bench, [*choices, *beside], quiet)
     widths = [bench.columns(c.key, c.shape).shape[-1] for c in choices]
     ends = np.cumsum([len(bench.own), *widths])
-    return Fit(
+    return WavesFit(
         columns=columns,
         coefficients=found.solved(weight),
         covariance=found.inverse(weight),
@@ -64,7 +68,7 @@ def fit(
     )
 
 
-def _drawn(bench: Bench, choices: Sequence[Choice], quiet: Quiet) -> Array:
+def _drawn(bench: WhiteWaves, choices: Sequence[Choice], quiet: WhitenedNoise) -> Array:
     """Return what a squared coefficient costs, (p,) of own and chosen columns.
 
     Own columns and plain laws cost nothing; of others the size is that of the greatest evidence.
@@ -81,7 +85,7 @@ def _drawn(bench: Bench, choices: Sequence[Choice], quiet: Quiet) -> Array:
     return np.concatenate(weights)
 
 
-def noise_sd(quiet: Quiet) -> Array:
+def component_noise_sd(quiet: WhitenedNoise) -> Array:
     """Return the standard deviation of each component's noise (C,), colour and all."""
     knock = np.zeros(MEMORY)
     knock[0] = 1.0
@@ -92,14 +96,19 @@ def noise_sd(quiet: Quiet) -> Array:
     return np.array(sizes)
 
 
-class Beside:
+class BesideWaves:
     """White rows after own terms and other effects are projected out of them.
 
     ``minus`` (C, n): what is taken off the difference first.
     """
 
     def __init__(
-        self, bench: Bench, others: Sequence[Choice], quiet: Quiet, *, minus: Array | None = None
+        self,
+        bench: WhiteWaves,
+        others: Sequence[Choice],
+        quiet: WhitenedNoise,
+        *,
+        minus: Array | None = None,
     ) -> None:
         self.quiet = quiet
         white = quiet(bench.chosen(others))

@@ -14,10 +14,10 @@ Array = NDArray[np.float64]
 
 def rung(columns: Array, shape: Mapping[str, float] | None = None, **options: Any) -> Rung:
     """Return a shape of columns (C, n, p), with what is known of it by name."""
-    return Rung(kept(columns), shape or {}, **options)
+    return Rung(keep_shape(columns), shape or {}, **options)
 
 
-def kept(columns: Array) -> Callable[..., Array]:
+def keep_shape(columns: Array) -> Callable[..., Array]:
     """Return a function that gives columns, whatever their shape is called."""
     return partial(_as_is, columns)
 
@@ -27,6 +27,6 @@ def _as_is(columns: Array, **shape: float) -> Array:
     return columns
 
 
-def columns_of(shape: Rung) -> Array:
+def shape_columns(shape: Rung) -> Array:
     """Return a shape's columns (C, n, p)."""
     return np.asarray(shape.law(**shape.shape))

@@ -94,7 +94,7 @@ SMALL = 1e-4
 """… or this share of the simulation's squares."""
 
 
-def of_chip(chip_mm: Array) -> Array:
+def chip_functions(chip_mm: Array) -> Array:
     """Return every function of the chip (k, m) that a law may be read off with."""
     u = np.maximum(chip_mm, 0.0) / UNIT_MM
     edges = [rubbing(chip_mm, round_mm) for round_mm in TRIED_ROUND_MM]

@@ -7,16 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Choice, Suspect
-from autodb.explain.engine.rivals import settled
-from autodb.explain.engine.search import FAINT, Found, Search
-from autodb.explain.waves.bench import Bench, Quiet
+from autodb.explain.engine.rivals import settled_set
+from autodb.explain.engine.search import FAINT, CandidateSearch, FoundSet
+from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
 from autodb.explain.waves.candidates import suspects
 from autodb.explain.waves.deeper import DEPTH, fitted_error
 from autodb.explain.waves.runout import fitted_out
-from autodb.explain.waves.scans import proposals
+from autodb.explain.waves.scans import proposals_of_waves
 from autodb.explain.waves.stretches import sharpened
-from autodb.explain.waves.waves import Waves, tilted, waves_of
-from autodb.explain.waves.world import Tilted, World, own_columns
+from autodb.explain.waves.waves import Waves, tilted_table, waves_of
+from autodb.explain.waves.world import SimulatedWaves, Tilted, own_columns_of_waves
 from autodb.records import Recording
 
 Array = NDArray[np.float64]
@@ -35,22 +35,24 @@ Chosen."""
 
 
 @dataclass(frozen=True)
-class Looked:
+class FoundInWaves:
     """What was found, with the world and the bench that it was found on."""
 
-    world: World
-    bench: Bench
-    search: Search
-    found: Found
-    quiet: Quiet
+    world: SimulatedWaves
+    bench: WhiteWaves
+    search: CandidateSearch
+    found: FoundSet
+    quiet: WhitenedNoise
 
 
-def look(recording: Recording, simulation: dict[str, Array], includes: list[str] | None) -> Looked:
+def look_in_waves(
+    recording: Recording, simulation: dict[str, Array], includes: list[str] | None
+) -> FoundInWaves:
     """Return the effects that force components of a recording hold beside a simulation (n,)."""
     edged = includes is None or "edge_force" in includes
     waves = waves_of(recording, simulation, edged=edged)
     measured = np.array([recording[name] for name in waves.names])
-    world = World(
+    world = SimulatedWaves(
         waves=waves,
         has_edge=_has_edge(waves, includes),
         tilted=_tilted(recording),
@@ -84,10 +86,10 @@ def _tilted(recording: Recording) -> Tilted | None:
     about_x = np.array([np.cos(turn), np.sin(turn), zero])
     omega = rate(tilt) * about_x + rate(turn) * np.array([[0.0], [0.0], [1.0]])
     faster = np.array([rate(one) for one in omega])
-    return Tilted(tilted(tilt, turn), omega, faster)
+    return Tilted(tilted_table(tilt, turn), omega, faster)
 
 
-def _looked(world: World, measured: Array) -> Looked:
+def _looked(world: SimulatedWaves, measured: Array) -> FoundInWaves:
     """Return what is found in rounds, each with what scans find in what the last one left.
 
     Noise comes from everything at first, then from what the found set leaves. Where teeth stand
@@ -96,7 +98,7 @@ def _looked(world: World, measured: Array) -> Looked:
     """
     bench, standing = _laid_out(world, measured)
     quiet = bench.quiet(bench.everything(standing))
-    scanned = proposals(world, bench.left(bench.chosen(()), quiet), quiet, 0)
+    scanned = proposals_of_waves(world, bench.left(bench.chosen(()), quiet), quiet, 0)
     quiet = bench.quiet(bench.everything([*standing, *scanned]))
     found: tuple[str, ...] | None = None
     for number in range(1, ROUNDS + 1):
@@ -121,26 +123,32 @@ def _looked(world: World, measured: Array) -> Looked:
 
 
 def _scanned(
-    world: World, bench: Bench, choices: Sequence[Choice], quiet: Quiet, number: int
+    world: SimulatedWaves,
+    bench: WhiteWaves,
+    choices: Sequence[Choice],
+    quiet: WhitenedNoise,
+    number: int,
 ) -> list[Suspect]:
     """Return what scans find in what choices leave, and in what those with a name alone leave.
 
     Families follow a stretch that was not seen beside other effects, and nothing is left of it.
     """
-    found = proposals(world, bench.left(bench.chosen(choices), quiet), quiet, number)
+    found = proposals_of_waves(world, bench.left(bench.chosen(choices), quiet), quiet, number)
     known = [choice for choice in choices if choice.suspect.named]
     if len(known) < len(choices):
         left = bench.left(bench.chosen(known), quiet)
-        found += proposals(world, left, quiet, ROUNDS + number)
+        found += proposals_of_waves(world, left, quiet, ROUNDS + number)
     return found
 
 
-def _searched(world: World, bench: Bench, quiet: Quiet, every: Sequence[Suspect]) -> Looked:
+def _searched(
+    world: SimulatedWaves, bench: WhiteWaves, quiet: WhitenedNoise, every: Sequence[Suspect]
+) -> FoundInWaves:
     """Return the best set of suspects on a bench."""
     asked = [replace(one, bar=one.bar + BAR) for one in every]
     faint = float(np.clip(1.0 - world.waves.fits, FAINTEST, FAINT))
-    search = Search(bench.products(asked, quiet), asked, faint=faint)
-    return Looked(world, bench, search, _predicting(bench, search, quiet), quiet)
+    search = CandidateSearch(bench.products(asked, quiet), asked, faint=faint)
+    return FoundInWaves(world, bench, search, _predicting(bench, search, quiet), quiet)
 
 
 def _anew(choices: Sequence[Choice], standing: Sequence[Suspect]) -> tuple[Choice, ...]:
@@ -150,14 +158,14 @@ def _anew(choices: Sequence[Choice], standing: Sequence[Suspect]) -> tuple[Choic
     return tuple(one for one in now if one.rung < len(one.suspect.rungs))
 
 
-def _laid_out(world: World, measured: Array) -> tuple[Bench, list[Suspect]]:
+def _laid_out(world: SimulatedWaves, measured: Array) -> tuple[WhiteWaves, list[Suspect]]:
     difference = measured - world.waves.simulation
-    return Bench(difference, own_columns(world)), suspects(world)
+    return WhiteWaves(difference, own_columns_of_waves(world)), suspects(world)
 
 
-def _predicting(bench: Bench, search: Search, quiet: Quiet) -> Found:
+def _predicting(bench: WhiteWaves, search: CandidateSearch, quiet: WhitenedNoise) -> FoundSet:
     """Return the best set of which every effect helps to predict stretches of time left out."""
-    found = search.cleared(settled(search, search.best()))
+    found = search.cleared(settled_set(search, search.best()))
     while found.choices:
         whole = _squares(bench, found.choices, quiet)
         without = [_squares(bench, found.without(c.suspect.key), quiet) for c in found.choices]
@@ -165,15 +173,17 @@ def _predicting(bench: Bench, search: Search, quiet: Quiet) -> Found:
         if without[weakest] > whole:
             return found
         search.bar(found.choices[weakest])
-        found = search.cleared(settled(search, search.best()))
+        found = search.cleared(settled_set(search, search.best()))
     return found
 
 
-def _squares(bench: Bench, choices: tuple[Choice, ...], quiet: Quiet) -> float:
+def _squares(bench: WhiteWaves, choices: tuple[Choice, ...], quiet: WhitenedNoise) -> float:
     return float(np.sum(bench.held_out(choices, quiet)[1] ** 2))
 
 
-def _seen_anew(world: World, bench: Bench, found: Found, quiet: Quiet) -> tuple[World, bool]:
+def _seen_anew(
+    world: SimulatedWaves, bench: WhiteWaves, found: FoundSet, quiet: WhitenedNoise
+) -> tuple[SimulatedWaves, bool]:
     """Return the world as what was found has it, and whether its columns are others by now."""
     world, moved = _stood_out(world, bench, found)
     if DEPTH not in found.keys:
@@ -184,7 +194,9 @@ def _seen_anew(world: World, bench: Bench, found: Found, quiet: Quiet) -> tuple[
     return replace(world, deeper_mm=error_mm), moved
 
 
-def _stood_out(world: World, bench: Bench, found: Found) -> tuple[World, bool]:
+def _stood_out(
+    world: SimulatedWaves, bench: WhiteWaves, found: FoundSet
+) -> tuple[SimulatedWaves, bool]:
     """Return the world with teeth standing out as found, and whether they do otherwise by now."""
     if "runout" not in found.keys:
         return replace(world, out=None), world.out is not None

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from autodb.explain.answer.answer import Cause
 from autodb.explain.engine.confidence import Mistuned, Standing, of_mistuned
-from autodb.explain.engine.entries import told
+from autodb.explain.engine.entries import own_term_entries
 from autodb.explain.waves.candidates import OWN_WAYS
-from autodb.explain.waves.fit import Fit
-from autodb.explain.waves.look import Looked
-from autodb.explain.waves.parameters import value
+from autodb.explain.waves.fit import WavesFit
+from autodb.explain.waves.look import FoundInWaves
+from autodb.explain.waves.parameters import interval_value
 
 Array = NDArray[np.float64]
 
@@ -21,15 +21,15 @@ LEAST = 0.01
 TERMS = ("shear", "edge_force")
 
 
-def judged(looked: Looked) -> dict[str, Mistuned]:
+def mistuned_of_waves(looked: FoundInWaves) -> dict[str, Mistuned]:
     """Return how sure it is of each own term that it is off, in all components together."""
     return {term: _judged(looked, [term]) for term in TERMS if term in looked.bench.own}
 
 
-def retuned(
-    looked: Looked,
+def retuned_of_waves(
+    looked: FoundInWaves,
     own: Mapping[str, Mistuned],
-    fitted: Fit,
+    fitted: WavesFit,
     component: int,
     *,
     beside: Collection[Cause],
@@ -43,10 +43,10 @@ def retuned(
         for term, off in own.items()
     }
     changed = {term: cause for term, cause in causes.items() if cause is not None}
-    return told(own, changed, beside=beside, jointly=partial(_judged, looked))
+    return own_term_entries(own, changed, beside=beside, jointly=partial(_judged, looked))
 
 
-def _judged(looked: Looked, terms: Collection[str]) -> Mistuned:
+def _judged(looked: FoundInWaves, terms: Collection[str]) -> Mistuned:
     """Return how sure it is that own terms are off, in one way or another."""
     own = [number for number, term in enumerate(looked.bench.own) if term in terms]
     places = None
@@ -58,7 +58,7 @@ def _judged(looked: Looked, terms: Collection[str]) -> Mistuned:
     return of_mistuned(looked.search, looked.found, own, ways=places)
 
 
-def _places(looked: Looked, fitted: Fit, term: str) -> list[int]:
+def _places(looked: FoundInWaves, fitted: WavesFit, term: str) -> list[int]:
     """Return where the factor of an own term is among the coefficients, then those of its ways."""
     places = [k for k, name in enumerate(looked.bench.own) if name == term]
     for choice, at in zip(looked.found.choices, fitted.places, strict=True):
@@ -71,20 +71,22 @@ def _places(looked: Looked, fitted: Fit, term: str) -> list[int]:
 
 
 def _cause(
-    term: str, fitted: Fit, places: list[int], component: int, sure: Standing
+    term: str, fitted: WavesFit, places: list[int], component: int, sure: Standing
 ) -> Cause | None:
     """Return the entry of an own term in one component; None where it hardly changes there."""
     columns = fitted.columns[component][:, places]
     change, spread = fitted.coefficients[places], fitted.covariance[np.ix_(places, places)]
     base, part = columns[:, 0], columns @ change
     share = base @ columns / max(float(base @ base), 1e-300)
-    factor = value(1.0 + float(share @ change), float(np.sqrt(share @ spread @ share)), "1")
+    factor = interval_value(
+        1.0 + float(share @ change), float(np.sqrt(share @ spread @ share)), "1"
+    )
     off = abs(factor.value - 1.0)
     if off < max(LEAST, factor.high - factor.value):
         return None
     peak = int(np.argmax(np.abs(part)))
     sd = float(np.sqrt(max(float(columns[peak] @ spread @ columns[peak]), 0.0)))
-    size = value(abs(float(part[peak])), sd, "N")
+    size = interval_value(abs(float(part[peak])), sd, "N")
     words = term.replace("_", " ")
     return Cause(
         term=term,

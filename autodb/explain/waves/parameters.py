@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from autodb.explain.answer.answer import Value
+from autodb.explain.answer.answer import IntervalValue
 from autodb.explain.engine.candidates import Choice, Rung
-from autodb.explain.waves.bench import Bench, Quiet
-from autodb.explain.waves.candidates import apart, nudged, off_axis
-from autodb.explain.waves.fit import Beside
-from autodb.explain.waves.forms import columns_of
-from autodb.explain.waves.scans import harder, on_each
-from autodb.explain.waves.sensors import HEATED, heated, in_one
+from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
+from autodb.explain.waves.candidates import directions_standing_out, nudged, off_axis
+from autodb.explain.waves.fit import BesideWaves
+from autodb.explain.waves.forms import shape_columns
+from autodb.explain.waves.scans import harder_stretch, on_each
+from autodb.explain.waves.sensors import HEATED, heated_sensor, in_one
 from autodb.explain.waves.teeth import StandsOut
-from autodb.explain.waves.world import World
+from autodb.explain.waves.world import SimulatedWaves
 from autodb.fitting import NORMAL_95
 
 Array = NDArray[np.float64]
@@ -29,19 +29,19 @@ FELT = 0.2
 
 
 @dataclass(frozen=True)
-class Effect:
+class EffectInWaves:
     """One effect of a set, with what stands beside it."""
 
-    world: World
-    bench: Bench
-    quiet: Quiet
+    world: SimulatedWaves
+    bench: WhiteWaves
+    quiet: WhitenedNoise
     choice: Choice
     others: tuple[Choice, ...]
 
     @cached_property
-    def beside(self) -> Beside:
+    def beside(self) -> BesideWaves:
         """White rows without own terms and the other effects."""
-        return Beside(self.bench, self.others, self.quiet)
+        return BesideWaves(self.bench, self.others, self.quiet)
 
     @property
     def work_s(self) -> float:
@@ -56,77 +56,77 @@ class Effect:
             for one in self.choice.suspect.rungs
             if one.names[:1] == (name,) and shape.items() <= one.shape.items()
         ]
-        return max(rungs, key=lambda one: self.beside.gain(columns_of(one)))
+        return max(rungs, key=lambda one: self.beside.gain(shape_columns(one)))
 
 
-Read = Callable[[Effect], dict[str, Value]]
-ReadOne = Callable[[Effect, int], dict[str, Value]]
+Read = Callable[[EffectInWaves], dict[str, IntervalValue]]
+ReadOne = Callable[[EffectInWaves, int], dict[str, IntervalValue]]
 
 
-def shared(effect: Effect) -> dict[str, Value]:
+def shared(effect: EffectInWaves) -> dict[str, IntervalValue]:
     """Return the parameters that an effect has in all components alike."""
     read = SHARED.get(effect.choice.suspect.term)
     return read(effect) if read else {}
 
 
-def of_one(effect: Effect, component: int) -> dict[str, Value]:
+def of_one(effect: EffectInWaves, component: int) -> dict[str, IntervalValue]:
     """Return the parameters that it has in one component by itself."""
     read = OF_ONE.get(effect.choice.suspect.term)
     return read(effect, component) if read else {}
 
 
-def value(middle: float, sd: float, unit: str) -> Value:
+def interval_value(middle: float, sd: float, unit: str) -> IntervalValue:
     """Return a value with its 95 % interval."""
     half = NORMAL_95 * sd
-    return Value(value=middle, low=middle - half, high=middle + half, unit=unit)
+    return IntervalValue(value=middle, low=middle - half, high=middle + half, unit=unit)
 
 
 def _values(
-    effect: Effect, columns: Array, names: tuple[str, ...], unit: str, *, scale: float = 1.0
-) -> dict[str, Value]:
+    effect: EffectInWaves, columns: Array, names: tuple[str, ...], unit: str, *, scale: float = 1.0
+) -> dict[str, IntervalValue]:
     """Return the coefficients of columns by name, times a scale."""
     found, covariance = effect.beside.fitted(columns)
     sd = np.sqrt(np.diag(covariance))
     pairs = zip(names, scale * found, abs(scale) * sd, strict=True)
-    return {name: value(float(one), float(spread), unit) for name, one, spread in pairs}
+    return {name: interval_value(float(one), float(spread), unit) for name, one, spread in pairs}
 
 
-def _profiled(gain: Callable[[float], float], low: float, high: float, unit: str) -> Value:
+def _profiled(gain: Callable[[float], float], low: float, high: float, unit: str) -> IntervalValue:
     """Return the value between limits that fits best; its spread is from the curvature there."""
     found = minimize_scalar(lambda at: -gain(float(at)), bounds=(low, high), method="bounded")
     half = WIDE * (high - low)
     around = [gain(float(found.x) + step) for step in (-half, 0.0, half)]
     curvature = (2.0 * around[1] - around[0] - around[2]) / half**2
     sd = float(np.sqrt(2.0 / curvature)) if curvature > 0.0 else high - low
-    return value(float(found.x), min(sd, high - low), unit)
+    return interval_value(float(found.x), min(sd, high - low), unit)
 
 
-def _edge_force(effect: Effect) -> dict[str, Value]:
+def _edge_force(effect: EffectInWaves) -> dict[str, IntervalValue]:
     rung = effect.plain("coefficient")
-    return _values(effect, columns_of(rung), rung.names, "N/mm")
+    return _values(effect, shape_columns(rung), rung.names, "N/mm")
 
 
-def _wear(effect: Effect) -> dict[str, Value]:
+def _wear(effect: EffectInWaves) -> dict[str, IntervalValue]:
     """Return how fast the force on the engaged edge of a tooth grows, evenly over the work."""
     rung = effect.plain("rate", power=1.0)
     scale = effect.world.waves.teeth.mill.depth_mm / effect.work_s
     names = ("rate", "radial_rate", "axial_rate")
-    return _values(effect, columns_of(rung), names, "N/s", scale=scale)
+    return _values(effect, shape_columns(rung), names, "N/s", scale=scale)
 
 
-def _size_effect(effect: Effect) -> dict[str, Value]:
+def _size_effect(effect: EffectInWaves) -> dict[str, IntervalValue]:
     """Return m of a force that goes with h^(1 − m) where the simulation's goes with h."""
     rung = effect.plain("exponent")
-    return _values(effect, columns_of(rung), rung.names, "1", scale=-1.0)
+    return _values(effect, shape_columns(rung), rung.names, "1", scale=-1.0)
 
 
-def _runout(effect: Effect) -> dict[str, Value]:
+def _runout(effect: EffectInWaves) -> dict[str, IntervalValue]:
     """Return how far the axis is off, and how far each tooth stands out of their mean."""
     world = effect.world
     z = world.waves.teeth.mill.teeth
     out = world.out or StandsOut((0.0,) * z)
-    shape = apart(z)
-    beside = Beside(effect.bench, effect.others, effect.quiet, minus=world.stands_out)
+    shape = directions_standing_out(z)
+    beside = BesideWaves(effect.bench, effect.others, effect.quiet, minus=world.stands_out)
     more, covariance = beside.fitted(nudged(world, out) @ shape)
     mm, spread = np.array(out.mm) + shape @ more, shape @ covariance @ shape.T
     axis = off_axis(z) * 2.0 / z if z > 2 else off_axis(z) / z
@@ -134,12 +134,13 @@ def _runout(effect: Effect) -> dict[str, Value]:
     offset = float(np.linalg.norm(along))
     sd = float(np.sqrt(along @ of_axis @ along)) / max(offset, 1e-300)
     teeth = {
-        f"tooth {j}": value(float(mm[j]), float(np.sqrt(spread[j, j])), "mm") for j in range(z)
+        f"tooth {j}": interval_value(float(mm[j]), float(np.sqrt(spread[j, j])), "mm")
+        for j in range(z)
     }
-    return {"offset": value(offset, sd, "mm"), **teeth}
+    return {"offset": interval_value(offset, sd, "mm"), **teeth}
 
 
-def _chatter(effect: Effect) -> dict[str, Value]:
+def _chatter(effect: EffectInWaves) -> dict[str, IntervalValue]:
     world, at = effect.world, effect.choice.shape.shape["frequency"]
     t = world.waves.t_s
 
@@ -152,58 +153,60 @@ def _chatter(effect: Effect) -> dict[str, Value]:
     return {"frequency": _profiled(gain, at - line, at + line, "Hz")}
 
 
-def _hard_spot(effect: Effect) -> dict[str, Value]:
+def _hard_spot(effect: EffectInWaves) -> dict[str, IntervalValue]:
     world, shape = effect.world, effect.choice.shape.shape
     number = effect.choice.rung
     start, end = shape["start"], shape["end"]
     near = 0.2 * (end - start)
 
     def of_start(at: float) -> float:
-        return effect.beside.gain(harder(world, at, end, number))
+        return effect.beside.gain(harder_stretch(world, at, end, number))
 
     first = _profiled(of_start, start - near, start + near, "s")
 
     def of_end(at: float) -> float:
-        return effect.beside.gain(harder(world, first.value, at, number))
+        return effect.beside.gain(harder_stretch(world, first.value, at, number))
 
     last = _profiled(of_end, end - near, end + near, "s")
-    more = _values(effect, harder(world, first.value, last.value, number), ("factor",), "1")
+    more = _values(effect, harder_stretch(world, first.value, last.value, number), ("factor",), "1")
     change = more["factor"]
-    factor = Value(value=1.0 + change.value, low=1.0 + change.low, high=1.0 + change.high, unit="1")
+    factor = IntervalValue(
+        value=1.0 + change.value, low=1.0 + change.low, high=1.0 + change.high, unit="1"
+    )
     return {"factor": factor, "start": first, "end": last}
 
 
-def _depth(effect: Effect) -> dict[str, Value]:
+def _depth(effect: EffectInWaves) -> dict[str, IntervalValue]:
     rung = effect.choice.shape
-    return _values(effect, columns_of(rung), rung.names, "mm")
+    return _values(effect, shape_columns(rung), rung.names, "mm")
 
 
-def _deflection(effect: Effect) -> dict[str, Value]:
+def _deflection(effect: EffectInWaves) -> dict[str, IntervalValue]:
     """Return the share of the force that is lost where it is greatest, by a spring."""
-    spring = columns_of(effect.choice.suspect.rungs[0])
+    spring = shape_columns(effect.choice.suspect.rungs[0])
     return _values(effect, spring, ("share",), "1", scale=-1.0)
 
 
-def _mass(effect: Effect) -> dict[str, Value]:
+def _mass(effect: EffectInWaves) -> dict[str, IntervalValue]:
     rung = effect.choice.shape
     unit = "kg" if len(rung.names) == 1 else "kg m"
-    return _values(effect, columns_of(rung), rung.names, unit)
+    return _values(effect, shape_columns(rung), rung.names, unit)
 
 
-def _heat(effect: Effect) -> dict[str, Value]:
+def _heat(effect: EffectInWaves) -> dict[str, IntervalValue]:
     world = effect.world
 
     def gain(share: float) -> float:
-        course = heated(world.waves.t_s, world.engaged, share)
+        course = heated_sensor(world.waves.t_s, world.engaged, share)
         return effect.beside.gain(on_each(world, course[:, None]))
 
     found = _profiled(gain, 0.5 * HEATED[0], 2.0 * HEATED[-1], "1")
     seconds = (effect.work_s * one for one in (found.value, found.low, found.high))
     middle, low, high = seconds
-    return {"time_constant": Value(value=middle, low=max(low, 0.0), high=high, unit="s")}
+    return {"time_constant": IntervalValue(value=middle, low=max(low, 0.0), high=high, unit="s")}
 
 
-def _drift(effect: Effect, component: int) -> dict[str, Value]:
+def _drift(effect: EffectInWaves, component: int) -> dict[str, IntervalValue]:
     world, t = effect.world, effect.world.waves.t_s
     line = np.column_stack([world.time, np.ones(len(t))])
     columns = in_one(world, line, component)
@@ -211,9 +214,9 @@ def _drift(effect: Effect, component: int) -> dict[str, Value]:
     return {"rate": values["rate"]}
 
 
-def _gain(effect: Effect, component: int) -> dict[str, Value]:
+def _gain(effect: EffectInWaves, component: int) -> dict[str, IntervalValue]:
     """Return the factor where it is furthest from 1."""
-    columns = columns_of(effect.choice.shape)
+    columns = shape_columns(effect.choice.shape)
     found, covariance = effect.beside.fitted(columns)
     force = effect.world.simulated[component]
     rows = np.flatnonzero(np.abs(force) > FELT * np.max(np.abs(force)))
@@ -221,10 +224,10 @@ def _gain(effect: Effect, component: int) -> dict[str, Value]:
     change = factor @ found
     at = int(np.argmax(np.abs(change)))
     sd = float(np.sqrt(max(float(factor[at] @ covariance @ factor[at]), 0.0)))
-    return {"factor": value(1.0 + float(change[at]), sd, "1")}
+    return {"factor": interval_value(1.0 + float(change[at]), sd, "1")}
 
 
-def _crosstalk(effect: Effect, component: int) -> dict[str, Value]:
+def _crosstalk(effect: EffectInWaves, component: int) -> dict[str, IntervalValue]:
     """Return the share of each other component that one shows."""
     world = effect.world
     others = [j for j in range(world.components) if j != component]

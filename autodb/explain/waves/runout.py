@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from autodb.explain.engine.normal import solved
-from autodb.explain.waves.candidates import apart, nudged
+from autodb.explain.waves.candidates import directions_standing_out, nudged
 from autodb.explain.waves.teeth import StandsOut
-from autodb.explain.waves.world import World
+from autodb.explain.waves.world import SimulatedWaves
 
 Array = NDArray[np.float64]
 
@@ -17,7 +17,7 @@ ROWS = 3000
 """Rows of the middle of a cut that teeth are fitted to."""
 
 
-def fitted_out(world: World, difference: Array, columns: Array) -> StandsOut:
+def fitted_out(world: SimulatedWaves, difference: Array, columns: Array) -> StandsOut:
     """Return how far teeth stand out, beside columns (C, n, p) that are free.
 
     Where a tooth cuts nothing, the next one finds its chip or, as simulations have it, does not:
@@ -29,11 +29,13 @@ def fitted_out(world: World, difference: Array, columns: Array) -> StandsOut:
     return min(tried, key=lambda one: one[1])[0]
 
 
-def _fitted(world: World, target: Array, free: Array, *, missed: bool) -> tuple[StandsOut, float]:
+def _fitted(
+    world: SimulatedWaves, target: Array, free: Array, *, missed: bool
+) -> tuple[StandsOut, float]:
     """Return how far teeth stand out, and the sum of squares that is left."""
     teeth = world.waves.teeth
     z = teeth.mill.teeth
-    shape = apart(z)
+    shape = directions_standing_out(z)
     base = teeth.forces(world.waves.law.whole)
 
     def out(values: Array) -> StandsOut:
@@ -53,7 +55,7 @@ def _fitted(world: World, target: Array, free: Array, *, missed: bool) -> tuple[
     return out(found.x), float(2.0 * found.cost)
 
 
-def _middle(world: World) -> tuple[World, NDArray[np.intp]]:
+def _middle(world: SimulatedWaves) -> tuple[SimulatedWaves, NDArray[np.intp]]:
     """Return the world at ROWS rows in the middle of the work."""
     inside = np.flatnonzero(world.waves.teeth.engaged > 0.0)
     first = inside[max(0, (len(inside) - ROWS) // 2)]

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Rung, Suspect, spline
-from autodb.explain.waves.bench import Quiet
-from autodb.explain.waves.forms import kept, rung
-from autodb.explain.waves.world import World
+from autodb.explain.waves.bench import WhitenedNoise
+from autodb.explain.waves.forms import keep_shape, rung
+from autodb.explain.waves.world import SimulatedWaves
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,9 @@ BANDS = (2.5, 40.0)
 """How often bands come round in the work."""
 
 
-def proposals(world: World, left: Array, quiet: Quiet, number: int) -> list[Suspect]:
+def proposals_of_waves(
+    world: SimulatedWaves, left: Array, quiet: WhitenedNoise, number: int
+) -> list[Suspect]:
     """Return what a residual (C, n) points to."""
     white = quiet(left[:, :, None]).reshape(world.components, -1)
     forced = quiet(world.simulated[:, :, None]).reshape(white.shape)
@@ -40,12 +42,12 @@ def proposals(world: World, left: Array, quiet: Quiet, number: int) -> list[Susp
     return [*found, _bands(world, forced, white, number)]
 
 
-def _at_work(world: World, white: Array) -> NDArray[np.intp]:
+def _at_work(world: SimulatedWaves, white: Array) -> NDArray[np.intp]:
     """Return which of white rows (C, m), the recording's last ones, are in the work."""
     return np.flatnonzero(world.waves.teeth.engaged[-white.shape[1] :] > 0.0)
 
 
-def _stretch(world: World, forced: Array, white: Array, number: int) -> Suspect:
+def _stretch(world: SimulatedWaves, forced: Array, white: Array, number: int) -> Suspect:
     """Return the stretch in which a factor on all forces, white rows (C, m), explains most."""
     rows = _at_work(world, white)
     force, rest = forced[:, rows], white[:, rows]
@@ -54,7 +56,9 @@ def _stretch(world: World, forced: Array, white: Array, number: int) -> Suspect:
     edges = np.unique(np.linspace(0, len(rows), BINS + 1).astype(np.intp))
     start, end = _strongest(product, power, edges, len(rows))
     t = world.waves.t_s[-white.shape[1] :]
-    return hard_spot(world, float(t[rows[start]]), float(t[rows[end - 1]]), f"hard_spot {number}")
+    return hard_spot_of_waves(
+        world, float(t[rows[start]]), float(t[rows[end - 1]]), f"hard_spot {number}"
+    )
 
 
 def _strongest(product: Array, power: Array, edges: NDArray[np.intp], n: int) -> tuple[int, int]:
@@ -69,12 +73,14 @@ def _strongest(product: Array, power: Array, edges: NDArray[np.intp], n: int) ->
     return int(edges[i]), int(edges[j])
 
 
-def hard_spot(world: World, start_s: float, end_s: float, key: str) -> Suspect:
+def hard_spot_of_waves(world: SimulatedWaves, start_s: float, end_s: float, key: str) -> Suspect:
     """Return the suspect of harder or softer material from one time to another."""
     u = _along(world, start_s, end_s)
     shape = {"start": start_s, "end": end_s}
     rungs = tuple(
-        rung(harder(world, start_s, end_s, number), shape, names=("factor",), tries=BINS * 4)
+        rung(
+            harder_stretch(world, start_s, end_s, number), shape, names=("factor",), tries=BINS * 4
+        )
         for number in range(len(SOFT) + 1)
     )
     knots = spline(np.clip(u, -0.2, 1.2), 9) * ((u > -0.2) & (u < 1.2))[:, None]
@@ -83,18 +89,18 @@ def hard_spot(world: World, start_s: float, end_s: float, key: str) -> Suspect:
         "hard_spot",
         rungs,
         ("t",),
-        detail=kept(world.simulated[:, :, None] * knots),
+        detail=keep_shape(world.simulated[:, :, None] * knots),
         interval=(start_s, end_s),
         scanned=True,
     )
 
 
-def _along(world: World, start_s: float, end_s: float) -> Array:
+def _along(world: SimulatedWaves, start_s: float, end_s: float) -> Array:
     """Return the way through a stretch at every row, 0 at its start, 1 at its end (n,)."""
     return np.asarray((world.waves.t_s - start_s) / max(end_s - start_s, 1e-9))
 
 
-def harder(world: World, start_s: float, end_s: float, number: int) -> Array:
+def harder_stretch(world: SimulatedWaves, start_s: float, end_s: float, number: int) -> Array:
     """Return what material once as hard again adds over a stretch (C, n, 1).
 
     ``number``: how its ends rise, by shares SOFT of the stretch, or all of it as an arch.
@@ -109,7 +115,7 @@ def harder(world: World, start_s: float, end_s: float, number: int) -> Array:
     return np.asarray((world.simulated * course)[:, :, None])
 
 
-def _tones(world: World, white: Array, number: int) -> list[Suspect]:
+def _tones(world: SimulatedWaves, white: Array, number: int) -> list[Suspect]:
     """Return the strongest tones that are no multiple of the spindle's turn."""
     n = white.shape[1]
     rate = (len(world.waves.t_s) - 1) / (world.waves.t_s[-1] - world.waves.t_s[0])
@@ -175,7 +181,7 @@ def _sharpened(white: Array, rate_Hz: float, near_Hz: float) -> float:
     return float(tried[int(np.argmax(power))])
 
 
-def tone(world: World, frequency_Hz: float, number: str, *, tries: int) -> list[Suspect]:
+def tone(world: SimulatedWaves, frequency_Hz: float, number: str, *, tries: int) -> list[Suspect]:
     """Return the suspects of a tone: chatter, in the work only, or a hum that air holds too."""
     t, engaged = world.waves.t_s, world.waves.teeth.engaged
     angle = 2.0 * np.pi * frequency_Hz * t
@@ -197,7 +203,7 @@ def tone(world: World, frequency_Hz: float, number: str, *, tries: int) -> list[
     ]
 
 
-def on_each(world: World, course: Array) -> Array:
+def on_each(world: SimulatedWaves, course: Array) -> Array:
     """Return columns (C, n, C · p) of courses (n, p), free in each component."""
     count, n = world.components, len(course)
     made = np.zeros((count, n, count, course.shape[1]))
@@ -206,7 +212,7 @@ def on_each(world: World, course: Array) -> Array:
     return made.reshape(count, n, -1)
 
 
-def _bands(world: World, forced: Array, white: Array, number: int) -> Suspect:
+def _bands(world: SimulatedWaves, forced: Array, white: Array, number: int) -> Suspect:
     """Return the factor on all forces, white rows, that comes round and explains most."""
     rows = _at_work(world, white)
     product = np.sum((forced * white)[:, rows], axis=0)

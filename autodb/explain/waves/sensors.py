@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from scipy import constants
 
 from autodb.explain.engine.candidates import Suspect, spline
-from autodb.explain.waves.forms import kept, rung
+from autodb.explain.waves.forms import keep_shape, rung
 from autodb.explain.waves.waves import FORCES
-from autodb.explain.waves.world import Tilted, World
+from autodb.explain.waves.world import SimulatedWaves, Tilted
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ HEATED = (0.1, 0.2, 0.4, 0.8, 1.6)
 """Times in which a sensor takes up heat, over the time in the work."""
 
 
-def sensor_suspects(world: World) -> Iterator[Suspect]:
+def sensor_candidates_of_waves(world: SimulatedWaves) -> Iterator[Suspect]:
     """Give every suspect that sits in what senses the force."""
     yield from _gains(world)
     yield _drift(world)
@@ -32,7 +32,7 @@ def sensor_suspects(world: World) -> Iterator[Suspect]:
         yield from _table(world, world.tilted)
 
 
-def _gains(world: World) -> Iterator[Suspect]:
+def _gains(world: SimulatedWaves) -> Iterator[Suspect]:
     """One component scales: by one factor, or by one that changes."""
     one = np.ones((len(world.time), 1))
     curve = spline(world.time, KNOTS)[:, 1:]
@@ -44,24 +44,24 @@ def _gains(world: World) -> Iterator[Suspect]:
             rung(in_one(world, course * curve, i)),
             rung(in_one(world, course * np.column_stack([one, curve]), i)),
         )
-        detail = kept(in_one(world, course * curve, i))
+        detail = keep_shape(in_one(world, course * curve, i))
         yield Suspect(f"gain {name}", "gain", rungs, ("t",), detail=detail)
 
 
-def in_one(world: World, course: Array, component: int) -> Array:
+def in_one(world: SimulatedWaves, course: Array, component: int) -> Array:
     """Return a course (n, k) in one component (C, n, k)."""
     made = np.zeros((*world.simulated.shape, course.shape[-1]))
     made[component] = course
     return made
 
 
-def _in_some(world: World, course: Array) -> list[Array]:
+def _in_some(world: SimulatedWaves, course: Array) -> list[Array]:
     """Return columns of a course (n, k) in each component alone, and in all of them."""
     each = [in_one(world, course, i) for i in range(world.components)]
     return [*each, np.concatenate(each, axis=-1)] if len(each) > 1 else each
 
 
-def _drift(world: World) -> Suspect:
+def _drift(world: SimulatedWaves) -> Suspect:
     """An offset that follows the clock, in air too: straight, bent, to a level, by any curve."""
     one = np.ones(len(world.time))
     bent = [world.time**power for power in BENT]
@@ -74,21 +74,23 @@ def _drift(world: World) -> Suspect:
         for course in (*plain, curve)
         for columns in _in_some(world, course)
     ]
-    detail = kept(_in_some(world, curve)[-1])
+    detail = keep_shape(_in_some(world, curve)[-1])
     return Suspect("sensor_drift", "sensor_drift", tuple(rungs), ("t",), detail=detail)
 
 
-def _heat(world: World) -> Suspect:
+def _heat(world: SimulatedWaves) -> Suspect:
     """An offset that rises while chips heat the sensor and relaxes when cutting stops."""
     rungs = [
         rung(columns, tries=len(HEATED), names=("level",))
         for share in HEATED
-        for columns in _in_some(world, heated(world.waves.t_s, world.engaged, share)[:, None])
+        for columns in _in_some(
+            world, heated_sensor(world.waves.t_s, world.engaged, share)[:, None]
+        )
     ]
     return Suspect("thermal_drift", "thermal_drift", tuple(rungs), ("t", "cut"))
 
 
-def heated(t_s: Array, engaged: Array, share: float) -> Array:
+def heated_sensor(t_s: Array, engaged: Array, share: float) -> Array:
     """Return a first-order response (n,) to being in the work, in a share of the time there."""
     rows = np.flatnonzero(engaged > 0.0)
     begin, end = t_s[rows[0]], t_s[rows[-1]]
@@ -97,7 +99,7 @@ def heated(t_s: Array, engaged: Array, share: float) -> Array:
     return np.asarray(rise * np.exp(-np.maximum(t_s - end, 0.0) / seconds))
 
 
-def _crosstalk(world: World) -> Suspect:
+def _crosstalk(world: SimulatedWaves) -> Suspect:
     """A component takes a share of another: one way, both ways, or all of all."""
     count = world.components
     pairs = [(i, j) for i in range(count) for j in range(count) if i != j]
@@ -113,7 +115,7 @@ def _crosstalk(world: World) -> Suspect:
     return Suspect("crosstalk", "crosstalk", tuple(rungs), world.waves.names, sure=True)
 
 
-def _table(world: World, tilted: Tilted) -> Iterator[Suspect]:
+def _table(world: SimulatedWaves, tilted: Tilted) -> Iterator[Suspect]:
     """A mass on the tilted table weighs, and pulls where it is swung. Physics reference 5."""
     kept = [FORCES.index(name) for name in world.waves.names]
     weight = constants.g * (tilted.rotation[:, 2] - np.array([[0.0], [0.0], [1.0]]))

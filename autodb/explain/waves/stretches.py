@@ -5,30 +5,32 @@ from itertools import product
 import numpy as np
 
 from autodb.explain.engine.candidates import Choice, Suspect
-from autodb.explain.engine.search import Found
-from autodb.explain.waves.bench import Bench, Quiet
-from autodb.explain.waves.fit import Beside
-from autodb.explain.waves.scans import BINS, LONGEST, SHORTEST, hard_spot, harder
-from autodb.explain.waves.world import World
+from autodb.explain.engine.search import FoundSet
+from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
+from autodb.explain.waves.fit import BesideWaves
+from autodb.explain.waves.scans import BINS, LONGEST, SHORTEST, hard_spot_of_waves, harder_stretch
+from autodb.explain.waves.world import SimulatedWaves
 
 REACH = 0.2
 """Share of a stretch by which its ends are moved at first, either way; halved down to a bin."""
 
 
-def sharpened(world: World, bench: Bench, found: Found, quiet: Quiet) -> dict[str, Suspect]:
+def sharpened(
+    world: SimulatedWaves, bench: WhiteWaves, found: FoundSet, quiet: WhitenedNoise
+) -> dict[str, Suspect]:
     """Return the stretches that were found, by key, with the ends that explain most.
 
     A scan sees steps, in a grid; ends that rise slowly are elsewhere.
     """
     return {
-        choice.suspect.key: _sharpened(world, Beside(bench, others, quiet), choice)
+        choice.suspect.key: _sharpened(world, BesideWaves(bench, others, quiet), choice)
         for choice in found.choices
         if choice.suspect.term == "hard_spot" and choice.suspect.interval is not None
         for others in [found.without(choice.suspect.key)]
     }
 
 
-def _sharpened(world: World, beside: Beside, choice: Choice) -> Suspect:
+def _sharpened(world: SimulatedWaves, beside: BesideWaves, choice: Choice) -> Suspect:
     inside = world.waves.t_s[world.engaged > 0.0]
     whole = float(inside[-1] - inside[0])
     interval = choice.suspect.interval
@@ -49,8 +51,10 @@ def _sharpened(world: World, beside: Beside, choice: Choice) -> Suspect:
             best, (start, end) = gains[at], tried[at]
         else:
             reach *= 0.5
-    return hard_spot(world, start, end, choice.suspect.key)
+    return hard_spot_of_waves(world, start, end, choice.suspect.key)
 
 
-def _gain(world: World, beside: Beside, start_s: float, end_s: float, number: int) -> float:
-    return beside.gain(harder(world, start_s, end_s, number))
+def _gain(
+    world: SimulatedWaves, beside: BesideWaves, start_s: float, end_s: float, number: int
+) -> float:
+    return beside.gain(harder_stretch(world, start_s, end_s, number))

@@ -4,12 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Choice, Rung, Suspect
-from autodb.explain.engine.search import Found
-from autodb.explain.waves.bench import Bench, Quiet
-from autodb.explain.waves.fit import Beside
+from autodb.explain.engine.search import FoundSet
+from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
+from autodb.explain.waves.fit import BesideWaves
 from autodb.explain.waves.forms import rung
 from autodb.explain.waves.scans import on_each
-from autodb.explain.waves.world import World
+from autodb.explain.waves.world import SimulatedWaves
 
 Array = NDArray[np.float64]
 
@@ -17,21 +17,35 @@ AIC = 2.0
 """What a coefficient costs that is to predict: Akaike 1974."""
 
 
-def as_one(world: World, bench: Bench, found: Found, quiet: Quiet) -> tuple[Choice, ...]:
+def as_one(
+    world: SimulatedWaves, bench: WhiteWaves, found: FoundSet, quiet: WhitenedNoise
+) -> tuple[Choice, ...]:
     """Return what was found, each chatter with one slow course of size and phase for all.
 
     A tone's slow courses a_j(t) in the components j are w_j e(t), w_j complex: the matrix of their
     coefficients is of rank one. Of the ladder's courses that one is taken that would predict best.
     """
     return tuple(
-        _one(world, Beside(bench, found.without(choice.suspect.key), quiet), bench, choice, quiet)
+        _one(
+            world,
+            BesideWaves(bench, found.without(choice.suspect.key), quiet),
+            bench,
+            choice,
+            quiet,
+        )
         if choice.suspect.term == "chatter"
         else choice
         for choice in found.choices
     )
 
 
-def _one(world: World, beside: Beside, bench: Bench, choice: Choice, quiet: Quiet) -> Choice:
+def _one(
+    world: SimulatedWaves,
+    beside: BesideWaves,
+    bench: WhiteWaves,
+    choice: Choice,
+    quiet: WhitenedNoise,
+) -> Choice:
     suspect, made = choice.suspect, []
     for number, shape in enumerate(suspect.rungs):
         columns = bench.columns((suspect.key, number), shape)

@@ -18,8 +18,8 @@ from autodb.explain.waves.law import (
     POWERS,
     UNIT_MM,
     ReadLaw,
+    chip_functions,
     in_ways,
-    of_chip,
     read_off,
     rubbing,
 )
@@ -227,11 +227,11 @@ def _frames(recording: Recording, mill: Mill, names: tuple[str, ...]) -> list[Ar
     zero = np.zeros(n)
     tilt, turn = np.radians(zero if a is None else a), np.radians(zero if c is None else c)
     if np.ptp(tilt) > 0.0 or np.ptp(turn) > 0.0:
-        found.append(np.einsum("ijn,jk->ikn", tilted(tilt, turn), machine)[kept])
+        found.append(np.einsum("ijn,jk->ikn", tilted_table(tilt, turn), machine)[kept])
     return found
 
 
-def tilted(tilt_rad: Array, turn_rad: Array) -> Array:
+def tilted_table(tilt_rad: Array, turn_rad: Array) -> Array:
     """Return T_z(θ_z) T_x(θ_x), from the machine to a tilted table's frame, (3, 3, n).
 
     Source: physics reference, section 5.
@@ -272,7 +272,7 @@ def _powers(chip_mm: Array) -> Array:
 def _read(waves: Waves, *, edged: bool) -> Waves:
     """Return waves with the law that their simulation follows, with an edge force or not."""
     some = _rows(waves, np.flatnonzero(waves.teeth.engaged > 0.0)[-READ:])
-    columns = some.seen(in_ways(some.teeth.moments(of_chip)))
+    columns = some.seen(in_ways(some.teeth.moments(chip_functions)))
     forces = some.simulation
     law = read_off(columns.reshape(*columns.shape[:2], -1), forces.ravel(), edged=edged)
     left = waves.simulation - waves.seen(waves.teeth.forces(law.whole))

@@ -64,7 +64,7 @@ MOST = 2
 """Alternatives that are told what would separate."""
 
 
-def told_apart(name: str, others: Sequence[str]) -> str | None:
+def words_that_tell(name: str, others: Sequence[str]) -> str | None:
     """Return what would tell an effect from its nearest alternatives; None where none is known."""
     pairs = (frozenset((name, other)) for other in others[:MOST])
     lines = dict.fromkeys(APART[pair] for pair in pairs if pair in APART)

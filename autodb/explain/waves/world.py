@@ -36,7 +36,7 @@ class Tilted:
 
 
 @dataclass(frozen=True)
-class World:
+class SimulatedWaves:
     """A simulation's waves, rows (n,) of C components.
 
     ``has_edge``: the simulation has an edge force; ``out``: how far each tooth stands out, and
@@ -142,7 +142,7 @@ def _bumps(chip_mm: Array, *, feed_mm: float) -> Array:
     return np.array([np.interp(u, grid, one) for one in spline(grid, BUMPS).T])
 
 
-def own_columns(world: World) -> dict[str, Array]:
+def own_columns_of_waves(world: SimulatedWaves) -> dict[str, Array]:
     """Return the simulation's own terms (C, n): shear, its edge if it has one, and what its waves
     leave of it.
     """

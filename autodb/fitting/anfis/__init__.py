@@ -5,46 +5,53 @@ predict(model, inputs).interval()
 sentences(model, ("current", "feed", "force"), ("A", "mm/rev", "N"))
 """
 
-from autodb.fitting.anfis.fit import Learner, fit, fit_consequents
+from autodb.fitting.anfis.fit import Learner, fit_anfis, fit_consequents
 from autodb.fitting.anfis.hybrid import Hybrid
 from autodb.fitting.anfis.memberships import BELL, GAUSS, Membership
-from autodb.fitting.anfis.model import Anfis, Hull, Prediction, TooFewRows, evaluate, predict
+from autodb.fitting.anfis.model import (
+    Anfis,
+    AnfisPrediction,
+    Hull,
+    TooFewRows,
+    evaluate,
+    predict_anfis,
+)
 from autodb.fitting.anfis.monotone import Monotone, NotMonotone
-from autodb.fitting.anfis.premises import Premises, clusters, grid, nearby
-from autodb.fitting.anfis.refresh import refreshed, tally, undone
+from autodb.fitting.anfis.premises import Premises, clusters, nearby, premise_grid
+from autodb.fitting.anfis.refresh import refreshed, tally, without_rows
 from autodb.fitting.anfis.scaling import Unvarying
 from autodb.fitting.anfis.searching import Projection
-from autodb.fitting.anfis.sentences import plain_consequents, sentences
-from autodb.fitting.anfis.settling import NotSettled
+from autodb.fitting.anfis.sentences import plain_consequents, rule_sentences
+from autodb.fitting.anfis.settling import PremisesNotSettled
 from autodb.fitting.anfis.sums import Sums
 
 __all__ = [
     "BELL",
     "GAUSS",
     "Anfis",
+    "AnfisPrediction",
     "Hull",
     "Hybrid",
     "Learner",
     "Membership",
     "Monotone",
     "NotMonotone",
-    "NotSettled",
-    "Prediction",
     "Premises",
+    "PremisesNotSettled",
     "Projection",
     "Sums",
     "TooFewRows",
     "Unvarying",
     "clusters",
     "evaluate",
-    "fit",
+    "fit_anfis",
     "fit_consequents",
-    "grid",
     "nearby",
     "plain_consequents",
-    "predict",
+    "predict_anfis",
+    "premise_grid",
     "refreshed",
-    "sentences",
+    "rule_sentences",
     "tally",
-    "undone",
+    "without_rows",
 ]

@@ -15,9 +15,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from autodb.fitting.anfis.premises import Premises, design
-from autodb.fitting.anfis.rows import Rows
-from autodb.fitting.anfis.sums import sums
+from autodb.fitting.anfis.premises import Premises, rule_columns
+from autodb.fitting.anfis.rows import LearnerRows
+from autodb.fitting.anfis.sums import consequent_sums
 
 ROUNDS = 2000
 SETTLED = 1e-11
@@ -28,9 +28,9 @@ LEAST_NOISE = 1e-6
 Chosen: rows without noise leave premises open that double precision cannot settle."""
 
 
-def weighed(rows: Rows, premises: Premises) -> Rows:
+def rows_weighed(rows: LearnerRows, premises: Premises) -> LearnerRows:
     """Return the rows with the weights that they imply at these premises."""
-    tallied = sums(design(premises, rows.x), rows.left)
+    tallied = consequent_sums(rule_columns(premises, rows.x), rows.left)
     size, vectors = np.linalg.eigh(tallied.gram)
     size, seen = np.maximum(size, 0.0), vectors.T @ tallied.right
     low, high = LEAST_RIDGE * tallied.rows, MOST_RIDGE * tallied.rows

@@ -7,15 +7,21 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.fitting.anfis.evidence import weighed
-from autodb.fitting.anfis.learned import Learned
-from autodb.fitting.anfis.model import Anfis, Belief, Hull, leverages, settled
+from autodb.fitting.anfis.evidence import rows_weighed
+from autodb.fitting.anfis.learned import LearningCourse
+from autodb.fitting.anfis.model import (
+    Anfis,
+    ConsequentPrior,
+    Hull,
+    leverages,
+    with_best_consequents,
+)
 from autodb.fitting.anfis.monotone import Monotone
-from autodb.fitting.anfis.premises import Premises, design
-from autodb.fitting.anfis.rows import Rows, rows
+from autodb.fitting.anfis.premises import Premises, rule_columns
+from autodb.fitting.anfis.rows import LearnerRows, rows
 from autodb.fitting.anfis.scaling import Scaling, scaling
 from autodb.fitting.anfis.searching import Projection
-from autodb.fitting.anfis.sums import posterior, sums
+from autodb.fitting.anfis.sums import consequent_sums, posterior
 
 Array = NDArray[np.float64]
 
@@ -27,12 +33,12 @@ ROUNDS = 2
 class Learner(Protocol):
     """What finds premises: ``Projection`` or ``Hybrid``."""
 
-    def learn(self, rows: Rows, start: Premises, held: NDArray[np.bool_]) -> Learned:
+    def learn(self, rows: LearnerRows, start: Premises, held: NDArray[np.bool_]) -> LearningCourse:
         """Return the course of learning from a start; rows ``held`` (n,) are only judged by."""
         ...
 
 
-def fit(
+def fit_anfis(
     inputs: Array,
     values: Array,
     starts: Sequence[Premises],
@@ -72,14 +78,16 @@ def fit_consequents(
     return _settled(premises, scale, given, learned=0, monotone=monotone)
 
 
-def _course(learner: Learner, given: Rows, start: Premises, held: NDArray[np.bool_]) -> Learned:
+def _course(
+    learner: Learner, given: LearnerRows, start: Premises, held: NDArray[np.bool_]
+) -> LearningCourse:
     """Return the last of ROUNDS courses: priors weigh what the noise before says, less each time.
 
     A bad first fit counts as noise and keeps the first course smooth.
     """
     course = None
     for _ in range(ROUNDS):
-        weights = weighed(given.pick(~held), start)
+        weights = rows_weighed(given.pick(~held), start)
         course = learner.learn(
             replace(given, ridge=weights.ridge, leash=weights.leash), start, held
         )
@@ -89,17 +97,22 @@ def _course(learner: Learner, given: Rows, start: Premises, held: NDArray[np.boo
 
 
 def _settled(
-    premises: Premises, scale: Scaling, given: Rows, *, learned: int, monotone: Monotone | None
+    premises: Premises,
+    scale: Scaling,
+    given: LearnerRows,
+    *,
+    learned: int,
+    monotone: Monotone | None,
 ) -> Anfis:
-    columns = design(premises, given.x)
-    tallied, ridge = sums(columns, given.left), weighed(given, premises).ridge
+    columns = rule_columns(premises, given.x)
+    tallied, ridge = consequent_sums(columns, given.left), rows_weighed(given, premises).ridge
     hull = Hull(
         scale.middle - scale.half,
         scale.middle + scale.half,
         given.x.std(axis=0),
         float(leverages(columns, posterior(tallied, ridge).root).max()),
     )
-    return settled(
-        premises, scale, Belief(given.plane, ridge), tallied,
+    return with_best_consequents(
+        premises, scale, ConsequentPrior(given.plane, ridge), tallied,
         hull=hull, learned=learned, monotone=monotone,
     )  # fmt: skip

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.fitting.anfis.learned import Learned, apart
-from autodb.fitting.anfis.premises import Premises, limits
+from autodb.fitting.anfis.learned import LearningCourse, rows_apart
+from autodb.fitting.anfis.premises import Premises, premise_limits
 from autodb.fitting.anfis.projection import changes, projected
-from autodb.fitting.anfis.rows import Rows
+from autodb.fitting.anfis.rows import LearnerRows
 
 Array = NDArray[np.float64]
 
@@ -30,13 +30,13 @@ class Hybrid:
     epochs: int = 100
     step: float = 0.1
 
-    def learn(self, rows: Rows, start: Premises, held: NDArray[np.bool_]) -> Learned:
+    def learn(self, rows: LearnerRows, start: Premises, held: NDArray[np.bool_]) -> LearningCourse:
         """Return the premises of the epoch that fits the rows, or the held-out ones, best."""
-        fitted, judged = apart(rows, held)
-        low, high = limits(start, rows.x)
+        fitted, judged = rows_apart(rows, held)
+        low, high = premise_limits(start, rows.x)
         here = start.at(np.clip(start.vector, low, high))
         point = projected(fitted, here)
-        told = Learned.begin(here, point.consequents, point.left, judged)
+        told = LearningCourse.begin(here, point.consequents, point.left, judged)
         step, changed = self.step, 0
         for epoch in range(self.epochs):
             gradient = -2.0 * changes(fitted, here, point)[0].T @ point.left

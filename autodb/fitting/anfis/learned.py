@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.fitting.anfis.premises import Premises, design
-from autodb.fitting.anfis.rows import Rows
+from autodb.fitting.anfis.premises import Premises, rule_columns
+from autodb.fitting.anfis.rows import LearnerRows
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Learned:
+class LearningCourse:
     """The best premises so far; errors (rms, scaled) of fitted and of judged rows at every step.
 
     Rows held out are judged; where none are, the fitted ones.
@@ -39,19 +39,19 @@ class Learned:
 
     @classmethod
     def begin(
-        cls, premises: Premises, consequents: Array, left: Array, judged: Rows | None
-    ) -> "Learned":
+        cls, premises: Premises, consequents: Array, left: Array, judged: LearnerRows | None
+    ) -> "LearningCourse":
         """Return the course before the first step; arguments as of ``then``."""
         first = cls(premises, (), ())
         return first.then(premises, consequents, left, judged)
 
     def then(
-        self, premises: Premises, consequents: Array, left: Array, judged: Rows | None
-    ) -> "Learned":
+        self, premises: Premises, consequents: Array, left: Array, judged: LearnerRows | None
+    ) -> "LearningCourse":
         """Return the course with one more step: premises, their consequents (p,), and what these
         leave of the fitted rows (n,). ``judged``: rows held out, None where none are.
         """
-        error = rms(left)
+        error = rms_of_residuals(left)
         outside = error if judged is None else error_of(premises, consequents, judged)
         better = outside < min(self.judged, default=np.inf)
         return replace(
@@ -62,16 +62,18 @@ class Learned:
         )
 
 
-def error_of(premises: Premises, consequents: Array, rows: Rows) -> float:
+def error_of(premises: Premises, consequents: Array, rows: LearnerRows) -> float:
     """Return the root mean square of what consequents less the plane (p,) leave, scaled."""
-    return rms(rows.left - design(premises, rows.x) @ consequents)
+    return rms_of_residuals(rows.left - rule_columns(premises, rows.x) @ consequents)
 
 
-def rms(left: Array) -> float:
+def rms_of_residuals(left: Array) -> float:
     """Return the root mean square of residuals (n,)."""
     return float(np.sqrt(np.mean(left**2)))
 
 
-def apart(rows: Rows, held: NDArray[np.bool_]) -> tuple[Rows, Rows | None]:
+def rows_apart(
+    rows: LearnerRows, held: NDArray[np.bool_]
+) -> tuple[LearnerRows, LearnerRows | None]:
     """Return the rows to fit and the rows held out to judge by, None where none is."""
     return (rows.pick(~held), rows.pick(held)) if held.any() else (rows, None)

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting.anfis.monotone import Monotone, constrained
-from autodb.fitting.anfis.premises import Premises, design
+from autodb.fitting.anfis.premises import Premises, rule_columns
 from autodb.fitting.anfis.scaling import Scaling
 from autodb.fitting.anfis.sums import Sums, posterior
 
@@ -42,7 +42,7 @@ class Hull:
 
 
 @dataclass(frozen=True)
-class Belief:
+class ConsequentPrior:
     """What the consequents are before any row: a plane (d + 1,) and the weight of it."""
 
     plane: Array
@@ -50,7 +50,7 @@ class Belief:
 
 
 @dataclass(frozen=True)
-class Prediction:
+class AnfisPrediction:
     """Mean, standard deviation and whether inside, all of one shape; distance outside the box.
 
     ``freedom``: degrees of freedom of the residual variance.
@@ -80,7 +80,7 @@ class Anfis:
 
     premises: Premises
     scaling: Scaling
-    belief: Belief
+    belief: ConsequentPrior
     sums: Sums
     hull: Hull
     learned: int
@@ -108,10 +108,10 @@ class TooFewRows(ValueError):  # noqa: N818 - the data's state, not a program er
     """Fewer rows than what is fitted to them."""
 
 
-def settled(
+def with_best_consequents(
     premises: Premises,
     scaling: Scaling,
-    belief: Belief,
+    belief: ConsequentPrior,
     rows: Sums,
     *,
     hull: Hull,
@@ -142,19 +142,19 @@ def settled(
 def evaluate(model: Anfis, inputs: Array) -> Array:
     """Return the output (…) at inputs (…, d)."""
     x = _scaled(model, inputs)
-    scaled = design(model.premises, x) @ model.consequents.ravel()
+    scaled = rule_columns(model.premises, x) @ model.consequents.ravel()
     return model.scaling.outputs(scaled).reshape(np.shape(inputs)[:-1])
 
 
-def predict(model: Anfis, inputs: Array) -> Prediction:
+def predict_anfis(model: Anfis, inputs: Array) -> AnfisPrediction:
     """Return output, standard deviation and whether the model has been there, at inputs (…, d)."""
     shape = np.shape(inputs)[:-1]
-    columns = design(model.premises, _scaled(model, inputs))
+    columns = rule_columns(model.premises, _scaled(model, inputs))
     leverage = leverages(columns, model.root)
-    distance = distances(model, inputs).reshape(-1)
+    distance = box_distances(model, inputs).reshape(-1)
     beyond = (model.scaling.output_size * distance) ** 2
     inside = (distance == 0.0) & (leverage <= model.hull.leverage * (1.0 + 1e-9))
-    return Prediction(
+    return AnfisPrediction(
         model.scaling.outputs(columns @ model.consequents.ravel()).reshape(shape),
         np.sqrt(model.variance * (1.0 + leverage) + beyond).reshape(shape),
         inside.reshape(shape),
@@ -163,7 +163,7 @@ def predict(model: Anfis, inputs: Array) -> Prediction:
     )
 
 
-def distances(model: Anfis, inputs: Array) -> Array:
+def box_distances(model: Anfis, inputs: Array) -> Array:
     """Return how far inputs (…, d) are from the box, in standard deviations of the inputs."""
     over = np.maximum(model.hull.low - inputs, inputs - model.hull.high)
     excess = np.maximum(over, 0.0) / (model.scaling.half * model.hull.sd)

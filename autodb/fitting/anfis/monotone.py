@@ -72,7 +72,7 @@ def constrained(premises: Premises, plane: Array, found: Posterior, rule: Monoto
         if np.min(slope(points, mode)) < 0.5 * MARGIN:
             rows = rule.sign * input_slopes(premises, points, rule.along)
             needed = MARGIN - rule.sign * plane[1 + rule.along]
-            mode = nearest(found, rows, np.full(len(points), needed))
+            mode = nearest_monotone(found, rows, np.full(len(points), needed))
         lowest = _lowest(lambda at, now=mode: slope(at, now), sought)  # type: ignore[misc]
         short = lowest[slope(lowest, mode) < 0.5 * MARGIN]
         if not len(short):
@@ -81,7 +81,7 @@ def constrained(premises: Premises, plane: Array, found: Posterior, rule: Monoto
     raise NotMonotone(f"not monotone along input {rule.along} after {MOST_ROUNDS} rounds")
 
 
-def nearest(found: Posterior, rows: Array, least: Array) -> Array:
+def nearest_monotone(found: Posterior, rows: Array, least: Array) -> Array:
     """Return the mode of the posterior (p,) under rows (m, p) · mode ≥ least (m,).
 
     In z = Lᵀ(θ − θ₀) it is the shortest z with A z ≥ b, A = rows · L⁻ᵀ, b = least − rows · θ₀; from

@@ -49,7 +49,7 @@ class Premises:
         return Premises(self.membership, sets, self.rules)
 
 
-def grid(counts: Sequence[int], membership: Membership = BELL) -> Premises:
+def premise_grid(counts: Sequence[int], membership: Membership = BELL) -> Premises:
     """Return every combination of ``counts`` (d,) sets of each input, equally spaced.
 
     Neighbouring sets cross at half height, as Jang (1993, section V) starts them; a single set
@@ -105,7 +105,7 @@ def nearby(premises: Premises) -> tuple[Premises, ...]:
     return (premises, *changed)
 
 
-def limits(premises: Premises, x: Array) -> tuple[Array, Array]:
+def premise_limits(premises: Premises, x: Array) -> tuple[Array, Array]:
     """Return the lowest and highest parameters (q,) that scaled inputs (n, d) let be learned.
 
     No set is narrower, at half height, than the widest gap between neighbouring values of its
@@ -134,7 +134,7 @@ def shares(premises: Premises, x: Array) -> Array:
     return np.asarray(strength / strength.sum(axis=0))
 
 
-def design(premises: Premises, x: Array) -> Array:
+def rule_columns(premises: Premises, x: Array) -> Array:
     """Return columns (n, R · (d + 1)): each rule's share times (1, x_1 … x_d), rule by rule.
 
     Times the consequents it is Jang's layers 4 and 5.

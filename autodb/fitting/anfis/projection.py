@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgeqrf, dorgqr, dtrtrs
 
-from autodb.fitting.anfis.premises import Premises, design, limits
-from autodb.fitting.anfis.rows import Rows
+from autodb.fitting.anfis.premises import Premises, premise_limits, rule_columns
+from autodb.fitting.anfis.rows import LearnerRows
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ class Free:
     high: Array
     start: Array
 
-    def leash(self, rows: Rows, here: Array) -> Array:
+    def leash(self, rows: LearnerRows, here: Array) -> Array:
         """Return the weighed distance from the start, (q,)."""
         return np.asarray(np.sqrt(rows.leash) * (here - self.start))
 
@@ -78,7 +78,7 @@ class Free:
             np.where(self.centre, free, np.exp(np.where(self.centre, 0.0, free)))
         )
 
-    def jacobian(self, rows: Rows, premises: Premises, point: Projected) -> Array:
+    def jacobian(self, rows: LearnerRows, premises: Premises, point: Projected) -> Array:
         """Return d residual / d searched, (n + p, q)."""
         return jacobian(rows, premises, point) * np.where(self.centre, 1.0, premises.vector)
 
@@ -86,7 +86,7 @@ class Free:
 def free_of(start: Premises, x: Array) -> Free:
     """Return the search space of premises over scaled inputs (n, d)."""
     count = start.membership.count
-    low, high = limits(start, x)
+    low, high = premise_limits(start, x)
     centre = np.arange(len(low)) % count == count - 1
     began = start.at(np.clip(start.vector, low, high))
     searched = (_searched(natural, centre) for natural in (low, high, began.vector))
@@ -99,7 +99,7 @@ def _searched(natural: Array, centre: NDArray[np.bool_]) -> Array:
 
 
 @dataclass(frozen=True)
-class Search:
+class PremiseSearch:
     """Where the search is: vector (q,), its premises, what is computed there, damping, largest
     columns (q,).
     """
@@ -113,14 +113,14 @@ class Search:
     cost: float
 
     @classmethod
-    def begin(cls, rows: Rows, free: Free) -> "Search":
+    def begin(cls, rows: LearnerRows, free: Free) -> "PremiseSearch":
         """Return the search at its start."""
         point = projected(rows, free.premises)
         return cls(
             free.start, free.at(free.start), point, DAMPING, np.zeros(len(free.start)), point.cost
         )
 
-    def after(self, rows: Rows, free: Free) -> "Search | None":
+    def after(self, rows: LearnerRows, free: Free) -> "PremiseSearch | None":
         """Return the next place with a lower cost; None where no step leads to one."""
         low, high = free.low, free.high
         change, left = self._linearised(rows, free)
@@ -136,20 +136,20 @@ class Search:
             cost = point.cost + float(np.sum(free.leash(rows, there) ** 2))
             if cost < self.cost:
                 damping = max(damping / 5.0, LEAST_DAMPING)
-                return Search(there, premises, point, damping, largest, cost)
+                return PremiseSearch(there, premises, point, damping, largest, cost)
             damping *= 4.0
         return None
 
-    def _linearised(self, rows: Rows, free: Free) -> tuple[Array, Array]:
+    def _linearised(self, rows: LearnerRows, free: Free) -> tuple[Array, Array]:
         """Return the Jacobian and the residual here, the leash's rows below."""
         held = np.sqrt(rows.leash) * np.eye(len(self.here))
         change = np.vstack([free.jacobian(rows, self.premises, self.point), held])
         return change, np.concatenate([self.point.residual, free.leash(rows, self.here)])
 
 
-def projected(rows: Rows, premises: Premises) -> Projected:
+def projected(rows: LearnerRows, premises: Premises) -> Projected:
     """Return the exact consequents of premises and what they leave."""
-    columns = design(premises, rows.x)
+    columns = rule_columns(premises, rows.x)
     p = columns.shape[1]
     whole = np.vstack([columns, np.sqrt(rows.ridge) * np.eye(p)])
     q, r = _factored(whole)
@@ -167,7 +167,7 @@ def _factored(whole: Array) -> tuple[Array, Array]:
     return dorgqr(packed, tau)[0], np.triu(packed[: whole.shape[1]])
 
 
-def jacobian(rows: Rows, premises: Premises, point: Projected) -> Array:
+def jacobian(rows: LearnerRows, premises: Premises, point: Projected) -> Array:
     """Return d residual / d premises.vector, (n + p, q), exactly."""
     ahead, back = changes(rows, premises, point)
     moved = np.vstack([ahead, np.zeros((len(back), ahead.shape[1]))])
@@ -175,7 +175,7 @@ def jacobian(rows: Rows, premises: Premises, point: Projected) -> Array:
     return np.asarray(point.q @ (point.q.T @ moved - across) - moved)
 
 
-def changes(rows: Rows, premises: Premises, point: Projected) -> tuple[Array, Array]:
+def changes(rows: LearnerRows, premises: Premises, point: Projected) -> tuple[Array, Array]:
     """Return (∂Φ/∂ψ) θ (n, q) and (∂Φ/∂ψ)ᵀ r (p, q) of every parameter of the premises."""
     n, p = point.design.shape
     columns, left = point.design, point.residual[:n]

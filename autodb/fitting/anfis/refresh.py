@@ -11,9 +11,9 @@ sharpen the consequents, but no set was ever shaped to them.
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.fitting.anfis.model import Anfis, settled
-from autodb.fitting.anfis.premises import design
-from autodb.fitting.anfis.sums import Sums, sums
+from autodb.fitting.anfis.model import Anfis, with_best_consequents
+from autodb.fitting.anfis.premises import rule_columns
+from autodb.fitting.anfis.sums import Sums, consequent_sums
 
 Array = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ def tally(model: Anfis, inputs: Array, values: Array) -> Sums:
     x = model.scaling.inputs(inputs)
     plane = model.belief.plane
     left = model.scaling.values(values) - (plane[0] + x @ plane[1:])
-    return sums(design(model.premises, x), left)
+    return consequent_sums(rule_columns(model.premises, x), left)
 
 
 def refreshed(model: Anfis, rows: Sums) -> Anfis:
@@ -31,7 +31,7 @@ def refreshed(model: Anfis, rows: Sums) -> Anfis:
     return _with(model, model.sums + rows)
 
 
-def undone(model: Anfis, rows: Sums) -> Anfis:
+def without_rows(model: Anfis, rows: Sums) -> Anfis:
     """Return the model without rows that were added before.
 
     Raises TooFewRows where they leave nothing for the residual, NotMonotone.
@@ -40,7 +40,7 @@ def undone(model: Anfis, rows: Sums) -> Anfis:
 
 
 def _with(model: Anfis, rows: Sums) -> Anfis:
-    return settled(
+    return with_best_consequents(
         model.premises, model.scaling, model.belief, rows,
         hull=model.hull, learned=model.learned, monotone=model.monotone,
     )  # fmt: skip

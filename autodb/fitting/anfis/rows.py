@@ -9,7 +9,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Rows:
+class LearnerRows:
     """Scaled inputs (n, d), what the plane leaves of the scaled values (n,), the plane (d + 1,).
 
     ``ridge`` and ``leash``: how much the squared distance of the consequents from the plane, and of
@@ -22,13 +22,13 @@ class Rows:
     ridge: float
     leash: float
 
-    def pick(self, which: NDArray[np.bool_]) -> "Rows":
+    def pick(self, which: NDArray[np.bool_]) -> "LearnerRows":
         """Return some of the rows."""
         return replace(self, x=self.x[which], left=self.left[which])
 
 
-def rows(x: Array, values: Array) -> Rows:
+def rows(x: Array, values: Array) -> LearnerRows:
     """Return what is learned from scaled inputs (n, d) and scaled values (n,), no weights yet."""
     planes = np.column_stack([np.ones(len(x)), x])
     plane = np.asarray(np.linalg.lstsq(planes, values, rcond=None)[0], dtype=np.float64)
-    return Rows(x, values - planes @ plane, plane, 0.0, 0.0)
+    return LearnerRows(x, values - planes @ plane, plane, 0.0, 0.0)

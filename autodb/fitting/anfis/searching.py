@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.fitting.anfis.learned import Learned, apart
+from autodb.fitting.anfis.learned import LearningCourse, rows_apart
 from autodb.fitting.anfis.premises import Premises
-from autodb.fitting.anfis.projection import Search, free_of, projected
-from autodb.fitting.anfis.rows import Rows
-from autodb.fitting.anfis.settling import settled
+from autodb.fitting.anfis.projection import PremiseSearch, free_of, projected
+from autodb.fitting.anfis.rows import LearnerRows
+from autodb.fitting.anfis.settling import settle_premises
 
 
 @dataclass(frozen=True)
@@ -26,16 +26,16 @@ class Projection:
     idle: int = 5
     patience: int = 20
 
-    def learn(self, rows: Rows, start: Premises, held: NDArray[np.bool_]) -> Learned:
+    def learn(self, rows: LearnerRows, start: Premises, held: NDArray[np.bool_]) -> LearningCourse:
         """Return the premises that fit the rows, or the held-out ones among them, best.
 
         Raises NotSettled where they do not come to an optimum.
         """
-        fitted, judged = apart(rows, held)
+        fitted, judged = rows_apart(rows, held)
         free = free_of(start, rows.x)
-        search = Search.begin(fitted, free)
+        search = PremiseSearch.begin(fitted, free)
         point = search.point
-        told = Learned.begin(search.premises, point.consequents, point.left, judged)
+        told = LearningCourse.begin(search.premises, point.consequents, point.left, judged)
         slow = 0
         while told.steps < self.most_steps:
             after = search.after(fitted, free)
@@ -49,6 +49,6 @@ class Projection:
                 break
         if held.any() or told.steps >= self.most_steps:
             return told
-        there = free.at(settled(fitted, free, search.here))
+        there = free.at(settle_premises(fitted, free, search.here))
         point = projected(fitted, there)
         return replace(told.then(there, point.consequents, point.left, None), premises=there)

@@ -30,7 +30,9 @@ class Rules:
     consequents: Array
 
 
-def sentences(model: Anfis | Rules, names: Sequence[str], units: Sequence[str]) -> tuple[str, ...]:
+def rule_sentences(
+    model: Anfis | Rules, names: Sequence[str], units: Sequence[str]
+) -> tuple[str, ...]:
     """Return a sentence for each rule; ``names`` and ``units`` (d + 1,): inputs, then the output.
 
     A unit may be empty. *About* is where in the training range the membership is highest.

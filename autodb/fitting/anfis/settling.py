@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting.anfis.projection import Free, projected
-from autodb.fitting.anfis.rows import Rows
+from autodb.fitting.anfis.rows import LearnerRows
 
 Array = NDArray[np.float64]
 
@@ -36,14 +36,14 @@ LEAST = 1e-10
 """Share of the greatest curvature that each direction is taken to have at least."""
 
 
-class NotSettled(ValueError):  # noqa: N818 - the data's state, not a program error
+class PremisesNotSettled(ValueError):  # noqa: N818 - the data's state, not a program error
     """Premises that do not come to an optimum."""
 
 
 class _Place:
     """Premises (q,) that are searched, with cost and, where it is asked for, gradient there."""
 
-    def __init__(self, rows: Rows, free: Free, here: Array) -> None:
+    def __init__(self, rows: LearnerRows, free: Free, here: Array) -> None:
         self.here, self._rows, self._free = here, rows, free
         self._premises = free.at(here)
         self._point = projected(rows, self._premises)
@@ -70,7 +70,7 @@ class _Place:
         return self if np.array_equal(put, self.here) else _Place(self._rows, free, put)
 
 
-def settled(rows: Rows, free: Free, start: Array) -> Array:
+def settle_premises(rows: LearnerRows, free: Free, start: Array) -> Array:
     """Return the premises (q,), as they are searched, of the optimum near ``start``.
 
     Raises NotSettled after MOST_STEPS.
@@ -100,10 +100,10 @@ def settled(rows: Rows, free: Free, start: Array) -> Array:
         else:
             before = length
         place = after or place
-    raise NotSettled(f"premises still move by {length:.2g} standard errors a step")
+    raise PremisesNotSettled(f"premises still move by {length:.2g} standard errors a step")
 
 
-def _curvature(rows: Rows, free: Free, place: _Place, held: NDArray[np.bool_]) -> Array:
+def _curvature(rows: LearnerRows, free: Free, place: _Place, held: NDArray[np.bool_]) -> Array:
     """Return the Hessian (q, q) in the directions that are not held."""
     size = len(place.here)
     matrix = np.zeros((size, size))
@@ -138,13 +138,15 @@ def _inside(curvature: Array, place: _Place, held: NDArray[np.bool_], free: Free
         held = held | beyond
 
 
-def _length(curvature: Array, step: Array, place: _Place, rows: Rows) -> float:
+def _length(curvature: Array, step: Array, place: _Place, rows: LearnerRows) -> float:
     """Return the length of a step in standard errors of the premises."""
     noise = max(place.cost / max(len(rows.left), 1), rows.leash)
     return float(np.sqrt(abs(step @ curvature @ step) / (2.0 * noise)))
 
 
-def _after(rows: Rows, free: Free, place: _Place, step: Array, *, near: bool) -> _Place | None:
+def _after(
+    rows: LearnerRows, free: Free, place: _Place, step: Array, *, near: bool
+) -> _Place | None:
     """Return the place after a step, halved until it is lower; None where none is.
 
     ``near``: the sum of squares knows no difference any more, but the gradient does.

@@ -60,7 +60,7 @@ class Posterior:
     freedom: float
 
 
-def sums(design: Array, left: Array) -> Sums:
+def consequent_sums(design: Array, left: Array) -> Sums:
     """Return the sums of columns (n, p) and what the plane leaves of the values (n,), scaled."""
     return Sums(design.T @ design, design.T @ left, float(left @ left), len(left))
 

@@ -39,7 +39,7 @@ class Word:
 
 
 @dataclass(frozen=True)
-class Block:
+class ProgramBlock:
     """One line of a program; ``optional``: it begins with /."""
 
     source: str
@@ -52,7 +52,7 @@ class Block:
         return UnusableInput(f"{self.source}: line {self.line}: '{word}': {why}")
 
 
-def blocks(text: str, *, source: str) -> Iterator[Block]:
+def blocks(text: str, *, source: str) -> Iterator[ProgramBlock]:
     """Yield the blocks that have words.
 
     ``source`` names the file in messages. Raises UnusableInput naming file, line and the word that
@@ -64,13 +64,13 @@ def blocks(text: str, *, source: str) -> Iterator[Block]:
         if plain.startswith("%"):
             continue
         skip = _SKIP.match(plain)
-        block = Block(source, line, (), skip is not None)
+        block = ProgramBlock(source, line, (), skip is not None)
         words = tuple(_words(plain[skip.end() :] if skip else plain, block))
         if words:
-            yield Block(source, line, words, block.optional)
+            yield ProgramBlock(source, line, words, block.optional)
 
 
-def _words(plain: str, block: Block) -> Iterator[Word]:
+def _words(plain: str, block: ProgramBlock) -> Iterator[Word]:
     at = 0
     while rest := plain[at:].lstrip():
         at = len(plain) - len(rest)
@@ -81,7 +81,7 @@ def _words(plain: str, block: Block) -> Iterator[Word]:
         at = found.end()
 
 
-def _word(found: re.Match[str], block: Block) -> Word:
+def _word(found: re.Match[str], block: ProgramBlock) -> Word:
     parts = found.groupdict(default="")
     name = parts["named"] or parts["name"] or parts["letter"]
     if parts["named"]:
@@ -93,7 +93,7 @@ def _word(found: re.Match[str], block: Block) -> Word:
     return Word(name, written, number)
 
 
-def _no_word(rest: str, block: Block) -> UnusableInput:
+def _no_word(rest: str, block: ProgramBlock) -> UnusableInput:
     word = rest.split(maxsplit=1)[0][:40]
     if word[0] in "()":
         return block.refusal(word, "a comment in brackets ( ) that open and close once would work")

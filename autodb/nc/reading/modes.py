@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from autodb.nc.reading.blocks import Block, Word
-from autodb.nc.reading.moves import CuttingSpeed, Feed, PerMinute, PerRev, Revolutions, Speed
+from autodb.nc.reading.blocks import ProgramBlock, Word
+from autodb.nc.reading.moves import CuttingSpeed, Feed, FeedPerMinute, PerRev, Revolutions, Speed
 
 INCH_MM = 25.4
 """Millimetres in an inch (exact by definition)."""
@@ -100,7 +100,7 @@ class Modes:
         return self.unit_mm * (0.5 if self.diameter else 1.0)
 
 
-def changed(modes: Modes, words: Mapping[str, Word], block: Block) -> Modes:
+def changed_modes(modes: Modes, words: Mapping[str, Word], block: ProgramBlock) -> Modes:
     """Return the modes with a block's modal words, by code, in force.
 
     Raises UnusableInput naming the word that is not read, or the second one of a group. A feed or
@@ -127,7 +127,7 @@ def changed(modes: Modes, words: Mapping[str, Word], block: Block) -> Modes:
     return after
 
 
-def _family(modes: Modes, words: Mapping[str, Word], block: Block) -> Modes:
+def _family(modes: Modes, words: Mapping[str, Word], block: ProgramBlock) -> Modes:
     """Refuse words of two G-code systems in one program: one of them means something else."""
     before = list(modes.families)
     for mine, family in enumerate((SYSTEM_A, NOT_SYSTEM_A)):
@@ -145,7 +145,7 @@ def _family(modes: Modes, words: Mapping[str, Word], block: Block) -> Modes:
     return modes if families == modes.families else replace(modes, families=families)
 
 
-def feed_in_force(modes: Modes, block: Block) -> Feed:
+def feed_in_force(modes: Modes, block: ProgramBlock) -> Feed:
     """Return the feed of a cutting move; raises UnusableInput saying what is not stated."""
     word = modes.motion or ""
     if modes.feed_word is None:
@@ -162,10 +162,10 @@ def feed_in_force(modes: Modes, block: Block) -> Feed:
         raise block.refusal(
             "G96", "with G94 some controls feed per minute, others per revolution; G95 would work"
         )
-    return PerRev(modes.feed) if modes.feed_word in PER_REV else PerMinute(modes.feed)
+    return PerRev(modes.feed) if modes.feed_word in PER_REV else FeedPerMinute(modes.feed)
 
 
-def speed_in_force(modes: Modes, block: Block) -> Speed:
+def speed_in_force(modes: Modes, block: ProgramBlock) -> Speed:
     """Return the spindle speed of a cutting move; raises UnusableInput where there is none."""
     word = modes.motion or ""
     if modes.stopped is not None:

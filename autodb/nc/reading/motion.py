@@ -9,16 +9,18 @@ from dataclasses import replace
 from functools import partial
 
 from autodb.nc.reading.arcs import OFF_CIRCLE_MM, centre_by_radius, off_circle_mm
-from autodb.nc.reading.blocks import Block, Word
+from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.modes import Modes, feed_in_force, speed_in_force
 from autodb.nc.reading.moves import Arc, Linear, Move, Point, Rapid, distance_mm
-from autodb.nc.reading.values import AXES, CENTRE, RADIUS, nothing_left, value, without
+from autodb.nc.reading.values import AXES, CENTRE, RADIUS, nothing_left, without, word_value
 
 _DECIMALS = 9
 """Places are rounded to these decimals of a mm: sums of increments meet absolute words again."""
 
 
-def moved(modes: Modes, values: Mapping[str, Word], block: Block, moves: list[Move]) -> Modes:
+def carry_out_motion(
+    modes: Modes, values: Mapping[str, Word], block: ProgramBlock, moves: list[Move]
+) -> Modes:
     """Carry out the motion in force where the block has coordinates, and append its move."""
     if not values:
         return modes
@@ -34,7 +36,7 @@ def moved(modes: Modes, values: Mapping[str, Word], block: Block, moves: list[Mo
 
 
 def _target(
-    modes: Modes, axes: Mapping[str, Word], letters: tuple[str, str], block: Block
+    modes: Modes, axes: Mapping[str, Word], letters: tuple[str, str], block: ProgramBlock
 ) -> float | None:
     """Return where an axis goes, mm; where it is if the block does not name it."""
     place, step = (axes.get(letter) for letter in letters)
@@ -46,20 +48,20 @@ def _target(
     if word is None:
         return before
     if word is place and modes.absolute:
-        return round(factor * value(word), _DECIMALS)
+        return round(factor * word_value(word), _DECIMALS)
     if before is None:
         raise block.refusal(
             word.text, f"an increment from a place not known; {letters[0]} in G0 before would work"
         )
-    return round(before + factor * value(word), _DECIMALS)
+    return round(before + factor * word_value(word), _DECIMALS)
 
 
 _Target = tuple[float | None, float | None]
-_Motion = Callable[[Modes, _Target, Mapping[str, Word], Block, list[Move]], None]
+_Motion = Callable[[Modes, _Target, Mapping[str, Word], ProgramBlock, list[Move]], None]
 
 
 def _rapid(
-    modes: Modes, to: _Target, rest: Mapping[str, Word], block: Block, moves: list[Move]
+    modes: Modes, to: _Target, rest: Mapping[str, Word], block: ProgramBlock, moves: list[Move]
 ) -> None:
     nothing_left(rest, block, modes)
     if None in (modes.x_mm, modes.z_mm, *to):
@@ -70,7 +72,7 @@ def _rapid(
 
 
 def _linear(
-    modes: Modes, to: _Target, rest: Mapping[str, Word], block: Block, moves: list[Move]
+    modes: Modes, to: _Target, rest: Mapping[str, Word], block: ProgramBlock, moves: list[Move]
 ) -> None:
     nothing_left(rest, block, modes)
     start, end = _ends(modes, to, block)
@@ -83,7 +85,7 @@ def _arc(
     modes: Modes,
     to: _Target,
     rest: Mapping[str, Word],
-    block: Block,
+    block: ProgramBlock,
     moves: list[Move],
     *,
     left: bool,
@@ -103,7 +105,7 @@ _MOTIONS: dict[str, _Motion] = {
 }
 
 
-def _ends(modes: Modes, to: _Target, block: Block) -> tuple[Point, Point]:
+def _ends(modes: Modes, to: _Target, block: ProgramBlock) -> tuple[Point, Point]:
     """Return start and end; raises UnusableInput naming the axis whose place is not known."""
     x_mm, z_mm = to
     for name, before in (("X", modes.x_mm), ("Z", modes.z_mm)):
@@ -119,7 +121,12 @@ def _ends(modes: Modes, to: _Target, block: Block) -> tuple[Point, Point]:
 
 
 def _centre(
-    modes: Modes, ends: tuple[Point, Point], rest: Mapping[str, Word], block: Block, *, left: bool
+    modes: Modes,
+    ends: tuple[Point, Point],
+    rest: Mapping[str, Word],
+    block: ProgramBlock,
+    *,
+    left: bool,
 ) -> Point:
     """Return an arc's centre by R, or by I and K: increments from the start, I as a radius."""
     radius = next((rest[name] for name in RADIUS if name in rest), None)
@@ -128,8 +135,8 @@ def _centre(
         word = offsets[0].text if offsets else modes.motion or ""
         raise block.refusal(word, "an arc with either R, or I and K would work")
     if radius is not None:
-        return _by_radius(ends, radius, modes.unit_mm * value(radius), block, left=left)
-    i, k = (modes.unit_mm * value(rest[n]) if n in rest else 0.0 for n in CENTRE)
+        return _by_radius(ends, radius, modes.unit_mm * word_value(radius), block, left=left)
+    i, k = (modes.unit_mm * word_value(rest[n]) if n in rest else 0.0 for n in CENTRE)
     start, end = ends
     centre = Point(start.x_mm + i, start.z_mm + k)
     if start == centre:
@@ -144,7 +151,7 @@ def _centre(
 
 
 def _by_radius(
-    ends: tuple[Point, Point], word: Word, radius_mm: float, block: Block, *, left: bool
+    ends: tuple[Point, Point], word: Word, radius_mm: float, block: ProgramBlock, *, left: bool
 ) -> Point:
     start, end = ends
     centre = centre_by_radius(start, end, radius_mm=radius_mm, left=left)

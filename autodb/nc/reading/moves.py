@@ -37,7 +37,7 @@ class PerRev:
 
 
 @dataclass(frozen=True)
-class PerMinute:
+class FeedPerMinute:
     """A feed per minute, mm; how far a revolution goes depends on the spindle."""
 
     mm: float
@@ -75,7 +75,7 @@ class CuttingSpeed:
             return np.minimum(1000.0 * self.m_min / (tau * np.abs(x_mm)), limit_rpm)
 
 
-Feed = PerRev | PerMinute
+Feed = PerRev | FeedPerMinute
 Speed = Revolutions | CuttingSpeed
 
 

@@ -9,11 +9,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import Block, Word, blocks
-from autodb.nc.reading.modes import INCH_MM, MACHINE, OFFSETS, Modes, changed, surface_m_min
-from autodb.nc.reading.motion import moved
+from autodb.nc.reading.blocks import ProgramBlock, Word, blocks
+from autodb.nc.reading.modes import INCH_MM, MACHINE, OFFSETS, Modes, changed_modes, surface_m_min
+from autodb.nc.reading.motion import carry_out_motion
 from autodb.nc.reading.moves import Arc, Linear, Move
-from autodb.nc.reading.values import AXES, nothing_left, positive, sorted_out, value, without
+from autodb.nc.reading.values import (
+    AXES,
+    nothing_left,
+    positive_value,
+    sorted_words,
+    without,
+    word_value,
+)
 
 
 @dataclass(frozen=True)
@@ -79,30 +86,30 @@ def turning_program(
     return TurningProgram(source, tuple(moves), tuple(stops))
 
 
-def _run(modes: Modes, block: Block, moves: list[Move]) -> Modes:
+def _run(modes: Modes, block: ProgramBlock, moves: list[Move]) -> Modes:
     """Carry out a block: its modes, values and motion, in the order of a control."""
-    codes, values = sorted_out(block)
+    codes, values = sorted_words(block)
     if "G4" in codes:
         nothing_left(without(values, "P", "X", "U", "F", "S"), block, modes)
         return modes
     machine = codes.keys() & MACHINE
-    modes = changed(modes, codes if machine else {**codes, **values}, block)
+    modes = changed_modes(modes, codes if machine else {**codes, **values}, block)
     modes = _spindle(modes, codes, values, block)
     modes = _tool(modes, codes, values)
     if "F" in values:
-        modes = replace(modes, feed=positive(values["F"], block) * modes.unit_mm)
+        modes = replace(modes, feed=positive_value(values["F"], block) * modes.unit_mm)
     rest = without(values, "F", "S", "T", "D", "LIMS", "N", "O")
     if machine:
         return _in_machine(modes, codes, rest, block)
-    return moved(modes, rest, block, moves)
+    return carry_out_motion(modes, rest, block, moves)
 
 
 def _spindle(
-    modes: Modes, codes: Mapping[str, Word], values: Mapping[str, Word], block: Block
+    modes: Modes, codes: Mapping[str, Word], values: Mapping[str, Word], block: ProgramBlock
 ) -> Modes:
     """Take speed, limits and whether the spindle turns."""
     if "LIMS" in values:
-        modes = replace(modes, highest_rpm=positive(values["LIMS"], block))
+        modes = replace(modes, highest_rpm=positive_value(values["LIMS"], block))
     if codes.keys() & {"M3", "M4"}:
         modes = replace(modes, stopped=None)
     limits = next((codes[code] for code in ("G50", "G92") if code in codes), None)
@@ -112,10 +119,10 @@ def _spindle(
                 limits.text,
                 "a shift of coordinates or a cycle; alone with S, as a speed limit, it would work",
             )
-        return replace(modes, limit_rpm=positive(values["S"], block))
+        return replace(modes, limit_rpm=positive_value(values["S"], block))
     if "S" not in values:
         return modes
-    speed = value(values["S"])
+    speed = word_value(values["S"])
     if speed < 0:
         raise block.refusal(values["S"].text, "a speed of at least 0 would work")
     return replace(modes, speed=surface_m_min(modes, speed) if modes.surface else speed)
@@ -135,7 +142,7 @@ def _tool(modes: Modes, codes: Mapping[str, Word], values: Mapping[str, Word]) -
 
 
 def _in_machine(
-    modes: Modes, codes: Mapping[str, Word], values: Mapping[str, Word], block: Block
+    modes: Modes, codes: Mapping[str, Word], values: Mapping[str, Word], block: ProgramBlock
 ) -> Modes:
     """Move the axes that are named to machine coordinates: they are not known in the program's."""
     word = next(codes[code] for code in codes if code in MACHINE)

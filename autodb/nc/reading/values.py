@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import Block, Word
+from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.modes import GROUPS, HARMLESS, MACHINE, OFFSETS, ONCE, REFUSED, Modes
 
 AXES = ("X", "Z", "U", "W")
@@ -19,7 +19,7 @@ _BY_ITSELF = {
 }
 
 
-def sorted_out(block: Block) -> tuple[dict[str, Word], dict[str, Word]]:
+def sorted_words(block: ProgramBlock) -> tuple[dict[str, Word], dict[str, Word]]:
     """Return the words that name what to do, by code, and those with values, by letter."""
     codes: dict[str, Word] = {}
     values: dict[str, Word] = {}
@@ -35,7 +35,7 @@ def sorted_out(block: Block) -> tuple[dict[str, Word], dict[str, Word]]:
     return codes, values
 
 
-def _not_read(word: Word, block: Block) -> UnusableInput:
+def _not_read(word: Word, block: ProgramBlock) -> UnusableInput:
     if word.name in _BY_ITSELF:
         return block.refusal(word.text, _BY_ITSELF[word.name])
     moves = "written out as G0, G1, G2 and G3"
@@ -51,21 +51,21 @@ def without(values: Mapping[str, Word], *letters: str) -> dict[str, Word]:
     return {letter: word for letter, word in values.items() if letter not in letters}
 
 
-def nothing_left(values: Mapping[str, Word], block: Block, modes: Modes) -> None:
+def nothing_left(values: Mapping[str, Word], block: ProgramBlock, modes: Modes) -> None:
     """Raise UnusableInput naming the first value that nothing has taken; N and O number only."""
     for letter, word in without(values, "N", "O").items():
         why = _BY_ITSELF.get(letter, f"nothing in this block takes it (in force: {modes.motion})")
         raise block.refusal(word.text, f"{why}; left out it would work")
 
 
-def value(word: Word) -> float:
+def word_value(word: Word) -> float:
     """Return the number of a word that has one."""
     assert word.number is not None  # sorted_out() refused
     return word.number
 
 
-def positive(word: Word, block: Block) -> float:
+def positive_value(word: Word, block: ProgramBlock) -> float:
     """Return a word's number; raises UnusableInput where it is not above 0."""
-    if value(word) <= 0:
+    if word_value(word) <= 0:
         raise block.refusal(word.text, "a number above 0 would work")
-    return value(word)
+    return word_value(word)

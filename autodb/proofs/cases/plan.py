@@ -10,9 +10,9 @@ from itertools import combinations
 
 import numpy as np
 
-from autodb.proofs.cases.axis.axis_cases import AXIS_KINDS, draw_axis
+from autodb.proofs.cases.axis.axis_cases import AXIS_KINDS, draw_axis_case
 from autodb.proofs.cases.base.case import Case
-from autodb.proofs.cases.cuts.cut_cases import CUT_KINDS, draw_table
+from autodb.proofs.cases.cuts.cut_cases import CUT_KINDS, draw_table_case
 
 DEVELOPMENT, PROOF, FIXED = 1, 2, 3
 CLARITIES = (8.0, 20.0, 4.0)
@@ -23,7 +23,7 @@ Kinds = tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Planned:
+class PlannedCase:
     """What is hidden, in a recording of an axis or a table of cuts, and how clearly it shows."""
 
     kinds: Kinds
@@ -68,7 +68,7 @@ def _rounds() -> tuple[tuple[Kinds, bool], ...]:
 ROUND = _rounds()
 
 
-def planned(number: int) -> Planned:
+def planned_case(number: int) -> PlannedCase:
     """Return what case ``number`` (1, 2, ...) hides.
 
     Every third hides nothing; the others go through ROUND, each at the next of CLARITIES in the
@@ -77,20 +77,20 @@ def planned(number: int) -> Planned:
     before = (number - 1) // NOTHING_EVERY
     if number % NOTHING_EVERY == 0:
         clarity = CLARITIES[before % len(CLARITIES)]
-        return Planned((), clarity, before % TABLE_EVERY == TABLE_EVERY - 1)
+        return PlannedCase((), clarity, before % TABLE_EVERY == TABLE_EVERY - 1)
     turn, at = divmod(number - 1 - before, len(ROUND))
     kinds, table = ROUND[at]
-    return Planned(kinds, CLARITIES[(turn + at) % len(CLARITIES)], table)
+    return PlannedCase(kinds, CLARITIES[(turn + at) % len(CLARITIES)], table)
 
 
-def draw(seed: int, *, family: int = PROOF, asked: Planned | None = None) -> Case:
+def draw_concealed(seed: int, *, family: int = PROOF, asked: PlannedCase | None = None) -> Case:
     """The case of a seed, 1, 2, ...; ``asked`` hides something else than the plan says.
 
     >>> draw(3).hidden
     ()
     """
-    plan = asked or planned(seed)
-    drawn = draw_table if plan.table else draw_axis
+    plan = asked or planned_case(seed)
+    drawn = draw_table_case if plan.table else draw_axis_case
     return drawn(seed, plan.kinds, plan.wanted, family=family)
 
 
@@ -101,5 +101,5 @@ def fixed_cases(count: int = 60) -> Iterator[Case]:
     of three hides nothing, the others what stands first in ROUND: none was chosen by its outcome.
     """
     for seed in range(1, count + 1):
-        plan = replace(planned(seed), wanted=20.0 if seed % 2 else 8.0)
-        yield draw(seed, family=FIXED, asked=plan)
+        plan = replace(planned_case(seed), wanted=20.0 if seed % 2 else 8.0)
+        yield draw_concealed(seed, family=FIXED, asked=plan)

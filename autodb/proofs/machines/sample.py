@@ -22,7 +22,7 @@ from autodb.proofs.machines.lathe.process import (
     NOSE_MM,
     STEEL,
     Array,
-    Cut,
+    TrueCut,
     mean_forces_N,
 )
 from autodb.proofs.machines.lathe.profiles import contour_week_cuts, facing_week_cuts
@@ -54,7 +54,7 @@ speed_rpm = {RAW_CUT.spindle_rpm:.1f}
 """
 
 
-def job_forces_N(cuts: Sequence[Cut]) -> Array:
+def job_forces_N(cuts: Sequence[TrueCut]) -> Array:
     """Noise-free mean forces (cuts, 3) of the sample pair on the sample lathe, N, in x, y, z."""
     return SAMPLE_LATHE.work_factor * np.array([mean_forces_N(SAMPLE_PAIR, cut) for cut in cuts])
 

@@ -8,7 +8,7 @@ from autodb.proofs.runs.runs import Origin
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """A table of text; heads that begin with > stand over right-aligned columns."""
 
     title: str
@@ -16,7 +16,7 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
 
 
-class Found(Protocol):
+class ProofResult(Protocol):
     """The score of a proof."""
 
     @property
@@ -31,14 +31,14 @@ class Found(Protocol):
     def passed(self) -> bool:
         """Say whether everything is within its limits."""
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[TextTable]:
         """Return all that was found."""
 
     def to_json(self) -> str:
         """Return it as JSON."""
 
 
-def line(found: Found) -> str:
+def origin_line(found: ProofResult) -> str:
     """Return where a score came from, in one line."""
     first, last = found.seeds
     origin = found.origin
@@ -48,15 +48,15 @@ def line(found: Found) -> str:
     )
 
 
-def markdown(found: Found) -> str:
+def markdown(found: ProofResult) -> str:
     """Return the line of origin and the tables as a page has them; one alone needs no title."""
     tables = found.tables()
     titles = [f"**{table.title}**\n\n" if len(tables) > 1 else "" for table in tables]
     whole = [f"{title}{piped(table)}" for title, table in zip(titles, tables, strict=True)]
-    return "\n".join([f"{line(found)}\n", *whole])
+    return "\n".join([f"{origin_line(found)}\n", *whole])
 
 
-def piped(table: Table) -> str:
+def piped(table: TextTable) -> str:
     """Return a table as a page has it."""
     heads = [name.removeprefix(">") for name in table.heads]
     rules = ["---:" if name.startswith(">") else "---" for name in table.heads]

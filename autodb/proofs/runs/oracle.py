@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.proofs.machines.axis.axes import Run, columns
-from autodb.proofs.machines.axis.quantities import Quantity
+from autodb.proofs.machines.axis.axes import AxisRun, axis_columns
+from autodb.proofs.machines.axis.quantities import TrueQuantity
 from autodb.proofs.runs.score import Z
 
 Array = NDArray[np.float64]
@@ -23,14 +23,14 @@ class Estimate:
     coefficients: Array
     covariance: Array
 
-    def interval(self, quantity: Quantity) -> tuple[float, float]:
+    def interval(self, quantity: TrueQuantity) -> tuple[float, float]:
         """Return the 95 % interval of a quantity."""
         value = quantity.offset + float(quantity.row @ self.coefficients)
         sd = float(np.sqrt(quantity.row @ self.covariance @ quantity.row))
         return value - Z * sd, value + Z * sd
 
 
-def oracle(run: Run) -> Estimate:
+def oracle(run: AxisRun) -> Estimate:
     """Fit a run by generalised least squares.
 
     White noise is e_i − ρ e_{i−1} over σ √(1 − ρ²), and e_0 over σ (Prais, Winsten 1954); columns
@@ -38,7 +38,7 @@ def oracle(run: Run) -> Estimate:
     and period, which enter by their derivatives at the truth.
     """
     axis, motion = run.axis, run.motion
-    own = columns(axis, x_mm=motion.x, v_mm_s=motion.v, a_mm_s2=motion.a)
+    own = axis_columns(axis, x_mm=motion.x, v_mm_s=motion.v, a_mm_s2=motion.a)
     stacked = np.column_stack([*(column.values for column in own), run.channels["x.current"]])
     white = _whitened(stacked, sd=axis.noise_A, rho=axis.noise_rho)
     design, current = white[:, :-1], white[:, -1]

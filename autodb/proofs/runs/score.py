@@ -51,7 +51,7 @@ class Judged:
 
 
 @dataclass(frozen=True)
-class Row:
+class QuantityRow:
     """The score of one quantity, or of all; shares are of ``runs``, ratios to the oracle's.
 
     ``width``: median width in ``unit``; ``width_ratio``: median of the ratios; ``score_ratio``
@@ -111,7 +111,7 @@ def interval_score(low: Array, high: Array, truth: Array) -> Array:
     return np.asarray(high - low + 2.0 / (1.0 - LEVEL) * outside, dtype=np.float64)
 
 
-def scored(judged: Sequence[Judged], *, runs: int) -> list[Row]:
+def scored_quantities(judged: Sequence[Judged], *, runs: int) -> list[QuantityRow]:
     """Return a row for each quantity in the order of its first appearance, then one for all.
 
     Quantities of one run share its noise: the row of all counts as ``runs`` observations.
@@ -124,7 +124,7 @@ def scored(judged: Sequence[Judged], *, runs: int) -> list[Row]:
     return [*rows, _row(POOLED, "", judged, runs=runs)]
 
 
-def _row(name: str, unit: str, judged: Sequence[Judged], *, runs: int) -> Row:
+def _row(name: str, unit: str, judged: Sequence[Judged], *, runs: int) -> QuantityRow:
     """Score intervals; one that was not given does not hold the truth, and has no width."""
     share = float(np.mean([one.holds for one in judged]))
     low, high = exact_interval(share * runs, runs)
@@ -134,7 +134,7 @@ def _row(name: str, unit: str, judged: Sequence[Judged], *, runs: int) -> Row:
         [(o.low, o.high, o.truth, o.oracle_low, o.oracle_high) for o in given], dtype=np.float64
     ).reshape(-1, 5)
     widths, best = table[:, 1] - table[:, 0], table[:, 4] - table[:, 3]
-    return Row(
+    return QuantityRow(
         name=name,
         unit=unit,
         runs=runs,

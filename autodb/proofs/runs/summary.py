@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import Table, percent, ratio
+from autodb.proofs.runs.found import TextTable, percent, ratio
 from autodb.proofs.runs.runs import Finished, Origin
-from autodb.proofs.runs.score import SCORE_RATIO, Judged, Row, scored
+from autodb.proofs.runs.score import SCORE_RATIO, Judged, QuantityRow, scored_quantities
 
 COLUMNS = (
     "quantity",
@@ -26,44 +26,44 @@ COLUMNS = (
 
 
 @dataclass(frozen=True)
-class Summary:
+class IntervalsSummary:
     """The score of a proof: where its runs came from, first and last seed, a row a quantity."""
 
     origin: Origin
     seeds: tuple[int, int]
-    rows: tuple[Row, ...]
+    rows: tuple[QuantityRow, ...]
 
     @property
     def passed(self) -> bool:
         """Say whether every row is within its limits."""
         return all(row.passed for row in self.rows)
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[TextTable, ...]:
         """Return the only table."""
-        rows = tuple(tuple(cells(row)) for row in self.rows)
-        return (Table("Intervals against the truth", COLUMNS, rows),)
+        rows = tuple(tuple(row_cells(row)) for row in self.rows)
+        return (TextTable("Intervals against the truth", COLUMNS, rows),)
 
     def to_json(self) -> str:
         """Return the summary as JSON, as ``from_json`` reads it."""
         return SUMMARY.dump_json(self, indent=1).decode() + "\n"
 
     @staticmethod
-    def from_json(text: str) -> "Summary":
+    def from_json(text: str) -> "IntervalsSummary":
         """Return a summary that was written; raises pydantic's ValidationError on any other."""
         return SUMMARY.validate_json(text)
 
 
-SUMMARY: TypeAdapter[Summary] = TypeAdapter(Summary)
+SUMMARY: TypeAdapter[IntervalsSummary] = TypeAdapter(IntervalsSummary)
 
 
-def summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> Summary:
+def intervals_summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> IntervalsSummary:
     """Return the score of finished runs in the order of their seeds."""
     judged = [one for run in runs for one in run.judged]
-    rows = scored(judged, runs=len(runs))
-    return Summary(origin, (runs[0].seed, runs[-1].seed), tuple(rows))
+    rows = scored_quantities(judged, runs=len(runs))
+    return IntervalsSummary(origin, (runs[0].seed, runs[-1].seed), tuple(rows))
 
 
-def cells(row: Row) -> list[str]:
+def row_cells(row: QuantityRow) -> list[str]:
     """Return a row of the table in the order of COLUMNS."""
     low, high = row.limits
     return [

@@ -1,11 +1,12 @@
 """The calibration card: how well each axis of a machine feels force, on one page."""
 
 from autodb.reports.card.axis import AxisCard, axis_card
-from autodb.reports.card.files import check_target, write_card
-from autodb.reports.card.machine import Card, not_sensed, when_again
+from autodb.reports.card.files import check_card_target, write_card
+from autodb.reports.card.machine import CalibrationCard, not_sensed, when_again
 from autodb.reports.card.render import render_card
 
 __all__ = [
-    "AxisCard", "Card", "axis_card", "check_target", "not_sensed", "render_card", "when_again",
+    "AxisCard", "CalibrationCard", "axis_card", "check_card_target", "not_sensed", "render_card",
+    "when_again",
     "write_card",
 ]  # fmt: skip

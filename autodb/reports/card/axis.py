@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from autodb import fitting, standard
 from autodb.fitting import NORMAL_95
-from autodb.fitting.anfis.sentences import Rules, sentences
+from autodb.fitting.anfis.sentences import Rules, rule_sentences
 from autodb.records import CutTable
 from autodb.reports.card import conditions
 from autodb.sensing.ranges import calibration as ranges
 from autodb.sensing.ranges.calibration import Calibration, Points, of_current
-from autodb.sensing.ranges.choosing import FOLDS, left_out
+from autodb.sensing.ranges.choosing import FOLDS, groups_left_out
 from autodb.sensing.ranges.error_kinds import ErrorKinds
-from autodb.sensing.ranges.forms import Felt, Fuzzy
+from autodb.sensing.ranges.forms import Fuzzy, MeasuredCuts
 from autodb.sensing.ranges.transients import transients
 
 Array = NDArray[np.float64]
@@ -78,7 +78,7 @@ class AxisCard:
     calibration: Calibration
     cut: Array
     order: Array
-    felt: Felt
+    felt: MeasuredCuts
     target: Array
     estimate: Array
     sudden: NDArray[np.bool_]
@@ -102,7 +102,7 @@ def axis_card(
     table: CutTable,
     *,
     force_N: Array | None = None,
-    protocol: standard.Protocol | None = None,
+    protocol: standard.CutProtocol | None = None,
     what_moved: tuple[str, ...] = (),
 ) -> AxisCard:
     """Return the card of an axis from the table that it was calibrated on.
@@ -112,14 +112,14 @@ def axis_card(
     points, row = by_row(table, calibration.axis, force_N)
     sudden = transients(points.felt.current, points.target, points.groups)
     sound, rest = points.at(~sudden), points.at(sudden)
-    errors = left_out(
+    errors = groups_left_out(
         calibration.form, sound.felt, sound.target, sound.groups, folds=min(FOLDS, len(sound.cut))
     )
     estimate = np.empty_like(points.target)
     estimate[~sudden] = sound.target - errors
     estimate[sudden] = calibration.form.value(calibration.coefficients, rest.felt)
     said = conditions_of(calibration, table, protocol, row[~sudden])
-    run = of_run(sudden)
+    run = cuts_of_run(sudden)
     return AxisCard(
         calibration=calibration,
         cut=table.cut[row],
@@ -131,8 +131,10 @@ def axis_card(
         trueness=trueness(sound.target, estimate[~sudden], sound.groups),
         middle=at_middle(calibration, sound.felt),
         rules=rules(calibration),
-        repeats=conditions.scatter(said, sound.target, estimate[~sudden], calibration.unit),
-        repeated=conditions.repeated(said),
+        repeats=conditions.condition_scatter(
+            said, sound.target, estimate[~sudden], calibration.unit
+        ),
+        repeated=conditions.count_repeated(said),
         moved=conditions.movement(
             conditions_of(calibration, table, protocol, row[run]),
             _signals(calibration, points.at(run), protocol, air_of(calibration, table, row[run])),
@@ -148,7 +150,7 @@ def by_row(table: CutTable, axis: str, force_N: Array | None) -> tuple[Points, N
     return points, points.cut.astype(np.intp)
 
 
-def of_run(sudden: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def cuts_of_run(sudden: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return which cuts (m,) tell what moved: all but transients between the first and the last.
 
     Where the last cut's current leaves its neighbours' it may have moved.
@@ -161,11 +163,11 @@ def of_run(sudden: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def conditions_of(
     calibration: Calibration,
     table: CutTable,
-    protocol: standard.Protocol | None,
+    protocol: standard.CutProtocol | None,
     rows: NDArray[np.intp],
 ) -> list[str]:
     """Return the conditions (m,) of an axis' cuts in some rows; a torque's hold the diameter."""
-    alike = conditions.conditions(table, protocol, with_diameter=calibration.unit == "N·m")
+    alike = conditions.condition_words(table, protocol, with_diameter=calibration.unit == "N·m")
     return [alike[row] for row in rows]
 
 
@@ -184,7 +186,7 @@ def air_channel(calibration: Calibration) -> str | None:
 def _signals(
     calibration: Calibration,
     sound: Points,
-    protocol: standard.Protocol | None,
+    protocol: standard.CutProtocol | None,
     air: Array | None,
 ) -> dict[str, tuple[Array, str]]:
     """Return what may have moved: current, that in air, and a force measured in each cut."""
@@ -200,10 +202,10 @@ def trueness(target: Array, estimate: Array, groups: NDArray[np.generic]) -> Tru
     """Return the line of reference (n,) on estimate (n,); None where estimates hold no line."""
     names = np.unique(groups)
     try:
-        whole = fitting.line(estimate, target).coefficients
+        whole = fitting.straight_line(estimate, target).coefficients
         without = np.array(
             [
-                fitting.line(estimate[groups != name], target[groups != name]).coefficients
+                fitting.straight_line(estimate[groups != name], target[groups != name]).coefficients
                 for name in names
             ]
         )
@@ -214,7 +216,7 @@ def trueness(target: Array, estimate: Array, groups: NDArray[np.generic]) -> Tru
     return Trueness(float(whole[1]), float(errors[1]), float(whole[0]), float(errors[0]))
 
 
-def at_middle(calibration: Calibration, felt: Felt) -> OneCut:
+def at_middle(calibration: Calibration, felt: MeasuredCuts) -> OneCut:
     """Return what one cut at the middle of the current's range tells, all else at its median."""
     form, coefficients = calibration.form, calibration.coefficients
     current = 0.5 * (calibration.current_low + calibration.current_high)
@@ -246,10 +248,10 @@ def _of_group(kinds: ErrorKinds, whole: float) -> float:
     return float(np.sqrt(moves @ kinds.group @ moves))
 
 
-def _medians(felt: Felt, current: float) -> Felt:
+def _medians(felt: MeasuredCuts, current: float) -> MeasuredCuts:
     known = (felt.speed_rpm, felt.feed_mm, felt.depth_mm, felt.temperature_C)
     speed, feed, depth, temperature = (np.array([np.median(one)]) for one in known)
-    return Felt(np.array([current]), feed * speed / 60.0, speed, feed, depth, temperature)
+    return MeasuredCuts(np.array([current]), feed * speed / 60.0, speed, feed, depth, temperature)
 
 
 def rules(calibration: Calibration) -> tuple[str, ...]:
@@ -265,4 +267,4 @@ def rules(calibration: Calibration) -> tuple[str, ...]:
         calibration.coefficients.reshape(-1, len(names) + 1),
     )
     what = "torque" if calibration.unit == "N·m" else "force"
-    return sentences(fitted, (*names, what), (*units, calibration.unit))
+    return rule_sentences(fitted, (*names, what), (*units, calibration.unit))

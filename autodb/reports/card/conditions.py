@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from autodb import standard
 from autodb.records import CutTable
-from autodb.sensing.ranges.moved import Moved, moved
+from autodb.sensing.ranges.moved import CurrentChange, moved_between
 from autodb.sensing.ranges.repeats import repeats, sample, variance_interval
 
 Array = NDArray[np.float64]
@@ -26,8 +26,8 @@ DIAMETER = {"work.diameter": "Ø{:.4g} mm"}
 TEXTS = ("operation", "work.material", "tool")
 
 
-def conditions(
-    table: CutTable, protocol: standard.Protocol | None, *, with_diameter: bool
+def condition_words(
+    table: CutTable, protocol: standard.CutProtocol | None, *, with_diameter: bool
 ) -> list[str]:
     """Return the condition (n,) of every row in words; empty where it is not known.
 
@@ -38,7 +38,7 @@ def conditions(
                 for row in range(len(table))]  # fmt: skip
     found = [""] * len(table)
     for cut in protocol.cut:
-        for row in np.flatnonzero(standard.rows_of(table, cut)):
+        for row in np.flatnonzero(standard.rows_of_cut(table, cut)):
             diameter = _words(table, int(row), DIAMETER) if with_diameter else ""
             found[row] = ", ".join(part for part in (cut.name, diameter) if part)
     return found
@@ -54,7 +54,7 @@ def _words(table: CutTable, row: int, wanted: dict[str, str]) -> str:
     return ", ".join(part for part in (*texts, *numbers) if part)
 
 
-def scatter(
+def condition_scatter(
     said: Sequence[str], reference: Array, estimate: Array, unit: str
 ) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Return (condition, sentences) of those repeated most, by conditions ``said`` (n,).
@@ -71,7 +71,7 @@ def scatter(
     )
 
 
-def repeated(said: Sequence[str]) -> int:
+def count_repeated(said: Sequence[str]) -> int:
     """Return how many conditions of ``said`` (n,) have FEWEST repeats or more."""
     return sum(count >= FEWEST for name, count in Counter(said).items() if name)
 
@@ -98,13 +98,13 @@ def codes(said: Sequence[str]) -> NDArray[np.intp] | None:
     return np.unique(np.array(said), return_inverse=True)[1].ravel()
 
 
-def ends(values: Array, alike: NDArray[np.intp]) -> Moved | None:
+def last_less_first(values: Array, alike: NDArray[np.intp]) -> CurrentChange | None:
     """Return by how much the last of values (n,) differs from the first, by conditions (n,).
 
     None where no other condition was repeated: what is chance is not known then.
     """
     try:
-        return moved(values, alike, first=[0], last=[len(values) - 1])
+        return moved_between(values, alike, first=[0], last=[len(values) - 1])
     except ValueError:
         return None
 
@@ -121,7 +121,7 @@ def movement(said: Sequence[str], signals: dict[str, tuple[Array, str]]) -> tupl
 
 
 def _moved(name: str, values: Array, unit: str, alike: NDArray[np.intp]) -> str:
-    found = ends(values, alike)
+    found = last_less_first(values, alike)
     if found is not None:
         return found.sentence(name, unit)
     return (

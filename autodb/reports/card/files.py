@@ -8,7 +8,7 @@ from pathlib import Path
 
 from autodb.errors import UnusableInput
 from autodb.files.targets import hidden, needs_folder, replace_by
-from autodb.reports.card.machine import Card
+from autodb.reports.card.machine import CalibrationCard
 from autodb.reports.card.render import render_card
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
@@ -19,7 +19,7 @@ WINDOW_PX = "860,1200"
 """Window that the page is laid out in first: plots are then drawn about as wide as on A4."""
 
 
-def check_target(path: Path) -> None:
+def check_card_target(path: Path) -> None:
     """Raise UnusableInput where a card could not be written to ``path``."""
     if path.suffix not in (".html", ".pdf"):
         raise UnusableInput(f"{path}: a card is FILE.html or FILE.pdf")
@@ -30,12 +30,12 @@ def check_target(path: Path) -> None:
         _browser(path)
 
 
-def write_card(card: Card, path: Path) -> None:
+def write_card(card: CalibrationCard, path: Path) -> None:
     """Write a card; an earlier file of that name is replaced. Raises as ``check_target``.
 
     Raises UnusableInput also when the browser does not print.
     """
-    check_target(path)
+    check_card_target(path)
     with hidden(path) as part:
         if path.suffix == ".pdf":
             _print(render_card(card), part, path)

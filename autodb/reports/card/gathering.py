@@ -5,18 +5,18 @@ from datetime import UTC, datetime
 
 from autodb import standard
 from autodb.agent.sense.calibrating import Calibrated, its_own, known_forces
-from autodb.reports.card import Card, axis_card
+from autodb.reports.card import CalibrationCard, axis_card
 
 SHOWN_OF_CHECKSUM = 12
 
 
-def card_of(
+def card_of_calibrations(
     done: Calibrated,
     *,
     title: str,
-    protocol: standard.Protocol | None,
+    protocol: standard.CutProtocol | None,
     moved: Sequence[tuple[str, ...]],
-) -> Card:
+) -> CalibrationCard:
     """Return the card of calibrations made today; ``protocol`` as they were made with.
 
     ``moved``: sentences on what moved over the cuts, for each of them.
@@ -27,7 +27,7 @@ def card_of(
         sources.append(f"reference forces of the protocol '{protocol.name}'")
     else:
         sources.append("reference forces measured in each cut")
-    return Card(
+    return CalibrationCard(
         title=title,
         made=datetime.now(UTC).date().isoformat(),
         sources=tuple(sources),

@@ -12,7 +12,7 @@ from autodb.sensing.ranges.validity import ANY
 
 
 @dataclass(frozen=True)
-class Card:
+class CalibrationCard:
     """What a card shows. ``title``: the machine, or the files; ``made``: the day, as text.
 
     ``axes`` of the machine, ``versions`` stored of those calibrated (empty: nothing is stored);
@@ -28,7 +28,7 @@ class Card:
     left_out: tuple[str, ...]
 
 
-def not_sensed(card: Card) -> list[tuple[str, str]]:
+def not_sensed(card: CalibrationCard) -> list[tuple[str, str]]:
     """Return which force is not sensed, and why."""
     found = [
         (f"force.{component}, in any cut", f"there is no axis {axis}")

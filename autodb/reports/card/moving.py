@@ -6,12 +6,12 @@ from numpy.typing import NDArray
 from autodb import standard
 from autodb.agent.sense.calibrating import Calibrated, its_own, known_forces
 from autodb.explain.answer.answer import Cause
-from autodb.explain.cuts.candidates.currents import Run
-from autodb.explain.cuts.candidates.moved_words import sentences
+from autodb.explain.cuts.candidates.currents import StandardRun
+from autodb.explain.cuts.candidates.moved_words import cause_sentences
 from autodb.explain.moved import Ends, explain_moved
 from autodb.records import CutTable
 from autodb.reports.card import axis
-from autodb.reports.card.conditions import codes, ends
+from autodb.reports.card.conditions import codes, last_less_first
 from autodb.sensing.ranges.calibration import FEED_AXES, Calibration, Points
 from autodb.sensing.ranges.transients import transients
 from autodb.sensing.ranges.turned_round import current_of
@@ -19,11 +19,11 @@ from autodb.sensing.ranges.turned_round import current_of
 Array = NDArray[np.float64]
 
 
-def moved_over(done: Calibrated, protocol: standard.Protocol | None) -> list[tuple[str, ...]]:
+def moved_over(done: Calibrated, protocol: standard.CutProtocol | None) -> list[tuple[str, ...]]:
     """Return what is said of what moved, for each calibration; ``protocol`` as they were made."""
     forces = known_forces(done.table, protocol)
     return [
-        tuple(sentences(what_moved(one, done.table, force_N=own, protocol=protocol)))
+        tuple(cause_sentences(what_moved(one, done.table, force_N=own, protocol=protocol)))
         for one in done.calibrations
         for own in (its_own(done.table, one, forces),)
     ]
@@ -34,7 +34,7 @@ def what_moved(
     table: CutTable,
     *,
     force_N: Array | None,
-    protocol: standard.Protocol | None,
+    protocol: standard.CutProtocol | None,
 ) -> tuple[Cause, ...]:
     """Return what moved over the cuts that an axis was calibrated on.
 
@@ -42,7 +42,7 @@ def what_moved(
     cuts does not repeat the first, or moved no more than repeats scatter.
     """
     points, rows = axis.by_row(table, calibration.axis, force_N)
-    kept = axis.of_run(transients(points.felt.current, points.target, points.groups))
+    kept = axis.cuts_of_run(transients(points.felt.current, points.target, points.groups))
     points, rows = points.at(kept), rows[kept]
     alike = codes(axis.conditions_of(calibration, table, protocol, rows))
     if alike is None:
@@ -51,9 +51,9 @@ def what_moved(
     measured = protocol is None
     moved = Ends(
         conditions=alike,
-        rise=ends(points.felt.current, alike),
-        air=None if air is None else ends(air, alike),
-        force=ends(points.target, alike) if measured else None,
+        rise=last_less_first(points.felt.current, alike),
+        air=None if air is None else last_less_first(air, alike),
+        force=last_less_first(points.target, alike) if measured else None,
         force_unit=calibration.unit,
     )
     run = _run(calibration, _rows_of(table, rows), points, alike, air, measured=measured)
@@ -68,10 +68,10 @@ def _run(
     air: Array | None,
     *,
     measured: bool,
-) -> Run:
+) -> StandardRun:
     felt = points.felt
     expected = current_of(calibration.form, calibration.coefficients, felt, points.target)
-    return Run(
+    return StandardRun(
         table=table,
         conditions=conditions,
         rise=felt.current,

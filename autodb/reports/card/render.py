@@ -8,19 +8,19 @@ from autodb.reports import figures
 from autodb.reports.card import plots
 from autodb.reports.card.axis import AxisCard, OneCut
 from autodb.reports.card.conditions import FEWEST
-from autodb.reports.card.machine import Card, not_sensed, when_again
+from autodb.reports.card.machine import CalibrationCard, not_sensed, when_again
 from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, OFFER_R_SQUARED
 from autodb.sensing.ranges.choosing import FOLDS
-from autodb.sensing.ranges.outliers import numbers, sentences
+from autodb.sensing.ranges.outliers import numbers, outlier_sentences
 from autodb.sensing.ranges.repeats import LEVEL
 from autodb.sensing.ranges.validity import ANY
 
 AXIS_NAMES = {axis: f"{axis.upper()} axis" for axis in COMPONENT_OF_AXIS} | {"spindle": "Spindle"}
 
 
-def render_card(card: Card) -> str:
+def render_card(card: CalibrationCard) -> str:
     """Return the card as one HTML file that loads nothing."""
-    return figures.page(
+    return figures.whole_page(
         "card.html.j2",
         title=f"{card.title}: calibration card",
         card=card,
@@ -32,7 +32,7 @@ def render_card(card: Card) -> str:
     )
 
 
-def _shown(card: Card, number: int) -> dict[str, object]:
+def _shown(card: CalibrationCard, number: int) -> dict[str, object]:
     """Return what the template shows of one axis."""
     axis = card.cards[number]
     c, s = axis.calibration, axis.calibration.scores
@@ -61,7 +61,7 @@ def _shown(card: Card, number: int) -> dict[str, object]:
         "still": still,
         "trials": _trials(axis),
         "set_aside": _set_aside(axis),
-        "outliers": sentences(c.outliers),
+        "outliers": outlier_sentences(c.outliers),
         "more_repeats": axis.repeated - len(axis.repeats),
         "fewest": FEWEST,
         "level": LEVEL,

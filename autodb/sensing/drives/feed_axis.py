@@ -13,31 +13,31 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput, near
 from autodb.files.channels import ROTARY_AXES
 from autodb.records import Recording
-from autodb.sensing.drives.fit.axis_fit import fitted, plain_fit
+from autodb.sensing.drives.fit.axis_fit import fit_axis, plain_fit
 from autodb.sensing.drives.fit.axis_model import (
     Beliefs,
     Identified,
     IdentifiedTerm,
     PlainFit,
-    predicted,
+    predicted_effort,
 )
-from autodb.sensing.drives.fit.cogging import Tried, with_best_cogging
-from autodb.sensing.drives.fit.discrepancy import OffLaw
+from autodb.sensing.drives.fit.cogging import TriedCogging, with_best_cogging
+from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.linearised import linearised, shaped
 from autodb.sensing.drives.fit.ripples import Ripple, strongest_ripple
 from autodb.sensing.drives.fit.steady import friction_deviation
 from autodb.sensing.drives.moves.motion import term_inputs
-from autodb.sensing.drives.moves.passes import swept
+from autodb.sensing.drives.moves.passes import is_sweep
 from autodb.sensing.drives.moves.prepared import SPINDLE, Prepared, prepared
 from autodb.sensing.drives.moves.protocol import (
     WAY_MM,
-    Protocol,
+    FilterProtocol,
+    decimated_means,
     default_protocol,
     means_by_way,
-    means_of,
 )
-from autodb.terms import COGGING, Channel, Contribution, Parameter
-from autodb.terms.channel import Part
+from autodb.terms import COGGING, Channel, Contribution, TermParameter
+from autodb.terms.channel import ChannelPart
 from autodb.terms.ripple import NODES
 from autodb.terms.vocabulary import term_called
 
@@ -78,7 +78,7 @@ def identify(
     recording: Recording,
     *,
     axis: str | None = None,
-    protocol: Protocol | None = None,
+    protocol: FilterProtocol | None = None,
     terms: Sequence[str] | None = None,
     beliefs: Beliefs | None = None,
     by_way: bool | None = None,
@@ -100,16 +100,16 @@ def identify(
     given = beliefs.others if beliefs else {}
     begun = _begun(recording, axis, protocol, terms, given)
     rows = begun.rows
-    way = swept(recording, rows.axis) if by_way is None else by_way
-    means = rows.by(_by_way(begun) if way else means_of(rows.protocol))
-    parts, tried = shaped(means, begun.parts), tuple[Tried, ...]()
+    way = is_sweep(recording, rows.axis) if by_way is None else by_way
+    means = rows.by(_by_way(begun) if way else decimated_means(rows.protocol))
+    parts, tried = shaped(means, begun.parts), tuple[TriedCogging, ...]()
     if begun.ripple is not None and begun.ripple.term is COGGING:
         parts, tried = with_best_cogging(means, parts, begun.ripple)
-    found = fitted(means, parts, beliefs, published=rows, uneven=way)
+    found = fit_axis(means, parts, beliefs, published=rows, uneven=way)
     return replace(found, cogging=tried)
 
 
-def _by_way(begun: "_Begun") -> Protocol:
+def _by_way(begun: "_Begun") -> FilterProtocol:
     """Return means by the way gone, short enough to show what is periodic: WAVE_ROWS over each wave
     of friction at least, one a node of a table of cogging.
     """
@@ -120,11 +120,11 @@ def _by_way(begun: "_Begun") -> Protocol:
     return means_by_way(rows.protocol, rows.inputs["velocity"], rate_hz=rows.rate_hz, way_mm=way_mm)
 
 
-def plain(
+def ordinary_least_squares(
     recording: Recording,
     *,
     axis: str | None = None,
-    protocol: Protocol | None = None,
+    protocol: FilterProtocol | None = None,
     terms: Sequence[str] | None = None,
 ) -> PlainFit:
     """Return ordinary least squares of the same terms: what published methods print."""
@@ -137,14 +137,14 @@ class _Begun:
     """The rows at the protocol, and the parts where a search for their shape begins."""
 
     rows: Prepared
-    parts: tuple[Part, ...]
+    parts: tuple[ChannelPart, ...]
     ripple: Ripple | None
 
 
 def _begun(
     recording: Recording,
     axis: str | None,
-    protocol: Protocol | None,
+    protocol: FilterProtocol | None,
     terms: Sequence[str] | None,
     given: Mapping[tuple[str, str], float],
 ) -> _Begun:
@@ -154,7 +154,7 @@ def _begun(
     the ripple it becomes periodic position friction. Rows are then kept often enough to show it.
     """
     rows = prepared(recording, axis=axis, protocol=protocol)
-    kind = kind_of(rows.axis)
+    kind = axis_kind(rows.axis)
     terms = terms or (SPINDLE_FOUR if kind == "spindle" else SYMMETRIC)
     known = [name for name in IDENTIFIABLE if kind in term_called(name, _form(name, kind)).channels]
     for name in terms:
@@ -177,13 +177,13 @@ def _begun(
                 f"{rows.path}: no ripple over the travel stands out of what the other terms leave; "
                 "without 'cogging' it would work"
             )
-        parts = (*parts, Part(found.term, {"period": found.period}, ("period",)))
+        parts = (*parts, ChannelPart(found.term, {"period": found.period}, ("period",)))
         if protocol is None:
             rows = rows.by(_fine_enough(rows, found.period))
     return _Begun(rows, parts, found)
 
 
-def kind_of(axis: str) -> Channel:
+def axis_kind(axis: str) -> Channel:
     """Return which terms an axis' effort may have."""
     return "spindle" if axis == SPINDLE else "rotary" if axis in ROTARY_AXES else "axis"
 
@@ -193,16 +193,18 @@ def _form(name: str, kind: Channel) -> str:
     return "tilt" if name == "gravity" and kind == "rotary" else ""
 
 
-def _fine_enough(rows: Prepared, period: float) -> Protocol:
+def _fine_enough(rows: Prepared, period: float) -> FilterProtocol:
     """Return the protocol with WAVE_ROWS rows a wave of the ripple at the top speed."""
     passing_hz = float(np.max(np.abs(rows.inputs["velocity"]))) / period
     factor = int(rows.rate_hz / (WAVE_ROWS * passing_hz))
     return replace(rows.protocol, decimate=max(1, min(rows.protocol.decimate, factor)))
 
 
-def _starting(rows: Prepared, name: str, given: Mapping[tuple[str, str], float]) -> list[Part]:
+def _starting(
+    rows: Prepared, name: str, given: Mapping[tuple[str, str], float]
+) -> list[ChannelPart]:
     """Return the parts of a term at the shape where a search begins, or at the one given."""
-    term = term_called(name, _form(name, kind_of(rows.axis)))
+    term = term_called(name, _form(name, axis_kind(rows.axis)))
     fixed = GIVEN.get(name, set())
     if name == "cross_coupling":
         others = [n.split(".")[0] for n in rows.inputs if n.endswith(".acceleration")]
@@ -210,23 +212,23 @@ def _starting(rows: Prepared, name: str, given: Mapping[tuple[str, str], float])
             raise UnusableInput(
                 f"{rows.path}: cross_coupling needs another axis' position, like 'y.position'"
             )
-        return [Part(term, of=other) for other in others]
+        return [ChannelPart(term, of=other) for other in others]
     shape = {p.name: _start(p, rows) for p in term.shape}
     shape |= {p: given[name, p] for p in fixed if (name, p) in given}
     free = tuple(p.name for p in term.shape if p.name not in fixed)
-    return [Part(term, shape, free)]
+    return [ChannelPart(term, shape, free)]
 
 
-def _start(parameter: Parameter, rows: Prepared) -> float:
+def _start(parameter: TermParameter, rows: Prepared) -> float:
     return rows.middle_mm if parameter.name == "middle" else parameter.starts[0]
 
 
-def find_ripple(rows: Prepared, parts: tuple[Part, ...]) -> Ripple | None:
+def find_ripple(rows: Prepared, parts: tuple[ChannelPart, ...]) -> Ripple | None:
     """Return the strongest ripple over the travel in what ``parts`` leave, at the full rate.
 
     What their friction may deviate by is taken off first: it is no ripple.
     """
-    whole = rows.by(replace(means_of(rows.protocol), decimate=1))
+    whole = rows.by(replace(decimated_means(rows.protocol), decimate=1))
     problem = linearised(whole, parts)
     deviation = friction_deviation(whole, problem)
     design = np.column_stack([problem.columns, *(deviation.groups if deviation else [])])
@@ -247,7 +249,7 @@ def spread_over_filters(
     """
     base = default_protocol(recording.rate_hz)
     return [
-        plain(
+        ordinary_least_squares(
             recording,
             axis=axis,
             protocol=replace(base, cutoff_hz=hz, anti_alias=anti_alias),
@@ -263,26 +265,26 @@ def predict_effort(
     recording: Recording,
     axis: str,
     terms: Sequence[IdentifiedTerm],
-    off_law: OffLaw | None = None,
+    off_law: FrictionDiscrepancy | None = None,
 ) -> Array:
     """Return the effort (n,) that identified terms give for a recording's motion.
 
     With ``off_law`` what friction is off their laws is in it.
     """
     cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
-    return predicted(terms, term_inputs(recording, axis, cutoff_hz=cutoff_hz), off_law)
+    return predicted_effort(terms, term_inputs(recording, axis, cutoff_hz=cutoff_hz), off_law)
 
 
 def cross_test(
     recording: Recording,
     axis: str,
-    protocol: Protocol,
+    protocol: FilterProtocol,
     terms: Sequence[IdentifiedTerm],
-    off_law: OffLaw | None = None,
+    off_law: FrictionDiscrepancy | None = None,
 ) -> float:
     """Return the relative error of a model on a recording that it was not fitted to."""
     rows = prepared(recording, axis=axis, protocol=protocol)
-    left = rows.effort - rows.reduced(predicted(terms, rows.inputs, off_law))
+    left = rows.effort - rows.reduced(predicted_effort(terms, rows.inputs, off_law))
     return float(np.sqrt(np.mean(left**2) / np.mean(rows.effort**2)))
 
 

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.records import Recording
-from autodb.sensing.drives.fit.axis_model import IdentifiedTerm, predicted
-from autodb.sensing.drives.fit.discrepancy import OffLaw
+from autodb.sensing.drives.fit.axis_model import IdentifiedTerm, predicted_effort
+from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.drive_errors import STEADY, states
 from autodb.sensing.drives.moves.prepared import prepared
-from autodb.sensing.drives.moves.protocol import Protocol
+from autodb.sensing.drives.moves.protocol import FilterProtocol
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ NARROWEST = 2.0
 
 
 @dataclass(frozen=True)
-class Field:
+class EffortField:
     """Means over cells (velocities, places): NaN where an axis was hardly ever in steady motion.
 
     ``places`` and ``velocities``: the middle of each cell. ``left`` is measured less modelled.
@@ -54,17 +54,17 @@ class Field:
 def field(
     recording: Recording,
     axis: str,
-    protocol: Protocol,
+    protocol: FilterProtocol,
     terms: Sequence[IdentifiedTerm],
-    off_law: OffLaw | None = None,
-) -> Field:
+    off_law: FrictionDiscrepancy | None = None,
+) -> EffortField:
     """Return the field of an axis over a recording of its moves, modelled by identified terms.
 
     With ``off_law`` what friction is off their laws is in it.
     """
     rows = prepared(recording, axis=axis, protocol=protocol)
     inputs = {name: rows.sampled(name) for name in rows.inputs}
-    modelled = rows.reduced(predicted(terms, rows.inputs, off_law))
+    modelled = rows.reduced(predicted_effort(terms, rows.inputs, off_law))
     highest = float(np.quantile(np.abs(inputs["acceleration"]), 0.999))
     steady = states(inputs, highest_mm_s2=highest) == STEADY
     place, velocity = inputs["position"][steady], inputs["velocity"][steady]
@@ -77,7 +77,7 @@ def field(
     cell = np.where(slow, -1, row * PLACES + column)
     middle = np.sqrt(edges[1:] * edges[:-1])
     travel = np.linspace(*_ends(place), PLACES + 1)
-    return Field(
+    return EffortField(
         places=0.5 * (travel[1:] + travel[:-1]),
         velocities=np.concatenate([-middle[::-1], middle]),
         measured=_means(rows.effort[steady], cell),

@@ -17,10 +17,10 @@ from autodb.records import Recording
 from autodb.sensing.drives.fit.axis_model import (
     Identified,
     IdentifiedTerm,
-    predicted,
+    predicted_effort,
 )
 from autodb.sensing.drives.fit.deviation import OVER_SPEED
-from autodb.sensing.drives.fit.discrepancy import OffLaw
+from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.drive_errors import STANDING, TURNED, DriveErrors, states
 from autodb.sensing.drives.moves.motion import place_channel, term_inputs
 from autodb.sensing.drives.moves.protocol import default_protocol
@@ -63,7 +63,7 @@ class DriveModel:
     terms: Sequence[IdentifiedTerm]
     covariance: Array
     errors: DriveErrors
-    off_law: OffLaw | None = None
+    off_law: FrictionDiscrepancy | None = None
 
     @classmethod
     def of(cls, found: Identified) -> "DriveModel":
@@ -82,7 +82,7 @@ class DriveModel:
 
 
 @dataclass(frozen=True)
-class Load:
+class DriveLoad:
     """Load and its standard deviation (n,), in ``unit``, up to ``bandwidth_hz``; rows marked.
 
     ``direction``: of the motion, −1 to 1.
@@ -103,12 +103,12 @@ class Load:
     braking: Flags
     at_limit: Flags
 
-    def scaled(self, factor: float, unit: str) -> "Load":
+    def scaled(self, factor: float, unit: str) -> "DriveLoad":
         """Return it in another unit."""
         return replace(self, unit=unit, value=factor * self.value, sd=abs(factor) * self.sd)
 
 
-def reconstruct(recording: Recording, model: DriveModel, *, bandwidth_hz: float) -> Load:
+def reconstruct(recording: Recording, model: DriveModel, *, bandwidth_hz: float) -> DriveLoad:
     """Return the load of a recording, without delay: filters run forwards and backwards.
 
     Raises UnusableInput without the model's effort or a position.
@@ -117,12 +117,12 @@ def reconstruct(recording: Recording, model: DriveModel, *, bandwidth_hz: float)
     cutoff_hz = default_protocol(rate_hz).cutoff_hz
     inputs = term_inputs(recording, model.axis, cutoff_hz=cutoff_hz)
     effort = recording[model.channel]
-    whole = effort - predicted(model.terms, inputs, model.off_law)
+    whole = effort - predicted_effort(model.terms, inputs, model.off_law)
     value = signals.lowpass(whole, rate_hz=rate_hz, cutoff_hz=bandwidth_hz)
     return _load(model, inputs, effort, value, rate_hz=rate_hz, bandwidth_hz=bandwidth_hz)
 
 
-def observe(recording: Recording, model: DriveModel, *, bandwidth_hz: float) -> Load:
+def observe(recording: Recording, model: DriveModel, *, bandwidth_hz: float) -> DriveLoad:
     """Return the load as a disturbance observer gives it: nothing of what comes later is used.
 
     With Q(s) = ω²/(s² + 2 d ω s + ω²) effort and friction are filtered by Q, inertia is s²Q of the
@@ -148,8 +148,8 @@ def observe(recording: Recording, model: DriveModel, *, bandwidth_hz: float) -> 
         inputs[f"{other}.acceleration"] = through(place, 2, bandwidth_hz)
     heavy = [t for t in model.terms if t.term in ACCELERATED or _modifies(t)]
     others = [t for t in model.terms if t.term not in ACCELERATED]
-    value = through(effort - predicted(others, inputs, model.off_law), 0, bandwidth_hz)
-    value -= predicted(heavy, inputs)
+    value = through(effort - predicted_effort(others, inputs, model.off_law), 0, bandwidth_hz)
+    value -= predicted_effort(heavy, inputs)
     return _load(model, inputs, effort, value, rate_hz=rate_hz, bandwidth_hz=bandwidth_hz)
 
 
@@ -175,13 +175,15 @@ def _load(
     *,
     rate_hz: float,
     bandwidth_hz: float,
-) -> Load:
+) -> DriveLoad:
     labels = states(inputs, highest_mm_s2=model.errors.highest_mm_s2)
     own = model.errors.sd(inputs, rate_hz=rate_hz, bandwidth_hz=bandwidth_hz)
-    changed = FRICTION_SHARE * predicted([t for t in model.terms if t.term in RUBBING], inputs)
+    changed = FRICTION_SHARE * predicted_effort(
+        [t for t in model.terms if t.term in RUBBING], inputs
+    )
     sd = np.sqrt(own**2 + parameter_sd(model, inputs) ** 2 + changed**2)
     beyond = model.errors.beyond(inputs)
-    return Load(
+    return DriveLoad(
         axis=model.axis,
         unit=model.unit,
         bandwidth_hz=bandwidth_hz,
@@ -192,18 +194,18 @@ def _load(
         turned=labels == TURNED,
         outside=beyond > BEYOND,
         braking=effort * inputs["velocity"] < 0.0,
-        at_limit=at_limit(effort),
+        at_limit=rows_at_limit(effort),
     )
 
 
 def parameter_sd(model: DriveModel, inputs: Mapping[str, Array]) -> Array:
     """Return what the parameters' covariance leaves open of the terms' sum, (n,)."""
-    columns = slopes(model.terms, model.covariance, inputs)
+    columns = term_slopes(model.terms, model.covariance, inputs)
     variance = np.einsum("ni,ij,nj->n", columns, model.covariance, columns)
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
 
-def slopes(
+def term_slopes(
     terms: Sequence[IdentifiedTerm], covariance: Array, inputs: Mapping[str, Array]
 ) -> Array:
     """Return the derivatives (n, k) of the terms' sum by the first k, whose covariance is given."""
@@ -211,14 +213,16 @@ def slopes(
     for i, term in enumerate(terms[: len(covariance)]):
         step = 1e-4 * float(np.sqrt(covariance[i, i])) or 1e-12
         sides = [
-            predicted([*terms[:i], replace(term, value=term.value + h), *terms[i + 1 :]], inputs)
+            predicted_effort(
+                [*terms[:i], replace(term, value=term.value + h), *terms[i + 1 :]], inputs
+            )
             for h in (step, -step)
         ]
         found.append((sides[0] - sides[1]) / (2.0 * step))
     return np.array(found).T
 
 
-def at_limit(effort: Array) -> Flags:
+def rows_at_limit(effort: Array) -> Flags:
     """Return the rows (n,) in which an effort sits at its largest magnitude: three at least."""
     size = np.abs(effort)
     top = size >= AT_LIMIT * float(size.max())

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting, signals
-from autodb.sensing.drives.reconstruct import Load
+from autodb.sensing.drives.reconstruct import DriveLoad
 
 Array = NDArray[np.float64]
 
@@ -22,14 +22,14 @@ FEWEST_S = 1.0
 
 
 @dataclass(frozen=True)
-class Scaled:
+class ForceScale:
     """Newtons an ampere with its relative sd; negative where a sign is turned round."""
 
     newtons_per_ampere: float
     share: float
 
 
-def by_force(load: Load, force_N: Array, *, rate_hz: float) -> Scaled | None:
+def by_force(load: DriveLoad, force_N: Array, *, rate_hz: float) -> ForceScale | None:
     """Return the scale from a load and the force (n,) measured beside it: a push, a dynamometer.
 
     Rows in which friction may hold the load, at a limit or outside do not count. A constant, and
@@ -48,10 +48,10 @@ def by_force(load: Load, force_N: Array, *, rate_hz: float) -> Scaled | None:
     lags = round(CORRELATED_S * rate_hz)
     fit = fitting.least_squares(design[:, spans], load.value[kept], lags=lags)
     amperes_per_newton = float(fit.coefficients[0])
-    return Scaled(1.0 / amperes_per_newton, float(fit.sd[0]) / abs(amperes_per_newton))
+    return ForceScale(1.0 / amperes_per_newton, float(fit.sd[0]) / abs(amperes_per_newton))
 
 
-def by_step(load: Load, force_N: float, share: float, *, rate_hz: float) -> Scaled | None:
+def by_step(load: DriveLoad, force_N: float, share: float, *, rate_hz: float) -> ForceScale | None:
     """Return the scale from the step of a load between air and a cut whose mean force is known.
 
     ``share``: relative sd of the force. Both sides are in motion, so that friction goes out. None
@@ -68,7 +68,7 @@ def by_step(load: Load, force_N: float, share: float, *, rate_hz: float) -> Scal
     )
     if not one_way or abs(step) < fitting.NORMAL_95 * float(np.median(load.sd[parts.cut])):
         return None
-    return Scaled(-force_N / step, float(np.sqrt(share**2 + variance / step**2)))
+    return ForceScale(-force_N / step, float(np.sqrt(share**2 + variance / step**2)))
 
 
 def _mean(values: Array) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from autodb.fitting import NORMAL_95
 from autodb.sensing.drives.fit.drive_errors import BANDWIDTHS_HZ, STEADY
-from autodb.sensing.drives.reconstruct import DriveModel, slopes
+from autodb.sensing.drives.reconstruct import DriveModel, term_slopes
 from autodb.terms.friction import direction
 
 Array = NDArray[np.float64]
@@ -43,7 +43,7 @@ BEST_KNOWN_HZ = 5.0
 
 
 @dataclass(frozen=True)
-class Pass:
+class SweepPass:
     """There and back at a feed, from one place to another, mm of the axis' travel."""
 
     start_mm: float
@@ -66,7 +66,7 @@ class Design:
     be expected, and the one asked for, in the parameter's unit.
     """
 
-    passes: tuple[Pass, ...]
+    passes: tuple[SweepPass, ...]
     reached: tuple[tuple[str, float, float], ...]
 
     @property
@@ -86,29 +86,29 @@ def feeds(fastest_mm_min: float, count: int) -> Array:
     return np.floor(10.0 * np.geomspace(min(SLOWEST_MM_MIN, top), top, count)) / 10.0
 
 
-def ladder(low_mm: float, high_mm: float, *, fastest_mm_min: float) -> tuple[Pass, ...]:
+def speed_ladder(low_mm: float, high_mm: float, *, fastest_mm_min: float) -> tuple[SweepPass, ...]:
     """Return the passes of a ladder of speeds, each in two rounds."""
     speeds = feeds(fastest_mm_min, LADDER)
     return _in_rounds([_pass(low_mm, high_mm, float(feed)) for feed in speeds] * LEAST_ROUNDS)
 
 
-def _pass(low_mm: float, high_mm: float, feed_mm_min: float) -> Pass:
+def _pass(low_mm: float, high_mm: float, feed_mm_min: float) -> SweepPass:
     way_mm = min(high_mm - low_mm, feed_mm_min / 60.0 * LONGEST_PASS_S)
-    return Pass(low_mm, round(low_mm + way_mm, 3), feed_mm_min)
+    return SweepPass(low_mm, round(low_mm + way_mm, 3), feed_mm_min)
 
 
-def candidates(low_mm: float, high_mm: float, *, fastest_mm_min: float) -> tuple[Pass, ...]:
+def candidates(low_mm: float, high_mm: float, *, fastest_mm_min: float) -> tuple[SweepPass, ...]:
     """Return the passes a design chooses from: every speed, over its whole way and a quarter."""
     found = []
     for feed in feeds(fastest_mm_min, SPEEDS):
         whole = _pass(low_mm, high_mm, float(feed))
         quarter = low_mm + 0.25 * (whole.end_mm - low_mm)
-        found += [whole, Pass(low_mm, round(quarter, 3), float(feed))]
+        found += [whole, SweepPass(low_mm, round(quarter, 3), float(feed))]
     return tuple(found)
 
 
-def design(
-    model: DriveModel, choices: Sequence[Pass], *, within: float, longest_s: float
+def shortest_sweep(
+    model: DriveModel, choices: Sequence[SweepPass], *, within: float, longest_s: float
 ) -> Design:
     """Return the passes that tell every parameter to ± ``within`` of itself, 95 %.
 
@@ -145,12 +145,12 @@ def design(
     return Design(_in_rounds(taken), reached)
 
 
-def _in_rounds(taken: Sequence[Pass]) -> tuple[Pass, ...]:
+def _in_rounds(taken: Sequence[SweepPass]) -> tuple[SweepPass, ...]:
     """Return passes in rounds, each from fast to slow, the second of a kind in the next round.
 
     What is fitted is tried on blocks of motion left out: no speed may be in one block only.
     """
-    seen: dict[Pass, int] = {}
+    seen: dict[SweepPass, int] = {}
     numbered = []
     for one in taken:
         seen[one] = seen.get(one, 0) + 1
@@ -158,7 +158,7 @@ def _in_rounds(taken: Sequence[Pass]) -> tuple[Pass, ...]:
     return tuple(one for *_, one in sorted(numbered, key=lambda item: item[:3]))
 
 
-def _at_several_speeds(choices: Sequence[Pass]) -> list[int]:
+def _at_several_speeds(choices: Sequence[SweepPass]) -> list[int]:
     """Return the shortest pass at each of ``LEAST_SPEEDS`` speeds, spread over those there are."""
     known = sorted({one.feed_mm_min for one in choices})
     spread = np.linspace(len(known) // 3, len(known) - 1, LEAST_SPEEDS).round().astype(int)
@@ -185,9 +185,9 @@ class _Told:
     largest: Array
 
 
-def _told(model: DriveModel, one: Pass) -> _Told:
-    inputs = motion(one)
-    columns = slopes(model.terms, model.covariance, inputs)
+def _told(model: DriveModel, one: SweepPass) -> _Told:
+    inputs = pass_motion(one)
+    columns = term_slopes(model.terms, model.covariance, inputs)
     at = BANDWIDTHS_HZ.index(BEST_KNOWN_HZ)
     density = max(model.errors.rms[at]) ** 2 / (2.0 * BEST_KNOWN_HZ)
     share, sense = STEP_S / density, inputs["direction"]
@@ -220,7 +220,7 @@ def _sd(believed: Array, told: Sequence[_Told], deviates: float) -> Array:
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))))
 
 
-def motion(one: Pass) -> dict[str, Array]:
+def pass_motion(one: SweepPass) -> dict[str, Array]:
     """Return what the terms take of a pass: t, position, velocity, acceleration, direction, (n,).
 
     Speed rises and falls at ``ACCELERATION_MM_S2``; a way too short for its feed stays below it.

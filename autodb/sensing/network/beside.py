@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from autodb.records import Recording
 from autodb.sensing.drives.reconstruct import reconstruct
-from autodb.sensing.fusion import Fusion, Heard, fuse, learn
-from autodb.sensing.network.drive_loads import AxisTables, Drive
-from autodb.sensing.network.greybox import GreyBox, Recorded
-from autodb.sensing.network.learning import left_out
-from autodb.sensing.network.stream import forces
+from autodb.sensing.fusion import Fusion, SensedTogether, fuse, learn_fusion
+from autodb.sensing.network.drive_loads import AxisTables, LoadedDrive
+from autodb.sensing.network.greybox import GreyBox, KnownForceRecording
+from autodb.sensing.network.learning import held_out_recordings
+from autodb.sensing.network.stream import network_forces
 from autodb.sensing.sensors import DRIVE, NETWORK
 
 Array = NDArray[np.float64]
@@ -31,45 +31,48 @@ def bandwidth_hz(box: GreyBox, component: int) -> float:
 
 
 @dataclass(frozen=True)
-class Together:
+class NetworkBeside:
     """How a drive model and a network go together, and the error of both together, N."""
 
     fusion: Fusion
     rmse_N: float
 
 
-def together(
-    box: GreyBox, drives: Mapping[str, Drive], known: Sequence[Recorded]
-) -> dict[str, Together]:
+def networks_beside(
+    box: GreyBox, drives: Mapping[str, LoadedDrive], known: Sequence[KnownForceRecording]
+) -> dict[str, NetworkBeside]:
     """Return how drive models and networks go together, by component, from what was left out."""
     tables = box.tables(drives)
-    heard: dict[str, list[Heard]] = {c: [] for c in box.components}
+    heard: dict[str, list[SensedTogether]] = {c: [] for c in box.components}
     truth: dict[str, list[Array]] = {c: [] for c in box.components}
-    for one in (known[k] for k in left_out(len(known))):
+    for one in (known[k] for k in held_out_recordings(len(known))):
         both = _heard(box, tables, drives, one)
         for rows in _pieces(len(next(iter(one.force_N.values()))), box.rate_hz):
             for c in box.components:
-                heard[c].append(Heard(both[c].value_N[rows], both[c].sd_N[rows]))
+                heard[c].append(SensedTogether(both[c].value_N[rows], both[c].sd_N[rows]))
                 truth[c].append(one.force_N[c][rows])
     found = {}
     for c in box.components:
-        fusion = learn(NAMES, heard[c], truth[c])
+        fusion = learn_fusion(NAMES, heard[c], truth[c])
         off = [fuse(fusion, h).value_N - true for h, true in zip(heard[c], truth[c], strict=True)]
-        found[c] = Together(fusion, float(np.sqrt(np.mean(np.concatenate(off) ** 2))))
+        found[c] = NetworkBeside(fusion, float(np.sqrt(np.mean(np.concatenate(off) ** 2))))
     return found
 
 
 def _heard(
-    box: GreyBox, tables: Mapping[str, AxisTables], drives: Mapping[str, Drive], one: Recorded
-) -> dict[str, Heard]:
-    told = forces(box, tables, one.channels)
+    box: GreyBox,
+    tables: Mapping[str, AxisTables],
+    drives: Mapping[str, LoadedDrive],
+    one: KnownForceRecording,
+) -> dict[str, SensedTogether]:
+    told = network_forces(box, tables, one.channels)
     rows = len(told.force_N)
     recording = Recording(Path("left-out"), {"t": np.arange(rows) / box.rate_hz, **one.channels})
     found = {}
     for k, c in enumerate(box.components):
         load = reconstruct(recording, drives[c].model, bandwidth_hz=bandwidth_hz(box, k))
         scale = drives[c].newtons_per_unit
-        found[c] = Heard(
+        found[c] = SensedTogether(
             np.column_stack([-scale * load.value, told.force_N[:, k]]),
             np.column_stack([scale * load.sd, told.sd_N[:, k]]),
         )

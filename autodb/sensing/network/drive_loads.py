@@ -16,8 +16,8 @@ from autodb.errors import UnusableInput
 from autodb.sensing.drives.fit.axis_model import stored_parts
 from autodb.sensing.drives.moves.motion import NOISE_BAND, noise_sd
 from autodb.sensing.drives.reconstruct import DriveModel
-from autodb.terms.channel import Part, predict
-from autodb.terms.friction import STANDSTILL_MM_S, direction, since_reversal, slid
+from autodb.terms.channel import ChannelPart, predicted_channel
+from autodb.terms.friction import STANDSTILL_MM_S, direction, presliding_state, since_reversal
 
 Array = NDArray[np.float64]
 Channels = Mapping[str, Array]
@@ -45,7 +45,7 @@ def standstill_of(velocities: Sequence[Array]) -> float:
 
 
 @dataclass(frozen=True)
-class Tables:
+class MovingLoads:
     """What moving takes at accelerations of 0, for directions of friction −1, 0 and 1.
 
     ``over_speed`` (SPEEDS, 3, 2): at both ends of the travel, less that at the first speed;
@@ -104,7 +104,7 @@ class SeenAxis:
 
 
 @dataclass(frozen=True)
-class Drive:
+class LoadedDrive:
     """The drive model of an axis, and the newtons that a unit of its effort is."""
 
     model: DriveModel
@@ -114,7 +114,7 @@ class Drive:
 class AxisTables:
     """What moving an axis takes, as tables of its model."""
 
-    def __init__(self, drive: Drive, seen: SeenAxis) -> None:
+    def __init__(self, drive: LoadedDrive, seen: SeenAxis) -> None:
         model = drive.model
         parts, self._linear = stored_parts(model.terms)
         self.channel, self.axis, self.newtons_per_unit = (
@@ -133,7 +133,7 @@ class AxisTables:
         place = np.linspace(*seen.travel_mm, PLACES)
         made = [self._made(sense, speed, place) for sense in (-1.0, 0.0, 1.0)]
         over_speed, over_place = (np.stack(one, axis=1) for one in zip(*made, strict=True))
-        self._tables = Tables(speed, place, over_speed, over_place)
+        self._tables = MovingLoads(speed, place, over_speed, over_place)
         self._per_acceleration = self._slope("acceleration")
         self._per_other = {o: self._slope(f"{o}.acceleration") for o in self._others}
         self._check()
@@ -152,7 +152,7 @@ class AxisTables:
         inputs = {"direction": z, "velocity": v, "position": x}
         names = ("acceleration", *(f"{other}.acceleration" for other in self._others))
         inputs |= {name: np.full_like(x, accelerations.get(name, 0.0)) for name in names}
-        told = predict(self._parts, self._linear, inputs)
+        told = predicted_channel(self._parts, self._linear, inputs)
         off = self._off_law
         return told if off is None else told + off.effort(self._parts, inputs)
 
@@ -224,7 +224,9 @@ class AxisLoad:
         # The axis may turn at the very first row: how far it was by then is of the rows before
         sense = np.concatenate([[self._turn[0]] * 2, raw]) if begun else raw
         place = np.concatenate([[self._turn[1], self._last_mm], x]) if begun else x
-        z = slid(sense, place, distance_mm=self._tables.slides_mm[0], before=self._before)
+        z = presliding_state(
+            sense, place, distance_mm=self._tables.slides_mm[0], before=self._before
+        )
         turned, _ = since_reversal(sense, place)
         first = np.flatnonzero(np.diff(turned) != 0) + 1
         if len(first):
@@ -235,7 +237,7 @@ class AxisLoad:
         return z[2:] if begun else z
 
 
-def _refuse_remembering(model: DriveModel, parts: Sequence[Part]) -> None:
+def _refuse_remembering(model: DriveModel, parts: Sequence[ChannelPart]) -> None:
     """Raise UnusableInput for terms that depend on more than the row, as warming and play do."""
     late = [
         part.term.name

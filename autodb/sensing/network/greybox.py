@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.sensing.network.drive_loads import AxisLoad, AxisTables, Drive, SeenAxis
+from autodb.sensing.network.drive_loads import AxisLoad, AxisTables, LoadedDrive, SeenAxis
 from autodb.sensing.network.network import Stacked
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ MOTION = ("velocity", "acceleration")
 
 
 @dataclass(frozen=True)
-class Recorded:
+class KnownForceRecording:
     """A recording with known forces: channels (n,) by name, and force (n,) N by component."""
 
     channels: Channels
@@ -42,7 +42,7 @@ class Recorded:
 
 
 @dataclass(frozen=True)
-class Scaled:
+class NetworkScaling:
     """What networks see (k,) and tell (m,): middle and size of each."""
 
     middle: Array
@@ -68,12 +68,12 @@ class GreyBox:
     low: Array
     high: Array
     components: tuple[str, ...]
-    scaled: Scaled
+    scaled: NetworkScaling
     members: tuple[Stacked, ...]
     cutoff_hz: Array
     wider: Array
 
-    def tables(self, drives: Mapping[str, Drive]) -> dict[str, AxisTables]:
+    def tables(self, drives: Mapping[str, LoadedDrive]) -> dict[str, AxisTables]:
         """Return the tables of its axes, of the drive models that hold now."""
         return {axis.name: AxisTables(drives[axis.name], axis) for axis in self.axes}
 

@@ -11,7 +11,7 @@ import torch
 
 from autodb.errors import UnusableInput
 from autodb.sensing.network.drive_loads import SeenAxis
-from autodb.sensing.network.greybox import GreyBox, Scaled
+from autodb.sensing.network.greybox import GreyBox, NetworkScaling
 from autodb.sensing.network.network import Shape, Stacked
 
 FORMAT = 1
@@ -20,7 +20,7 @@ SCALED = ("middle", "size", "told_N")
 
 
 @dataclass(frozen=True)
-class Kept:
+class StoredGreyBox:
     """A grey box, and the checksums of the recordings that it was trained on."""
 
     box: GreyBox
@@ -49,7 +49,7 @@ def to_bytes(box: GreyBox, trained_on: Sequence[str]) -> bytes:
     return written.getvalue()
 
 
-def of_bytes(kept: bytes) -> Kept:
+def of_bytes(kept: bytes) -> StoredGreyBox:
     """Return what ``to_bytes`` wrote; raises UnusableInput for another version's."""
     with np.load(io.BytesIO(kept), allow_pickle=False) as found:
         header = json.loads(str(found["header"]))
@@ -72,11 +72,11 @@ def of_bytes(kept: bytes) -> Kept:
         hears=header["hears"],
         seen=tuple(header["seen"]),
         components=tuple(header["components"]),
-        scaled=Scaled(*(arrays[name] for name in SCALED)),
+        scaled=NetworkScaling(*(arrays[name] for name in SCALED)),
         members=tuple(members),
         **{name: arrays[name] for name in ARRAYS},
     )
-    return Kept(box, tuple(header["trained_on"]))
+    return StoredGreyBox(box, tuple(header["trained_on"]))
 
 
 def _axis(kept: dict[str, Any]) -> SeenAxis:

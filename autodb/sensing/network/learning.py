@@ -12,27 +12,27 @@ from torch import Tensor
 
 from autodb.fitting import NORMAL_95
 from autodb.sensing.network.coherent import coherent_hz
-from autodb.sensing.network.drive_loads import AxisTables, Drive, SeenAxis
+from autodb.sensing.network.drive_loads import AxisTables, LoadedDrive, SeenAxis
 from autodb.sensing.network.greybox import (
     LATER,
     LEAST_SD,
     LOG_SD,
     Channels,
     GreyBox,
-    Recorded,
-    Scaled,
+    KnownForceRecording,
+    NetworkScaling,
     loads_of,
     seen_of,
 )
 from autodb.sensing.network.network import Shape, Stacked
-from autodb.sensing.network.stream import forces
-from autodb.sensing.network.training import Plan, Rows, trained
+from autodb.sensing.network.stream import network_forces
+from autodb.sensing.network.training import TrainingPlan, TrainingRows, trained
 
 Array = NDArray[np.float64]
 
 CELLS, LAYERS, MEMBERS = 32, 2, 3
 """Size and number of the networks. Chosen."""
-PLAN = Plan(epochs=12, rate=5e-3, window=500, lead=50, batch=32, seed=1)
+PLAN = TrainingPlan(epochs=12, rate=5e-3, window=500, lead=50, batch=32, seed=1)
 """Of many recordings; of few ones ``plan_of`` has smaller batches and more epochs."""
 STEPS = 500
 """Steps of Adam that training takes at least. Chosen: about those of P0's 160 recordings."""
@@ -49,7 +49,7 @@ def loss(made: Tensor, wanted: Tensor) -> Tensor:
     return told * sd.detach() ** (2.0 * BETA)
 
 
-def plan_of(recordings: Sequence[Recorded], plan: Plan = PLAN) -> Plan:
+def plan_of(recordings: Sequence[KnownForceRecording], plan: TrainingPlan = PLAN) -> TrainingPlan:
     """Return a plan by which so many rows are trained on in STEPS steps at least."""
     rows = sum(len(next(iter(one.channels.values()))) for one in recordings)
     count = max(rows // plan.window, 1)
@@ -57,12 +57,12 @@ def plan_of(recordings: Sequence[Recorded], plan: Plan = PLAN) -> Plan:
     return replace(plan, batch=batch, epochs=max(plan.epochs, -(-STEPS * batch // count)))
 
 
-def fit(
-    recordings: Sequence[Recorded],
-    drives: Mapping[str, Drive],
+def train_grey_box(
+    recordings: Sequence[KnownForceRecording],
+    drives: Mapping[str, LoadedDrive],
     *,
     rate_hz: float,
-    plan: Plan | None = None,
+    plan: TrainingPlan | None = None,
     folder: Path | None = None,
     device: str = "cpu",
     progress: Callable[[int, int, float], None] = lambda _member, _epoch, _loss: None,
@@ -82,9 +82,9 @@ def fit(
         for load, one in zip(loads, recordings, strict=True)
     ]
     scaled = _scaled(shown, left)
-    others = left_out(len(recordings))
+    others = held_out_recordings(len(recordings))
     sequences = [
-        Rows(*_later((x - scaled.middle) / scaled.size, r / scaled.told_N))
+        TrainingRows(*_later((x - scaled.middle) / scaled.size, r / scaled.told_N))
         for k, (x, r) in enumerate(zip(shown, left, strict=True))
         if k not in others
     ]
@@ -101,8 +101,8 @@ def fit(
 
 
 def _members(
-    sequences: Sequence[Rows],
-    plan: Plan,
+    sequences: Sequence[TrainingRows],
+    plan: TrainingPlan,
     folder: Path | None,
     device: str,
     progress: Callable[[int, int, float], None],
@@ -123,13 +123,13 @@ def _members(
     )
 
 
-def left_out(count: int) -> list[int]:
+def held_out_recordings(count: int) -> list[int]:
     """Return which of so many recordings, two at least, ``fit`` does not train on."""
     return list(range(min(LEFT_OUT, count) - 1, count, LEFT_OUT))
 
 
 def _untrained(
-    recordings: Sequence[Recorded], drives: Mapping[str, Drive], rate_hz: float
+    recordings: Sequence[KnownForceRecording], drives: Mapping[str, LoadedDrive], rate_hz: float
 ) -> GreyBox:
     """Return a grey box that has no networks yet."""
     channels = [one.channels for one in recordings]
@@ -144,7 +144,7 @@ def _untrained(
         low=none,
         high=none,
         components=components,
-        scaled=Scaled(none, none, none),
+        scaled=NetworkScaling(none, none, none),
         members=(),
         cutoff_hz=none,
         wider=np.ones(len(components)),
@@ -157,13 +157,15 @@ def _later(inputs: Array, targets: Array) -> tuple[Array, Array]:
     return heard, np.concatenate([np.repeat(targets[:1], LATER, axis=0), targets])
 
 
-def _scaled(shown: Sequence[Array], left: Sequence[Array]) -> Scaled:
+def _scaled(shown: Sequence[Array], left: Sequence[Array]) -> NetworkScaling:
     every, rest = np.concatenate(shown), np.concatenate(left)
     size = np.maximum(every.std(axis=0), 1e-9)
-    return Scaled(every.mean(axis=0), size, np.maximum(rest.std(axis=0), 1e-9))
+    return NetworkScaling(every.mean(axis=0), size, np.maximum(rest.std(axis=0), 1e-9))
 
 
-def _coherent(box: GreyBox, loads: Sequence[Channels], recordings: Sequence[Recorded]) -> Array:
+def _coherent(
+    box: GreyBox, loads: Sequence[Channels], recordings: Sequence[KnownForceRecording]
+) -> Array:
     """Return up to which frequency each component is coherent; of air, that nothing tells it."""
     if not box.hears:
         return np.full(len(box.components), 0.5 * box.rate_hz)
@@ -176,11 +178,13 @@ def _coherent(box: GreyBox, loads: Sequence[Channels], recordings: Sequence[Reco
     )
 
 
-def _wider(box: GreyBox, recordings: Sequence[Recorded], tables: Mapping[str, AxisTables]) -> Array:
+def _wider(
+    box: GreyBox, recordings: Sequence[KnownForceRecording], tables: Mapping[str, AxisTables]
+) -> Array:
     """Return the factor (m,) on standard deviations that makes 95 % of them hold."""
     off = []
     for one in recordings:
-        told = forces(box, tables, one.channels)
+        told = network_forces(box, tables, one.channels)
         wanted = np.column_stack([one.force_N[c] for c in box.components])
         off.append(np.abs(told.force_N - wanted) / told.sd_N)
     # Every recording counts alike, however long

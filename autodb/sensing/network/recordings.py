@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
 from autodb.records import Recording
-from autodb.sensing.drives.moves.motion import motion
+from autodb.sensing.drives.moves.motion import axis_motion
 from autodb.sensing.drives.moves.protocol import default_protocol
-from autodb.sensing.network.drive_loads import Drive
-from autodb.sensing.network.greybox import SPINDLE, GreyBox, Recorded, loads_of
-from autodb.sensing.network.learning import left_out
-from autodb.sensing.network.stream import forces
+from autodb.sensing.network.drive_loads import LoadedDrive
+from autodb.sensing.network.greybox import SPINDLE, GreyBox, KnownForceRecording, loads_of
+from autodb.sensing.network.learning import held_out_recordings
+from autodb.sensing.network.stream import network_forces
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ SAME_RATE = 0.01
 
 
 @dataclass(frozen=True)
-class Scored:
+class ComponentErrors:
     """Errors of a component in recordings that were left out, N: the network's and the drive
     model's; the share of rows within 95 % intervals; up to which frequency it is told.
     """
@@ -39,12 +39,12 @@ class Scored:
     cutoff_hz: float
 
 
-def channels_of(recording: Recording, drives: Mapping[str, Drive]) -> dict[str, Array]:
+def channels_of(recording: Recording, drives: Mapping[str, LoadedDrive]) -> dict[str, Array]:
     """Return what networks and drive models take; motion that was not recorded is derived."""
     found: dict[str, Array] = {}
     cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
     for axis, drive in drives.items():
-        moved = motion(recording, axis, cutoff_hz=cutoff_hz)
+        moved = axis_motion(recording, axis, cutoff_hz=cutoff_hz)
         found |= {
             f"{axis}.position": moved.position,
             f"{axis}.velocity": moved.velocity,
@@ -54,9 +54,9 @@ def channels_of(recording: Recording, drives: Mapping[str, Drive]) -> dict[str, 
     return found | {name: recording[name] for name in SPINDLE if name in recording}
 
 
-def known_of(
-    recordings: Sequence[Recording], drives: Mapping[str, Drive]
-) -> tuple[list[Recorded], bool]:
+def pieces_with_forces(
+    recordings: Sequence[Recording], drives: Mapping[str, LoadedDrive]
+) -> tuple[list[KnownForceRecording], bool]:
     """Return pieces of recordings with their known forces, and whether they are of air.
 
     Where no recording has a force of one of the axes, they are moves in air and it is 0.
@@ -82,8 +82,10 @@ def known_of(
     return found, not told
 
 
-def _cut(channels: Mapping[str, Array], known: Mapping[str, Array], rows: slice) -> Recorded:
-    return Recorded(
+def _cut(
+    channels: Mapping[str, Array], known: Mapping[str, Array], rows: slice
+) -> KnownForceRecording:
+    return KnownForceRecording(
         {name: values[rows] for name, values in channels.items()},
         {name: values[rows] for name, values in known.items()},
     )
@@ -113,16 +115,16 @@ def rate_of(recordings: Sequence[Recording]) -> float:
     return first.rate_hz
 
 
-def scored(
-    box: GreyBox, drives: Mapping[str, Drive], known: Sequence[Recorded]
-) -> tuple[Scored, ...]:
+def scored_components(
+    box: GreyBox, drives: Mapping[str, LoadedDrive], known: Sequence[KnownForceRecording]
+) -> tuple[ComponentErrors, ...]:
     """Return how near a grey box and its drive models come in what was left out in training."""
     tables = box.tables(drives)
     off: list[Array] = []
     drive: list[Array] = []
     held: list[Array] = []
-    for one in (known[k] for k in left_out(len(known))):
-        told, loads = forces(box, tables, one.channels), loads_of(tables, one.channels)
+    for one in (known[k] for k in held_out_recordings(len(known))):
+        told, loads = network_forces(box, tables, one.channels), loads_of(tables, one.channels)
         true = np.column_stack([one.force_N[c] for c in box.components])
         load = np.column_stack([loads[c] for c in box.components])
         off.append(np.mean((told.force_N - true) ** 2, axis=0))
@@ -130,7 +132,7 @@ def scored(
         held.append(np.mean(np.abs(told.force_N - true) <= NORMAL_95 * told.sd_N, axis=0))
     errors, drives_, shares = (np.mean(one, axis=0) for one in (off, drive, held))
     return tuple(
-        Scored(
+        ComponentErrors(
             component,
             float(np.sqrt(errors[k])),
             float(np.sqrt(drives_[k])),

@@ -25,7 +25,7 @@ ROWS_BEYOND = 0.01
 
 
 @dataclass(frozen=True)
-class Told:
+class NetworkForces:
     """Force and its standard deviation (n, m), N; ``drive_N``: what drive models alone tell of it,
     low-passed and late as the force is.
     """
@@ -34,16 +34,18 @@ class Told:
     sd_N: Array
     drive_N: Array
 
-    def behind(self, before: "Told") -> "Told":
+    def behind(self, before: "NetworkForces") -> "NetworkForces":
         """Return both, the other first."""
-        return Told(
+        return NetworkForces(
             np.concatenate([before.force_N, self.force_N]),
             np.concatenate([before.sd_N, self.sd_N]),
             np.concatenate([before.drive_N, self.drive_N]),
         )
 
 
-def forces(box: GreyBox, tables: Mapping[str, AxisTables], channels: Channels) -> Told:
+def network_forces(
+    box: GreyBox, tables: Mapping[str, AxisTables], channels: Channels
+) -> NetworkForces:
     """Return the forces of a whole recording."""
     stream = Stream(box, tables)
     told = stream.step(channels)
@@ -98,7 +100,7 @@ class Stream:
         self._waiting = np.zeros((0, len(box.components)))
         self._skip = LATER
 
-    def step(self, channels: Channels) -> Told:
+    def step(self, channels: Channels) -> NetworkForces:
         """Return what can be told now that the next rows of all channels are there."""
         loads = {name: one.step(channels) for name, one in self._loads.items()}
         shown = self._box.shown(loads, channels)
@@ -108,18 +110,18 @@ class Stream:
         base = -np.column_stack([loads[c] for c in self._box.components])
         return self._tell(shown, base)
 
-    def finish(self) -> Told:
+    def finish(self) -> NetworkForces:
         """Return the rest, after the last row."""
         if self._last is None:
             return self._none()
         ended = self._tell(np.repeat(self._last, LATER, axis=0), self._waiting[:0])
         return self._told(*self._passed.finish()).behind(ended)
 
-    def _none(self) -> Told:
+    def _none(self) -> NetworkForces:
         none = np.zeros((0, len(self._box.components)))
-        return Told(none, none, none)
+        return NetworkForces(none, none, none)
 
-    def _tell(self, shown: Array, base: Array) -> Told:
+    def _tell(self, shown: Array, base: Array) -> NetworkForces:
         """Run the networks on; the loads wait for what is told of them."""
         box = self._box
         rows = (shown - box.scaled.middle) / box.scaled.size
@@ -134,10 +136,10 @@ class Stream:
         sd = np.sqrt(variance) * box.scaled.told_N * box.wider
         return self._told(*self._passed.step(np.hstack([force, now]), np.hstack([sd, sd])))
 
-    def _told(self, passed: Array, beside: Array) -> Told:
+    def _told(self, passed: Array, beside: Array) -> NetworkForces:
         """Return what was passed: forces, then those of the drive models."""
         count = len(self._box.components)
-        return Told(passed[:, :count], beside[:, :count], passed[:, count:])
+        return NetworkForces(passed[:, :count], beside[:, :count], passed[:, count:])
 
 
 def _joined(made: Array) -> tuple[Array, Array]:

@@ -27,7 +27,7 @@ CLIP = 1.0
 
 
 @dataclass(frozen=True)
-class Rows:
+class TrainingRows:
     """Rows of one recording in time: ``inputs`` (n, k) and ``targets`` (n, m)."""
 
     inputs: Array
@@ -35,7 +35,7 @@ class Rows:
 
 
 @dataclass(frozen=True)
-class Plan:
+class TrainingPlan:
     """How a network is trained, by Adam with a rate that fades as a cosine.
 
     Recordings are cut into windows of ``window`` rows behind ``lead`` rows that are not scored.
@@ -61,7 +61,7 @@ class Windows:
         return len(self.counts)
 
 
-def windows(sequences: Sequence[Rows], plan: Plan, device: torch.device) -> Windows:
+def windows(sequences: Sequence[TrainingRows], plan: TrainingPlan, device: torch.device) -> Windows:
     """Cut recordings into windows, those that are too short filled up with rows that count not."""
     long = plan.lead + plan.window
     inputs, targets, counts = [], [], []
@@ -83,9 +83,9 @@ def windows(sequences: Sequence[Rows], plan: Plan, device: torch.device) -> Wind
 
 
 def trained(
-    sequences: Sequence[Rows],
+    sequences: Sequence[TrainingRows],
     shape: Shape,
-    plan: Plan,
+    plan: TrainingPlan,
     loss: Loss,
     *,
     folder: Path | None = None,
@@ -115,7 +115,7 @@ def trained(
     return network.eval()
 
 
-def _rate(plan: Plan, epoch: int) -> float:
+def _rate(plan: TrainingPlan, epoch: int) -> float:
     share = 0.5 * (1.0 + np.cos(np.pi * epoch / max(plan.epochs - 1, 1)))
     return float(plan.rate * (FADED + (1.0 - FADED) * share))
 
@@ -141,7 +141,7 @@ def _epoch(
     return total / weight
 
 
-def _key(data: Windows, shape: Shape, plan: Plan) -> str:
+def _key(data: Windows, shape: Shape, plan: TrainingPlan) -> str:
     """Return what tells runs apart: data, shape, and how they are trained."""
     told = hashlib.sha256(repr((asdict(shape), asdict(plan))).encode())
     for one in (data.inputs, data.targets, data.counts):

@@ -4,14 +4,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import signals
-from autodb.sensing.ranges.loads import Load
+from autodb.sensing.ranges.loads import PhaseLoad
 from autodb.sensing.ranges.rejections import FEWEST_S
 
 Flags = NDArray[np.bool_]
 
 
-def means_of(
-    axis: str, load: Load, parts: signals.Segments, rate_hz: float, notes: list[str]
+def air_and_cut_means(
+    axis: str, load: PhaseLoad, parts: signals.CutSegments, rate_hz: float, notes: list[str]
 ) -> dict[str, float]:
     """Return an axis' means and standard errors, A, in air and in cut; note what is left out."""
     segments = _usable(axis, load, parts, rate_hz, notes)
@@ -41,7 +41,7 @@ def means_of(
 
 
 def _usable(
-    axis: str, load: Load, parts: signals.Segments, rate_hz: float, notes: list[str]
+    axis: str, load: PhaseLoad, parts: signals.CutSegments, rate_hz: float, notes: list[str]
 ) -> dict[str, slice]:
     """Return the parts in which an axis' range is known, by the name of its channel."""
     segments = {"air": parts.air, "range": parts.cut}
@@ -60,7 +60,7 @@ def _usable(
     return segments
 
 
-def _outside(pulses: signals.Pulses, load: Load, cut: slice, rate_hz: float) -> Flags:
+def _outside(pulses: signals.Pulses, load: PhaseLoad, cut: slice, rate_hz: float) -> Flags:
     """Return which samples no pulse reaches, through the average either."""
     kept = np.ones(load.quick_A.size, dtype=np.bool_)
     beside = round(0.5 * load.averaged_s(cut) * rate_hz)

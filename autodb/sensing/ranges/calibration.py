@@ -13,16 +13,16 @@ from autodb import fitting
 from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
-from autodb.sensing.ranges.choosing import FOLDS, assessed, best, close, left_out, tried
-from autodb.sensing.ranges.error_kinds import DAY_SHARE, ErrorKinds, Fitted, apart
+from autodb.sensing.ranges.choosing import FOLDS, assessed, best, close, groups_left_out, try_forms
+from autodb.sensing.ranges.error_kinds import DAY_SHARE, ErrorKinds, FittedCuts, error_kinds_of
 from autodb.sensing.ranges.forms import (
     FEED_FORMS,
     FEED_SETS,
     SPINDLE_FORMS,
     SPINDLE_SETS,
     TANGENTIAL_FORMS,
-    Felt,
-    Form,
+    CurrentForm,
+    MeasuredCuts,
 )
 from autodb.sensing.ranges.forms.noisy import by_current
 from autodb.sensing.ranges.grouping import (
@@ -66,7 +66,7 @@ class Calibration:
     ``holds``: of which cuts it tells the force.
     """
 
-    form: Form
+    form: CurrentForm
     axis: str
     component: str
     channel: str
@@ -125,7 +125,7 @@ class Calibration:
 
 
 @dataclass(frozen=True)
-class Sensed:
+class SensedForces:
     """Force of every row: value and per-cut sd (NaN where not sensed), and why not.
 
     ``common`` is the derivative of the force by the calibration's coefficients and offset, a column
@@ -159,7 +159,7 @@ class Points:
     channel: str
     unit: str
     cut: Array
-    felt: Felt
+    felt: MeasuredCuts
     target: Array
     groups: NDArray[np.generic]
     grouped_by: str
@@ -220,15 +220,15 @@ def calibrate(
     sudden = transients(points.felt.current, points.target, points.groups)
     sound = points.at(~sudden)
     forms = _forms(table, axis, points.unit)
-    trials = tried(forms, sound.felt, sound.target, sound.groups, folds=FOLDS)
+    trials = try_forms(forms, sound.felt, sound.target, sound.groups, folds=FOLDS)
     form = best(trials, sound.groups).form
     law = form.fit(sound.felt, sound.target)
     scores = _scores(assessed(trials, sound.groups), sound)
     estimate = law.form.value(law.coefficients, sound.felt)
     slopes, off = law.form.slopes(law.coefficients, sound.felt), sound.target - estimate
     order = np.argsort(sound.cut)
-    errors, covariance = apart(
-        Fitted(
+    errors, covariance = error_kinds_of(
+        FittedCuts(
             estimate[order],
             off[order],
             slopes[order],
@@ -262,12 +262,12 @@ def calibrate(
     )
 
 
-def _of_all(form: Form, points: Points) -> Array:
+def _of_all(form: CurrentForm, points: Points) -> Array:
     """Return the errors (m,) on groups left out of one form, transients among them."""
-    return left_out(form, points.felt, points.target, points.groups, folds=FOLDS)
+    return groups_left_out(form, points.felt, points.target, points.groups, folds=FOLDS)
 
 
-def _forms(table: CutTable, axis: str, unit: str) -> tuple[Form, ...]:
+def _forms(table: CutTable, axis: str, unit: str) -> tuple[CurrentForm, ...]:
     """Return the forms to try: only rules that the cuts' own conditions cannot carry alone.
 
     A system that sees feed and depth can learn the force of one material by heart and needs no
@@ -281,14 +281,14 @@ def _forms(table: CutTable, axis: str, unit: str) -> tuple[Form, ...]:
     return (*SPINDLE_FORMS, *(SPINDLE_SETS if learned else ()))
 
 
-def _felt(table: CutTable, axis: str, current: Array) -> Felt:
+def _felt(table: CutTable, axis: str, current: Array) -> MeasuredCuts:
     """Return what an axis felt in every row."""
     names = ("spindle.speed", "cutting.feed", "cutting.depth", "spindle.temperature")
     speed_rpm, feed_mm, depth_mm, temperature_C = (
         np.full(len(table), np.nan) if known is None else known for known in map(table.get, names)
     )
     feed_mm_s = feed_mm * speed_rpm / 60.0
-    return Felt(
+    return MeasuredCuts(
         current, feed_mm_s, speed_rpm, feed_mm, depth_mm, temperature_C, current_sd(table, axis)
     )
 
@@ -336,14 +336,14 @@ def _scores(errors: Array, points: Points) -> Scores:
     )
 
 
-def sense(table: CutTable, calibration: Calibration) -> Sensed:
+def sense(table: CutTable, calibration: Calibration) -> SensedForces:
     """Return the force that a calibrated axis feels in every row of a table."""
     signal = current_signal(table, calibration.axis)
     n = len(table)
     if signal is None:
         why: list[str | None] = [f"no {calibration.axis} current recorded"] * n
         common = np.zeros((n, len(calibration.shared_covariance)))
-        return Sensed(np.full(n, np.nan), np.full(n, np.nan), common, why)
+        return SensedForces(np.full(n, np.nan), np.full(n, np.nan), common, why)
     felt_there, form = _felt(table, calibration.axis, signal[1]), calibration.form
     target = form.value(calibration.coefficients, felt_there)
     to_N = _newtons_per_target(table, calibration)
@@ -365,10 +365,10 @@ def sense(table: CutTable, calibration: Calibration) -> Sensed:
     slopes = form.slopes(calibration.coefficients, felt_there)
     if calibration.errors.group is not None:
         slopes = np.column_stack([slopes, np.ones(n)])
-    return Sensed(force, sd, slopes * to_N[:, None], reason)
+    return SensedForces(force, sd, slopes * to_N[:, None], reason)
 
 
-def of_current(calibration: Calibration, felt: Felt) -> Array:
+def of_current(calibration: Calibration, felt: MeasuredCuts) -> Array:
     """Return the standard deviation (n,) that the currents' own error gives the target.
 
     A cut that does not state its error has that of the calibration's cuts; where these stated none

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting import Undetermined
-from autodb.sensing.ranges.forms import Felt, Form
+from autodb.sensing.ranges.forms import CurrentForm, MeasuredCuts
 
 Array = NDArray[np.float64]
 Groups = NDArray[np.generic]
@@ -19,10 +19,10 @@ CLOSE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
+class TriedForm:
     """A form that was tried: errors (n,), target − estimate, of cuts left out; None: not held."""
 
-    form: Form
+    form: CurrentForm
     errors: Array | None
 
     @property
@@ -31,27 +31,27 @@ class Trial:
         return np.nan if self.errors is None else float(np.sqrt(np.mean(self.errors**2)))
 
 
-def tried(
-    forms: Sequence[Form], felt: Felt, target: Array, groups: Groups, *, folds: int
-) -> list[Trial]:
+def try_forms(
+    forms: Sequence[CurrentForm], felt: MeasuredCuts, target: Array, groups: Groups, *, folds: int
+) -> list[TriedForm]:
     """Return the errors on cuts left out of each form that the cuts (n,) can hold."""
     trials = []
     for form in forms:
         if form.fits(felt):
             try:
-                errors = left_out(form, felt, target, groups, folds=folds)
+                errors = groups_left_out(form, felt, target, groups, folds=folds)
             except Undetermined:
                 errors = None
-            trials.append(Trial(form, errors))
+            trials.append(TriedForm(form, errors))
     return trials
 
 
-def best(trials: Sequence[Trial], groups: Groups, *, stricter: float = 0.0) -> Trial:
+def best(trials: Sequence[TriedForm], groups: Groups, *, stricter: float = 0.0) -> TriedForm:
     """Return the plainest that no richer one clearly beats; raises Undetermined where none held.
 
     ``stricter``: standard errors that a richer one has to be better by beyond its margin.
     """
-    found: Trial | None = None
+    found: TriedForm | None = None
     lowest: Array | None = None
     for trial in trials:
         if trial.errors is None:
@@ -63,7 +63,7 @@ def best(trials: Sequence[Trial], groups: Groups, *, stricter: float = 0.0) -> T
     return found
 
 
-def close(trials: Sequence[Trial], groups: Groups) -> list[Form]:
+def close(trials: Sequence[TriedForm], groups: Groups) -> list[CurrentForm]:
     """Return the forms that would be taken were every margin CLOSE standard errors larger or less.
 
     A choice next to its threshold is one of them as well as of the form that is taken.
@@ -73,7 +73,9 @@ def close(trials: Sequence[Trial], groups: Groups) -> list[Form]:
     return [one.form for one in others if one is not taken]
 
 
-def left_out(form: Form, felt: Felt, target: Array, groups: Groups, *, folds: int) -> Array:
+def groups_left_out(
+    form: CurrentForm, felt: MeasuredCuts, target: Array, groups: Groups, *, folds: int
+) -> Array:
     """Return target − estimate (n,), each group estimated without its fold.
 
     Raises Undetermined where a fold's other cuts do not hold the form.
@@ -84,13 +86,13 @@ def left_out(form: Form, felt: Felt, target: Array, groups: Groups, *, folds: in
     return errors
 
 
-def _errors(form: Form, felt: Felt, target: Array, held: NDArray[np.bool_]) -> Array:
+def _errors(form: CurrentForm, felt: MeasuredCuts, target: Array, held: NDArray[np.bool_]) -> Array:
     """Return target − estimate of the rows held out, estimated from the others."""
     law = form.fit(felt.at(~held), target[~held])
     return target[held] - law.form.value(law.coefficients, felt.at(held))
 
 
-def assessed(trials: Sequence[Trial], groups: Groups) -> Array:
+def assessed(trials: Sequence[TriedForm], groups: Groups) -> Array:
     """Return target − estimate (n,), also the form chosen without the errors of the group's fold.
 
     ``trials`` of the forms on the same cuts and FOLDS, which hold all that is needed: nothing is
@@ -101,7 +103,7 @@ def assessed(trials: Sequence[Trial], groups: Groups) -> Array:
     known = [(one.form, one.errors) for one in trials if one.errors is not None]
     errors = np.empty(len(groups))
     for held in _folds(groups, FOLDS):
-        others = [Trial(form, left[~held]) for form, left in known]
+        others = [TriedForm(form, left[~held]) for form, left in known]
         taken = best(others, groups[~held])
         errors[held] = known[others.index(taken)][1][held]
     return errors

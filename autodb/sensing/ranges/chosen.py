@@ -60,7 +60,7 @@ def choose(table: CutTable, calibrations: Sequence[Calibration]) -> list[int | s
     return [which(known, cut) for cut in holds_of(table, calibrations[0].axis)]
 
 
-def force_N(table: CutTable, calibrations: Sequence[Calibration]) -> NDArray[np.float64]:
+def sensed_force_N(table: CutTable, calibrations: Sequence[Calibration]) -> NDArray[np.float64]:
     """Return the force (n,) that an axis feels, N; NaN where it feels none."""
     felt = [one.force_N for one in sense_each(table, calibrations)]
     return np.array([np.nan if force is None else force for force in felt])

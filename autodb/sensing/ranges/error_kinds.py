@@ -80,7 +80,7 @@ def day_moves(scaling: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedCuts:
     """Cuts (n,) in their order that a law was fitted to: its estimates, target − estimate, the
     estimates' derivatives by the coefficients (n, p), the covariance (p, p) of these as from cuts
     that share nothing, and groups of cuts; None: groups that other cuts never share. ``current_sd``
@@ -101,8 +101,8 @@ class Fitted:
         return np.asarray((self.current_sd * self.by_current) ** 2)
 
 
-def apart(
-    cuts: Fitted, *, rmse: float, day_share: float, reference_share: float
+def error_kinds_of(
+    cuts: FittedCuts, *, rmse: float, day_share: float, reference_share: float
 ) -> tuple[ErrorKinds, Array]:
     """Tell the kinds apart; return them, and the covariance (p, p) of the coefficients.
 
@@ -138,12 +138,12 @@ def _mean_variance(columns: Array, covariance: Array) -> float:
     return float(np.mean(np.einsum("ij,jk,ik->i", columns, covariance, columns)))
 
 
-def _components(cuts: Fitted, both: Array) -> fitting.Components:
+def _components(cuts: FittedCuts, both: Array) -> fitting.Components:
     groups = np.arange(len(cuts.error)) if cuts.groups is None else cuts.groups
     return fitting.components(cuts.slopes, both, cuts.error, groups, known=cuts.from_current)
 
 
-def _of_groups(cuts: Fitted, both: Array, found: fitting.Components) -> Array:
+def _of_groups(cuts: FittedCuts, both: Array, found: fitting.Components) -> Array:
     """Return what groups add to the coefficients' covariance (p, p): K Z B Zᵀ Kᵀ over groups.
 
     K = C Xᵀ/s² is how the coefficients follow the targets.

@@ -31,7 +31,7 @@ FEWEST = 3
 
 
 @dataclass(frozen=True)
-class Bar:
+class RoundBar:
     """A round bar: diameter while it is cut, free length (between centres: all of it), and Young's
     modulus in MPa (steel about 210 000, aluminium 70 000).
     """
@@ -46,19 +46,19 @@ class Bar:
         return float(self.modulus_MPa * np.pi * self.diameter_mm**4 / 64.0)
 
 
-def held_in_a_chuck(bar: Bar, from_jaws_mm: Array) -> Array:
+def held_in_a_chuck(bar: RoundBar, from_jaws_mm: Array) -> Array:
     """Return the compliance (n,), mm/N, at distances from the jaws."""
     return np.asarray(from_jaws_mm**3 / (3.0 * bar.bending_N_mm2))
 
 
-def between_centres(bar: Bar, from_end_mm: Array) -> Array:
+def between_centres(bar: RoundBar, from_end_mm: Array) -> Array:
     """Return the compliance (n,), mm/N, at distances from one centre."""
     rest = bar.length_mm - from_end_mm
     return np.asarray(from_end_mm**2 * rest**2 / (3.0 * bar.bending_N_mm2 * bar.length_mm))
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredPart:
     """Errors of diameter (n,), mm, + where the part is too large, at places of known compliance.
 
     ``compliance_mm_N`` (n,): of work, tool and machine together; ``share``: its relative sd, of all
@@ -73,12 +73,12 @@ class Measured:
     setting_mm: float = np.inf
 
 
-def as_measured(part: PartFile) -> Measured:
+def as_measured(part: PartFile) -> MeasuredPart:
     """Return what a part file says, with the compliance of its bar."""
-    bar = Bar(part.bar.diameter_mm, part.bar.length_mm, part.bar.modulus_MPa)
+    bar = RoundBar(part.bar.diameter_mm, part.bar.length_mm, part.bar.modulus_MPa)
     bends = held_in_a_chuck if part.bar.held == "chuck" else between_centres
     measured, place = part.measured, np.array(part.measured.place_mm)
-    return Measured(
+    return MeasuredPart(
         error_mm=np.array(measured.diameter_error_mm),
         compliance_mm_N=bends(bar, place) + part.machine_compliance_mm_N,
         share=part.bar.share,
@@ -102,7 +102,7 @@ class Inspected:
     why_not: str | None = None
 
 
-def passive_force(measured: Measured, *, range_N: float) -> Inspected:
+def passive_force(measured: MeasuredPart, *, range_N: float) -> Inspected:
     """Return the force that a part's errors tell, by generalised least squares.
 
     Not sensed where its 95 % interval is wider than ``range_N``, the range in which it may lie.

@@ -28,7 +28,7 @@ approaches were read up to 40 % too high, the average reaching into the cut."""
 
 
 @dataclass(frozen=True)
-class Load:
+class PhaseLoad:
     """One axis over the samples of a recording, each (n,); NaN where it stands.
 
     ``range_A`` as it is averaged in a cut table, ``quick_A`` over ``QUICK_S`` where the axis turns
@@ -65,10 +65,10 @@ class Load:
         slow = turning_hz < SLOW_HZ[self.three]
         return LEAD_S + (SLOW_PERIODS if slow else LEAD_PERIODS[self.three]) / turning_hz
 
-    def until(self, end: int) -> "Load":
+    def until(self, end: int) -> "PhaseLoad":
         """Return the load up to a sample."""
         envelope = None if self.envelope_A is None else self.envelope_A[:end]
-        return Load(self.range_A[:end], self.quick_A[:end], self.frequency_hz[:end], envelope)
+        return PhaseLoad(self.range_A[:end], self.quick_A[:end], self.frequency_hz[:end], envelope)
 
 
 def has_phase_currents(channels: Collection[str]) -> bool:
@@ -76,7 +76,7 @@ def has_phase_currents(channels: Collection[str]) -> bool:
     return any(f"{axis}.current.{phase}" in channels for axis in AXES for phase in "uvw")
 
 
-def load_of(recording: Recording, axis: str) -> Load | None:
+def phase_load_of(recording: Recording, axis: str) -> PhaseLoad | None:
     """Return the load of an axis from its three phases, or the first of fewer; None without any."""
     phases = [recording.get(f"{axis}.current.{phase}") for phase in "uvw"]
     recorded = [phase for phase in phases if phase is not None]
@@ -86,9 +86,9 @@ def load_of(recording: Recording, axis: str) -> Load | None:
     if len(recorded) < 3:
         mean = signals.one_phase_range(recorded[0], rate_hz=rate_hz)
         quick = signals.one_phase_range(recorded[0], rate_hz=rate_hz, smooth_s=QUICK_S)
-        return Load(mean.range_A, quick.range_A, quick.frequency_hz, None)
+        return PhaseLoad(mean.range_A, quick.range_A, quick.frequency_hz, None)
     u, v, w = recorded
     mean = signals.three_phase_range(u, v, w, rate_hz=rate_hz)
     quick = signals.three_phase_range(u, v, w, rate_hz=rate_hz, smooth_s=QUICK_S)
     envelope = 2.0 * np.abs(signals.space_vector(u, v, w))
-    return Load(mean.range_A, quick.range_A, quick.frequency_hz, envelope)
+    return PhaseLoad(mean.range_A, quick.range_A, quick.frequency_hz, envelope)

@@ -9,7 +9,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Moved:
+class CurrentChange:
     """Change from the first to the last cut of one condition with its 95 % interval.
 
     ``before``: mean of the first cuts. All in the unit of the values.
@@ -35,9 +35,9 @@ class Moved:
         )
 
 
-def moved(
+def moved_between(
     values: Array, conditions: NDArray[np.generic], *, first: list[int], last: list[int]
-) -> Moved:
+) -> CurrentChange:
     """Return by how much the cuts ``last`` differ from the cuts ``first``, rows of ``values`` (n,).
 
     Both are of one condition. The scatter s of single cuts, ν degrees of freedom, is pooled within
@@ -56,7 +56,7 @@ def moved(
     start, end = values[first], values[last]
     change = float(np.mean(end) - np.mean(start))
     half = float(stats.t.ppf(0.975, dof)) * sd * float(np.sqrt(1 / len(start) + 1 / len(end)))
-    return Moved(float(np.mean(start)), change, change - half, change + half)
+    return CurrentChange(float(np.mean(start)), change, change - half, change + half)
 
 
 def pooled_sd(values: Array, conditions: NDArray[np.generic]) -> tuple[float, int]:

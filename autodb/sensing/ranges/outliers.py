@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from autodb.sensing.ranges.forms import Law
+from autodb.sensing.ranges.forms import FittedForm
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Outlier:
     alone: bool
 
 
-def sentences(named: Sequence[Outlier]) -> list[str]:
+def outlier_sentences(named: Sequence[Outlier]) -> list[str]:
     """Return one sentence on cuts off the law, and one on cuts that hold a part of it alone."""
     off = [one for one in named if one.off]
     alone = [one for one in named if one.alone]
@@ -78,7 +78,7 @@ def numbers(cuts: Sequence[float]) -> str:
     return ", ".join(said[:STRETCHES]) + (f" and {rest} more" if rest else "")
 
 
-def outliers(law: Law, slopes: Array, error: Array, cut: Array) -> tuple[Outlier, ...]:
+def outliers(law: FittedForm, slopes: Array, error: Array, cut: Array) -> tuple[Outlier, ...]:
     """Return the cuts (n,) named, by target − estimate (n,) and the law's derivatives (n, p).
 
     Leverage h = sᵀ C s / σ², C the coefficients' covariance, σ² the residual variance; the residual

@@ -18,10 +18,10 @@ from autodb.files.channels import FORCES
 from autodb.files.side import SideFile
 from autodb.records import CutTable, Recording
 from autodb.sensing.ranges import faults, rejections
-from autodb.sensing.ranges.averages import means_of
-from autodb.sensing.ranges.loads import AXES, QUICK_S, Load, has_phase_currents, load_of
+from autodb.sensing.ranges.averages import air_and_cut_means
+from autodb.sensing.ranges.loads import AXES, QUICK_S, PhaseLoad, has_phase_currents, phase_load_of
 
-__all__ = ["RawCut", "cut_of", "has_phase_currents"]
+__all__ = ["RawCut", "cut_of_recording", "has_phase_currents"]
 
 Array = NDArray[np.float64]
 
@@ -48,12 +48,14 @@ class _Signals:
     """
 
     rate_hz: float
-    loads: dict[str, Load]
+    loads: dict[str, PhaseLoad]
     forces: dict[str, Array]
     quasi_static: dict[str, Array]
 
 
-def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = None) -> RawCut:
+def cut_of_recording(
+    recording: Recording, *, progress: Callable[[str], None] | None = None
+) -> RawCut:
     """Return the one cut of a recording, and what was left out of its averages.
 
     Raises SetAside when no axis shows an air approach followed by a cut, when too little of one is
@@ -64,7 +66,7 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
     parts = _segments(found, recording)
     faults.refuse(recording.path, faults.x_travels(recording, parts.cut))
     for axis, load in found.loads.items():
-        _set_aside(recording, rejections.at_limit(load, parts, axis=axis, t_s=recording.t_s))
+        _set_aside(recording, rejections.range_at_limit(load, parts, axis=axis, t_s=recording.t_s))
     spindle = _spindle(recording, parts)
     if spindle is None:
         notes.append("chatter was not looked for: the spindle's speed is not known")
@@ -75,10 +77,10 @@ def cut_of(recording: Recording, *, progress: Callable[[str], None] | None = Non
         _set_aside(recording, seen)
     row = _conditions(recording, parts.cut) | _during(recording, parts.cut)
     for axis, load in found.loads.items():
-        row |= means_of(axis, load, parts, found.rate_hz, notes)
+        row |= air_and_cut_means(axis, load, parts, found.rate_hz, notes)
     for name, force in found.quasi_static.items():
         row[name] = float(np.mean(force[parts.cut]) - np.mean(force[parts.air]))
-    return RawCut(table_of(recording.path, recording.side, row), tuple(notes))
+    return RawCut(table_of_cut(recording.path, recording.side, row), tuple(notes))
 
 
 def _set_aside(recording: Recording, seen: str | None) -> None:
@@ -94,7 +96,7 @@ def _recorded(
     for axis in AXES:
         if progress:
             progress(f"demodulating {axis}")
-        load = load_of(recording, axis)
+        load = phase_load_of(recording, axis)
         if load is not None:
             loads[axis] = load
     rate = recording.rate_hz
@@ -109,7 +111,7 @@ def _recorded(
     return _Signals(rate, loads, forces, quasi), notes
 
 
-def _slows(recording: Recording, loads: dict[str, Load]) -> int | None:
+def _slows(recording: Recording, loads: dict[str, PhaseLoad]) -> int | None:
     """Return from where the spindle slows down, by its speed or its drive's frequency."""
     speed = recording.get("spindle.speed")
     if speed is None and "spindle" in loads:
@@ -117,14 +119,14 @@ def _slows(recording: Recording, loads: dict[str, Load]) -> int | None:
     return None if speed is None else signals.slowing_from(speed, rate_hz=recording.rate_hz)
 
 
-def _slowing(from_s: float, loads: dict[str, Load], begins: int) -> str:
+def _slowing(from_s: float, loads: dict[str, PhaseLoad], begins: int) -> str:
     after = loads["spindle"].range_A[begins:] if "spindle" in loads else np.zeros(0)
     known = after[np.isfinite(after)]
     high = f", its range up to {np.max(known):.4g} A," if known.size else ""
     return f"from {from_s:.2f} s on the spindle slows down{high} and all is left out"
 
 
-def _segments(found: _Signals, recording: Recording) -> signals.Segments:
+def _segments(found: _Signals, recording: Recording) -> signals.CutSegments:
     """Return the parts by the first load that shows them; the spindle sees every cut: it leads.
 
     Forces of a dynamometer come last, the largest first. Raises SetAside.
@@ -139,7 +141,7 @@ def _segments(found: _Signals, recording: Recording) -> signals.Segments:
             _set_aside(recording, rejections.starts_in_cut(levels))
         stop = rejections.stops(quick, levels, named=name, t_s=recording.t_s, rate_hz=rate)
         _set_aside(recording, stop)
-        parts = signals.segments_of(levels.cutting, rate_hz=rate)
+        parts = signals.cut_segments(levels.cutting, rate_hz=rate)
         speed_rpm = _speed_rpm(recording, slice(parts.entry.start, parts.exit.stop))
         short = rejections.too_short(parts, t_s=recording.t_s, rate_hz=rate, speed_rpm=speed_rpm)
         if short is None:
@@ -183,7 +185,7 @@ def _speed_rpm(recording: Recording, part: slice) -> float | None:
     return float(np.mean(speed[part]))
 
 
-def _spindle(recording: Recording, parts: signals.Segments) -> signals.Turning | None:
+def _spindle(recording: Recording, parts: signals.CutSegments) -> signals.Turning | None:
     """Return the frequency whose multiples are no chatter, up to the rate; None: not known."""
     speed_rpm = _speed_rpm(recording, parts.cut)
     if not speed_rpm:
@@ -236,7 +238,7 @@ def _during(recording: Recording, cut: slice) -> dict[str, float]:
     return found
 
 
-def table_of(path: Path, side: SideFile, row: Mapping[str, float]) -> CutTable:
+def table_of_cut(path: Path, side: SideFile, row: Mapping[str, float]) -> CutTable:
     """Return the one cut of a recording over time as a table, with what its side file says."""
     texts: dict[str, list[str]] = {
         "operation": [side.cut.operation or ""],

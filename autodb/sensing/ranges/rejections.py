@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import signals
-from autodb.sensing.ranges.loads import Load
+from autodb.sensing.ranges.loads import PhaseLoad
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ HARMONICS, ELECTRICAL_SPREAD = 12, 0.003
 
 
 def too_short(
-    parts: signals.Segments, *, t_s: Array, rate_hz: float, speed_rpm: float | None
+    parts: signals.CutSegments, *, t_s: Array, rate_hz: float, speed_rpm: float | None
 ) -> str | None:
     """Say where too little of a cut, or of its air approach, is left between the transitions."""
     margin_s = signals.MARGIN_S
@@ -52,7 +52,7 @@ def too_short(
     )
 
 
-def starts_in_cut(levels: signals.Levels) -> str | None:
+def starts_in_cut(levels: signals.LoadLevels) -> str | None:
     """Say where a spindle's range begins high and falls: its cut is not what comes second."""
     if levels.cut > levels.air:
         return None
@@ -63,7 +63,7 @@ def starts_in_cut(levels: signals.Levels) -> str | None:
 
 
 def stops(
-    load: Array, levels: signals.Levels, *, named: str, t_s: Array, rate_hz: float
+    load: Array, levels: signals.LoadLevels, *, named: str, t_s: Array, rate_hz: float
 ) -> str | None:
     """Say where a load (n,) falls back to air in the middle of the cut and comes again."""
     gap = signals.interrupted(load, levels, rate_hz=rate_hz)
@@ -77,9 +77,9 @@ def stops(
 
 
 def chatters(
-    loads: Mapping[str, Load],
+    loads: Mapping[str, PhaseLoad],
     forces: Mapping[str, Array],
-    parts: signals.Segments,
+    parts: signals.CutSegments,
     *,
     rate_hz: float,
     spindle: signals.Turning,
@@ -105,8 +105,8 @@ def chatters(
 
 
 def _envelope_line(
-    load: Load, parts: signals.Segments, *, rate_hz: float, spindle: signals.Turning
-) -> signals.Line | None:
+    load: PhaseLoad, parts: signals.CutSegments, *, rate_hz: float, spindle: signals.Turning
+) -> signals.NarrowBand | None:
     electrical_hz = load.turning_hz(parts.cut)
     if load.envelope_A is None or not electrical_hz:
         return None
@@ -117,7 +117,7 @@ def _envelope_line(
     return signals.chatter(cut, air, rate_hz=rate_hz, turning=(spindle, own), least_rms=least_A)
 
 
-def _chatter(line: signals.Line, name: str, unit: str, spindle: signals.Turning) -> str:
+def _chatter(line: signals.NarrowBand, name: str, unit: str, spindle: signals.Turning) -> str:
     return (
         f"chatter in the cut: {name} swings by {line.rms:.3g} {unit} rms at "
         f"{line.frequency_hz:.1f} Hz, no multiple of the spindle's {spindle.frequency_hz:.2f} Hz; "
@@ -125,7 +125,9 @@ def _chatter(line: signals.Line, name: str, unit: str, spindle: signals.Turning)
     )
 
 
-def at_limit(load: Load, parts: signals.Segments, *, axis: str, t_s: Array) -> str | None:
+def range_at_limit(
+    load: PhaseLoad, parts: signals.CutSegments, *, axis: str, t_s: Array
+) -> str | None:
     """Say where an axis' range is held at its maximum: the force is at least what it says.
 
     Looks at drives that turn fast enough to be read in ``FAST_S``: a spindle, seldom a feed.

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.sensing.ranges.forms import Felt, Form
+from autodb.sensing.ranges.forms import CurrentForm, MeasuredCuts
 
 Array = NDArray[np.float64]
 
@@ -14,7 +14,7 @@ BEYOND = 0.5
 HALVINGS = 50
 
 
-def current_of(form: Form, coefficients: Array, felt: Felt, target: Array) -> Array:
+def current_of(form: CurrentForm, coefficients: Array, felt: MeasuredCuts, target: Array) -> Array:
     """Return the current (n,) at which a form gives ``target`` (n,), all else as ``felt`` has it.
 
     Every form goes one way in the current (``sensing.forms``), so that halving finds it. A target

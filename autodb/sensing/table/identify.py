@@ -54,7 +54,7 @@ class Rest:
 
 
 @dataclass(frozen=True)
-class Turned:
+class TableMoves:
     """A recording: readings (3, n) and how the table moved."""
 
     recording: Recording
@@ -83,7 +83,7 @@ def identify_table(
     missing.
     """
     seen = [
-        Turned(
+        TableMoves(
             one,
             readings(one, cutoff_hz=cutoff_hz),
             table_motion(one, kinematics, cutoff_hz=cutoff_hz),
@@ -151,7 +151,7 @@ def _weighed(rests: Sequence[Rest], zero_N: Array) -> tuple[float, Array, Array]
 
 
 def _moments(
-    seen: Sequence[Turned], zero_N: Array, mass_kg: float, matrix: Array
+    seen: Sequence[TableMoves], zero_N: Array, mass_kg: float, matrix: Array
 ) -> tuple[Array, Array, list[str]]:
     """Return moments (3,), their covariance (3, 3), and what no move told of them, in words."""
     inner, right = np.zeros((3, 3)), np.zeros(3)

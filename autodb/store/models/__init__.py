@@ -18,9 +18,9 @@ from autodb.store.models.learning import (
     fleet_prior_parameters,
 )
 from autodb.store.models.machine import Axis, GearRange, Machine
-from autodb.store.models.recording import Cut, Recording, RecordingChannel
+from autodb.store.models.recording import Cut, RecordingChannel, StoredRecording
 from autodb.store.models.sensing import (
-    Calibration,
+    CalibrationVersion,
     DriveScale,
     Estimator,
     SensedForce,
@@ -44,7 +44,7 @@ __all__ = [
     "AuditEntry",
     "Axis",
     "Base",
-    "Calibration",
+    "CalibrationVersion",
     "ChannelModel",
     "ConventionalParameter",
     "Cut",
@@ -60,11 +60,11 @@ __all__ = [
     "Pair",
     "PairState",
     "Prediction",
-    "Recording",
     "RecordingChannel",
     "RefreshPass",
     "SensedForce",
     "SensedWaveform",
+    "StoredRecording",
     "Tool",
     "ToolProperty",
     "calibration_recording",

@@ -24,7 +24,7 @@ class Base(DeclarativeBase):
     }
 
 
-class Reference:
+class ReferenceColumns:
     """Columns of a reference value: where it is from, how sure, and since when; NULL is unknown."""
 
     lower: Mapped[float | None]

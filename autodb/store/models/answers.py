@@ -13,7 +13,7 @@ from autodb.store.models.learning import (
     channel_model_mismatch,
     cutting_parameters_mismatch,
 )
-from autodb.store.models.recording import Recording
+from autodb.store.models.recording import StoredRecording
 
 prediction_parameters = link("prediction_parameters", "prediction", "cutting_parameters")
 
@@ -71,7 +71,7 @@ class Mismatch(Base):
     decided_at: Mapped[str | None]
     decided_by: Mapped[str | None]
     confirmed_term: Mapped[str | None]
-    recording: Mapped[Recording] = relationship()
+    recording: Mapped[StoredRecording] = relationship()
     models: Mapped[list[ChannelModel]] = relationship(secondary=channel_model_mismatch)
     parameters_of_pairs: Mapped[list[CuttingParameters]] = relationship(
         secondary=cutting_parameters_mismatch,

@@ -6,7 +6,7 @@ from sqlalchemy import ForeignKey, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from autodb.store.models._base import Base, link, now
-from autodb.store.models.recording import Recording
+from autodb.store.models.recording import StoredRecording
 from autodb.store.models.sensing import SensedForce
 from autodb.store.models.work import Material, Pair
 
@@ -52,7 +52,7 @@ class ChannelModel(Base):
         ForeignKey("channel_model.id", name="fk_channel_model_parent")
     )
     parent: Mapped["ChannelModel | None"] = relationship(remote_side="ChannelModel.id")
-    recordings: Mapped[list[Recording]] = relationship(secondary=channel_model_recording)
+    recordings: Mapped[list[StoredRecording]] = relationship(secondary=channel_model_recording)
 
 
 class CuttingParameters(Base):

@@ -9,7 +9,7 @@ from autodb.store.models._base import Base, now
 from autodb.store.models.work import Pair
 
 
-class Recording(Base):
+class StoredRecording(Base):
     """One imported file, known by its checksum; the side file is kept as it was read.
 
     ``delivered_as``: the path that it came in under, ``path`` where it lies; NULL: the same.
@@ -111,5 +111,5 @@ class Cut(Base):
     state: Mapped[str | None]
     superseded_at: Mapped[str | None] = mapped_column(index=True)
     content: Mapped[str | None] = mapped_column(index=True)
-    recording: Mapped[Recording] = relationship(back_populates="cuts")
+    recording: Mapped[StoredRecording] = relationship(back_populates="cuts")
     pair: Mapped[Pair | None] = relationship()

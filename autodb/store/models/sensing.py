@@ -6,7 +6,7 @@ from sqlalchemy import CheckConstraint, ForeignKey, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from autodb.store.models._base import COMPONENTS, Base, link, now, one_of
-from autodb.store.models.recording import Cut, Recording
+from autodb.store.models.recording import Cut, StoredRecording
 
 CALIBRATION_KINDS = (
     "line", "line-of-speed", "power", "power-of-speed", "line-warmed", "power-warmed",
@@ -23,7 +23,7 @@ estimator_recording = link("estimator_recording", "estimator", "recording")
 estimator_source = link("estimator_source", "estimator", "calibration")
 
 
-class Calibration(Base):
+class CalibrationVersion(Base):
     """One version of an axis' model from current to force or torque, with its scores.
 
     It holds for a gear range, coolant, spindle state and feed direction; NULL: for any.
@@ -77,7 +77,7 @@ class Calibration(Base):
     current_sd: Mapped[float | None]
     group_covariance: Mapped[list[Any] | None]
     undone_at: Mapped[str | None]
-    recordings: Mapped[list[Recording]] = relationship(secondary=calibration_recording)
+    recordings: Mapped[list[StoredRecording]] = relationship(secondary=calibration_recording)
     repeats: Mapped[list[Cut]] = relationship(secondary=calibration_repeat)
 
 
@@ -105,7 +105,7 @@ class DriveScale(Base):
     recording_id: Mapped[int] = mapped_column(ForeignKey("recording.id"))
     created_at: Mapped[str] = mapped_column(default=now)
     undone_at: Mapped[str | None]
-    recording: Mapped[Recording] = relationship()
+    recording: Mapped[StoredRecording] = relationship()
 
 
 class Estimator(Base):
@@ -130,8 +130,8 @@ class Estimator(Base):
     scores: Mapped[dict[str, Any]]
     since: Mapped[str] = mapped_column(default=now)
     undone_at: Mapped[str | None]
-    recordings: Mapped[list[Recording]] = relationship(secondary=estimator_recording)
-    calibrations: Mapped[list[Calibration]] = relationship(secondary=estimator_source)
+    recordings: Mapped[list[StoredRecording]] = relationship(secondary=estimator_recording)
+    calibrations: Mapped[list[CalibrationVersion]] = relationship(secondary=estimator_source)
 
 
 class SensedForce(Base):
@@ -163,7 +163,7 @@ class SensedForce(Base):
     common: Mapped[list[Any] | None]
     reason: Mapped[str | None]
     cut: Mapped[Cut] = relationship()
-    calibration: Mapped[Calibration | None] = relationship()
+    calibration: Mapped[CalibrationVersion | None] = relationship()
     sensor: Mapped[Estimator | None] = relationship()
 
 

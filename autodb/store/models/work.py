@@ -3,7 +3,7 @@
 from sqlalchemy import CheckConstraint, ForeignKey, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from autodb.store.models._base import Base, Reference, now, one_of
+from autodb.store.models._base import Base, ReferenceColumns, now, one_of
 
 TOOL_KINDS = ("turning_insert", "end_mill", "drill")
 
@@ -37,7 +37,7 @@ class Tool(Base):
     properties: Mapped[list["ToolProperty"]] = relationship(order_by="ToolProperty.code")
 
 
-class ToolProperty(Base, Reference):
+class ToolProperty(Base, ReferenceColumns):
     """One property of a tool under its ISO 13399 code."""
 
     __tablename__ = "tool_property"
@@ -57,7 +57,7 @@ class Material(Base):
     name: Mapped[str] = mapped_column(unique=True)
 
 
-class ConventionalParameter(Base, Reference):
+class ConventionalParameter(Base, ReferenceColumns):
     """One handbook value of a material: a cutting parameter that no machine of ours has learnt."""
 
     __tablename__ = "conventional_parameter"

@@ -36,7 +36,7 @@ def conditional(request: Request, kind: Any, value: object, mark: str) -> Respon
     """Return a value as JSON, or that it is there, to who wants it only where it is not (`*`)."""
     if _known(request).strip() == ANY:
         return _not_modified(tag_of(mark))
-    return answer(kind, value, mark)
+    return json_answer(kind, value, mark)
 
 
 def _known(request: Request) -> str:
@@ -48,7 +48,7 @@ def _not_modified(tag: str) -> Response:
     return Response(status_code=304, headers={"ETag": tag})
 
 
-def answer(kind: Any, value: object, mark: str) -> Response:
+def json_answer(kind: Any, value: object, mark: str) -> Response:
     """Return a value as JSON."""
     body = adapter(kind).dump_json(value)
     return Response(body, media_type="application/json", headers={"ETag": tag_of(mark)})

@@ -11,7 +11,7 @@ from typing import Any
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from autodb.web.http.guard import HEADERS
-from autodb.web.http.problems import Problem
+from autodb.web.http.problems import HttpProblem
 
 HEAD_S = 10.0
 """How long a request's head may take, from when the connection opens or it begins. Chosen."""
@@ -118,7 +118,7 @@ class Connection(HttpToolsProtocol):
         if self.transport.is_closing():
             return
         if self.cycle is None or self.cycle.response_complete:
-            body = Problem(detail=SAID[status]).model_dump_json().encode()
+            body = HttpProblem(detail=SAID[status]).model_dump_json().encode()
             lines = {"Content-Type": "application/json", "Content-Length": str(len(body))}
             lines |= {"Connection": "close", **HEADERS}
             head = [f"HTTP/1.1 {status.value} {status.phrase}"]

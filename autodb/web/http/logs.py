@@ -25,7 +25,7 @@ class AsJson(logging.Formatter):
         return json.dumps(said, ensure_ascii=False)
 
 
-def begin() -> None:
+def begin_logging() -> None:
     """Have the service and its server log as JSON; requests are logged by the service alone."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(AsJson())

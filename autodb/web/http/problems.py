@@ -7,7 +7,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel
 
 
-class Problem(BaseModel):
+class HttpProblem(BaseModel):
     """Why there is no answer; ``detail`` is one line, which says what would work."""
 
     detail: str
@@ -31,12 +31,12 @@ WORDS = {
 def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
     """Return how a route's document names the statuses that are no answer; any may get 400."""
     every = sorted({400, *statuses})
-    return {one: {"model": Problem, "description": WORDS[one]} for one in every}
+    return {one: {"model": HttpProblem, "description": WORDS[one]} for one in every}
 
 
 def problem(status: int, detail: str, headers: dict[str, str] | None = None) -> JSONResponse:
     """Return the response for what could not be answered."""
-    return JSONResponse(Problem(detail=detail).model_dump(), status, headers)
+    return JSONResponse(HttpProblem(detail=detail).model_dump(), status, headers)
 
 
 def first_of(errors: Sequence[Any]) -> str:

@@ -48,7 +48,7 @@ class Decision:
 
 
 @dataclass(frozen=True)
-class Entry:
+class AuditLine:
     """One entry of the audit log."""
 
     id: int
@@ -72,7 +72,7 @@ class Importing:
 
 
 @dataclass(frozen=True)
-class Row:
+class BatchLine:
     """One line of a batch: the cut of that line of the request, or why there is none."""
 
     row: int

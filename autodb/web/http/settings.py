@@ -13,7 +13,7 @@ MIB = 2**20
 
 
 @dataclass(frozen=True)
-class Bounds:
+class ReaderBounds:
     """What a process may use that reads what was sent, with all that it starts.
 
     Memory (address space), the time of the clock and of the processor, files open at once, and by
@@ -28,7 +28,7 @@ class Bounds:
 
 
 @dataclass(frozen=True)
-class Limits:
+class RequestLimits:
     """How much may be sent to a service, and how often.
 
     ``recording_MiB``, ``side_MiB``, ``program_MiB``: size of each; ``a_minute``: by one address;
@@ -45,9 +45,9 @@ class Limits:
     waiting: int = 20
     at_once: int = 2
     receive_s: float = 600.0
-    importing: Bounds = Bounds()
-    predicting: Bounds = Bounds(memory_MiB=2048, seconds=60, grows_MiB=64)
-    explaining: Bounds = Bounds(seconds=300, grows_MiB=64)
+    importing: ReaderBounds = ReaderBounds()
+    predicting: ReaderBounds = ReaderBounds(memory_MiB=2048, seconds=60, grows_MiB=64)
+    explaining: ReaderBounds = ReaderBounds(seconds=300, grows_MiB=64)
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Settings:
     names: tuple[str, ...] = ()
     tls: bool = False
     recordings: Path | None = None
-    limits: Limits = Limits()
+    limits: RequestLimits = RequestLimits()
     proxies: tuple[str, ...] = ()
 
     @property

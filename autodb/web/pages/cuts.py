@@ -16,7 +16,7 @@ MOST = 50
 
 
 @dataclass(frozen=True)
-class Field:
+class FormField:
     """A number of a cut in a form: its key, what it is called, and its unit."""
 
     key: str
@@ -25,20 +25,20 @@ class Field:
 
 
 FIELDS = (
-    Field("diameter_mm", "Diameter", "mm"),
-    Field("end_diameter_mm", "End diameter", "mm"),
-    Field("length_mm", "Length", "mm"),
-    Field("depth_mm", "Depth", "mm"),
-    Field("width_mm", "Width", "mm"),
-    Field("feed_mm_rev", "Feed", "mm/rev"),
-    Field("feed_mm_tooth", "Feed", "mm/tooth"),
-    Field("speed_m_min", "Cutting speed", "m/min"),
-    Field("speed_rpm", "or spindle speed", "rpm"),
-    Field("direction_deg", "Direction", "deg"),
-    Field("ramp_deg", "Ramp", "deg"),
-    Field("pocket_diameter_mm", "Pocket", "mm"),
-    Field("cutting_time_s", "Edge has cut", "s"),
-    Field("flank_wear_mm", "Flank wear", "mm"),
+    FormField("diameter_mm", "Diameter", "mm"),
+    FormField("end_diameter_mm", "End diameter", "mm"),
+    FormField("length_mm", "Length", "mm"),
+    FormField("depth_mm", "Depth", "mm"),
+    FormField("width_mm", "Width", "mm"),
+    FormField("feed_mm_rev", "Feed", "mm/rev"),
+    FormField("feed_mm_tooth", "Feed", "mm/tooth"),
+    FormField("speed_m_min", "Cutting speed", "m/min"),
+    FormField("speed_rpm", "or spindle speed", "rpm"),
+    FormField("direction_deg", "Direction", "deg"),
+    FormField("ramp_deg", "Ramp", "deg"),
+    FormField("pocket_diameter_mm", "Pocket", "mm"),
+    FormField("cutting_time_s", "Edge has cut", "s"),
+    FormField("flank_wear_mm", "Flank wear", "mm"),
 )
 SHOWN = {
     operation: [*KEYS[operation].needs, *KEYS[operation].may, *ANY_CUT] for operation in OPERATIONS
@@ -84,7 +84,7 @@ def cut_rows(cuts: Sequence[JobCut]) -> list[dict[str, str]]:
     ]
 
 
-def in_words(cut: JobCut) -> str:
+def cut_in_words(cut: JobCut) -> str:
     """Return a cut in one line."""
     stated = ((one, getattr(cut, one.key)) for one in FIELDS)
     said = [
@@ -95,7 +95,7 @@ def in_words(cut: JobCut) -> str:
     return ", ".join([cut.operation, *said])
 
 
-def spans(cut: PredictedCut) -> list[tuple[str, str, str, str]]:
+def prediction_spans(cut: PredictedCut) -> list[tuple[str, str, str, str]]:
     """Return what a cut takes: quantity, value, 95 % interval, and the peak's where it has one."""
     peaks = cut.peaks
     rows = [

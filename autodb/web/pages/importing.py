@@ -3,8 +3,8 @@
 from fastapi import APIRouter, Request, Response
 
 from autodb.agent.rows.owner import owner_named
-from autodb.web.html import page
-from autodb.web.pages.reading import read
+from autodb.web.html import service_page
+from autodb.web.pages.reading import read_state
 from autodb.web.service import Reads, service_of
 
 router = APIRouter()
@@ -13,9 +13,9 @@ router = APIRouter()
 @router.get("/machines/{machine:path}/import")
 def import_page(request: Request, _access: Reads, machine: str) -> Response:
     """Show where files are dropped; the page's script sends them and says how far each is."""
-    owner = read(request, lambda session: owner_named(session, machine))
+    owner = read_state(request, lambda session: owner_named(session, machine))
     settings = service_of(request).settings
-    return page(
+    return service_page(
         request,
         "import.html.j2",
         title=f"{machine}: import",

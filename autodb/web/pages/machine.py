@@ -5,18 +5,18 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.overview import MachineSaid, machine_said
-from autodb.agent.learn.passes import passes_of
+from autodb.agent.learn.passes import last_passes_of
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.drive_maps import DriveMap, drive_map, modelled_channels
 from autodb.agent.sense.sensors import Sensor, sensors_of
-from autodb.files.machine import Limits
+from autodb.files.machine import AxisLimits
 from autodb.reports import axis
 from autodb.reports.figures import quantity
 from autodb.reports.machine import calibration_plots
 from autodb.reports.page import CalibrationPlot, calibration_plot, equation_words
 from autodb.store import models
-from autodb.web.html import page
-from autodb.web.pages.reading import day, read
+from autodb.web.html import service_page
+from autodb.web.pages.reading import day, read_state
 from autodb.web.service import Reads
 
 PASSES = 20
@@ -29,21 +29,21 @@ router = APIRouter()
 
 
 @router.get("/machines/{machine:path}/moved")
-def moved(request: Request, _access: Reads, machine: str) -> Response:
+def refreshes_page(request: Request, _access: Reads, machine: str) -> Response:
     """Show what refreshes found, the newest first."""
 
     def asked(session: Session) -> list[tuple[str, list[str]]]:
         number = find_machine(session, machine).id
-        found = passes_of(session, number, most=PASSES)
+        found = last_passes_of(session, number, most=PASSES)
         return [(day(one.finished_at), one.done.lines()) for one in found]
 
-    return page(
+    return service_page(
         request,
         "moved.html.j2",
         title=f"{machine}: what moved",
         machine=machine,
         here="moved",
-        passes=read(request, asked),
+        passes=read_state(request, asked),
     )
 
 
@@ -54,9 +54,9 @@ def drive(request: Request, _access: Reads, machine: str, channel: str) -> Respo
     def asked(session: Session) -> DriveMap:
         return drive_map(session, machine, channel)
 
-    found = read(request, asked)
-    maps = [] if found.field is None else axis.map_plots(found.field, found.axis, found.unit)
-    return page(
+    found = read_state(request, asked)
+    maps = [] if found.field is None else axis.field_plots(found.field, found.axis, found.unit)
+    return service_page(
         request,
         "drive.html.j2",
         title=f"{machine}: {channel}",
@@ -70,10 +70,10 @@ def drive(request: Request, _access: Reads, machine: str, channel: str) -> Respo
 
 
 @router.get("/machines/{machine:path}")
-def one_machine(request: Request, _access: Reads, machine: str) -> Response:
+def machine_page_of(request: Request, _access: Reads, machine: str) -> Response:
     """Show one machine."""
-    said, felt, blind, plots, channels = read(request, lambda session: _of(session, machine))
-    return page(
+    said, felt, blind, plots, channels = read_state(request, lambda session: _of(session, machine))
+    return service_page(
         request,
         "machine.html.j2",
         title=machine,
@@ -101,7 +101,7 @@ def _of(
     return said, felt, blind, plots, modelled_channels(session, owner.id)
 
 
-def _limits(one: Limits) -> str:
+def _limits(one: AxisLimits) -> str:
     """Return what an axis may carry, in words; empty where nothing is stated."""
     stated = ((getattr(one, key), unit) for key, unit in LIMITS)
     said = [f"{value:g} {unit}" for value, unit in stated if value is not None]

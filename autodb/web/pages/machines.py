@@ -5,8 +5,8 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request, Response
 
 from autodb.agent.answer.overview import machines_seen
-from autodb.web.html import page
-from autodb.web.pages.reading import day, read
+from autodb.web.html import service_page
+from autodb.web.pages.reading import day, read_state
 from autodb.web.service import Reads
 
 MOST = 60
@@ -16,15 +16,17 @@ router = APIRouter()
 
 
 @router.get("/")
-def machines(
+def machines_page(
     request: Request,
     _access: Reads,
     like: Annotated[str, Query(max_length=200)] = "",
     after: Annotated[str, Query(max_length=200)] = "",
 ) -> Response:
     """Show the machines, by name."""
-    found = read(request, lambda session: machines_seen(session, most=MOST, after=after, like=like))
-    return page(
+    found = read_state(
+        request, lambda session: machines_seen(session, most=MOST, after=after, like=like)
+    )
+    return service_page(
         request,
         "machines.html.j2",
         title="Machines",

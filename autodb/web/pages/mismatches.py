@@ -13,9 +13,9 @@ from autodb.agent.operate.access import Role, noting
 from autodb.agent.operate.deciding import confirm, mismatch, mismatches, reject
 from autodb.errors import UnusableInput
 from autodb.reports.explanation import TERM_WORDS, certainty_words
-from autodb.web.html import page, path, piece
-from autodb.web.pages.reading import day, read
-from autodb.web.receive.apart import Explanation
+from autodb.web.html import path, piece, service_page
+from autodb.web.pages.reading import day, read_state
+from autodb.web.receive.apart import MismatchToExplain
 from autodb.web.routes.machines import Number
 from autodb.web.service import Reads, allowed, made_apart, service_of
 
@@ -34,8 +34,8 @@ def of_machine(
         rows = mismatches(session, machine, decided=decided)
         return [mismatch_said(session, row) for row in rows]
 
-    found = read(request, asked)
-    return page(
+    found = read_state(request, asked)
+    return service_page(
         request,
         "mismatches.html.j2",
         title=f"{machine}: mismatches",
@@ -58,13 +58,13 @@ async def report(request: Request, _access: Reads, number: Number) -> Response:
     service = service_of(request)
     with service.store.reading() as session:
         name = Path(mismatch(session, number).recording.path).name
-    task = Explanation(number, Path(name))
+    task = MismatchToExplain(number, Path(name))
     made = await made_apart(service, task, str, service.settings.limits.explaining)
     return piece("_report.html.j2", report=Markup(made))
 
 
 @router.post("/mismatches/{number}")
-def decide(
+def decide_page(
     request: Request,
     number: Number,
     word: Annotated[str, Form()],
@@ -103,8 +103,8 @@ def _shown(request: Request, number: int, *, said: str = "", status: int = 200) 
         }
         return mismatch_said(session, row), evidence
 
-    found, evidence = read(request, asked)
-    return page(
+    found, evidence = read_state(request, asked)
+    return service_page(
         request,
         "mismatch.html.j2",
         title=f"{words(found.term)} ({found.channel})",

@@ -6,20 +6,28 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request, Response
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.coefficients import coefficients
+from autodb.agent.answer.coefficients import machine_coefficients
 from autodb.agent.answer.force_map import force_map
 from autodb.agent.answer.looking_up import Shelf
-from autodb.agent.learn.precision_history import tightening
+from autodb.agent.learn.precision_history import precision_history
 from autodb.agent.learn.usual_cut import usual_cut
 from autodb.agent.rows.owner import owner_named
-from autodb.files.coefficients import Bounds
+from autodb.files.coefficients import BoundedValue
 from autodb.files.job import JobCut
 from autodb.reports.figures import number
 from autodb.reports.page import learning_plot, learnt_words
-from autodb.reports.pair import map_plots
-from autodb.web.html import page
-from autodb.web.pages.cuts import FIELDS, SHOWN, cut_rows, in_words, read_cuts, spans, stated_rows
-from autodb.web.pages.reading import day, read
+from autodb.reports.pair import force_map_plots
+from autodb.web.html import service_page
+from autodb.web.pages.cuts import (
+    FIELDS,
+    SHOWN,
+    cut_in_words,
+    cut_rows,
+    prediction_spans,
+    read_cuts,
+    stated_rows,
+)
+from autodb.web.pages.reading import day, read_state
 from autodb.web.service import Reads, service_of
 
 UNITS = {"1": "", "N/mm^2": "N/mm²"}
@@ -29,10 +37,10 @@ router = APIRouter()
 
 
 @router.get("/machines/{machine:path}/pairs")
-def pairs(request: Request, _access: Reads, machine: str) -> Response:
+def pairs_page(request: Request, _access: Reads, machine: str) -> Response:
     """Show the pairs that a machine has learnt."""
-    listed = read(request, lambda session: Shelf(session, machine).pairs())
-    return page(
+    listed = read_state(request, lambda session: Shelf(session, machine).pairs())
+    return service_page(
         request,
         "pairs.html.j2",
         title=f"{machine}: pairs",
@@ -56,13 +64,13 @@ def pair(
     asked = stated[0] if stated else _usual(request, machine, material, tool)
     known = grounds.look_up(asked)
     drawn = force_map(grounds, asked)
-    curves = read(
+    curves = read_state(
         request,
-        lambda session: tightening(
+        lambda session: precision_history(
             session, owner_named(session, machine).id, material, grounds.known.tool, asked
         ),
     )
-    return page(
+    return service_page(
         request,
         "pair.html.j2",
         title=f"{material} / {tool}",
@@ -71,22 +79,24 @@ def pair(
         material=material,
         tool=tool,
         known=known,
-        words=in_words(asked),
-        spans=spans(known.cut),
+        words=cut_in_words(asked),
+        spans=prediction_spans(known.cut),
         fields=FIELDS,
         shown=SHOWN,
         rows=cut_rows([asked]),
         curves=[(one, learnt_words(one), learning_plot(n, one)) for n, one in enumerate(curves)],
-        maps=map_plots(drawn),
+        maps=force_map_plots(drawn),
         limited=any(layer.limit is not None for layer in drawn.layers),
-        coefficients=read(request, lambda session: _coefficients(session, machine, material, tool))
+        coefficients=read_state(
+            request, lambda session: _coefficients(session, machine, material, tool)
+        )
         if grounds.known.own
         else [],
     )
 
 
 def _usual(request: Request, machine: str, material: str, tool: str) -> JobCut:
-    return read(
+    return read_state(
         request,
         lambda session: usual_cut(session, owner_named(session, machine).id, material, tool),
     )
@@ -96,9 +106,9 @@ def _coefficients(
     session: Session, machine: str, material: str, tool: str
 ) -> list[tuple[str, str, str]]:
     """Return the coefficients of an orthogonal edge: name, value, and its 95 % interval."""
-    (found,) = coefficients(session, machine, material, tool).pairs
+    (found,) = machine_coefficients(session, machine, material, tool).pairs
     edge = found.orthogonal_edge
-    named: Mapping[str, Bounds] = {**edge.kienzle, **edge.linear}
+    named: Mapping[str, BoundedValue] = {**edge.kienzle, **edge.linear}
     return [
         (name, f"{number(one.value)} {UNITS.get(one.unit, one.unit)}".strip(),
          f"{number(one.lower, like=one.value)} to {number(one.upper, like=one.value)}")

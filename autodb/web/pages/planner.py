@@ -7,17 +7,25 @@ from fastapi import APIRouter, Query, Request, Response
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.looking_up import Listed, Shelf
-from autodb.agent.answer.planning import Plan, plan
-from autodb.agent.answer.predicting import Answer, answer_of
+from autodb.agent.answer.planning import ProposedCuts, plan_cuts
+from autodb.agent.answer.predicting import JobAnswer, answer_of
 from autodb.agent.learn.usual_cut import usual_cut
 from autodb.agent.rows.owner import owner_named
 from autodb.errors import UnusableInput
 from autodb.files.job import Job, JobCut
 from autodb.reports import predicted
 from autodb.reports.figures import number
-from autodb.web.html import page
-from autodb.web.pages.cuts import FIELDS, SHOWN, cut_rows, in_words, read_cuts, spans, stated_rows
-from autodb.web.pages.reading import read
+from autodb.web.html import service_page
+from autodb.web.pages.cuts import (
+    FIELDS,
+    SHOWN,
+    cut_in_words,
+    cut_rows,
+    prediction_spans,
+    read_cuts,
+    stated_rows,
+)
+from autodb.web.pages.reading import read_state
 from autodb.web.service import Reads, service_of
 
 router = APIRouter()
@@ -34,11 +42,11 @@ def planner(
     cut_next: Annotated[bool, Query(alias="next")] = False,
 ) -> Response:
     """Show the form of a job, and what the job takes once it is stated."""
-    known = read(request, lambda session: Shelf(session, machine).pairs())
+    known = read_state(request, lambda session: Shelf(session, machine).pairs())
     said = ""
     rows: list[dict[str, str]] = []
-    answered: Answer | None = None
-    proposed: Plan | None = None
+    answered: JobAnswer | None = None
+    proposed: ProposedCuts | None = None
     try:
         rows = stated_rows(request.query_params)
         cuts = read_cuts(rows)
@@ -50,13 +58,13 @@ def planner(
             job = Job(name=NAME, material=material, tool=tool, cut=named)
             service = service_of(request)
             answered = answer_of(service.shelves.grounds(machine, material, tool).grounds, job)
-            proposed = plan(service.store, machine, job) if cut_next else None
+            proposed = plan_cuts(service.store, machine, job) if cut_next else None
     except UnusableInput as error:
         said = str(error)
     if not rows:
-        first = read(request, lambda session: _first(session, machine, known, material, tool))
+        first = read_state(request, lambda session: _first(session, machine, known, material, tool))
         rows = cut_rows([first])
-    return page(
+    return service_page(
         request,
         "plan.html.j2",
         title=f"{machine}: plan a job",
@@ -75,16 +83,16 @@ def planner(
     )
 
 
-def _answered(request: Request, machine: str, answered: Answer | None) -> dict[str, Any]:
+def _answered(request: Request, machine: str, answered: JobAnswer | None) -> dict[str, Any]:
     """Return what the template shows of an answer."""
     if answered is None:
         return {"answer": None}
-    limits = read(request, lambda session: owner_named(session, machine).limits)
+    limits = read_state(request, lambda session: owner_named(session, machine).limits)
     return {
         "answer": answered,
         "plot": predicted.plot(answered, limits),
         "left_out": 0,
-        "cuts": [(cut, spans(cut)) for cut in answered.cuts],
+        "cuts": [(cut, prediction_spans(cut)) for cut in answered.cuts],
         "exceeds": [(answered.cuts[one.cut - 1].name, one.statement) for one in answered.exceeds],
     }
 
@@ -99,11 +107,11 @@ def _first(
     return usual_cut(session, owner.id, material, tool)
 
 
-def _proposed(found: Plan) -> dict[str, object]:
+def _proposed(found: ProposedCuts) -> dict[str, object]:
     """Return what the template shows of what to cut next."""
     return {
         "now": _percent(found.now),
-        "cuts": [(in_words(one.cut), _percent(one.left)) for one in found.proposed],
+        "cuts": [(cut_in_words(one.cut), _percent(one.left)) for one in found.proposed],
         "targets": [
             (one.cut, f"force {one.component.upper()}", _percent(one.now), _percent(one.after))
             for one in found.targets

@@ -3,11 +3,11 @@
 from fastapi import APIRouter, Request, Response
 
 from autodb.agent.rows.owner import owner_named
-from autodb.reports import predicted as predictedpage
+from autodb.reports import predicted
 from autodb.web.html import piece
-from autodb.web.pages.cuts import spans
-from autodb.web.pages.reading import read
-from autodb.web.routes.programs import predicted
+from autodb.web.pages.cuts import prediction_spans
+from autodb.web.pages.reading import read_state
+from autodb.web.routes.programs import predicted_program
 from autodb.web.service import Reads
 
 SHOWN = 300
@@ -19,8 +19,8 @@ router = APIRouter()
 @router.post("/machines/{machine:path}/plan/program")
 async def of_program(request: Request, _access: Reads, machine: str) -> Response:
     """Answer with the piece of the planner that says what a program will take."""
-    answer = await predicted(request, machine)
-    limits = read(request, lambda session: owner_named(session, machine).limits)
+    answer = await predicted_program(request, machine)
+    limits = read_state(request, lambda session: owner_named(session, machine).limits)
     heaviest = sorted(
         range(len(answer.cuts)),
         key=lambda k: -abs((answer.cuts[k].peaks or answer.cuts[k]).torque_N_m.value),
@@ -29,8 +29,8 @@ async def of_program(request: Request, _access: Reads, machine: str) -> Response
     return piece(
         "_answer.html.j2",
         answer=answer,
-        plot=predictedpage.plot(answer, limits),
-        cuts=[(answer.cuts[k], spans(answer.cuts[k])) for k in listed],
+        plot=predicted.plot(answer, limits),
+        cuts=[(answer.cuts[k], prediction_spans(answer.cuts[k])) for k in listed],
         left_out=len(answer.cuts) - len(listed),
         exceeds=[(answer.cuts[one.cut - 1].name, one.statement) for one in answer.exceeds],
     )

@@ -11,7 +11,7 @@ from autodb.web.service import service_of
 Found = TypeVar("Found")
 
 
-def read(request: Request, asked: Callable[[Session], Found]) -> Found:
+def read_state(request: Request, asked: Callable[[Session], Found]) -> Found:
     """Return what is asked of one state of the database."""
     with service_of(request).store.reading() as session:
         return asked(session)

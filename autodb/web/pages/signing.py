@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Form, HTTPException, Request, Response
 from fastapi.responses import RedirectResponse
 
-from autodb.web.html import page
+from autodb.web.html import service_page
 from autodb.web.service import service_of
 
 router = APIRouter()
@@ -15,7 +15,7 @@ SEE_OTHER = 303
 @router.get("/sign-in")
 def sign_in_page(request: Request, then: str = "/") -> Response:
     """Ask for a token."""
-    return page(request, "sign_in.html.j2", title="Sign in", said="", then=then)
+    return service_page(request, "sign_in.html.j2", title="Sign in", said="", then=then)
 
 
 @router.post("/sign-in")
@@ -28,7 +28,7 @@ def sign_in(
         request.state.who = service.by_token(request, token.strip()).who
     except HTTPException as error:
         said = str(error.detail)
-        return page(
+        return service_page(
             request, "sign_in.html.j2", title="Sign in", status=error.status_code, said=said,
             then=then,
         )  # fmt: skip

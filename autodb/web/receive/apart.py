@@ -16,14 +16,14 @@ from typing import Any, BinaryIO
 
 from pydantic import TypeAdapter
 
-from autodb.agent.answer.predicting import Answer, answer_job
+from autodb.agent.answer.predicting import JobAnswer, answer_job
 from autodb.agent.ingest.importing import Imported
-from autodb.agent.operate.receiving import Sent, take_in
+from autodb.agent.operate.receiving import Sent, take_in_sent
 from autodb.errors import UnusableInput
 from autodb.files.excuses import excuse
 from autodb.files.job import Job
 from autodb.store import Store, file_of, on_server, open_store
-from autodb.web.http.settings import MIB, Bounds
+from autodb.web.http.settings import MIB, ReaderBounds
 
 Tell = Callable[[str], None]
 PROGRESS, DONE, REFUSED, AWAY = "progress", "done", "refused", "away"
@@ -45,11 +45,11 @@ class Import:
 
     def do(self, store: Store, tell: Tell) -> bytes:
         """Return what came in, as JSON."""
-        return TypeAdapter(Imported).dump_json(take_in(store, self.sent, tell))
+        return TypeAdapter(Imported).dump_json(take_in_sent(store, self.sent, tell))
 
 
 @dataclass(frozen=True)
-class Prediction:
+class ProgramToPredict:
     """Predict a job with a program, which lies at ``path``; nothing is kept."""
 
     machine: str
@@ -62,11 +62,11 @@ class Prediction:
         program = self.job.program.model_copy(update={"file": str(self.path)})
         job = self.job.model_copy(update={"program": program})
         answer = answer_job(store, self.machine, job)
-        return TypeAdapter(Answer).dump_json(replace(answer, job=self.job))
+        return TypeAdapter(JobAnswer).dump_json(replace(answer, job=self.job))
 
 
 @dataclass(frozen=True)
-class Explanation:
+class MismatchToExplain:
     """Explain a mismatch' recording against what its machine knows now; nothing is kept."""
 
     mismatch: int
@@ -85,7 +85,7 @@ class Explanation:
         return _text(explanation_fragment(explained))
 
 
-Task = Import | Prediction | Explanation
+Task = Import | ProgramToPredict | MismatchToExplain
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Request:
     """What is to be done, with which database, and within which bounds."""
 
     url: str
-    bounds: Bounds
+    bounds: ReaderBounds
     task: Task
 
 
@@ -104,10 +104,10 @@ def main() -> None:
     request = TypeAdapter(Request).validate_json(sys.stdin.buffer.readline())
     hold(request.bounds, largest_MiB=_size_MiB(request.url))
     with says:
-        answer(request, says)
+        do_asked(request, says)
 
 
-def hold(bounds: Bounds, *, largest_MiB: int = 0) -> None:
+def hold(bounds: ReaderBounds, *, largest_MiB: int = 0) -> None:
     """Hold this process, and all that it starts, within bounds; nothing takes them back.
 
     ``largest_MiB``: size of the largest file that it writes to.
@@ -126,7 +126,7 @@ def hold(bounds: Bounds, *, largest_MiB: int = 0) -> None:
     signal.alarm(bounds.seconds + AFTER_S)
 
 
-def answer(request: Request, says: BinaryIO) -> None:
+def do_asked(request: Request, says: BinaryIO) -> None:
     """Do what is asked, and say how it goes and what came of it."""
 
     def say(key: str, value: bytes) -> None:
@@ -169,7 +169,7 @@ def _size_MiB(url: str) -> int:
     return file_of(url).stat().st_size // MIB + 1
 
 
-def received(line: bytes) -> tuple[str, Any]:
+def received_line(line: bytes) -> tuple[str, Any]:
     """Return a line that the process said: its key, and the value.
 
     Raises UnusableInput where it lost its way.

@@ -14,8 +14,8 @@ from typing import IO, Any
 from autodb.errors import UnusableInput
 from autodb.web.http.answers import adapter
 from autodb.web.http.logs import LOG
-from autodb.web.http.settings import MIB, Bounds
-from autodb.web.receive.apart import AWAY, DONE, PROGRESS, REFUSED, Request, Task, received
+from autodb.web.http.settings import MIB, ReaderBounds
+from autodb.web.receive.apart import AWAY, DONE, PROGRESS, REFUSED, Request, Task, received_line
 
 COMMAND = (sys.executable, "-P", "-m", "autodb.web.receive.apart")
 LINE_MOST = 64 * MIB
@@ -47,7 +47,7 @@ class Children:
         self,
         task: Task,
         kind: Any,
-        bounds: Bounds,
+        bounds: ReaderBounds,
         tell: Callable[[str], None] = lambda _: None,
     ) -> Any:
         """Return what came of a task, of a type.
@@ -98,7 +98,7 @@ class Children:
                     pipe.close()
 
     @contextmanager
-    def _in_time(self, pid: int, bounds: Bounds) -> Iterator[threading.Event]:
+    def _in_time(self, pid: int, bounds: ReaderBounds) -> Iterator[threading.Event]:
         """Have a process ended when its time is over; give what says that it was."""
         late = threading.Event()
 
@@ -151,9 +151,9 @@ def _lines(process: subprocess.Popen[bytes]) -> Iterator[tuple[str, Any]]:
     """Give what a process says, until it says no more."""
     assert process.stdout is not None
     while line := process.stdout.readline(LINE_MOST):
-        yield received(line)
+        yield received_line(line)
 
 
-def _too_long(name: str, bounds: Bounds) -> UnusableInput:
+def _too_long(name: str, bounds: ReaderBounds) -> UnusableInput:
     may = f"the {bounds.seconds} s that it may take"
     return UnusableInput(f"{name}: reading it takes longer than {may}; in parts it would work")

@@ -18,7 +18,7 @@ from fastapi import HTTPException
 
 from autodb.agent.ingest.importing import Imported
 from autodb.agent.operate.access import Access
-from autodb.agent.operate.receiving import Sent, came_in
+from autodb.agent.operate.receiving import Sent, recording_came_in
 from autodb.errors import NotThere, UnusableInput
 from autodb.files.excuses import excuse
 from autodb.store import Store
@@ -50,7 +50,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Waiting:
+class WaitingImport:
     """A recording that was accepted: its import's number, where it lies, and the claim to it."""
 
     number: int
@@ -73,7 +73,7 @@ class Imports:
         self._lock = threading.Lock()
         self._numbers = itertools.count(int(time.time()))
         self._known: OrderedDict[int, Importing] = OrderedDict()
-        self._queue: queue.SimpleQueue[Waiting | None] = queue.SimpleQueue()
+        self._queue: queue.SimpleQueue[WaitingImport | None] = queue.SimpleQueue()
         self._worker: threading.Thread | None = None
         self._held = 0
 
@@ -128,7 +128,7 @@ class Imports:
                 self._worker = threading.Thread(target=self._work, name="imports")
                 self._worker.start()
         sent = Sent(path, one.machine, came_as, one.by)
-        self._queue.put(Waiting(one.number, place, sent, claim))
+        self._queue.put(WaitingImport(one.number, place, sent, claim))
         return said
 
     def take_up(self) -> None:
@@ -191,7 +191,7 @@ class Imports:
         """
         bounds = self._settings.limits.importing
         try:
-            there = came_in(self._store, sent.path)
+            there = recording_came_in(self._store, sent.path)
             if there is not None:  # of a service that was killed as it had written all
                 return there
             try:
@@ -202,15 +202,15 @@ class Imports:
             except (UnusableInput, Unable) as error:
                 # killed after all was written, it came in
                 ends = isinstance(error, Unable) and self._children.closed
-                return came_in(self._store, sent.path) or (None if ends else str(error))
+                return recording_came_in(self._store, sent.path) or (None if ends else str(error))
         except Exception as error:
             LOG.error("import of %s", sent.path, exc_info=error)
             return excuse(error) or "an error of autodb; the service's log has it"
 
-    def _settle(self, one: Waiting) -> None:
+    def _settle(self, one: WaitingImport) -> None:
         """Keep what came in, and take away what did not."""
         try:
-            landing.decide(one.place.folder, one.place.made, self._store)
+            landing.keep_place(one.place.folder, one.place.made, self._store)
         except Exception as error:  # then it is decided when a service begins
             LOG.error("what was sent to %s", one.place.made, exc_info=error)
         finally:

@@ -10,7 +10,7 @@ import shutil
 import time
 from pathlib import Path
 
-from autodb.agent.operate.receiving import came_in
+from autodb.agent.operate.receiving import recording_came_in
 from autodb.agent.operate.scheduling import slug
 from autodb.store import Store
 from autodb.web.receive import accepted
@@ -42,9 +42,9 @@ def give_up(folder: Path, made: Path) -> None:
     _finish(folder, made.name)
 
 
-def decide(folder: Path, made: Path, store: Store) -> None:
+def keep_place(folder: Path, made: Path, store: Store) -> None:
     """Keep a place where a recording of the database lies in it; otherwise take it away."""
-    if any(came_in(store, path) is not None for path in _files(made)):
+    if any(recording_came_in(store, path) is not None for path in _files(made)):
         _finish(folder, made.name)
     else:
         give_up(folder, made)
@@ -60,7 +60,7 @@ def decide_left(folder: Path, store: Store) -> None:
                 if accepted.is_accepted(folder, made):
                     continue
                 if made.name == note.name and made.resolve().is_relative_to(folder.resolve()):
-                    decide(folder, made, store)
+                    keep_place(folder, made, store)
 
 
 def _files(made: Path) -> list[Path]:

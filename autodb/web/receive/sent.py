@@ -28,16 +28,16 @@ CALLED_MOST = 100
 
 
 @dataclass(frozen=True)
-class Part:
+class SentPart:
     """A part that was sent: the file that it lies in, and what its sender calls it."""
 
     path: Path
     called: str
 
 
-async def received(
+async def receive_parts(
     request: Request, folder: Path, most: Mapping[str, int], within_s: float
-) -> dict[str, Part]:
+) -> dict[str, SentPart]:
     """Write the parts of a request into a folder; ``most``: bytes of each, by field.
 
     Raises UnusableInput for what is no such form, a field twice or another, HTTPException for a
@@ -51,7 +51,7 @@ async def received(
         raise HTTPException(408, said) from None
 
 
-async def _parts(request: Request, folder: Path, most: Mapping[str, int]) -> dict[str, Part]:
+async def _parts(request: Request, folder: Path, most: Mapping[str, int]) -> dict[str, SentPart]:
     kind, options = parse_options_header(request.headers.get("content-type", ""))
     boundary = options.get(b"boundary")
     if kind != FORM.encode() or not boundary:
@@ -72,7 +72,7 @@ class _Writer:
     def __init__(
         self, boundary: bytes, folder: Path, most: Mapping[str, int], files: ExitStack
     ) -> None:
-        self.parts: dict[str, Part] = {}
+        self.parts: dict[str, SentPart] = {}
         self.whole = False
         self._folder, self._most, self._files = folder, most, files
         self._header, self._value, self._disposition = b"", b"", b""
@@ -117,7 +117,7 @@ class _Writer:
         path = self._folder / field
         self._file = self._files.enter_context(path.open("xb"))
         self._left, self._field = self._most[field], field
-        self.parts[field] = Part(path, called)
+        self.parts[field] = SentPart(path, called)
 
     def data(self, data: bytes, start: int, end: int) -> None:
         """Write a piece of a part."""

@@ -25,7 +25,7 @@ def pair_of(query: Mapping[str, str]) -> tuple[str, str]:
     return query["material"], query["tool"]
 
 
-def cut_of(query: Mapping[str, str]) -> JobCut:
+def cut_of_query(query: Mapping[str, str]) -> JobCut:
     """Return the cut that a query states, beside the pair; raises UnusableInput."""
     stated: dict[str, str] = {}
     for name, text in query.items():

@@ -15,7 +15,7 @@ from autodb.errors import UnusableInput
 from autodb.files.job import JobCut
 from autodb.web.http.answers import adapter, tag_of
 from autodb.web.http.problems import problems
-from autodb.web.http.said import End, Row
+from autodb.web.http.said import BatchLine, End
 from autodb.web.http.settings import MIB
 from autodb.web.routes.asked import EXAMPLES, pair_of, read_cut
 from autodb.web.routes.machines import MachineName
@@ -86,7 +86,9 @@ async def look_up_many(request: Request, _access: Reads, machine: MachineName) -
                 refused += sum(row.problem is not None for row in rows)
                 answered += sum(row.problem is None for row in rows)
                 service.metrics.cuts.inc(len(rows))
-                yield b"".join(adapter(Row).dump_json(r, exclude_none=True) + b"\n" for r in rows)
+                yield b"".join(
+                    adapter(BatchLine).dump_json(r, exclude_none=True) + b"\n" for r in rows
+                )
         yield adapter(End).dump_json(End(answered, refused)) + b"\n"
 
     return StreamingResponse(parts(), media_type=NDJSON, headers={"ETag": tag_of(found.mark)})
@@ -102,29 +104,29 @@ def _lines(file: IO[bytes]) -> Iterator[bytes]:
             yield line
 
 
-def _rows(grounds: Grounds, lines: Sequence[tuple[int, bytes]]) -> list[Row]:
+def _rows(grounds: Grounds, lines: Sequence[tuple[int, bytes]]) -> list[BatchLine]:
     """Return the answers to some lines: together, or each by itself where one cannot be made."""
     asked: list[tuple[int, JobCut]] = []
-    rows: dict[int, Row] = {}
+    rows: dict[int, BatchLine] = {}
     for number, line in lines:
         try:
             asked.append((number, _cut(line)))
         except UnusableInput as error:
-            rows[number] = Row(number, problem=str(error))
+            rows[number] = BatchLine(number, problem=str(error))
     rows |= _predicted(grounds, asked)
     return [rows[number] for number, _ in lines]
 
 
-def _predicted(grounds: Grounds, asked: Sequence[tuple[int, JobCut]]) -> dict[int, Row]:
+def _predicted(grounds: Grounds, asked: Sequence[tuple[int, JobCut]]) -> dict[int, BatchLine]:
     try:
         found, _ = grounds.predict([cut for _, cut in asked])
     except UnusableInput as error:
         if len(asked) == 1:
-            return {asked[0][0]: Row(asked[0][0], problem=str(error))}
+            return {asked[0][0]: BatchLine(asked[0][0], problem=str(error))}
         alone = [_predicted(grounds, [one]) for one in asked]
         return {number: row for some in alone for number, row in some.items()}
     return {
-        number: Row(number, cut, grounds.exceeding([cut]))
+        number: BatchLine(number, cut, grounds.exceeding([cut]))
         for (number, _), cut in zip(asked, found, strict=True)
     }
 

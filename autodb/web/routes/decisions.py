@@ -7,7 +7,7 @@ from fastapi import APIRouter, Body, Request, Response
 from autodb.agent.answer.overview import mismatch_said
 from autodb.agent.operate.access import noting
 from autodb.agent.operate.deciding import Decided, confirm, mismatch, reject
-from autodb.web.http.answers import answer
+from autodb.web.http.answers import json_answer
 from autodb.web.http.problems import problems
 from autodb.web.http.said import Decision
 from autodb.web.routes.machines import Number
@@ -23,7 +23,7 @@ DECIDES = problems(401, 403, 404, 422, 429, 503)
     response_model=Decision,
     responses=DECIDES,
 )
-def confirmed(
+def confirm_route(
     request: Request,
     access: Operates,
     number: Number,
@@ -56,4 +56,4 @@ def _said(service: Service, done: Decided) -> Response:
     with service.store.reading() as session:
         row = mismatch_said(session, mismatch(session, done.number))
     said = Decision(row, done.already, (*kept, *done.pairs))
-    return answer(Decision, said, service.watched.mark())
+    return json_answer(Decision, said, service.watched.mark())

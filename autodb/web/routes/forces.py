@@ -4,16 +4,16 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Request, Response
 
-from autodb.agent.answer.predicting import Answer, Predicted, answer_of, predict_job
+from autodb.agent.answer.predicting import JobAnswer, Predicted, answer_of, predict_job
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.operate.access import noting
 from autodb.errors import UnusableInput
 from autodb.files.job import Job
 from autodb.web.http import answers
-from autodb.web.http.answers import answer, unchanged
+from autodb.web.http.answers import json_answer, unchanged
 from autodb.web.http.problems import problems
-from autodb.web.routes.asked import EXAMPLES, cut_of, pair_of, parameters_of_a_cut
-from autodb.web.routes.machines import MachineName, document
+from autodb.web.routes.asked import EXAMPLES, cut_of_query, pair_of, parameters_of_a_cut
+from autodb.web.routes.machines import MachineName, documented_answer
 from autodb.web.service import Operates, Reads, service_of
 
 router = APIRouter()
@@ -34,7 +34,7 @@ JOB = {
     "/machines/{machine:path}/lookup",
     summary="Look up one cut",
     openapi_extra={"parameters": parameters_of_a_cut()},
-    **document(LookedUp),
+    **documented_answer(LookedUp),
 )
 async def look_up(request: Request, _access: Reads, machine: MachineName) -> Response:
     """Say which forces, torque and power a cut of a pair will take, with 95 % intervals.
@@ -48,7 +48,7 @@ async def look_up(request: Request, _access: Reads, machine: MachineName) -> Res
         return known
     query = dict(request.query_params)
     material, tool = pair_of(query)
-    cut = cut_of(query)
+    cut = cut_of_query(query)
     found = service.shelves.grounds(machine, material, tool)
     service.metrics.cuts.inc()
     return answers.conditional(request, LookedUp, found.grounds.look_up(cut), found.mark)
@@ -60,16 +60,16 @@ AJob = Annotated[Job, Body(openapi_examples=JOB)]
 @router.post(
     "/machines/{machine:path}/predict",
     summary="Predict a job",
-    response_model=Answer,
+    response_model=JobAnswer,
     responses=problems(401, 404, 413, 422, 429, 503),
 )
-def predict(request: Request, _access: Reads, machine: MachineName, job: AJob) -> Response:
+def predict_route(request: Request, _access: Reads, machine: MachineName, job: AJob) -> Response:
     """Say what each cut of a job will take; nothing is kept."""
     _refuse_a_program(job)
     service = service_of(request)
     found = service.shelves.grounds(machine, job.material, job.tool)
     service.metrics.cuts.inc(len(job.cut))
-    return answer(Answer, answer_of(found.grounds, job), found.mark)
+    return json_answer(JobAnswer, answer_of(found.grounds, job), found.mark)
 
 
 @router.post(
@@ -89,7 +89,7 @@ def keep_prediction(
     also = noting(access, "prediction kept", "prediction", machine=machine)
     kept = predict_job(service.store, machine, job, also=also)
     service.metrics.cuts.inc(len(job.cut))
-    made = answer(Predicted, kept, service.watched.mark())
+    made = json_answer(Predicted, kept, service.watched.mark())
     made.status_code = 201
     made.headers["Location"] = f"/api/v1/trace/prediction/{kept.prediction_id}"
     return made

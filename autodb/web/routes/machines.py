@@ -23,7 +23,7 @@ from autodb.agent.sense.sensors import sensors_of
 from autodb.web.http import answers
 from autodb.web.http.answers import unchanged
 from autodb.web.http.problems import problems
-from autodb.web.http.said import Entry, Feels, Machines, Step
+from autodb.web.http.said import AuditLine, Feels, Machines, Step
 from autodb.web.service import Administers, Reads, service_of
 
 PAGE = 100
@@ -36,7 +36,7 @@ Number = Annotated[int, Path(ge=1, le=MOST_ID, examples=[1])]
 Most = Annotated[int, Query(ge=1, le=1000, description="How many at most.")]
 
 
-def read(request: Request, kind: Any, asked: Callable[[Session], object]) -> Response:
+def answer_from_state(request: Request, kind: Any, asked: Callable[[Session], object]) -> Response:
     """Answer from one state of the database, or say that it is the one that is known."""
     service = service_of(request)
     mark = service.watched.mark()
@@ -47,14 +47,14 @@ def read(request: Request, kind: Any, asked: Callable[[Session], object]) -> Res
         return answers.conditional(request, kind, asked(session), mark)
 
 
-def document(kind: Any) -> dict[str, Any]:
+def documented_answer(kind: Any) -> dict[str, Any]:
     """Return how a route that answers with a type is documented."""
     not_modified = {304: {"description": "As in the answer whose ETag is in If-None-Match."}}
     return {"response_model": kind, "responses": READ | not_modified}
 
 
-@router.get("/machines", summary="Machines", **document(Machines))
-def machines(
+@router.get("/machines", summary="Machines", **documented_answer(Machines))
+def machines_route(
     request: Request,
     _access: Reads,
     most: Most = PAGE,
@@ -66,27 +66,33 @@ def machines(
         found = machines_seen(session, most=most, after=after)
         return Machines(found, found[-1].name if len(found) == most else None)
 
-    return read(request, Machines, some)
+    return answer_from_state(request, Machines, some)
 
 
-@router.get("/machines/{machine:path}/sensors", summary="What it can feel", **document(Feels))
-def sensors(request: Request, _access: Reads, machine: MachineName) -> Response:
+@router.get(
+    "/machines/{machine:path}/sensors", summary="What it can feel", **documented_answer(Feels)
+)
+def sensors_route(request: Request, _access: Reads, machine: MachineName) -> Response:
     """List a machine's force sensors, how near they come, and the forces that nothing feels."""
-    return read(request, Feels, lambda session: Feels(*sensors_of(session, machine)))
+    return answer_from_state(request, Feels, lambda session: Feels(*sensors_of(session, machine)))
 
 
 @router.get(
     "/machines/{machine:path}/calibrations",
     summary="Calibrations",
-    **document(list[CalibrationSaid]),
+    **documented_answer(list[CalibrationSaid]),
 )
 def calibrations(request: Request, _access: Reads, machine: MachineName) -> Response:
     """List a machine's calibrations that hold now: equations, errors, and why one is refused."""
-    return read(request, list[CalibrationSaid], lambda session: calibrations_said(session, machine))
+    return answer_from_state(
+        request, list[CalibrationSaid], lambda session: calibrations_said(session, machine)
+    )
 
 
-@router.get("/machines/{machine:path}/pairs", summary="Pairs it knows", **document(list[Listed]))
-def pairs(
+@router.get(
+    "/machines/{machine:path}/pairs", summary="Pairs it knows", **documented_answer(list[Listed])
+)
+def pairs_route(
     request: Request,
     _access: Reads,
     machine: MachineName,
@@ -94,13 +100,15 @@ def pairs(
     tool: Annotated[str | None, Query(examples=["CNMG 120408"])] = None,
 ) -> Response:
     """List the work-tool pairs that a machine has learnt, all or of a material or a tool."""
-    return read(
+    return answer_from_state(
         request, list[Listed], lambda session: Shelf(session, machine).pairs(material, tool)
     )
 
 
 @router.get(
-    "/machines/{machine:path}/mismatches", summary="Mismatches", **document(list[MismatchSaid])
+    "/machines/{machine:path}/mismatches",
+    summary="Mismatches",
+    **documented_answer(list[MismatchSaid]),
 )
 def machine_mismatches(
     request: Request,
@@ -114,25 +122,25 @@ def machine_mismatches(
         rows = mismatches(session, machine, decided=decided)
         return [mismatch_said(session, row) for row in rows]
 
-    return read(request, list[MismatchSaid], some)
+    return answer_from_state(request, list[MismatchSaid], some)
 
 
-@router.get("/machines/{machine:path}", summary="One machine", **document(MachineSaid))
-def one_machine(request: Request, _access: Reads, machine: MachineName) -> Response:
+@router.get("/machines/{machine:path}", summary="One machine", **documented_answer(MachineSaid))
+def machine_route(request: Request, _access: Reads, machine: MachineName) -> Response:
     """Say what a machine is: its axes, their limits, its control."""
-    return read(request, MachineSaid, lambda session: machine_said(session, machine))
+    return answer_from_state(request, MachineSaid, lambda session: machine_said(session, machine))
 
 
-@router.get("/mismatches/{number}", summary="One mismatch", **document(MismatchSaid))
+@router.get("/mismatches/{number}", summary="One mismatch", **documented_answer(MismatchSaid))
 def one_mismatch(request: Request, _access: Reads, number: Number) -> Response:
     """Say what a simulation left out of a recording, and what it may be otherwise."""
-    return read(
+    return answer_from_state(
         request, MismatchSaid, lambda session: mismatch_said(session, mismatch(session, number))
     )
 
 
-@router.get("/trace/{kind}/{number}", summary="Where a number came from", **document(Step))
-def traced(
+@router.get("/trace/{kind}/{number}", summary="Where a number came from", **documented_answer(Step))
+def trace_route(
     request: Request,
     _access: Reads,
     kind: Annotated[
@@ -147,14 +155,14 @@ def traced(
 ) -> Response:
     """Lead from a stored row down to the recordings that it came from."""
     store = service_of(request).store
-    return read(request, Step, lambda _: _step(trace(store, kind, number)))
+    return answer_from_state(request, Step, lambda _: _step(trace(store, kind, number)))
 
 
 def _step(node: Node) -> Step:
     return Step(node.text, [_step(one) for one in node.sources])
 
 
-@router.get("/audit", summary="Who did what", **document(list[Entry]))
+@router.get("/audit", summary="Who did what", **documented_answer(list[AuditLine]))
 def audit(
     request: Request,
     _access: Administers,
@@ -162,8 +170,8 @@ def audit(
     before: Annotated[int | None, Query(ge=1, le=MOST_ID, description="Older than this.")] = None,
 ) -> Response:
     """List what was done through the service and with tokens, newest first."""
-    return read(
+    return answer_from_state(
         request,
-        list[Entry],
-        lambda session: [Entry(*one) for one in noted(session, most=most, before=before)],
+        list[AuditLine],
+        lambda session: [AuditLine(*one) for one in noted(session, most=most, before=before)],
     )

@@ -10,15 +10,15 @@ from pydantic import ValidationError
 from pydantic_core import from_json
 from starlette.concurrency import run_in_threadpool
 
-from autodb.agent.answer.predicting import Answer
+from autodb.agent.answer.predicting import JobAnswer
 from autodb.errors import UnusableInput
 from autodb.files.job import Job
-from autodb.web.http.answers import answer
+from autodb.web.http.answers import json_answer
 from autodb.web.http.guard import BODY_MOST
 from autodb.web.http.problems import first_of, problems
 from autodb.web.http.settings import MIB
-from autodb.web.receive.apart import Prediction
-from autodb.web.receive.sent import FORM, Part, received, safe
+from autodb.web.receive.apart import ProgramToPredict
+from autodb.web.receive.sent import FORM, SentPart, receive_parts, safe
 from autodb.web.routes.machines import MachineName
 from autodb.web.service import Reads, made_apart, service_of
 
@@ -58,7 +58,7 @@ _BODY = {
 @router.post(
     "/machines/{machine:path}/predict/program",
     summary="Predict a job with a turning program",
-    response_model=Answer,
+    response_model=JobAnswer,
     responses=problems(401, 404, 408, 413, 422, 429, 503),
     openapi_extra={"requestBody": _BODY},
 )
@@ -68,10 +68,10 @@ async def predict_program(request: Request, _access: Reads, machine: MachineName
     The program is read in a process of its own.
     """
     mark = service_of(request).watched.mark()
-    return answer(Answer, await predicted(request, machine), mark)
+    return json_answer(JobAnswer, await predicted_program(request, machine), mark)
 
 
-async def predicted(request: Request, machine: str) -> Answer:
+async def predicted_program(request: Request, machine: str) -> JobAnswer:
     """Return what is predicted of the job and the program that a request brings.
 
     Raises HTTPException where too many are sent or read, UnusableInput where they cannot be used.
@@ -82,13 +82,13 @@ async def predicted(request: Request, machine: str) -> Answer:
     with tempfile.TemporaryDirectory(prefix="autodb-") as name:
         limits = service.settings.limits
         most = {JOB: BODY_MOST, PROGRAM: limits.program_MiB * MIB}
-        task = _task(machine, await received(request, Path(name), most, limits.receive_s))
-        found: Answer = await made_apart(service, task, Answer, limits.predicting)
+        task = _task(machine, await receive_parts(request, Path(name), most, limits.receive_s))
+        found: JobAnswer = await made_apart(service, task, JobAnswer, limits.predicting)
     service.metrics.cuts.inc(len(found.cuts))
     return found
 
 
-def _task(machine: str, parts: Mapping[str, Part]) -> Prediction:
+def _task(machine: str, parts: Mapping[str, SentPart]) -> ProgramToPredict:
     """Return what is to be predicted of what was sent; raises UnusableInput."""
     lacking = [field for field in (JOB, PROGRAM) if field not in parts]
     if lacking:
@@ -97,7 +97,7 @@ def _task(machine: str, parts: Mapping[str, Part]) -> Prediction:
     folder = parts[PROGRAM].path.parent / "named"
     folder.mkdir()
     path = parts[PROGRAM].path.rename(folder / called)
-    return Prediction(machine, _job(parts[JOB].path.read_bytes(), called), path)
+    return ProgramToPredict(machine, _job(parts[JOB].path.read_bytes(), called), path)
 
 
 def _job(text: bytes, called: str) -> Job:

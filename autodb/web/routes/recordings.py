@@ -12,7 +12,7 @@ from autodb.web.http.answers import adapter
 from autodb.web.http.problems import problems
 from autodb.web.http.said import Importing
 from autodb.web.http.settings import MIB
-from autodb.web.receive.sent import FORM, Part, received, safe
+from autodb.web.receive.sent import FORM, SentPart, receive_parts, safe
 from autodb.web.routes.machines import MachineName, Number
 from autodb.web.service import Operates, Reads, service_of
 
@@ -62,7 +62,7 @@ async def send(request: Request, access: Operates, machine: MachineName) -> Resp
     limits = service.settings.limits
     most = {RECORDING: limits.recording_MiB * MIB, SIDE: limits.side_MiB * MIB}
     with service.imports.place(machine) as place:
-        path = named(await received(request, place.made, most, limits.receive_s))
+        path = named_as_sent(await receive_parts(request, place.made, most, limits.receive_s))
         said = await run_in_threadpool(service.imports.add, place, path, access)
     return _answer(said, 202, {"Location": f"/api/v1/imports/{said.number}"})
 
@@ -86,7 +86,7 @@ def _answer(said: Importing, status: int, headers: dict[str, str] | None = None)
     return Response(body, status, headers, media_type="application/json")
 
 
-def named(parts: Mapping[str, Part]) -> Path:
+def named_as_sent(parts: Mapping[str, SentPart]) -> Path:
     """Give a recording its name, which says how it is read, and its side file the same.
 
     Return where it lies; raises UnusableInput.

@@ -5,9 +5,9 @@ from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.laws import (
     alike,
+    chip_factor,
     curve_of,
     each,
-    of_chip,
     per_depth,
     values_of,
 )
@@ -64,17 +64,19 @@ def size_suspects(stack: Stack) -> list[Suspect]:
     thickness = stack.known.thickness_mm
     if thickness is None or not _thickness_varies(stack.frame):
         return []
-    laws = [of_chip(stack, values_of(size_effect(thickness, exponent=m) - 1.0)) for m in EXPONENTS]
+    laws = [
+        chip_factor(stack, values_of(size_effect(thickness, exponent=m) - 1.0)) for m in EXPONENTS
+    ]
     rungs = [
         grows(spread(stack, law), {"exponent": m})
         for m, law in zip(EXPONENTS, laws, strict=True)
         for spread in (alike, each)
     ]
     curve = curve_of(stack, _log_thickness, CURVE)
-    columns = alike(stack, of_chip(stack, curve, curve.width))
+    columns = alike(stack, chip_factor(stack, curve, curve.width))
     falls = monotone(curve, columns, direction=-1.0)
     rungs.append(Rung(columns, allowed=falls))
-    detail = each(stack, of_chip(stack, curve, curve.width))
+    detail = each(stack, chip_factor(stack, curve, curve.width))
     variables = ("cutting.feed",)
     return [Suspect("size_effect", "size_effect", tuple(rungs), variables, detail=detail)]
 
@@ -86,10 +88,10 @@ def speed_suspects(stack: Stack) -> list[Suspect]:
         return []
     rungs = []
     for e in (-0.4, 0.05, 0.5):
-        law = of_chip(stack, values_of(speed_softening(speed, exponent=e) - 1.0))
+        law = chip_factor(stack, values_of(speed_softening(speed, exponent=e) - 1.0))
         rungs += [Rung(spread(stack, law), {"exponent": e}) for spread in (alike, each)]
     curve = curve_of(stack, _log_speed, CURVE)
-    law = of_chip(stack, curve, curve.width)
+    law = chip_factor(stack, curve, curve.width)
     if curve.width > 2:
         for columns in (alike(stack, law), each(stack, law)):
             rungs.append(Rung(columns, allowed=monotone(curve, columns)))
@@ -115,10 +117,10 @@ def band_suspects(stack: Stack) -> list[Suspect]:
             flanks = bell(np.exp([low, high]), centre, width)
             if flanks.max() > FLANK or bell(seen, centre, width).max() < 0.5:
                 continue
-            law = of_chip(stack, values_of(bell(speed, centre, width)))
+            law = chip_factor(stack, values_of(bell(speed, centre, width)))
             shape = {"centre": float(centre), "width": width}
             rungs += [Rung(s(stack, law), shape, tries=6) for s in (alike, each)]
     curve = curve_of(stack, _log_speed, 2 * CURVE)
-    detail = each(stack, of_chip(stack, curve, curve.width))
+    detail = each(stack, chip_factor(stack, curve, curve.width))
     variables = ("cutting.speed",)
     return [Suspect("built_up_edge", "built_up_edge", tuple(rungs), variables, detail=detail)]

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.laws import (
-    Columns,
-    Law,
+    LawColumns,
     Rows,
+    SpreadLaw,
     added,
     alike,
     only,
@@ -23,15 +23,15 @@ from autodb.explain.cuts.candidates.laws import (
     values_of,
 )
 from autodb.explain.cuts.candidates.runs import SHORTEST
-from autodb.explain.cuts.candidates.sensors import over_time
+from autodb.explain.cuts.candidates.sensors import drift_courses
 from autodb.explain.cuts.candidates.signs import grows
 from autodb.explain.cuts.look import Library
-from autodb.explain.cuts.table import FEWEST, Conditions, Stack, conditions
+from autodb.explain.cuts.table import FEWEST, Conditions, Stack, table_conditions
 from autodb.explain.engine.candidates import Choice, Rung, Suspect
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]
-Make = Callable[[Stack, Callable[[Rows], Array], int], Law]
+Make = Callable[[Stack, Callable[[Rows], Array], int], SpreadLaw]
 Course = tuple[Callable[[Rows], Array], int, dict[str, float], int]
 """Columns over the cuts, their number, what they are told by, and how many were looked through."""
 
@@ -52,7 +52,7 @@ SPEEDS = 2
 
 
 @dataclass(frozen=True)
-class Run:
+class StandardRun:
     """Cuts (n,) of one axis in the order in which they were made.
 
     ``table``: how they were made; ``conditions``: cuts of one number were made alike; ``rise`` and
@@ -77,7 +77,7 @@ class Run:
         return len(self.rise) >= FEWEST
 
 
-def stack_of_run(run: Run) -> Stack:
+def stack_of_run(run: StandardRun) -> Stack:
     """Return the components stacked, scatter not yet estimated."""
     rows, simulated = [run.rise], [run.expected]
     if run.air is not None and np.any(run.air):
@@ -91,7 +91,7 @@ def stack_of_run(run: Run) -> Stack:
     )  # fmt: skip
 
 
-def _known(run: Run) -> Conditions:
+def _known(run: StandardRun) -> Conditions:
     """Return the conditions; a column with a zero states none, time that does not rise no clock."""
     table = run.table
     stated = {
@@ -99,7 +99,7 @@ def _known(run: Run) -> Conditions:
         for name, values in table.channels.items()
         if not (name.startswith("cutting.") and np.nanmin(values, initial=np.inf) <= 0)
     }
-    known = conditions(replace(table, channels=stated))
+    known = table_conditions(replace(table, channels=stated))
     order = np.arange(len(table), dtype=np.float64)
     followed = {SPEED: run.speed} if np.isfinite(run.speed).all() else {}
     followed[CONDITION] = run.conditions.astype(np.float64)
@@ -108,11 +108,11 @@ def _known(run: Run) -> Conditions:
     return known if clock else replace(known, t_s=order)
 
 
-def of_run(*, measured: bool) -> Library:
+def run_candidates(*, measured: bool) -> Library:
     """Return what the currents of a run may hold; ``measured`` as in ``Run``."""
 
     def suspects(stack: Stack) -> list[Suspect]:
-        found = [gain(stack), offset(stack)]
+        found = [current_gain(stack), offset(stack)]
         if len(stack.names) > 1:
             found.append(friction(stack))
         return found if measured else [*found, *wear(stack)]
@@ -120,7 +120,7 @@ def of_run(*, measured: bool) -> Library:
     return Library(own_of_run, suspects, lambda *_: [], levels=(LEVELS,))
 
 
-def own_of_run(stack: Stack) -> dict[str, Columns]:
+def own_of_run(stack: Stack) -> dict[str, LawColumns]:
     """Return what is free anyhow: a factor and a constant of the rise, and air by the speed."""
     one = values_of(np.ones(len(stack.known)))
     found = {
@@ -159,12 +159,12 @@ def _powers(stack: Stack) -> Array:
     return np.column_stack([scaled**k for k in range(degree + 1)])
 
 
-def gain(stack: Stack) -> Suspect:
+def current_gain(stack: Stack) -> Suspect:
     """Return a change of current over force: of the rise, or of rise and air by one share."""
     rungs = [_rung(stack, relative, course, RISE) for course in _courses(stack)]
     if len(stack.names) > 1:
         rungs += [_rung(stack, relative, course, None) for course in _courses(stack)]
-    return _suspect(stack, GAIN, relative, rungs, gain)
+    return _suspect(stack, GAIN, relative, rungs, current_gain)
 
 
 def offset(stack: Stack) -> Suspect:
@@ -220,7 +220,7 @@ def _suspect(
 
 def _curve(stack: Stack) -> tuple[Callable[[Rows], Array], int]:
     """Return a course of a few columns, to take up what a plain one gets wrong."""
-    return max(over_time(stack), key=lambda course: course[1])
+    return max(drift_courses(stack), key=lambda course: course[1])
 
 
 def _courses(stack: Stack) -> list[Course]:
@@ -229,7 +229,7 @@ def _courses(stack: Stack) -> list[Course]:
     A step may be as late as the last cut: that repeats the first one.
     """
     count = len(stack.frame.known)
-    drifts: list[Course] = [(shape, width, {}, 1) for shape, width in over_time(stack)]
+    drifts: list[Course] = [(shape, width, {}, 1) for shape, width in drift_courses(stack)]
     starts = np.linspace(SHORTEST, count - 1, min(MOST_STEPS, count - SHORTEST))
     steps = np.unique(np.round(starts).astype(np.intp)).tolist()
     return [*drifts, *(_step(stack, start, len(steps)) for start in steps)]

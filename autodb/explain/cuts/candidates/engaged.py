@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.laws import (
-    Columns,
-    Curve,
-    Law,
+    LawColumns,
+    SmoothCurve,
+    SpreadLaw,
     alike,
     curve_of,
     each,
@@ -62,7 +62,7 @@ def nose_suspects(stack: Stack) -> list[Suspect]:
     return [Suspect("nose_radius", "nose_radius", tuple(rungs), variables, detail=detail)]
 
 
-def nose_columns(stack: Stack, radius_mm: float, *, longer: bool) -> Columns:
+def nose_columns(stack: Stack, radius_mm: float, *, longer: bool) -> LawColumns:
     """Return what a nose does to the axial and the radial force, each with a factor of its own.
 
     ``longer``: also to the tangential one, by the rubbing of a longer edge.
@@ -80,7 +80,7 @@ def nose_columns(stack: Stack, radius_mm: float, *, longer: bool) -> Columns:
     return _present(stack, raw)
 
 
-def turned_columns(stack: Stack, angle: Array) -> Columns:
+def turned_columns(stack: Stack, angle: Array) -> LawColumns:
     """Return thrust turned from the axial into the radial force by an angle of each cut (n,)."""
     z = stack.names.index("force.z")
     raw = np.zeros((*stack.simulation.shape, 1))
@@ -92,12 +92,12 @@ def turned_columns(stack: Stack, angle: Array) -> Columns:
     return _present(stack, raw)
 
 
-def _present(stack: Stack, raw: Array) -> Columns:
+def _present(stack: Stack, raw: Array) -> LawColumns:
     """Return columns (C, n, 1), free for each component that has any."""
-    law = Law(lambda rows: raw[:, rows], 1)
+    law = SpreadLaw(lambda rows: raw[:, rows], 1)
     columns = each(stack, law)
     kept = [i for i in range(len(raw)) if np.any(raw[i])]
-    return Columns(stack, law, columns.mix[:, :, kept])
+    return LawColumns(stack, law, columns.mix[:, :, kept])
 
 
 def _radial(depth_mm: Array, radius_mm: float) -> Array:
@@ -140,7 +140,7 @@ def deflection_suspects(stack: Stack) -> list[Suspect]:
             for spread in (alike, each):
                 columns = spread(stack, relative(stack, values_of(share)))
                 rungs.append(Rung(columns, {name: less}, allowed=mostly_negative(columns)))
-    curve = Curve(bending["whole"], CURVE, most["whole"])
+    curve = SmoothCurve(bending["whole"], CURVE, most["whole"])
     detail = each(stack, relative(stack, curve, curve.width))
     variables = tuple(n for n in stack.names if n == "force.x")
     return [Suspect("deflection", "deflection", tuple(rungs), variables, detail=detail)]

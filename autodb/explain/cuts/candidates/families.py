@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.laws import (
-    Curve,
-    Law,
+    SmoothCurve,
+    SpreadLaw,
     added,
     alike,
     each,
@@ -46,12 +46,12 @@ def _seen(stack: Stack) -> dict[str, Array]:
     return {**stack.known.other, "cut": stack.known.number}
 
 
-def _over(stack: Stack, name: str, count: int) -> Curve:
+def _over(stack: Stack, name: str, count: int) -> SmoothCurve:
     """Return the curve over a variable, or over its logarithm where it varies by much."""
     values, like = _seen(stack)[name], _seen(stack.frame)[name]
     if like.min() > 0 and like.max() > 4 * like.min():
-        return Curve(np.log(values), count, np.log(like))
-    return Curve(values, count, like)
+        return SmoothCurve(np.log(values), count, np.log(like))
+    return SmoothCurve(values, count, like)
 
 
 def _single(stack: Stack, name: str) -> Suspect:
@@ -86,6 +86,6 @@ def _pair(stack: Stack, first: str, second: str) -> Suspect:
         columns = one(rows)[:, :, None] * two(rows)[:, None, :]
         return np.asarray(columns.reshape(len(columns), -1))
 
-    law: Law = relative(stack, shape, one.width * two.width)
+    law: SpreadLaw = relative(stack, shape, one.width * two.width)
     key = f"unknown {first} × {second}"
     return Suspect(key, UNKNOWN, (Rung(alike(stack, law)),), (first, second), bar=PAIR_BAR)

@@ -21,7 +21,7 @@ ALL = slice(None)
 
 
 @dataclass(frozen=True, eq=False)
-class Law:
+class SpreadLaw:
     """Columns (C, rows, width) of every component [N per coefficient]."""
 
     build: Callable[[Rows], Array]
@@ -29,11 +29,11 @@ class Law:
 
 
 @dataclass(frozen=True, eq=False)
-class Columns:
+class LawColumns:
     """A law in a spread: ``mix`` (C, width, p) adds up the law's columns to p of the stack."""
 
     stack: Stack
-    law: Law
+    law: SpreadLaw
     mix: Array
 
     def raw(self, rows: Rows = ALL) -> Array:
@@ -61,60 +61,60 @@ class Columns:
         return np.concatenate(parts, axis=1)
 
 
-def alike(stack: Stack, law: Law) -> Columns:
+def alike(stack: Stack, law: SpreadLaw) -> LawColumns:
     """Return a law with one coefficient for all components, by column."""
-    return Columns(stack, law, np.stack([np.eye(law.width)] * len(stack.names)))
+    return LawColumns(stack, law, np.stack([np.eye(law.width)] * len(stack.names)))
 
 
-def each(stack: Stack, law: Law) -> Columns:
+def each(stack: Stack, law: SpreadLaw) -> LawColumns:
     """Return a law with coefficients of each component: all of the first component, then on."""
     count, width = len(stack.names), law.width
-    return Columns(stack, law, np.eye(count * width).reshape(count, width, count * width))
+    return LawColumns(stack, law, np.eye(count * width).reshape(count, width, count * width))
 
 
-def only(stack: Stack, law: Law, component: int) -> Columns:
+def only(stack: Stack, law: SpreadLaw, component: int) -> LawColumns:
     """Return a law of one component."""
     mix = np.zeros((len(stack.names), law.width, law.width))
     mix[component] = np.eye(law.width)
-    return Columns(stack, law, mix)
+    return LawColumns(stack, law, mix)
 
 
-def tied(stack: Stack, law: Law, ratio: Array) -> Columns:
+def tied(stack: Stack, law: SpreadLaw, ratio: Array) -> LawColumns:
     """Return a law whose components move in a given ratio (C,), by column."""
-    return Columns(stack, law, ratio[:, None, None] * np.eye(law.width))
+    return LawColumns(stack, law, ratio[:, None, None] * np.eye(law.width))
 
 
-def relative(stack: Stack, shape: Callable[[Rows], Array], width: int = 1) -> Law:
+def relative(stack: Stack, shape: Callable[[Rows], Array], width: int = 1) -> SpreadLaw:
     """Return a factor on the whole simulated force: F · shape, shape (rows, width)."""
     return _scaled(stack.simulation, shape, width)
 
 
-def of_chip(stack: Stack, shape: Callable[[Rows], Array], width: int = 1) -> Law:
+def chip_factor(stack: Stack, shape: Callable[[Rows], Array], width: int = 1) -> SpreadLaw:
     """Return a factor on the chip's part of the simulated force."""
     return _scaled(stack.chip, shape, width)
 
 
-def per_depth(stack: Stack, shape: Callable[[Rows], Array], width: int = 1) -> Law:
+def per_depth(stack: Stack, shape: Callable[[Rows], Array], width: int = 1) -> SpreadLaw:
     """Return a force per depth of cut in the direction of each component: a_p · shape."""
     return _scaled(stack.sign[:, None] * stack.known.depth_mm, shape, width)
 
 
-def along_edge(stack: Stack) -> Law:
+def along_edge(stack: Stack) -> SpreadLaw:
     """Return the edge's force of the simulation by its coefficient: the length that it acts on."""
     return _scaled(stack.sign[:, None] * stack.edge_mm, values_of(np.ones(len(stack.known))), 1)
 
 
-def added(stack: Stack, shape: Callable[[Rows], Array], width: int = 1) -> Law:
+def added(stack: Stack, shape: Callable[[Rows], Array], width: int = 1) -> SpreadLaw:
     """Return a force that is there whatever the cut."""
     return _scaled(np.ones_like(stack.simulation), shape, width)
 
 
-def _scaled(scale: Array, shape: Callable[[Rows], Array], width: int) -> Law:
+def _scaled(scale: Array, shape: Callable[[Rows], Array], width: int) -> SpreadLaw:
     def build(rows: Rows) -> Array:
         columns = shape(rows)
         return np.asarray(scale[:, rows, None] * columns.reshape(len(columns), -1))
 
-    return Law(build, width)
+    return SpreadLaw(build, width)
 
 
 def values_of(values: Array) -> Callable[[Rows], Array]:
@@ -123,7 +123,7 @@ def values_of(values: Array) -> Callable[[Rows], Array]:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class SmoothCurve:
     """A smooth curve over a variable (n,): cubic B-splines, or a step for each of few levels.
 
     ``like``: values that knots and levels are taken from, where they are not its own. Beyond them
@@ -178,6 +178,6 @@ class Curve:
         return self.at(self.levels if self.levels is not None else np.linspace(low, high, 40))
 
 
-def curve_of(stack: Stack, over: Callable[[Conditions], Array], count: int) -> Curve:
+def curve_of(stack: Stack, over: Callable[[Conditions], Array], count: int) -> SmoothCurve:
     """Return the curve over what is read off the conditions, its knots those of the table."""
-    return Curve(over(stack.known), count, over(stack.frame.known))
+    return SmoothCurve(over(stack.known), count, over(stack.frame.known))

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
-from autodb.explain.answer.answer import Cause, Value
+from autodb.explain.answer.answer import Cause, IntervalValue
 from autodb.explain.cuts.candidates.currents import FRICTION, GAIN, OFFSET, WEAR
-from autodb.sensing.ranges.moved import Moved
+from autodb.sensing.ranges.moved import CurrentChange
 
 FORCE = "shear"
 """The cutting force itself: the term of the chip, of another size than the reference."""
@@ -22,31 +22,31 @@ MEASURED = (
 LAST = "from the first cut to the last"
 
 
-def sentences(causes: tuple[Cause, ...]) -> Iterator[str]:
+def cause_sentences(causes: tuple[Cause, ...]) -> Iterator[str]:
     """Yield what is said of causes: each with what else it may be, and what would tell."""
     for cause in causes:
         sure = "" if cause.term == "unknown" else f" (confidence {cause.confidence:.2f})"
         head, *rest = cause.statement.split(". ", maxsplit=1)
         yield ". ".join([f"{head.rstrip('.')}{sure}", *rest]) + ("" if rest else ".")
         if cause.alternatives and cause.term != "unknown":
-            yield f"These cuts do not tell it from: {listed(cause.alternatives)}."
+            yield f"These cuts do not tell it from: {names_listed(cause.alternatives)}."
         if cause.to_tell_apart is not None:
-            yield f"To tell apart: {in_words(cause.to_tell_apart)}"
+            yield f"To tell apart: {cause_in_words(cause.to_tell_apart)}"
 
 
-def listed(names: tuple[str, ...]) -> str:
+def names_listed(names: tuple[str, ...]) -> str:
     """Return names as a list of what they are called."""
     return ", ".join(NAMES[name] for name in names)
 
 
-def in_words(sentence: str) -> str:
+def cause_in_words(sentence: str) -> str:
     """Return a sentence with the names of terms as they are called here."""
     for name, called in NAMES.items():
         sentence = sentence.replace(f" {name} ", f" {called} ")
     return sentence
 
 
-def effect(term: str, change: Value, *, air_too: bool, air: bool, or_force: bool) -> str:
+def effect(term: str, change: IntervalValue, *, air_too: bool, air: bool, or_force: bool) -> str:
     """Return what an effect did; ``air``: whether the current in air is known."""
     by = f"moved by {amount(change, term)} {LAST}"
     if term == GAIN:
@@ -68,7 +68,7 @@ def _air(*, went_with_it: bool) -> str:
     return "The current in air did not go with it: no constant of sensor or motor moved."
 
 
-def amount(change: Value, term: str) -> str:
+def amount(change: IntervalValue, term: str) -> str:
     """Return a change with its interval, a gain's in percent."""
     numbers = (change.value, change.low, change.high)
     if term == GAIN:
@@ -78,17 +78,17 @@ def amount(change: Value, term: str) -> str:
     return f"{middle} {change.unit} ({low} to {high})"
 
 
-def ends(change: Value, *, air: bool) -> str:
+def moved_words(change: IntervalValue, *, air: bool) -> str:
     """Return by how much a current moved, as the repeated cut alone tells it."""
     return f"{amount(change, '')} {'of the current in air' if air else 'of the rise'}"
 
 
-def undecided(size: str, names: tuple[str, ...]) -> str:
+def undecided_words(size: str, names: tuple[str, ...]) -> str:
     """Return that something moved by ``size`` which may be any of some names."""
-    return f"What moved, {size} {LAST}, these cuts do not tell; it may be: {listed(names)}."
+    return f"What moved, {size} {LAST}, these cuts do not tell; it may be: {names_listed(names)}."
 
 
-def left_out(with_it: float, without: float, unit: str) -> str:
+def held_out_words(with_it: float, without: float, unit: str) -> str:
     """Return how far cuts left out of the fit are told."""
     return (
         f"Cuts left out of the fit are told to within {with_it:.2g} {unit} with it, "
@@ -96,7 +96,7 @@ def left_out(with_it: float, without: float, unit: str) -> str:
     )
 
 
-def force(end: Moved, force_unit: str, beside: Moved, unit: str) -> str:
+def force(end: CurrentChange, force_unit: str, beside: CurrentChange, unit: str) -> str:
     """Return that the measured force moved, and the current no further than that."""
     return (
         f"What moved is {NAMES[FORCE]}, not the sensing: it was measured and moved by "

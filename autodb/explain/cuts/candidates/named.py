@@ -18,7 +18,7 @@ from autodb.explain.cuts.table import Stack
 from autodb.explain.engine.candidates import Suspect
 
 
-def named(stack: Stack, own: frozenset[str]) -> list[Suspect]:
+def named_effects(stack: Stack, own: frozenset[str]) -> list[Suspect]:
     """Return the named effects that a table can tell of; ``own``: terms that are re-tuned."""
     found = [
         *edge_force_suspects(stack, own), *size_suspects(stack), *speed_suspects(stack),

@@ -7,23 +7,23 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import Value
+from autodb.explain.answer.answer import IntervalValue
 from autodb.explain.cuts.candidates.chip import bell
 from autodb.explain.cuts.candidates.engaged import normal_force, nose_columns
 from autodb.explain.cuts.candidates.laws import (
-    Columns,
-    Law,
+    LawColumns,
+    SpreadLaw,
     added,
     alike,
+    chip_factor,
     each,
-    of_chip,
     only,
     per_depth,
     relative,
     values_of,
 )
 from autodb.explain.cuts.candidates.warming import TIMES_S, warming_columns
-from autodb.explain.cuts.profile import Beside, value
+from autodb.explain.cuts.profile import BesideEffect, profiled_value
 from autodb.explain.cuts.table import Stack
 from autodb.explain.engine.candidates import Choice
 from autodb.fitting import NORMAL_95
@@ -33,91 +33,93 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Effect:
+class EffectInCuts:
     """One effect of a set with what stands beside it."""
 
     stack: Stack
-    own: dict[str, Columns]
+    own: dict[str, LawColumns]
     choice: Choice
     others: tuple[Choice, ...]
 
     @cached_property
-    def beside(self) -> Beside:
+    def beside(self) -> BesideEffect:
         """White rows without own terms and the other effects."""
-        return Beside.others(self.stack, self.own, self.others)
+        return BesideEffect.others(self.stack, self.own, self.others)
 
 
-Read = Callable[[Effect, int], dict[str, Value]]
+Read = Callable[[EffectInCuts, int], dict[str, IntervalValue]]
 Shape = Callable[[float], Array]
 
 LATER = 4
 """Cuts by which an end of a run is moved at most to see how well it is known."""
 
 
-def parameters(effect: Effect, component: int) -> dict[str, Value]:
+def effect_parameters(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
     """Return the effect's own parameters in one component, beside the other effects."""
     return READ[effect.choice.suspect.term](effect, component)
 
 
-def _one(beside: Beside, columns: Columns, at: int, unit: str, *, scale: float = 1.0) -> Value:
+def _one(
+    beside: BesideEffect, columns: LawColumns, at: int, unit: str, *, scale: float = 1.0
+) -> IntervalValue:
     found, sd = beside.coefficients(columns)
-    return value(scale * float(found[at]), abs(scale) * NORMAL_95 * float(sd[at]), unit)
+    return profiled_value(scale * float(found[at]), abs(scale) * NORMAL_95 * float(sd[at]), unit)
 
 
-def _edge_force(effect: Effect, component: int) -> dict[str, Value]:
+def _edge_force(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
     stack = effect.stack
     columns = each(stack, per_depth(stack, values_of(np.ones(len(stack.known)))))
     sign = float(stack.sign[component])
     return {"coefficient": _one(effect.beside, columns, component, "N/mm", scale=sign)}
 
 
-def _size_effect(effect: Effect, _component: int) -> dict[str, Value]:
+def _size_effect(effect: EffectInCuts, _component: int) -> dict[str, IntervalValue]:
     thickness = effect.stack.known.thickness_mm
     assert thickness is not None
     return {"exponent": _power(effect, lambda m: size_effect(thickness, exponent=m), 0.01, 0.9)}
 
 
-def _speed(effect: Effect, _component: int) -> dict[str, Value]:
+def _speed(effect: EffectInCuts, _component: int) -> dict[str, IntervalValue]:
     speed = effect.stack.known.speed_m_min
     assert speed is not None
     return {"exponent": _power(effect, lambda e: speed_softening(speed, exponent=e), -0.5, 1.0)}
 
 
-def _power(effect: Effect, x: Shape, low: float, high: float) -> Value:
+def _power(effect: EffectInCuts, x: Shape, low: float, high: float) -> IntervalValue:
     """Return the exponent for which chip · x(exponent) takes the place of the chip best.
 
     The chip's own factor is free: the recording is (1 + k) · chip · x beside the others.
     """
     own = {name: columns for name, columns in effect.own.items() if name != "shear"}
-    beside = Beside.others(effect.stack, own, effect.others, plus=effect.stack.chip)
+    beside = BesideEffect.others(effect.stack, own, effect.others, plus=effect.stack.chip)
     mix = effect.own["shear"].mix
 
-    def make(exponent: float) -> Columns:
-        return Columns(effect.stack, of_chip(effect.stack, values_of(x(exponent))), mix)
+    def make(exponent: float) -> LawColumns:
+        return LawColumns(effect.stack, chip_factor(effect.stack, values_of(x(exponent))), mix)
 
     return beside.profile(make, low, high, "1")
 
 
-def _band(effect: Effect, component: int) -> dict[str, Value]:
+def _band(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
     stack, speed = effect.stack, effect.stack.known.speed_m_min
     assert speed is not None
     width, at = effect.choice.shape.shape["width"], effect.choice.shape.shape["centre"]
 
-    def make(log_centre: float) -> Columns:
+    def make(log_centre: float) -> LawColumns:
         inside = bell(speed, float(np.exp(log_centre)), width)
-        return alike(stack, of_chip(stack, values_of(inside)))
+        return alike(stack, chip_factor(stack, values_of(inside)))
 
     log = effect.beside.profile(make, np.log(at) - width, np.log(at) + width, "1")
-    law = of_chip(stack, values_of(bell(speed, float(np.exp(log.value)), width)))
+    law = chip_factor(stack, values_of(bell(speed, float(np.exp(log.value)), width)))
     low, middle, high = (float(np.exp(v)) for v in (log.low, log.value, log.high))
     return {
         "change": _one(effect.beside, each(stack, law), component, "1"),
-        "centre": Value(value=middle, low=low, high=high, unit="m/min"),
-        "width": Value(value=width, low=0.7 * width, high=1.4 * width, unit="1"),
+        "centre": IntervalValue(value=middle, low=low, high=high, unit="m/min"),
+        "width": IntervalValue(value=width, low=0.7 * width, high=1.4 * width, unit="1"),
     }
 
 
-def _wear(effect: Effect, component: int) -> dict[str, Value]:
+def _wear(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
     """Return the mean rate and each edge's own, at the mean depth, as straight lines."""
     stack, known = effect.stack, effect.stack.known
     assert known.edge is not None
@@ -132,11 +134,11 @@ def _wear(effect: Effect, component: int) -> dict[str, Value]:
         found, sd = effect.beside.coefficients(only(stack, law, component))
         for edge, rate, half in zip(usable, found, NORMAL_95 * sd, strict=True):
             label = f"rate edge {known.edge_label[float(edge)]}"
-            rates[label] = value(float(rate) * scale, float(half) * abs(scale), "N/s")
+            rates[label] = profiled_value(float(rate) * scale, float(half) * abs(scale), "N/s")
     return rates
 
 
-def _hard_spot(effect: Effect, component: int) -> dict[str, Value]:
+def _hard_spot(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
     stack, cuts = effect.stack, effect.stack.known.number
     first, last = effect.choice.shape.shape["first"], effect.choice.shape.shape["last"]
     start, end = int(np.argmax(cuts == first)), int(np.argmax(cuts == last))
@@ -150,7 +152,7 @@ def _hard_spot(effect: Effect, component: int) -> dict[str, Value]:
     near_end = {e: gain(start, e) for e in ends}
     change = _one(effect.beside, each(stack, _run(stack, start, end)), component, "1")
     return {
-        "factor": Value(
+        "factor": IntervalValue(
             value=1.0 + change.value, low=1.0 + change.low, high=1.0 + change.high, unit="1"
         ),
         "first": _place(cuts, near_start, start),
@@ -158,77 +160,79 @@ def _hard_spot(effect: Effect, component: int) -> dict[str, Value]:
     }
 
 
-def _run(stack: Stack, start: int, end: int) -> Law:
+def _run(stack: Stack, start: int, end: int) -> SpreadLaw:
     inside = np.zeros(len(stack.known))
     inside[start : end + 1] = 1.0
     return relative(stack, values_of(inside))
 
 
-def _place(cuts: Array, gains: dict[int, float], at: int) -> Value:
+def _place(cuts: Array, gains: dict[int, float], at: int) -> IntervalValue:
     kept = [row for row, gain in gains.items() if gain >= max(gains.values()) - NORMAL_95**2]
     low, high = min([*kept, at]), max([*kept, at])
-    return Value(value=float(cuts[at]), low=float(cuts[low]), high=float(cuts[high]), unit="1")
+    return IntervalValue(
+        value=float(cuts[at]), low=float(cuts[low]), high=float(cuts[high]), unit="1"
+    )
 
 
-def _depth_error(effect: Effect, _component: int) -> dict[str, Value]:
+def _depth_error(effect: EffectInCuts, _component: int) -> dict[str, IntervalValue]:
     stack = effect.stack
     columns = alike(stack, relative(stack, values_of(1.0 / stack.known.depth_mm)))
     return {"error": _one(effect.beside, columns, 0, "mm")}
 
 
-def _nose(effect: Effect, _component: int) -> dict[str, Value]:
-    def make(radius: float) -> Columns:
+def _nose(effect: EffectInCuts, _component: int) -> dict[str, IntervalValue]:
+    def make(radius: float) -> LawColumns:
         return nose_columns(effect.stack, radius, longer=False)
 
     return {"radius": effect.beside.profile(make, 0.1, 3.0, "mm")}
 
 
-def _deflection(effect: Effect, _component: int) -> dict[str, Value]:
+def _deflection(effect: EffectInCuts, _component: int) -> dict[str, IntervalValue]:
     stack = effect.stack
     pressed = normal_force(stack) / stack.known.depth_mm
     columns = alike(stack, relative(stack, values_of(-pressed)))
     return {"compliance": _one(effect.beside, columns, 0, "mm/N")}
 
 
-def _drift(effect: Effect, component: int) -> dict[str, Value]:
+def _drift(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
     stack = effect.stack
     since = stack.known.t_s - stack.known.t_s[0]
     columns = only(stack, added(stack, values_of(since)), component)
     return {"rate": _one(effect.beside, columns, 0, "N/s")}
 
 
-def _gain(effect: Effect, component: int) -> dict[str, Value]:
+def _gain(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
     """Return the factor where it is furthest from 1, by the shape that was found."""
     columns = effect.choice.shape.law
-    assert isinstance(columns, Columns)
+    assert isinstance(columns, LawColumns)
     found, sd = effect.beside.coefficients(columns)
     stack = effect.stack
     factor = columns.raw()[component] / stack.simulation[component][:, None]
     change = factor @ found
     at = int(np.argmax(np.abs(change)))
     half = NORMAL_95 * float(np.sqrt(np.sum((factor[at] * sd) ** 2)))
-    made = {"factor": value(1.0 + float(change[at]), half, "1")}
+    made = {"factor": profiled_value(1.0 + float(change[at]), half, "1")}
     if "at" in effect.choice.shape.shape:
         t = stack.known.t_s
         start = float(t[0] + effect.choice.shape.shape["at"] * (t[-1] - t[0]))
-        made["start"] = value(start, 0.1 * float(t[-1] - t[0]), "s")
+        made["start"] = profiled_value(start, 0.1 * float(t[-1] - t[0]), "s")
     return made
 
 
-def _warmup(effect: Effect, component: int) -> dict[str, Value]:
+def _warmup(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
     """Return the share of a cut's force that is sensed too much where that is most, and the time.
 
     The time constant is of heating in cuts and cooling in pauses alike.
     """
     stack, choice = effect.stack, effect.choice
     columns = choice.shape.law
-    assert isinstance(columns, Columns)
+    assert isinstance(columns, LawColumns)
     found, sd = effect.beside.coefficients(columns)
     share = columns.raw()[component] / np.abs(stack.simulation[component])[:, None]
     at = int(np.argmax(np.abs(share @ found)))
     half = NORMAL_95 * float(np.sqrt(np.sum((share[at] * sd) ** 2)))
 
-    def make(log_time: float) -> Columns:
+    def make(log_time: float) -> LawColumns:
         return warming_columns(stack, choice.rung, float(np.exp(log_time)))
 
     low, high = np.log(TIMES_S[0] / 3.0), np.log(TIMES_S[-1] * 3.0)
@@ -236,8 +240,8 @@ def _warmup(effect: Effect, component: int) -> dict[str, Value]:
     time_s = {key: float(np.exp(getattr(log, key))) for key in ("value", "low", "high")}
     sign = float(stack.sign[component])
     return {
-        "drop": value(sign * float(share[at] @ found), half, "1"),
-        "time_constant": Value(**time_s, unit="s"),
+        "drop": profiled_value(sign * float(share[at] @ found), half, "1"),
+        "time_constant": IntervalValue(**time_s, unit="s"),
     }
 
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.families import BAR
 from autodb.explain.cuts.candidates.laws import (
-    Columns,
+    LawColumns,
     alike,
+    chip_factor,
     each,
-    of_chip,
     only,
     relative,
     values_of,
@@ -57,10 +57,10 @@ def run_of_cuts(stack: Stack, left: Array, number: int) -> Suspect | None:
     if n < 2 * SHORTEST:
         return None
     start, end = _strongest(product, power)
-    return hard_spot(stack, start, end, number, tries=min(n, BINS))
+    return hard_spot_of_cuts(stack, start, end, number, tries=min(n, BINS))
 
 
-def hard_spot(stack: Stack, start: int, end: int, number: int, *, tries: int) -> Suspect:
+def hard_spot_of_cuts(stack: Stack, start: int, end: int, number: int, *, tries: int) -> Suspect:
     """Return the suspect of harder or softer material in the rows from start to before end.
 
     In cuts that follow the table it goes on where it reached the table's end.
@@ -70,7 +70,7 @@ def hard_spot(stack: Stack, start: int, end: int, number: int, *, tries: int) ->
     inside, hump, ends = _courses(stack, start, end)
     made = [
         spread(stack, make(stack, values_of(course)))
-        for course, make in ((inside, relative), (hump, relative), (inside, of_chip))
+        for course, make in ((inside, relative), (hump, relative), (inside, chip_factor))
         for spread in (alike, each)
     ]
     rungs = tuple(Rung(c, shape, tries=tries, allowed=_on_all(c)) for c in made)
@@ -79,7 +79,7 @@ def hard_spot(stack: Stack, start: int, end: int, number: int, *, tries: int) ->
         f"hard_spot {number}", "hard_spot", rungs, ("cut",),
         detail=each(stack, relative(stack, values_of(free), 3)),
         interval=(shape["first"], shape["last"]),
-        anew=lambda other: hard_spot(other, start, end, number, tries=tries),
+        anew=lambda other: hard_spot_of_cuts(other, start, end, number, tries=tries),
     )  # fmt: skip
 
 
@@ -118,7 +118,7 @@ def gain_step(stack: Stack, component: int, start: int, number: int) -> Suspect:
     )
 
 
-def _on_all(columns: Columns) -> Allowed:
+def _on_all(columns: LawColumns) -> Allowed:
     """Return whether a factor of each component goes the same way in most of them."""
 
     def allowed(coefficients: Array) -> bool:

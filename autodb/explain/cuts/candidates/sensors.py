@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.laws import Curve, Rows, added, only, relative, values_of
+from autodb.explain.cuts.candidates.laws import Rows, SmoothCurve, added, only, relative, values_of
 from autodb.explain.cuts.table import Conditions, Stack
 from autodb.explain.engine.candidates import Rung, Suspect
 
@@ -16,20 +16,20 @@ SETTLING = (0.08, 0.3)
 CURVE = 5
 
 
-def clock(known: Conditions, seen: Conditions) -> Array:
+def time_share(known: Conditions, seen: Conditions) -> Array:
     """Return the time of cuts over that of a table, 0 to 1 in it, (n,)."""
     start, end = float(seen.t_s[0]), float(seen.t_s[-1])
     return np.asarray((known.t_s - start) / max(end - start, 1e-300), dtype=np.float64)
 
 
-def _curve(stack: Stack, count: int) -> Curve:
+def _curve(stack: Stack, count: int) -> SmoothCurve:
     seen = stack.frame.known
-    return Curve(clock(stack.known, seen), count, clock(seen, seen))
+    return SmoothCurve(time_share(stack.known, seen), count, time_share(seen, seen))
 
 
-def over_time(stack: Stack) -> list[tuple[Callable[[Rows], Array], int]]:
+def drift_courses(stack: Stack) -> list[tuple[Callable[[Rows], Array], int]]:
     """Return the courses over a table's time that a sensor may drift by, with their widths."""
-    t = clock(stack.known, stack.frame.known)
+    t = time_share(stack.known, stack.frame.known)
     shapes: list[tuple[Callable[[Rows], Array], int]] = [(values_of(t), 1)]
     shapes += [(values_of(-np.expm1(-t / tau)), 1) for tau in SETTLING]
     if len(stack.frame.known) >= 4 * CURVE:
@@ -42,7 +42,7 @@ def drift_suspects(stack: Stack) -> list[Suspect]:
     """Return a force of one component that is there whatever the cut, and changes with the time."""
     found = []
     for i, name in enumerate(stack.names):
-        laws = [added(stack, shape, width) for shape, width in over_time(stack)]
+        laws = [added(stack, shape, width) for shape, width in drift_courses(stack)]
         rungs = tuple(Rung(only(stack, law, i)) for law in laws)
         free = _curve(stack, 2 * CURVE)
         detail = only(stack, added(stack, free, free.width), i)
@@ -57,7 +57,7 @@ def gain_suspects(stack: Stack) -> list[Suspect]:
         return []
     found = []
     for i, name in enumerate(stack.names):
-        rungs = tuple(Rung(only(stack, relative(stack, s, w), i)) for s, w in over_time(stack))
+        rungs = tuple(Rung(only(stack, relative(stack, s, w), i)) for s, w in drift_courses(stack))
         free = _curve(stack, 2 * CURVE)
         detail = only(stack, relative(stack, free, free.width), i)
         found.append(Suspect(f"gain {name}", "gain", rungs, ("t",), detail=detail))

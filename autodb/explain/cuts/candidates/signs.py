@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.laws import Columns, Curve
+from autodb.explain.cuts.candidates.laws import LawColumns, SmoothCurve
 from autodb.explain.engine.candidates import Rung
 
 Array = NDArray[np.float64]
@@ -15,7 +15,7 @@ TURN_BACK = 0.25
 """Share of its rise that a monotone curve may fall back, by scatter. Chosen."""
 
 
-def mostly_positive(columns: Columns) -> Allowed:
+def mostly_positive(columns: LawColumns) -> Allowed:
     """Return whether the coefficient that does most is positive."""
 
     def allowed(coefficients: Array) -> bool:
@@ -24,13 +24,13 @@ def mostly_positive(columns: Columns) -> Allowed:
     return allowed
 
 
-def mostly_negative(columns: Columns) -> Allowed:
+def mostly_negative(columns: LawColumns) -> Allowed:
     """Return whether the coefficient that does most is negative."""
     positive = mostly_positive(columns)
     return lambda coefficients: not positive(coefficients)
 
 
-def monotone(curve: Curve, columns: Columns, *, direction: float = 0.0) -> Allowed:
+def monotone(curve: SmoothCurve, columns: LawColumns, *, direction: float = 0.0) -> Allowed:
     """Return whether a curve goes one way but for scatter: the components' mean by their weight."""
 
     def allowed(coefficients: Array) -> bool:
@@ -44,7 +44,7 @@ def monotone(curve: Curve, columns: Columns, *, direction: float = 0.0) -> Allow
     return allowed
 
 
-def turns_away(columns: Columns) -> Allowed:
+def turns_away(columns: LawColumns) -> Allowed:
     """Return whether thrust goes from the axial into the radial force, but for scatter."""
 
     def allowed(coefficients: Array) -> bool:
@@ -54,6 +54,6 @@ def turns_away(columns: Columns) -> Allowed:
     return allowed
 
 
-def grows(columns: Columns, shape: dict[str, float]) -> Rung:
+def grows(columns: LawColumns, shape: dict[str, float]) -> Rung:
     """Return a shape that is the effect's where it adds force."""
     return Rung(columns, shape, allowed=mostly_positive(columns))

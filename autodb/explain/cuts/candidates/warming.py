@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.laws import Columns, Law, each
+from autodb.explain.cuts.candidates.laws import LawColumns, SpreadLaw, each
 from autodb.explain.cuts.candidates.signs import grows
 from autodb.explain.cuts.table import Conditions, Stack
 from autodb.explain.engine.candidates import Suspect
@@ -42,7 +42,7 @@ def warming_suspects(stack: Stack) -> list[Suspect]:
     return [Suspect("warmup", "warmup", tuple(rungs), ("t",), detail=detail)]
 
 
-def warming_columns(stack: Stack, rung: int, time_s: float) -> Columns:
+def warming_columns(stack: Stack, rung: int, time_s: float) -> LawColumns:
     """Return the columns of one of the suspect's shapes at another time constant."""
     levelling = LEVELLING[rung // LAWS % len(LEVELLING)]
     return each(stack, cold_laws(stack, coldness(stack, time_s, levelling=levelling))[rung % LAWS])
@@ -54,20 +54,20 @@ def has_pause(known: Conditions) -> bool:
     return "t" in known.recorded and bool(steps.max() > PAUSE * np.median(steps))
 
 
-def cold_laws(stack: Stack, cold: Array) -> list[Law]:
+def cold_laws(stack: Stack, cold: Array) -> list[SpreadLaw]:
     """Return friction that a cold machine (n,) has besides, or a factor on its forces."""
     offset, factor = _added(stack, cold), _factor(stack, cold)
     return [offset, factor]
 
 
-def _added(stack: Stack, shape: Array) -> Law:
+def _added(stack: Stack, shape: Array) -> SpreadLaw:
     columns = shape.reshape(len(shape), -1)
     sign = stack.sign[:, None, None]
-    return Law(lambda rows: sign * columns[None, rows], columns.shape[1])
+    return SpreadLaw(lambda rows: sign * columns[None, rows], columns.shape[1])
 
 
-def _factor(stack: Stack, cold: Array) -> Law:
-    return Law(lambda rows: stack.simulation[:, rows, None] * cold[None, rows, None])
+def _factor(stack: Stack, cold: Array) -> SpreadLaw:
+    return SpreadLaw(lambda rows: stack.simulation[:, rows, None] * cold[None, rows, None])
 
 
 def coldness(stack: Stack, time_s: float, *, levelling: float = 0.0) -> Array:
@@ -77,7 +77,7 @@ def coldness(stack: Stack, time_s: float, *, levelling: float = 0.0) -> Array:
     T dw/dt = 1 − w while it cuts and −w while it does not (see `terms.drive.warmup`).
     """
     seen = stack.frame.known
-    work = Work.of(seen)
+    work = UsualWork.of(seen)
     warm, end = _warmth(seen, work, time_s, 0.0)
     if stack.like is not None:
         warm = _after(stack.known, seen, work, time_s, end)
@@ -86,14 +86,14 @@ def coldness(stack: Stack, time_s: float, *, levelling: float = 0.0) -> Array:
 
 
 @dataclass(frozen=True)
-class Work:
+class UsualWork:
     """How a machine works: a cut's usual duration, and the share of the time in which it cuts."""
 
     usual_s: float
     busy: float
 
     @classmethod
-    def of(cls, known: Conditions) -> "Work":
+    def of(cls, known: Conditions) -> "UsualWork":
         """Read it off a table, pauses left out."""
         steps = np.diff(known.t_s)
         cuts = _durations(known, float(np.median(steps)))
@@ -112,7 +112,7 @@ def _durations(known: Conditions, usual_s: float) -> Array:
     return np.where(np.isfinite(found), found, median)
 
 
-def _warmth(known: Conditions, work: Work, time_s: float, begin: float) -> tuple[Array, float]:
+def _warmth(known: Conditions, work: UsualWork, time_s: float, begin: float) -> tuple[Array, float]:
     """Return the warmth in the middle of each cut (n,), and at the end of the last one."""
     lasts = _durations(known, work.usual_s)
     lasts[:-1] = np.minimum(lasts[:-1], np.diff(known.t_s))
@@ -127,7 +127,9 @@ def _warmth(known: Conditions, work: Work, time_s: float, begin: float) -> tuple
     return found, warm
 
 
-def _after(known: Conditions, seen: Conditions, work: Work, time_s: float, end: float) -> Array:
+def _after(
+    known: Conditions, seen: Conditions, work: UsualWork, time_s: float, end: float
+) -> Array:
     """Return the warmth in cuts that follow a table, each run of rising time by itself, (m,)."""
     turns = np.flatnonzero(np.diff(known.t_s) <= 0) + 1
     last_s = float(seen.t_s[-1]) + work.usual_s

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.fit import fit
-from autodb.explain.cuts.look import Looked
+from autodb.explain.cuts.fit import fit_cuts
+from autodb.explain.cuts.look import FoundInCuts
 from autodb.explain.engine.candidates import UNKNOWN
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ class WearLaw:
         return np.asarray(self.sign * rate * depth_mm * cutting_time_s**self.power)
 
 
-def wear_law(looked: Looked, component: int) -> WearLaw:
+def wear_law(looked: FoundInCuts, component: int) -> WearLaw:
     """Return the law of one component, whatever curve the search has found for it.
 
     The simulation is taken for the force of a fresh edge as it is: a factor on it would take up the
@@ -63,9 +63,9 @@ def wear_law(looked: Looked, component: int) -> WearLaw:
     return WearLaw(power, found, float(stack.sign[component]))
 
 
-def _without_others(looked: Looked) -> Array:
+def _without_others(looked: FoundInCuts) -> Array:
     """Return the difference without the parts of effects that no course of time is put down to."""
     stack, choices = looked.stack, looked.found.choices
-    parts = fit(stack, looked.own, choices).parts[len(looked.own) :]
+    parts = fit_cuts(stack, looked.own, choices).parts[len(looked.own) :]
     taken = [p for p, c in zip(parts, choices, strict=True) if c.suspect.term not in SLOW]
     return np.asarray(stack.recording - stack.simulation - np.sum(taken, axis=0))

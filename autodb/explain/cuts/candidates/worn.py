@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.laws import (
-    Curve,
     Rows,
+    SmoothCurve,
     curve_of,
     each,
     per_depth,
@@ -55,7 +55,7 @@ def wear_suspects(stack: Stack, own: frozenset[str]) -> list[Suspect]:
     return [Suspect("tool_wear", "tool_wear", tuple(rungs), variables, detail=detail)]
 
 
-def _fresh(curve: Curve) -> Array:
+def _fresh(curve: SmoothCurve) -> Array:
     """Return the curve's columns at no cutting time (1, width); 0 where no such edge was seen."""
     return curve.at(np.zeros(1)) if curve.frame.min() <= 0 else np.zeros((1, curve.width))
 
@@ -69,7 +69,7 @@ def _members(stack: Stack) -> Array:
     return member
 
 
-def _edge_rungs(stack: Stack, spent: Array, curve: Curve) -> list[Rung]:
+def _edge_rungs(stack: Stack, spent: Array, curve: SmoothCurve) -> list[Rung]:
     """Return shapes with a rate for each edge, the components in the ratio of the common rate."""
     cuts, edges = len(stack.frame.known), len(stack.frame.known.edges)
     if not 2 <= edges <= min(MOST_EDGES, cuts // 4):

@@ -5,21 +5,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autodb.proofs.cases.axis.effect import Effect, World
+from autodb.proofs.cases.axis.effect import CaseWorld, HiddenEffect
 from autodb.proofs.cases.base.moves import RATE_HZ, Array
 
 WANDER_TURNS = (0.5, 0.9, 1.5)  # of a slow wander in the whole time
 
 
 @dataclass(frozen=True)
-class Stribeck(Effect):
+class HiddenStribeck(HiddenEffect):
     """Friction of low speed: d x falling share of |v|, by a table or 1/(1 + (v/v_f)^n)."""
 
     fade_mm_s: float
     exponent: float  # 0: by the table
     term = "stribeck"
 
-    def columns(self, world: World, total: Array) -> Array:
+    def columns(self, world: CaseWorld, total: Array) -> Array:
         """1 at creep; the table is gone at six times the fading speed."""
         del total
         u = np.abs(world.moves.v) / self.fade_mm_s
@@ -30,13 +30,13 @@ class Stribeck(Effect):
 
 
 @dataclass(frozen=True)
-class Asymmetry(Effect):
+class Asymmetry(HiddenEffect):
     """Friction that differs by direction: size x d^2 (Coulomb) mixed with d^2 x viscous share."""
 
     viscous: float  # share, 0 to 1
     term = "asymmetry"
 
-    def columns(self, world: World, total: Array) -> Array:
+    def columns(self, world: CaseWorld, total: Array) -> Array:
         """The mixture; zero at standstill."""
         del total
         rise = world.machine.rise(np.abs(world.moves.v))
@@ -44,19 +44,19 @@ class Asymmetry(Effect):
 
 
 @dataclass(frozen=True)
-class FrictionAlong(Effect):
+class FrictionAlong(HiddenEffect):
     """Friction that changes along the travel: d x g(x), g peaking at about 1."""
 
     place: Callable[[Array], Array]
     term = "position_friction"
 
-    def columns(self, world: World, total: Array) -> Array:
+    def columns(self, world: CaseWorld, total: Array) -> Array:
         """Zero at standstill, the same g both ways."""
         del total
         return (world.way * self.place(world.moves.x))[None]
 
 
-def rising(x: Array, *, from_mm: float, bend_mm: float) -> Array:
+def softplus_rise(x: Array, *, from_mm: float, bend_mm: float) -> Array:
     """Softplus: nothing before a place, then rising; 1 at 100 mm beyond it."""
     return bend_mm * np.logaddexp(0.0, (x - from_mm) / bend_mm) / 100.0
 
@@ -74,14 +74,14 @@ def rippled(x: Array, *, period_mm: float, phase: float, sharp: float) -> Array:
 
 
 @dataclass(frozen=True)
-class Spring(Effect):
+class Spring(HiddenEffect):
     """A restoring load about a rest that hardens: u (1 + h u^2) or sinh; u is way/200 mm."""
 
     rest_mm: float
     harden: float  # of the cubic; 0: sinh
     term = "spring"
 
-    def columns(self, world: World, total: Array) -> Array:
+    def columns(self, world: CaseWorld, total: Array) -> Array:
         """1 at about 200 mm from the rest."""
         del total
         u = (world.moves.x - self.rest_mm) / 200.0
@@ -89,7 +89,7 @@ class Spring(Effect):
 
 
 @dataclass(frozen=True)
-class Cogging(Effect):
+class HiddenCogging(HiddenEffect):
     """A motor's force periodic in position: with a second harmonic, or with leaning flanks."""
 
     period_mm: float
@@ -98,7 +98,7 @@ class Cogging(Effect):
     second_phase: float
     term = "cogging"
 
-    def columns(self, world: World, total: Array) -> Array:
+    def columns(self, world: CaseWorld, total: Array) -> Array:
         """sin p + h sin(2 p + q), or the angle of a vector that sin and cos lean."""
         del total
         p = 2.0 * np.pi * world.moves.x / self.period_mm + self.phase
@@ -108,14 +108,14 @@ class Cogging(Effect):
 
 
 @dataclass(frozen=True)
-class CrossCoupling(Effect):
+class CrossCoupling(HiddenEffect):
     """Another axis' acceleration, felt through the frame: a first-order lag or a moving mean."""
 
     cutoff_hz: float  # 0: mean over `mean` samples
     mean: int
     term = "cross_coupling"
 
-    def columns(self, world: World, total: Array) -> Array:
+    def columns(self, world: CaseWorld, total: Array) -> Array:
         """1 at an acceleration of 1 m/s^2 that lasts."""
         from scipy.signal import lfilter
 
@@ -129,7 +129,7 @@ class CrossCoupling(Effect):
 
 
 @dataclass(frozen=True)
-class ExternalLoad(Effect):
+class HiddenExternalLoad(HiddenEffect):
     """A load in a stretch that no motion explains: a cut that grows a little, or a push."""
 
     start_s: float
@@ -139,7 +139,7 @@ class ExternalLoad(Effect):
     push: bool
     term = "external_load"
 
-    def columns(self, world: World, total: Array) -> Array:
+    def columns(self, world: CaseWorld, total: Array) -> Array:
         """Ramps and a slope between them, or half a sine wave to a power below one."""
         del total
         t = world.moves.t
@@ -150,26 +150,26 @@ class ExternalLoad(Effect):
         fall = np.clip((self.stop_s - t) / self.edge_s, 0.0, 1.0)
         return (rise * fall * (1.0 + self.lean * (u - 0.5)))[None]
 
-    def interval(self, world: World) -> tuple[float, float] | None:
+    def interval(self, world: CaseWorld) -> tuple[float, float] | None:
         """From the first to the last of it, s."""
         del world
         return self.start_s, self.stop_s
 
 
 @dataclass(frozen=True)
-class SensorDrift(Effect):
+class SensorDrift(HiddenEffect):
     """An offset that follows the clock, whatever the axis does."""
 
     course: Callable[[Array], Array]
     term = "sensor_drift"
 
-    def columns(self, world: World, total: Array) -> Array:
+    def columns(self, world: CaseWorld, total: Array) -> Array:
         """1 at its largest, about."""
         del total
         return self.course(world.moves.t)[None]
 
 
-def settling(t: Array, *, time_constant_s: float) -> Array:
+def exponential_settling(t: Array, *, time_constant_s: float) -> Array:
     """Exponential settling."""
     return -np.expm1(-t / time_constant_s)
 
@@ -189,26 +189,26 @@ def wander(t: Array, *, whole_s: float, phases: tuple[float, float, float]) -> A
 
 
 @dataclass(frozen=True)
-class AnyCogging(Effect):
+class AnyCogging(HiddenEffect):
     """Cogging of one period at any phase, with any second harmonic."""
 
     period_mm: float
     term = "cogging"
 
-    def columns(self, world: World, total: Array) -> Array:
+    def columns(self, world: CaseWorld, total: Array) -> Array:
         """Sine and cosine, twice."""
         del total
         return _waves(2.0 * np.pi * world.moves.x / self.period_mm, (1, 2))
 
 
 @dataclass(frozen=True)
-class AnyRippled(Effect):
+class AnyRippled(HiddenEffect):
     """Friction of one period along the travel at any phase, with any third harmonic."""
 
     period_mm: float
     term = "position_friction"
 
-    def columns(self, world: World, total: Array) -> Array:
+    def columns(self, world: CaseWorld, total: Array) -> Array:
         """Direction times sine and cosine, twice."""
         del total
         return world.way * _waves(2.0 * np.pi * world.moves.x / self.period_mm, (1, 3))
@@ -219,19 +219,19 @@ def _waves(angle: Array, orders: tuple[int, ...]) -> Array:
 
 
 @dataclass(frozen=True)
-class OddEffect(Effect):
+class OddEffect(HiddenEffect):
     """A load or friction that no identifier stands for: some function of all the moves."""
 
-    law: Callable[[World], Array]
+    law: Callable[[CaseWorld], Array]
     term = "unknown"
 
-    def columns(self, world: World, total: Array) -> Array:
+    def columns(self, world: CaseWorld, total: Array) -> Array:
         """1 at its largest, about."""
         del total
         return self.law(world)[None]
 
 
-def corner(world: World, *, at_mm: float, wide_mm: float, at_mm_s: float) -> Array:
+def corner(world: CaseWorld, *, at_mm: float, wide_mm: float, at_mm_s: float) -> Array:
     """Friction in one corner of place x speed only."""
     near = 1.0 / np.cosh((world.moves.x - at_mm) / wide_mm)
     return (
@@ -239,27 +239,27 @@ def corner(world: World, *, at_mm: float, wide_mm: float, at_mm_s: float) -> Arr
     )
 
 
-def pump(world: World, *, hz: float, phase: float) -> Array:
+def pump(world: CaseWorld, *, hz: float, phase: float) -> Array:
     """A load periodic in time: a pump that pulsates."""
     p = 2.0 * np.pi * hz * world.moves.t + phase
     return np.sin(p) + 0.3 * np.sin(2.0 * p)
 
 
-def friction_across(world: World, *, wide_mm: float, power: float) -> Array:
+def friction_across(world: CaseWorld, *, wide_mm: float, power: float) -> Array:
     """Friction that depends on where the other axis stands."""
     u = (world.moves.y - np.min(world.moves.y)) / wide_mm
     friction: Array = world.way * u**power
     return friction
 
 
-def load_across(world: World, *, wide_mm: float, power: float) -> Array:
+def load_across(world: CaseWorld, *, wide_mm: float, power: float) -> Array:
     """A load that depends on where the other axis stands; its mean would be a weight: none."""
     u = (world.moves.y - np.min(world.moves.y)) / wide_mm
     load: Array = np.tanh(u**power)
     return load - np.mean(load)
 
 
-def place_and_speed(world: World, *, from_mm: float, mm_s: float) -> Array:
+def place_and_speed(world: CaseWorld, *, from_mm: float, mm_s: float) -> Array:
     """A load that is place times speed, the same either way; its mean would be a weight: none."""
     load = (world.moves.x - from_mm) / 200.0 * np.tanh(np.abs(world.moves.v) / mm_s)
     return load - np.mean(load)

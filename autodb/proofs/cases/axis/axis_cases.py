@@ -6,18 +6,18 @@ from dataclasses import replace
 import numpy as np
 
 from autodb.proofs.cases.axis.axis_families import FAMILIES
-from autodb.proofs.cases.axis.effect import World
+from autodb.proofs.cases.axis.effect import CaseWorld
 from autodb.proofs.cases.axis.machine import draw_disturbance, draw_machine
-from autodb.proofs.cases.base.build import TUNINGS, recorded, simulated, sized, stacked
+from autodb.proofs.cases.base.build import TUNINGS, recorded_whole, simulated, sized, stacked
 from autodb.proofs.cases.base.case import Case, Rival, Yardstick
-from autodb.proofs.cases.base.disturbance import Disturbance
+from autodb.proofs.cases.base.disturbance import ChannelNoise
 from autodb.proofs.cases.base.moves import Array, draw_moves, log_uniform
 
 EFFORT = "x.current"
 AXIS_KINDS = tuple(family.kind for family in FAMILIES)
 
 
-def draw_axis(seed: int, kinds: Sequence[str], wanted: float, *, family: int) -> Case:
+def draw_axis_case(seed: int, kinds: Sequence[str], wanted: float, *, family: int) -> Case:
     """The case of a seed: these kinds of AXIS_KINDS hidden, each with clarity ``wanted``.
 
     Moves, machine, effects, noise and record have streams of their own; families of seeds have
@@ -32,7 +32,7 @@ def draw_axis(seed: int, kinds: Sequence[str], wanted: float, *, family: int) ->
     drawn = [one.draw(shaped, moves) for kind in kinds for one in FAMILIES if one.kind == kind]
 
     # Own columns of what is included, whatever sizes the effects give it
-    world = World(machine, moves)
+    world = CaseWorld(machine, moves)
     weighs = [effect.on(world, 1.0).machine.weighs for effect in drawn]
     world = world.of(weighs=any((machine.weighs, *weighs)))
     left_out = {effect.term for effect in drawn if effect.own}
@@ -44,7 +44,7 @@ def draw_axis(seed: int, kinds: Sequence[str], wanted: float, *, family: int) ->
     # Truth and record
     truth, hidden = stacked(world, effects)
     disturbed = noise.draw(noisy, moves.t.size)
-    measured = recorded(world, effects, disturbed)
+    measured = recorded_whole(world, effects, disturbed)
     measured = np.round(measured / step_A) * step_A if step_A else measured
     included = np.array([world.parts[term] for term in own])
     tuning = str(kept.choice(TUNINGS))
@@ -79,7 +79,7 @@ def _seconds(rng: np.random.Generator) -> float:
     )
 
 
-def _with_rounding(noise: Disturbance, rng: np.random.Generator) -> tuple[Disturbance, float]:
+def _with_rounding(noise: ChannelNoise, rng: np.random.Generator) -> tuple[ChannelNoise, float]:
     """On every fifth the current is rounded: to at most the noise' sd, which gains step^2/12."""
     if rng.random() > 0.2:
         return noise, 0.0
@@ -87,7 +87,7 @@ def _with_rounding(noise: Disturbance, rng: np.random.Generator) -> tuple[Distur
     return replace(noise, white=float(np.hypot(noise.white, step / np.sqrt(12.0)))), step
 
 
-def _channels(rng: np.random.Generator, world: World) -> dict[str, Array]:
+def _channels(rng: np.random.Generator, world: CaseWorld) -> dict[str, Array]:
     """Time and moves; on every fifth velocity and acceleration are absent, on every fourth
     position is rounded to 1 or 0.1 um."""
     moves = world.moves
@@ -105,7 +105,7 @@ def _channels(rng: np.random.Generator, world: World) -> dict[str, Array]:
     }
 
 
-def _rivals(world: World) -> Iterator[Rival]:
+def _rivals(world: CaseWorld) -> Iterator[Rival]:
     """Every effect at every shape of its grid, on this machine."""
     for family in FAMILIES:
         for effect in family.grid(world.moves):

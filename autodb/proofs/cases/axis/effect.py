@@ -6,21 +6,21 @@ from typing import Any
 
 import numpy as np
 
-from autodb.proofs.cases.axis.machine import Machine
+from autodb.proofs.cases.axis.machine import CaseAxis
 from autodb.proofs.cases.base.build import Hidable
 from autodb.proofs.cases.base.moves import Array, Moves
 
 
 @dataclass(frozen=True)
-class World:
+class CaseWorld:
     """A machine and its moves; currents in A, (n,)."""
 
-    machine: Machine
+    machine: CaseAxis
     moves: Moves
 
-    def of(self, **sizes: Any) -> "World":
+    def of(self, **sizes: Any) -> "CaseWorld":
         """The same moves of a machine with other sizes."""
-        return World(replace(self.machine, **sizes), self.moves)
+        return CaseWorld(replace(self.machine, **sizes), self.moves)
 
     @cached_property
     def parts(self) -> dict[str, Array]:
@@ -63,25 +63,25 @@ class World:
 
 
 @dataclass(frozen=True)
-class Effect(Hidable[World]):
+class HiddenEffect(Hidable[CaseWorld]):
     """An effect of a feed axis; sizes are A where not said otherwise."""
 
-    def most(self, world: World) -> float:
+    def most(self, world: CaseWorld) -> float:
         """Three times the axis' Coulomb friction."""
         return 3.0 * world.machine.scale_A
 
 
 @dataclass(frozen=True)
-class LeftOut(Effect):
+class LeftOut(HiddenEffect):
     """A term that the machine has and the simulation lacks; its size is the machine's own."""
 
     own = True
 
-    def share(self, machine: Machine) -> Machine:
+    def share(self, machine: CaseAxis) -> CaseAxis:
         """Return the machine with this term at size 1."""
         raise NotImplementedError
 
-    def columns(self, world: World, total: Array) -> Array:
+    def columns(self, world: CaseWorld, total: Array) -> Array:
         """The machine's own column at size 1."""
         del total
         return self.share(world.machine).parts(world.moves)[self.term][None]
@@ -93,11 +93,11 @@ class CoulombLeftOut(LeftOut):
 
     term = "coulomb"
 
-    def on(self, world: World, size: float) -> World:
+    def on(self, world: CaseWorld, size: float) -> CaseWorld:
         """Coulomb friction of this size."""
         return world.of(coulomb_A=size)
 
-    def share(self, machine: Machine) -> Machine:
+    def share(self, machine: CaseAxis) -> CaseAxis:
         """Coulomb friction of 1 A."""
         return replace(machine, coulomb_A=1.0)
 
@@ -108,11 +108,11 @@ class ViscousLeftOut(LeftOut):
 
     term = "viscous"
 
-    def on(self, world: World, size: float) -> World:
+    def on(self, world: CaseWorld, size: float) -> CaseWorld:
         """Viscous friction of this size."""
         return world.of(viscous_A=size)
 
-    def share(self, machine: Machine) -> Machine:
+    def share(self, machine: CaseAxis) -> CaseAxis:
         """Viscous friction of 1 A."""
         return replace(machine, viscous_A=1.0)
 
@@ -123,16 +123,16 @@ class InertiaLeftOut(LeftOut):
 
     term = "inertia"
 
-    def most(self, world: World) -> float:
+    def most(self, world: CaseWorld) -> float:
         """10 A at 1 m/s^2."""
         del world
         return 10.0
 
-    def on(self, world: World, size: float) -> World:
+    def on(self, world: CaseWorld, size: float) -> CaseWorld:
         """Inertia of this size."""
         return world.of(inertia_A_s2_mm=size / 1000.0)
 
-    def share(self, machine: Machine) -> Machine:
+    def share(self, machine: CaseAxis) -> CaseAxis:
         """Inertia of 1 A at 1 m/s^2."""
         return replace(machine, inertia_A_s2_mm=1.0 / 1000.0)
 
@@ -144,10 +144,10 @@ class WeightLeftOut(LeftOut):
     sign: float
     term = "gravity"
 
-    def on(self, world: World, size: float) -> World:
+    def on(self, world: CaseWorld, size: float) -> CaseWorld:
         """Weight of this size."""
         return world.of(weight_A=self.sign * size, weighs=True)
 
-    def share(self, machine: Machine) -> Machine:
+    def share(self, machine: CaseAxis) -> CaseAxis:
         """Weight of 1 A."""
         return replace(machine, weight_A=self.sign, weighs=True)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autodb.proofs.cases.base.disturbance import Disturbance
+from autodb.proofs.cases.base.disturbance import ChannelNoise
 from autodb.proofs.cases.base.moves import Array, Moves, log_uniform
 
 STATED_MM_S = 150.0  # speed at which the viscous share is 1
@@ -17,7 +17,7 @@ Law = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
-class Machine:
+class CaseAxis:
     """Sizes and laws of an axis, A; ``scale_A`` is its Coulomb friction as it was drawn.
 
     ``direction``: velocity to -1..1, 0 at standstill; ``rise``: speed >= 0 to the viscous share.
@@ -45,11 +45,11 @@ class Machine:
         return parts
 
 
-def draw_machine(rng: np.random.Generator) -> Machine:
+def draw_machine(rng: np.random.Generator) -> CaseAxis:
     """An axis, with weight on every second one."""
     scale_A = log_uniform(rng, 0.25, 1.5)
     weight_A = float(rng.choice([-1.0, 1.0])) * log_uniform(rng, 0.3, 2.0)
-    return Machine(
+    return CaseAxis(
         scale_A=scale_A,
         coulomb_A=scale_A,
         direction=_direction(rng),
@@ -61,11 +61,11 @@ def draw_machine(rng: np.random.Generator) -> Machine:
     )
 
 
-def draw_disturbance(rng: np.random.Generator, scale_A: float) -> Disturbance:
+def draw_disturbance(rng: np.random.Generator, scale_A: float) -> ChannelNoise:
     """Noise of sd 0.03 to 0.13 of the scale, correlation 0 to 0.99; on a fourth partly white."""
     sd, rho = scale_A * log_uniform(rng, 0.03, 0.13), 1.0 - log_uniform(rng, 0.01, 1.0)
     share = rng.uniform(0.3, 0.9) if rng.random() < 0.25 else 0.0
-    return Disturbance(float(sd * np.sqrt(1.0 - share)), rho, float(sd * np.sqrt(share)))
+    return ChannelNoise(float(sd * np.sqrt(1.0 - share)), rho, float(sd * np.sqrt(share)))
 
 
 def _direction(rng: np.random.Generator) -> Law:

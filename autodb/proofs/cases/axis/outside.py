@@ -13,9 +13,9 @@ import numpy as np
 
 from autodb.proofs.cases.axis.added_effects import OddEffect, friction_across, load_across
 from autodb.proofs.cases.axis.axis_families import FAMILIES
-from autodb.proofs.cases.axis.effect import Effect, World
+from autodb.proofs.cases.axis.effect import CaseWorld, HiddenEffect
 from autodb.proofs.cases.axis.machine import draw_disturbance, draw_machine
-from autodb.proofs.cases.base.build import TUNINGS, recorded, simulated, sized, stacked
+from autodb.proofs.cases.base.build import TUNINGS, recorded_whole, simulated, sized, stacked
 from autodb.proofs.cases.base.case import Yardstick
 from autodb.proofs.cases.base.moves import Array, Moves, draw_moves, log_uniform
 
@@ -52,25 +52,25 @@ class Outside:
     truth: Array
 
 
-def drag(world: World, *, power: float, mm_s: float) -> Array:
+def drag(world: CaseWorld, *, power: float, mm_s: float) -> Array:
     """Drag of oil or air: it rises faster than the speed."""
     friction: Array = world.way * (np.abs(world.moves.v) / mm_s) ** power
     return friction
 
 
-def from_speed_on(world: World, *, mm_s: float) -> Array:
+def from_speed_on(world: CaseWorld, *, mm_s: float) -> Array:
     """Friction of something that only drags above a speed."""
     friction: Array = world.way * np.maximum(np.abs(world.moves.v) / mm_s - 1.0, 0.0)
     return friction
 
 
-def saturating(world: World, *, mm_s: float) -> Array:
+def saturating(world: CaseWorld, *, mm_s: float) -> Array:
     """Friction that rises with speed and then no more."""
     friction: Array = world.way * np.tanh(np.abs(world.moves.v) / mm_s)
     return friction
 
 
-def hysteresis(world: World, *, length_mm: float) -> Array:
+def hysteresis(world: CaseWorld, *, length_mm: float) -> Array:
     """A load that winds up over millimetres of travel and down again (Dahl 1968)."""
     way, load = np.diff(world.moves.x, prepend=world.moves.x[0]), np.zeros(len(world.moves.x))
     for k in range(1, len(load)):
@@ -79,33 +79,33 @@ def hysteresis(world: World, *, length_mm: float) -> Array:
     return load
 
 
-def _drag(rng: Generator, moves: Moves) -> Effect:
+def _drag(rng: Generator, moves: Moves) -> HiddenEffect:
     top = float(np.max(np.abs(moves.v)))
     return OddEffect(partial(drag, power=float(rng.uniform(1.6, 2.6)), mm_s=top))
 
 
-def _from_speed_on(rng: Generator, moves: Moves) -> Effect:
+def _from_speed_on(rng: Generator, moves: Moves) -> HiddenEffect:
     top = float(np.max(np.abs(moves.v)))
     return OddEffect(partial(from_speed_on, mm_s=float(rng.uniform(0.2, 0.6)) * top))
 
 
-def _saturating(rng: Generator, moves: Moves) -> Effect:
+def _saturating(rng: Generator, moves: Moves) -> HiddenEffect:
     del moves
     return OddEffect(partial(saturating, mm_s=log_uniform(rng, 20.0, 120.0)))
 
 
-def _hysteresis(rng: Generator, moves: Moves) -> Effect:
+def _hysteresis(rng: Generator, moves: Moves) -> HiddenEffect:
     del moves
     return OddEffect(partial(hysteresis, length_mm=log_uniform(rng, 2.0, 30.0)))
 
 
-def _another_axis(rng: Generator, moves: Moves) -> Effect:
+def _another_axis(rng: Generator, moves: Moves) -> HiddenEffect:
     law = (friction_across, load_across)[rng.integers(2)]
     wide_mm, power = float(np.ptp(moves.y)), float(rng.uniform(0.7, 2.0))
     return OddEffect(partial(law, wide_mm=wide_mm, power=power))
 
 
-OUTSIDE: dict[str, Callable[[Generator, Moves], Effect]] = {
+OUTSIDE: dict[str, Callable[[Generator, Moves], HiddenEffect]] = {
     "drag": _drag,
     "from a speed on": _from_speed_on,
     "saturating friction": _saturating,
@@ -118,22 +118,22 @@ ALSO = {"hysteresis": ("presliding",)}
 """Names that are right as well: Dahl's law is that of pre-sliding, over a longer way."""
 
 
-def kind_of(seed: int) -> str:
+def hidden_kind(seed: int) -> str:
     """Return what a seed hides; nothing said is nothing hidden."""
     turn, even = divmod(seed - 1, 2)
     return INSIDE[turn % len(INSIDE)] if even else list(OUTSIDE)[turn % len(OUTSIDE)]
 
 
-def draw(seed: int) -> Outside:
+def draw_outside(seed: int) -> Outside:
     """Return the case of a seed, 1, 2, …; the same bytes each time."""
     moving, made, shaped, noisy, kept = (
         np.random.default_rng([FAMILY, seed, stream]) for stream in range(31, 36)
     )
-    kind, wanted = kind_of(seed), CLARITIES[(seed - 1) // 2 % len(CLARITIES)]
+    kind, wanted = hidden_kind(seed), CLARITIES[(seed - 1) // 2 % len(CLARITIES)]
     moves = draw_moves(moving, float(moving.uniform(40.0, 90.0)))
     machine = draw_machine(made)
     noise = draw_disturbance(made, machine.scale_A)
-    world = World(machine, moves)
+    world = CaseWorld(machine, moves)
     hidden = [OUTSIDE[kind](shaped, moves)] if kind in OUTSIDE else []
     hidden += [one.draw(shaped, moves) for one in FAMILIES if one.kind == kind]
 
@@ -147,7 +147,7 @@ def draw(seed: int) -> Outside:
 
     # Truth, record and simulation
     truth, parts = stacked(world, effects)
-    measured = recorded(world, effects, noise.draw(noisy, moves.t.size))
+    measured = recorded_whole(world, effects, noise.draw(noisy, moves.t.size))
     included = np.array([world.parts[term] for term in names])
     tuning = str(kept.choice(TUNINGS))
     simulation = simulated(kept, included, columns, measured, tuning)

@@ -114,7 +114,7 @@ def stacked(world: W, effects: Sequence[Sized[W]]) -> tuple[Array, tuple[Hidden,
     return np.asarray(total, dtype=np.float64), tuple(hidden)
 
 
-def recorded(world: W, effects: Sequence[Sized[W]], noise: Array) -> Array:
+def recorded_whole(world: W, effects: Sequence[Sized[W]], noise: Array) -> Array:
     """Return the whole with noise: what acts on the record acts on the noise too."""
     measured = stacked(world, [one for one in effects if not one.effect.on_noise])[0] + noise
     for one in effects:

@@ -9,7 +9,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Disturbance:
+class ChannelNoise:
     """Slow noise of sd ``slow``, white of sd ``white``; ``rho``: the slow one's correlation.
 
     It is that from one sample to the next. One of the two sds may be 0, not both.

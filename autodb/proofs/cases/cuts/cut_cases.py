@@ -4,17 +4,17 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from autodb.proofs.cases.base.build import TUNINGS, recorded, simulated, sized, stacked
+from autodb.proofs.cases.base.build import TUNINGS, recorded_whole, simulated, sized, stacked
 from autodb.proofs.cases.base.case import Array, Case, Rival, Yardstick
-from autodb.proofs.cases.cuts.cut_effects import apart
+from autodb.proofs.cases.cuts.cut_effects import components_apart
 from autodb.proofs.cases.cuts.cut_families import CUT_FAMILIES
-from autodb.proofs.cases.cuts.cuts import Cuts, CutWorld, draw_cuts, draw_law, scatter_N
+from autodb.proofs.cases.cuts.cuts import CaseCuts, CutWorld, draw_cuts, draw_law, scatter_N
 
 FORCES = ("force.x", "force.y", "force.z")
 CUT_KINDS = tuple(family.kind for family in CUT_FAMILIES)
 
 
-def draw_table(seed: int, kinds: Sequence[str], wanted: float, *, family: int) -> Case:
+def draw_table_case(seed: int, kinds: Sequence[str], wanted: float, *, family: int) -> Case:
     """The table of a seed: these kinds of CUT_KINDS hidden, each with clarity ``wanted``.
 
     Clarity is over x, y and z together. Cuts, law, effects, scatter and simulation have streams of
@@ -32,11 +32,11 @@ def draw_table(seed: int, kinds: Sequence[str], wanted: float, *, family: int) -
 
     left_out = {effect.term for effect in drawn if effect.own}
     own = [term for term in world.parts if term not in left_out]
-    columns = np.concatenate([apart(world.parts[term]) for term in own])
+    columns = np.concatenate([components_apart(world.parts[term]) for term in own])
     world, effects = sized(world, drawn, Yardstick.beside(columns, whitened), wanted)
 
     truth, hidden = stacked(world, effects)
-    measured = recorded(world, effects, scatter * noisy.standard_normal(scatter.shape))
+    measured = recorded_whole(world, effects, scatter * noisy.standard_normal(scatter.shape))
     included = np.array([world.parts[term] for term in own])
     tuning = str(kept.choice(TUNINGS))
     simulation = simulated(kept, included, columns, measured, tuning)
@@ -67,7 +67,7 @@ def draw_table(seed: int, kinds: Sequence[str], wanted: float, *, family: int) -
     )
 
 
-def _channels(cuts: Cuts) -> dict[str, Array]:
+def _channels(cuts: CaseCuts) -> dict[str, Array]:
     """Columns of a cut table but for its forces; of one edge its name is not told."""
     channels = {
         "cut": np.arange(1.0, cuts.t_s.size + 1.0),

@@ -10,7 +10,7 @@ import numpy as np
 
 from autodb.proofs.cases.base.build import Hidable
 from autodb.proofs.cases.base.case import Array
-from autodb.proofs.cases.cuts.cuts import Cuts, CutWorld
+from autodb.proofs.cases.cuts.cuts import CaseCuts, CutWorld
 
 Shares = tuple[float, float, float]
 EVEN: Shares = (1.0, 1.0, 1.0)
@@ -38,10 +38,10 @@ class CutEffect(Hidable[CutWorld]):
 
     def columns(self, world: CutWorld, total: Array) -> Array:
         """A column for each component."""
-        return apart(self.course(world, total))
+        return components_apart(self.course(world, total))
 
 
-def apart(course: Array) -> Array:
+def components_apart(course: Array) -> Array:
     """Columns (k, 3, n) of one component each, of those components that are not all zero."""
     columns = np.eye(3)[:, :, None] * course
     return np.asarray(columns[np.any(course != 0.0, axis=1)], dtype=np.float64)
@@ -73,7 +73,7 @@ class EdgeForceLeftOut(CutEffect):
 class Relative(CutEffect):
     """A change of the force, or of its shear part, by a share that follows from the cut."""
 
-    share: Callable[[Cuts], Array]
+    share: Callable[[CaseCuts], Array]
     shear: bool
 
     def course(self, world: CutWorld, total: Array) -> Array:
@@ -95,7 +95,7 @@ class SizeEffect(Relative):
         return 1.5
 
 
-def thinning(cuts: Cuts, *, thin_mm: float, fades: bool) -> Array:
+def thinning(cuts: CaseCuts, *, thin_mm: float, fades: bool) -> Array:
     """Exponential, or 1/(1 + h/h1)."""
     u = cuts.feed_mm / thin_mm
     share: Array = np.exp(-u) if fades else 1.0 / (1.0 + u)
@@ -110,7 +110,7 @@ class SpeedSoftening(Relative):
     stage = 1
 
 
-def softer(cuts: Cuts, *, at_m_min: float, wide: float) -> Array:
+def softer(cuts: CaseCuts, *, at_m_min: float, wide: float) -> Array:
     """-tanh of the logarithm of speed over ``wide``; of 0: -v/(v + v_h)."""
     v = cuts.speed_m_min
     share: Array = -np.tanh(np.log(v / at_m_min) / wide) if wide else -v / (v + at_m_min)
@@ -125,7 +125,7 @@ class BuiltUpEdge(Relative):
     stage = 1
 
 
-def band(cuts: Cuts, *, at_m_min: float, wide: float, ends: bool) -> Array:
+def band(cuts: CaseCuts, *, at_m_min: float, wide: float, ends: bool) -> Array:
     """-1/cosh^2 of the logarithm of speed over ``wide``, or -(1 - u^2)^2 that ends at u = 1."""
     u = np.log(cuts.speed_m_min / at_m_min) / wide
     inside: Array = np.clip(1.0 - (u / 1.8) ** 2, 0.0, None) ** 2 if ends else np.cosh(u) ** -2.0
@@ -296,18 +296,18 @@ class OddCuts(Relative):
     stage = 2
 
 
-def whip(cuts: Cuts, *, power: float) -> Array:
+def whip(cuts: CaseCuts, *, power: float) -> Array:
     """The bar bends away from the chuck."""
     return -((cuts.z_mm / 300.0) ** power)
 
 
-def by_hour(cuts: Cuts, *, period_s: float, phase: float) -> Array:
+def by_hour(cuts: CaseCuts, *, period_s: float, phase: float) -> Array:
     """Coolant that comes and goes, periodic in time."""
     p = 2.0 * np.pi * cuts.t_s / period_s + phase
     share: Array = np.sin(p) + 0.2 * np.sin(2.0 * p)
     return share
 
 
-def by_turns(cuts: Cuts, *, every: int) -> Array:
+def by_turns(cuts: CaseCuts, *, every: int) -> Array:
     """Two spindles or pallets in turn: every second or third cut is another."""
     return np.where(np.arange(cuts.t_s.size) % every == 0, 1.0, 0.0)

@@ -24,7 +24,7 @@ DYNAMOMETER_N = np.array([1.5, 1.5, 1.5])
 
 
 @dataclass(frozen=True)
-class Cuts:
+class CaseCuts:
     """Conditions of cuts, each (n,); ``edge`` counts from 0, ``used_s`` is the time on it before.
 
     ``labelled``: whether the table says which edge it was.
@@ -43,7 +43,7 @@ class Cuts:
 
 
 @dataclass(frozen=True)
-class Law:
+class CaseLaw:
     """Constants of the force law, each of x, y, z; ``plough_mm`` 0: the edge force is E_j b."""
 
     shear_N_mm2: Array
@@ -57,8 +57,8 @@ class Law:
 class CutWorld:
     """Cuts and the law of their forces; parts are (3, n)."""
 
-    cuts: Cuts
-    law: Law
+    cuts: CaseCuts
+    law: CaseLaw
 
     def of(self, **constants: Any) -> "CutWorld":
         """The same cuts under a law with other constants."""
@@ -86,12 +86,12 @@ class CutWorld:
         return cuts.depth_mm * (-np.expm1(-cuts.feed_mm / plough) if plough else 1.0)
 
 
-def draw_law(rng: np.random.Generator) -> Law:
+def draw_law(rng: np.random.Generator) -> CaseLaw:
     """A material: x takes the least, y the most; three of four have an edge force."""
     shear = log_uniform(rng, 600.0, 2600.0) * np.array([rng.uniform(0.2, 0.4), 1.0, 0.5])
     edge = log_uniform(rng, 20.0, 90.0) * np.array([rng.uniform(0.5, 1.0), 1.0, 0.8])
     spread = np.exp(rng.uniform(-0.2, 0.2, (2, 3)))
-    return Law(
+    return CaseLaw(
         shear_N_mm2=shear * spread[0],
         exponent=rng.uniform(0.02, 0.25, 3),
         edge_N_mm=edge * spread[1],
@@ -100,7 +100,7 @@ def draw_law(rng: np.random.Generator) -> Law:
     )
 
 
-def draw_cuts(rng: np.random.Generator) -> Cuts:
+def draw_cuts(rng: np.random.Generator) -> CaseCuts:
     """10 to 1000 cuts: all different, a grid of conditions, or a few that repeat, as in a shop."""
     n = round(log_uniform(rng, 10.0, 1000.0))
     conditions = _conditions(rng, n)
@@ -112,7 +112,7 @@ def draw_cuts(rng: np.random.Generator) -> Cuts:
     labelled, edge = _edges(rng, n)
     used = np.cumsum(duration) - duration
     first = np.searchsorted(edge, edge)
-    return Cuts(
+    return CaseCuts(
         t_s=starts - starts[0],
         duration_s=duration,
         speed_m_min=speed,

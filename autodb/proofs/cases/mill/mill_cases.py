@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autodb.proofs.cases.base.build import TUNINGS, recorded, simulated, sized, stacked
+from autodb.proofs.cases.base.build import TUNINGS, recorded_whole, simulated, sized, stacked
 from autodb.proofs.cases.base.case import Array, Case, Rival, Yardstick
 from autodb.proofs.cases.mill.mill_families import MILL_FAMILIES
 from autodb.proofs.cases.mill.milling import (
@@ -26,7 +26,7 @@ class MillCase(Case):
     side: Mapping[str, Mapping[str, float | str]]
 
 
-def draw_mill(seed: int, kinds: Sequence[str], wanted: float, *, family: int) -> MillCase:
+def draw_mill_case(seed: int, kinds: Sequence[str], wanted: float, *, family: int) -> MillCase:
     """The milled cut of a seed: these kinds of MILL_KINDS hidden, each with clarity ``wanted``.
 
     Clarity is over x, y and z together. Cut, law, effects, noise and simulation have streams of
@@ -49,7 +49,7 @@ def draw_mill(seed: int, kinds: Sequence[str], wanted: float, *, family: int) ->
 
     truth, hidden = stacked(world, effects)
     disturbed = np.array([noise.draw(noisy, cut.t_s.size) for _ in FORCES])
-    measured = recorded(world, effects, disturbed)
+    measured = recorded_whole(world, effects, disturbed)
     included = np.array([world.parts[term] for term in own])
     tuning = str(kept.choice(TUNINGS))
     simulation = simulated(kept, included, columns, measured, tuning)

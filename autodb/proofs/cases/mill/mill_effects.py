@@ -10,7 +10,7 @@ import numpy as np
 
 from autodb.proofs.cases.base.build import Hidable
 from autodb.proofs.cases.base.case import Array
-from autodb.proofs.cases.cuts.cut_effects import apart
+from autodb.proofs.cases.cuts.cut_effects import components_apart
 from autodb.proofs.cases.mill.milling import MillWorld
 
 Three = tuple[float, float, float]
@@ -155,7 +155,7 @@ class WearWithin(MillEffect):
 
 
 @dataclass(frozen=True)
-class Scaled(MillEffect):
+class ScaledForce(MillEffect):
     """A change of the cutting force by a share (n,) that follows from time, place or force."""
 
     share: Callable[[MillWorld], Array]
@@ -167,7 +167,7 @@ class Scaled(MillEffect):
 
 
 @dataclass(frozen=True)
-class HardStretch(Scaled):
+class HardStretch(ScaledForce):
     """A stretch of other material, with soft ends."""
 
     between: tuple[float, float]
@@ -181,7 +181,7 @@ class HardStretch(Scaled):
 
 
 @dataclass(frozen=True)
-class GivesWay(Scaled):
+class GivesWay(ScaledForce):
     """Tool or work gives way: the relative error grows with the force."""
 
     term = "deflection"
@@ -189,7 +189,7 @@ class GivesWay(Scaled):
 
 
 @dataclass(frozen=True)
-class Banded(Scaled):
+class Banded(ScaledForce):
     """The force depends on the place along the work: no identifier stands for that."""
 
     term = "unknown"
@@ -203,7 +203,7 @@ def giving_way(world: MillWorld, *, half: float) -> Array:
     return np.asarray(-u / (u + half) if half else -u)
 
 
-def stretch(world: MillWorld, *, between: tuple[float, float], soft: float) -> Array:
+def within_stretch(world: MillWorld, *, between: tuple[float, float], soft: float) -> Array:
     """1 inside, rising over a share of the stretch at both ends."""
     first, last = between
     u = (world.cut.t_s - first) / (last - first)
@@ -242,7 +242,7 @@ class Chatter(MillEffect):
     def columns(self, world: MillWorld, total: Array) -> Array:
         """Cosine and sine in each component."""
         del total
-        return np.concatenate([apart(np.tile(one, (3, 1))) for one in self.tone(world)])
+        return np.concatenate([components_apart(np.tile(one, (3, 1))) for one in self.tone(world)])
 
     def part(self, world: MillWorld, total: Array, size: float) -> Array:
         """Each component in its own phase."""
@@ -267,7 +267,7 @@ class Adds(MillEffect):
         """The course in each component that has a share."""
         del total
         shared = np.array(self.shares)[:, None] != 0.0
-        return apart(np.where(shared, self.course(world), 0.0))
+        return components_apart(np.where(shared, self.course(world), 0.0))
 
     def part(self, world: MillWorld, total: Array, size: float) -> Array:
         """The course times size and shares."""
@@ -296,7 +296,7 @@ class Hum(Adds):
     term = "unknown"
 
 
-def heated(world: MillWorld, *, seconds: float) -> Array:
+def warming_in_work(world: MillWorld, *, seconds: float) -> Array:
     """First order towards 1 in the work, towards 0 outside."""
     cut = world.cut
     begun = np.clip(cut.t_s - cut.begin_s, 0.0, None)
@@ -317,7 +317,9 @@ class LinkGain(MillEffect):
     def columns(self, world: MillWorld, total: Array) -> Array:
         """The component times a course of time."""
         u = world.cut.t_s / world.cut.t_s[-1]
-        return apart(np.where(np.array(self.shares)[:, None] != 0.0, total * self.clock(u), 0.0))
+        return components_apart(
+            np.where(np.array(self.shares)[:, None] != 0.0, total * self.clock(u), 0.0)
+        )
 
     def part(self, world: MillWorld, total: Array, size: float) -> Array:
         """Its column times size and sign."""

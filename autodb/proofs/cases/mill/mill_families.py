@@ -112,7 +112,7 @@ def _hard(rng: Generator, world: MillWorld) -> MillEffect:
     length = rng.uniform(0.06, 0.3) * whole
     first = float(rng.uniform(cut.begin_s + 0.05 * whole, cut.end_s - 0.05 * whole - length))
     between = (first, first + float(length))
-    share = partial(milled.stretch, between=between, soft=rng.uniform(0.05, 0.4))
+    share = partial(milled.within_stretch, between=between, soft=rng.uniform(0.05, 0.4))
     return milled.HardStretch(share, between)
 
 
@@ -121,7 +121,7 @@ def _hards(world: MillWorld) -> Iterator[MillEffect]:
     ends = np.linspace(cut.begin_s, cut.end_s, 9)
     for first, last in ((a, b) for a in ends for b in ends if 0.0 < b - a < 0.5 * (ends[-1] - a)):
         between = (float(first), float(last))
-        yield milled.HardStretch(partial(milled.stretch, between=between, soft=0.2), between)
+        yield milled.HardStretch(partial(milled.within_stretch, between=between, soft=0.2), between)
 
 
 def _gives(rng: Generator, world: MillWorld) -> MillEffect:
@@ -220,13 +220,13 @@ def _heat(rng: Generator, world: MillWorld) -> MillEffect:
     x, y, z = rng.uniform(0.1, 0.4), rng.uniform(0.1, 0.4), 1.0
     sign = float(rng.choice([-1.0, 1.0]))
     shares = (sign * float(x), -sign * float(y), sign * z)
-    return milled.ChipHeat(shares, partial(milled.heated, seconds=float(seconds)))
+    return milled.ChipHeat(shares, partial(milled.warming_in_work, seconds=float(seconds)))
 
 
 def _heats(world: MillWorld) -> Iterator[MillEffect]:
     for share in (0.15, 0.3, 0.6, 1.0):
         seconds = share * (world.cut.end_s - world.cut.begin_s)
-        yield milled.ChipHeat(EVEN, partial(milled.heated, seconds=seconds))
+        yield milled.ChipHeat(EVEN, partial(milled.warming_in_work, seconds=seconds))
 
 
 def _weighs(rng: Generator, world: MillWorld) -> MillEffect:

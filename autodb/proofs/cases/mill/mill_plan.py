@@ -8,9 +8,9 @@ from itertools import combinations
 
 import numpy as np
 
-from autodb.proofs.cases.mill.mill_cases import MillCase, draw_mill
+from autodb.proofs.cases.mill.mill_cases import MillCase, draw_mill_case
 from autodb.proofs.cases.mill.mill_families import MILL_KINDS
-from autodb.proofs.cases.plan import NOTHING_EVERY, PROOF, Kinds, Planned
+from autodb.proofs.cases.plan import NOTHING_EVERY, PROOF, Kinds, PlannedCase
 
 CLARITIES = (8.0, 20.0, 4.0, 100.0)
 PAIRS, TRIPLES = 12, 5
@@ -42,7 +42,7 @@ def _round() -> tuple[Kinds, ...]:
 ROUND = _round()
 
 
-def planned_mill(number: int) -> Planned:
+def planned_mill(number: int) -> PlannedCase:
     """Return what case ``number`` (1, 2, ...) hides: ROUND, each at the next clarity in the next.
 
     >>> planned_mill(3).kinds
@@ -50,12 +50,12 @@ def planned_mill(number: int) -> Planned:
     """
     before = (number - 1) // NOTHING_EVERY
     if number % NOTHING_EVERY == 0:
-        return Planned((), CLARITIES[before % len(CLARITIES)])
+        return PlannedCase((), CLARITIES[before % len(CLARITIES)])
     turn, at = divmod(number - 1 - before, len(ROUND))
-    return Planned(ROUND[at], CLARITIES[(turn + at) % len(CLARITIES)])
+    return PlannedCase(ROUND[at], CLARITIES[(turn + at) % len(CLARITIES)])
 
 
 def draw_planned_mill(seed: int, *, family: int = PROOF) -> MillCase:
     """The milled cut of a seed, 1, 2, ..."""
     plan = planned_mill(seed)
-    return draw_mill(seed, plan.kinds, plan.wanted, family=family)
+    return draw_mill_case(seed, plan.kinds, plan.wanted, family=family)

@@ -6,7 +6,7 @@ import numpy as np
 
 from autodb.proofs.cases.base.case import Array
 from autodb.proofs.cases.mill.mill_effects import MillEffect, Three
-from autodb.proofs.cases.mill.milling import MillWorld, turned
+from autodb.proofs.cases.mill.milling import MillWorld, table_rotations
 
 GRAVITY_M_S2 = 9.81
 
@@ -26,7 +26,9 @@ class Weighs(MillEffect):
         """The weight of 1 kg turned, less as tared."""
         del total
         down = np.array([0.0, 0.0, GRAVITY_M_S2])
-        return np.asarray(np.einsum("ijn,j->in", turned(world.cut), down) - down[:, None])[None]
+        return np.asarray(np.einsum("ijn,j->in", table_rotations(world.cut), down) - down[:, None])[
+            None
+        ]
 
 
 @dataclass(frozen=True)

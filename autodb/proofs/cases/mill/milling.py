@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.proofs.cases.base.case import Array
-from autodb.proofs.cases.base.disturbance import Disturbance
+from autodb.proofs.cases.base.disturbance import ChannelNoise
 from autodb.proofs.cases.base.moves import log_uniform
 
 THIN_MM = 0.05  # h0
@@ -159,7 +159,7 @@ class MillWorld:
         sin, cos = np.sin(cut.direction_rad), np.cos(cut.direction_rad)
         x, y, z = (made[..., i, :] for i in range(3))
         machine = np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=-2)
-        return np.asarray(np.einsum("ijn,...jn->...in", turned(cut), machine))
+        return np.asarray(np.einsum("ijn,...jn->...in", table_rotations(cut), machine))
 
     @property
     def parts(self) -> dict[str, Array]:
@@ -173,7 +173,7 @@ class MillWorld:
         return np.asarray(np.sum(list(self.parts.values()), axis=0), dtype=np.float64)
 
 
-def turned(cut: Milling) -> Array:
+def table_rotations(cut: Milling) -> Array:
     """Return rotations (3, 3, n) from the machine to the table: T_z(c) T_x(a), P4."""
     one, zero = np.ones_like(cut.a_rad), np.zeros_like(cut.a_rad)
     sa, ca, sc, cc = np.sin(cut.a_rad), np.cos(cut.a_rad), np.sin(cut.c_rad), np.cos(cut.c_rad)
@@ -242,12 +242,12 @@ def draw_mill_law(rng: np.random.Generator) -> MillLaw:
     )
 
 
-def draw_link_noise(rng: np.random.Generator) -> Disturbance:
+def draw_link_noise(rng: np.random.Generator) -> ChannelNoise:
     """Noise of a force link: white, of half of them partly slower, over some rows."""
     sd = log_uniform(rng, 1.5, 8.0)
     if rng.random() < 0.5:
-        return Disturbance(slow=0.0, rho=0.0, white=sd)
+        return ChannelNoise(slow=0.0, rho=0.0, white=sd)
     slow = rng.uniform(0.3, 0.8)
-    return Disturbance(
+    return ChannelNoise(
         slow=sd * slow, rho=rng.uniform(0.6, 0.97), white=sd * float(np.sqrt(1 - slow**2))
     )

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from autodb.proofs.machines.axis.curves import (
-    Curve,
     ExponentialDip,
+    FrictionCurve,
     GaussianDip,
     LogCurve,
     PowerCurve,
@@ -31,7 +31,7 @@ from autodb.proofs.machines.axis.curves import (
     TableCurve,
     reversal,
 )
-from autodb.proofs.machines.axis.motion import HIGH_MM, LOW_MM, Motion, moves_motion, plan
+from autodb.proofs.machines.axis.motion import HIGH_MM, LOW_MM, TrueMotion, moves_motion, plan_moves
 from autodb.proofs.machines.axis.noise import coloured
 from autodb.proofs.machines.lathe.process import Array
 
@@ -45,15 +45,15 @@ FRICTION = ("coulomb", "viscous", "stribeck", "asymmetry", "position_friction")
 
 
 @dataclass(frozen=True)
-class Axis:
+class DrawnAxis:
     """The truth of one drawn axis, in amperes."""
 
     coulomb_A: float
     reversal_mm_s: float  # half the friction is back at 0.58 of this speed
     viscous_A: float  # at 150 mm/s
-    viscous_curve: Curve
+    viscous_curve: FrictionCurve
     dip_A: float
-    dip_curve: Curve
+    dip_curve: FrictionCurve
     coulomb_asymmetry_A: float  # half of what + takes more than -
     viscous_asymmetry_A: float  # the same of the viscous level
     inertia_A_s2_mm: float
@@ -67,7 +67,7 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Column:
+class EffortColumn:
     """One column of the effort: the term it belongs to, its coefficient, values (n,).
 
     A coefficient of 0 stands for a derivative: by the phase, by the period.
@@ -79,42 +79,42 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Run:
+class AxisRun:
     """One recording of an axis: its motion and its channels, noise included."""
 
-    axis: Axis
-    motion: Motion
+    axis: DrawnAxis
+    motion: TrueMotion
     channels: dict[str, Array]
 
 
-def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
+def draw_log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
     """Draw evenly over the logarithm."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
-def draw_axis(seed: int) -> Axis:
+def draw_axis(seed: int) -> DrawnAxis:
     """The axis of a seed: its levels, its laws, and whether cogging and position friction act."""
     rng = np.random.default_rng([seed, 21])
-    coulomb_A = log_uniform(rng, 0.25, 1.2)
+    coulomb_A = draw_log_uniform(rng, 0.25, 1.2)
     viscous_A = coulomb_A * rng.uniform(0.15, 0.6)
-    return Axis(
+    return DrawnAxis(
         coulomb_A=coulomb_A,
-        reversal_mm_s=log_uniform(rng, 0.05, 0.5),
+        reversal_mm_s=draw_log_uniform(rng, 0.05, 0.5),
         viscous_A=viscous_A,
         viscous_curve=_viscous_curve(rng),
         dip_A=coulomb_A * rng.uniform(0.08, 0.4),
         dip_curve=_dip_curve(rng),
         coulomb_asymmetry_A=coulomb_A * rng.uniform(-0.05, 0.05),
         viscous_asymmetry_A=viscous_A * rng.uniform(-0.25, 0.25),
-        inertia_A_s2_mm=log_uniform(rng, 0.0003, 0.0012),
-        weight_A=_perhaps(rng, rng.choice([-1.0, 1.0]) * log_uniform(rng, 0.3, 2.0)),
-        cogging_A=_perhaps(rng, coulomb_A * log_uniform(rng, 0.03, 0.15)),
-        cogging_mm=log_uniform(rng, 6.0, 40.0),
+        inertia_A_s2_mm=draw_log_uniform(rng, 0.0003, 0.0012),
+        weight_A=_perhaps(rng, rng.choice([-1.0, 1.0]) * draw_log_uniform(rng, 0.3, 2.0)),
+        cogging_A=_perhaps(rng, coulomb_A * draw_log_uniform(rng, 0.03, 0.15)),
+        cogging_mm=draw_log_uniform(rng, 6.0, 40.0),
         cogging_rad=rng.uniform(-math.pi, math.pi),
         position_A_mm=_perhaps(rng, rng.choice([-1.0, 1.0]) * coulomb_A * rng.uniform(0.05, 0.25))
         / (0.5 * (HIGH_MM - LOW_MM)),
-        noise_A=coulomb_A * log_uniform(rng, 0.03, 0.13),
-        noise_rho=1.0 - log_uniform(rng, 0.01, 1.0),
+        noise_A=coulomb_A * draw_log_uniform(rng, 0.03, 0.13),
+        noise_rho=1.0 - draw_log_uniform(rng, 0.01, 1.0),
     )
 
 
@@ -123,11 +123,11 @@ def _perhaps(rng: np.random.Generator, value: float) -> float:
     return value if rng.random() < 0.5 else 0.0
 
 
-def _viscous_curve(rng: np.random.Generator) -> Curve:
-    curves: tuple[Curve, ...] = (
+def _viscous_curve(rng: np.random.Generator) -> FrictionCurve:
+    curves: tuple[FrictionCurve, ...] = (
         _table(rng),
-        RationalCurve(log_uniform(rng, 80.0, 400.0)),
-        LogCurve(log_uniform(rng, 5.0, 40.0)),
+        RationalCurve(draw_log_uniform(rng, 80.0, 400.0)),
+        LogCurve(draw_log_uniform(rng, 5.0, 40.0)),
         PowerCurve(rng.uniform(0.45, 0.85)),
     )
     return curves[rng.integers(len(curves))]
@@ -142,9 +142,9 @@ def _table(rng: np.random.Generator) -> TableCurve:
     return TableCurve(tuple(points.tolist()), tuple(values.tolist()))
 
 
-def _dip_curve(rng: np.random.Generator) -> Curve:
-    fade_mm_s = log_uniform(rng, 3.0, 12.0)
-    curves: tuple[Curve, ...] = (
+def _dip_curve(rng: np.random.Generator) -> FrictionCurve:
+    fade_mm_s = draw_log_uniform(rng, 3.0, 12.0)
+    curves: tuple[FrictionCurve, ...] = (
         GaussianDip(fade_mm_s),
         RationalDip(fade_mm_s),
         ExponentialDip(fade_mm_s),
@@ -152,49 +152,51 @@ def _dip_curve(rng: np.random.Generator) -> Curve:
     return curves[rng.integers(len(curves))]
 
 
-def columns(axis: Axis, *, x_mm: Array, v_mm_s: Array, a_mm_s2: Array) -> list[Column]:
+def axis_columns(
+    axis: DrawnAxis, *, x_mm: Array, v_mm_s: Array, a_mm_s2: Array
+) -> list[EffortColumn]:
     """Columns of the axis at samples (n,) of its motion; with cogging, its two derivatives too."""
     d = reversal(v_mm_s, axis.reversal_mm_s)
     speed = np.abs(v_mm_s)
     curve, dip = axis.viscous_curve.share(speed), axis.dip_curve.share(speed)
     made = [
-        Column("coulomb", axis.coulomb_A, d),
-        Column("viscous", axis.viscous_A, d * curve),
-        Column("stribeck", axis.dip_A, d * dip),
-        Column("asymmetry", axis.coulomb_asymmetry_A, d**2),
-        Column("asymmetry", axis.viscous_asymmetry_A, d**2 * curve),
-        Column("inertia", axis.inertia_A_s2_mm, a_mm_s2),
-        Column("gravity", axis.weight_A, np.ones_like(x_mm)),
+        EffortColumn("coulomb", axis.coulomb_A, d),
+        EffortColumn("viscous", axis.viscous_A, d * curve),
+        EffortColumn("stribeck", axis.dip_A, d * dip),
+        EffortColumn("asymmetry", axis.coulomb_asymmetry_A, d**2),
+        EffortColumn("asymmetry", axis.viscous_asymmetry_A, d**2 * curve),
+        EffortColumn("inertia", axis.inertia_A_s2_mm, a_mm_s2),
+        EffortColumn("gravity", axis.weight_A, np.ones_like(x_mm)),
     ]
     if axis.cogging_A:
         made += _cogging(axis, x_mm)
     if axis.position_A_mm:
-        made.append(Column("position_friction", axis.position_A_mm, d * (x_mm - MIDDLE_MM)))
+        made.append(EffortColumn("position_friction", axis.position_A_mm, d * (x_mm - MIDDLE_MM)))
     return made
 
 
-def _cogging(axis: Axis, x_mm: Array) -> list[Column]:
+def _cogging(axis: DrawnAxis, x_mm: Array) -> list[EffortColumn]:
     """The ripple, and its derivatives by phase (rad) and by period (mm)."""
     p = 2.0 * np.pi * x_mm / axis.cogging_mm + axis.cogging_rad
     by_phase = axis.cogging_A * (np.cos(p) + 2.0 * SECOND_HARMONIC * np.cos(2.0 * p))
     by_period = -2.0 * np.pi * x_mm / axis.cogging_mm**2 * by_phase
     return [
-        Column("cogging", axis.cogging_A, np.sin(p) + SECOND_HARMONIC * np.sin(2.0 * p)),
-        Column("cogging", 0.0, by_phase),
-        Column("cogging", 0.0, by_period),
+        EffortColumn("cogging", axis.cogging_A, np.sin(p) + SECOND_HARMONIC * np.sin(2.0 * p)),
+        EffortColumn("cogging", 0.0, by_phase),
+        EffortColumn("cogging", 0.0, by_period),
     ]
 
 
-def parts_A(axis: Axis, motion: Motion) -> dict[str, Array]:
+def parts_A(axis: DrawnAxis, motion: TrueMotion) -> dict[str, Array]:
     """Contribution of every term at every sample, A, keyed by term identifier."""
     parts: dict[str, Array] = {}
-    for column in columns(axis, x_mm=motion.x, v_mm_s=motion.v, a_mm_s2=motion.a):
+    for column in axis_columns(axis, x_mm=motion.x, v_mm_s=motion.v, a_mm_s2=motion.a):
         before = parts.get(column.term, np.zeros_like(motion.t))
         parts[column.term] = before + column.coefficient * column.values
     return parts
 
 
-def draw_motion(seed: int) -> Motion:
+def draw_motion(seed: int) -> TrueMotion:
     """Air moves of a seed: 40 to 90 s, all over the travel, speeds drawn from 2.5 to 185 mm/s.
 
     One speed is drawn from each of as many even parts of the logarithm as the time allows.
@@ -203,12 +205,12 @@ def draw_motion(seed: int) -> Motion:
     seconds = float(rng.choice(SECONDS))
     count = int(seconds / SECONDS_A_SPEED)
     edges = np.geomspace(*SPEEDS_MM_S, count + 1)
-    speeds = tuple(log_uniform(rng, *edges[i : i + 2].tolist()) for i in range(count))
-    moves = plan(rng, seconds, speeds_mm_s=speeds, rapid_mm_s=rng.uniform(155.0, 200.0))
+    speeds = tuple(draw_log_uniform(rng, *edges[i : i + 2].tolist()) for i in range(count))
+    moves = plan_moves(rng, seconds, speeds_mm_s=speeds, rapid_mm_s=rng.uniform(155.0, 200.0))
     return moves_motion(moves, np.arange(round(seconds * RATE_HZ)) / RATE_HZ)
 
 
-def draw_run(seed: int) -> Run:
+def draw_run(seed: int) -> AxisRun:
     """The recording of a seed: t, position, velocity, acceleration, current of axis x, in air.
 
     Axis, motion and noise have streams of their own; the same seed gives the same bytes.
@@ -223,4 +225,4 @@ def draw_run(seed: int) -> Run:
         "x.acceleration": motion.a,
         "x.current": sum(parts_A(axis, motion).values(), start=noise_A),
     }
-    return Run(axis, motion, channels)
+    return AxisRun(axis, motion, channels)

@@ -10,25 +10,25 @@ import numpy as np
 
 from autodb.proofs.machines.axis.curves import reversal
 from autodb.proofs.machines.axis.effects import (
-    Cogging,
-    Effect,
-    ExternalLoad,
+    AxisCogging,
+    AxisEffect,
+    AxisExternalLoad,
+    AxisWarmup,
     PositionFriction,
-    Warmup,
 )
-from autodb.proofs.machines.axis.motion import Motion, moves_motion, plan
+from autodb.proofs.machines.axis.motion import TrueMotion, moves_motion, plan_moves
 from autodb.proofs.machines.axis.noise import coloured
 from autodb.proofs.machines.lathe.process import Array
 
 __all__ = [
     "HORIZONTAL",
     "VERTICAL",
-    "Cogging",
-    "Effect",
-    "ExternalLoad",
+    "AxisCogging",
+    "AxisEffect",
+    "AxisExternalLoad",
+    "AxisWarmup",
     "PositionFriction",
     "Slide",
-    "Warmup",
     "air_moves",
 ]
 
@@ -60,7 +60,7 @@ VERTICAL = Slide()
 HORIZONTAL = Slide(weight_A=0.0, coulomb_A=0.62)
 
 
-def slide_parts_A(slide: Slide, motion: Motion) -> dict[str, Array]:
+def slide_parts_A(slide: Slide, motion: TrueMotion) -> dict[str, Array]:
     """Contributions that every slide has, A, keyed by term identifier.
 
     coulomb: level x smooth direction; viscous: table, interpolated; stribeck: dip that halves at
@@ -82,7 +82,7 @@ def air_moves(
     *,
     rate_hz: float = 250.0,
     seconds: float = 60.0,
-    extra: tuple[Effect, ...] = (),
+    extra: tuple[AxisEffect, ...] = (),
     slide: Slide = VERTICAL,
 ) -> tuple[dict[str, Array], dict[str, Array]]:
     """A recording of axis x in air (t, position, velocity, acceleration, current), and its parts.
@@ -93,7 +93,7 @@ def air_moves(
     """
     moving, noisy = np.random.default_rng([seed, 11]), np.random.default_rng([seed, 12])
     t = np.arange(round(seconds * rate_hz)) / rate_hz
-    motion = moves_motion(plan(moving, seconds), t)
+    motion = moves_motion(plan_moves(moving, seconds), t)
     parts = slide_parts_A(slide, motion)
     friction_A = parts["coulomb"] + parts["stribeck"] + parts["viscous"]
     for effect in extra:

@@ -20,7 +20,7 @@ def reversal(v: Array, width_mm_s: float) -> Array:
     return v / np.hypot(v, width_mm_s)
 
 
-class Curve(Protocol):
+class FrictionCurve(Protocol):
     """A share of a friction level as a function of speed."""
 
     def share(self, speed_mm_s: Array) -> Array:

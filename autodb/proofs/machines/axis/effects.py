@@ -9,23 +9,23 @@ from typing import Protocol
 import numpy as np
 
 from autodb.proofs.machines.axis.curves import reversal
-from autodb.proofs.machines.axis.motion import Motion
+from autodb.proofs.machines.axis.motion import TrueMotion
 from autodb.proofs.machines.lathe.process import Array
 
 
-class Effect(Protocol):
+class AxisEffect(Protocol):
     """One more physical effect: a name (term identifier) and its part of the current."""
 
     @property
     def term(self) -> str:
         """Identifier of `physics.md` section 8."""
 
-    def part_A(self, motion: Motion, friction_A: Array) -> Array:
+    def part_A(self, motion: TrueMotion, friction_A: Array) -> Array:
         """Contribution at every sample, A, given the motion and the friction without effects."""
 
 
 @dataclass(frozen=True)
-class ExternalLoad:
+class AxisExternalLoad:
     """A load that no motion explains, in an interval with smooth edges."""
 
     start_s: float
@@ -34,7 +34,7 @@ class ExternalLoad:
     edge_s: float = 0.15
     term: str = "external_load"
 
-    def part_A(self, motion: Motion, friction_A: Array) -> Array:  # noqa: ARG002
+    def part_A(self, motion: TrueMotion, friction_A: Array) -> Array:  # noqa: ARG002
         """Size x logistic rise x logistic fall."""
         rise = np.tanh((motion.t - self.start_s) / self.edge_s)
         fall = np.tanh((motion.t - self.stop_s) / self.edge_s)
@@ -50,14 +50,14 @@ class PositionFriction:
     bend_mm: float = 15.0
     term: str = "position_friction"
 
-    def part_A(self, motion: Motion, friction_A: Array) -> Array:  # noqa: ARG002
+    def part_A(self, motion: TrueMotion, friction_A: Array) -> Array:  # noqa: ARG002
         """sgn(v) g(x), g = slope x bend x ln(1 + e^((x - x0)/bend)); 0 at standstill."""
         rise_mm = self.bend_mm * np.logaddexp(0.0, (motion.x - self.from_mm) / self.bend_mm)
         return self.slope_A_mm * rise_mm * reversal(motion.v, 0.25)
 
 
 @dataclass(frozen=True)
-class Cogging:
+class AxisCogging:
     """A force of the motor periodic in position, the same sign in both directions."""
 
     amplitude_A: float
@@ -66,14 +66,14 @@ class Cogging:
     second: float = 0.15  # share of the second harmonic
     term: str = "cogging"
 
-    def part_A(self, motion: Motion, friction_A: Array) -> Array:  # noqa: ARG002
+    def part_A(self, motion: TrueMotion, friction_A: Array) -> Array:  # noqa: ARG002
         """Amplitude x (sin + share of the second harmonic)."""
         angle = 2.0 * np.pi * motion.x / self.period_mm + self.phase_rad
         return self.amplitude_A * (np.sin(angle) + self.second * np.sin(2.0 * angle))
 
 
 @dataclass(frozen=True)
-class Warmup:
+class AxisWarmup:
     """Friction falls as the lubricant warms by friction work, and recovers at rest."""
 
     drop: float
@@ -81,7 +81,7 @@ class Warmup:
     half_mm_s: float = 15.0  # speed at which warming runs at half pace
     term: str = "warmup"
 
-    def part_A(self, motion: Motion, friction_A: Array) -> Array:
+    def part_A(self, motion: TrueMotion, friction_A: Array) -> Array:
         """-drop x w x friction; T dw/dt = q (1 - w) - (1 - q) w/4, w(0) = 0.
 
         q = |v|/(|v| + v_half) is the pace of warming, the lubricant cools at a quarter of it.

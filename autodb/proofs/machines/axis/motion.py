@@ -16,7 +16,7 @@ CRUISE_S = 2.2  # of a move, at most; chosen
 
 
 @dataclass(frozen=True)
-class Motion:
+class TrueMotion:
     """What the axis did: t s, x mm, v mm/s, a mm/s^2."""
 
     t: Array
@@ -26,7 +26,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Move:
+class PlannedMove:
     """One move: start s, from where mm, signed peak speed mm/s, ramp and total duration s."""
 
     start_s: float
@@ -36,7 +36,7 @@ class Move:
     duration_s: float
 
 
-def move(start_s: float, origin_mm: float, target_mm: float, speed_mm_s: float) -> Move:
+def move(start_s: float, origin_mm: float, target_mm: float, speed_mm_s: float) -> PlannedMove:
     """The move to a target; the peak speed is lowered where the way is too short for it.
 
     A smooth-step ramp of T s to V peaks at 1.5 V/T and covers V T/2, so a ramp pair covers V T.
@@ -46,18 +46,18 @@ def move(start_s: float, origin_mm: float, target_mm: float, speed_mm_s: float) 
     peak_mm_s = min(speed_mm_s, reach_mm_s, way_mm / SHORTEST_RAMP_S)
     ramp_s = max(1.5 * peak_mm_s / ACCELERATION_MM_S2, SHORTEST_RAMP_S)
     sign = 1.0 if target_mm > origin_mm else -1.0
-    return Move(start_s, origin_mm, sign * peak_mm_s, ramp_s, way_mm / peak_mm_s + ramp_s)
+    return PlannedMove(start_s, origin_mm, sign * peak_mm_s, ramp_s, way_mm / peak_mm_s + ramp_s)
 
 
-def plan(
+def plan_moves(
     rng: np.random.Generator,
     seconds: float,
     *,
     speeds_mm_s: tuple[float, ...] = SPEEDS_MM_S,
     rapid_mm_s: float = RAPID_MM_S,
-) -> list[Move]:
+) -> list[PlannedMove]:
     """Moves until `seconds` are full: position at rapid, one speed out and back, dwells."""
-    moves: list[Move] = []
+    moves: list[PlannedMove] = []
     now_s, at_mm = 0.8, 60.0
 
     def go(target_mm: float, speed_mm_s: float) -> None:
@@ -75,7 +75,7 @@ def plan(
     return moves
 
 
-def moves_motion(moves: list[Move], t: Array) -> Motion:
+def moves_motion(moves: list[PlannedMove], t: Array) -> TrueMotion:
     """Position, velocity and acceleration of the moves at the times t, in closed form.
 
     Velocity on a ramp: V s(u), s = 3u^2 - 2u^3, integral u^3 - u^4/2, u = time/ramp in 0..1.
@@ -92,4 +92,4 @@ def moves_motion(moves: list[Move], t: Array) -> Motion:
             x = x + peak * (one.ramp_s * (u**3 - u**4 / 2.0) + after_s)
             v = v + peak * (3.0 * u**2 - 2.0 * u**3)
             a = a + peak / one.ramp_s * 6.0 * u * (1.0 - u)
-    return Motion(t, x, v, a)
+    return TrueMotion(t, x, v, a)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autodb.proofs.machines.axis.axes import FRICTION, Axis, Column, columns
-from autodb.proofs.machines.axis.motion import Motion
+from autodb.proofs.machines.axis.axes import FRICTION, DrawnAxis, EffortColumn, axis_columns
+from autodb.proofs.machines.axis.motion import TrueMotion
 from autodb.proofs.machines.lathe.process import Array
 
 FRICTION_MM_S = (10.0, -10.0, 50.0, -50.0, 150.0, -150.0)
@@ -17,7 +17,7 @@ EFFORT_AT = ((150.0, 30.0), (320.0, -30.0), (150.0, -100.0), (320.0, 100.0))  # 
 
 
 @dataclass(frozen=True)
-class Quantity:
+class TrueQuantity:
     """A true value = offset + row . coefficients; row (p,) in the order of ``columns``."""
 
     name: str
@@ -48,7 +48,7 @@ NAMES = (
 )
 
 
-def quantities(axis: Axis, motion: Motion) -> list[Quantity]:
+def quantities(axis: DrawnAxis, motion: TrueMotion) -> list[TrueQuantity]:
     """Everything that is asked of an axis; cogging and position friction only where it has them.
 
     Friction at a velocity is averaged over the travel of the recording: it is linear in position,
@@ -58,10 +58,12 @@ def quantities(axis: Axis, motion: Motion) -> list[Quantity]:
     terms = np.array([column.term for column in _at(axis, 0.0, 0.0)])
     truth = np.array([column.coefficient for column in _at(axis, 0.0, 0.0)])
 
-    def linear(name: str, unit: str, row: Array, offset: float = 0.0) -> Quantity:
-        return Quantity(name, unit, row, float(offset + row @ truth), offset)
+    def linear(name: str, unit: str, row: Array, offset: float = 0.0) -> TrueQuantity:
+        return TrueQuantity(name, unit, row, float(offset + row @ truth), offset)
 
-    def own(name: str, unit: str, term: str, *, after: int = 0, offset: float = 0.0) -> Quantity:
+    def own(
+        name: str, unit: str, term: str, *, after: int = 0, offset: float = 0.0
+    ) -> TrueQuantity:
         at = int(np.argmax(terms == term)) + after
         return linear(name, unit, np.eye(terms.size)[at], offset)
 
@@ -78,11 +80,11 @@ def quantities(axis: Axis, motion: Motion) -> list[Quantity]:
     return asked
 
 
-def _at(axis: Axis, x_mm: float, v_mm_s: float) -> list[Column]:
+def _at(axis: DrawnAxis, x_mm: float, v_mm_s: float) -> list[EffortColumn]:
     """Columns of one sample at a place, in steady motion."""
     x, v, a = (np.array([value]) for value in (x_mm, v_mm_s, 0.0))
-    return columns(axis, x_mm=x, v_mm_s=v, a_mm_s2=a)
+    return axis_columns(axis, x_mm=x, v_mm_s=v, a_mm_s2=a)
 
 
-def _row(axis: Axis, x_mm: float, v_mm_s: float) -> Array:
+def _row(axis: DrawnAxis, x_mm: float, v_mm_s: float) -> Array:
     return np.array([column.values[0] for column in _at(axis, x_mm, v_mm_s)])

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autodb.proofs.machines.axis.motion import Motion
+from autodb.proofs.machines.axis.motion import TrueMotion
 from autodb.proofs.machines.axis.noise import coloured
-from autodb.proofs.machines.axis.reference_friction import Friction, draw_friction, slid
-from autodb.proofs.machines.axis.reference_moves import PITCH_MM, contour_motion, sweep_motion
+from autodb.proofs.machines.axis.reference_friction import TrueFriction, draw_friction, slid_state
+from autodb.proofs.machines.axis.reference_moves import PITCH_MM, axis_sweep_motion, contour_motion
 from autodb.proofs.machines.lathe.process import Array
 
 AXES = ("x", "y", "z")
@@ -41,7 +41,7 @@ class ReferenceAxis:
     """The truth of one axis."""
 
     name: str
-    friction: Friction
+    friction: TrueFriction
     weight_A: float
     inertia_A_s2_mm: float
     noise_A: float
@@ -49,12 +49,12 @@ class ReferenceAxis:
 
 
 @dataclass(frozen=True)
-class Trace:
+class RecordedRun:
     """A recorded run: its motion, the current (n,) of the drive, and of that the part that would be
     there if every run were like every other, without noise, wander and stick-slip; A.
     """
 
-    motion: Motion
+    motion: TrueMotion
     current_A: Array
     expected_A: Array
 
@@ -66,13 +66,13 @@ class Traced:
     """
 
     axis: ReferenceAxis
-    sweep: Trace
+    sweep: RecordedRun
     began_s: tuple[float, ...]
-    contour: Trace
+    contour: RecordedRun
     feed: Array
 
 
-def draw(seed: int, name: str) -> ReferenceAxis:
+def draw_reference_axis(seed: int, name: str) -> ReferenceAxis:
     """An axis of the machine of a seed."""
     rng = np.random.default_rng([seed, 71, AXES.index(name)])
     friction = draw_friction(rng, cover=COVER[name], ends_mm=ENDS_MM, pitch_mm=PITCH_MM)
@@ -87,10 +87,10 @@ def draw(seed: int, name: str) -> ReferenceAxis:
     )
 
 
-def traced(seed: int, name: str) -> Traced:
+def recorded_axis(seed: int, name: str) -> Traced:
     """An axis of the machine of a seed with its recordings; the same seed gives the same bytes."""
-    axis = draw(seed, name)
-    sweep, began_s = sweep_motion()
+    axis = draw_reference_axis(seed, name)
+    sweep, began_s = axis_sweep_motion()
     contour, feed = contour_motion()
     rngs = [np.random.default_rng([seed, 72 + k, AXES.index(name)]) for k in range(2)]
     return Traced(
@@ -103,12 +103,12 @@ def traced(seed: int, name: str) -> Traced:
 
 
 def _trace(
-    rng: np.random.Generator, axis: ReferenceAxis, motion: Motion, began_s: tuple[float, ...]
-) -> Trace:
+    rng: np.random.Generator, axis: ReferenceAxis, motion: TrueMotion, began_s: tuple[float, ...]
+) -> RecordedRun:
     """Record a motion; each run that began has a level of its own."""
     friction, step_s = axis.friction, float(motion.t[1] - motion.t[0])
     warmth = friction.warming.warmth(friction.power(motion.x, motion.v), step_s)
-    turned = slid(motion.x, friction.slides_mm)
+    turned = slid_state(motion.x, friction.slides_mm)
     rubbing_A = turned * friction.steady_A(motion.x, motion.v)
     rubbing_A *= 1.0 - friction.warming.drop * warmth
     other_A = axis.weight_A + axis.inertia_A_s2_mm * motion.a
@@ -117,10 +117,10 @@ def _trace(
         varied = varied + _stuck(rng, motion)
     rho = NOISE_RHO ** (step_s / 0.004)
     noise_A = coloured(rng, len(motion.t), axis.noise_A, rho)
-    return Trace(motion, rubbing_A * (1.0 + varied) + other_A + noise_A, rubbing_A + other_A)
+    return RecordedRun(motion, rubbing_A * (1.0 + varied) + other_A + noise_A, rubbing_A + other_A)
 
 
-def _wander(rng: np.random.Generator, motion: Motion, began_s: tuple[float, ...]) -> Array:
+def _wander(rng: np.random.Generator, motion: TrueMotion, began_s: tuple[float, ...]) -> Array:
     """How friction differs from run to run, share (n,)."""
     runs = RUN_SD * rng.standard_normal(len(began_s))
     run = np.maximum(np.searchsorted(began_s, motion.t, side="right") - 1, 0)
@@ -128,7 +128,7 @@ def _wander(rng: np.random.Generator, motion: Motion, began_s: tuple[float, ...]
     return runs[run] + SLOW_SD * slow + PLACE_SD * _drawn_along(rng, _gone_mm(motion), PLACE_MM)
 
 
-def _stuck(rng: np.random.Generator, motion: Motion) -> Array:
+def _stuck(rng: np.random.Generator, motion: TrueMotion) -> Array:
     """Stick-slip as the drive's current shows it, share (n,): wander and teeth at creep."""
     gone_mm = _gone_mm(motion)
     tooth = (gone_mm / SAW_MM) % 1.0 - 0.5
@@ -142,7 +142,7 @@ def stick_share(v_mm_s: Array) -> Array:
     return np.asarray(way * np.exp(-np.abs(v_mm_s) / STICK_MM_S))
 
 
-def _gone_mm(motion: Motion) -> Array:
+def _gone_mm(motion: TrueMotion) -> Array:
     """Way gone (n,) since the start, whatever the direction."""
     return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(motion.x)))])
 

@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 
 from autodb.proofs.machines.axis.curves import (
-    Curve,
     ExponentialDip,
+    FrictionCurve,
     GaussianDip,
     LogCurve,
     PowerCurve,
@@ -39,9 +39,9 @@ class OneWay:
 
     level: float
     viscous: float  # at 150 mm/s
-    viscous_curve: Curve
+    viscous_curve: FrictionCurve
     dip: float
-    dip_curve: Curve
+    dip_curve: FrictionCurve
 
     def share(self, speed_mm_s: Array) -> Array:
         """Level + viscous + dip at speeds (n,)."""
@@ -78,7 +78,7 @@ class Travel:
 
 
 @dataclass(frozen=True)
-class Warming:
+class LubricantWarming:
     """The lubricant's warmth w, 0 to 1, and what friction loses by it.
 
     dw/dt = p (1 - w)/heats - w/cools, p the friction power over that at 10 000 mm/min; friction is
@@ -101,7 +101,7 @@ class Warming:
 
 
 @dataclass(frozen=True)
-class Friction:
+class TrueFriction:
     """The friction of one axis."""
 
     coulomb_A: float
@@ -109,7 +109,7 @@ class Friction:
     minus: OneWay
     travel: Travel
     slides_mm: tuple[float, ...]  # ways at which the sliders break away
-    warming: Warming
+    warming: LubricantWarming
 
     def steady_A(self, x_mm: Array, v_mm_s: Array) -> Array:
         """Size of the friction (n,) in steady motion, cold."""
@@ -123,7 +123,7 @@ class Friction:
         return self.steady_A(x_mm, v_mm_s) * np.abs(v_mm_s) / (top * WARM_MM_S)
 
 
-def slid(x_mm: Array, slides_mm: tuple[float, ...]) -> Array:
+def slid_state(x_mm: Array, slides_mm: tuple[float, ...]) -> Array:
     """Return the state of Maxwell sliders (n,), -1 to 1: which way friction acts, and how much.
 
     Each slider is a spring that breaks away after its way: z follows x and stays within +-1.
@@ -147,7 +147,7 @@ def draw_friction(
     cover: float,
     ends_mm: tuple[float, float],
     pitch_mm: float,
-) -> Friction:
+) -> TrueFriction:
     """Friction of an axis with a cover of about this share; every range not of P2 is chosen."""
     plus = OneWay(
         level=1.0,
@@ -175,13 +175,13 @@ def draw_friction(
         pitch_mm=pitch_mm,
         phase_rad=rng.uniform(-math.pi, math.pi),
     )
-    return Friction(
+    return TrueFriction(
         coulomb_A=rng.uniform(*COULOMB_A),
         plus=plus,
         minus=minus,
         travel=travel,
         slides_mm=tuple(float(one) for one in np.sort(_log_uniform(rng, *SLIDES_MM, SLIDERS))),
-        warming=Warming(rng.uniform(*DROP), rng.uniform(*HEATS_S), rng.uniform(*COOLS_S)),
+        warming=LubricantWarming(rng.uniform(*DROP), rng.uniform(*HEATS_S), rng.uniform(*COOLS_S)),
     )
 
 
@@ -189,12 +189,12 @@ def _log_uniform(rng: np.random.Generator, low: float, high: float, size: int = 
     return np.exp(rng.uniform(math.log(low), math.log(high), size))
 
 
-def _viscous_curve(rng: np.random.Generator) -> Curve:
+def _viscous_curve(rng: np.random.Generator) -> FrictionCurve:
     bends = np.sort(_log_uniform(rng, 1.0, 120.0, 3))
     slopes = np.cumprod(np.concatenate([[1.0], rng.uniform(0.3, 0.8, 3)]))
     points = np.concatenate([[0.0], bends, [170.0]])
     values = np.concatenate([[0.0], np.cumsum(slopes * np.diff(points))])
-    curves: tuple[Curve, ...] = (
+    curves: tuple[FrictionCurve, ...] = (
         TableCurve(tuple(points.tolist()), tuple(values.tolist())),
         RationalCurve(float(_log_uniform(rng, 20.0, 300.0)[0])),
         LogCurve(float(_log_uniform(rng, 2.0, 40.0)[0])),
@@ -203,9 +203,9 @@ def _viscous_curve(rng: np.random.Generator) -> Curve:
     return curves[rng.integers(len(curves))]
 
 
-def _dip_curve(rng: np.random.Generator) -> Curve:
+def _dip_curve(rng: np.random.Generator) -> FrictionCurve:
     fade_mm_s = float(_log_uniform(rng, 0.5, 8.0)[0])
-    curves: tuple[Curve, ...] = (
+    curves: tuple[FrictionCurve, ...] = (
         GaussianDip(fade_mm_s),
         RationalDip(fade_mm_s),
         ExponentialDip(fade_mm_s),

@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from autodb.proofs.machines.axis.motion import Motion, Move, move, moves_motion
+from autodb.proofs.machines.axis.motion import PlannedMove, TrueMotion, move, moves_motion
 from autodb.proofs.machines.lathe.process import Array
 
 PITCH_MM = 10.0  # of the screw; chosen
@@ -42,7 +42,7 @@ class _Plan:
     """Moves one after the other."""
 
     def __init__(self, at_mm: float) -> None:
-        self.moves: list[Move] = []
+        self.moves: list[PlannedMove] = []
         self.now_s, self.at_mm = 1.0, at_mm
 
     def go(self, target_mm: float, speed_mm_s: float, dwell_s: float = DWELL_S) -> None:
@@ -62,24 +62,24 @@ class _Plan:
             self.go(high_mm, CYCLE_MM_S, CYCLE_DWELL_S)
             self.go(low_mm, CYCLE_MM_S, CYCLE_DWELL_S)
 
-    def motion(self, rate_hz: float) -> Motion:
+    def motion(self, rate_hz: float) -> TrueMotion:
         """Motion up to a second after the last move."""
         t = np.arange(round((self.now_s + 1.0) * rate_hz)) / rate_hz
         return _joined(self.moves, t)
 
 
-def _joined(moves: list[Move], t: Array) -> Motion:
+def _joined(moves: list[PlannedMove], t: Array) -> TrueMotion:
     """``moves_motion`` of many moves, each computed only while it lasts."""
     edges = np.searchsorted(t, [*(one.start_s for one in moves[1:]), np.inf])
     begins = np.concatenate([[0], edges[:-1]])
     parts = [moves_motion([m], t[a:b]) for m, a, b in zip(moves, begins, edges, strict=True)]
-    return Motion(
+    return TrueMotion(
         t, *(np.concatenate([getattr(part, name) for part in parts]) for name in ("x", "v", "a"))
     )
 
 
 @lru_cache(maxsize=1)
-def sweep_motion() -> tuple[Motion, tuple[float, ...]]:
+def axis_sweep_motion() -> tuple[TrueMotion, tuple[float, ...]]:
     """The sweep, and when each of its repeats and the cycles begin, s.
 
     Each repeat passes all speeds, slowest first, there and back; at the end are the cycles, and
@@ -104,7 +104,7 @@ def sweep_motion() -> tuple[Motion, tuple[float, ...]]:
 
 
 @lru_cache(maxsize=1)
-def contour_motion() -> tuple[Motion, Array]:
+def contour_motion() -> tuple[TrueMotion, Array]:
     """The contour at each of its feeds after rapids, and which feed a row is of, -1 in the rapids.
 
     A square on its edge, a circle and sides inclined by 3 degrees, as in ISO 10791-7; the axis sees
@@ -112,7 +112,7 @@ def contour_motion() -> tuple[Motion, Array]:
     """
     elements = _elements()
     ends = np.cumsum([0.0, *(length for length, _, _ in elements)])
-    parts: list[tuple[Motion, float]] = []
+    parts: list[tuple[TrueMotion, float]] = []
     for number, feed_mm_min in enumerate(FEEDS_MM_MIN):
         rapids = _Plan(CONTOUR_AT_MM)
         rapids.cycle(WORKED_S)
@@ -125,7 +125,7 @@ def contour_motion() -> tuple[Motion, Array]:
     size = [len(motion.t) for motion, _ in parts]
     whole = (np.concatenate([getattr(motion, k) for motion, _ in parts]) for k in ("x", "v", "a"))
     t = np.arange(sum(size)) / CONTOUR_HZ
-    return Motion(t, *whole), np.repeat([number for _, number in parts], size)
+    return TrueMotion(t, *whole), np.repeat([number for _, number in parts], size)
 
 
 def _elements() -> list[tuple[float, float, float]]:
@@ -138,7 +138,7 @@ def _elements() -> list[tuple[float, float, float]]:
     return [*square, *diamond, *circle, *inclined]
 
 
-def _along(path: Motion, ends: Array, elements: list[tuple[float, float, float]]) -> Motion:
+def _along(path: TrueMotion, ends: Array, elements: list[tuple[float, float, float]]) -> TrueMotion:
     """Motion of the axis along a path: direction cosines of its elements, which close."""
     at = np.clip(np.searchsorted(ends, path.x, side="right") - 1, 0, len(elements) - 1)
     _, angle, curvature = np.array(elements)[at].T
@@ -149,7 +149,7 @@ def _along(path: Motion, ends: Array, elements: list[tuple[float, float, float]]
         (path.x - ends[at]) * np.cos(angle),
         (np.sin(turned) - np.sin(angle)) / np.where(curvature == 0.0, 1.0, curvature),
     )
-    return Motion(
+    return TrueMotion(
         path.t,
         CONTOUR_AT_MM + x + chord,
         np.cos(turned) * path.v,

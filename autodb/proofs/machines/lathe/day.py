@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autodb.proofs.cases.base.case import Array
-from autodb.proofs.cases.cuts.cuts import SCATTER, SENSED_N, Cuts, CutWorld, draw_law
+from autodb.proofs.cases.cuts.cuts import SCATTER, SENSED_N, CaseCuts, CutWorld, draw_law
 from autodb.proofs.machines.lathe.drives import Spindle
 from autodb.proofs.machines.lathe.machine import Lathe
 
@@ -80,7 +80,7 @@ class Day:
     """
 
     seed: int
-    cuts: Cuts
+    cuts: CaseCuts
     world: CutWorld
     bar: Array
     cold: Array
@@ -131,7 +131,7 @@ def draw_day(seed: int, *, count: int = CUTS, size: float = 1.0) -> Day:
 # The shop
 
 
-def _cuts(rng: np.random.Generator, count: int) -> tuple[Cuts, Array]:
+def _cuts(rng: np.random.Generator, count: int) -> tuple[CaseCuts, Array]:
     """Parts of the same operations, bar after bar; in the middle of the day another part."""
     number = np.arange(count)
     job = (JOBS * number // count).astype(np.intp)
@@ -143,7 +143,7 @@ def _cuts(rng: np.random.Generator, count: int) -> tuple[Cuts, Array]:
     edge = _edges(rng, count)
     starts = _starts(rng, duration, bar, edge)
     used = np.cumsum(duration) - duration
-    cuts = Cuts(
+    cuts = CaseCuts(
         t_s=starts, duration_s=duration, speed_m_min=speed, feed_mm=feed, depth_mm=depth,
         diameter_mm=diameter, z_mm=np.zeros(count), edge=edge,
         used_s=used - used[np.searchsorted(edge, edge)], labelled=True,
@@ -187,7 +187,7 @@ def _starts(rng: np.random.Generator, duration: Array, bar: Array, edge: Array) 
 # What happens
 
 
-def _cold(rng: np.random.Generator, cuts: Cuts) -> Array:
+def _cold(rng: np.random.Generator, cuts: CaseCuts) -> Array:
     """Cold of the drives in the middle of each cut (n,): two bodies, warmed by what is cut.
 
     A body's T dw/dt = heat - w, slower by COOLS while nothing cuts; its heat is IDLE and the rest
@@ -263,7 +263,7 @@ def _hard_bar(rng: np.random.Generator, force: Array, bar: Array, size: float) -
     return Event("hard bar", "hard_spot", int(number[0]), int(number[-1]), part)
 
 
-def _drift(rng: np.random.Generator, cuts: Cuts, size: float) -> Event:
+def _drift(rng: np.random.Generator, cuts: CaseCuts, size: float) -> Event:
     """Offset of one component's sensor that follows the clock from a cut on: s (1 - e^(-2 s)),
     s the share of the time that is left by then.
     """

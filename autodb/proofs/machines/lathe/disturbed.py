@@ -20,7 +20,7 @@ from autodb.proofs.machines.lathe.phases import (
     dynamometer_N,
     phases,
 )
-from autodb.proofs.machines.lathe.process import MOVING, Array, Cut, Pair, mean_forces_N
+from autodb.proofs.machines.lathe.process import MOVING, Array, TrueCut, TruePair, mean_forces_N
 
 WANDER_SHARE, WANDER_S = 0.02, 0.2  # the force's own scatter and its correlation time; chosen
 CURRENT_FOLLOWS = 0.5  # share of a chatter force that the drives' currents follow; chosen
@@ -29,7 +29,7 @@ OIL_FALLS_S = 0.2  # time constant with which a lubrication pulse fades; chosen
 
 
 @dataclass(frozen=True)
-class Disturbance:
+class CutDisturbance:
     """What happens in one recording; the default is a clean cut.
 
     ``chatter_share``: amplitude over the mean force; it builds up in 0.5 s. ``stop_s``: from when
@@ -62,7 +62,13 @@ class Disturbed:
 
 
 def disturbed_cut(
-    lathe: Lathe, pair: Pair, cut: Cut, seed: int, what: Disturbance, *, rate_hz: float = 1000.0
+    lathe: Lathe,
+    pair: TruePair,
+    cut: TrueCut,
+    seed: int,
+    what: CutDisturbance,
+    *,
+    rate_hz: float = 1000.0,
 ) -> Disturbed:
     """One longitudinal cut with its disturbance, as phase sensors and dynamometer saw it."""
     process, waves, reading = (np.random.default_rng([seed, 11, k]) for k in range(3))
@@ -76,7 +82,7 @@ def disturbed_cut(
 
     # Force: it wanders around its mean; chatter shows in full on the dynamometer, less in currents
     mean_N = lathe.work_factor * mean_forces_N(pair, cut)
-    wander = what.wander_share * wandering(process, t.size, rate_hz)
+    wander = what.wander_share * wandering_noise(process, t.size, rate_hz)
     grown = 1.0 - np.exp(-np.maximum(t - AIR_BEFORE_S - RAMP_S, 0.0) / 0.5)
     phase = process.uniform(0.0, 2.0 * np.pi)
     chatter = what.chatter_share * grown * np.sin(2.0 * np.pi * what.chatter_hz * t + phase)
@@ -114,7 +120,7 @@ def disturbed_cut(
     return Disturbed(channels, *as_float)
 
 
-def wandering(rng: np.random.Generator, size: int, rate_hz: float) -> Array:
+def wandering_noise(rng: np.random.Generator, size: int, rate_hz: float) -> Array:
     """Noise of unit variance whose autocorrelation fades as exp(−t/WANDER_S)."""
     from scipy.signal import lfilter
 
@@ -130,7 +136,7 @@ def _ramp(share: Array) -> Array:
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0)))
 
 
-def _feeding(t: Array, what: Disturbance) -> Array:
+def _feeding(t: Array, what: CutDisturbance) -> Array:
     if what.stop_s is None:
         return np.ones_like(t)
     begins_s, ends_s = what.stop_s
@@ -143,7 +149,7 @@ def _speed_share(t: Array, begins_s: float, lasts_s: float) -> Array:
     return np.clip(1.0 - (t - begins_s) / lasts_s, 0.0, 1.0)
 
 
-def _pulses(t: Array, what: Disturbance) -> Array:
+def _pulses(t: Array, what: CutDisturbance) -> Array:
     """Friction jumps with the oil's pressure and fades: a share of the range."""
     since_s = np.mod(t - what.pulse_first_s, what.pulse_every_s)
     begun = t >= what.pulse_first_s

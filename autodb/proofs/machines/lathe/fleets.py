@@ -13,7 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.proofs.machines.lathe.power_pairs import GAIN, Expected, PowerPair, draw
+from autodb.proofs.machines.lathe.power_pairs import (
+    GAIN,
+    ExpectedForces,
+    PowerPair,
+    draw_power_pair,
+)
 
 Array = NDArray[np.float64]
 
@@ -31,16 +36,16 @@ class Fleet:
     pairs: dict[tuple[str, str], PowerPair]
 
 
-def drawn(rng: np.random.Generator, *, materials: int, tools: int) -> Fleet:
+def draw_fleet(rng: np.random.Generator, *, materials: int, tools: int) -> Fleet:
     """Draw materials, and tools for each; every tool has one geometry for all materials."""
     names = (
         tuple(f"material {k}" for k in range(materials)),
         tuple(f"tool {k}" for k in range(tools)),
     )
-    geometry = [draw(rng) for _ in names[1]]
+    geometry = [draw_power_pair(rng) for _ in names[1]]
     pairs = {}
     for material in names[0]:
-        base = draw(rng)
+        base = draw_power_pair(rng)
         for tool, shape in zip(names[1], geometry, strict=True):
             of_tool = replace(shape, material=base.material, law=_moved(rng, base.law),
                               plough_mm=base.plough_mm, softening=base.softening,
@@ -49,12 +54,12 @@ def drawn(rng: np.random.Generator, *, materials: int, tools: int) -> Fleet:
     return Fleet(*names, pairs)
 
 
-def _moved(rng: np.random.Generator, law: Expected) -> Expected:
+def _moved(rng: np.random.Generator, law: ExpectedForces) -> ExpectedForces:
     shares = {
         name: CHIP_SHARE if name in OF_CHIP else PLOUGH_SHARE if name.startswith("plough") else 0.0
         for name in vars(law)
     }
-    return Expected(
+    return ExpectedForces(
         **{n: v * math.exp(shares[n] * rng.standard_normal()) for n, v in vars(law).items()}
     )
 
@@ -76,7 +81,7 @@ def on_machine(
     return made
 
 
-def harder(pair: PowerPair, factor: float) -> PowerPair:
+def harder_pair(pair: PowerPair, factor: float) -> PowerPair:
     """Return a pair whose work is harder by a factor, chip and edge alike."""
     law = pair.law
     sizes = {n: factor * v for n, v in vars(law).items() if not n.startswith("exponent")}

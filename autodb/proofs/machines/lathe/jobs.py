@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from autodb.proofs.machines.lathe.process import Cut
+from autodb.proofs.machines.lathe.process import TrueCut
 
 # Seeds and edge lots, chosen once
 STANDARD_SEED, WEEK_1_SEED, WEEK_2_SEED = 101, 102, 103
@@ -62,10 +62,10 @@ def cut_at(
     cutting_time_s: float = 0.0,
     duration_s: float = TURN_S,
     inward_deg: float = 0.0,
-) -> Cut:
+) -> TrueCut:
     """A cut at (depth mm, feed mm/rev, speed rpm, machined diameter mm) on the sample material."""
     depth_mm, feed_mm, speed_rpm, diameter_mm = condition
-    return Cut(
+    return TrueCut(
         speed_m_min=math.pi * diameter_mm * speed_rpm / 1000.0,
         feed_mm=feed_mm,
         depth_mm=depth_mm,
@@ -79,7 +79,7 @@ def cut_at(
     )
 
 
-def standard_cuts() -> list[Cut]:
+def standard_cuts() -> list[TrueCut]:
     """The 32 calibration cuts in random order, a new edge after every eighth."""
     cuts = [(c, "turn", TURN_S) for c in TURNED] + [(c, "face", FACE_S) for c in FACED]
     order = np.random.default_rng(STANDARD_SEED).permutation(len(cuts))
@@ -102,7 +102,7 @@ def standard_cuts() -> list[Cut]:
 
 def production_cuts(
     seed: int, edges: tuple[str, ...], cuts_an_edge: int, shortest_s: float, longest_s: float
-) -> list[Cut]:
+) -> list[TrueCut]:
     """Turning cuts as a shop has them: random conditions, edge after edge.
 
     Chip area is kept to 0.5 mm^2 and speed to 280 m/min, what an 11 kW lathe cuts steel with.
@@ -130,11 +130,11 @@ def production_cuts(
     return cuts
 
 
-def week_1_cuts() -> list[Cut]:
+def week_1_cuts() -> list[TrueCut]:
     """40 cuts on five edges, each used for under three minutes."""
     return production_cuts(WEEK_1_SEED, ("A1", "A2", "A3", "A4", "A5"), 8, 12.0, 22.0)
 
 
-def week_2_cuts() -> list[Cut]:
+def week_2_cuts() -> list[TrueCut]:
     """36 cuts on three edges, each worn out: about 24 minutes of cutting."""
     return production_cuts(WEEK_2_SEED, ("B1", "B2", "B3"), 12, 100.0, 135.0)

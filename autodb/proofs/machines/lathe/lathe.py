@@ -18,8 +18,8 @@ from autodb.proofs.machines.lathe.machine import Lathe
 from autodb.proofs.machines.lathe.process import (
     MOVING,
     Array,
-    Cut,
-    Pair,
+    TrueCut,
+    TruePair,
     mean_forces_N,
     true_forces_N,
 )
@@ -27,11 +27,11 @@ from autodb.proofs.machines.lathe.process import (
 __all__ = [
     "MOVING",
     "Array",
-    "Cut",
     "FeedAxis",
     "Lathe",
-    "Pair",
     "Spindle",
+    "TrueCut",
+    "TruePair",
     "arm_mm",
     "cut_table",
     "mean_forces_N",
@@ -48,13 +48,13 @@ ARM_SHARE = {
 }  # share of a_p by which the edge's mean radius exceeds r_w
 
 
-def arm_mm(cut: Cut) -> float:
+def arm_mm(cut: TrueCut) -> float:
     """Mean radius at which the edge cuts: r_w + a_p/2 in turning (P1 section 9), r_w in facing."""
     return 0.5 * cut.diameter_mm + ARM_SHARE[cut.operation] * cut.depth_mm
 
 
 def ranges_A(
-    lathe: Lathe, cut: Cut, force_N: Array, *, radius_mm: Array | float, share: float
+    lathe: Lathe, cut: TrueCut, force_N: Array, *, radius_mm: Array | float, share: float
 ) -> dict[str, Array]:
     """Noise-free current ranges of x, z and spindle, A, under force (x, y, z) of shape (3, ...).
 
@@ -77,7 +77,7 @@ def ranges_A(
     return {**standing, **feeding, "spindle": turning}
 
 
-def _speeds_mm_s(cut: Cut) -> dict[str, float]:
+def _speeds_mm_s(cut: TrueCut) -> dict[str, float]:
     """Speed of each slide while it feeds, mm/s."""
     along_mm_s = cut.feed_mm * cut.spindle_rpm / 60.0
     if len(MOVING[cut.operation]) == 1:
@@ -86,7 +86,7 @@ def _speeds_mm_s(cut: Cut) -> dict[str, float]:
     return {"x": along_mm_s * math.sin(angle), "z": along_mm_s * math.cos(angle)}
 
 
-def sensing_A(lathe: Lathe, cut: Cut) -> dict[str, float]:
+def sensing_A(lathe: Lathe, cut: TrueCut) -> dict[str, float]:
     """Standard deviation of one cut's range on each axis, A; a standing axis is quiet."""
     noise = {"x": lathe.x.noise_A, "z": lathe.z.noise_A}
     feeding = {axis: noise[axis] for axis in MOVING[cut.operation]}
@@ -94,7 +94,7 @@ def sensing_A(lathe: Lathe, cut: Cut) -> dict[str, float]:
 
 
 def cut_row(
-    lathe: Lathe, pair: Pair, cut: Cut, *, seed: Sequence[int], share: float
+    lathe: Lathe, pair: TruePair, cut: TrueCut, *, seed: Sequence[int], share: float
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Measured ranges of one cut, A, and the dynamometer's reading of it, N."""
     process, sensing, reading = (np.random.default_rng([*seed, part]) for part in range(3))
@@ -113,15 +113,15 @@ def cut_row(
     return ranges, {f"force.{axis}": float(read_N[i]) for i, axis in enumerate("xyz")}
 
 
-def feed_deg(cut: Cut) -> float:
+def feed_deg(cut: TrueCut) -> float:
     """Direction of the feed: 0 along the axis to the chuck, 90 to the centre."""
     return 90.0 if cut.operation == "face" else cut.inward_deg
 
 
 def cut_table(
     lathe: Lathe,
-    pair: Pair,
-    cuts: Sequence[Cut],
+    pair: TruePair,
+    cuts: Sequence[TrueCut],
     seed: int,
     dynamometer: bool,
     *,
@@ -132,12 +132,12 @@ def cut_table(
     The clock starts cold at 0; `pause_s` passes between cuts. Every cut has its own random stream,
     so a table with and without dynamometer, or with more cuts, has the same ranges.
     """
-    return table_of(lathe, [(pair, cut) for cut in cuts], seed, dynamometer, pause_s=pause_s)
+    return cut_table_of(lathe, [(pair, cut) for cut in cuts], seed, dynamometer, pause_s=pause_s)
 
 
-def table_of(
+def cut_table_of(
     lathe: Lathe,
-    work: Sequence[tuple[Pair, Cut]],
+    work: Sequence[tuple[TruePair, TrueCut]],
     seed: int,
     dynamometer: bool,
     *,

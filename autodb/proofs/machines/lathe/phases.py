@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from autodb.proofs.machines.lathe.drives import spindle_share
 from autodb.proofs.machines.lathe.lathe import Lathe, arm_mm, ranges_A, sensing_A
-from autodb.proofs.machines.lathe.process import MOVING, Array, Cut, Pair, true_forces_N
+from autodb.proofs.machines.lathe.process import MOVING, Array, TrueCut, TruePair, true_forces_N
 
 AIR_BEFORE_S, RAMP_S, AIR_AFTER_S = 2.0, 0.2, 1.0
 FEED_HZ_PER_MM_S = 16.0 / 50.0  # 16 Hz at rapid (P1 section 8); rapid of 50 mm/s chosen
@@ -26,7 +26,7 @@ Z_START_MM = 320.0  # slide positions at the start; chosen
 
 
 @dataclass(frozen=True)
-class Clock:
+class RecordingClock:
     """The time base of one recording, s, and the share of the cut that is engaged, 0 to 1."""
 
     t: Array
@@ -34,7 +34,7 @@ class Clock:
     middle_s: float
 
 
-def clock(cut: Cut, rate_hz: float) -> Clock:
+def draw_clock(cut: TrueCut, rate_hz: float) -> RecordingClock:
     """Air approach, cosine entry ramp, cut, exit ramp, air: t and engagement at `rate_hz`."""
     total_s = AIR_BEFORE_S + 2.0 * RAMP_S + cut.duration_s + AIR_AFTER_S
     t = np.arange(round(total_s * rate_hz)) / rate_hz
@@ -42,7 +42,7 @@ def clock(cut: Cut, rate_hz: float) -> Clock:
     rise = np.clip((t - AIR_BEFORE_S) / RAMP_S, 0.0, 1.0)
     fall = np.clip((t - leaves_s) / RAMP_S, 0.0, 1.0)
     engaged = 0.5 * (np.cos(np.pi * fall) - np.cos(np.pi * rise))
-    return Clock(t, engaged, AIR_BEFORE_S + RAMP_S + 0.5 * cut.duration_s)
+    return RecordingClock(t, engaged, AIR_BEFORE_S + RAMP_S + 0.5 * cut.duration_s)
 
 
 def phases(
@@ -94,7 +94,13 @@ def dynamometer_N(
 
 
 def raw_cut(
-    lathe: Lathe, pair: Pair, cut: Cut, seed: int, dynamometer: bool, *, rate_hz: float = 1000.0
+    lathe: Lathe,
+    pair: TruePair,
+    cut: TrueCut,
+    seed: int,
+    dynamometer: bool,
+    *,
+    rate_hz: float = 1000.0,
 ) -> dict[str, NDArray[np.float64]]:
     """One cut as the phase sensors saw it: the channels of the contract, one array each.
 
@@ -104,7 +110,7 @@ def raw_cut(
     feed one slide only.
     """
     process, sensing, waves, reading = (np.random.default_rng([seed, 7, k]) for k in range(4))
-    time = clock(cut, rate_hz)
+    time = draw_clock(cut, rate_hz)
     force_N = lathe.work_factor * true_forces_N(pair, cut, process)
     (feed,) = MOVING[cut.operation]
 

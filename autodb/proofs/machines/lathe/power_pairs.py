@@ -34,7 +34,7 @@ SLICES = 12
 
 
 @dataclass(frozen=True)
-class Expected:
+class ExpectedForces:
     """What a shop expects of a material: specific forces at h0, exponents, ploughing N/mm."""
 
     tangential: float
@@ -45,9 +45,9 @@ class Expected:
     plough_r: float
 
 
-STEEL = Expected(2000.0, 900.0, 0.17, 0.25, 25.0, 35.0)  # chosen
-TITANIUM = Expected(1700.0, 550.0, 0.2, 0.3, 20.0, 35.0)  # chosen
-ALUMINIUM = Expected(850.0, 300.0, 0.18, 0.3, 10.0, 15.0)  # chosen
+STEEL = ExpectedForces(2000.0, 900.0, 0.17, 0.25, 25.0, 35.0)  # chosen
+TITANIUM = ExpectedForces(1700.0, 550.0, 0.2, 0.3, 20.0, 35.0)  # chosen
+ALUMINIUM = ExpectedForces(850.0, 300.0, 0.18, 0.3, 10.0, 15.0)  # chosen
 MATERIALS = {"steel": STEEL, "titanium": TITANIUM, "aluminium": ALUMINIUM}
 
 
@@ -56,7 +56,7 @@ class PowerPair:
     """One pair's truth, the gains of its machine's calibrations, its insert and its mill."""
 
     material: str
-    law: Expected
+    law: ExpectedForces
     plough_mm: float
     softening: float
     along: float
@@ -81,7 +81,7 @@ class PowerPair:
         )
 
 
-def draw(rng: np.random.Generator) -> PowerPair:
+def draw_power_pair(rng: np.random.Generator) -> PowerPair:
     """Draw a pair and its machine's gains."""
     material = str(rng.choice(sorted(MATERIALS)))
     expected = MATERIALS[material]
@@ -89,7 +89,7 @@ def draw(rng: np.random.Generator) -> PowerPair:
     def around(value: float) -> float:
         return value * math.exp(SPREAD * rng.standard_normal())
 
-    law = Expected(*(around(value) for value in vars(expected).values()))
+    law = ExpectedForces(*(around(value) for value in vars(expected).values()))
     return PowerPair(
         material=material,
         law=law,
@@ -128,7 +128,7 @@ class TurnedCut:
 
 
 @dataclass(frozen=True)
-class MilledCut:
+class PowerMilledCut:
     """One cut of a mill, engaged from and to an angle, feed along x."""
 
     feed_mm: float
@@ -171,7 +171,7 @@ def _insert_edge(pair: PowerPair, depth_mm: float, inward_deg: float) -> tuple[A
     return np.append(q, last), np.append(np.full(NOSE_STEPS, pair.nose_mm * step), straight)
 
 
-def milled_N(pair: PowerPair, cut: MilledCut, factors: Factors = NONE) -> Array:
+def milled_N(pair: PowerPair, cut: PowerMilledCut, factors: Factors = NONE) -> Array:
     """Mean force x (feed), y (normal), z over a turn, N, and torque, N·m."""
     begin, end = math.radians(cut.begins_deg), math.radians(cut.ends_deg)
     phi = begin + (end - begin) * (np.arange(TURN_STEPS) + 0.5) / TURN_STEPS

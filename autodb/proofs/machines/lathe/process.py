@@ -30,7 +30,7 @@ LIFE_SPREAD = 0.12  # edges differ by up to this share of the life; chosen
 
 
 @dataclass(frozen=True)
-class Pair:
+class TruePair:
     """One work-tool pair's truth: two forces of the reference cut and chosen shapes around it."""
 
     work: str
@@ -50,7 +50,7 @@ class Pair:
 
 
 @dataclass(frozen=True)
-class Cut:
+class TrueCut:
     """One pass at constant conditions; `diameter_mm` is the machined one (facing: its mean)."""
 
     speed_m_min: float
@@ -75,18 +75,18 @@ class Cut:
         return 1000.0 * self.speed_m_min / (math.pi * self.diameter_mm)
 
 
-ALUMINIUM = Pair(
+ALUMINIUM = TruePair(
     "aluminium alloy",
     "DNMG150608-QM",
     tangential_N=485.78,  # P1 Table 2, row 1
     feed_N=325.78,  # P1 Table 2, row 1
     reference_m_min=188.5,  # 1000 rpm on 60 mm; P1's diameter varied and is not printed
 )
-STEEL = Pair("steel bar", "carbide insert", 810.0, 420.0)  # chosen
-BRASS = Pair("brass", "carbide insert", 430.0, 170.0, exponent_tangential=0.15)  # chosen
+STEEL = TruePair("steel bar", "carbide insert", 810.0, 420.0)  # chosen
+BRASS = TruePair("brass", "carbide insert", 430.0, 170.0, exponent_tangential=0.15)  # chosen
 
 
-def flank_wear_mm(pair: Pair, tool_edge: str, time_s: float) -> float:
+def flank_wear_mm(pair: TruePair, tool_edge: str, time_s: float) -> float:
     """Flank wear runs in fast, grows steadily, then accelerates: three stages over an edge's life.
 
     VB = 0.02 (1 - e^(-t/25 s)) + 0.13 u + 0.15 u^7, mm, u = t/life. The edge's life is the pair's
@@ -97,7 +97,7 @@ def flank_wear_mm(pair: Pair, tool_edge: str, time_s: float) -> float:
     return 0.02 * (1.0 - math.exp(-time_s / 25.0)) + 0.13 * used + 0.15 * used**7
 
 
-def growth(
+def force_growth(
     chip_mm: float, chip_ref_mm: float, *, exponent: float, plough: float, plough_mm: float
 ) -> tuple[float, float]:
     """Chip and ploughing part of a force, relative to the reference cut at the same width.
@@ -117,7 +117,7 @@ def thrust_angle_rad(depth_mm: float) -> float:
     return min(1.2, 0.22 + 0.5 * NOSE_MM / depth_mm)
 
 
-def mean_forces_N(pair: Pair, cut: Cut) -> Array:
+def mean_forces_N(pair: TruePair, cut: TrueCut) -> Array:
     """Mean force (x, y, z) of the work on the tool without scatter, N, at the middle of the cut.
 
     With width b = a_p/sin k, chip thickness h = f sin k (k = 93 deg, more in a taper):
@@ -132,7 +132,7 @@ def mean_forces_N(pair: Pair, cut: Cut) -> Array:
     worn = flank_wear_mm(pair, cut.tool_edge, time_s) / WORN_MM
 
     def total(exponent: float, plough: float, grows: float) -> float:
-        chip, edge = growth(
+        chip, edge = force_growth(
             chip_mm, chip_ref_mm, exponent=exponent, plough=plough, plough_mm=pair.plough_mm
         )
         return width * (chip * speed + edge + grows * worn)
@@ -151,7 +151,7 @@ def mean_forces_N(pair: Pair, cut: Cut) -> Array:
     return np.array([x_N, tangential_N, z_N])
 
 
-def _in_machine_axes(cut: Cut, *, feed_N: float, passive_N: float) -> tuple[float, float]:
+def _in_machine_axes(cut: TrueCut, *, feed_N: float, passive_N: float) -> tuple[float, float]:
     """Force on the tool along x and z, N, from that against the feed and that off the surface.
 
     Signs (contract): the tool feeds along -z in turning and -x in facing, the surface looks along
@@ -166,7 +166,7 @@ def _in_machine_axes(cut: Cut, *, feed_N: float, passive_N: float) -> tuple[floa
     )
 
 
-def true_forces_N(pair: Pair, cut: Cut, rng: np.random.Generator) -> Array:
+def true_forces_N(pair: TruePair, cut: TrueCut, rng: np.random.Generator) -> Array:
     """Mean force (x, y, z) that this one cut really had, N: `mean_forces_N` with process scatter.
 
     Independent normal factors, sd 1.89 % for y and 5.49 % for x and z (P1 Table 2, rows 1).

@@ -7,7 +7,7 @@ along it and its current folds (see `feed_range_A`).
 import numpy as np
 
 from autodb.proofs.machines.lathe.jobs import cut_at
-from autodb.proofs.machines.lathe.process import Cut
+from autodb.proofs.machines.lathe.process import TrueCut
 
 # Seeds, chosen once
 FACING_SEED, CONTOUR_SEED = 104, 105
@@ -16,7 +16,7 @@ FACING_EDGES = ("C1", "C2", "C3")
 CONTOUR_EDGES = ("D1", "D2", "D3", "D4")
 
 
-def facing_week_cuts() -> list[Cut]:
+def facing_week_cuts() -> list[TrueCut]:
     """36 faces on three edges; the diameter is the mean of the face, between 30 and 70 mm."""
     rng = np.random.default_rng(FACING_SEED)
     cuts = []
@@ -40,7 +40,7 @@ def facing_week_cuts() -> list[Cut]:
     return cuts
 
 
-def contour_week_cuts() -> list[Cut]:
+def contour_week_cuts() -> list[TrueCut]:
     """48 finishing cuts of profiles on four edges: a land, a taper of 20°, a face, over and over.
 
     All lie at 0.4 to 0.8 mm depth; a taper dives towards the axis, so both slides feed inward.

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.proofs.machines.lathe.lathe import table_of
+from autodb.proofs.machines.lathe.lathe import cut_table_of
 from autodb.proofs.machines.lathe.machine import Lathe
-from autodb.proofs.machines.lathe.process import ALUMINIUM, BRASS, STEEL, Cut, Pair
+from autodb.proofs.machines.lathe.process import ALUMINIUM, BRASS, STEEL, TrueCut, TruePair
 
 Table = dict[str, NDArray[Any]]
 
@@ -30,7 +30,7 @@ TESTED = (STEEL, BRASS, ALUMINIUM)  # P1 section 10, three materials
 
 
 @dataclass(frozen=True)
-class Plan:
+class LathePlan:
     """How many cuts to calibrate and to test with: turned and faced, and of both together those
     that count for the spindle; ``tapered`` of the turned test cuts are tapers.
     """
@@ -44,9 +44,9 @@ class Plan:
 
 
 # P1 table 1: Z's, X's, the spindle's cuts; "a limited number" of tapers, chosen
-REGRESSION = Plan("regression", (105, 180), (13, 16), (102, 113), tapered=30, stream=61)
+REGRESSION = LathePlan("regression", (105, 180), (13, 16), (102, 113), tapered=30, stream=61)
 # P1 table 1, the cuts of its ANFIS; none of X is printed, the faced ones are chosen
-RULES = Plan("ANFIS", (240, 63), (13, 40), (103, 100), tapered=10, stream=62)
+RULES = LathePlan("ANFIS", (240, 63), (13, 40), (103, 100), tapered=10, stream=62)
 
 
 @dataclass(frozen=True)
@@ -62,21 +62,21 @@ class Campaign:
     spindle_test: NDArray[np.bool_]
 
 
-def campaign(seed: int, plan: Plan = REGRESSION) -> Campaign:
+def campaign(seed: int, plan: LathePlan = REGRESSION) -> Campaign:
     """Draw a machine, its cuts, and what it measured; the test is on another day."""
     lathe, rng = Lathe.draw(seed), np.random.default_rng([seed, plan.stream])
     tables, counted = [], []
     for day, pairs in enumerate(((STEEL,), TESTED)):
         work = _work(rng, pairs, day, plan)
-        tables.append(table_of(lathe, work, 2 * seed + day, True, pause_s=PAUSE_S))
+        tables.append(cut_table_of(lathe, work, 2 * seed + day, True, pause_s=PAUSE_S))
         chosen = rng.permutation(len(work))[: plan.spindle[day]]
         counted.append(np.isin(np.arange(len(work)), chosen))
     return Campaign(tables[0], tables[1], counted[0], counted[1])
 
 
 def _work(
-    rng: np.random.Generator, pairs: Sequence[Pair], day: int, plan: Plan
-) -> list[tuple[Pair, Cut]]:
+    rng: np.random.Generator, pairs: Sequence[TruePair], day: int, plan: LathePlan
+) -> list[tuple[TruePair, TrueCut]]:
     """Cuts in random order, each with the pair it is of."""
     tapered = plan.tapered * day
     operations = [
@@ -91,11 +91,11 @@ def _work(
     return drawn
 
 
-def _cut(rng: np.random.Generator, pair: Pair, operation: str, number: int) -> Cut:
+def _cut(rng: np.random.Generator, pair: TruePair, operation: str, number: int) -> TrueCut:
     """A cut at conditions drawn evenly over P1's."""
     faced = operation == "face"
     speed_rpm, diameter_mm = rng.uniform(800.0, 2400.0), rng.uniform(*DIAMETER_MM)
-    return Cut(
+    return TrueCut(
         speed_m_min=math.pi * diameter_mm * speed_rpm / 1000.0,
         feed_mm=rng.uniform(*(FACED_FEED_MM if faced else (0.1, 0.4))),
         depth_mm=rng.uniform(*(FACED_DEPTH_MM if faced else (1.0, 2.5))),

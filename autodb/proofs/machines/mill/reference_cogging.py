@@ -20,7 +20,7 @@ SHIFT_MM = (0.1, 0.4)  # of the poles' places; chosen
 
 
 @dataclass(frozen=True)
-class Cogging:
+class MotorCogging:
     """Teeth (place mm, width mm, height) of a pole, its rms force N, and how poles differ.
 
     ``changes``: share of the size, ``shifts_mm`` of the place, over waves (mm, rad) each.
@@ -61,7 +61,7 @@ def _sum(waves: tuple[tuple[float, float, float], ...], x_mm: Array) -> Array:
 
 def draw_cogging(
     rng: np.random.Generator, *, pitch_mm: float, rms_N: float, change: float
-) -> Cogging:
+) -> MotorCogging:
     """Cogging whose poles differ by about a share; every range is chosen."""
     teeth = tuple(
         (
@@ -71,7 +71,7 @@ def draw_cogging(
         )
         for tooth in range(TEETH)
     )
-    return Cogging(
+    return MotorCogging(
         pitch_mm=pitch_mm,
         rms_N=rms_N,
         teeth=teeth,

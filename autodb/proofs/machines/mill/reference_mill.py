@@ -13,25 +13,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from autodb.proofs.machines.axis.motion import Motion
+from autodb.proofs.machines.axis.motion import TrueMotion
 from autodb.proofs.machines.axis.noise import coloured
 from autodb.proofs.machines.axis.reference_friction import (
     SLIDERS,
-    Friction,
+    TrueFriction,
     draw_friction,
-    slid,
+    slid_state,
 )
 from autodb.proofs.machines.lathe.process import Array
-from autodb.proofs.machines.mill.reference_cogging import Cogging, draw_cogging
+from autodb.proofs.machines.mill.reference_cogging import MotorCogging, draw_cogging
 from autodb.proofs.machines.mill.reference_cuts import PLAN, PLUNGE_MM_MIN, MillCut
 from autodb.proofs.machines.mill.reference_mill_moves import (
     AXES,
     ENDS_MM,
     PITCH_MM,
     RATE_HZ,
-    Path,
+    MillPath,
     approach,
-    sweep_motion,
+    mill_sweep_motion,
     travelled,
 )
 from autodb.proofs.machines.mill.reference_milling import (
@@ -40,8 +40,8 @@ from autodb.proofs.machines.mill.reference_milling import (
     ORDERS,
     RADIUS_MM,
     Complex,
-    Engagement,
-    Work,
+    MillEngagement,
+    TeethLaw,
     orders,
     waves,
 )
@@ -80,14 +80,14 @@ class MillAxis:
     rest_mm: float
     held_N: float
     friction_N: float
-    friction: Friction
-    cogging: Cogging
+    friction: TrueFriction
+    cogging: MotorCogging
 
-    def air_N(self, motion: Motion, rubs: float = 1.0) -> Array:
+    def air_N(self, motion: TrueMotion, rubs: float = 1.0) -> Array:
         """What moving takes (n,), with friction ``rubs`` times that of the sweep."""
         law, speed = self.friction, np.abs(motion.v)
         over_speed = np.where(motion.v >= 0.0, law.plus.share(speed), law.minus.share(speed))
-        turned = slid(motion.x, law.slides_mm)
+        turned = slid_state(motion.x, law.slides_mm)
         rubbing_N = self.friction_N * turned * (over_speed + law.travel.share(motion.x))
         pulled_N = self.spring_N_mm * (motion.x - self.rest_mm) + self.held_N
         return np.asarray(
@@ -102,12 +102,12 @@ class MillAxis:
 class Logged:
     """What a control logs of an axis: motion, and its current, A, (n,)."""
 
-    motion: Motion
+    motion: TrueMotion
     current_A: Array
 
 
 @dataclass(frozen=True)
-class MilledCut:
+class RecordedMilledCut:
     """A recorded cut: each axis, spindle speed rpm and current A; the load that each axis truly
     felt from the cut, N, positive where the motor pushes against it in the positive direction; and
     what its drive would take in air if friction were that of the sweep, N; all (n,). The feed
@@ -166,15 +166,17 @@ def _draw_axis(rng: np.random.Generator, name: str, mass: dict[str, float]) -> M
 def swept_axis(seed: int, axis: MillAxis) -> Logged:
     """The sweep of one axis, the others standing."""
     rng = np.random.default_rng([seed, 82, AXES.index(axis.name)])
-    motion = sweep_motion()
+    motion = mill_sweep_motion()
     return _logged(rng, axis, motion, axis.air_N(motion))
 
 
-def _logged(rng: np.random.Generator, axis: MillAxis, motion: Motion, effort_N: Array) -> Logged:
+def _logged(
+    rng: np.random.Generator, axis: MillAxis, motion: TrueMotion, effort_N: Array
+) -> Logged:
     """What the control logs: steps of position and speed, noise of acceleration and current."""
     count = len(motion.t)
     noise_A = coloured(rng, count, NOISE_A, NOISE_RHO)
-    seen = Motion(
+    seen = TrueMotion(
         motion.t,
         np.round(motion.x / POSITION_STEP_MM) * POSITION_STEP_MM,
         np.round(motion.v / VELOCITY_STEP_MM_S) * VELOCITY_STEP_MM_S,
@@ -183,9 +185,9 @@ def _logged(rng: np.random.Generator, axis: MillAxis, motion: Motion, effort_N: 
     return Logged(seen, effort_N / axis.newtons_per_ampere + noise_A)
 
 
-def milled(
-    seed: int, mill: dict[str, MillAxis], number: int, cut: MillCut, work: Work = C45
-) -> MilledCut:
+def mill_cut(
+    seed: int, mill: dict[str, MillAxis], number: int, cut: MillCut, work: TeethLaw = C45
+) -> RecordedMilledCut:
     """Record a cut; its place, the day's friction and the process are of seed and number."""
     rng = np.random.default_rng([seed, 83, number])
     day = np.random.default_rng([seed, 84]).standard_normal(len(AXES))
@@ -215,18 +217,18 @@ def milled(
         air[name] = axis.air_N(motion)
     torque_N_m = np.abs(waves(found, theta, drive)[1]) * path.depth * RADIUS_MM / 1000.0
     spindle_A = IDLE_A + torque_N_m / TORQUE_N_M_A + 0.02 * rng.standard_normal(len(path.t))
-    return MilledCut(cut, begins_s, ends_s, path.t, axes, rpm, spindle_A, loads, air)
+    return RecordedMilledCut(cut, begins_s, ends_s, path.t, axes, rpm, spindle_A, loads, air)
 
 
 def milled_cuts(
     seed: int, mill: dict[str, MillAxis], cuts: tuple[MillCut, ...] = PLAN
-) -> list[MilledCut]:
+) -> list[RecordedMilledCut]:
     """Record cuts, those of P0's kind if none are given."""
-    return [milled(seed, mill, number, cut) for number, cut in enumerate(cuts)]
+    return [mill_cut(seed, mill, number, cut) for number, cut in enumerate(cuts)]
 
 
-def _engagement(rng: np.random.Generator, cut: MillCut, work: Work) -> Engagement:
-    return Engagement(
+def _engagement(rng: np.random.Generator, cut: MillCut, work: TeethLaw) -> MillEngagement:
+    return MillEngagement(
         depth_mm=cut.depth_mm,
         width_mm=cut.width_mm,
         feed_mm=cut.feed_mm,
@@ -255,7 +257,7 @@ def _truth_gain(hz: Array) -> Complex:
     return np.asarray(gain, dtype=np.complex128)
 
 
-def _loads_N(cut: MillCut, path: Path, force_N: Array) -> Array:
+def _loads_N(cut: MillCut, path: MillPath, force_N: Array) -> Array:
     """Load on each axis (3, n) of forces on the tool along feed, normal and axis: against them."""
     cos, sin = np.cos(path.feed_rad), np.sin(path.feed_rad)
     x_N, y_N, z_N = force_N * path.depth
@@ -263,7 +265,7 @@ def _loads_N(cut: MillCut, path: Path, force_N: Array) -> Array:
     return -np.array([cos * x_N - sin * y_N, sin * x_N + cos * y_N, z_N + plunge_N])
 
 
-def _plunges(cut: MillCut, path: Path) -> Array:
+def _plunges(cut: MillCut, path: MillPath) -> Array:
     """1 in the rows (n,) in which a pocket is drilled, else 0."""
     level = np.abs(path.axes["x"].v) + np.abs(path.axes["y"].v) < 1e-9
     feed = np.abs(path.axes["z"].v + PLUNGE_MM_MIN / 60.0) < 0.1
@@ -271,8 +273,8 @@ def _plunges(cut: MillCut, path: Path) -> Array:
 
 
 def _shaken(
-    rng: np.random.Generator, cut: MillCut, path: Path, mill: dict[str, MillAxis]
-) -> tuple[dict[str, Motion], dict[str, Array]]:
+    rng: np.random.Generator, cut: MillCut, path: MillPath, mill: dict[str, MillAxis]
+) -> tuple[dict[str, TrueMotion], dict[str, Array]]:
     """Motion of each axis with the swing of a semi-stable cut, and the load that swings it.
 
     The cut swings the slide, not the motor: the load is what its mass takes, the other way.
@@ -284,7 +286,7 @@ def _shaken(
     size = swing_mm * path.depth * (1.0 + 0.3 * coloured(rng, len(path.t), 1.0, 0.99))
     omega = 2.0 * math.pi * swing_hz
     turn, still = omega * path.t, path.axes[across]
-    swung = Motion(
+    swung = TrueMotion(
         path.t,
         still.x + size * np.sin(turn),
         still.v + size * omega * np.cos(turn),

@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from autodb.proofs.machines.axis.motion import Motion, Move, moves_motion
+from autodb.proofs.machines.axis.motion import PlannedMove, TrueMotion, moves_motion
 from autodb.proofs.machines.lathe.process import Array
 
 AXES = ("x", "y", "z")
@@ -35,30 +35,34 @@ OVER_MM, BACK_MM_S = 0.1, 1.0  # a rapid goes over its target and back; chosen
 RUNNING_UP_S = 1.5  # before a cut; chosen
 
 
-def swept(origin_mm: float, way_mm: float, speed_mm_s: float, peak_mm_s2: float) -> Move:
+def sweep_move(
+    origin_mm: float, way_mm: float, speed_mm_s: float, peak_mm_s2: float
+) -> PlannedMove:
     """One move; its peak speed is lowered where the way is too short for it."""
     size = abs(way_mm)
     reach = min(math.sqrt(size * peak_mm_s2 / 1.5), size / SHORTEST_RAMP_S)
     peak = min(speed_mm_s, reach)
     ramp_s = max(1.5 * peak / peak_mm_s2, SHORTEST_RAMP_S)
-    return Move(0.0, origin_mm, math.copysign(peak, way_mm), ramp_s, size / peak + ramp_s)
+    return PlannedMove(0.0, origin_mm, math.copysign(peak, way_mm), ramp_s, size / peak + ramp_s)
 
 
-def _rows(one: Move, dwell_s: float) -> Motion:
+def _rows(one: PlannedMove, dwell_s: float) -> TrueMotion:
     """The rows of a move and of the dwell after it, from 0 s."""
     t = np.arange(1, max(round((one.duration_s + dwell_s) * RATE_HZ), 1) + 1) / RATE_HZ
     return moves_motion([one], t)
 
 
 @lru_cache(maxsize=1)
-def sweep_motion() -> Motion:
+def mill_sweep_motion() -> TrueMotion:
     """The sweep of one axis: passes there and back at each speed, then accelerated moves."""
-    parts = [Motion(np.zeros(0), np.full(250, LOW_MM), np.zeros(250), np.zeros(250))]
+    parts = [TrueMotion(np.zeros(0), np.full(250, LOW_MM), np.zeros(250), np.zeros(250))]
 
     def go(target_mm: float, speed_mm_s: float, peak_mm_s2: float = SOFT_MM_S2) -> None:
         at_mm = float(parts[-1].x[-1])
         if abs(target_mm - at_mm) > 1e-6:
-            parts.append(_rows(swept(at_mm, target_mm - at_mm, speed_mm_s, peak_mm_s2), DWELL_S))
+            parts.append(
+                _rows(sweep_move(at_mm, target_mm - at_mm, speed_mm_s, peak_mm_s2), DWELL_S)
+            )
 
     for speed_mm_s, stroke_mm in PASSES:
         low_mm = LOW_MM if stroke_mm > 200.0 else MIDDLE_MM - 0.5 * stroke_mm
@@ -73,9 +77,9 @@ def sweep_motion() -> Motion:
     return _joined(parts)
 
 
-def _joined(parts: list[Motion]) -> Motion:
+def _joined(parts: list[TrueMotion]) -> TrueMotion:
     whole = [np.concatenate([getattr(one, name) for one in parts]) for name in ("x", "v", "a")]
-    return Motion(np.arange(len(whole[0])) / RATE_HZ, *whole)
+    return TrueMotion(np.arange(len(whole[0])) / RATE_HZ, *whole)
 
 
 @dataclass(frozen=True)
@@ -101,25 +105,25 @@ class Leg:
 
 
 @dataclass(frozen=True)
-class Path:
+class MillPath:
     """Motion of each axis over t (n,), share of the cut's depth (n,), angle of the feed from +x
     towards +y (n,).
     """
 
     t: Array
-    axes: dict[str, Motion]
+    axes: dict[str, TrueMotion]
     depth: Array
     feed_rad: Array
 
 
-def travelled(begin_mm: tuple[float, float, float], legs: list[Leg]) -> Path:
+def travelled(begin_mm: tuple[float, float, float], legs: list[Leg]) -> MillPath:
     """The legs one after the other, each from standstill to standstill."""
     at, angle = np.array(begin_mm), 0.0
     x = [np.tile(at, (round(0.5 * RATE_HZ), 1))]
     v, a = [np.zeros_like(x[0])], [np.zeros_like(x[0])]
     depth, feed = [np.zeros(len(x[0]))], [np.zeros(len(x[0]))]
     for leg in legs:
-        along = _rows(swept(0.0, leg.length_mm, leg.speed_mm_s, leg.peak_mm_s2), leg.dwell_s)
+        along = _rows(sweep_move(0.0, leg.length_mm, leg.speed_mm_s, leg.peak_mm_s2), leg.dwell_s)
         place, speed, peak, turned = _on(leg, at, along, angle)
         x, v, a = [*x, place], [*v, speed], [*a, peak]
         knots, shares = np.array(leg.depth).T
@@ -128,15 +132,15 @@ def travelled(begin_mm: tuple[float, float, float], legs: list[Leg]) -> Path:
         at, angle = place[-1], float(turned[-1])
     t = np.arange(sum(len(one) for one in x)) / RATE_HZ
     three = [np.concatenate(one) for one in (x, v, a)]
-    return Path(
+    return MillPath(
         t=t,
-        axes={name: Motion(t, *(one[:, k] for one in three)) for k, name in enumerate(AXES)},
+        axes={name: TrueMotion(t, *(one[:, k] for one in three)) for k, name in enumerate(AXES)},
         depth=np.concatenate(depth),
         feed_rad=np.concatenate(feed),
     )
 
 
-def _on(leg: Leg, at: Array, along: Motion, before: float) -> tuple[Array, Array, Array, Array]:
+def _on(leg: Leg, at: Array, along: TrueMotion, before: float) -> tuple[Array, Array, Array, Array]:
     """Place, speed, acceleration (n, 3) and feed angle (n,) on a leg that begins ``at``."""
     way = np.array(leg.way_mm)
     if not leg.turn_rad:

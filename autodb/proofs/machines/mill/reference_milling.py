@@ -24,7 +24,7 @@ DRILL_N = 55.0  # axial force of plunging at the feed of the pockets; chosen
 
 
 @dataclass(frozen=True)
-class Work:
+class TeethLaw:
     """What a work's teeth take: of the chip N/mm2 and of the edge N/mm, tangential, radial, axial.
 
     An edge pushes in no axial direction.
@@ -35,13 +35,13 @@ class Work:
     edge_N_mm: tuple[float, float]
 
 
-C45 = Work("C45", (2150.0, 850.0, 300.0), (20.0, 17.0))  # chosen
-ALUMINIUM = Work("a softer work", (800.0, 220.0, 90.0), (9.0, 5.0))  # chosen: of another ratio
-STRONGER = Work("a stronger work", (2700.0, 1300.0, 420.0), (28.0, 30.0))  # chosen: likewise
+C45 = TeethLaw("C45", (2150.0, 850.0, 300.0), (20.0, 17.0))  # chosen
+ALUMINIUM = TeethLaw("a softer work", (800.0, 220.0, 90.0), (9.0, 5.0))  # chosen: of another ratio
+STRONGER = TeethLaw("a stronger work", (2700.0, 1300.0, 420.0), (28.0, 30.0))  # chosen: likewise
 
 
 @dataclass(frozen=True)
-class Engagement:
+class MillEngagement:
     """How a cut's tool is engaged: depth, width and feed per tooth mm, up or down, run-out mm."""
 
     depth_mm: float
@@ -50,7 +50,7 @@ class Engagement:
     up: bool
     runout_mm: float
     runout_rad: float
-    work: Work = C45
+    work: TeethLaw = C45
 
     def limits(self) -> tuple[float, float]:
         """Angles of entry and exit."""
@@ -58,7 +58,7 @@ class Engagement:
         return (0.0, covered) if self.up else (math.pi - covered, math.pi)
 
 
-def orders(cut: Engagement) -> Complex:
+def orders(cut: MillEngagement) -> Complex:
     """Fourier coefficients (3, ORDERS + 1) of the force along feed, normal, axis over a revolution.
 
     Force(theta) = Re sum c_k exp(i k theta). Chips are h = f sin(phi), and what the tooth runs out
@@ -81,7 +81,7 @@ def orders(cut: Engagement) -> Complex:
     return np.asarray(found, dtype=np.complex128)
 
 
-def _of_tooth(work: Work, phi: Array, chip: Array) -> Array:
+def _of_tooth(work: TeethLaw, phi: Array, chip: Array) -> Array:
     """Force a mm of depth (3, n): F_x = -F_t cos - F_r sin, F_y = F_t sin - F_r cos."""
     tangential = work.chip_N_mm2[0] * chip + work.edge_N_mm[0]
     radial = work.chip_N_mm2[1] * chip + work.edge_N_mm[1]

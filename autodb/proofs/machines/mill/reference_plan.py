@@ -20,11 +20,11 @@ from autodb.proofs.machines.mill.reference_mill import (
     TRUTH_HZ,
     TRUTH_ORDER,
     MillAxis,
-    MilledCut,
-    milled,
+    RecordedMilledCut,
+    mill_cut,
 )
 from autodb.proofs.machines.mill.reference_mill_moves import AXES, RATE_HZ
-from autodb.proofs.machines.mill.reference_milling import C45, TEETH, Work
+from autodb.proofs.machines.mill.reference_milling import C45, TEETH, TeethLaw
 
 DEPTHS_MM = (1.0, 2.0, 3.0, 4.0)  # P0 Table 1, as the next two and the widths
 FEEDS_MM_MIN = (300.0, 400.0, 500.0, 700.0, 800.0)
@@ -37,7 +37,7 @@ GAIN_SD = 0.005  # of it from day to day; Kistler 9257B states linearity within 
 
 
 @dataclass(frozen=True)
-class Planned:
+class PlannedCut:
     """A combination of the plan: its number, its cut, the day, and whether it is for tests."""
 
     number: int
@@ -72,14 +72,14 @@ KINDS = (  # chosen
 )
 
 
-def _plan() -> tuple[Planned, ...]:
+def _plan() -> tuple[PlannedCut, ...]:
     rng = np.random.default_rng(181)
     drawn: list[tuple[MillCut, bool]] = []
     for kind in KINDS:
         drawn += [(cut, k < kind.tests) for k, cut in enumerate(_combinations(rng, kind))]
     days = rng.permutation(len(drawn)) % DAYS
     return tuple(
-        Planned(number, replace(cut, name=f"{number}: {cut.operation}"), int(day), test)
+        PlannedCut(number, replace(cut, name=f"{number}: {cut.operation}"), int(day), test)
         for number, ((cut, test), day) in enumerate(zip(drawn, days, strict=True))
     )
 
@@ -119,8 +119,8 @@ class RecordedCut:
     passed as P0 does; ``true_N`` (3, n) what it was.
     """
 
-    planned: Planned
-    made: MilledCut
+    planned: PlannedCut
+    made: RecordedMilledCut
     force_N: Array
     true_N: Array
 
@@ -141,12 +141,12 @@ class RecordedCut:
         }
 
 
-def recorded(
-    seed: int, mill: dict[str, MillAxis], planned: Planned, work: Work = C45
+def record_planned(
+    seed: int, mill: dict[str, MillAxis], planned: PlannedCut, work: TeethLaw = C45
 ) -> RecordedCut:
     """Record a cut of the plan on the mill of a seed."""
     day = 1000 * seed + 1 + planned.day
-    made = milled(day, mill, planned.number, planned.cut, work)
+    made = mill_cut(day, mill, planned.number, planned.cut, work)
     true_N = -np.array([made.load_N[name] for name in AXES])
     gain = 1.0 + GAIN_SD * np.random.default_rng([day, 85]).standard_normal(3)
     rng = np.random.default_rng([day, 86, planned.number])

@@ -55,7 +55,7 @@ HEATS_S, HEATS_SHARE = ((4.0, 8.0), (30.0, 60.0)), 0.6  # quick and slow, share 
 
 
 @dataclass(frozen=True)
-class Table:
+class TrueTable:
     """The truth of one: masses kg, lever arms m of sensor and of work, the matrix of the sensor
     (3, 3), offsets of its axes deg, how it follows Hz, heat (3,) N with time constants s.
 
@@ -89,7 +89,7 @@ class Log:
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordedTable:
     """What was recorded: axes, the dynamometer's reading (3, n) N, tared upright.
 
     ``true_N`` (3, n): the force of the work on the tool in machine axes; ``engaged`` (n,): where
@@ -106,7 +106,7 @@ class Recorded:
     heat_N: Array
 
 
-def draw_table(seed: int) -> Table:
+def draw_table(seed: int) -> TrueTable:
     """Draw the table of a seed."""
     rng = np.random.default_rng([seed, 90])
     sensor_kg = SENSOR_KG * (1.0 + MASS_SD * rng.standard_normal())
@@ -118,7 +118,7 @@ def draw_table(seed: int) -> Table:
     twist = math.radians(TURNED_SD_DEG * rng.standard_normal())
     turned = _about_z(twist)
     offsets = ANGLE_SD_DEG * rng.standard_normal(2)
-    table = Table(
+    table = TrueTable(
         sensor_kg=sensor_kg,
         sensor_m=sensor_m,
         work_m=work_m,
@@ -133,7 +133,9 @@ def draw_table(seed: int) -> Table:
     return replace(table, drawn_m=drawn)
 
 
-def tilted(seed: int, table: Table, *, added_kg: float, stops_deg: Stops = TILTS_DEG) -> Recorded:
+def record_tilted(
+    seed: int, table: TrueTable, *, added_kg: float, stops_deg: Stops = TILTS_DEG
+) -> RecordedTable:
     """Record rests in tilts, upright before, between and after, with a mass on the sensor."""
     way = [(0.0, 0.0)]
     for stop in stops_deg:
@@ -142,7 +144,7 @@ def tilted(seed: int, table: Table, *, added_kg: float, stops_deg: Stops = TILTS
     return _in_air(rng, table, added_kg, _moves(way, rest_s=3.0))
 
 
-def turned_in_air(seed: int, table: Table, number: int = 0) -> Recorded:
+def turned_in_air(seed: int, table: TrueTable, number: int = 0) -> RecordedTable:
     """Record the table with work on it turning about both axes at several speeds, P4 section 5.1.
 
     ``number``: of the recording; each turns by other angles.
@@ -154,7 +156,7 @@ def turned_in_air(seed: int, table: Table, number: int = 0) -> Recorded:
     return _in_air(rng, table, WORK_KG, _moves([*way, (0.0, 0.0)], rest_s=0.8, speeds=speeds))
 
 
-def milled(seed: int, table: Table, setup: int, repeat: int = 0) -> Recorded:
+def mill_on_table(seed: int, table: TrueTable, setup: int, repeat: int = 0) -> RecordedTable:
     """Record the passes of P4's work in a set-up, the table at rest in it."""
     rng = np.random.default_rng([seed, 93, setup, repeat])
     count = round(FORCE_HZ * (BEFORE_S + AFTER_S + len(PASSES_MM) * (PASS_S + BETWEEN_S)))
@@ -167,10 +169,10 @@ def milled(seed: int, table: Table, setup: int, repeat: int = 0) -> Recorded:
     mass, lever = table.loaded(WORK_KG)
     exact = _truth(table, log, mass, lever, true_N, follows=False) + heat_N
     reading_N = _noisy(rng, exact, FORCE_HZ)
-    return Recorded(log, reading_N, true_N, engaged, whole, chips, heat_N)
+    return RecordedTable(log, reading_N, true_N, engaged, whole, chips, heat_N)
 
 
-def _in_air(rng: np.random.Generator, table: Table, added_kg: float, log: Log) -> Recorded:
+def _in_air(rng: np.random.Generator, table: TrueTable, added_kg: float, log: Log) -> RecordedTable:
     count = len(log.t)
     none, no = np.zeros((3, count)), np.zeros(count, dtype=np.bool_)
     mass, lever = table.loaded(added_kg)
@@ -178,7 +180,7 @@ def _in_air(rng: np.random.Generator, table: Table, added_kg: float, log: Log) -
     sds = np.array([LOG_DEG, LOG_DEG_S, LOG_DEG_S2])[:, None, None]
     noise = sds * rng.standard_normal((3, 2, count))
     seen = Log(log.t, log.angle + noise[0], log.rate + noise[1], log.acceleration + noise[2])
-    return Recorded(seen, read, none, no, no, np.zeros(count), none)
+    return RecordedTable(seen, read, none, no, no, np.zeros(count), none)
 
 
 def _moves(
@@ -210,7 +212,7 @@ def _rate(way_deg: float, speed_deg_s: float) -> Array:
 
 
 def _truth(
-    table: Table, log: Log, mass: float, lever: Array, process_N: Array, *, follows: bool
+    table: TrueTable, log: Log, mass: float, lever: Array, process_N: Array, *, follows: bool
 ) -> Array:
     """Return the exact reading (3, n): P4 equations 3 to 7, through the sensor's matrix."""
     angle = log.angle + np.array(table.offsets_deg)[:, None]
@@ -294,7 +296,7 @@ def _scale() -> Array:
     return np.array(RANGES_N) / ranges
 
 
-def _heat(rng: np.random.Generator, table: Table, stays: float, chips: Array) -> Array:
+def _heat(rng: np.random.Generator, table: TrueTable, stays: float, chips: Array) -> Array:
     """Return the drift (3, n) of a sensor that chips heat: quickly its top, slowly the whole."""
     warm = np.zeros(len(chips))
     for time_s, share in zip(table.heats_s, (HEATS_SHARE, 1.0 - HEATS_SHARE), strict=True):

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from autodb.proofs.machines.served.shift import Shift
+from autodb.proofs.machines.served.shift import ServedShift
 
 TURNED = """\
 operation = "turn"
@@ -41,7 +41,7 @@ work = {{item = "{work}"}}
 
 
 def agent_text(
-    shift: Shift, *, machine: str, protocol: str, url: str, item: Callable[[str], str] = str
+    shift: ServedShift, *, machine: str, protocol: str, url: str, item: Callable[[str], str] = str
 ) -> str:
     """Return the agent file of a shift that is served; ``item`` names a channel or state there.
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from urllib.parse import parse_qs, urlsplit
 
-from autodb.proofs.machines.served.shift import STATE, Shift
+from autodb.proofs.machines.served.shift import STATE, ServedShift
 
 BUFFER = 131_072
 BOUNDARY = "part-of-a-stream"
@@ -36,7 +36,7 @@ class MtConnectServer:
     ``buffer``: how many observations it keeps.
     """
 
-    def __init__(self, shift: Shift, *, port: int = 0, buffer: int = BUFFER) -> None:
+    def __init__(self, shift: ServedShift, *, port: int = 0, buffer: int = BUFFER) -> None:
         self._shift, self.port = shift, port
         self._kept: deque[_Observation] = deque(maxlen=buffer)
         self._latest: dict[str, _Observation] = {}

@@ -8,7 +8,7 @@ from typing import Any
 from asyncua import ua
 from asyncua.server.server import Server
 
-from autodb.proofs.machines.served.shift import STATE, Shift
+from autodb.proofs.machines.served.shift import STATE, ServedShift
 
 NAMESPACE = "urn:autodb:virtual"
 PIECE_S = 0.05
@@ -18,7 +18,7 @@ PIECE_S = 0.05
 class OpcUaServer:
     """A server on loopback; ``history``: it remembers what it said while it runs."""
 
-    def __init__(self, shift: Shift, *, port: int, history: bool = False) -> None:
+    def __init__(self, shift: ServedShift, *, port: int, history: bool = False) -> None:
         self._shift, self._port, self._history = shift, port, history
         self._nodes: dict[str, ua.NodeId] = {}
         self._latest: dict[str, ua.DataValue] = {}

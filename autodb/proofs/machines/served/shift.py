@@ -11,7 +11,7 @@ from autodb.proofs.machines.lathe.phases import raw_cut
 from autodb.proofs.machines.mill.reference_cuts import MillCut
 from autodb.proofs.machines.mill.reference_mill import draw_mill
 from autodb.proofs.machines.mill.reference_mill_moves import RATE_HZ
-from autodb.proofs.machines.mill.reference_plan import Planned, recorded
+from autodb.proofs.machines.mill.reference_plan import PlannedCut, record_planned
 from autodb.proofs.machines.sample import SAMPLE_LATHE, SAMPLE_PAIR
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ MILL_CUTS = ((2.0, 5.0, 500.0, 4500.0), (1.0, 7.0, 400.0, 3500.0), (3.0, 4.0, 50
 
 
 @dataclass(frozen=True)
-class Shift:
+class ServedShift:
     """Rows of channels (n,) at ``rate_hz`` from ``start_s`` on, and states by the row that they
     begin with. ``cuts``: first row and the row behind the last of each. All of it is done ``times``
     times over. ``clock_set``: from which row on the machine's clock is off, by how many seconds.
@@ -121,13 +121,13 @@ class _Making:
             self.parts.setdefault(name, []).append(column)
         self.rows += len(next(iter(columns.values())))
 
-    def made(self) -> Shift:
+    def made(self) -> ServedShift:
         """Return the shift."""
         columns = {name: np.concatenate(parts) for name, parts in self.parts.items()}
-        return Shift(self.rate_hz, columns, self.states, self.cuts)
+        return ServedShift(self.rate_hz, columns, self.states, self.cuts)
 
 
-def lathe_shift(cuts: int, seed: int) -> Shift:
+def lathe_shift(cuts: int, seed: int) -> ServedShift:
     """Return a shift of the sample lathe: bars turned down, currents of each phase at 1 kHz."""
     making = _Making(LATHE_HZ, PAUSE_S, np.random.default_rng([seed, 120]))
     making.say({"execution": "READY", "tool": 1.0, "work": "none"})
@@ -148,7 +148,9 @@ def lathe_shift(cuts: int, seed: int) -> Shift:
     return making.made()
 
 
-def mill_shift(cuts: int, seed: int, *, longest_s: float = 4.0, pause_s: float = PAUSE_S) -> Shift:
+def mill_shift(
+    cuts: int, seed: int, *, longest_s: float = 4.0, pause_s: float = PAUSE_S
+) -> ServedShift:
     """Return a shift of a reference mill: sides, 14 channels at 250 Hz, of each cut the middle."""
     making = _Making(RATE_HZ, pause_s, np.random.default_rng([seed, 121]))
     making.say({"execution": "READY", "tool": 1.0, "work": "none"})
@@ -163,7 +165,7 @@ def mill_shift(cuts: int, seed: int, *, longest_s: float = 4.0, pause_s: float =
             feed_mm_min=feed,
             speed_rpm=rpm,
         )
-        made = recorded(seed, mill, Planned(number, cut, 0, test=False)).channels
+        made = record_planned(seed, mill, PlannedCut(number, cut, 0, test=False)).channels
         columns = _middle(made, round(longest_s * RATE_HZ))
         states: dict[str, STATE] = {
             "work": "C45",

@@ -40,7 +40,7 @@ class Cells:
 
 
 @dataclass(frozen=True)
-class Segments:
+class SweepSegments:
     """Where the segments of a sweep lie: the cell of each row (n,), -1 for none."""
 
     cell: NDArray[np.intp]
@@ -59,7 +59,7 @@ class Segments:
         return np.asarray(total / self.rows)
 
 
-def segments(made: Traced) -> Segments:
+def segments(made: Traced) -> SweepSegments:
     """Return the segments of an axis' three repeats; what is not at a speed of P2 is left out."""
     motion, speeds = made.sweep.motion, speeds_mm_s()
     size = np.abs(motion.v)
@@ -76,7 +76,7 @@ def segments(made: Traced) -> Segments:
     cell = np.full(count.size, -1, dtype=np.intp)
     cell[whole] = np.arange(len(whole))
     pace = speeds[whole // places // 2] * np.where(whole // places % 2, 1.0, -1.0)
-    return Segments(
+    return SweepSegments(
         cell=np.where(steady, cell[key], -1),
         rows=count[whole].astype(np.float64),
         v_mm_s=pace,

@@ -38,12 +38,12 @@ OWN = {
 """Quantity of a term's parameter."""
 
 
-def run(seed: int) -> list[Judged]:
+def run_axis_intervals(seed: int) -> list[Judged]:
     """Draw, record and identify the axis of a seed; a recording that is refused gives nothing."""
     drawn = draw_run(seed)
     recording = Recording(path=Path(f"axis-{seed}.csv"), channels=drawn.channels)
     try:
-        given = intervals(identified(recording))
+        given = quantity_intervals(identified_axis(recording))
     except UnusableInput:
         given = {}
     best, judged = oracle(drawn), []
@@ -55,7 +55,7 @@ def run(seed: int) -> list[Judged]:
     return judged
 
 
-def identified(recording: Recording) -> Identified:
+def identified_axis(recording: Recording) -> Identified:
     """Identify every term that a drawn axis may have; a ripple only where one stands out."""
     try:
         return identify(recording, terms=(*TERMS, "cogging"))
@@ -63,7 +63,7 @@ def identified(recording: Recording) -> Identified:
         return identify(recording, terms=TERMS)
 
 
-def intervals(found: Identified) -> dict[str, Given]:
+def quantity_intervals(found: Identified) -> dict[str, Given]:
     """Return value and 95 % interval of every quantity that an identified model gives."""
     given: dict[str, Given] = {}
     for term in (*found.fitted, *amplitudes(found)):

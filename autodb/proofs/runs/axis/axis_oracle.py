@@ -8,7 +8,7 @@ weight and inertia it must fit to the same segments as anybody; how runs differ 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.proofs.machines.axis.motion import Motion
+from autodb.proofs.machines.axis.motion import TrueMotion
 from autodb.proofs.machines.axis.reference_axis import (
     PLACE_SD,
     RUN_SD,
@@ -18,13 +18,13 @@ from autodb.proofs.machines.axis.reference_axis import (
     Traced,
     stick_share,
 )
-from autodb.proofs.machines.axis.reference_friction import slid
-from autodb.proofs.runs.axis.axis_cells import Segments
+from autodb.proofs.machines.axis.reference_friction import slid_state
+from autodb.proofs.runs.axis.axis_cells import SweepSegments
 
 Array = NDArray[np.float64]
 
 
-def currents_A(made: Traced, where: Segments) -> tuple[Array, Array]:
+def currents_A(made: Traced, where: SweepSegments) -> tuple[Array, Array]:
     """Return the current of every row of the sweep, and of the contour, (n,) each.
 
     Every speed and direction counts alike, but for what sticks and slips. Inertia, which no pass at
@@ -50,11 +50,11 @@ def _variance(axis: ReferenceAxis, v_mm_s: Array) -> Array:
     return np.asarray(RUN_SD**2 + SLOW_SD**2 + PLACE_SD**2 + sticks**2)
 
 
-def _columns(axis: ReferenceAxis, motion: Motion) -> Array:
+def _columns(axis: ReferenceAxis, motion: TrueMotion) -> Array:
     """Return the columns (n, k) of everything whose size is fitted; the last is the weight's."""
     friction, travel = axis.friction, axis.friction.travel
     speed = np.abs(motion.v)
-    turned = slid(motion.x, friction.slides_mm)
+    turned = slid_state(motion.x, friction.slides_mm)
     warmth = friction.warming.warmth(friction.power(motion.x, motion.v), motion.t[1] - motion.t[0])
     rubs = turned * (1.0 - friction.warming.drop * warmth)
     over_speed = [

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.proofs.machines.axis.reference_axis import AXES, Traced, traced
+from autodb.proofs.machines.axis.reference_axis import AXES, Traced, recorded_axis
 from autodb.proofs.runs.axis import axis_oracle
-from autodb.proofs.runs.axis.axis_cells import Segments, segments
+from autodb.proofs.runs.axis.axis_cells import SweepSegments, segments
 from autodb.proofs.runs.axis.axis_errors import contour_errors, field_error
 from autodb.proofs.runs.axis.axis_ours import ours
-from autodb.proofs.runs.axis.published_axis import published
+from autodb.proofs.runs.axis.published_axis import published_axis
 
 Array = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ ORACLE, KNOWN = "oracle", "truth without wander"
 
 
 @dataclass(frozen=True)
-class Told:
+class AxisModelErrors:
     """Errors of one way on one axis, shares: of the measured field and of the true one; of the
     contour, over its current and over its friction, mean of the feeds; by how much its friction is
     predicted too high; of the weight, None where none is told.
@@ -44,27 +44,27 @@ class _Prediction:
     weight_A: float | None = None
 
 
-def gate(seed: int) -> list[Told]:
+def run_axis_gate(seed: int) -> list[AxisModelErrors]:
     """Identify the axes of a seed's machine the published way."""
     told = []
     for name in AXES:
-        made = traced(seed, name)
+        made = recorded_axis(seed, name)
         where = segments(made)
         told.append(_told(PUBLISHED, _published(made, where), made, where))
     return told
 
 
-def run(seed: int) -> list[Told]:
+def run_axes(seed: int) -> list[AxisModelErrors]:
     """Identify them in every way."""
     told = []
     for name in AXES:
-        made = traced(seed, name)
+        made = recorded_axis(seed, name)
         where = segments(made)
         told += [_told(way, one, made, where) for way, one in _ways(made, where).items()]
     return told
 
 
-def _ways(made: Traced, where: Segments) -> dict[str, _Prediction]:
+def _ways(made: Traced, where: SweepSegments) -> dict[str, _Prediction]:
     found = ours(made, where)
     field_A = where.means(found.sweep_A)
     sweep_A, contour_A = axis_oracle.currents_A(made, where)
@@ -77,9 +77,9 @@ def _ways(made: Traced, where: Segments) -> dict[str, _Prediction]:
     }
 
 
-def _published(made: Traced, where: Segments) -> _Prediction:
+def _published(made: Traced, where: SweepSegments) -> _Prediction:
     cells = where.cells(made.sweep.current_A)
-    model = published(cells, vertical=made.axis.name == "z")
+    model = published_axis(cells, vertical=made.axis.name == "z")
     motion = made.contour.motion
     return _Prediction(
         model.current_A(cells.x_mm, cells.v_mm_s),
@@ -88,11 +88,11 @@ def _published(made: Traced, where: Segments) -> _Prediction:
     )
 
 
-def _told(way: str, one: _Prediction, made: Traced, where: Segments) -> Told:
+def _told(way: str, one: _Prediction, made: Traced, where: SweepSegments) -> AxisModelErrors:
     true_A = made.axis.weight_A
     errors = contour_errors(made, one.contour_A)
     told = one.weight_A is not None and true_A > 0.0
-    return Told(
+    return AxisModelErrors(
         way=way,
         axis=made.axis.name,
         measured=field_error(where.cells(made.sweep.current_A), one.field_A, true_A),

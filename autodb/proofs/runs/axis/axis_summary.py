@@ -7,13 +7,20 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from autodb.proofs.machines.axis.reference_axis import AXES
-from autodb.proofs.runs.axis.axis_run import KNOWN, ORACLE, OURS, PUBLISHED, TERMS_ALONE, Told
+from autodb.proofs.runs.axis.axis_run import (
+    KNOWN,
+    ORACLE,
+    OURS,
+    PUBLISHED,
+    TERMS_ALONE,
+    AxisModelErrors,
+)
 from autodb.proofs.runs.axis.published_axis import (
     PUBLISHED_CONTOUR,
     PUBLISHED_ERROR,
     PUBLISHED_HIGH,
 )
-from autodb.proofs.runs.found import Table, percent, ratio
+from autodb.proofs.runs.found import TextTable, percent, ratio
 from autodb.proofs.runs.runs import Finished, Origin
 
 WITHIN = 0.3
@@ -26,7 +33,9 @@ WEIGHT = 0.01
 """Error of the weight."""
 
 
-def _rows(runs: Sequence[Finished[Told]], ways: Sequence[str]) -> tuple[Told, ...]:
+def _rows(
+    runs: Sequence[Finished[AxisModelErrors]], ways: Sequence[str]
+) -> tuple[AxisModelErrors, ...]:
     every = [one for run in runs for one in run.judged]
     return tuple(
         _row([one for one in every if (one.axis, one.way) == (axis, way)])
@@ -35,14 +44,14 @@ def _rows(runs: Sequence[Finished[Told]], ways: Sequence[str]) -> tuple[Told, ..
     )
 
 
-def _row(told: list[Told]) -> Told:
+def _row(told: list[AxisModelErrors]) -> AxisModelErrors:
     """Return the medians of the machines."""
     weights = [one.weight for one in told if one.weight is not None]
 
     def median(name: str) -> float:
         return float(np.median([getattr(one, name) for one in told]))
 
-    return Told(
+    return AxisModelErrors(
         way=told[0].way,
         axis=told[0].axis,
         measured=median("measured"),
@@ -59,19 +68,19 @@ def _said(passed: bool) -> str:
 
 
 @dataclass(frozen=True)
-class Gate:
+class AxisGate:
     """How the published way does on reference axes: a row an axis."""
 
     origin: Origin
     seeds: tuple[int, int]
-    rows: tuple[Told, ...]
+    rows: tuple[AxisModelErrors, ...]
 
     @property
     def passed(self) -> bool:
         """Say whether every axis is as hard as P2's."""
         return all(_as_hard(row) and _contour_as_hard(row) for row in self.rows)
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[TextTable, ...]:
         """Return the only table."""
         heads = (
             "axis", ">published error of the field", ">on virtual axes", f">ratio (1 ± {WITHIN:g})",
@@ -86,18 +95,18 @@ class Gate:
             )
             for row in self.rows
         ]  # fmt: skip
-        return (Table("Gate: the published way, median of the machines", heads, tuple(rows)),)
+        return (TextTable("Gate: the published way, median of the machines", heads, tuple(rows)),)
 
     def to_json(self) -> str:
         """Return the summary as JSON, as ``read_gate`` reads it."""
         return GATE.dump_json(self, indent=1).decode() + "\n"
 
 
-def _as_hard(row: Told) -> bool:
+def _as_hard(row: AxisModelErrors) -> bool:
     return abs(row.measured / PUBLISHED_ERROR[row.axis] - 1.0) <= WITHIN
 
 
-def _contour_as_hard(row: Told) -> bool:
+def _contour_as_hard(row: AxisModelErrors) -> bool:
     low, high = PUBLISHED_HIGH
     return row.contour < PUBLISHED_CONTOUR and low <= row.high <= high
 
@@ -108,7 +117,7 @@ class Fields:
 
     origin: Origin
     seeds: tuple[int, int]
-    rows: tuple[Told, ...]
+    rows: tuple[AxisModelErrors, ...]
 
     @property
     def passed(self) -> bool:
@@ -117,7 +126,7 @@ class Fields:
             self._near(axis) and self._follows(axis) and self._weighed(axis) for axis in AXES
         )
 
-    def _of(self, axis: str, way: str) -> Told:
+    def _of(self, axis: str, way: str) -> AxisModelErrors:
         return next(row for row in self.rows if (row.axis, row.way) == (axis, way))
 
     def limit(self, axis: str) -> float:
@@ -135,11 +144,11 @@ class Fields:
         off = self._of(axis, OURS).weight
         return off is None or off <= WEIGHT
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, and then all ways."""
         return (self._limits(), self._ways())
 
-    def _limits(self) -> Table:
+    def _limits(self) -> TextTable:
         heads = (
             "axis", ">field", ">× published way's", ">× oracle's", ">must be ≤", "",
             f">contour, of its current (≤ {percent(CONTOUR)})", "",
@@ -156,9 +165,9 @@ class Fields:
                 "" if row.weight is None else f"{100.0 * row.weight:.2f} %",
                 "" if row.weight is None else _said(self._weighed(axis)),
             ))  # fmt: skip
-        return Table("autodb, median of the machines", heads, tuple(rows))
+        return TextTable("autodb, median of the machines", heads, tuple(rows))
 
-    def _ways(self) -> Table:
+    def _ways(self) -> TextTable:
         heads = (
             "axis", "way", ">measured field", ">true field", ">contour, of its current",
             ">of its friction", ">friction too high", ">weight off by",
@@ -171,18 +180,18 @@ class Fields:
             )
             for row in self.rows
         )  # fmt: skip
-        return Table("All ways, median of the machines", heads, rows)
+        return TextTable("All ways, median of the machines", heads, rows)
 
     def to_json(self) -> str:
         """Return the summary as JSON, as ``read_fields`` reads it."""
         return FIELDS.dump_json(self, indent=1).decode() + "\n"
 
 
-GATE: TypeAdapter[Gate] = TypeAdapter(Gate)
+GATE: TypeAdapter[AxisGate] = TypeAdapter(AxisGate)
 FIELDS: TypeAdapter[Fields] = TypeAdapter(Fields)
 
 
-def read_gate(text: str) -> Gate:
+def read_axis_gate(text: str) -> AxisGate:
     """Return a gate that was written; raises pydantic's ValidationError on any other."""
     return GATE.validate_json(text)
 
@@ -192,12 +201,12 @@ def read_fields(text: str) -> Fields:
     return FIELDS.validate_json(text)
 
 
-def gate_of(runs: Sequence[Finished[Told]], origin: Origin) -> Gate:
+def axis_gate_of(runs: Sequence[Finished[AxisModelErrors]], origin: Origin) -> AxisGate:
     """Return the gate of finished runs in the order of their seeds."""
-    return Gate(origin, (runs[0].seed, runs[-1].seed), _rows(runs, (PUBLISHED,)))
+    return AxisGate(origin, (runs[0].seed, runs[-1].seed), _rows(runs, (PUBLISHED,)))
 
 
-def fields_of(runs: Sequence[Finished[Told]], origin: Origin) -> Fields:
+def fields_of(runs: Sequence[Finished[AxisModelErrors]], origin: Origin) -> Fields:
     """Return the fields of finished runs in the order of their seeds."""
     rows = _rows(runs, (PUBLISHED, OURS, TERMS_ALONE, ORACLE, KNOWN))
     return Fields(origin, (runs[0].seed, runs[-1].seed), rows)

@@ -83,9 +83,9 @@ class PublishedAxis:
         return np.asarray(rubbing + self.weight_A)
 
 
-def published(cells: Cells, *, vertical: bool) -> PublishedAxis:
+def published_axis(cells: Cells, *, vertical: bool) -> PublishedAxis:
     """Return P2's model of a friction field; a horizontal axis has no weight."""
-    weight_A = weight(cells) if vertical else 0.0
+    weight_A = published_weight(cells) if vertical else 0.0
     size = np.sign(cells.v_mm_s) * (cells.current_A - weight_A)
     plus, minus = (_over_speed(cells, size, sense) for sense in (1.0, -1.0))
     speed = np.abs(cells.v_mm_s)
@@ -103,7 +103,7 @@ def _over_speed(cells: Cells, size: Array, sense: float) -> SevenParameters:
     return SevenParameters.fitted(levels, means)
 
 
-def weight(cells: Cells) -> float:
+def published_weight(cells: Cells) -> float:
     """Return the mean of up and down over the speeds that tell the weight."""
     speed = np.abs(cells.v_mm_s)
     means = [

@@ -20,7 +20,7 @@ SURE = 20.0
 
 
 @dataclass(frozen=True)
-class Verdict:
+class OracleVerdict:
     """``margin``: 2 (log L of the true set - that of the best wrong set), None of nothing hidden.
 
     ``recovery``: rms error of the true set's fit over that of the simulation, None without error.
@@ -36,14 +36,14 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Block:
+class RivalRows:
     """A rival in whitened rows, beside own columns: orthonormal rows (k, m)."""
 
     term: str
     rows: Single
 
 
-def verdict(case: Case) -> Verdict:
+def oracle_verdict(case: Case) -> OracleVerdict:
     """Judge a case.
 
     Wrong sets have at most as many terms as the true one, each term once, at any shape of the
@@ -52,7 +52,7 @@ def verdict(case: Case) -> Verdict:
     terms; a fit is linear, so a gain is a projection. The nothing-at-all is one of them.
     """
     if not case.hidden:
-        return Verdict(None, recovery(case))
+        return OracleVerdict(None, oracle_recovery(case))
     yardstick = Yardstick.beside(case.own, case.whitened)
     target = yardstick.left((case.measured - case.simulated)[None])[0].astype(np.float32)
     parts = [Rival(one.term, one.part[None]) for one in case.hidden]
@@ -60,12 +60,12 @@ def verdict(case: Case) -> Verdict:
     gained = float(np.sum((true @ target).astype(np.float64) ** 2))
     blocks = list(_blocks(case, yardstick, [*parts, *case.rivals()]))
     best = _best_wrong(blocks, target, case.terms, most=len(case.hidden))
-    return Verdict(gained - best, recovery(case))
+    return OracleVerdict(gained - best, oracle_recovery(case))
 
 
-def recovery(case: Case) -> float | None:
+def oracle_recovery(case: Case) -> float | None:
     """Error that is left when own columns and the true parts are fitted, as a share."""
-    before = rms(case.simulated - case.truth)
+    before = oracle_rms(case.simulated - case.truth)
     if before == 0.0:
         return None
     acting = [one.part for one in case.hidden if np.any(one.part)]
@@ -75,20 +75,20 @@ def recovery(case: Case) -> float | None:
     target = case.whitened(case.measured - case.simulated).ravel()
     sizes = np.linalg.lstsq((white / scale[:, None]).T, target, rcond=None)[0] / scale
     corrected = case.simulated + np.tensordot(sizes, columns, axes=1)
-    return rms(corrected - case.truth) / before
+    return oracle_rms(corrected - case.truth) / before
 
 
-def rms(values: Array) -> float:
+def oracle_rms(values: Array) -> float:
     """Root of the mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _blocks(case: Case, yardstick: Yardstick, rivals: Iterable[Rival]) -> Iterable[Block]:
+def _blocks(case: Case, yardstick: Yardstick, rivals: Iterable[Rival]) -> Iterable[RivalRows]:
     for rival in (one for one in rivals if len(one.columns)):
         whole = np.linalg.norm(case.whitened(rival.columns).reshape(len(rival.columns), -1))
         rows = _orthonormal(yardstick.left(rival.columns), SEEN * float(whole))
         if len(rows):
-            yield Block(rival.term, rows)
+            yield RivalRows(rival.term, rows)
 
 
 def _orthonormal(rows: Array, least: float) -> Single:
@@ -98,7 +98,9 @@ def _orthonormal(rows: Array, least: float) -> Single:
     return np.asarray(q[:, np.abs(np.diag(r)) > SEEN].T, dtype=np.float32)
 
 
-def _best_wrong(blocks: list[Block], target: Single, truth: frozenset[str], *, most: int) -> float:
+def _best_wrong(
+    blocks: list[RivalRows], target: Single, truth: frozenset[str], *, most: int
+) -> float:
     """Return the largest gain of a set of terms other than the truth."""
     seen = [(block.rows @ target).astype(np.float64) for block in blocks]
     every = np.concatenate([block.rows for block in blocks])
@@ -108,7 +110,7 @@ def _best_wrong(blocks: list[Block], target: Single, truth: frozenset[str], *, m
         frozenset(): (0.0, np.zeros((0, target.size), dtype=np.float32))
     }
     for _ in range(most):
-        found: dict[frozenset[str], tuple[float, Single, Block]] = {}
+        found: dict[frozenset[str], tuple[float, Single, RivalRows]] = {}
         for terms, (gain, basis) in beam.items():
             inside = np.split((every @ basis.T).astype(np.float64), ends)
             held = (basis @ target).astype(np.float64)

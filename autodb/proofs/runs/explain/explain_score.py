@@ -8,13 +8,13 @@ import numpy as np
 from autodb.explain.answer.answer import ChannelAnswer, Explained
 from autodb.proofs.cases.base.case import UNKNOWN, Case
 from autodb.proofs.cases.mill.mill_cases import MillCase
-from autodb.proofs.runs.explain.explain_oracle import rms, verdict
+from autodb.proofs.runs.explain.explain_oracle import oracle_rms, oracle_verdict
 
 Interval = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Named:
+class NamedEntry:
     """An entry of an answer: where it stands, what it names and how surely."""
 
     channel: str
@@ -24,7 +24,7 @@ class Named:
 
 
 @dataclass(frozen=True)
-class Scored:
+class ScoredCase:
     """A case, what its oracle says, and the answer.
 
     ``place``: an `axis`, a table of `cuts`, or the waveform of a `mill`.
@@ -46,7 +46,7 @@ class Scored:
     margin: float | None
     decidable: bool
     best_recovery: float | None
-    named: tuple[Named, ...] = ()
+    named: tuple[NamedEntry, ...] = ()
     overlap: float | None = None
     recovery: float | None = None
     refused: str = ""
@@ -78,10 +78,10 @@ class Scored:
         return self.found <= {UNKNOWN}
 
 
-def unanswered(case: Case) -> Scored:
+def unanswered(case: Case) -> ScoredCase:
     """Return a case with its truth and the oracle's verdict, before it is explained."""
-    judged = verdict(case)
-    return Scored(
+    judged = oracle_verdict(case)
+    return ScoredCase(
         seed=case.seed,
         kind=case.kind,
         place=_place(case),
@@ -102,10 +102,10 @@ def _place(case: Case) -> str:
     return "cuts" if case.table else "axis"
 
 
-def entries(answers: Mapping[str, ChannelAnswer]) -> tuple[Named, ...]:
+def answer_entries(answers: Mapping[str, ChannelAnswer]) -> tuple[NamedEntry, ...]:
     """Return what an answer says is missing, in every channel."""
     return tuple(
-        Named(channel, cause.term, cause.confidence, cause.alternatives)
+        NamedEntry(channel, cause.term, cause.confidence, cause.alternatives)
         for channel, answer in answers.items()
         for cause in answer.missing
         if cause.kind == "missing"
@@ -131,14 +131,14 @@ def overlap(given: Sequence[Interval], true: Interval, *, step: float) -> float:
     return float(np.sum(lengths[ours & theirs]) / np.sum(lengths[ours | theirs]))
 
 
-def recovery(case: Case, explained: Explained) -> float | None:
+def answer_recovery(case: Case, explained: Explained) -> float | None:
     """Return the error of the corrected channels over the simulation's; None where it has none."""
-    before = rms(case.simulated - case.truth)
+    before = oracle_rms(case.simulated - case.truth)
     if before == 0.0:
         return None
     traces = [explained.traces[name].corrected for name in case.explained]
     corrected = np.reshape(np.array(traces), case.truth.shape)
-    return rms(corrected - case.truth) / before
+    return oracle_rms(corrected - case.truth) / before
 
 
 def brier(pairs: Iterable[tuple[float, bool]]) -> float:
@@ -146,7 +146,7 @@ def brier(pairs: Iterable[tuple[float, bool]]) -> float:
     return float(np.mean([(confidence - right) ** 2 for confidence, right in pairs]))
 
 
-def confidences(scored: Iterable[Scored]) -> list[tuple[float, bool]]:
+def confidences(scored: Iterable[ScoredCase]) -> list[tuple[float, bool]]:
     """Return confidence and rightness of every entry that names a term or `unknown`."""
     return [(n.confidence, n.term in one.terms) for one in scored for n in one.named]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import TypeAdapter
 
-from autodb.proofs.runs.explain.explain_score import Scored, brier, confidences, reliability
-from autodb.proofs.runs.found import Table, percent, ratio
+from autodb.proofs.runs.explain.explain_score import ScoredCase, brier, confidences, reliability
+from autodb.proofs.runs.found import TextTable, percent, ratio
 from autodb.proofs.runs.runs import Finished, Origin
 from autodb.proofs.runs.score import exact_interval
 
@@ -76,7 +76,7 @@ class EffectRow:
 
 
 @dataclass(frozen=True)
-class Summary:
+class ExplainSummary:
     """The score: ``bins`` are (answers, mean confidence, share right); ``confusion`` counts, for
     each hidden term of clear cases, what was named in its case, and how often."""
 
@@ -95,12 +95,14 @@ class Summary:
         """Say whether every share is within its limit."""
         return all(limit.passed for limit in self.limits)
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[TextTable, ...]:
         """Return limits, effects, confidence, confusion."""
         return (
-            Table("Limits", LIMIT_HEADS, tuple(one.cells() for one in self.limits)),
-            Table("Effects", EFFECT_HEADS, tuple(_effect_cells(one) for one in self.effects)),
-            Table(self._confidence_title, BIN_HEADS, tuple(_bin_cells(one) for one in self.bins)),
+            TextTable("Limits", LIMIT_HEADS, tuple(one.cells() for one in self.limits)),
+            TextTable("Effects", EFFECT_HEADS, tuple(_effect_cells(one) for one in self.effects)),
+            TextTable(
+                self._confidence_title, BIN_HEADS, tuple(_bin_cells(one) for one in self.bins)
+            ),
             self._confusion(),
         )
 
@@ -109,26 +111,26 @@ class Summary:
         score = "no answer" if self.brier is None else f"Brier score {self.brier:.3f}"
         return f"Confidence of {self.answers} answers: {score}"
 
-    def _confusion(self) -> Table:
+    def _confusion(self) -> TextTable:
         columns = sorted({name for row in self.confusion.values() for name in row})
         rows = [
             (true, *(str(row[name]) if name in row else "" for name in columns))
             for true, row in sorted(self.confusion.items())
         ]
         heads = ("hidden", *(f">{name}" for name in columns))
-        return Table("Hidden terms and named ones, clear cases", heads, tuple(rows))
+        return TextTable("Hidden terms and named ones, clear cases", heads, tuple(rows))
 
     def to_json(self) -> str:
         """Return the summary as JSON, as ``from_json`` reads it."""
         return SUMMARY.dump_json(self, indent=1).decode() + "\n"
 
     @staticmethod
-    def from_json(text: str) -> "Summary":
+    def from_json(text: str) -> "ExplainSummary":
         """Return a summary that was written; raises pydantic's ValidationError on any other."""
         return SUMMARY.validate_json(text)
 
 
-SUMMARY: TypeAdapter[Summary] = TypeAdapter(Summary)
+SUMMARY: TypeAdapter[ExplainSummary] = TypeAdapter(ExplainSummary)
 LIMIT_HEADS = ("", ">cases", ">share", ">exact 95 %", ">must be", "")
 EFFECT_HEADS = (
     "hidden", ">d", ">cases", ">dropped", ">decidable", ">exact set", ">undecidable: covered",
@@ -137,16 +139,16 @@ EFFECT_HEADS = (
 BIN_HEADS = (">answers", ">mean confidence", ">right")
 
 
-def summary_of(runs: Sequence[Finished[Scored]], origin: Origin) -> Summary:
+def explain_summary_of(runs: Sequence[Finished[ScoredCase]], origin: Origin) -> ExplainSummary:
     """Return the score of finished runs in the order of their seeds."""
     every = [one for run in runs for one in run.judged]
     asked = [one for one in every if one.reached]
     pairs = confidences(asked)
-    return Summary(
+    return ExplainSummary(
         origin=origin,
         seeds=(runs[0].seed, runs[-1].seed),
         refused=sum(bool(one.refused) for one in asked),
-        limits=limits(asked),
+        limits=limited_shares(asked),
         effects=effects(every),
         answers=len(pairs),
         brier=brier(pairs) if pairs else None,
@@ -155,7 +157,7 @@ def summary_of(runs: Sequence[Finished[Scored]], origin: Origin) -> Summary:
     )
 
 
-def limits(asked: Sequence[Scored]) -> tuple[Limit, ...]:
+def limited_shares(asked: Sequence[ScoredCase]) -> tuple[Limit, ...]:
     """Return every share that has a limit, of cases that were as clear as wanted."""
     hidden = [one for one in asked if one.terms]
     clear = [one for one in hidden if one.wanted >= CLEAR and one.decidable]
@@ -175,11 +177,11 @@ def limits(asked: Sequence[Scored]) -> tuple[Limit, ...]:
     )  # fmt: skip
 
 
-def _placed(one: Scored) -> bool:
+def _placed(one: ScoredCase) -> bool:
     return one.overlap is not None and one.overlap >= OVERLAPS
 
 
-def recovered(one: Scored) -> bool:
+def recovered(one: ScoredCase) -> bool:
     """Say whether the corrected channels are about as near the truth as the oracle's."""
     if one.recovery is None or one.best_recovery is None:
         return False
@@ -188,8 +190,8 @@ def recovered(one: Scored) -> bool:
 
 def _limit(
     name: str,
-    cases: Sequence[Scored],
-    counts: Callable[[Scored], bool],
+    cases: Sequence[ScoredCase],
+    counts: Callable[[ScoredCase], bool],
     limit: float,
     *,
     at_least: bool = True,
@@ -199,21 +201,21 @@ def _limit(
     return Limit(name, len(cases), count, low, high, at_least, limit)
 
 
-def effects(every: Sequence[Scored]) -> tuple[EffectRow, ...]:
+def effects(every: Sequence[ScoredCase]) -> tuple[EffectRow, ...]:
     """Return a row of each effect alone and of two and three together, at each clarity."""
-    groups: dict[tuple[str, float], list[Scored]] = {}
+    groups: dict[tuple[str, float], list[ScoredCase]] = {}
     for one in every:
         if one.terms:
             groups.setdefault((group(one), one.wanted), []).append(one)
     return tuple(_effect(*key, cases) for key, cases in sorted(groups.items()))
 
 
-def group(one: Scored) -> str:
+def group(one: ScoredCase) -> str:
     """Return where the effect is hidden, and which: a kind alone, or how many together."""
     return f"{one.place}: {one.kind if len(one.terms) == 1 else f'{len(one.terms)} effects'}"
 
 
-def _effect(name: str, clarity: float, every: Sequence[Scored]) -> EffectRow:
+def _effect(name: str, clarity: float, every: Sequence[ScoredCase]) -> EffectRow:
     cases = [one for one in every if one.reached]
     decidable = [one for one in cases if one.decidable]
     return EffectRow(
@@ -240,7 +242,7 @@ def _median(values: Sequence[float | None]) -> float | None:
     return float(np.median(known)) if known else None
 
 
-def confusion(asked: Sequence[Scored]) -> dict[str, dict[str, int]]:
+def confusion(asked: Sequence[ScoredCase]) -> dict[str, dict[str, int]]:
     """Return how often what was named for each hidden term, in decidable cases of d ≥ CLEAR.
 
     A hidden term that was named counts for itself. One that was not counts for every named term of

@@ -9,29 +9,29 @@ from autodb.files.side import SideFile
 from autodb.proofs.cases.base.case import Case
 from autodb.proofs.cases.mill.mill_cases import MillCase
 from autodb.proofs.cases.mill.mill_plan import draw_planned_mill
-from autodb.proofs.cases.plan import draw
+from autodb.proofs.cases.plan import draw_concealed
 from autodb.proofs.runs.explain.explain_score import (
-    Scored,
-    entries,
+    ScoredCase,
+    answer_entries,
+    answer_recovery,
     overlap,
-    recovery,
     stretches,
     unanswered,
 )
 from autodb.records import CutTable, Recording
 
 
-def run(seed: int) -> list[Scored]:
+def run_left_out(seed: int) -> list[ScoredCase]:
     """Draw the case of a seed, explain it and score the answer."""
-    return [answered(draw(seed))]
+    return [scored_case(draw_concealed(seed))]
 
 
-def run_mill(seed: int) -> list[Scored]:
+def run_mill(seed: int) -> list[ScoredCase]:
     """Draw the milled cut of a seed, explain its waveform and score the answer."""
-    return [answered(draw_planned_mill(seed))]
+    return [scored_case(draw_planned_mill(seed))]
 
 
-def answered(case: Case) -> Scored:
+def scored_case(case: Case) -> ScoredCase:
     """Explain a case and score the answer.
 
     A case whose effects cannot show as clearly as wanted is kept, marked, without an answer.
@@ -50,7 +50,10 @@ def answered(case: Case) -> Scored:
     if case.interval is not None:
         shared = overlap(stretches(answers), case.interval, step=step)
     return replace(
-        truth, named=entries(answers), overlap=shared, recovery=recovery(case, explained)
+        truth,
+        named=answer_entries(answers),
+        overlap=shared,
+        recovery=answer_recovery(case, explained),
     )
 
 

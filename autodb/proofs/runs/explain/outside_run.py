@@ -8,8 +8,8 @@ import numpy as np
 from autodb.errors import UnusableInput
 from autodb.explain import explain
 from autodb.explain.answer.answer import ChannelAnswer
-from autodb.proofs.cases.axis.outside import Outside, draw
-from autodb.proofs.runs.explain.explain_oracle import rms
+from autodb.proofs.cases.axis.outside import Outside, draw_outside
+from autodb.proofs.runs.explain.explain_oracle import oracle_rms
 from autodb.records import Recording
 
 RIGHT = 0.005
@@ -17,7 +17,7 @@ RIGHT = 0.005
 
 
 @dataclass(frozen=True)
-class Entry:
+class AnswerEntry:
     """What an answer says: a term, `missing` or `mistuned`, how surely, and whether it is so."""
 
     term: str
@@ -36,21 +36,21 @@ class Answered:
     wanted: float
     reached: bool
     tuning: str
-    entries: tuple[Entry, ...] = ()
+    entries: tuple[AnswerEntry, ...] = ()
     left: float | None = None
     refused: str = ""
 
-    def named(self, kind: str, *, right: bool) -> list[Entry]:
+    def named(self, kind: str, *, right: bool) -> list[AnswerEntry]:
         """Return the entries of a kind that are right or wrong."""
         return [one for one in self.entries if one.kind == kind and one.right == right]
 
 
-def run(seed: int) -> list[Answered]:
+def run_outside(seed: int) -> list[Answered]:
     """Draw the case of a seed, explain it and judge the answer."""
-    return [answered(draw(seed))]
+    return [judged_case(draw_outside(seed))]
 
 
-def answered(case: Outside) -> Answered:
+def judged_case(case: Outside) -> Answered:
     """Return the answer of a case, judged; none where it cannot show as clearly as wanted."""
     about = (case.seed, case.kind, "unknown" in case.terms, case.wanted, case.reached, case.tuning)
     if not case.reached:
@@ -61,19 +61,19 @@ def answered(case: Outside) -> Answered:
         explained = explain(recording, simulation, includes=list(case.includes))
     except UnusableInput as error:
         return Answered(*about, refused=str(error))
-    before = rms(case.simulation["x.current"] - case.truth)
-    after = rms(explained.traces["x.current"].corrected - case.truth)
+    before = oracle_rms(case.simulation["x.current"] - case.truth)
+    after = oracle_rms(explained.traces["x.current"].corrected - case.truth)
     return Answered(
         *about,
-        entries=judged(case, explained.explanation.channels["x.current"]),
+        entries=judged_entries(case, explained.explanation.channels["x.current"]),
         left=after / before if before > 0.0 else None,
     )
 
 
-def judged(case: Outside, answer: ChannelAnswer) -> tuple[Entry, ...]:
+def judged_entries(case: Outside, answer: ChannelAnswer) -> tuple[AnswerEntry, ...]:
     """Return what an answer says, each with whether it is so."""
     return tuple(
-        Entry(
+        AnswerEntry(
             cause.term,
             cause.kind,
             cause.confidence,

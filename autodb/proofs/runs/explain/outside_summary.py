@@ -9,7 +9,7 @@ from pydantic import TypeAdapter
 from autodb.proofs.runs.explain.explain_score import brier, reliability
 from autodb.proofs.runs.explain.explain_summary import BIN_HEADS, LIMIT_HEADS, Limit
 from autodb.proofs.runs.explain.outside_run import Answered
-from autodb.proofs.runs.found import Table, percent, ratio
+from autodb.proofs.runs.found import TextTable, percent, ratio
 from autodb.proofs.runs.runs import Finished, Origin
 from autodb.proofs.runs.score import exact_interval
 
@@ -25,7 +25,7 @@ KIND_HEADS = (
 
 
 @dataclass(frozen=True)
-class Row:
+class OutsideRow:
     """One kind of hidden physics: shares of its cases, and the median error left."""
 
     name: str
@@ -37,14 +37,14 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Summary:
+class OutsideSummary:
     """The score; ``briers``: of all entries, of missing and of mistuned ones."""
 
     origin: Origin
     seeds: tuple[int, int]
     refused: int
     limits: tuple[Limit, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[OutsideRow, ...]
     answers: int
     briers: tuple[float | None, float | None, float | None]
     bins: tuple[tuple[int, float, float], ...]
@@ -55,16 +55,16 @@ class Summary:
         score = self.briers[0]
         return all(one.passed for one in self.limits) and score is not None and score <= BRIER
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[TextTable, ...]:
         """Return limits, kinds, confidence."""
         scores = ", ".join(
             f"{name} {'none' if score is None else f'{score:.3f}'}"
             for name, score in zip(("all", "missing", "mistuned"), self.briers, strict=True)
         )
         return (
-            Table("Limits", LIMIT_HEADS, tuple(one.cells() for one in self.limits)),
-            Table("What is hidden", KIND_HEADS, tuple(_cells(one) for one in self.rows)),
-            Table(
+            TextTable("Limits", LIMIT_HEADS, tuple(one.cells() for one in self.limits)),
+            TextTable("What is hidden", KIND_HEADS, tuple(_cells(one) for one in self.rows)),
+            TextTable(
                 f"Confidence of {self.answers} answers: Brier score {scores} (must be ≤ {BRIER:g})",
                 BIN_HEADS,
                 tuple((str(n), f"{sure:.3f}", percent(right)) for n, sure, right in self.bins),
@@ -76,21 +76,21 @@ class Summary:
         return SUMMARY.dump_json(self, indent=1).decode() + "\n"
 
     @staticmethod
-    def from_json(text: str) -> "Summary":
+    def from_json(text: str) -> "OutsideSummary":
         """Return a summary that was written; raises pydantic's ValidationError on any other."""
         return SUMMARY.validate_json(text)
 
 
-SUMMARY: TypeAdapter[Summary] = TypeAdapter(Summary)
+SUMMARY: TypeAdapter[OutsideSummary] = TypeAdapter(OutsideSummary)
 
 
-def summary_of(runs: Sequence[Finished[Answered]], origin: Origin) -> Summary:
+def outside_summary_of(runs: Sequence[Finished[Answered]], origin: Origin) -> OutsideSummary:
     """Return the score of finished runs in the order of their seeds."""
     asked = [one for run in runs for one in run.judged if one.reached]
     outside = [one for one in asked if one.outside]
     inside = [one for one in asked if not one.outside]
     pairs = _pairs(asked, ("missing", "mistuned"))
-    return Summary(
+    return OutsideSummary(
         origin=origin,
         seeds=(runs[0].seed, runs[-1].seed),
         refused=sum(bool(one.refused) for one in asked),
@@ -125,10 +125,10 @@ def _limit(name: str, cases: Sequence[Answered]) -> Limit:
     return Limit(name, len(cases), count, low, high, at_least=False, limit=WRONGLY)
 
 
-def _row(kind: str, asked: Sequence[Answered]) -> Row:
+def _row(kind: str, asked: Sequence[Answered]) -> OutsideRow:
     cases = [one for one in asked if one.kind == kind]
     left = [one.left for one in cases if one.left is not None]
-    return Row(
+    return OutsideRow(
         name=f"{kind}{' (outside)' if cases[0].outside else ''}",
         cases=len(cases),
         right=sum(bool(one.named("missing", right=True)) for one in cases),
@@ -140,6 +140,6 @@ def _row(kind: str, asked: Sequence[Answered]) -> Row:
     )
 
 
-def _cells(one: Row) -> tuple[str, ...]:
+def _cells(one: OutsideRow) -> tuple[str, ...]:
     counts = (str(n) for n in (one.cases, one.right, one.wrong, one.mistuned))
     return (one.name, *counts, ratio(one.left))

@@ -13,11 +13,11 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from autodb.proofs.cases.base.case import Case, Hidden, Rival, Yardstick
-from autodb.proofs.cases.cuts.cut_effects import apart
+from autodb.proofs.cases.cuts.cut_effects import components_apart
 from autodb.proofs.cases.cuts.cut_families import CUT_FAMILIES
-from autodb.proofs.cases.cuts.cuts import Cuts, CutWorld
+from autodb.proofs.cases.cuts.cuts import CaseCuts, CutWorld
 from autodb.proofs.machines.lathe.day import Day, Event
-from autodb.proofs.runs.explain.explain_oracle import SURE, Array, verdict
+from autodb.proofs.runs.explain.explain_oracle import SURE, Array, oracle_verdict
 
 FEWEST = 8
 """Cuts of the shortest table that is explained at all."""
@@ -46,13 +46,13 @@ def first_sure(case_at: Callable[[int], Case], begin: int, end: int) -> int | No
 
 def sure(case: Case) -> bool:
     """Say whether a case is told; its margin is at most what the truth itself explains."""
-    if explained(case) <= SURE:
+    if oracle_explained(case) <= SURE:
         return False
-    margin = verdict(case).margin
+    margin = oracle_verdict(case).margin
     return margin is not None and margin > SURE
 
 
-def explained(case: Case) -> float:
+def oracle_explained(case: Case) -> float:
     """Return what the true effect explains beside own columns: the fall of the sum of squares."""
     yardstick = Yardstick.beside(case.own, case.whitened)
     part, target = yardstick.left(np.array([case.hidden[0].part, case.measured - case.simulated]))
@@ -62,7 +62,7 @@ def explained(case: Case) -> float:
 def case_of(day: Day, event: Event, count: int) -> Case:
     """Return an event alone in the first cuts of a day, as a case of one concealed effect."""
     rows = slice(0, count)
-    others = [apart(other.part[:, rows]) for other in day.events if other is not event]
+    others = [components_apart(other.part[:, rows]) for other in day.events if other is not event]
     scatter, expected = day.scatter[:, rows], day.expected[:, rows]
     world = CutWorld(_first(day.cuts, count), day.world.law)
 
@@ -75,7 +75,7 @@ def case_of(day: Day, event: Event, count: int) -> Case:
         channels={}, simulation={}, includes=tuple(world.parts), explained=(),
         hidden=(Hidden(event.term, 1.0, 0.0, part),), interval=None,
         measured=day.measured[:, rows], simulated=expected, truth=expected + part,
-        own=np.concatenate([*(apart(column) for column in world.parts.values()), *others]),
+        own=np.concatenate([*map(components_apart, world.parts.values()), *others]),
         whitened=whitened, rivals=lambda: rivals(world, day.cold[rows]),
     )  # fmt: skip
 
@@ -85,13 +85,13 @@ def rivals(world: CutWorld, cold: Array) -> Iterator[Rival]:
     for family in CUT_FAMILIES:
         for effect in family.grid(world.cuts):
             yield Rival(effect.term, effect.columns(world, world.base))
-    yield Rival("warmup", apart(cold * world.base))
-    yield Rival("warmup", apart(np.tile(cold, (3, 1))))
+    yield Rival("warmup", components_apart(cold * world.base))
+    yield Rival("warmup", components_apart(np.tile(cold, (3, 1))))
 
 
-def _first(cuts: Cuts, count: int) -> Cuts:
+def _first(cuts: CaseCuts, count: int) -> CaseCuts:
     """Return the first cuts of a day."""
-    return Cuts(
+    return CaseCuts(
         t_s=cuts.t_s[:count],
         duration_s=cuts.duration_s[:count],
         speed_m_min=cuts.speed_m_min[:count],

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from autodb.explain.answer.answer import Cause, ChannelAnswer
 from autodb.explain.cuts.ahead import ahead
 from autodb.explain.cuts.answers import answers
-from autodb.explain.cuts.look import look, stack_of
+from autodb.explain.cuts.look import look_in_cuts, stack_of
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.proofs.machines.lathe.day import FORCES, Day, Event, draw_day
 from autodb.proofs.runs.explain.explain_score import overlap
@@ -34,7 +34,7 @@ OVERLAPS = 0.5
 
 
 @dataclass(frozen=True)
-class Told:
+class EventTold:
     """An event: when it began, could be told, and was told.
 
     ``decidable``: None where never, or so late that the day ends before its cut of decision;
@@ -78,7 +78,7 @@ class DayTold:
 
     seed: int
     explained: int
-    events: tuple[Told, ...]
+    events: tuple[EventTold, ...]
     invented: tuple[Invented, ...]
     alone_N: tuple[float, float, float]
     with_terms_N: tuple[float, float, float]
@@ -91,7 +91,7 @@ class DayTold:
         return 1.0 - float(np.sqrt(terms / alone))
 
 
-def run(seed: int) -> list[DayTold]:
+def run_day(seed: int) -> list[DayTold]:
     """Draw the day of a seed, walk through it and judge."""
     return [walked(draw_day(seed))]
 
@@ -105,14 +105,14 @@ def walked(day: Day, *, step: int = STEP) -> DayTold:
     expected = day.expected.copy()
     for at in sorted({*range(step, count + 1, step), *(d for d in decisions if d <= count)}):
         following = slice(at, at + step) if at % step == 0 and at < count else None
-        seen[at], further = explained(day, at, following)
+        seen[at], further = explained_day(day, at, following)
         if following is not None:
             expected[:, following] = further
         gc.collect()  # a search and its products hold each other, some 100 MB each time
     return DayTold(
         seed=day.seed,
         explained=len(seen),
-        events=tuple(told(event, decidable[event.name], seen, count) for event in day.events),
+        events=tuple(event_told(event, decidable[event.name], seen, count) for event in day.events),
         invented=tuple(invented(day, seen)),
         alone_N=_rms(day.measured - day.expected),
         with_terms_N=_rms(day.measured - expected),
@@ -125,12 +125,12 @@ def _rms(values: Array) -> tuple[float, float, float]:
     return float(x), float(y), float(z)
 
 
-def explained(day: Day, count: int, following: slice | None) -> tuple[Answers, Array]:
+def explained_day(day: Day, count: int, following: slice | None) -> tuple[Answers, Array]:
     """Explain the first cuts of a day; return the forces expected in those that follow (3, m)."""
     rows, includes = slice(0, count), list(day.world.parts)
     table = _table(day, rows, day.measured)
     simulation = dict(zip(FORCES, day.expected[:, rows], strict=True))
-    looked = look(stack_of(table, simulation, includes), includes)
+    looked = look_in_cuts(stack_of(table, simulation, includes), includes)
     found = answers(table, looked, frozenset(includes))
     force = np.zeros((3, 0))
     if following is not None:
@@ -193,7 +193,9 @@ def _this_one(cause: Cause, answer: ChannelAnswer, event: Event, count: int) -> 
     return True
 
 
-def told(event: Event, decidable: int | None, seen: dict[int, Answers], count: int) -> Told:
+def event_told(
+    event: Event, decidable: int | None, seen: dict[int, Answers], count: int
+) -> EventTold:
     """Return when an event was told."""
     named = {at: names_it(now, event, at) for at, now in seen.items() if at >= event.first}
     first = next((at for at, there in named.items() if there), None)
@@ -201,7 +203,7 @@ def told(event: Event, decidable: int | None, seen: dict[int, Answers], count: i
     decision = None if decidable is None else decidable + WITHIN
     if decision is not None and decision > count:
         decidable = decision = None
-    return Told(
+    return EventTold(
         name=event.name,
         term=event.term,
         first=event.first,

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import Table, percent
-from autodb.proofs.runs.keeping.day_run import WITHIN, DayTold, Invented, Told
+from autodb.proofs.runs.found import TextTable, percent
+from autodb.proofs.runs.keeping.day_run import WITHIN, DayTold, EventTold, Invented
 from autodb.proofs.runs.runs import Finished, Origin
 
 BETTER = 0.30
@@ -47,7 +47,7 @@ class EventRow:
 
 
 @dataclass(frozen=True)
-class Summary:
+class DaySummary:
     """The score: a row a kind of event, invented names, and what predictions gain.
 
     ``invented``: term, component, days, explained cuts and whether a true event was among the
@@ -76,11 +76,11 @@ class Summary:
         """Say whether everything is within its limits."""
         return all(row.passed for row in self.rows) and not self.invented and self.predicts
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[TextTable, ...]:
         """Return the events, the invented names and the predictions."""
         return (self._events(), self._invented(), self._predictions())
 
-    def _events(self) -> Table:
+    def _events(self) -> TextTable:
         heads = (
             "event", ">events", ">decidable", f">named within {WITHIN} cuts (100 %)",
             ">or among alternatives", ">named at all", ">median cuts late", ">kept", "",
@@ -94,9 +94,9 @@ class Summary:
             )
             for row in self.rows
         )  # fmt: skip
-        return Table("Events of the day", heads, rows)
+        return TextTable("Events of the day", heads, rows)
 
-    def _invented(self) -> Table:
+    def _invented(self) -> TextTable:
         heads = (
             "name that no event stands for", "component", ">days", f">of {self.explained} answers",
             "an event among its alternatives", "",
@@ -107,9 +107,9 @@ class Summary:
         ]
         of = f"{self.days_with_invented} of {len(self.better)}"
         rows.append(("any (none)", "", of, "", "", _said(not self.invented)))
-        return Table("Invented", heads, tuple(rows))
+        return TextTable("Invented", heads, tuple(rows))
 
-    def _predictions(self) -> Table:
+    def _predictions(self) -> TextTable:
         heads = ("error of predictions", ">x", ">y", ">z", f">better (≥ {percent(BETTER)})", "")
         better = np.array(self.better)
         rows = (
@@ -119,19 +119,19 @@ class Summary:
              _said(self.predicts)),
             ("scatter alone", *_newtons(self.scatter_N), "", ""),
         )  # fmt: skip
-        return Table("Predictions of the next cuts", heads, rows)
+        return TextTable("Predictions of the next cuts", heads, rows)
 
     def to_json(self) -> str:
         """Return the summary as JSON, as ``from_json`` reads it."""
         return SUMMARY.dump_json(self, indent=1).decode() + "\n"
 
     @staticmethod
-    def from_json(text: str) -> "Summary":
+    def from_json(text: str) -> "DaySummary":
         """Return a summary that was written; raises pydantic's ValidationError on any other."""
         return SUMMARY.validate_json(text)
 
 
-SUMMARY: TypeAdapter[Summary] = TypeAdapter(Summary)
+SUMMARY: TypeAdapter[DaySummary] = TypeAdapter(DaySummary)
 
 
 def _said(passed: bool) -> str:
@@ -146,10 +146,10 @@ def _newtons(values: Sequence[float]) -> list[str]:
     return [f"{value:.1f} N" for value in values]
 
 
-def summary_of(runs: Sequence[Finished[DayTold]], origin: Origin) -> Summary:
+def day_summary_of(runs: Sequence[Finished[DayTold]], origin: Origin) -> DaySummary:
     """Return the score of finished runs in the order of their seeds."""
     days = [one for run in runs for one in run.judged]
-    return Summary(
+    return DaySummary(
         origin=origin,
         seeds=(runs[0].seed, runs[-1].seed),
         rows=tuple(_rows([event for day in days for event in day.events])),
@@ -163,7 +163,7 @@ def summary_of(runs: Sequence[Finished[DayTold]], origin: Origin) -> Summary:
     )
 
 
-def _rows(events: list[Told]) -> list[EventRow]:
+def _rows(events: list[EventTold]) -> list[EventRow]:
     kind = [next(row for row, begins in KINDS if event.name.startswith(begins)) for event in events]
     return [
         _row(name, [event for event, of in zip(events, kind, strict=True) if of == name])
@@ -171,7 +171,7 @@ def _rows(events: list[Told]) -> list[EventRow]:
     ]
 
 
-def _row(name: str, events: list[Told]) -> EventRow:
+def _row(name: str, events: list[EventTold]) -> EventRow:
     """Return the row of one kind of event."""
     told = [event for event in events if event.decidable is not None]
     late = [e.named - e.decidable for e in told if e.named is not None and e.decidable is not None]

@@ -56,7 +56,7 @@ class State:
     files: dict[str, str]
 
 
-def run(seed: int) -> list[Killed]:
+def run_faults(seed: int) -> list[Killed]:
     """Kill one refresh and run it again; raises UnusableInput where no process can be forked."""
     if not hasattr(os, "fork"):
         raise UnusableInput("prove faults needs a system that can fork; Linux or macOS would work")
@@ -64,11 +64,11 @@ def run(seed: int) -> list[Killed]:
 
 
 @cache
-def _bench() -> "Bench":
-    return Bench()
+def _bench() -> "RefreshBench":
+    return RefreshBench()
 
 
-class Bench:
+class RefreshBench:
     """A lathe before the refresh and after it, in a folder of its own."""
 
     def __init__(self) -> None:

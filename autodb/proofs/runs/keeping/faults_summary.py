@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import Table
-from autodb.proofs.runs.mill.mill_summary import said
+from autodb.proofs.runs.found import TextTable
+from autodb.proofs.runs.mill.mill_summary import gate_check_words
 from autodb.proofs.runs.runs import Finished, Origin
 
 PHASES = (
@@ -61,17 +61,17 @@ class Kills:
         least = total // 4
         return [*found, ("kills while it worked", str(hit), f"≥ {least}", hit >= least)]
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, and where the kills hit."""
-        checks = tuple((*cells, said(passed)) for *cells, passed in self._checks())
+        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
         phases = tuple((name, str(count)) for name, count in zip(PHASES, self.phases, strict=True))
         tenths = tuple(
             (f"{10 * k} to {10 * (k + 1)} %", str(count)) for k, count in enumerate(self.tenths)
         )
         return (
-            Table("SIGKILL in a refresh from an inbox", ("", ">found", ">must be", ""), checks),
-            Table("How far it had come", ("", ">kills"), phases),
-            Table("When, of the time of an undisturbed run", ("", ">kills"), tenths),
+            TextTable("SIGKILL in a refresh from an inbox", ("", ">found", ">must be", ""), checks),
+            TextTable("How far it had come", ("", ">kills"), phases),
+            TextTable("When, of the time of an undisturbed run", ("", ">kills"), tenths),
         )
 
     def to_json(self) -> str:
@@ -82,12 +82,12 @@ class Kills:
 _KILLS: TypeAdapter[Kills] = TypeAdapter(Kills)
 
 
-def read(text: str) -> Kills:
+def read_faults(text: str) -> Kills:
     """Read what ``to_json`` wrote."""
     return _KILLS.validate_json(text)
 
 
-def summary_of(runs: Sequence[Finished[Killed]], origin: Origin) -> Kills:
+def faults_summary_of(runs: Sequence[Finished[Killed]], origin: Origin) -> Kills:
     """Count the kills of runs."""
     kills = [one for run in runs for one in run.judged]
     return Kills(

@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.pairs.disagreeing import Disagrees, compared, disagrees
-from autodb.pairs.hierarchy import Known, Told, told
-from autodb.pairs.learning import learn
-from autodb.pairs.posterior import P1_SCATTER, Belief
+from autodb.pairs.hierarchy import InformationOfCuts, KnownMaterial, information_of_cuts
+from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.posterior import P1_SCATTER, PairPosterior
 from autodb.proofs.machines.lathe import fleets
 from autodb.proofs.machines.lathe.power_pairs import PowerPair
 from autodb.proofs.runs.pairs import pair_ours
 from autodb.proofs.runs.pairs.curve_case import some
-from autodb.proofs.runs.pairs.pair_cuts import TURN, Cut, Felt, feel, forces
+from autodb.proofs.runs.pairs.pair_cuts import TURN, Cut, ReadCuts, draw_read_cuts, true_forces
 from autodb.proofs.runs.score import Z
 
 Array = NDArray[np.float64]
@@ -63,17 +63,17 @@ class NamedOne:
     others: int
 
 
-def run(seed: int) -> list[Joined | NamedOne]:
+def run_fleet(seed: int) -> list[Joined | NamedOne]:
     """Draw a seed's fleet; judge a new machine in it, and who is named."""
     rng = np.random.default_rng([seed, 12])
-    fleet = fleets.drawn(rng, materials=MATERIALS, tools=3)
+    fleet = fleets.draw_fleet(rng, materials=MATERIALS, tools=3)
     return [*_joined(rng, fleet), *(_named(rng, fleet, cause) for cause in CAUSES)]
 
 
 def _joined(rng: np.random.Generator, fleet: fleets.Fleet) -> list[Joined]:
     """Let a new machine cut a material that the others cut with two of its three tools."""
     material, (first, second, third) = fleet.materials[0], fleet.tools
-    known = Known(_start(fleet.pairs[material, first]).law)
+    known = KnownMaterial(_start(fleet.pairs[material, first]).law)
     for machine in range(MACHINES):
         tool = (first, second)[machine % 2]
         pair = fleets.on_machine(rng, fleet, [(material, tool)])[material, tool]
@@ -81,42 +81,48 @@ def _joined(rng: np.random.Generator, fleet: fleets.Fleet) -> list[Joined]:
     found = []
     for tool in (first, third):
         pair = fleets.on_machine(rng, fleet, [(material, tool)])[material, tool]
-        felt = feel(rng, pair, TURN, LEARNT[-1])
+        felt = draw_read_cuts(rng, pair, TURN, LEARNT[-1])
         asked = tuple(TURN.draw(rng, pair) for _ in range(ASKED))
-        others = Belief(known.pair(tool), (), P1_SCATTER, 0)
+        others = PairPosterior(known.pair(tool), (), P1_SCATTER, 0)
         ways = {WAYS[1]: others} if tool == first else {WAYS[2]: others}
         for way, start in ({WAYS[0]: _start(pair), **ways} if tool == first else ways).items():
             found.append(Joined(way, *_course(start, pair, felt, asked)))
     return found
 
 
-def _start(pair: PowerPair) -> Belief:
+def _start(pair: PowerPair) -> PairPosterior:
     return pair_ours.prior(pair.material)
 
 
 def _course(
-    start: Belief, pair: PowerPair, felt: Felt, asked: tuple[Cut, ...]
+    start: PairPosterior, pair: PowerPair, felt: ReadCuts, asked: tuple[Cut, ...]
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return errors and shares held after each number of cuts."""
-    truth = np.array([forces(pair, cut) for cut in asked])[:, :COMPONENTS]
+    truth = np.array([true_forces(pair, cut) for cut in asked])[:, :COMPONENTS]
     size = np.linalg.norm(truth, axis=1)
     errors, held = [], []
     for count in LEARNT:
         belief = start
         if count:
-            belief = learn(start, pair_ours.observed(pair, some(felt, 0, count)))
-        mean, sd = pair_ours.predicted(belief, pair, TURN.name, asked)
+            belief = posterior_of_readings(start, pair_ours.observed(pair, some(felt, 0, count)))
+        mean, sd = pair_ours.predicted_next(belief, pair, TURN.name, asked)
         off = mean[:, :COMPONENTS] - truth
         errors.append(float(np.sqrt(np.mean((np.linalg.norm(off, axis=1) / size) ** 2))))
         held.append(float(np.mean(np.abs(off) <= Z * sd[:, :COMPONENTS])))
     return tuple(errors), tuple(held)
 
 
-def _learnt(rng: np.random.Generator, pair: PowerPair) -> tuple[Told, Told]:
+def _learnt(
+    rng: np.random.Generator, pair: PowerPair
+) -> tuple[InformationOfCuts, InformationOfCuts]:
     """Return what a pair's cuts told: with the errors of its machine's gains, and without."""
     start = _start(pair)
-    belief = learn(start, pair_ours.observed(pair, feel(rng, pair, TURN, CUTS))).past()
-    return told(belief.law, start.law), told(belief.given(OWN_GAINS), start.law)
+    belief = posterior_of_readings(
+        start, pair_ours.observed(pair, draw_read_cuts(rng, pair, TURN, CUTS))
+    ).past()
+    return information_of_cuts(belief.law, start.law), information_of_cuts(
+        belief.given(OWN_GAINS), start.law
+    )
 
 
 def _named(rng: np.random.Generator, fleet: fleets.Fleet, cause: str) -> NamedOne:
@@ -124,7 +130,7 @@ def _named(rng: np.random.Generator, fleet: fleets.Fleet, cause: str) -> NamedOn
     keys = [(material, fleet.tools[0]) for material in fleet.materials]
     victim = int(rng.integers(MACHINES))
     factor = float(np.exp(rng.choice([-1.0, 1.0]) * np.log(rng.uniform(*OFF))))
-    known = {key: Known(_start(fleet.pairs[key]).law) for key in keys}
+    known = {key: KnownMaterial(_start(fleet.pairs[key]).law) for key in keys}
     machines = []
     for machine in range(MACHINES):
         off = cause if machine == victim else CAUSES[0]
@@ -146,11 +152,14 @@ def _machine(
     gain = factor if off == CAUSES[1] else 1.0
     pairs = fleets.on_machine(rng, fleet, keys, gain=gain)
     if off == CAUSES[2]:
-        pairs[keys[0]] = fleets.harder(pairs[keys[0]], factor)
+        pairs[keys[0]] = fleets.harder_pair(pairs[keys[0]], factor)
     return pairs
 
 
-def _look(known: Mapping[Key, Known], own: Mapping[Key, tuple[Told, Told]]) -> Disagrees | None:
+def _look(
+    known: Mapping[Key, KnownMaterial],
+    own: Mapping[Key, tuple[InformationOfCuts, InformationOfCuts]],
+) -> Disagrees | None:
     """Compare a machine with the others."""
     sides = [
         compared(as_felt, as_stated=stated, others=known[key].without(key[1], stated).pair(key[1]))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 from scipy.stats import binom
 
-from autodb.proofs.runs.found import Table, percent
+from autodb.proofs.runs.found import TextTable, percent
 from autodb.proofs.runs.keeping.fleet_run import (
     CAUSES,
     LEARNT,
@@ -21,7 +21,7 @@ from autodb.proofs.runs.keeping.fleet_run import (
     Joined,
     NamedOne,
 )
-from autodb.proofs.runs.mill.mill_summary import said
+from autodb.proofs.runs.mill.mill_summary import gate_check_words
 from autodb.proofs.runs.runs import Finished, Origin
 
 Array = NDArray[np.float64]
@@ -41,7 +41,7 @@ AGAIN = 2000
 
 
 @dataclass(frozen=True)
-class Way:
+class FleetWay:
     """Over new machines: mean cuts needed, mean error and share held after each of LEARNT.
 
     A machine that does not come to stay below ENOUGH needs one cut more than were made.
@@ -71,7 +71,7 @@ class Fleets:
 
     origin: Origin
     seeds: tuple[int, int]
-    ways: tuple[Way, ...]
+    ways: tuple[FleetWay, ...]
     ratio: float
     ratio_se: float
     causes: tuple[OfCause, ...]
@@ -105,9 +105,9 @@ class Fleets:
              share <= WRONG),
         ]  # fmt: skip
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, how soon machines predict, and who was named as what."""
-        checks = tuple((*cells, said(passed)) for *cells, passed in self._checks())
+        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
         heads = tuple(f">{n} cuts" for n in SHOWN)
         rows = tuple(
             (
@@ -124,12 +124,12 @@ class Fleets:
             for one in self.causes
         )  # fmt: skip
         return (
-            Table("A new machine, and one that is off", ("", ">found", ">must be", ""), checks),
-            Table(
+            TextTable("A new machine, and one that is off", ("", ">found", ">must be", ""), checks),
+            TextTable(
                 "Cuts until the error stays below 10 %; error after so many (and share held)",
                 ("starts from", ">cuts needed", ">never", *heads), rows,
             ),
-            Table(
+            TextTable(
                 "What is off, and what it was named as",
                 ("off", ">fleets", *(f">{kind}" for kind in kinds), ">not named",
                  ">others named"), named,
@@ -144,7 +144,7 @@ class Fleets:
 _FLEETS: TypeAdapter[Fleets] = TypeAdapter(Fleets)
 
 
-def read(text: str) -> Fleets:
+def read_fleet(text: str) -> Fleets:
     """Read what ``to_json`` wrote."""
     return _FLEETS.validate_json(text)
 
@@ -157,7 +157,7 @@ def needed(errors: Sequence[float]) -> int:
     return LEARNT[above[-1] + 1] if above[-1] + 1 < len(LEARNT) else LEARNT[-1] + 1
 
 
-def summary_of(runs: Sequence[Finished[Joined | NamedOne]], origin: Origin) -> Fleets:
+def fleet_summary_of(runs: Sequence[Finished[Joined | NamedOne]], origin: Origin) -> Fleets:
     """Return the score of finished runs in the order of their seeds."""
     every = [one for run in runs for one in run.judged]
     joined = [one for one in every if isinstance(one, Joined)]
@@ -178,8 +178,8 @@ def summary_of(runs: Sequence[Finished[Joined | NamedOne]], origin: Origin) -> F
     )
 
 
-def _way(way: str, some: Sequence[Joined], counts: Array) -> Way:
-    return Way(
+def _way(way: str, some: Sequence[Joined], counts: Array) -> FleetWay:
+    return FleetWay(
         way,
         float(np.mean(counts)),
         float(np.std(counts, ddof=1) / np.sqrt(len(counts))),

@@ -38,7 +38,7 @@ def flips(path: Path, folder: Path, *, seed: int, n: int) -> Iterator[Flip]:
     before = _read(path)
     assert not _found_by_doctor(path)
     assert not _found_by_backup(path, folder / "copy.sqlite3")
-    used = cells(whole)
+    used = cell_places(whole)
     draw = random.Random(seed)
     for number in range(n):
         byte, bit = draw.choice(used), draw.randrange(8)
@@ -51,7 +51,7 @@ def flips(path: Path, folder: Path, *, seed: int, n: int) -> Iterator[Flip]:
         copy.unlink()
 
 
-def cells(whole: bytes) -> list[int]:
+def cell_places(whole: bytes) -> list[int]:
     """Return the places of the bytes of all cells, and of pages that long values go on in."""
     size = int.from_bytes(whole[16:18], "big")
     places: list[int] = []

@@ -16,7 +16,7 @@ COMPONENT = {"x": "x", "spindle": "y", "z": "z"}
 
 
 @dataclass(frozen=True)
-class Cuts:
+class LatheCuts:
     """Cuts (n,) of one axis: range in the cut and its rise over air, A, conditions, and the force
     that the dynamometer read, N.
     """
@@ -35,13 +35,13 @@ class Cuts:
         return self.force_N * self.radius_mm / 1000.0
 
 
-def cuts_of(made: Campaign, axis: str) -> tuple[Cuts, Cuts]:
+def cuts_of(made: Campaign, axis: str) -> tuple[LatheCuts, LatheCuts]:
     """Return the cuts to calibrate an axis with, and those to test it on."""
-    known, tested = rows_of(made, axis)
+    known, tested = rows_in_tables(made, axis)
     return _cuts(made.calibration, axis, known), _cuts(made.test, axis, tested)
 
 
-def rows_of(made: Campaign, axis: str) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def rows_in_tables(made: Campaign, axis: str) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return which rows of the two tables those are."""
     if axis not in MOVING:
         return made.spindle_calibration, made.spindle_test
@@ -51,13 +51,13 @@ def rows_of(made: Campaign, axis: str) -> tuple[NDArray[np.bool_], NDArray[np.bo
     return known, tested
 
 
-def _cuts(table: Table, axis: str, rows: NDArray[np.bool_]) -> Cuts:
+def _cuts(table: Table, axis: str, rows: NDArray[np.bool_]) -> LatheCuts:
     """Return some rows; the radius is r_w + a_p/2 (P1, section 9)."""
 
     def of(name: str) -> Array:
         return np.asarray(table[name], dtype=np.float64)[rows]
 
-    return Cuts(
+    return LatheCuts(
         range_A=of(f"{axis}.current.range"),
         rise_A=of(f"{axis}.current.range") - of(f"{axis}.current.air"),
         speed_rpm=of("spindle.speed"),

@@ -21,7 +21,7 @@ from autodb.proofs.machines.lathe.drives import (
     warm_share,
 )
 from autodb.proofs.machines.lathe.machine import Lathe
-from autodb.proofs.runs.lathe.lathe_cuts import Cuts
+from autodb.proofs.runs.lathe.lathe_cuts import LatheCuts
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ HALF_CUT_S = 4.0
 """From the start of a cut, which is recorded, to its middle: half of ``DURATION_S``."""
 
 
-def feed_force_N(axis: FeedAxis, known: Cuts, tested: Cuts) -> Array:
+def feed_force_N(axis: FeedAxis, known: LatheCuts, tested: LatheCuts) -> Array:
     """Return the force (n,) on test cuts: the load current, freed of the magnetising one, is linear
     in what presses on the screw.
     """
@@ -38,13 +38,13 @@ def feed_force_N(axis: FeedAxis, known: Cuts, tested: Cuts) -> Array:
     return np.asarray(onto @ coefficients)
 
 
-def _load_columns(axis: FeedAxis, cuts: Cuts) -> Array:
+def _load_columns(axis: FeedAxis, cuts: LatheCuts) -> Array:
     load_A = np.sqrt(np.maximum(cuts.range_A**2 - axis.magnetising_A**2, 0.0))
     per_newton = screw_load(axis, cuts.feed_mm_s)
     return np.column_stack([load_A / per_newton, 1.0 / per_newton])
 
 
-def tangential_force_N(spindle: Spindle, known: Cuts, tested: Cuts) -> Array:
+def tangential_force_N(spindle: Spindle, known: LatheCuts, tested: LatheCuts) -> Array:
     """Return the force (n,) on test cuts; only the sizes of a and b are fitted."""
 
     def error(values: Array) -> Array:
@@ -55,14 +55,14 @@ def tangential_force_N(spindle: Spindle, known: Cuts, tested: Cuts) -> Array:
     return 1000.0 * _torque_Nm(spindle, fitted, tested) / tested.radius_mm
 
 
-def _torque_Nm(spindle: Spindle, values: Array, cuts: Cuts) -> Array:
+def _torque_Nm(spindle: Spindle, values: Array, cuts: LatheCuts) -> Array:
     there = replace(spindle, torque_per_A_Nm=float(values[0]), exponent=float(values[1]))
     scale, exponent = torque_law(there, cuts.speed_rpm)
     shown = 1.0 - warm_share(spindle, cuts.clock_s + HALF_CUT_S)
     return np.asarray(scale * np.maximum(cuts.rise_A, 0.0) ** exponent / shown)
 
 
-def force_N(axis: str, known: Cuts, tested: Cuts) -> Array:
+def oracle_force_N(axis: str, known: LatheCuts, tested: LatheCuts) -> Array:
     """Return the force (n,) that the oracle senses with an axis on test cuts."""
     nominal = Lathe()
     if axis == "spindle":

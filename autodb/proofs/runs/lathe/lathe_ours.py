@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.proofs.machines.lathe.reference_lathe import Campaign, Table
-from autodb.proofs.runs.lathe.lathe_cuts import rows_of
+from autodb.proofs.runs.lathe.lathe_cuts import rows_in_tables
 from autodb.records import CutTable
 from autodb.sensing.ranges import calibration as ranges
 from autodb.sensing.ranges.forms import OF_CURRENT_FEED, OF_CURRENT_SPEED
@@ -17,7 +17,7 @@ TEXTS = ("operation", "work.material", "tool")
 
 
 @dataclass(frozen=True)
-class Sensed:
+class SensedTestForces:
     """Force (n,) on an axis' test cuts and its standard deviation, N, of one cut and of the
     calibration together; and the force that rules over current and speed tell, taken or not, None
     where the calibration cuts are too few for their parameters.
@@ -28,9 +28,9 @@ class Sensed:
     by_rules_N: Array | None
 
 
-def sensed(made: Campaign, axis: str) -> Sensed:
+def sensed(made: Campaign, axis: str) -> SensedTestForces:
     """Return what an axis senses on its test cuts."""
-    known, tested = rows_of(made, axis)
+    known, tested = rows_in_tables(made, axis)
     calibration, test = _table(made.calibration, known), _table(made.test, tested)
     found = ranges.calibrate(calibration, axis)
     felt = ranges.sense(test, found)
@@ -39,10 +39,10 @@ def sensed(made: Campaign, axis: str) -> Sensed:
     points = ranges.calibration_points(calibration, axis)
     rules = OF_CURRENT_SPEED if axis == "spindle" else OF_CURRENT_FEED
     if not rules.fits(points.felt):
-        return Sensed(felt.force_N, sd_N, None)
+        return SensedTestForces(felt.force_N, sd_N, None)
     law = rules.fit(points.felt, points.target)
     by_rules = ranges.sense(test, replace(found, **vars(law)))
-    return Sensed(felt.force_N, sd_N, by_rules.force_N)
+    return SensedTestForces(felt.force_N, sd_N, by_rules.force_N)
 
 
 def _table(table: Table, rows: NDArray[np.bool_]) -> CutTable:

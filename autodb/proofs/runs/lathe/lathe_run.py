@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from autodb.proofs.machines.lathe.reference_lathe import REGRESSION, RULES, Campaign, campaign
 from autodb.proofs.runs.lathe import lathe_oracle, lathe_ours, published_lathe
-from autodb.proofs.runs.lathe.lathe_cuts import Cuts, cuts_of
+from autodb.proofs.runs.lathe.lathe_cuts import LatheCuts, cuts_of
 from autodb.proofs.runs.score import Z
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ AXES = {REGRESSION: ("x", "spindle", "z"), RULES: ("spindle", "z")}
 """Axes of which P1, table 1, prints how many cuts a plan has."""
 
 
-def run(seed: int) -> list[AxisErrors]:
+def run_lathe(seed: int) -> list[AxisErrors]:
     """Calibrate the machine of a seed on its calibration cuts, and test it on others."""
     return [_axis(plan.name, campaign(seed, plan), axis) for plan in AXES for axis in AXES[plan]]
 
@@ -51,10 +51,10 @@ def _axis(plan: str, made: Campaign, axis: str) -> AxisErrors:
         plan=plan,
         axis=axis,
         cuts=len(reference_N),
-        published_N=_rmse(published_lathe.force_N(axis, known, tested), tested),
+        published_N=_rmse(published_lathe.published_force_N(axis, known, tested), tested),
         ours_N=_rmse(force_N, tested),
         rules_N=None if by_rules_N is None else _rmse(by_rules_N, tested),
-        oracle_N=_rmse(lathe_oracle.force_N(axis, known, tested), tested),
+        oracle_N=_rmse(lathe_oracle.oracle_force_N(axis, known, tested), tested),
         held=int(np.sum(np.abs(force_N - reference_N) <= Z * ours.sd_N)),
         estimate=float(force_N.sum()),
         reference=float(reference_N.sum()),
@@ -63,5 +63,5 @@ def _axis(plan: str, made: Campaign, axis: str) -> AxisErrors:
     )
 
 
-def _rmse(force_N: Array, tested: Cuts) -> float:
+def _rmse(force_N: Array, tested: LatheCuts) -> float:
     return float(np.sqrt(np.mean((force_N - tested.force_N) ** 2)))

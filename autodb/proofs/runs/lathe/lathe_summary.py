@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from autodb.proofs.machines.lathe.reference_lathe import REGRESSION
-from autodb.proofs.runs.found import Table, percent, ratio
+from autodb.proofs.runs.found import TextTable, percent, ratio
 from autodb.proofs.runs.lathe.lathe_run import AXES, AxisErrors
 from autodb.proofs.runs.lathe.published_lathe import PUBLISHED_RMSE_N
 from autodb.proofs.runs.runs import Finished, Origin
@@ -25,7 +25,7 @@ SURE = 3.29
 
 
 @dataclass(frozen=True)
-class Row:
+class LatheRow:
     """An axis: median errors of the machines, N; share of intervals that hold, and its standard
     error over machines.
     """
@@ -62,12 +62,12 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Summary:
+class LatheSummary:
     """The score: a row an axis, and the slope of reference over estimate of all axes."""
 
     origin: Origin
     seeds: tuple[int, int]
-    rows: tuple[Row, ...]
+    rows: tuple[LatheRow, ...]
     slope: float
 
     @property
@@ -81,11 +81,11 @@ class Summary:
         """Say whether the slope is 1 as far as it must be."""
         return abs(self.slope - 1.0) <= SLOPE_WITHIN
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[TextTable, ...]:
         """Return the gate, and then autodb's errors."""
         return (self._gate(), self._errors())
 
-    def _gate(self) -> Table:
+    def _gate(self) -> TextTable:
         heads = (
             "axis",
             ">test cuts",
@@ -103,9 +103,9 @@ class Summary:
             for row in self.rows
             if row.published_N is not None
         )  # fmt: skip
-        return Table("Gate: the published calibration, median error", heads, rows)
+        return TextTable("Gate: the published calibration, median error", heads, rows)
 
-    def _errors(self) -> Table:
+    def _errors(self) -> TextTable:
         heads = (
             "axis", "plan of", ">autodb", ">its ANFIS alone", ">as published", ">oracle",
             f">× oracle's (≤ {ORACLE_RATIO:g})", "", ">95 % intervals that hold", "",
@@ -122,26 +122,26 @@ class Summary:
         ]  # fmt: skip
         slope = f"slope of reference over estimate, all axes (1 ± {SLOPE_WITHIN:g})"
         rows.append((slope, "", "", "", "", "", f"{self.slope:.3f}", _said(self.straight), "", ""))
-        return Table("Median errors on test cuts", heads, tuple(rows))
+        return TextTable("Median errors on test cuts", heads, tuple(rows))
 
     def to_json(self) -> str:
         """Return the summary as JSON, as ``from_json`` reads it."""
         return SUMMARY.dump_json(self, indent=1).decode() + "\n"
 
     @staticmethod
-    def from_json(text: str) -> "Summary":
+    def from_json(text: str) -> "LatheSummary":
         """Return a summary that was written; raises pydantic's ValidationError on any other."""
         return SUMMARY.validate_json(text)
 
 
-SUMMARY: TypeAdapter[Summary] = TypeAdapter(Summary)
+SUMMARY: TypeAdapter[LatheSummary] = TypeAdapter(LatheSummary)
 
 
 def _said(passed: bool) -> str:
     return "passed" if passed else "FAILED"
 
 
-def summary_of(runs: Sequence[Finished[AxisErrors]], origin: Origin) -> Summary:
+def lathe_summary_of(runs: Sequence[Finished[AxisErrors]], origin: Origin) -> LatheSummary:
     """Return the score of finished runs in the order of their seeds."""
     every = [one for run in runs for one in run.judged]
     rows = [
@@ -149,14 +149,14 @@ def summary_of(runs: Sequence[Finished[AxisErrors]], origin: Origin) -> Summary:
         for plan in AXES
         for axis in AXES[plan]
     ]
-    return Summary(origin, (runs[0].seed, runs[-1].seed), tuple(rows), _slope(every))
+    return LatheSummary(origin, (runs[0].seed, runs[-1].seed), tuple(rows), _slope(every))
 
 
-def _row(errors: list[AxisErrors]) -> Row:
+def _row(errors: list[AxisErrors]) -> LatheRow:
     plan, axis = errors[0].plan, errors[0].axis
     rules = [one.rules_N for one in errors if one.rules_N is not None]
     shares = np.array([one.held / one.cuts for one in errors])
-    return Row(
+    return LatheRow(
         plan=plan,
         axis=axis,
         cuts=errors[0].cuts,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from autodb.proofs.runs.lathe.lathe_cuts import Cuts
+from autodb.proofs.runs.lathe.lathe_cuts import LatheCuts
 
 Array = NDArray[np.float64]
 
@@ -23,17 +23,17 @@ CUBIC = 4
 """Coefficients of a and of b."""
 
 
-def force_N(axis: str, known: Cuts, tested: Cuts) -> Array:
+def published_force_N(axis: str, known: LatheCuts, tested: LatheCuts) -> Array:
     """Return the force (n,) that the published calibration senses with an axis on test cuts."""
     return (_spindle_N if axis == "spindle" else _feed_N)(known, tested)
 
 
-def _feed_N(known: Cuts, tested: Cuts) -> Array:
+def _feed_N(known: LatheCuts, tested: LatheCuts) -> Array:
     line = np.polyfit(known.range_A, known.force_N, 1)
     return np.asarray(np.polyval(line, tested.range_A), dtype=np.float64)
 
 
-def _spindle_N(known: Cuts, tested: Cuts) -> Array:
+def _spindle_N(known: LatheCuts, tested: LatheCuts) -> Array:
     law = SpindleLaw.fitted(known.speed_rpm, known.rise_A, known.torque_Nm)
     return 1000.0 * law(tested.speed_rpm, tested.rise_A) / tested.radius_mm
 

@@ -6,7 +6,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.proofs.machines.mill.reference_mill import Logged, MillAxis, MilledCut, swept_axis
+from autodb.proofs.machines.mill.reference_mill import (
+    Logged,
+    MillAxis,
+    RecordedMilledCut,
+    swept_axis,
+)
 from autodb.records import Recording
 from autodb.sensing.drives.feed_axis import SYMMETRIC, identify
 from autodb.sensing.drives.fit.axis_model import Identified
@@ -25,26 +30,26 @@ TERMS = (
 )
 
 
-def identified(seed: int, axis: MillAxis) -> Identified:
+def identified_mill_axis(seed: int, axis: MillAxis) -> Identified:
     """Fit all terms of an axis together to its whole sweep."""
-    seen = recording(swept_axis(seed, axis), axis.name)
+    seen = mill_recording(swept_axis(seed, axis), axis.name)
     return identify(seen, axis=axis.name, terms=TERMS, by_way=True)
 
 
 def loads_A(
-    models: Mapping[str, DriveModel], cuts: Sequence[MilledCut], *, bandwidth_hz: float
+    models: Mapping[str, DriveModel], cuts: Sequence[RecordedMilledCut], *, bandwidth_hz: float
 ) -> dict[tuple[str, str], Array]:
     """Return the load (n,) of each cut on each axis, without delay, A."""
     return {
         (one.cut.name, name): reconstruct(
-            recording(one.axes[name], name), model, bandwidth_hz=bandwidth_hz
+            mill_recording(one.axes[name], name), model, bandwidth_hz=bandwidth_hz
         ).value
         for one in cuts
         for name, model in models.items()
     }
 
 
-def recording(logged: Logged, name: str) -> Recording:
+def mill_recording(logged: Logged, name: str) -> Recording:
     """Return what the control logged of an axis as a recording has it."""
     motion = logged.motion
     channels = {

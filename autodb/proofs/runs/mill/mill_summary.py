@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import Table, percent, ratio
-from autodb.proofs.runs.mill.mill_run import OURS, PUBLISHED, SCORED, Kept, Told
+from autodb.proofs.runs.found import TextTable, percent, ratio
+from autodb.proofs.runs.mill.mill_run import OURS, PUBLISHED, SCORED, ForceErrors, KeptOfAxis
 from autodb.proofs.runs.mill.published_mill import MEAN_N, POCKET_N, SLOT_N
 from autodb.proofs.runs.runs import Finished, Origin
 
@@ -25,7 +25,7 @@ PUBLISHED_N = {
 
 
 @dataclass(frozen=True)
-class Row:
+class ForceRow:
     """One way in one cut on one axis: medians of the machines, N, as in ``Told``."""
 
     way: str
@@ -35,9 +35,9 @@ class Row:
     slow_N: float
 
 
-def rows_of(runs: Sequence[Finished[Told | Kept]]) -> tuple[Row, ...]:
+def force_rows_of(runs: Sequence[Finished[ForceErrors | KeptOfAxis]]) -> tuple[ForceRow, ...]:
     """Return the medians, cut by cut, each with its ways in the order of the first run."""
-    every = [one for run in runs for one in run.judged if isinstance(one, Told)]
+    every = [one for run in runs for one in run.judged if isinstance(one, ForceErrors)]
     ways = list(dict.fromkeys(one.way for one in every))
     cuts = list(dict.fromkeys(one.cut for one in every))
     return tuple(
@@ -48,8 +48,8 @@ def rows_of(runs: Sequence[Finished[Told | Kept]]) -> tuple[Row, ...]:
     )
 
 
-def _row(told: list[Told]) -> Row:
-    return Row(
+def _row(told: list[ForceErrors]) -> ForceRow:
+    return ForceRow(
         told[0].way,
         told[0].cut,
         told[0].axis,
@@ -58,20 +58,20 @@ def _row(told: list[Told]) -> Row:
     )
 
 
-def mean_N(runs: Sequence[Finished[Told | Kept]], way: str) -> float:
+def mean_N(runs: Sequence[Finished[ForceErrors | KeptOfAxis]], way: str) -> float:
     """Return the mean over cuts and axes, median of the machines."""
-    every = [[one for one in run.judged if isinstance(one, Told)] for run in runs]
+    every = [[one for one in run.judged if isinstance(one, ForceErrors)] for run in runs]
     means = [np.mean([one.rmse_N for one in told if one.way == way]) for told in every]
     return float(np.median(means))
 
 
 @dataclass(frozen=True)
-class Gate:
+class MillGate:
     """How the published way does on reference mills: a row a cut and axis, and the mean, N."""
 
     origin: Origin
     seeds: tuple[int, int]
-    rows: tuple[Row, ...]
+    rows: tuple[ForceRow, ...]
     mean_N: float
 
     @property
@@ -83,7 +83,7 @@ class Gate:
     def _of(self, cut: str, axis: str) -> float:
         return next(row.rmse_N for row in self.rows if (row.cut, row.axis) == (cut, axis))
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[TextTable, ...]:
         """Return what must be as published, and the other cuts."""
         heads = ("cut", "axis", ">published N", ">on virtual mills", f">ratio (1 ± {WITHIN:g})", "")
         asked = [
@@ -95,8 +95,10 @@ class Gate:
         ]
         every = tuple((row.cut, row.axis, f"{row.rmse_N:.1f}") for row in self.rows)
         return (
-            Table("Gate: RMSE of the published way, median of the machines", heads, tuple(rows)),
-            Table("All cuts, median of the machines", ("cut", "axis", ">RMSE N"), every),
+            TextTable(
+                "Gate: RMSE of the published way, median of the machines", heads, tuple(rows)
+            ),
+            TextTable("All cuts, median of the machines", ("cut", "axis", ">RMSE N"), every),
         )
 
     def to_json(self) -> str:
@@ -119,13 +121,13 @@ class KeptRow:
     worst_mass: float
 
 
-def kept_of(runs: Sequence[Finished[Told | Kept]]) -> tuple[KeptRow, ...]:
+def kept_of(runs: Sequence[Finished[ForceErrors | KeptOfAxis]]) -> tuple[KeptRow, ...]:
     """Return what was kept, axis by axis."""
-    every = [one for run in runs for one in run.judged if isinstance(one, Kept)]
+    every = [one for run in runs for one in run.judged if isinstance(one, KeptOfAxis)]
     return tuple(_kept_row([one for one in every if one.axis == axis]) for axis in SCORED)
 
 
-def _kept_row(kept: list[Kept]) -> KeptRow:
+def _kept_row(kept: list[KeptOfAxis]) -> KeptRow:
     poles = [abs(one.pole_mm / POLE_MM - 1.0) for one in kept]
     masses = [abs(one.moved_kg / one.true_kg - 1.0) for one in kept]
     forms = [one.form for one in kept]
@@ -141,14 +143,14 @@ def _kept_row(kept: list[Kept]) -> KeptRow:
 
 
 @dataclass(frozen=True)
-class Forces:
+class ForcesGate:
     """How autodb does beside the published way: a row a cut, axis and way, means of the ways, and
     what was kept of the axes.
     """
 
     origin: Origin
     seeds: tuple[int, int]
-    rows: tuple[Row, ...]
+    rows: tuple[ForceRow, ...]
     means_N: tuple[tuple[str, float], ...]
     kept: tuple[KeptRow, ...]
 
@@ -159,36 +161,36 @@ class Forces:
             row.near == row.machines for row in self.kept
         )
 
-    def _limited(self) -> list[Row]:
+    def _limited(self) -> list[ForceRow]:
         """Return autodb's rows that have a limit."""
         return [row for row in self.rows if row.way == OURS and self._limit(row) < np.inf]
 
     @staticmethod
-    def _limit(row: Row) -> float:
+    def _limit(row: ForceRow) -> float:
         kinds = {"pocket": POCKET_RATIO, "slot": SLOT_RATIO}
         return next((limit for kind, limit in kinds.items() if row.cut.startswith(kind)), np.inf)
 
-    def _ratio(self, row: Row) -> float:
+    def _ratio(self, row: ForceRow) -> float:
         at = (PUBLISHED, row.cut, row.axis)
         there = next(one for one in self.rows if (one.way, one.cut, one.axis) == at)
         return row.rmse_N / there.rmse_N
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, what was kept, and all ways."""
         return (self._limits(), self._axes(), self._ways(), self._means())
 
-    def _limits(self) -> Table:
+    def _limits(self) -> TextTable:
         heads = ("cut", "axis", ">autodb N", ">× published way's", ">must be ≤", "")
         rows = tuple(
             (
                 row.cut, row.axis, f"{row.rmse_N:.1f}", ratio(self._ratio(row)),
-                ratio(self._limit(row)), said(self._ratio(row) <= self._limit(row)),
+                ratio(self._limit(row)), gate_check_words(self._ratio(row) <= self._limit(row)),
             )
             for row in self._limited()
         )  # fmt: skip
-        return Table("autodb: RMSE, median of the machines", heads, rows)
+        return TextTable("autodb: RMSE, median of the machines", heads, rows)
 
-    def _axes(self) -> Table:
+    def _axes(self) -> TextTable:
         heads = (
             "axis", f">pole within {percent(POLE)} of {POLE_MM:g} mm", ">worst off by", "",
             "cogging kept as", ">moved mass off by", ">worst",
@@ -196,25 +198,27 @@ class Forces:
         rows = tuple(
             (
                 row.axis, f"{row.near} of {row.machines}", f"{100.0 * row.worst_pole:.2f} %",
-                said(row.near == row.machines),
+                gate_check_words(row.near == row.machines),
                 ", ".join(f"{form} ({count})" for form, count in row.forms),
                 f"{100.0 * row.mass:.2f} %", f"{100.0 * row.worst_mass:.2f} %",
             )
             for row in self.kept
         )  # fmt: skip
-        return Table("What autodb keeps of the axes", heads, rows)
+        return TextTable("What autodb keeps of the axes", heads, rows)
 
-    def _ways(self) -> Table:
+    def _ways(self) -> TextTable:
         heads = ("cut", "axis", "way", ">RMSE N", ">up to 10 Hz")
         rows = tuple(
             (row.cut, row.axis, row.way, f"{row.rmse_N:.1f}", f"{row.slow_N:.1f}")
             for row in self.rows
         )
-        return Table("All ways, median of the machines", heads, rows)
+        return TextTable("All ways, median of the machines", heads, rows)
 
-    def _means(self) -> Table:
+    def _means(self) -> TextTable:
         rows = tuple((way, f"{mean:.1f}") for way, mean in self.means_N)
-        return Table("Mean over cuts and axes, median of the machines", ("way", ">RMSE N"), rows)
+        return TextTable(
+            "Mean over cuts and axes, median of the machines", ("way", ">RMSE N"), rows
+        )
 
     def to_json(self) -> str:
         """Return the summary as JSON, as ``read_forces`` reads it."""
@@ -228,36 +232,38 @@ def near_N(here_N: float, there_N: float) -> bool:
 
 def said_near(here_N: float, there_N: float) -> str:
     """Say so as a cell has it."""
-    return said(near_N(here_N, there_N))
+    return gate_check_words(near_N(here_N, there_N))
 
 
-def said(passed: bool) -> str:
+def gate_check_words(passed: bool) -> str:
     """Return what a cell says of a check."""
     return "passed" if passed else "FAILED"
 
 
-GATE: TypeAdapter[Gate] = TypeAdapter(Gate)
-FORCES: TypeAdapter[Forces] = TypeAdapter(Forces)
+GATE: TypeAdapter[MillGate] = TypeAdapter(MillGate)
+FORCES: TypeAdapter[ForcesGate] = TypeAdapter(ForcesGate)
 
 
-def read_gate(text: str) -> Gate:
+def read_mill_gate(text: str) -> MillGate:
     """Return a gate that was written; raises pydantic's ValidationError on any other."""
     return GATE.validate_json(text)
 
 
-def gate_of(runs: Sequence[Finished[Told | Kept]], origin: Origin) -> Gate:
+def mill_gate_of(runs: Sequence[Finished[ForceErrors | KeptOfAxis]], origin: Origin) -> MillGate:
     """Return the gate of finished runs in the order of their seeds."""
-    return Gate(origin, (runs[0].seed, runs[-1].seed), rows_of(runs), mean_N(runs, PUBLISHED))
+    return MillGate(
+        origin, (runs[0].seed, runs[-1].seed), force_rows_of(runs), mean_N(runs, PUBLISHED)
+    )
 
 
-def read_forces(text: str) -> Forces:
+def read_forces(text: str) -> ForcesGate:
     """Return forces that were written; raises pydantic's ValidationError on any other."""
     return FORCES.validate_json(text)
 
 
-def forces_of(runs: Sequence[Finished[Told | Kept]], origin: Origin) -> Forces:
+def forces_of(runs: Sequence[Finished[ForceErrors | KeptOfAxis]], origin: Origin) -> ForcesGate:
     """Return the forces of finished runs in the order of their seeds."""
-    rows = rows_of(runs)
+    rows = force_rows_of(runs)
     ways = dict.fromkeys(row.way for row in rows)
     means = tuple((way, mean_N(runs, way)) for way in ways)
-    return Forces(origin, (runs[0].seed, runs[-1].seed), rows, means, kept_of(runs))
+    return ForcesGate(origin, (runs[0].seed, runs[-1].seed), rows, means, kept_of(runs))

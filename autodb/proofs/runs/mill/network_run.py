@@ -15,15 +15,15 @@ from autodb.proofs.machines.mill.reference_mill import (
     swept_axis,
 )
 from autodb.proofs.machines.mill.reference_mill_moves import AXES, RATE_HZ
-from autodb.proofs.machines.mill.reference_milling import ALUMINIUM, C45, STRONGER, Work
+from autodb.proofs.machines.mill.reference_milling import ALUMINIUM, C45, STRONGER, TeethLaw
 from autodb.proofs.machines.mill.reference_plan import (
     TESTS,
     TRAINING,
-    Planned,
+    PlannedCut,
     RecordedCut,
-    recorded,
+    record_planned,
 )
-from autodb.proofs.runs.mill.mill_ours import identified, recording
+from autodb.proofs.runs.mill.mill_ours import identified_mill_axis, mill_recording
 from autodb.proofs.runs.mill.mill_run import SCORED, SLOW_HZ
 from autodb.proofs.runs.mill.network_summary import (
     ANOTHER,
@@ -40,14 +40,14 @@ from autodb.proofs.runs.mill.network_summary import (
     NetHeld,
     NetTold,
 )
-from autodb.proofs.runs.mill.published_lstm import published, rows_of
-from autodb.proofs.runs.mill.published_mill import FourSteps, four_steps
+from autodb.proofs.runs.mill.published_lstm import channels_of_cut, published_network
+from autodb.proofs.runs.mill.published_mill import PublishedFourSteps, published_four_steps
 from autodb.sensing import fusion
 from autodb.sensing.drives.reconstruct import DriveModel, reconstruct
 from autodb.sensing.network import learning
-from autodb.sensing.network.drive_loads import AxisTables, Drive
-from autodb.sensing.network.greybox import GreyBox, Recorded
-from autodb.sensing.network.stream import forces
+from autodb.sensing.network.drive_loads import AxisTables, LoadedDrive
+from autodb.sensing.network.greybox import GreyBox, KnownForceRecording
+from autodb.sensing.network.stream import network_forces
 
 Array = NDArray[np.float64]
 Tables = Mapping[str, AxisTables]
@@ -57,41 +57,45 @@ EVERY = 8
 
 
 @dataclass(frozen=True)
-class Machine:
+class SweptMill:
     """A mill with what its own sweep told of it."""
 
     seed: int
     mill: dict[str, MillAxis]
     models: dict[str, DriveModel]
-    published: dict[str, FourSteps]
+    published: dict[str, PublishedFourSteps]
 
     @classmethod
-    def swept(cls, seed: int) -> "Machine":
+    def swept(cls, seed: int) -> "SweptMill":
         """Draw a mill and identify its axes."""
         mill = draw_mill(seed)
         return cls(
             seed,
             mill,
-            {name: DriveModel.of(identified(seed, mill[name])) for name in SCORED},
+            {name: DriveModel.of(identified_mill_axis(seed, mill[name])) for name in SCORED},
             {
-                name: four_steps(swept_axis(seed, mill[name]), mill[name].newtons_per_ampere)
+                name: published_four_steps(
+                    swept_axis(seed, mill[name]), mill[name].newtons_per_ampere
+                )
                 for name in SCORED
             },
         )
 
-    def cuts(self, planned: Sequence[Planned], work: Work = C45) -> list[RecordedCut]:
+    def cuts(self, planned: Sequence[PlannedCut], work: TeethLaw = C45) -> list[RecordedCut]:
         """Record cuts of the plan."""
-        return [recorded(self.seed, self.mill, one, work) for one in planned]
+        return [record_planned(self.seed, self.mill, one, work) for one in planned]
 
     @property
-    def drives(self) -> dict[str, Drive]:
+    def drives(self) -> dict[str, LoadedDrive]:
         """Return the models of its axes with their motors' constants."""
-        return {n: Drive(one, self.mill[n].newtons_per_ampere) for n, one in self.models.items()}
+        return {
+            n: LoadedDrive(one, self.mill[n].newtons_per_ampere) for n, one in self.models.items()
+        }
 
 
-def run(seed: int) -> list[NetTold | NetHeld | NetBand]:
+def run_networks(seed: int) -> list[NetTold | NetHeld | NetBand]:
     """Tell the test cuts of a seed's mill in every way."""
-    machine = Machine.swept(seed)
+    machine = SweptMill.swept(seed)
     training, tests = machine.cuts(TRAINING), machine.cuts(TESTS)
     box = _box(machine, training)
     tables = box.tables(machine.drives)
@@ -120,7 +124,7 @@ def run(seed: int) -> list[NetTold | NetHeld | NetBand]:
         *_held(GREY, OWN, tests, [one[1] for one in heard]),
         *_held(FUSED, OWN, tests, [_fused(together, one) for one in heard]),
     ]
-    other = Machine.swept(seed + 500)
+    other = SweptMill.swept(seed + 500)
     cuts, theirs = other.cuts(TESTS), box.tables(other.drives)
     held += _held(GREY, ANOTHER, cuts, [_grey(box, theirs, cut) for cut in cuts])
     for work in (ALUMINIUM, STRONGER):
@@ -129,82 +133,86 @@ def run(seed: int) -> list[NetTold | NetHeld | NetBand]:
     return [*errors, *held, *_bands(box, tests, told[GREY])]
 
 
-def _box(machine: Machine, cuts: Sequence[RecordedCut]) -> GreyBox:
+def _box(machine: SweptMill, cuts: Sequence[RecordedCut]) -> GreyBox:
     seen = [recorded_of(cut) for cut in cuts]
-    return learning.fit(seen, machine.drives, rate_hz=RATE_HZ)
+    return learning.train_grey_box(seen, machine.drives, rate_hz=RATE_HZ)
 
 
-def recorded_of(cut: RecordedCut) -> Recorded:
+def recorded_of(cut: RecordedCut) -> KnownForceRecording:
     """Return a cut as a grey box is trained on it: the scored axes, and their measured forces."""
     known = {name: cut.force_N[AXES.index(name)] for name in SCORED}
-    return Recorded(_of_axes(cut.channels), known)
+    return KnownForceRecording(_of_axes(cut.channels), known)
 
 
 def _of_axes(channels: Mapping[str, Array]) -> dict[str, Array]:
     return {n: one for n, one in channels.items() if n.split(".")[0] in (*SCORED, "spindle")}
 
 
-def _grey(box: GreyBox, tables: Tables, cut: RecordedCut) -> fusion.Heard:
-    told = forces(box, tables, cut.channels)
-    return fusion.Heard(told.force_N, told.sd_N)
+def _grey(box: GreyBox, tables: Tables, cut: RecordedCut) -> fusion.SensedTogether:
+    told = network_forces(box, tables, cut.channels)
+    return fusion.SensedTogether(told.force_N, told.sd_N)
 
 
-def _drive(machine: Machine, cut: RecordedCut) -> fusion.Heard:
+def _drive(machine: SweptMill, cut: RecordedCut) -> fusion.SensedTogether:
     """Return the forces (n, 2) of the drive models alone, up to P0's frequency."""
     value, sd = [], []
     for name in SCORED:
-        seen = recording(cut.made.axes[name], name)
+        seen = mill_recording(cut.made.axes[name], name)
         load = reconstruct(seen, machine.models[name], bandwidth_hz=TRUTH_HZ)
         scale = machine.mill[name].newtons_per_ampere
         value.append(-scale * load.value)
         sd.append(scale * load.sd)
-    return fusion.Heard(np.column_stack(value), np.column_stack(sd))
+    return fusion.SensedTogether(np.column_stack(value), np.column_stack(sd))
 
 
 def _heard(
-    machine: Machine, box: GreyBox, tables: Tables, cut: RecordedCut
-) -> tuple[fusion.Heard, fusion.Heard]:
+    machine: SweptMill, box: GreyBox, tables: Tables, cut: RecordedCut
+) -> tuple[fusion.SensedTogether, fusion.SensedTogether]:
     return _drive(machine, cut), _grey(box, tables, cut)
 
 
-def _of_axis(heard: Sequence[fusion.Heard], k: int) -> fusion.Heard:
-    return fusion.Heard(
+def _of_axis(heard: Sequence[fusion.SensedTogether], k: int) -> fusion.SensedTogether:
+    return fusion.SensedTogether(
         np.column_stack([one.value_N[:, k] for one in heard]),
         np.column_stack([one.sd_N[:, k] for one in heard]),
     )
 
 
 def _fusions(
-    machine: Machine, box: GreyBox, tables: Tables, training: Sequence[RecordedCut]
+    machine: SweptMill, box: GreyBox, tables: Tables, training: Sequence[RecordedCut]
 ) -> list[fusion.Fusion]:
     """Return how both go together, by axis, from recordings that the grey box left out."""
-    cuts = [training[k] for k in learning.left_out(len(training))]
+    cuts = [training[k] for k in learning.held_out_recordings(len(training))]
     heard = [_heard(machine, box, tables, cut) for cut in cuts]
     return [
-        fusion.learn(
+        fusion.learn_fusion(
             (DRIVE, GREY), [_of_axis(one, k) for one in heard], [cut.force_N[k] for cut in cuts]
         )
         for k in range(len(SCORED))
     ]
 
 
-def _better(machine: Machine, box: GreyBox, tables: Tables, training: Sequence[RecordedCut]) -> int:
+def _better(
+    machine: SweptMill, box: GreyBox, tables: Tables, training: Sequence[RecordedCut]
+) -> int:
     """Return which of both was nearer in the recordings that the grey box left out."""
     off = np.zeros(2)
-    for cut in (training[k] for k in learning.left_out(len(training))):
+    for cut in (training[k] for k in learning.held_out_recordings(len(training))):
         for number, one in enumerate(_heard(machine, box, tables, cut)):
             off[number] += _rms((one.value_N - cut.force_N[: len(SCORED)].T)[_rows(cut)])
     return int(np.argmin(off))
 
 
-def _fused(together: Sequence[fusion.Fusion], heard: Sequence[fusion.Heard]) -> fusion.Heard:
+def _fused(
+    together: Sequence[fusion.Fusion], heard: Sequence[fusion.SensedTogether]
+) -> fusion.SensedTogether:
     made = [fusion.fuse(one, _of_axis(heard, k)) for k, one in enumerate(together)]
-    return fusion.Heard(
+    return fusion.SensedTogether(
         np.column_stack([one.value_N for one in made]), np.column_stack([one.sd_N for one in made])
     )
 
 
-def _four(machine: Machine, cut: RecordedCut) -> Array:
+def _four(machine: SweptMill, cut: RecordedCut) -> Array:
     found = []
     for name, model in machine.published.items():
         seen = cut.made.axes[name]
@@ -213,7 +221,7 @@ def _four(machine: Machine, cut: RecordedCut) -> Array:
     return np.column_stack(found)
 
 
-def _known(machine: Machine, cut: RecordedCut) -> Array:
+def _known(machine: SweptMill, cut: RecordedCut) -> Array:
     return np.column_stack(
         [
             cut.made.air_N[name]
@@ -225,9 +233,10 @@ def _known(machine: Machine, cut: RecordedCut) -> Array:
 
 def _networks(training: Sequence[RecordedCut], tests: Sequence[RecordedCut]) -> list[Array]:
     """Return what P0's networks tell of each test (n, 2)."""
-    networks = [published(training, k) for k in range(len(SCORED))]
+    networks = [published_network(training, k) for k in range(len(SCORED))]
     return [
-        np.column_stack([network.force_N(rows_of(cut)) for network in networks]) for cut in tests
+        np.column_stack([network.force_N(channels_of_cut(cut)) for network in networks])
+        for cut in tests
     ]
 
 
@@ -242,7 +251,7 @@ def _rms(values: Array) -> float:
 
 
 def _held(
-    way: str, of: str, cuts: Sequence[RecordedCut], told: Sequence[fusion.Heard]
+    way: str, of: str, cuts: Sequence[RecordedCut], told: Sequence[fusion.SensedTogether]
 ) -> list[NetHeld]:
     found = []
     for cut, one in zip(cuts, told, strict=True):

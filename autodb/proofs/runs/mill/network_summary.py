@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import Table, percent, ratio
+from autodb.proofs.runs.found import TextTable, percent, ratio
 from autodb.proofs.runs.mill.mill_run import SCORED
-from autodb.proofs.runs.mill.mill_summary import said
+from autodb.proofs.runs.mill.mill_summary import gate_check_words
 from autodb.proofs.runs.mill.published_mill import MEAN_N as FOUR_MEAN_N
 from autodb.proofs.runs.runs import Finished, Origin
 from autodb.proofs.runs.score import coverage_limits
@@ -159,21 +159,21 @@ class Networks:
             found.append((what, percent(row.share), limits, low <= row.share <= high))
         return found
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, all ways, and how wide intervals are."""
-        checks = tuple((*cells, said(passed)) for *cells, passed in self._checks())
+        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
         ways = tuple((row.way, f"{row.mean_N:.1f}", f"{row.median_N:.1f}") for row in self.ways)
         held = tuple(
             (row.way, row.of, str(row.recordings), percent(row.share), f"{row.width_N:.0f}")
             for row in self.held
         )
         return (
-            Table("Limits", ("", ">found", ">must be", ""), tuple((*row,) for row in checks)),
-            Table(
+            TextTable("Limits", ("", ">found", ">must be", ""), tuple((*row,) for row in checks)),
+            TextTable(
                 "RMSE over 21 tests and two axes, median of the machines",
                 ("way", ">mean N", ">median N"), ways,
             ),
-            Table(
+            TextTable(
                 "95 % intervals",
                 ("way", "on", ">recordings", ">rows within", ">median ± N"), held,
             ),
@@ -187,12 +187,12 @@ class Networks:
 SUMMARY: TypeAdapter[Networks] = TypeAdapter(Networks)
 
 
-def read(text: str) -> Networks:
+def read_networks(text: str) -> Networks:
     """Return a summary that was written; raises pydantic's ValidationError on any other."""
     return SUMMARY.validate_json(text)
 
 
-def summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> Networks:
+def network_summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> Networks:
     """Return the summary of finished runs in the order of their seeds."""
     told = [[one for one in run.judged if isinstance(one, NetTold)] for run in runs]
     held = [one for run in runs for one in run.judged if isinstance(one, NetHeld)]

@@ -16,24 +16,24 @@ from numpy.typing import NDArray
 
 from autodb.proofs.machines.mill.reference_plan import RecordedCut
 from autodb.sensing.network.network import Shape, Stacked, ran
-from autodb.sensing.network.training import Plan, Rows, trained
+from autodb.sensing.network.training import TrainingPlan, TrainingRows, trained
 
 Array = NDArray[np.float64]
 
 DROPOUT = 0.5
 """What MATLAB's layer has unless it is told otherwise."""
-PLAN = Plan(epochs=14, rate=5e-3, window=500, lead=0, batch=32, seed=1)
+PLAN = TrainingPlan(epochs=14, rate=5e-3, window=500, lead=0, batch=32, seed=1)
 
 
 @dataclass(frozen=True)
-class Scaled:
+class ScaledChannels:
     """Channels (k,) scaled by ``low`` and ``high`` of the recordings for training."""
 
     low: Array
     high: Array
 
     @classmethod
-    def of(cls, recordings: Sequence[Array]) -> "Scaled":
+    def of(cls, recordings: Sequence[Array]) -> "ScaledChannels":
         """Return the ranges of recordings (n, k)."""
         return cls(
             np.min([one.min(axis=0) for one in recordings], axis=0),
@@ -51,7 +51,7 @@ class Network:
     """P0's network of one component."""
 
     network: Stacked
-    scaled: Scaled
+    scaled: ScaledChannels
     most_N: float
 
     def force_N(self, rows: Array) -> Array:
@@ -60,27 +60,27 @@ class Network:
         return (made[:, 0] - 0.5) * 2.0 * self.most_N
 
 
-def rows_of(cut: RecordedCut) -> Array:
+def channels_of_cut(cut: RecordedCut) -> Array:
     """Return the channels (n, 14) of a recorded cut."""
     return np.column_stack(list(cut.channels.values()))
 
 
-def published(
+def published_network(
     recordings: Sequence[RecordedCut],
     component: int,
     *,
-    plan: Plan = PLAN,
+    plan: TrainingPlan = PLAN,
     dropout: float = DROPOUT,
     folder: Path | None = None,
     device: str = "cpu",
     progress: Callable[[int, float], None] = lambda _epoch, _loss: None,
 ) -> Network:
     """Return P0's network of a component, 0 to 2, trained on recorded cuts."""
-    rows = [rows_of(one) for one in recordings]
+    rows = [channels_of_cut(one) for one in recordings]
     forces = [one.force_N[component] for one in recordings]
-    scaled, most_N = Scaled.of(rows), max(float(np.abs(one).max()) for one in forces)
+    scaled, most_N = ScaledChannels.of(rows), max(float(np.abs(one).max()) for one in forces)
     sequences = [
-        Rows(scaled(one), (force_N / (2.0 * most_N) + 0.5)[:, None])
+        TrainingRows(scaled(one), (force_N / (2.0 * most_N) + 0.5)[:, None])
         for one, force_N in zip(rows, forces, strict=True)
     ]
     network = trained(

@@ -35,7 +35,7 @@ ACCELERATED_MM_S2 = 200.0
 
 
 @dataclass(frozen=True)
-class Stribeck:
+class PublishedStribeck:
     """P0, equation 4 with exponent 2: Coulomb, breakaway, speed, viscous; N and mm/s."""
 
     p: Array
@@ -48,7 +48,7 @@ class Stribeck:
 
 
 @dataclass(frozen=True)
-class FourSteps:
+class PublishedFourSteps:
     """P0's model of an axis: slope N/mm and place s_r mm of the line, the table N of a pole,
     friction, mass N s^2/mm.
     """
@@ -56,7 +56,7 @@ class FourSteps:
     slope: float
     rest_mm: float
     table: Array
-    friction: Stribeck
+    friction: PublishedStribeck
     mass: float
 
     def placed_N(self, x_mm: Array) -> Array:
@@ -68,7 +68,7 @@ class FourSteps:
         return self.placed_N(x_mm) + self.friction(v_mm_s) + self.mass * a_mm_s2
 
 
-def four_steps(logged: Logged, newtons_per_ampere: float) -> FourSteps:
+def published_four_steps(logged: Logged, newtons_per_ampere: float) -> PublishedFourSteps:
     """Return P0's model of an axis from its sweep."""
     effort_N, motion = logged.current_A * newtons_per_ampere, logged.motion
     slope, rest_mm, left_N, place_mm = _line(motion.x, motion.v, effort_N)
@@ -78,7 +78,7 @@ def four_steps(logged: Logged, newtons_per_ampere: float) -> FourSteps:
     sped = np.abs(motion.a) > ACCELERATED_MM_S2
     left = rubbing_N[sped] - friction(motion.v[sped])
     mass = float(left @ motion.a[sped] / (motion.a[sped] @ motion.a[sped]))
-    return FourSteps(slope, rest_mm, table, friction, mass)
+    return PublishedFourSteps(slope, rest_mm, table, friction, mass)
 
 
 def _placed(slope: float, rest_mm: float, table: Array, x_mm: Array) -> Array:
@@ -110,7 +110,7 @@ def _table(place_mm: Array, left_N: Array) -> Array:
     return np.bincount(cell, left_N, count) / np.bincount(cell, minlength=count)
 
 
-def _stribeck(v: Array, a: Array, rubbing_N: Array) -> Stribeck:
+def _stribeck(v: Array, a: Array, rubbing_N: Array) -> PublishedStribeck:
     """Step 3: the law through the means of the passes."""
     speeds = np.array([way * one for one, _ in PASSES for way in (1.0, -1.0)])
     steady = np.abs(a) < 50.0
@@ -123,7 +123,7 @@ def _stribeck(v: Array, a: Array, rubbing_N: Array) -> Stribeck:
     starts = [np.array([0.7 * size, size, speed, 0.1 * size / top]) for speed in (1.0, 5.0, 20.0)]
 
     def error(p: Array) -> Array:
-        off: Array = Stribeck(p)(speeds) - means
+        off: Array = PublishedStribeck(p)(speeds) - means
         return off
 
     found = [
@@ -135,4 +135,4 @@ def _stribeck(v: Array, a: Array, rubbing_N: Array) -> Stribeck:
         )
         for start in starts
     ]
-    return Stribeck(np.asarray(min(found, key=lambda one: float(one.cost)).x))
+    return PublishedStribeck(np.asarray(min(found, key=lambda one: float(one.cost)).x))

@@ -18,8 +18,8 @@ from autodb.proofs.machines.mill.reference_table import (
     SPEED_RPM,
     WORK_KG,
     Log,
-    Recorded,
-    Table,
+    RecordedTable,
+    TrueTable,
 )
 
 Array = NDArray[np.float64]
@@ -60,19 +60,19 @@ class Model:
         pull += np.cross(faster, arm, axis=0)
         return np.asarray(self.mass_kg * (_weight(turned) + pull))
 
-    def process_N(self, seen: Recorded) -> Array:
+    def process_N(self, seen: RecordedTable) -> Array:
         """Return the force (3, n) in machine axes, equation 8, up to CUT_HZ."""
         read = filtered(seen.reading_N, CUT_HZ, FORCE_HZ)
         return turned_back(read - self.added_N(seen.log), seen.log)
 
 
-def model(alone: Recorded, fixed: Recorded, fixed_kg: float, table: Table) -> Model:
+def model(alone: RecordedTable, fixed: RecordedTable, fixed_kg: float, table: TrueTable) -> Model:
     """Return P4's model from rests of the sensor alone and with a mass that was weighed."""
     told = np.concatenate([masses(alone), masses(fixed) - fixed_kg])
     return Model(float(np.median(told)) + WORK_KG, table.drawn_m)
 
 
-def masses(seen: Recorded) -> Array:
+def masses(seen: RecordedTable) -> Array:
     """Return the mass, kg, that each tilted rest and component tells."""
     read = filtered(seen.reading_N, AIR_HZ, 1.0 / (seen.log.t[1] - seen.log.t[0]))
     weight = _weight(_turned(seen.log))
@@ -100,7 +100,7 @@ def filtered(values: Array, cutoff_hz: float, rate_hz: float) -> Array:
     return np.asarray(signal.sosfiltfilt(sos, values, axis=1))
 
 
-def envelopes(force_N: Array) -> Array:
+def published_envelopes(force_N: Array) -> Array:
     """Return lower and upper envelope (2, 3, n) of a force (3, n), over a turn of the spindle."""
     rows = round(60.0 / SPEED_RPM * FORCE_HZ)
     return np.array([
@@ -109,9 +109,9 @@ def envelopes(force_N: Array) -> Array:
     ])  # fmt: skip
 
 
-def off(told_N: Array, known: Array, whole: Rows) -> Array:
+def envelope_errors(told_N: Array, known: Array, whole: Rows) -> Array:
     """Return mean absolute errors (2, 3), N, of a force's envelopes where passes are whole."""
-    return np.asarray(np.abs(envelopes(told_N) - known)[:, :, inner(whole)].mean(axis=2))
+    return np.asarray(np.abs(published_envelopes(told_N) - known)[:, :, inner(whole)].mean(axis=2))
 
 
 def inner(whole: Rows) -> Rows:
@@ -122,7 +122,7 @@ def inner(whole: Rows) -> Rows:
 
 def between(upright: Sequence[Array], whole: Rows) -> tuple[Array, Array, Array]:
     """Return mean envelopes (2, 3, n) of upright cuts, errors from it (2, 3), ranges (3,)."""
-    every = np.array([envelopes(one) for one in upright])
+    every = np.array([published_envelopes(one) for one in upright])
     mean = every.mean(axis=0)
     rows = inner(whole)
     errors = np.abs(every - mean)[..., rows].mean(axis=(0, 3))

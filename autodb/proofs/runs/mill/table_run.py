@@ -16,11 +16,11 @@ from autodb.proofs.machines.mill.reference_table import (
     TILTS_FIXED_DEG,
     WORK_KG,
     Log,
-    Recorded,
-    Table,
+    RecordedTable,
+    TrueTable,
     draw_table,
-    milled,
-    tilted,
+    mill_on_table,
+    record_tilted,
     turned_in_air,
 )
 from autodb.proofs.runs.mill.published_table import (
@@ -29,10 +29,10 @@ from autodb.proofs.runs.mill.published_table import (
     RANGES_N,
     Model,
     between,
-    envelopes,
+    envelope_errors,
     filtered,
     model,
-    off,
+    published_envelopes,
     turned_back,
 )
 from autodb.proofs.runs.mill.table_summary import (
@@ -59,17 +59,19 @@ TILTED = (1, 2)
 """Set-ups that are not upright."""
 
 
-def run(seed: int) -> list[Judged]:
+def run_table(seed: int) -> list[Judged]:
     """Tell the forces on a seed's table in every way."""
     table = draw_table(seed)
-    alone = tilted(seed, table, added_kg=0.0)
-    fixed = tilted(seed, table, added_kg=FIXED_KG, stops_deg=TILTS_FIXED_DEG)
+    alone = record_tilted(seed, table, added_kg=0.0)
+    fixed = record_tilted(seed, table, added_kg=FIXED_KG, stops_deg=TILTS_FIXED_DEG)
     published = model(alone, fixed, FIXED_KG, table)
     ours = identify_table(
-        [recording(tilted(seed, table, added_kg=WORK_KG))], Kinematics(), cutoff_hz=AIR_HZ
+        [table_recording(record_tilted(seed, table, added_kg=WORK_KG))],
+        Kinematics(),
+        cutoff_hz=AIR_HZ,
     )
-    cuts = [milled(seed, table, setup) for setup in TILTED]
-    upright = [milled(seed, table, 0, repeat) for repeat in range(REPEATS)]
+    cuts = [mill_on_table(seed, table, setup) for setup in TILTED]
+    upright = [mill_on_table(seed, table, 0, repeat) for repeat in range(REPEATS)]
     return [
         *_gates(published, upright, cuts),
         *_cut(published, ours, table, cuts),
@@ -78,7 +80,7 @@ def run(seed: int) -> list[Judged]:
     ]
 
 
-def recording(seen: Recorded) -> Recording:
+def table_recording(seen: RecordedTable) -> Recording:
     """Return what was recorded as a recording has it."""
     log = seen.log
     channels = {"t": log.t}
@@ -91,11 +93,11 @@ def recording(seen: Recorded) -> Recording:
 
 
 def _gates(
-    published: Model, upright: Sequence[Recorded], cuts: Sequence[Recorded]
+    published: Model, upright: Sequence[RecordedTable], cuts: Sequence[RecordedTable]
 ) -> Iterator[TableGate]:
     whole = upright[0].whole
     mean, repeats_N, _ = between([published.process_N(one) for one in upright], whole)
-    errors = [repeats_N, *(off(published.process_N(one), mean, whole) for one in cuts)]
+    errors = [repeats_N, *(envelope_errors(published.process_N(one), mean, whole) for one in cuts)]
     for setup, error in enumerate(errors):
         for envelope in range(2):
             for k in range(3):
@@ -104,11 +106,11 @@ def _gates(
 
 
 def _cut(
-    published: Model, ours: TableModel, table: Table, cuts: Sequence[Recorded]
+    published: Model, ours: TableModel, table: TrueTable, cuts: Sequence[RecordedTable]
 ) -> Iterator[TableOff | TableHeld]:
     for setup, seen in zip(TILTED, cuts, strict=True):
         true_N = filtered(seen.true_N, CUT_HZ, FORCE_HZ)
-        seen_by_us = recording(seen)
+        seen_by_us = table_recording(seen)
         told = table_forces(ours, seen_by_us, engaged(seen_by_us), cutoff_hz=CUT_HZ)
         ways = {
             PUBLISHED: published.process_N(seen),
@@ -116,7 +118,7 @@ def _cut(
             KNOWN: _known(table, seen),
         }
         for way, force_N in ways.items():
-            errors = off(force_N, envelopes(true_N), seen.whole)
+            errors = envelope_errors(force_N, published_envelopes(true_N), seen.whole)
             for envelope in range(2):
                 for k in range(3):
                     yield TableOff(way, setup, envelope, k, float(errors[envelope, k]))
@@ -125,9 +127,11 @@ def _cut(
         yield TableHeld(setup, float(within.mean()), float(np.median(half_N)))
 
 
-def _airs(published: Model, ours: TableModel, table: Table, seen: Recorded) -> Iterator[TableAir]:
+def _airs(
+    published: Model, ours: TableModel, table: TrueTable, seen: RecordedTable
+) -> Iterator[TableAir]:
     read = filtered(seen.reading_N, AIR_HZ, AXIS_HZ)
-    motion = table_motion(recording(seen), ours.kinematics, cutoff_hz=AIR_HZ)
+    motion = table_motion(table_recording(seen), ours.kinematics, cutoff_hz=AIR_HZ)
     mine = ours.matrix @ ours.added_N(motion.columns()) + ours.zero_N[:, None]
     known = Model(*table.loaded(WORK_KG))
     ways = {
@@ -141,7 +145,7 @@ def _airs(published: Model, ours: TableModel, table: Table, seen: Recorded) -> I
             yield TableAir(way, k, float(errors[k] / np.ptp(read[k])))
 
 
-def _told(ours: TableModel, table: Table) -> Iterator[TableTold]:
+def _told(ours: TableModel, table: TrueTable) -> Iterator[TableTold]:
     mass_kg, lever_m = table.loaded(WORK_KG)
     yield TableTold("mass", mass_kg, ours.mass_kg, ours.mass_sd_kg)
     for k, axis in enumerate("xyz"):
@@ -149,12 +153,12 @@ def _told(ours: TableModel, table: Table) -> Iterator[TableTold]:
         yield TableTold(name, float(lever_m[k]), float(ours.lever_m[k]), float(ours.lever_sd_m[k]))
 
 
-def _moved(table: Table, log: Log) -> Log:
+def _moved(table: TrueTable, log: Log) -> Log:
     """Return the log with the true zeros of its axes."""
     return Log(log.t, log.angle + np.array(table.offsets_deg)[:, None], log.rate, log.acceleration)
 
 
-def _known(table: Table, seen: Recorded) -> Array:
+def _known(table: TrueTable, seen: RecordedTable) -> Array:
     """Return the force (3, n) told by who knows the table, its chips and how it heats.
 
     How hot it became in this recording, in each component by both time constants, and where its

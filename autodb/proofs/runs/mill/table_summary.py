@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import Table, percent, ratio
-from autodb.proofs.runs.mill.mill_summary import said
+from autodb.proofs.runs.found import TextTable, percent, ratio
+from autodb.proofs.runs.mill.mill_summary import gate_check_words
 from autodb.proofs.runs.mill.published_table import AIR, ALONG, REPEATS, SIDEWAYS, WITHIN
 from autodb.proofs.runs.runs import Finished, Origin
 from autodb.proofs.runs.score import coverage_limits
@@ -94,7 +94,7 @@ class OffRow:
 
 
 @dataclass(frozen=True)
-class Tables:
+class TableForcesSummary:
     """What was found: medians of the machines, and coverage.
 
     ``gate``: by set-up, envelope and component, shares of the range; ``sideways`` and ``along``:
@@ -158,9 +158,9 @@ class Tables:
             found.append((what, percent(share), limits, least <= share <= most))
         return found
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, the gate as P4 prints it, and every way."""
-        checks = tuple((*cells, said(passed)) for *cells, passed in self._checks())
+        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
         gate = tuple(
             (
                 f"{COMPONENTS[k]}, {ENVELOPES[e]}",
@@ -183,16 +183,16 @@ class Tables:
             for row in self.off
         )  # fmt: skip
         return (
-            Table("Limits", ("", ">found", ">must be", ""), checks),
-            Table(
+            TextTable("Limits", ("", ">found", ">must be", ""), checks),
+            TextTable(
                 "P4's model from the mean of upright cuts, over the range, as P4's Table 2",
                 ("envelope", *(f">{one}" for one in SETUPS), ">P4, upright"), gate,
             ),
-            Table(
+            TextTable(
                 "Error from the truth: N of envelopes in tilted cuts; of the range in air",
                 ("way", ">x", ">y", ">z", ">air x", ">air y", ">air z"), off,
             ),
-            Table(
+            TextTable(
                 "Beside them",
                 ("", ">"),
                 (
@@ -207,21 +207,21 @@ class Tables:
         return SUMMARY.dump_json(self, indent=1).decode() + "\n"
 
 
-SUMMARY: TypeAdapter[Tables] = TypeAdapter(Tables)
+SUMMARY: TypeAdapter[TableForcesSummary] = TypeAdapter(TableForcesSummary)
 
 
-def read(text: str) -> Tables:
+def read_table_forces(text: str) -> TableForcesSummary:
     """Return a summary that was written; raises pydantic's ValidationError on any other."""
     return SUMMARY.validate_json(text)
 
 
-def summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> Tables:
+def table_summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> TableForcesSummary:
     """Return the summary of finished runs in the order of their seeds."""
     gates = [[one for one in run.judged if isinstance(one, TableGate)] for run in runs]
     told = [one for run in runs for one in run.judged if isinstance(one, TableTold)]
     held = [one for run in runs for one in run.judged if isinstance(one, TableHeld)]
     masses = [abs(one.value / one.truth - 1.0) for one in told if one.name == "mass"]
-    return Tables(
+    return TableForcesSummary(
         origin=origin,
         seeds=(runs[0].seed, runs[-1].seed),
         gate=tuple(_gate(s, e, k, gates) for s in range(3) for e in range(2) for k in range(3)),

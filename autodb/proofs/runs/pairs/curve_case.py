@@ -13,12 +13,12 @@ from autodb.proofs.machines.lathe.power_pairs import PowerPair
 from autodb.proofs.runs.pairs.pair_cuts import (
     TURN,
     Cut,
-    Felt,
-    columns,
-    drawn,
-    feel,
-    forces,
+    ReadCuts,
+    draw_pair,
+    draw_read_cuts,
+    number_of_cuts,
     sensing,
+    true_forces,
 )
 
 Array = NDArray[np.float64]
@@ -31,12 +31,12 @@ JUDGED = TURN.sensed
 
 
 @dataclass(frozen=True)
-class Case:
+class CurveCase:
     """A seed's pair, cuts felt, the next cuts, and their true forces (m, components)."""
 
     seed: int
     pair: PowerPair
-    felt: Felt
+    felt: ReadCuts
     asked: tuple[Cut, ...]
     truth_N: Array
 
@@ -48,16 +48,16 @@ class Case:
         return np.maximum(self.felt.read, sensing(self.pair)[list(JUDGED)])
 
 
-def draw_case(seed: int) -> Case:
+def draw_case(seed: int) -> CurveCase:
     """Draw a seed's pair, the cuts that are felt and those that are asked for."""
-    rng, pair = drawn(seed)
-    felt = feel(rng, pair, TURN, FELT)
+    rng, pair = draw_pair(seed)
+    felt = draw_read_cuts(rng, pair, TURN, FELT)
     asked = tuple(TURN.draw(rng, pair) for _ in range(ASKED))
-    truth_N = np.array([forces(pair, cut) for cut in asked])[:, list(JUDGED)]
-    return Case(seed, pair, felt, asked, truth_N)
+    truth_N = np.array([true_forces(pair, cut) for cut in asked])[:, list(JUDGED)]
+    return CurveCase(seed, pair, felt, asked, truth_N)
 
 
-def some(felt: Felt, begin: int, end: int) -> Felt:
+def some(felt: ReadCuts, begin: int, end: int) -> ReadCuts:
     """Return cuts felt from one on and before another."""
     return replace(felt, cuts=felt.cuts[begin:end], read=felt.read[begin:end])
 
@@ -65,9 +65,9 @@ def some(felt: Felt, begin: int, end: int) -> Felt:
 def settings(cuts: tuple[Cut, ...]) -> Array:
     """Return the logarithms of feed, depth of cut and speed (n, 3)."""
     names = ("feed_mm", "depth_mm", "speed_m_min")
-    return np.log(np.column_stack([columns(cuts, name) for name in names]))
+    return np.log(np.column_stack([number_of_cuts(cuts, name) for name in names]))
 
 
-def off(expected_N: Array, case: Case) -> Array:
+def median_errors(expected_N: Array, case: CurveCase) -> Array:
     """Return the median relative error of the next cuts, of each component."""
     return np.asarray(np.median(np.abs(expected_N / case.truth_N - 1.0), axis=0))

@@ -37,7 +37,7 @@ class Peer:
     predict: Callable[[Array, Array, Array], Array]
 
 
-def nearest(cuts: Array, force_N: Array, asked: Array) -> Array:
+def nearest_cut(cuts: Array, force_N: Array, asked: Array) -> Array:
     """Return the force of the cut known that is nearest, each column in shares of its range."""
     return force_N[_nearest(cuts, asked)]
 
@@ -49,7 +49,7 @@ def nearest_by_section(cuts: Array, force_N: Array, asked: Array) -> Array:
     return np.asarray(force_N[which] * np.exp(grown))
 
 
-def kienzle(cuts: Array, force_N: Array, asked: Array) -> Array:
+def kienzle_line(cuts: Array, force_N: Array, asked: Array) -> Array:
     """Return what Kienzle's line through the cuts known expects."""
     return _line(cuts, force_N, asked, [FEED])
 
@@ -74,8 +74,8 @@ def _line(cuts: Array, force_N: Array, asked: Array, columns: list[int]) -> Arra
 
 
 PEERS = (
-    Peer("nearest cut", 1, nearest),
+    Peer("nearest cut", 1, nearest_cut),
     Peer("nearest cut, by a_p f", 1, nearest_by_section),
-    Peer("Kienzle", 2, kienzle),
+    Peer("Kienzle", 2, kienzle_line),
     Peer("Kienzle with speed", 3, kienzle_with_speed),
 )

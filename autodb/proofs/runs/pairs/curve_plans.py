@@ -15,26 +15,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.pairs.forecast import forecast
-from autodb.pairs.learning import learn
-from autodb.pairs.observed import Cuts
-from autodb.pairs.planning import Sensed, gain, propose
-from autodb.pairs.posterior import Belief, law_error
+from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.observed import PairCuts
+from autodb.pairs.planning import SensedComponent, gain_error, propose
+from autodb.pairs.posterior import PairPosterior, law_error
 from autodb.proofs.machines.lathe.power_pairs import TurnedCut
 from autodb.proofs.runs.pairs import pair_ours
-from autodb.proofs.runs.pairs.curve_case import JUDGED, Case, off
+from autodb.proofs.runs.pairs.curve_case import JUDGED, CurveCase, median_errors
 from autodb.proofs.runs.pairs.pair_cuts import (
     TURN,
     TURNED_DEPTH_MM,
     TURNED_FEED_MM,
     TURNED_SPEED_M_MIN,
-    Felt,
+    ReadCuts,
     made,
     sensing,
 )
 from autodb.proofs.runs.score import Z
 
 Array = NDArray[np.float64]
-Plan = Callable[[Belief, Case, int], TurnedCut]
+Plan = Callable[[PairPosterior, CurveCase, int], TurnedCut]
 """Chooses a cut from what is believed, what is asked, and how many were made."""
 
 PROPOSED, RANDOM, FACTORIAL = "proposed", "random", "factorial"
@@ -43,7 +43,7 @@ AT = {PROPOSED: tuple(range(11)), RANDOM: (0, 1, 2, 4, 6, 8, 10, 12), FACTORIAL:
 the level to be reached with fewer."""
 
 
-def grid(feeds: int, depths: int, speeds: int) -> tuple[TurnedCut, ...]:
+def cut_grid(feeds: int, depths: int, speeds: int) -> tuple[TurnedCut, ...]:
     """Return cuts at equal steps over the ranges, ends included; the speed changes fastest."""
     levels = (
         np.linspace(*TURNED_FEED_MM, feeds).tolist(),
@@ -53,14 +53,14 @@ def grid(feeds: int, depths: int, speeds: int) -> tuple[TurnedCut, ...]:
     return tuple(TurnedCut(*one) for one in product(*levels))
 
 
-CANDIDATES = grid(4, 3, 3)
-CORNERS = grid(2, 2, 2)
+CANDIDATES = cut_grid(4, 3, 3)
+CORNERS = cut_grid(2, 2, 2)
 QUANTITIES = tuple(pair_ours.QUANTITY[c] for c in JUDGED)
-GAINS = pair_ours.gains(JUDGED)
+GAINS = pair_ours.known_gains(JUDGED)
 
 
 @dataclass(frozen=True)
-class Planned:
+class PlannedPair:
     """A plan in one pair, after the cuts AT: the two widths, and the median relative error of the
     next cuts, mean of the components.
     """
@@ -71,7 +71,7 @@ class Planned:
     errors: tuple[float, ...]
 
 
-def planned(case: Case) -> list[Planned]:
+def learn_by_plans(case: CurveCase) -> list[PlannedPair]:
     """Learn a pair by each of the plans; each has readings of its own."""
     plans: dict[str, Plan] = {
         PROPOSED: proposed,
@@ -84,14 +84,14 @@ def planned(case: Case) -> list[Planned]:
     ]
 
 
-def proposed(belief: Belief, case: Case, _: int) -> TurnedCut:
+def proposed(belief: PairPosterior, case: CurveCase, _: int) -> TurnedCut:
     """Return the cut that `propose` takes."""
     noise = sensing(case.pair)
     sensed = tuple(
-        Sensed(pair_ours.QUANTITY[c], float(noise[c]), (gain(error),))
+        SensedComponent(pair_ours.QUANTITY[c], float(noise[c]), (gain_error(error),))
         for c, error in zip(JUDGED, GAINS, strict=True)
     )
-    may_be = Cuts(TURN.name, pair_ours.elements(case.pair, CANDIDATES))
+    may_be = PairCuts(TURN.name, pair_ours.elements(case.pair, CANDIDATES))
     found = propose(belief, may_be, _asked(case), sensed=sensed, quantities=QUANTITIES)
     if found is None:
         raise ValueError("without limits no cut exceeds one")
@@ -102,29 +102,31 @@ def _at_random(rng: np.random.Generator) -> Plan:
     return lambda _, __, ___: CANDIDATES[rng.integers(len(CANDIDATES))]
 
 
-def _followed(case: Case, name: str, plan: Plan, rng: np.random.Generator) -> Planned:
+def _followed(case: CurveCase, name: str, plan: Plan, rng: np.random.Generator) -> PlannedPair:
     """Make the cuts of a plan, and learn all that were made where it is judged."""
     start = pair_ours.prior(case.pair.material)
     belief, felt, seen = start, _felt_nothing(), []
     for done in range(AT[name][-1] + 1):
         if done in AT[name]:
-            belief = learn(start, pair_ours.observed(case.pair, felt)) if done else start
-            seen.append(judged(belief, case))
+            belief = (
+                posterior_of_readings(start, pair_ours.observed(case.pair, felt)) if done else start
+            )
+            seen.append(judged_plan(belief, case))
         if done < AT[name][-1]:
             felt = _and(felt, made(rng, case.pair, TURN, (plan(belief, case, done),)))
     whole, given_gain, errors = zip(*seen, strict=True)
-    return Planned(name, whole, given_gain, errors)
+    return PlannedPair(name, whole, given_gain, errors)
 
 
-def _felt_nothing() -> Felt:
-    return Felt(TURN, (), np.zeros((0, len(JUDGED))))
+def _felt_nothing() -> ReadCuts:
+    return ReadCuts(TURN, (), np.zeros((0, len(JUDGED))))
 
 
-def _and(felt: Felt, more: Felt) -> Felt:
+def _and(felt: ReadCuts, more: ReadCuts) -> ReadCuts:
     return replace(felt, cuts=(*felt.cuts, *more.cuts), read=np.vstack([felt.read, more.read]))
 
 
-def judged(belief: Belief, case: Case) -> tuple[float, float, float]:
+def judged_plan(belief: PairPosterior, case: CurveCase) -> tuple[float, float, float]:
     """Return both widths (half, over the force) and the error of the next cuts."""
     known = belief.also((*GAINS, law_error(TURN.name)))
     expected = forecast(known, _asked(case))
@@ -134,11 +136,11 @@ def judged(belief: Belief, case: Case) -> tuple[float, float, float]:
     def half(sd: Array) -> float:
         return float(np.mean((Z * sd / np.abs(expected.mean))[:, QUANTITIES]))
 
-    error = float(np.mean(off(expected.mean[:, QUANTITIES], case)))
+    error = float(np.mean(median_errors(expected.mean[:, QUANTITIES], case)))
     return half(expected.sd), half(sd), error
 
 
-def _given_gains(belief: Belief) -> Array:
+def _given_gains(belief: PairPosterior) -> Array:
     """Return the covariance of a belief's state were the gains known."""
     whole = belief.state.covariance
     gains = np.r_[tuple(belief.columns(one.key) for one in GAINS)]
@@ -146,5 +148,5 @@ def _given_gains(belief: Belief) -> Array:
     return np.asarray(whole - whole[:, gains] @ told)
 
 
-def _asked(case: Case) -> Cuts:
-    return Cuts(TURN.name, pair_ours.elements(case.pair, case.asked))
+def _asked(case: CurveCase) -> PairCuts:
+    return PairCuts(TURN.name, pair_ours.elements(case.pair, case.asked))

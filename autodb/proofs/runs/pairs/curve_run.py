@@ -7,12 +7,19 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.pairs.learning import learn
-from autodb.pairs.posterior import Belief
+from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.posterior import PairPosterior
 from autodb.proofs.runs.pairs import pair_ours
-from autodb.proofs.runs.pairs.curve_case import JUDGED, Case, draw_case, off, settings, some
+from autodb.proofs.runs.pairs.curve_case import (
+    JUDGED,
+    CurveCase,
+    draw_case,
+    median_errors,
+    settings,
+    some,
+)
 from autodb.proofs.runs.pairs.curve_peers import PEERS, Peer
-from autodb.proofs.runs.pairs.curve_plans import Planned, planned
+from autodb.proofs.runs.pairs.curve_plans import PlannedPair, learn_by_plans
 from autodb.proofs.runs.pairs.pair_cuts import COMPONENTS, TURN
 
 Array = NDArray[np.float64]
@@ -25,7 +32,7 @@ ADDED = "autodb, bit by bit"
 
 
 @dataclass(frozen=True)
-class Learnt:
+class LearningErrors:
     """A way to predict and a component: median relative error of the next cuts of one pair after
     each number of LEARNT; None where it needs more cuts.
     """
@@ -35,52 +42,57 @@ class Learnt:
     errors: tuple[float | None, ...]
 
 
-def run(seed: int) -> list[Learnt | Planned]:
+def run_curve(seed: int) -> list[LearningErrors | PlannedPair]:
     """Learn a seed's pair from more and more cuts, by autodb and by other ways; then plan cuts."""
     case = draw_case(seed)
     others = [one for peer in PEERS for one in learnt(peer, case)]
-    ours = [*listed(OURS, _errors(case, _anew(case))), *listed(ADDED, _errors(case, _added(case)))]
-    return [*ours, *others, *planned(case)]
+    ours = [
+        *errors_listed(OURS, _errors(case, _anew(case))),
+        *errors_listed(ADDED, _errors(case, _added(case))),
+    ]
+    return [*ours, *others, *learn_by_plans(case)]
 
 
-def learnt(peer: Peer, case: Case) -> list[Learnt]:
+def learnt(peer: Peer, case: CurveCase) -> list[LearningErrors]:
     """Return another way's errors on the same readings."""
     known, read, asked = settings(case.felt.cuts), case.read_N, settings(case.asked)
     errors = np.full((len(LEARNT), len(JUDGED)), np.nan)
     for row, n in enumerate(LEARNT):
         if n >= peer.needs:
             expected = [peer.predict(known[:n], one[:n], asked) for one in read.T]
-            errors[row] = off(np.column_stack(expected), case)
-    return listed(peer.name, errors)
+            errors[row] = median_errors(np.column_stack(expected), case)
+    return errors_listed(peer.name, errors)
 
 
-def listed(method: str, errors: Array) -> list[Learnt]:
+def errors_listed(method: str, errors: Array) -> list[LearningErrors]:
     """Return errors (numbers of cuts, components) as they are kept."""
     given = [[None if np.isnan(e) else float(e) for e in column] for column in errors.T]
     return [
-        Learnt(method, COMPONENTS[c], tuple(column))
+        LearningErrors(method, COMPONENTS[c], tuple(column))
         for c, column in zip(JUDGED, given, strict=True)
     ]
 
 
-def _anew(case: Case) -> Iterator[Belief]:
+def _anew(case: CurveCase) -> Iterator[PairPosterior]:
     """Return the beliefs after each number of cuts, learnt together."""
     start = pair_ours.prior(case.pair.material)
     yield start
     for count in LEARNT[1:]:
-        yield learn(start, pair_ours.observed(case.pair, some(case.felt, 0, count)))
+        yield posterior_of_readings(start, pair_ours.observed(case.pair, some(case.felt, 0, count)))
 
 
-def _added(case: Case) -> Iterator[Belief]:
+def _added(case: CurveCase) -> Iterator[PairPosterior]:
     """Return the beliefs after each number of cuts, each learnt from the one before."""
     belief = pair_ours.prior(case.pair.material)
     yield belief
     for begin, end in pairwise(LEARNT):
-        belief = learn(belief, pair_ours.observed(case.pair, some(case.felt, begin, end)))
+        belief = posterior_of_readings(
+            belief, pair_ours.observed(case.pair, some(case.felt, begin, end))
+        )
         yield belief
 
 
-def _errors(case: Case, beliefs: Iterator[Belief]) -> Array:
+def _errors(case: CurveCase, beliefs: Iterator[PairPosterior]) -> Array:
     """Return the errors of beliefs (numbers of cuts, components)."""
-    means = (pair_ours.predicted(b, case.pair, TURN.name, case.asked)[0] for b in beliefs)
-    return np.array([off(mean[:, list(JUDGED)], case) for mean in means])
+    means = (pair_ours.predicted_next(b, case.pair, TURN.name, case.asked)[0] for b in beliefs)
+    return np.array([median_errors(mean[:, list(JUDGED)], case) for mean in means])

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import Table, percent
-from autodb.proofs.runs.pairs.curve_plans import AT, FACTORIAL, PROPOSED, RANDOM, Planned
-from autodb.proofs.runs.pairs.curve_run import ADDED, LEARNT, OURS, Learnt
+from autodb.proofs.runs.found import TextTable, percent
+from autodb.proofs.runs.pairs.curve_plans import AT, FACTORIAL, PROPOSED, RANDOM, PlannedPair
+from autodb.proofs.runs.pairs.curve_run import ADDED, LEARNT, OURS, LearningErrors
 from autodb.proofs.runs.runs import Finished, Origin
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ WIDTHS = {
 
 
 @dataclass(frozen=True)
-class Row:
+class CurveRow:
     """A way and a component: mean error over pairs after each number of LEARNT and its standard
     error; ``ahead``: by how many standard errors, of the difference pair by pair, autodb's is below
     it (autodb is not ahead of itself: none). None where the way needs more cuts.
@@ -90,14 +90,14 @@ class Course:
 
 
 @dataclass(frozen=True)
-class Summary:
+class CurveSummary:
     """The score. ``worse``: error after the proposed cuts that reach the level given the gain, less
     that after all random ones, mean over pairs and standard error.
     """
 
     origin: Origin
     seeds: tuple[int, int]
-    rows: tuple[Row, ...]
+    rows: tuple[CurveRow, ...]
     reached: tuple[Reached, ...]
     courses: tuple[Course, ...]
     worse: tuple[float, float]
@@ -118,11 +118,11 @@ class Summary:
         """Whether proposed cuts err no more than random ones, as far as the pairs tell."""
         return self.worse[0] <= self.worse[1]
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[TextTable, ...]:
         """Return errors, numbers of cuts, and how the plans went."""
         return (self._errors(), self._reached(), self._courses())
 
-    def _errors(self) -> Table:
+    def _errors(self) -> TextTable:
         heads = ("way", "component", *(f">{n} cuts" for n in LEARNT), "")
         rows = tuple(
             (
@@ -136,9 +136,9 @@ class Summary:
         title = (
             f"Median error of the next cuts' mean force, mean of {pairs} pairs ± its standard error"
         )
-        return Table(title, heads, rows)
+        return TextTable(title, heads, rows)
 
-    def _reached(self) -> Table:
+    def _reached(self) -> TextTable:
         most, corners = AT[RANDOM][-1], AT[FACTORIAL][-1]
         heads = (
             "half-width", f">{most} random cuts reach", f">proposed (≤ {HALF * most:g})", "",
@@ -156,25 +156,25 @@ class Summary:
         off, se = (100.0 * one for one in self.worse)
         error = ("error, less that of random cuts at the level given the gain", "")
         rows = (*rows, (*error, f"{off:+.1f} ± {se:.1f} %", _said(self.as_near), "", "", ""))
-        return Table("Cuts to a half-width, medians of pairs ± standard error", heads, rows)
+        return TextTable("Cuts to a half-width, medians of pairs ± standard error", heads, rows)
 
-    def _courses(self) -> Table:
+    def _courses(self) -> TextTable:
         longest = max(at[-1] for at in AT.values())
         heads = ("plan", "", *(f">{n} cuts" for n in range(longest + 1)))
         rows = tuple(row for course in self.courses for row in _lines(course, longest))
-        return Table("Plans: half-widths (medians) and errors (means) of pairs", heads, rows)
+        return TextTable("Plans: half-widths (medians) and errors (means) of pairs", heads, rows)
 
     def to_json(self) -> str:
         """Return the summary as JSON, as ``from_json`` reads it."""
         return SUMMARY.dump_json(self, indent=1).decode() + "\n"
 
     @staticmethod
-    def from_json(text: str) -> "Summary":
+    def from_json(text: str) -> "CurveSummary":
         """Return a summary that was written; raises pydantic's ValidationError on any other."""
         return SUMMARY.validate_json(text)
 
 
-SUMMARY: TypeAdapter[Summary] = TypeAdapter(Summary)
+SUMMARY: TypeAdapter[CurveSummary] = TypeAdapter(CurveSummary)
 
 
 def _said(passed: bool) -> str:
@@ -208,19 +208,21 @@ def _placed(cells: dict[int, str], longest: int) -> list[str]:
     return [cells.get(n, "") for n in range(longest + 1)]
 
 
-def summary_of(runs: Sequence[Finished[Learnt | Planned]], origin: Origin) -> Summary:
+def curve_summary_of(
+    runs: Sequence[Finished[LearningErrors | PlannedPair]], origin: Origin
+) -> CurveSummary:
     """Return the score of finished runs in the order of their seeds."""
     every = [one for run in runs for one in run.judged]
-    rows = rows_of([one for one in every if isinstance(one, Learnt)])
-    plans = [one for one in every if isinstance(one, Planned)]
+    rows = curve_rows_of([one for one in every if isinstance(one, LearningErrors)])
+    plans = [one for one in every if isinstance(one, PlannedPair)]
     by_plan = {name: [one for one in plans if one.plan == name] for name in AT}
     courses = tuple(_course(name, own) for name, own in by_plan.items())
     reached = tuple(_reached(width, by_plan) for width in WIDTHS)
     worse = _worse(by_plan, reached[list(WIDTHS).index("given_gain")])
-    return Summary(origin, (runs[0].seed, runs[-1].seed), rows, reached, courses, worse)
+    return CurveSummary(origin, (runs[0].seed, runs[-1].seed), rows, reached, courses, worse)
 
 
-def rows_of(every: Sequence[Learnt]) -> tuple[Row, ...]:
+def curve_rows_of(every: Sequence[LearningErrors]) -> tuple[CurveRow, ...]:
     """Return a row for each way and component, autodb's among them."""
     kinds = list(dict.fromkeys((one.method, one.component) for one in every))
     table = {
@@ -232,11 +234,11 @@ def rows_of(every: Sequence[Learnt]) -> tuple[Row, ...]:
     return tuple(_row(kind, table[kind], table[OURS, kind[1]]) for kind in kinds)
 
 
-def _row(kind: tuple[str, str], errors: Array, ours: Array) -> Row:
+def _row(kind: tuple[str, str], errors: Array, ours: Array) -> CurveRow:
     """Return the row of errors (pairs, numbers of cuts); what is no number was not given."""
     with np.errstate(invalid="ignore", divide="ignore"):
         ahead = (errors - ours).mean(axis=0) / _se(errors - ours)
-    return Row(*kind, _given(errors.mean(axis=0)), _given(_se(errors)), _given(ahead))
+    return CurveRow(*kind, _given(errors.mean(axis=0)), _given(_se(errors)), _given(ahead))
 
 
 def _given(values: Array) -> tuple[float | None, ...]:
@@ -248,7 +250,7 @@ def _se(values: Array) -> Array:
     return np.asarray(values.std(axis=0, ddof=1) / np.sqrt(len(values)))
 
 
-def _course(name: str, own: Sequence[Planned]) -> Course:
+def _course(name: str, own: Sequence[PlannedPair]) -> Course:
     errors = np.array([one.errors for one in own])
     whole, given_gain = (np.median(widths_of(own, width), axis=0) for width in WIDTHS)
     return Course(
@@ -256,12 +258,12 @@ def _course(name: str, own: Sequence[Planned]) -> Course:
     )
 
 
-def widths_of(own: Sequence[Planned], width: str) -> Array:
+def widths_of(own: Sequence[PlannedPair], width: str) -> Array:
     """Return a width of every pair (pairs, cuts)."""
     return np.array([getattr(one, width) for one in own])
 
 
-def _reached(width: str, by_plan: dict[str, list[Planned]]) -> Reached:
+def _reached(width: str, by_plan: dict[str, list[PlannedPair]]) -> Reached:
     table = {name: widths_of(own, width) for name, own in by_plan.items()}
     level, factorial_level = (float(np.median(table[n][:, -1])) for n in (RANDOM, FACTORIAL))
     proposed = table[PROPOSED]
@@ -296,7 +298,7 @@ def _se_cuts(widths: Array, to: Array) -> float:
     return float(np.std(counts))
 
 
-def _worse(by_plan: dict[str, list[Planned]], level: Reached) -> tuple[float, float]:
+def _worse(by_plan: dict[str, list[PlannedPair]], level: Reached) -> tuple[float, float]:
     """Return the difference of errors at the level of a width, and its standard error."""
     at = AT[PROPOSED][-1] if level.proposed is None else level.proposed
     pairs = zip(by_plan[PROPOSED], by_plan[RANDOM], strict=True)

@@ -10,17 +10,17 @@ from autodb.proofs.machines.lathe.power_pairs import (
     MATERIALS,
     SENSING_N,
     Factors,
-    MilledCut,
+    PowerMilledCut,
     PowerPair,
     TurnedCut,
-    draw,
+    draw_power_pair,
     milled_N,
     scattered,
     turned_N,
 )
 
 Array = NDArray[np.float64]
-Cut = TurnedCut | MilledCut
+Cut = TurnedCut | PowerMilledCut
 
 KNOWN = 12
 """Cuts that are learnt from. Chosen: an afternoon's."""
@@ -33,7 +33,7 @@ COMPONENTS = ("force.x", "force.y", "force.z", "torque.spindle")
 
 
 @dataclass(frozen=True)
-class Operation:
+class DrawnOperation:
     """An operation: how a cut of it is drawn, and what of its forces is judged.
 
     ``sensed``: components that the machine feels in it; a passive force is not among them.
@@ -46,23 +46,23 @@ class Operation:
 
 
 @dataclass(frozen=True)
-class Family:
+class OperationFamily:
     """One operation that is learnt from, and those that are predicted, itself first."""
 
-    known: Operation
-    predicted: tuple[Operation, ...]
+    known: DrawnOperation
+    predicted: tuple[DrawnOperation, ...]
 
 
 @dataclass(frozen=True)
-class Felt:
+class ReadCuts:
     """Cuts, and what was read of each (n, k) of ``sensed``."""
 
-    operation: Operation
+    operation: DrawnOperation
     cuts: tuple[Cut, ...]
     read: Array
 
 
-def forces(pair: PowerPair, cut: Cut, factors: Factors = (1.0, 1.0)) -> Array:
+def true_forces(pair: PowerPair, cut: Cut, factors: Factors = (1.0, 1.0)) -> Array:
     """Return force x, y, z and, of a mill, torque."""
     if isinstance(cut, TurnedCut):
         return turned_N(pair, cut, factors)
@@ -74,25 +74,29 @@ def sensing(pair: PowerPair) -> Array:
     return np.array([*SENSING_N, SENSING_N[1] * 0.5 * pair.diameter_mm / 1000.0])
 
 
-def feel(rng: np.random.Generator, pair: PowerPair, operation: Operation, count: int) -> Felt:
+def draw_read_cuts(
+    rng: np.random.Generator, pair: PowerPair, operation: DrawnOperation, count: int
+) -> ReadCuts:
     """Draw cuts, make them and read what the machine feels of them."""
     cuts = tuple(operation.draw(rng, pair) for _ in range(count))
     return made(rng, pair, operation, cuts)
 
 
 def made(
-    rng: np.random.Generator, pair: PowerPair, operation: Operation, cuts: tuple[Cut, ...]
-) -> Felt:
+    rng: np.random.Generator, pair: PowerPair, operation: DrawnOperation, cuts: tuple[Cut, ...]
+) -> ReadCuts:
     """Make cuts and read what the machine feels of them."""
-    real = np.array([forces(pair, cut, scattered(rng)) for cut in cuts])[:, list(operation.sensed)]
+    real = np.array([true_forces(pair, cut, scattered(rng)) for cut in cuts])[
+        :, list(operation.sensed)
+    ]
     gains, noise = pair.gains[list(operation.sensed)], sensing(pair)[list(operation.sensed)]
-    return Felt(operation, cuts, real * gains + noise * rng.standard_normal(real.shape))
+    return ReadCuts(operation, cuts, real * gains + noise * rng.standard_normal(real.shape))
 
 
-def drawn(seed: int) -> tuple[np.random.Generator, PowerPair]:
+def draw_pair(seed: int) -> tuple[np.random.Generator, PowerPair]:
     """Return a seed's pair, and the generator for its cuts."""
     rng = np.random.default_rng(seed)
-    return rng, draw(rng)
+    return rng, draw_power_pair(rng)
 
 
 def _turned(inward_deg: float) -> Callable[[np.random.Generator, PowerPair], TurnedCut]:
@@ -109,11 +113,11 @@ def _turned(inward_deg: float) -> Callable[[np.random.Generator, PowerPair], Tur
 
 def _milled(
     arc: Callable[[float], tuple[float, float]],
-) -> Callable[[np.random.Generator, PowerPair], MilledCut]:
-    def one(rng: np.random.Generator, pair: PowerPair) -> MilledCut:
+) -> Callable[[np.random.Generator, PowerPair], PowerMilledCut]:
+    def one(rng: np.random.Generator, pair: PowerPair) -> PowerMilledCut:
         speed = float(rng.uniform(80.0, 200.0))
         begins, ends = arc(float(np.degrees(np.arccos(1.0 - 2.0 * rng.uniform(0.1, 0.6)))))
-        return MilledCut(
+        return PowerMilledCut(
             feed_mm=float(rng.uniform(0.03, 0.12)),
             depth_mm=float(rng.uniform(1.0, 4.0)),
             speed_rpm=speed * 1000.0 / (np.pi * pair.diameter_mm),
@@ -124,15 +128,19 @@ def _milled(
     return one
 
 
-TURN = Operation("turn", _turned(0.0), sensed=(1, 2), judged=(0, 1, 2))
-FACE = Operation("face", _turned(90.0), sensed=(0, 1), judged=(0, 1, 2))
-TAPER = Operation("taper", _turned(TAPER_DEG), sensed=(0, 1, 2), judged=(0, 1, 2))
-SLOT = Operation("slot", _milled(lambda _: (0.0, 180.0)), sensed=(0, 1, 3), judged=(0, 1, 2, 3))
-UP = Operation("side-up", _milled(lambda arc: (0.0, arc)), sensed=(0, 1, 3), judged=(0, 1, 2, 3))
-DOWN = Operation(
+TURN = DrawnOperation("turn", _turned(0.0), sensed=(1, 2), judged=(0, 1, 2))
+FACE = DrawnOperation("face", _turned(90.0), sensed=(0, 1), judged=(0, 1, 2))
+TAPER = DrawnOperation("taper", _turned(TAPER_DEG), sensed=(0, 1, 2), judged=(0, 1, 2))
+SLOT = DrawnOperation(
+    "slot", _milled(lambda _: (0.0, 180.0)), sensed=(0, 1, 3), judged=(0, 1, 2, 3)
+)
+UP = DrawnOperation(
+    "side-up", _milled(lambda arc: (0.0, arc)), sensed=(0, 1, 3), judged=(0, 1, 2, 3)
+)
+DOWN = DrawnOperation(
     "side-down", _milled(lambda arc: (180.0 - arc, 180.0)), sensed=(0, 1, 3), judged=(0, 1, 2, 3)
 )
-FAMILIES = (Family(TURN, (TURN, FACE, TAPER)), Family(SLOT, (SLOT, UP, DOWN)))
+FAMILIES = (OperationFamily(TURN, (TURN, FACE, TAPER)), OperationFamily(SLOT, (SLOT, UP, DOWN)))
 
 
 def as_expected(material: str) -> PowerPair:
@@ -142,6 +150,6 @@ def as_expected(material: str) -> PowerPair:
     )
 
 
-def columns(cuts: Sequence[Cut], name: str) -> Array:
+def number_of_cuts(cuts: Sequence[Cut], name: str) -> Array:
     """Return a number of every cut (n,)."""
     return np.array([getattr(cut, name) for cut in cuts])

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from autodb.proofs.machines.lathe.power_pairs import GAIN, SPREAD, Expected, PowerPair
+from autodb.proofs.machines.lathe.power_pairs import GAIN, SPREAD, ExpectedForces, PowerPair
 from autodb.proofs.machines.lathe.process import SCATTER_TANGENTIAL, SCATTER_THRUST
-from autodb.proofs.runs.pairs.pair_cuts import Cut, Felt, as_expected, forces, sensing
+from autodb.proofs.runs.pairs.pair_cuts import Cut, ReadCuts, as_expected, sensing, true_forces
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ softening; of the gains."""
 
 
 @dataclass(frozen=True)
-class Known:
+class OracleKnowledge:
     """What the oracle knows: coordinates (13,) off what is expected, and their covariance."""
 
     pair: PowerPair
@@ -35,7 +35,7 @@ class Known:
         """Return middle and sd of the next cut's force."""
 
         def at(p: Array) -> float:
-            return float(forces(_pair(self.pair, p), cut)[component])
+            return float(true_forces(_pair(self.pair, p), cut)[component])
 
         steps = STEP * np.eye(len(self.mean))
         slope = np.array([(at(self.mean + s) - at(self.mean - s)) / (2 * STEP) for s in steps])
@@ -43,7 +43,7 @@ class Known:
         return at(self.mean), float(np.sqrt(slope @ self.covariance @ slope + scatter**2))
 
 
-def fitted(pair: PowerPair, felt: Felt) -> Known:
+def oracle_fit(pair: PowerPair, felt: ReadCuts) -> OracleKnowledge:
     """Return what the oracle knows after cuts; of ``pair`` only tool and material are looked at."""
     sensed = list(felt.operation.sensed)
     begun = _pair(pair, np.zeros(len(SPREADS)))
@@ -53,12 +53,12 @@ def fitted(pair: PowerPair, felt: Felt) -> Known:
 
     def error(p: Array) -> Array:
         made = _pair(pair, p)
-        read = np.array([forces(made, cut)[sensed] for cut in felt.cuts]) * made.gains[sensed]
+        read = np.array([true_forces(made, cut)[sensed] for cut in felt.cuts]) * made.gains[sensed]
         return np.concatenate([((felt.read - read) / noise).ravel(), p / SPREADS])
 
     found = least_squares(error, np.zeros(len(SPREADS)))
     slopes = np.asarray(found.jac, dtype=np.float64)
-    return Known(pair, np.asarray(found.x), _inverse(slopes.T @ slopes))
+    return OracleKnowledge(pair, np.asarray(found.x), _inverse(slopes.T @ slopes))
 
 
 def _inverse(square: Array) -> Array:
@@ -71,7 +71,7 @@ def _pair(pair: PowerPair, p: Array) -> PowerPair:
     law = np.array(list(vars(plain.law).values())) * np.exp(p[:LAW])
     return replace(
         pair,
-        law=Expected(*law.tolist()),
+        law=ExpectedForces(*law.tolist()),
         plough_mm=plain.plough_mm * float(np.exp(p[LAW])),
         along=plain.along * float(np.exp(p[LAW + 1])),
         softening=float(p[LAW + 2]),
@@ -81,7 +81,7 @@ def _pair(pair: PowerPair, p: Array) -> PowerPair:
 
 def _scatter(pair: PowerPair, cut: Cut) -> Array:
     """Return the sd of a cut that is repeated, by component."""
-    plain = forces(pair, cut)
-    along = forces(pair, cut, (1.0 + SCATTER_TANGENTIAL, 1.0)) - plain
-    across = forces(pair, cut, (1.0, 1.0 + SCATTER_THRUST)) - plain
+    plain = true_forces(pair, cut)
+    along = true_forces(pair, cut, (1.0 + SCATTER_TANGENTIAL, 1.0)) - plain
+    across = true_forces(pair, cut, (1.0, 1.0 + SCATTER_THRUST)) - plain
     return np.hypot(along, across)

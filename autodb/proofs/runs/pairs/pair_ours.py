@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from autodb.cutting import endmill, insert
 from autodb.cutting.elements import Elements
 from autodb.pairs.forecast import forecast
-from autodb.pairs.observed import TORQUE, Cuts, Observed, X, Y, Z
-from autodb.pairs.posterior import Belief, Shared
-from autodb.pairs.prior import Card, of_card
-from autodb.proofs.machines.lathe.power_pairs import GAIN, SPREAD, MilledCut, PowerPair
+from autodb.pairs.observed import TORQUE, Observed, PairCuts, X, Y, Z
+from autodb.pairs.posterior import PairPosterior, Shared
+from autodb.pairs.prior import CardForces, of_card
+from autodb.proofs.machines.lathe.power_pairs import GAIN, SPREAD, PowerMilledCut, PowerPair
 from autodb.proofs.runs.pairs.pair_cuts import Cut as DrawnCut
-from autodb.proofs.runs.pairs.pair_cuts import Felt, as_expected, columns, sensing
+from autodb.proofs.runs.pairs.pair_cuts import ReadCuts, as_expected, number_of_cuts, sensing
 
 Array = NDArray[np.float64]
 
@@ -24,13 +24,15 @@ CARD_SHAPE = 0.1
 
 
 @lru_cache
-def prior(material: str) -> Belief:
+def prior(material: str) -> PairPosterior:
     """Return the belief that a card of what a shop expects of the material leaves."""
     chip_t, chip_r, rub_t, rub_r = as_expected(material).per_width(CARD_MM, np.full(5, 100.0))
-    return of_card(Card(CARD_MM, chip_t + rub_t, chip_r + rub_r, level=SPREAD, shape=CARD_SHAPE))
+    return of_card(
+        CardForces(CARD_MM, chip_t + rub_t, chip_r + rub_r, level=SPREAD, shape=CARD_SHAPE)
+    )
 
 
-def observed(pair: PowerPair, felt: Felt) -> Observed:
+def observed(pair: PowerPair, felt: ReadCuts) -> Observed:
     """Return readings as the semi-inverse takes them: a gain common to each component's."""
     count, sensed = felt.read.shape
     value = felt.read.T.ravel()
@@ -38,43 +40,43 @@ def observed(pair: PowerPair, felt: Felt) -> Observed:
     for k in range(sensed):
         common[k * count : (k + 1) * count, k] = 1.0
     return Observed(
-        cuts=(Cuts(felt.operation.name, elements(pair, felt.cuts)),),
+        cuts=(PairCuts(felt.operation.name, elements(pair, felt.cuts)),),
         cut=np.tile(np.arange(count), sensed),
         quantity=np.repeat([QUANTITY[c] for c in felt.operation.sensed], count),
         value=value,
         sd=np.repeat(sensing(pair)[list(felt.operation.sensed)], count),
         common=common,
-        shared=gains(felt.operation.sensed),
+        shared=known_gains(felt.operation.sensed),
     )
 
 
-def gains(components: tuple[int, ...]) -> tuple[Shared, ...]:
+def known_gains(components: tuple[int, ...]) -> tuple[Shared, ...]:
     """Return what the errors of the machine's gains are known to be, of components."""
     return tuple(Shared(f"gain {c}", np.array([[GAIN**2]])) for c in components)
 
 
-def predicted(
-    belief: Belief, pair: PowerPair, operation: str, cuts: tuple[DrawnCut, ...]
+def predicted_next(
+    belief: PairPosterior, pair: PowerPair, operation: str, cuts: tuple[DrawnCut, ...]
 ) -> tuple[Array, Array]:
     """Return force x, y, z and torque of the next cuts (n, 4), and their sd."""
-    known = forecast(belief, Cuts(operation, elements(pair, cuts)))
+    known = forecast(belief, PairCuts(operation, elements(pair, cuts)))
     return known.mean[:, :4], known.sd[:, :4]
 
 
 def elements(pair: PowerPair, cuts: tuple[DrawnCut, ...]) -> Elements:
     """Return the elements of cuts of one kind; a shop knows the tool's geometry."""
-    if isinstance(cuts[0], MilledCut):
+    if isinstance(cuts[0], PowerMilledCut):
         return _milled(pair, cuts)
     tool = insert.Insert(pair.nose_mm, pair.kappa_deg)
     count = len(cuts)
-    return insert.elements_of(
+    return insert.insert_elements(
         tool,
-        insert.Turned(
-            feed_mm=columns(cuts, "feed_mm"),
-            depth_mm=columns(cuts, "depth_mm"),
-            speed_m_min=columns(cuts, "speed_m_min"),
+        insert.TurnedCuts(
+            feed_mm=number_of_cuts(cuts, "feed_mm"),
+            depth_mm=number_of_cuts(cuts, "depth_mm"),
+            speed_m_min=number_of_cuts(cuts, "speed_m_min"),
             radius_mm=np.full(count, 30.0),
-            inward_rad=np.radians(columns(cuts, "inward_deg")),
+            inward_rad=np.radians(number_of_cuts(cuts, "inward_deg")),
         ),
     )
 
@@ -86,11 +88,11 @@ def _milled(pair: PowerPair, cuts: tuple[DrawnCut, ...]) -> Elements:
     return endmill.averaged(
         mill,
         endmill.Milled(
-            feed_mm=columns(cuts, "feed_mm"),
-            depth_mm=columns(cuts, "depth_mm"),
-            speed_rpm=columns(cuts, "speed_rpm"),
-            low_mm=radius * np.cos(np.radians(columns(cuts, "ends_deg"))),
-            high_mm=radius * np.cos(np.radians(columns(cuts, "begins_deg"))),
+            feed_mm=number_of_cuts(cuts, "feed_mm"),
+            depth_mm=number_of_cuts(cuts, "depth_mm"),
+            speed_rpm=number_of_cuts(cuts, "speed_rpm"),
+            low_mm=radius * np.cos(np.radians(number_of_cuts(cuts, "ends_deg"))),
+            high_mm=radius * np.cos(np.radians(number_of_cuts(cuts, "begins_deg"))),
             direction_rad=none,
             ramp_rad=none,
         ),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from autodb.pairs.learning import learn
+from autodb.pairs.learning import posterior_of_readings
 from autodb.proofs.machines.lathe.power_pairs import PowerPair, scattered
 from autodb.proofs.runs.pairs import pair_oracle, pair_ours
 from autodb.proofs.runs.pairs.pair_cuts import (
@@ -10,29 +10,29 @@ from autodb.proofs.runs.pairs.pair_cuts import (
     FAMILIES,
     KNOWN,
     UNITS,
-    Family,
-    drawn,
-    feel,
-    forces,
+    OperationFamily,
+    draw_pair,
+    draw_read_cuts,
+    true_forces,
 )
 from autodb.proofs.runs.score import Judged, Z
 
 
-def run(seed: int) -> list[Judged]:
+def run_pair(seed: int) -> list[Judged]:
     """Learn the pair of a seed in turning and in slots; judge one next cut of every operation."""
-    rng, pair = drawn(seed)
+    rng, pair = draw_pair(seed)
     return [one for family in FAMILIES for one in _family(rng, pair, family)]
 
 
-def _family(rng: np.random.Generator, pair: PowerPair, family: Family) -> list[Judged]:
-    felt = feel(rng, pair, family.known, KNOWN)
-    belief = learn(pair_ours.prior(pair.material), pair_ours.observed(pair, felt))
-    best = pair_oracle.fitted(pair, felt)
+def _family(rng: np.random.Generator, pair: PowerPair, family: OperationFamily) -> list[Judged]:
+    felt = draw_read_cuts(rng, pair, family.known, KNOWN)
+    belief = posterior_of_readings(pair_ours.prior(pair.material), pair_ours.observed(pair, felt))
+    best = pair_oracle.oracle_fit(pair, felt)
     judged = []
     for operation in family.predicted:
         cut = operation.draw(rng, pair)
-        truth = forces(pair, cut, scattered(rng))
-        mean, sd = pair_ours.predicted(belief, pair, operation.name, (cut,))
+        truth = true_forces(pair, cut, scattered(rng))
+        mean, sd = pair_ours.predicted_next(belief, pair, operation.name, (cut,))
         for c in operation.judged:
             value, half = float(mean[0, c]), Z * float(sd[0, c])
             middle, spread = best.interval(cut, c)

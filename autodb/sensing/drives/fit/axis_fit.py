@@ -18,20 +18,20 @@ from autodb.sensing.drives.fit.axis_model import (
     Identified,
     IdentifiedTerm,
     PlainFit,
-    predicted,
+    predicted_effort,
 )
-from autodb.sensing.drives.fit.discrepancy import OffLaw
+from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.drive_errors import DriveErrors, drive_errors
-from autodb.sensing.drives.fit.held_out import held_out, held_out_off_law
+from autodb.sensing.drives.fit.held_out import held_out_effort, held_out_off_law
 from autodb.sensing.drives.fit.linearised import Linearised, linearised
-from autodb.sensing.drives.fit.prior import believed
-from autodb.sensing.drives.fit.solved import Name, Solved, given_shape, named
+from autodb.sensing.drives.fit.prior import combined_with_prior
+from autodb.sensing.drives.fit.solved import Name, Solved, given_shape, identified_term
 from autodb.sensing.drives.fit.steady import friction_deviation
 from autodb.sensing.drives.fit.unevenness import row_roots
 from autodb.sensing.drives.moves.motion import motion_blocks
 from autodb.sensing.drives.moves.prepared import SPINDLE, Prepared
-from autodb.terms import Contribution, Parameter
-from autodb.terms.channel import Part
+from autodb.terms import Contribution, TermParameter
+from autodb.terms.channel import ChannelPart
 from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
@@ -52,9 +52,9 @@ STAYS = 0.1
 """Step, in standard errors, up to which such a shape is told, with its doubt."""
 
 
-def fitted(
+def fit_axis(
     rows: Prepared,
-    parts: tuple[Part, ...],
+    parts: tuple[ChannelPart, ...],
     beliefs: Beliefs | None,
     *,
     published: Prepared,
@@ -74,7 +74,7 @@ def fitted(
     while True:
         solved, moving = _settled(rows, parts, uneven=uneven)
         if beliefs is not None:
-            solved = believed(solved, beliefs, rows)
+            solved = combined_with_prior(solved, beliefs, rows)
         vague = [solved.problem.names[i] for i in _vague(solved, rows)]
         shapeless = {part.key for part, p in vague if part.free and _told_by(part, p)}
         if beliefs is None:
@@ -89,14 +89,14 @@ def fitted(
     return _described(rows, solved, dropped, published, moving, sweep=uneven)
 
 
-def _told_by(part: Part, parameter: Parameter) -> bool:
+def _told_by(part: ChannelPart, parameter: TermParameter) -> bool:
     """Say whether a part is nothing without a parameter: of its shape, or its one coefficient."""
     alone = isinstance(part.term, Contribution) and len(part.term.coefficients) == 1
     return parameter in part.term.shape or alone
 
 
 def _settled(
-    rows: Prepared, parts: tuple[Part, ...], *, uneven: bool
+    rows: Prepared, parts: tuple[ChannelPart, ...], *, uneven: bool
 ) -> tuple[Solved, dict[str, float]]:
     """Fit around the shape that the fit itself wants, where a step of Gauss-Newton moves nothing.
 
@@ -129,7 +129,7 @@ def _settled(
     return solved, moving
 
 
-def _shaped(parts: tuple[Part, ...], free: list[Name], at: Array) -> tuple[Part, ...]:
+def _shaped(parts: tuple[ChannelPart, ...], free: list[Name], at: Array) -> tuple[ChannelPart, ...]:
     """Return the parts with the values ``at`` (s,) of their ``free`` shape."""
     values: dict[str, dict[str, float]] = {}
     for (part, p), value in zip(free, at.tolist(), strict=True):
@@ -137,7 +137,9 @@ def _shaped(parts: tuple[Part, ...], free: list[Name], at: Array) -> tuple[Part,
     return tuple(part.with_shape(values.get(part.key, {})) for part in parts)
 
 
-def _solved(rows: Prepared, parts: tuple[Part, ...], *, uneven: bool) -> tuple[Solved, Array]:
+def _solved(
+    rows: Prepared, parts: tuple[ChannelPart, ...], *, uneven: bool
+) -> tuple[Solved, Array]:
     """Return the fit around the parts' shape, and the values with the shape that it wants, (p,)."""
     problem = linearised(rows, parts)
     deviation = friction_deviation(rows, problem)
@@ -236,13 +238,13 @@ def _described(
     numbered = [i for i in range(len(names)) if i not in vague]
     values = _without_vague(solved, rows)
     sd = np.sqrt(np.diag(solved.covariance))
-    terms = [named(names[i], values[i], float(sd[i]), rows) for i in numbered]
-    in_sum = [named(names[i], values[i], None, rows) for i in vague]
+    terms = [identified_term(names[i], values[i], float(sd[i]), rows) for i in numbered]
+    in_sum = [identified_term(names[i], values[i], None, rows) for i in vague]
     told = (*terms, *in_sum, *given_shape(solved.problem.parts, rows))
     there = linearised(published, solved.problem.parts)
     weights = solved.weights_with(values)
     off_law, left = _off_law(published, there, solved.fit, weights if sweep else None)
-    error = published.effort - published.reduced(predicted(told, published.inputs, off_law))
+    error = published.effort - published.reduced(predicted_effort(told, published.inputs, off_law))
     rms, effort_rms = _rms(error), _rms(published.effort)
     return Identified(
         axis=rows.axis,
@@ -266,13 +268,13 @@ def _described(
 
 def _off_law(
     rows: Prepared, problem: Linearised, fit: fitting.Deviating, weights: Array | None
-) -> tuple[OffLaw | None, Array]:
+) -> tuple[FrictionDiscrepancy | None, Array]:
     """Return what friction is off its laws, and what is left (m,) of blocks left out.
 
     Only a sweep over speeds shows it, with ``weights`` (m,), and only where it makes blocks left
     out better, row by row of the way gone, it is told.
     """
-    left = held_out(rows, problem)
+    left = held_out_effort(rows, problem)
     deviation = friction_deviation(rows, problem) if weights is not None else None
     if weights is None or deviation is None:
         return None, left
@@ -327,7 +329,7 @@ def _restless(moving: Mapping[str, float]) -> list[str]:
     ]
 
 
-def plain_fit(rows: Prepared, parts: tuple[Part, ...]) -> PlainFit:
+def plain_fit(rows: Prepared, parts: tuple[ChannelPart, ...]) -> PlainFit:
     """Return ordinary least squares of the parts around their shape."""
     return _plain(rows, linearised(rows, parts))
 
@@ -341,7 +343,7 @@ def _plain(rows: Prepared, problem: Linearised) -> PlainFit:
     return PlainFit(
         protocol=rows.protocol,
         terms=tuple(
-            named(problem.names[i], value, float(sd), rows)
+            identified_term(problem.names[i], value, float(sd), rows)
             for i, value, sd in zip(kept, fit.coefficients, fit.sd, strict=True)
         ),
         given=tuple(given_shape(problem.parts, rows)),

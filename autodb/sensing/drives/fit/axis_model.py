@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.files.channels import ROTARY_AXES
-from autodb.sensing.drives.fit.cogging import Tried
-from autodb.sensing.drives.fit.discrepancy import OffLaw
+from autodb.sensing.drives.fit.cogging import TriedCogging
+from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.drive_errors import DriveErrors
 from autodb.sensing.drives.fit.steady import SteadyMotion
 from autodb.sensing.drives.moves.prepared import SPINDLE
-from autodb.sensing.drives.moves.protocol import Protocol
-from autodb.terms import Contribution, Parameter
-from autodb.terms.channel import Part, predict
+from autodb.sensing.drives.moves.protocol import FilterProtocol
+from autodb.terms import Contribution, TermParameter
+from autodb.terms.channel import ChannelPart, predicted_channel
 from autodb.terms.ripple import NODES
 from autodb.terms.vocabulary import term_called
 
@@ -60,7 +60,7 @@ class PlainFit:
     The sd are Newey and West's over 0.2 s.
     """
 
-    protocol: Protocol
+    protocol: FilterProtocol
     terms: tuple[IdentifiedTerm, ...]
     given: tuple[IdentifiedTerm, ...]
     relative_error: float
@@ -94,15 +94,15 @@ class Identified:
     relative_error: float
     held_out_error: float
     residual_rms: float
-    protocol: Protocol
+    protocol: FilterProtocol
     not_excited: tuple[str, ...]
     doubts: tuple[str, ...]
     plain: PlainFit
     steady: SteadyMotion | None
     errors: DriveErrors | None
-    off_law: OffLaw | None = None
-    moved: tuple["Moved", ...] = ()
-    cogging: tuple[Tried, ...] = ()
+    off_law: FrictionDiscrepancy | None = None
+    moved: tuple["ChangedParameter", ...] = ()
+    cogging: tuple[TriedCogging, ...] = ()
 
     @property
     def fitted(self) -> tuple[IdentifiedTerm, ...]:
@@ -115,7 +115,7 @@ class Identified:
 
 
 @dataclass(frozen=True)
-class Moved:
+class ChangedParameter:
     """A parameter that changed by more than the uncertainty of both versions (95 %)."""
 
     key: str
@@ -159,7 +159,7 @@ def terms_with(values: Mapping[str, float], effort_unit: str) -> tuple[Identifie
     )
 
 
-def unit_in(parameter: Parameter, effort_unit: str, axis: str = "x") -> str:
+def unit_in(parameter: TermParameter, effort_unit: str, axis: str = "x") -> str:
     """Return the parameter's unit for an effort of this unit; a spindle counts rpm, a table deg."""
     unit = SPINDLE_UNITS.get(parameter.unit, parameter.unit) if axis == SPINDLE else parameter.unit
     if axis in ROTARY_AXES:
@@ -211,12 +211,12 @@ def first_harmonic(parameter: str) -> tuple[float, float] | None:
     return FIRST.get(parameter)
 
 
-def stored_parts(terms: Sequence[IdentifiedTerm]) -> tuple[tuple[Part, ...], Array]:
+def stored_parts(terms: Sequence[IdentifiedTerm]) -> tuple[tuple[ChannelPart, ...], Array]:
     """Return the parts and linear parameters (p,) that stored terms describe.
 
     A term without all of its shape parameters is left out; a coefficient that is not there is 0.
     """
-    parts: list[Part] = []
+    parts: list[ChannelPart] = []
     linear: list[float] = []
     for key in dict.fromkeys(t.key for t in terms):
         rows = {t.parameter: t for t in terms if t.key == key}
@@ -226,18 +226,20 @@ def stored_parts(terms: Sequence[IdentifiedTerm]) -> tuple[tuple[Part, ...], Arr
             continue
         shape: Mapping[str, float] = {p.name: rows[p.name].value for p in term.shape}
         free = tuple(p.name for p in term.shape if rows[p.name].sd)
-        parts.append(Part(term, shape, free, first.of))
+        parts.append(ChannelPart(term, shape, free, first.of))
         if isinstance(term, Contribution):
             linear += [rows[p.name].value if p.name in rows else 0.0 for p in term.coefficients]
     return tuple(parts), np.array(linear)
 
 
-def predicted(
-    terms: Sequence[IdentifiedTerm], inputs: Mapping[str, Array], off_law: OffLaw | None = None
+def predicted_effort(
+    terms: Sequence[IdentifiedTerm],
+    inputs: Mapping[str, Array],
+    off_law: FrictionDiscrepancy | None = None,
 ) -> Array:
     """Return the effort (n,) that stored terms give for inputs, and what friction is off them."""
     parts, linear = stored_parts(terms)
     if not len(linear):
         return np.zeros_like(inputs["position"])
-    told = predict(parts, linear, inputs)
+    told = predicted_channel(parts, linear, inputs)
     return told if off_law is None else told + off_law.effort(parts, inputs)

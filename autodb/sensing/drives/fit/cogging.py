@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.sensing.drives.fit.held_out import held_out
+from autodb.sensing.drives.fit.held_out import held_out_effort
 from autodb.sensing.drives.fit.linearised import linearised
 from autodb.sensing.drives.fit.ripples import Ripple
 from autodb.sensing.drives.moves.motion import motion_blocks
 from autodb.sensing.drives.moves.prepared import Prepared
 from autodb.terms import COGGING, COGGING_HARMONICS, COGGING_TABLE
-from autodb.terms.channel import Part
+from autodb.terms.channel import ChannelPart
 from autodb.terms.ripple import NODES, ORDERS
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ CALLED = {
 
 
 @dataclass(frozen=True)
-class Tried:
+class TriedCogging:
     """A form of the cogging: its period, what it leaves of blocks left out over the effort's rms,
     and whether it was kept.
     """
@@ -50,8 +50,8 @@ class Tried:
 
 
 def with_best_cogging(
-    rows: Prepared, parts: tuple[Part, ...], ripple: Ripple
-) -> tuple[tuple[Part, ...], tuple[Tried, ...]]:
+    rows: Prepared, parts: tuple[ChannelPart, ...], ripple: Ripple
+) -> tuple[tuple[ChannelPart, ...], tuple[TriedCogging, ...]]:
     """Return the parts with their one sine in the form to keep, and all forms that were tried.
 
     The plainest that no richer one clearly beats: a richer one must leave less of the blocks, by
@@ -61,18 +61,21 @@ def with_best_cogging(
     pole = sine.shape["period"] * ripple.pole / ripple.period
     forms = [
         sine,
-        *(Part(term, {"period": pole}, sine.free) for term in (COGGING_HARMONICS, COGGING_TABLE)),
+        *(
+            ChannelPart(term, {"period": pole}, sine.free)
+            for term in (COGGING_HARMONICS, COGGING_TABLE)
+        ),
     ]
     blocks = motion_blocks(rows.sampled("t"), rows.sampled("direction"))
     models = [tuple(form if part is sine else part for part in parts) for form in forms]
-    left = [held_out(rows, linearised(rows, model)) for model in models]
+    left = [held_out_effort(rows, linearised(rows, model)) for model in models]
     best = 0
     for k in range(1, len(forms)):
         matters = _rms(left[k]) < (1.0 - MATTERS) * _rms(left[best])
         if matters and _less(left[k], left[best], blocks) > CLEARLY:
             best = k
     tried = [
-        Tried(form.term.form, form.shape["period"], _rms(one) / _rms(rows.effort), False)
+        TriedCogging(form.term.form, form.shape["period"], _rms(one) / _rms(rows.effort), False)
         for form, one in zip(forms, left, strict=True)
     ]
     return models[best], _kept(tried, best)
@@ -82,7 +85,7 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _kept(tried: Sequence[Tried], best: int) -> tuple[Tried, ...]:
+def _kept(tried: Sequence[TriedCogging], best: int) -> tuple[TriedCogging, ...]:
     return tuple(replace(one, kept=k == best) for k, one in enumerate(tried))
 
 

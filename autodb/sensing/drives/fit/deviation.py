@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from autodb.terms import COGGING, FRICTION_RIPPLE
-from autodb.terms.channel import Part, changed, columns, factors
+from autodb.terms.channel import ChannelPart, changed_inputs, channel_columns, factors
 from autodb.terms.drive import cogging
 from autodb.terms.friction import COULOMB
 
@@ -43,13 +43,13 @@ class Group:
     rubs: bool = True
 
 
-def rubs(part: Part) -> bool:
+def rubs(part: ChannelPart) -> bool:
     """Say whether a part is friction over speed."""
     return part.term.name in OVER_SPEED
 
 
 def deviation_groups(
-    parts: tuple[Part, ...], *, highest_mm_s: float, travel_mm: tuple[float, float]
+    parts: tuple[ChannelPart, ...], *, highest_mm_s: float, travel_mm: tuple[float, float]
 ) -> list[Group]:
     """Return the groups by which an axis of these parts may deviate; none without a friction law.
 
@@ -73,12 +73,14 @@ def deviation_groups(
     return groups
 
 
-def deviating(groups: Sequence[Group], parts: tuple[Part, ...], inputs: Inputs) -> list[Array]:
+def deviating(
+    groups: Sequence[Group], parts: tuple[ChannelPart, ...], inputs: Inputs
+) -> list[Array]:
     """Return the columns (n, k) of each group for a model of these parts.
 
     What turns over a way, warms or lags, does so with what friction deviates by.
     """
-    now = changed(parts, inputs)
+    now = changed_inputs(parts, inputs)
     warm = np.ones((1, 1))
     for factor in factors(parts, COULOMB, now):
         warm = warm * factor[:, None]
@@ -86,7 +88,7 @@ def deviating(groups: Sequence[Group], parts: tuple[Part, ...], inputs: Inputs) 
 
 
 def _over_speed(
-    law: tuple[Part, ...],
+    law: tuple[ChannelPart, ...],
     sense: Callable[[Array], Array],
     basis: Callable[[Array], Array],
     highest_mm_s: float,
@@ -96,11 +98,11 @@ def _over_speed(
     both = np.concatenate([-speeds, speeds])
     grid = {"velocity": both, "direction": np.sign(both)}
     smooth = sense(grid["direction"])[:, None] * basis(both)
-    taken = np.linalg.lstsq(columns(law, grid), smooth, rcond=1e-10)[0]
+    taken = np.linalg.lstsq(channel_columns(law, grid), smooth, rcond=1e-10)[0]
 
     def made(inputs: Inputs) -> Array:
         turned = sense(inputs["direction"])[:, None] * basis(inputs["velocity"])
-        return np.asarray(turned - columns(law, inputs) @ taken, dtype=np.float64)
+        return np.asarray(turned - channel_columns(law, inputs) @ taken, dtype=np.float64)
 
     return Group(made, over_speed=True)
 
@@ -139,7 +141,7 @@ def _bent(travel_mm: tuple[float, float]) -> Group:
     return Group(made, over_speed=False)
 
 
-def _harmonics(part: Part) -> Group:
+def _harmonics(part: ChannelPart) -> Group:
     flips = "direction" in part.term.inputs
 
     def made(inputs: Inputs) -> Array:

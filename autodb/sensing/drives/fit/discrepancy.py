@@ -9,24 +9,24 @@ from numpy.typing import NDArray
 
 from autodb.sensing.drives.fit.deviation import Inputs, deviating, deviation_groups
 from autodb.terms import TERMS
-from autodb.terms.channel import Part
+from autodb.terms.channel import ChannelPart
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class OffLaw:
+class FrictionDiscrepancy:
     """The ``weights`` (m,) of the columns by which an axis of ``parts`` deviates from their laws.
 
     ``highest_mm_s`` and ``travel_mm``: where it was seen; beyond, it is as at their ends.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[ChannelPart, ...]
     weights: Array
     highest_mm_s: float
     travel_mm: tuple[float, float]
 
-    def effort(self, parts: tuple[Part, ...], inputs: Inputs) -> Array:
+    def effort(self, parts: tuple[ChannelPart, ...], inputs: Inputs) -> Array:
         """Return what the laws of a model of ``parts`` leave out in any motion, (n,)."""
         groups = deviation_groups(
             self.parts, highest_mm_s=self.highest_mm_s, travel_mm=self.travel_mm
@@ -46,12 +46,12 @@ class OffLaw:
         }
 
     @classmethod
-    def of(cls, kept: Mapping[str, Any]) -> "OffLaw":
+    def of(cls, kept: Mapping[str, Any]) -> "FrictionDiscrepancy":
         """Return what ``kept`` made."""
         low, high = kept["travel_mm"]
         terms = {(term.name, term.form): term for term in TERMS}
         parts = tuple(
-            Part(terms[one["term"], one["form"]], one["shape"], of=one["of"])
+            ChannelPart(terms[one["term"], one["form"]], one["shape"], of=one["of"])
             for one in kept["parts"]
         )
         return cls(parts, np.array(kept["weights"]), kept["highest_mm_s"], (low, high))

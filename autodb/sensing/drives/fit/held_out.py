@@ -17,7 +17,7 @@ GAP_S = 0.25
 """Rows this near to a block left out are not fitted on."""
 
 
-def held_out(rows: Prepared, problem: Linearised) -> Array:
+def held_out_effort(rows: Prepared, problem: Linearised) -> Array:
     """Return what terms leave (m,) of blocks of motion that they were not fitted to.
 
     A coefficient is believed to add no more than the effort's rms: that of a term which only the
@@ -55,4 +55,4 @@ def _pull(rows: Prepared, problem: Linearised, noise: float) -> Array:
 def _left(rows: Prepared, matrix: Array, target: Array, pull: Array) -> Array:
     blocks = motion_blocks(rows.sampled("t"), rows.sampled("direction"))
     gap = round(GAP_S * rows.rate_hz / rows.protocol.decimate)
-    return fitting.held_out(matrix, target, blocks, gap=gap, pull=pull)
+    return fitting.leave_one_out(matrix, target, blocks, gap=gap, pull=pull)

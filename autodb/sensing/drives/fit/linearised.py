@@ -8,9 +8,15 @@ from numpy.typing import NDArray
 from autodb import fitting
 from autodb.errors import UnusableInput
 from autodb.sensing.drives.moves.prepared import Prepared
-from autodb.terms import Contribution, Parameter
-from autodb.terms.channel import Part, coefficients, columns, free_shape, reshaped
-from autodb.terms.fit import bounds_of, prior_of, size_of
+from autodb.terms import Contribution, TermParameter
+from autodb.terms.channel import (
+    ChannelPart,
+    channel_columns,
+    free_shape,
+    linear_parameters,
+    reshaped,
+)
+from autodb.terms.fit import bounds_of, prior_of, shape_step
 
 Array = NDArray[np.float64]
 
@@ -18,7 +24,7 @@ SMALLEST_GAIN = 1e-9
 """Share of the sum of squares that a step must win: far below what a standard deviation would."""
 
 
-def shaped(rows: Prepared, parts: tuple[Part, ...]) -> tuple[Part, ...]:
+def shaped(rows: Prepared, parts: tuple[ChannelPart, ...]) -> tuple[ChannelPart, ...]:
     """Return the parts with their free shape parameters fitted by variable projection."""
     wanted = free_shape(parts)
     if not wanted:
@@ -37,25 +43,25 @@ def shaped(rows: Prepared, parts: tuple[Part, ...]) -> tuple[Part, ...]:
 
 
 def _problem(
-    rows: Prepared, parts: tuple[Part, ...], design: fitting.Design, *, believed: bool
-) -> fitting.Problem:
+    rows: Prepared, parts: tuple[ChannelPart, ...], design: fitting.Design, *, believed: bool
+) -> fitting.ProjectionProblem:
     """Return the separable problem; ``believed``: with the priors of the parameters.
 
     Their weight against the rows is that of the residual's long-run variance, because the noise is
     correlated from row to row.
     """
     wanted = free_shape(parts)
-    linear, free = [p for _, p in coefficients(parts)], [p for _, p in wanted]
+    linear, free = [p for _, p in linear_parameters(parts)], [p for _, p in wanted]
     start = np.array([part.shape[p.name] for part, p in wanted])
     weights, noise = np.zeros(len(linear)), 1.0
     if believed:
         base = design(start)
         weights, _ = fitting.solve(fitting.triangle(base, rows.effort))
         noise = fitting.long_run_variance(rows.effort - base @ weights)
-    return fitting.Problem(
+    return fitting.ProjectionProblem(
         design=design,
         values=rows.effort,
-        typical=np.array([size_of(p, s) for p, s in zip(free, start, strict=True)]),
+        typical=np.array([shape_step(p, s) for p, s in zip(free, start, strict=True)]),
         shape_bounds=bounds_of(free),
         bounds=bounds_of(linear),
         prior=prior_of(linear, weights, free, start) if believed else None,
@@ -64,26 +70,26 @@ def _problem(
     )
 
 
-def _design(rows: Prepared, parts: tuple[Part, ...]) -> fitting.Design:
+def _design(rows: Prepared, parts: tuple[ChannelPart, ...]) -> fitting.Design:
     """Return the reduced columns as a function of the free shape parameters.
 
     Contributions without a free shape are reduced once, unless a part modifies columns.
     """
     plain = all(isinstance(part.term, Contribution) for part in parts)
     fixed = [part for part in parts if plain and not part.free]
-    kept = rows.reduced(columns(fixed, rows.inputs)) if fixed else None
-    place = [part in fixed for part, _ in coefficients(parts)]
+    kept = rows.reduced(channel_columns(fixed, rows.inputs)) if fixed else None
+    place = [part in fixed for part, _ in linear_parameters(parts)]
 
     def design(shape: Array) -> Array:
         now = reshaped(parts, shape)
         if kept is None:
-            return rows.reduced(columns(now, rows.inputs))
+            return rows.reduced(channel_columns(now, rows.inputs))
         moving = [part for part in now if part.free]
         if not moving:
             return kept
         whole = np.empty((len(rows.effort), len(place)))
         whole[:, place] = kept
-        whole[:, ~np.array(place)] = rows.reduced(columns(moving, rows.inputs))
+        whole[:, ~np.array(place)] = rows.reduced(channel_columns(moving, rows.inputs))
         return whole
 
     return design
@@ -99,21 +105,21 @@ class Linearised:
 
     columns: Array
     target: Array
-    names: tuple[tuple[Part, Parameter], ...]
+    names: tuple[tuple[ChannelPart, TermParameter], ...]
 
     @property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[ChannelPart, ...]:
         """The parts that the names are of."""
         return tuple({part.key: part for part, _ in self.names}.values())
 
 
-def linearised(rows: Prepared, parts: tuple[Part, ...]) -> Linearised:
+def linearised(rows: Prepared, parts: tuple[ChannelPart, ...]) -> Linearised:
     """Return the linear problem around the shape that the parts have."""
     wanted = free_shape(parts)
     design = _design(rows, parts)
     shape = np.array([part.shape[p.name] for part, p in wanted])
     base = design(shape)
     weights, _ = fitting.solve(fitting.triangle(base, rows.effort))
-    slopes = fitting.slopes(_problem(rows, parts, design, believed=False), shape, weights)
-    names = (*coefficients(parts), *wanted)
+    slopes = fitting.shape_slopes(_problem(rows, parts, design, believed=False), shape, weights)
+    names = (*linear_parameters(parts), *wanted)
     return Linearised(np.column_stack([base, slopes]), rows.effort + slopes @ shape, names)

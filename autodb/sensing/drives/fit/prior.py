@@ -3,8 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.sensing.drives.fit.axis_model import Beliefs, Moved, predicted, unit_in
-from autodb.sensing.drives.fit.solved import Solved, given_shape, named
+from autodb.sensing.drives.fit.axis_model import (
+    Beliefs,
+    ChangedParameter,
+    predicted_effort,
+    unit_in,
+)
+from autodb.sensing.drives.fit.solved import Solved, given_shape, identified_term
 from autodb.sensing.drives.moves.prepared import Prepared
 
 Array = NDArray[np.float64]
@@ -13,7 +18,7 @@ SURE_SDS = 1.96
 """Standard deviations of a difference beyond which a parameter has moved (95 %)."""
 
 
-def believed(solved: Solved, beliefs: Beliefs, rows: Prepared) -> Solved:
+def combined_with_prior(solved: Solved, beliefs: Beliefs, rows: Prepared) -> Solved:
     """Return the fit combined with beliefs, both weighted by their information.
 
     What moved by more than 1.96 sd of the difference changed on the machine: the belief about it is
@@ -33,7 +38,7 @@ def believed(solved: Solved, beliefs: Beliefs, rows: Prepared) -> Solved:
     covariance = _combined(solved.covariance, belief, known)
     gain = covariance[:, known] @ np.linalg.inv(belief)
     moved = [
-        Moved(
+        ChangedParameter(
             key=names[known[k]][0],
             parameter=names[known[k]][1],
             unit=unit_in(solved.problem.names[known[k]][1], rows.unit, rows.axis),
@@ -71,11 +76,12 @@ def _swallowed(solved: Solved, beliefs: Beliefs, rows: Prepared) -> Array:
     if not new.any():
         return np.zeros(len(names))
     terms = [
-        named(name, value, None, rows) for name, value in zip(names, solved.values, strict=True)
+        identified_term(name, value, None, rows)
+        for name, value in zip(names, solved.values, strict=True)
     ]
     terms += given_shape(solved.problem.parts, rows)
     had = [term for term in terms if term.key in beliefs.keys]
-    given = rows.reduced(predicted(terms, rows.inputs) - predicted(had, rows.inputs))
+    given = rows.reduced(predicted_effort(terms, rows.inputs) - predicted_effort(had, rows.inputs))
     size = np.sqrt(np.mean(solved.problem.columns**2, axis=0))
     doubt = np.sqrt(np.sum(np.diag(solved.covariance)[new] * size[new] ** 2))
     whole = np.sqrt(np.mean(given**2)) + SURE_SDS * doubt

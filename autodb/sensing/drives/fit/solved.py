@@ -6,15 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.sensing.drives.fit.axis_model import IdentifiedTerm, Moved, unit_in
+from autodb.sensing.drives.fit.axis_model import ChangedParameter, IdentifiedTerm, unit_in
 from autodb.sensing.drives.fit.linearised import Linearised
 from autodb.sensing.drives.fit.steady import Deviation
 from autodb.sensing.drives.moves.prepared import Prepared
-from autodb.terms import Parameter
-from autodb.terms.channel import Part
+from autodb.terms import TermParameter
+from autodb.terms.channel import ChannelPart
 
 Array = NDArray[np.float64]
-Name = tuple[Part, Parameter]
+Name = tuple[ChannelPart, TermParameter]
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Solved:
     values: Array
     covariance: Array
     weights: Array
-    moved: tuple[Moved, ...] = ()
+    moved: tuple[ChangedParameter, ...] = ()
 
     def weights_with(self, values: Array) -> Array:
         """Return the deviation's weights (m,), given other ``values`` (p,) of the law."""
@@ -41,7 +41,7 @@ class Solved:
         return np.asarray(self.weights + self.fit.whole_covariance[p:, :p] @ pushed)
 
 
-def named(name: Name, value: float, sd: float | None, rows: Prepared) -> IdentifiedTerm:
+def identified_term(name: Name, value: float, sd: float | None, rows: Prepared) -> IdentifiedTerm:
     """Return a parameter with its value and sd, as a model keeps it."""
     part, parameter = name
     return IdentifiedTerm(
@@ -55,10 +55,10 @@ def named(name: Name, value: float, sd: float | None, rows: Prepared) -> Identif
     )
 
 
-def given_shape(parts: tuple[Part, ...], rows: Prepared) -> list[IdentifiedTerm]:
+def given_shape(parts: tuple[ChannelPart, ...], rows: Prepared) -> list[IdentifiedTerm]:
     """Return the shape parameters that were taken as given."""
     return [
-        named((part, p), part.shape[p.name], 0.0, rows)
+        identified_term((part, p), part.shape[p.name], 0.0, rows)
         for part in parts
         for p in part.term.shape
         if p.name not in part.free

@@ -7,10 +7,16 @@ from numpy.typing import NDArray
 
 from autodb import fitting
 from autodb.sensing.drives.fit.deviation import OVER_SPEED, deviating, deviation_groups, rubs
-from autodb.sensing.drives.fit.discrepancy import OffLaw
+from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.linearised import Linearised
 from autodb.sensing.drives.moves.prepared import SPINDLE, Prepared
-from autodb.terms.channel import Part, coefficients, columns, free_shape, reshaped
+from autodb.terms.channel import (
+    ChannelPart,
+    channel_columns,
+    free_shape,
+    linear_parameters,
+    reshaped,
+)
 
 Array = NDArray[np.float64]
 
@@ -26,7 +32,7 @@ class SteadyMotion:
     these parts' coefficients and free shape; ``covariance`` (p + m, p + m) of both.
     """
 
-    off_law: OffLaw
+    off_law: FrictionDiscrepancy
     values: Array
     covariance: Array
 
@@ -53,17 +59,17 @@ class SteadyMotion:
             raise ValueError(f"no move was faster than {seen.highest_mm_s:g} mm/s")
         sense = np.sign(velocity_mm_s)
         inputs = {"position": position_mm, "velocity": velocity_mm_s, "direction": sense}
-        names = [part for part, _ in (*coefficients(parts), *free_shape(parts))]
+        names = [part for part, _ in (*linear_parameters(parts), *free_shape(parts))]
         wanted = np.array([rubs(part) or not over_speed for part in names])
-        count = len(coefficients(parts))
+        count = len(linear_parameters(parts))
         linear, shape = self.values[:count] * wanted[:count], self.values[count:]
 
         def effort(values: Array) -> Array:
-            told: Array = columns(reshaped(parts, values), inputs) @ linear
+            told: Array = channel_columns(reshaped(parts, values), inputs) @ linear
             return told
 
         # Gradient over the law's coefficients, its shape, and the deviation
-        base = columns(parts, inputs)
+        base = channel_columns(parts, inputs)
         slopes = [
             (effort(shape + step) - effort(shape - step)) / (2.0 * step.sum())
             for step in np.diag(1e-6 * np.maximum(np.abs(shape), 1e-6))
@@ -87,14 +93,14 @@ class Deviation:
     """
 
     groups: list[Array]
-    parts: tuple[Part, ...]
+    parts: tuple[ChannelPart, ...]
     places: list[int]
     highest_mm_s: float
     travel_mm: tuple[float, float]
 
-    def off_law(self, weights: Array) -> OffLaw:
+    def off_law(self, weights: Array) -> FrictionDiscrepancy:
         """Return by what friction deviates with ``weights`` (m,)."""
-        return OffLaw(self.parts, weights, self.highest_mm_s, self.travel_mm)
+        return FrictionDiscrepancy(self.parts, weights, self.highest_mm_s, self.travel_mm)
 
     def steady(self, fit: fitting.Deviating, values: Array, weights: Array) -> SteadyMotion:
         """Return steady motion of a fit that is told as ``values`` (p,) and ``weights`` (m,)."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from autodb.records import Recording
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm
 from autodb.sensing.drives.moves.motion import term_inputs
-from autodb.sensing.drives.moves.protocol import Protocol
+from autodb.sensing.drives.moves.protocol import FilterProtocol
 from autodb.terms.drive import WARMUP
 
 Array = NDArray[np.float64]
@@ -36,7 +36,7 @@ def lost(shape: Mapping[str, float], inputs: Mapping[str, Array]) -> Array:
 
 
 def thermal_state(
-    recording: Recording, axis: str, protocol: Protocol, terms: Sequence[IdentifiedTerm]
+    recording: Recording, axis: str, protocol: FilterProtocol, terms: Sequence[IdentifiedTerm]
 ) -> ThermalState | None:
     """Return the thermal state of a recorded axis; None where its terms have no `warmup`."""
     shape = {t.parameter: t.value for t in terms if t.term == WARMUP.name}

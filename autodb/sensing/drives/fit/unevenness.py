@@ -17,7 +17,7 @@ FEWEST_ROWS = 20
 """Rows that tell a class' scatter; fewer go with the others."""
 
 
-def scatter(inputs: Mapping[str, Array], left: Array) -> Array:
+def row_scatter(inputs: Mapping[str, Array], left: Array) -> Array:
     """Return the scatter (n,) of each row: the rms of what a fit leaves of rows of its class.
 
     Classes: standing, turned, speeding up; in steady motion the speed and the direction.
@@ -45,7 +45,7 @@ def row_roots(rows: Prepared, problem: Linearised, groups: list[Array]) -> Array
     root = np.ones(len(problem.target))
     for _ in range(2):
         weights = np.linalg.lstsq(columns * root[:, None], problem.target * root, rcond=1e-8)[0]
-        root = 1.0 / scatter(inputs, problem.target - columns @ weights)
+        root = 1.0 / row_scatter(inputs, problem.target - columns @ weights)
     sense = np.where(np.abs(inputs["direction"]) >= 1.0, np.sign(inputs["direction"]), 0.0)
     last = np.maximum.accumulate(np.where(sense != 0, np.arange(len(sense)), 0))
     return root * np.where(sense[last] < 0, -1.0, 1.0)

@@ -19,7 +19,7 @@ NOISE_BAND = 4.0
 
 
 @dataclass(frozen=True)
-class Motion:
+class AxisMotion:
     """An axis' motion (n,): mm, mm/s, mm/s²; of a rotary axis deg, deg/s, deg/s².
 
     ``direction``: ±1 in motion, fading to 0 through standstill, read from a velocity with as little
@@ -37,7 +37,7 @@ def place_channel(axis: str) -> str:
     return f"{axis}.{'angle' if axis in ROTARY_AXES else 'position'}"
 
 
-def motion(recording: Recording, axis: str, *, cutoff_hz: float) -> Motion:
+def axis_motion(recording: Recording, axis: str, *, cutoff_hz: float) -> AxisMotion:
     """Return the motion of an axis; what is not recorded is derived from position at the cutoff.
 
     Raises UnusableInput when there is not even a position.
@@ -46,13 +46,15 @@ def motion(recording: Recording, axis: str, *, cutoff_hz: float) -> Motion:
     velocity = recording.get(f"{axis}.velocity")
     acceleration = recording.get(f"{axis}.acceleration")
     if velocity is not None and acceleration is not None:
-        return Motion(position, velocity, acceleration, _direction(velocity, noise_sd(velocity)))
+        return AxisMotion(
+            position, velocity, acceleration, _direction(velocity, noise_sd(velocity))
+        )
     smooth, v, a = signals.derivatives(recording.t_s, position, cutoff_hz=cutoff_hz)
     if velocity is None:
         sense = _derived_direction(recording.t_s, position, v, cutoff_hz=cutoff_hz)
     else:
         sense = _direction(velocity, noise_sd(velocity))
-    return Motion(
+    return AxisMotion(
         position=smooth if velocity is None else position,
         velocity=v if velocity is None else velocity,
         acceleration=a if acceleration is None else acceleration,
@@ -94,9 +96,9 @@ def term_inputs(recording: Recording, axis: str, *, cutoff_hz: float) -> dict[st
 
     Other linear axes with a position give `AXIS.acceleration`.
     """
-    moved = motion(recording, axis, cutoff_hz=cutoff_hz)
+    moved = axis_motion(recording, axis, cutoff_hz=cutoff_hz)
     others = {
-        f"{other}.acceleration": motion(recording, other, cutoff_hz=cutoff_hz).acceleration
+        f"{other}.acceleration": axis_motion(recording, other, cutoff_hz=cutoff_hz).acceleration
         for other in LINEAR_AXES
         if other != axis and f"{other}.position" in recording
     }

@@ -38,7 +38,7 @@ that those take, which make a sweep over speeds: time is no fair weight then. Ch
 
 
 @dataclass(frozen=True)
-class Pass:
+class SpeedPass:
     """One pass without its run-in: rows ``begin`` to ``end``, speed mm/s, direction ±1, travel mm.
 
     ``level``: the speed's number, slowest 0; ``repeat``: how often level and direction came before.
@@ -59,7 +59,7 @@ class Pass:
         return slice(self.begin, self.end)
 
 
-def passes_of(inputs: Mapping[str, Array]) -> tuple[Pass, ...]:
+def passes_of(inputs: Mapping[str, Array]) -> tuple[SpeedPass, ...]:
     """Return the passes of a motion in time, from its `t` (s) and `position` (mm), (n,) each."""
     t, x = inputs["t"], inputs["position"]
     noise_mm = fitting.spread(np.diff(x, 3)) / np.sqrt(20.0)
@@ -68,19 +68,19 @@ def passes_of(inputs: Mapping[str, Array]) -> tuple[Pass, ...]:
     return _numbered([one for one in found if one is not None])
 
 
-def levels_of(passes: Sequence[Pass]) -> dict[int, float]:
+def levels_of(passes: Sequence[SpeedPass]) -> dict[int, float]:
     """Return the mean speed mm/s of each level, slowest first."""
     numbers = sorted({one.level for one in passes})
     return {k: float(np.mean([p.speed_mm_s for p in passes if p.level == k])) for k in numbers}
 
 
-def both_ways(passes: Sequence[Pass]) -> dict[int, float]:
+def both_ways(passes: Sequence[SpeedPass]) -> dict[int, float]:
     """Return the levels that were passed in both directions with their mean speed mm/s."""
     seen = {(one.level, one.sense) for one in passes}
     return {k: v for k, v in levels_of(passes).items() if {(k, 1), (k, -1)} <= seen}
 
 
-def sweeps_speeds(passes: Sequence[Pass]) -> bool:
+def sweeps_speeds(passes: Sequence[SpeedPass]) -> bool:
     """Say whether passes are a sweep over speeds that runs at creep for most of the time."""
     levels = both_ways(passes)
     if len(levels) < MANY_LEVELS:
@@ -90,7 +90,7 @@ def sweeps_speeds(passes: Sequence[Pass]) -> bool:
     return sum(rows[k] for k in slow) > MOSTLY * sum(rows.values())
 
 
-def swept(recording: Recording, axis: str) -> bool:
+def is_sweep(recording: Recording, axis: str) -> bool:
     """Say whether a recording is a sweep of an axis over speeds; False without a position."""
     position = recording.get(place_channel(axis))
     if position is None or len(recording) < FEWEST_ROWS:
@@ -138,7 +138,7 @@ def _off(t: Array, x: Array, a: int, b: int) -> tuple[int, float]:
     return a + far, float(off[far])
 
 
-def _within(t: Array, x: Array, begin: int, end: int) -> Pass | None:
+def _within(t: Array, x: Array, begin: int, end: int) -> SpeedPass | None:
     """Return the pass between two corners, its run-in left out; None where there is none."""
     way, span_s = abs(x[end] - x[begin]), t[end] - t[begin]
     if way < STANDSTILL_MM_S * span_s:
@@ -156,7 +156,7 @@ def _within(t: Array, x: Array, begin: int, end: int) -> Pass | None:
         return None
     slope = _slope(t[a:b], x[a:b])
     low, high = sorted((float(x[a]), float(x[b - 1])))
-    return Pass(a, b, abs(slope), 1 if slope > 0 else -1, low, high)
+    return SpeedPass(a, b, abs(slope), 1 if slope > 0 else -1, low, high)
 
 
 def _steady(t: Array, x: Array) -> bool:
@@ -173,7 +173,7 @@ def _slope(t: Array, x: Array) -> float:
     return float(np.polyfit(t - t[0], x, 1)[0])
 
 
-def _numbered(found: list[Pass]) -> tuple[Pass, ...]:
+def _numbered(found: list[SpeedPass]) -> tuple[SpeedPass, ...]:
     """Return the passes with their levels and repeats."""
     speeds = np.sort([one.speed_mm_s for one in found])
     edges = speeds[1:][speeds[1:] > SAME_LEVEL * speeds[:-1]]

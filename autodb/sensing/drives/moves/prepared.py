@@ -9,7 +9,7 @@ from autodb.errors import UnusableInput
 from autodb.files.channels import axis_of, effort_channels, rotary_efforts
 from autodb.records import Recording
 from autodb.sensing.drives.moves.motion import spindle_inputs, term_inputs
-from autodb.sensing.drives.moves.protocol import Protocol, default_protocol
+from autodb.sensing.drives.moves.protocol import FilterProtocol, default_protocol
 
 Array = NDArray[np.float64]
 
@@ -79,10 +79,10 @@ class Prepared:
     inputs: dict[str, Array]
     effort: Array
     whole_effort: Array
-    protocol: Protocol
+    protocol: FilterProtocol
     rate_hz: float
 
-    def by(self, protocol: Protocol) -> "Prepared":
+    def by(self, protocol: FilterProtocol) -> "Prepared":
         """Return the same recording reduced by another protocol."""
         smooth = protocol.smoothed(self.whole_effort, rate_hz=self.rate_hz)
         effort = protocol.reduced(smooth, rate_hz=self.rate_hz)
@@ -104,7 +104,7 @@ class Prepared:
 
 
 def prepared(
-    recording: Recording, *, axis: str | None = None, protocol: Protocol | None = None
+    recording: Recording, *, axis: str | None = None, protocol: FilterProtocol | None = None
 ) -> Prepared:
     """Filter and reduce one axis of a recording.
 

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Protocol:
+class FilterProtocol:
     """How a recording is filtered before the fit; results are comparable only at one protocol.
 
     Published methods low-pass the effort and keep one row in ``decimate``.
@@ -52,7 +52,7 @@ class Protocol:
 
 
 @dataclass(frozen=True)
-class MeansProtocol(Protocol):
+class MeansProtocol(FilterProtocol):
     """Means of ``decimate`` rows each, of effort and columns alike, and no other filter on them.
 
     What an anti-alias filter leaves of noise falls off so steeply that no short autoregression
@@ -104,7 +104,7 @@ TURN_MM = 0.1
 
 
 def means_by_way(
-    protocol: Protocol, velocity: Array, *, rate_hz: float, way_mm: float = WAY_MM
+    protocol: FilterProtocol, velocity: Array, *, rate_hz: float, way_mm: float = WAY_MM
 ) -> WayProtocol:
     """Return means of the protocol's rows, longer where motion is slow: over ``way_mm`` at least,
     and over a whole standstill.
@@ -126,11 +126,13 @@ def means_by_way(
     return WayProtocol(protocol.cutoff_hz, protocol.decimate, protocol.crop_s, edges=tuple(edges))
 
 
-def default_protocol(rate_hz: float) -> Protocol:
+def default_protocol(rate_hz: float) -> FilterProtocol:
     """Return 100 Hz and 100 samples per second, or less where the recording is slower."""
-    return Protocol(cutoff_hz=min(100.0, 0.4 * rate_hz), decimate=max(1, int(rate_hz / 100.0)))
+    return FilterProtocol(
+        cutoff_hz=min(100.0, 0.4 * rate_hz), decimate=max(1, int(rate_hz / 100.0))
+    )
 
 
-def means_of(protocol: Protocol) -> MeansProtocol:
+def decimated_means(protocol: FilterProtocol) -> MeansProtocol:
     """Return the means of as many rows as the protocol keeps one of."""
     return MeansProtocol(protocol.cutoff_hz, protocol.decimate, protocol.crop_s)

@@ -11,7 +11,7 @@ from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.fit.steady import SteadyMotion
 from autodb.sensing.drives.staged.compared import (
     Agreement,
-    Compared,
+    ComparedQuantity,
     compared_inertia,
     compared_warmth,
     linear,
@@ -28,7 +28,7 @@ TURN_POINTS = 6
 where in a turn a ripple stands."""
 
 
-def agreement(found: Staged, model: Identified, inputs: Mapping[str, Array]) -> Agreement:
+def screw_agreement(found: Staged, model: Identified, inputs: Mapping[str, Array]) -> Agreement:
     """Compare the staged routine with the joint fit of the same recording.
 
     The errors of both come from the same passes, so that their difference is surer than the root of
@@ -44,7 +44,7 @@ def agreement(found: Staged, model: Identified, inputs: Mapping[str, Array]) -> 
     return Agreement(tuple(rows), tuple(said))
 
 
-def _friction(found: Staged, model: Identified, steady: SteadyMotion) -> list[Compared]:
+def _friction(found: Staged, model: Identified, steady: SteadyMotion) -> list[ComparedQuantity]:
     """Compare the weight, and friction at places and speeds in both directions.
 
     Both count as weight what effort is amid the directions, at the levels that told it.
@@ -70,7 +70,7 @@ def _friction(found: Staged, model: Identified, steady: SteadyMotion) -> list[Co
         for place, speed, sense in named
     ]
     return [
-        Compared(name, model.unit, *one, float(a), float(b))
+        ComparedQuantity(name, model.unit, *one, float(a), float(b))
         for name, one, a, b in zip(names, told, value, sd, strict=True)
     ]
 

@@ -10,7 +10,7 @@ from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.fit.steady import SteadyMotion
 from autodb.sensing.drives.staged.compared import (
     Agreement,
-    Compared,
+    ComparedQuantity,
     compared_inertia,
     compared_warmth,
     linear,
@@ -40,7 +40,7 @@ class _Asked:
     take: Array
 
 
-def agreement(found: FourSteps, model: Identified, inputs: Mapping[str, Array]) -> Agreement:
+def linear_agreement(found: FourSteps, model: Identified, inputs: Mapping[str, Array]) -> Agreement:
     """Compare the four steps with the joint fit of the same recording.
 
     The load over the travel is compared as line and table tell it, the mean over a pole and what is
@@ -56,7 +56,7 @@ def agreement(found: FourSteps, model: Identified, inputs: Mapping[str, Array]) 
     return Agreement(tuple(rows), tuple(said))
 
 
-def _steady(found: FourSteps, unit: str, steady: SteadyMotion) -> list[Compared]:
+def _steady(found: FourSteps, unit: str, steady: SteadyMotion) -> list[ComparedQuantity]:
     """Compare load and friction: the joint fit's load is the mean of both ways, as the steps'."""
     top = steady.off_law.highest_mm_s
     asked = _asked(found, unit)
@@ -86,7 +86,7 @@ def _steady(found: FourSteps, unit: str, steady: SteadyMotion) -> list[Compared]
     names = [*asked.names, *(f"friction at {s * q * 60.0:+.4g} mm/min" for s, q in named)]
     units = [*asked.units, *(unit for _ in named)]
     return [
-        Compared(name, its, *one, float(a), float(b))
+        ComparedQuantity(name, its, *one, float(a), float(b))
         for name, its, one, a, b in zip(names, units, told, value, sd, strict=True)
     ]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.sensing.drives.staged.clusters import lack, scores, within
-from autodb.sensing.drives.staged.segments import Segments
+from autodb.sensing.drives.staged.segments import PassSegments
 from autodb.terms.drive import cogging
 
 Array = NDArray[np.float64]
@@ -37,7 +37,7 @@ class Along:
 
 
 def along_travel(
-    segments: Segments, friction: Array, position: Array, *, period_mm: float | None,
+    segments: PassSegments, friction: Array, position: Array, *, period_mm: float | None,
     middle_mm: Array,
 ) -> Along:  # fmt: skip
     """Fit segments' friction (n,) within passes; columns are averaged over the segments as it is.

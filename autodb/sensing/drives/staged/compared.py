@@ -25,7 +25,7 @@ STEP = 1e-4
 
 
 @dataclass(frozen=True)
-class Compared:
+class ComparedQuantity:
     """One quantity, as each routine tells it, with standard deviations."""
 
     name: str
@@ -51,11 +51,11 @@ class Compared:
 class Agreement:
     """What was compared: ``rows``, and what could not be, with the reason."""
 
-    rows: tuple[Compared, ...]
+    rows: tuple[ComparedQuantity, ...]
     left_out: tuple[str, ...]
 
     @property
-    def differing(self) -> list[Compared]:
+    def differing(self) -> list[ComparedQuantity]:
         """What differs."""
         return [row for row in self.rows if row.differs]
 
@@ -101,20 +101,20 @@ def linear(steady: SteadyMotion, x: Array, v: Array, take: Array) -> tuple[Array
     return here, np.sqrt(np.maximum(variance, 0.0))
 
 
-def compared_inertia(found: Stages, model: Identified) -> list[Compared]:
+def compared_inertia(found: Stages, model: Identified) -> list[ComparedQuantity]:
     """Compare inertia, where both have one."""
     term = next((t for t in model.fitted if t.term == "inertia"), None)
     if found.inertia is None or term is None:
         return []
     return [
-        Compared("inertia", term.unit, found.inertia.value, found.inertia.sd, term.value,
+        ComparedQuantity("inertia", term.unit, found.inertia.value, found.inertia.sd, term.value,
                  term.sd or 0.0)
     ]  # fmt: skip
 
 
 def compared_warmth(
     found: Stages, model: Identified, inputs: Mapping[str, Array]
-) -> tuple[list[Compared], list[str]]:
+) -> tuple[list[ComparedQuantity], list[str]]:
     """Compare the share of friction that was lost when the axis was warmest."""
     names = ("drop", "time_constant", "levelling")
     by_name = {t.parameter: t for t in model.terms if t.term == "warmup"}
@@ -137,7 +137,7 @@ def compared_warmth(
     share, slopes = found.warming.lost(inputs), found.warming.slopes(inputs)
     warmest = int(np.argmax(share))
     own = (float(share[warmest]), float(found.warming.sd(slopes[[warmest]])[0]))
-    return [Compared("warm-up loss when warmest", "1", *own, *joint)], []
+    return [ComparedQuantity("warm-up loss when warmest", "1", *own, *joint)], []
 
 
 def _slope(function: Callable[[Array], float], at: Array) -> Array:

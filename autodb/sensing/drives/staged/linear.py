@@ -10,18 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.sensing.drives.moves.passes import Pass, both_ways
+from autodb.sensing.drives.moves.passes import SpeedPass, both_ways
 from autodb.sensing.drives.moves.prepared import Prepared
-from autodb.sensing.drives.staged.load import Load, load_of, patches
+from autodb.sensing.drives.staged.load import TravelLoad, patches, travel_load_of
 from autodb.sensing.drives.staged.over_speed import STRIBECK_LEVELS
 from autodb.sensing.drives.staged.segments import TRAVEL_SHARE, Length
 from autodb.sensing.drives.staged.stages import (
     Stages,
-    friction_of,
     inertia_told,
     laws_told,
     middle_of,
     passes_at_speeds,
+    stage_friction,
     stretch_of,
     warming_told,
 )
@@ -43,7 +43,7 @@ class FourSteps(Stages):
     friction are from what its law leaves, and how runs differ is not in them.
     """
 
-    load: Load
+    load: TravelLoad
     middle_mm: Array
     middle_sd: float
     repeated: bool
@@ -74,10 +74,10 @@ def four_steps(rows: Prepared, *, pole_mm: float | None, cold: bool) -> FourStep
         _refuse_few_speeds(passes, rows)
     stretch = stretch_of(rows, passes, _length(passes, pole_mm))
     cut = stretch.cut
-    load = load_of(stretch, position, axis=rows.axis, path=rows.path)
+    load = travel_load_of(stretch, position, axis=rows.axis, path=rows.path)
     seen = cut.sense * (stretch.effort - cut.means(load.at(position)))
     warming = warming_told(stretch, seen, rows.inputs)
-    friction = friction_of(rows, cut, seen, warming if cold else None)
+    friction = stage_friction(rows, cut, seen, warming if cold else None)
     places = middle_of(passes, cut, MIDDLE)
     middle = np.isin(cut.place, places)
     middle_mm = np.asarray((places + 0.5) * stretch.length.mm, dtype=np.float64)
@@ -99,7 +99,7 @@ def four_steps(rows: Prepared, *, pole_mm: float | None, cold: bool) -> FourStep
     return replace(found, inertia=inertia)
 
 
-def _length(passes: tuple[Pass, ...], pole_mm: float | None) -> Length:
+def _length(passes: tuple[SpeedPass, ...], pole_mm: float | None) -> Length:
     """Return segments as many to a pole as its table has nodes, or else a part of the travel."""
     if pole_mm is not None:
         return Length(pole_mm / NODES, f"{NODES} to a pole of {pole_mm:.4g} mm", pole_mm)
@@ -107,13 +107,13 @@ def _length(passes: tuple[Pass, ...], pole_mm: float | None) -> Length:
     return Length(TRAVEL_SHARE * travel, "a fortieth of the travel: no cogging is known", None)
 
 
-def _sd_over(load: Load, x_mm: Array) -> float:
+def _sd_over(load: TravelLoad, x_mm: Array) -> float:
     """Return the sd of the mean load over places (k,), with what it is off line and table there."""
     _, sd = load.told(x_mm, np.full((1, len(x_mm)), 1.0 / len(x_mm)))
     return float(np.hypot(sd[0], load.lack_over(len(x_mm))))
 
 
-def _refuse_few_speeds(passes: tuple[Pass, ...], rows: Prepared) -> None:
+def _refuse_few_speeds(passes: tuple[SpeedPass, ...], rows: Prepared) -> None:
     """Raise UnusableInput where too few speeds, each passed once, tell no error of friction."""
     count = len(both_ways(passes))
     if count < STRIBECK_LEVELS:

@@ -12,7 +12,7 @@ from autodb import fitting
 from autodb.errors import UnusableInput
 from autodb.sensing.drives.staged.clusters import lack, one_out, scores, within
 from autodb.sensing.drives.staged.pairs import Pairs, pairs_of
-from autodb.sensing.drives.staged.stages import Stretch
+from autodb.sensing.drives.staged.stages import MeasuredStretch
 from autodb.sensing.drives.staged.weight import Weight, weight_of
 from autodb.terms.ripple import cogging_table
 
@@ -32,7 +32,7 @@ PATCHES = 10
 
 
 @dataclass(frozen=True)
-class Load:
+class TravelLoad:
     """Load over the travel, effort's unit: ``level`` + columns · values, columns x mm and a table.
 
     ``values``: slope k and, with a pole, the table's nodes but the last; ``covariance`` of them;
@@ -100,7 +100,9 @@ class Load:
         return take @ self.values[1:], np.sqrt(np.maximum(variance, 0.0))
 
 
-def load_of(stretch: Stretch, position: Array, *, axis: str, path: str) -> Load:
+def travel_load_of(
+    stretch: MeasuredStretch, position: Array, *, axis: str, path: str
+) -> TravelLoad:
     """Return the load over the travel that passes there and back tell, of levels that do not stick.
 
     Line and table are fitted together, within pairs of passes: what friction differs by direction
@@ -125,7 +127,7 @@ def load_of(stretch: Stretch, position: Array, *, axis: str, path: str) -> Load:
     if beyond > 0.0:
         poles = patches(x_mm, pole_mm, travel_mm)
         covariance += _of_poles(design, beyond / _rms(off) * off[_at(pairs.place)], poles)
-    return Load(
+    return TravelLoad(
         level=weight_of(cut, stretch.effort - columns @ (values / scale), stretch.told, path=path),
         values=values / scale,
         covariance=covariance / np.multiply.outer(scale, scale),

@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.terms.channel import Part, coefficients, columns, free_shape, reshaped
+from autodb.terms.channel import (
+    ChannelPart,
+    channel_columns,
+    free_shape,
+    linear_parameters,
+    reshaped,
+)
 from autodb.terms.fit import bounds_of
 from autodb.terms.friction import COULOMB, STRIBECK, VISCOUS
 
@@ -31,7 +37,7 @@ of 1000."""
 
 
 @dataclass(frozen=True)
-class Levels:
+class FrictionLevels:
     """Friction of each level (k,) in one direction: speed mm/s, mean, its sd from the repeats, 0
     where none was passed twice.
 
@@ -49,22 +55,22 @@ class Levels:
 
 
 @dataclass(frozen=True)
-class Law:
+class SpeedLaw:
     """A law over speed in one direction: parts, their values (p,), covariance (p, p).
 
     ``levels``: what it was fitted to; ``lack``: by how much friction at a speed is off the law
     (sd), as a share, beyond the repeats' error.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[ChannelPart, ...]
     values: Array
     covariance: Array
     lack: float
-    levels: Levels
+    levels: FrictionLevels
 
     def at(self, speed_mm_s: Array) -> tuple[Array, Array]:
         """Return friction (n,) and its sd (n,) at speeds (n,), for one of each, lack included."""
-        value = columns(self.parts, _inputs(speed_mm_s)) @ self.values[: self._linear]
+        value = channel_columns(self.parts, _inputs(speed_mm_s)) @ self.values[: self._linear]
         slopes = self.slopes(speed_mm_s)
         variance = np.einsum("ij,jk,ik->i", slopes, self.covariance, slopes)
         known = self.levels
@@ -97,7 +103,7 @@ def levels_of_way(
     *,
     speeds: dict[int, float],
     stuck: set[int],
-) -> Levels:
+) -> FrictionLevels:
     """Return the levels of passes (n,) in one direction: their level, run, mean friction, and what
     warming leaves unsure of it.
 
@@ -114,7 +120,7 @@ def levels_of_way(
     free = float(np.sum(count[sticks] - 1))
     rough = float(np.sum(share[~smooth] ** 2)) / free if free > 0 else own
     variance = np.where(sticks, max(rough, own), own)
-    return Levels(
+    return FrictionLevels(
         speed_mm_s=np.array([speeds[int(k)] for k in names]),
         friction=mean,
         sd=np.abs(mean) * np.sqrt(variance / count),
@@ -144,15 +150,15 @@ def _shares(level: Numbers, run: Numbers, share: Array) -> tuple[float, float]:
     return own, float(means.var(ddof=1)) / len(whole) * few
 
 
-def law_of(levels: Levels) -> Law:
+def fit_speed_law(levels: FrictionLevels) -> SpeedLaw:
     """Fit the law to the levels, each weighed by the repeats' error and by what the law leaves.
 
     Stribeck friction is no part where it, or its speed, could as well be nothing, or where no speed
     between the slowest and the fastest passed is best.
     """
-    plain: tuple[Part, ...] = (Part(COULOMB), Part(VISCOUS))
+    plain: tuple[ChannelPart, ...] = (ChannelPart(COULOMB), ChannelPart(VISCOUS))
     if len(levels.speed_mm_s) >= STRIBECK_LEVELS:
-        law = _fitted(levels, (*plain, Part(STRIBECK, {"speed": 1.0, "exponent": EXPONENT},
+        law = _fitted(levels, (*plain, ChannelPart(STRIBECK, {"speed": 1.0, "exponent": EXPONENT},
                                             ("speed",))))  # fmt: skip
         (_, _, (_, level, level_sd), (_, speed, speed_sd)) = law.named
         slowest, fastest = levels.speed_mm_s.min(), levels.speed_mm_s.max()
@@ -161,7 +167,7 @@ def law_of(levels: Levels) -> Law:
     return _fitted(levels, plain)
 
 
-def _fitted(levels: Levels, parts: tuple[Part, ...]) -> Law:
+def _fitted(levels: FrictionLevels, parts: tuple[ChannelPart, ...]) -> SpeedLaw:
     """Fit the parts; what they leave of the levels that do not stick tells the lack.
 
     Where no speed was passed twice it is all that tells an error, as Student's t has it.
@@ -171,7 +177,9 @@ def _fitted(levels: Levels, parts: tuple[Part, ...]) -> Law:
     for _ in range(ROUNDS):
         sd = np.sqrt(levels.sd**2 + (lack * size) ** 2)
         fitted, linear = _best(levels, parts, sd)
-        left = (levels.friction - columns(fitted, _inputs(levels.speed_mm_s)) @ linear) / size
+        left = (
+            levels.friction - channel_columns(fitted, _inputs(levels.speed_mm_s)) @ linear
+        ) / size
         count = len(linear) + len(free_shape(fitted))
         lack = _lack(left[levels.smooth], (levels.sd / size)[levels.smooth], count)
         if alone:
@@ -181,21 +189,23 @@ def _fitted(levels: Levels, parts: tuple[Part, ...]) -> Law:
     shape = [part.shape[p.name] for part, p in free_shape(fitted)]
     information = (slopes / sd[:, None] ** 2).T @ slopes
     values = np.concatenate([linear, shape])
-    return Law(fitted, values, np.linalg.pinv(information), lack, levels)
+    return SpeedLaw(fitted, values, np.linalg.pinv(information), lack, levels)
 
 
-def _best(levels: Levels, parts: tuple[Part, ...], sd: Array) -> tuple[tuple[Part, ...], Array]:
+def _best(
+    levels: FrictionLevels, parts: tuple[ChannelPart, ...], sd: Array
+) -> tuple[tuple[ChannelPart, ...], Array]:
     """Return the parts at the shape that fits best, and their coefficients.
 
     The one shape parameter, a speed, is looked for within the speeds passed: so that it cannot fail
     to settle.
     """
     inputs = _inputs(levels.speed_mm_s)
-    limits = bounds_of([p for _, p in coefficients(parts)])
+    limits = bounds_of([p for _, p in linear_parameters(parts)])
 
-    def solved(shape: Array) -> tuple[tuple[Part, ...], Array, float]:
+    def solved(shape: Array) -> tuple[tuple[ChannelPart, ...], Array, float]:
         made = reshaped(parts, shape)
-        matrix = columns(made, inputs)
+        matrix = channel_columns(made, inputs)
         linear = fitting.solve(fitting.triangle(matrix, levels.friction, 1.0 / sd), limits)[0]
         left = (levels.friction - matrix @ linear) / sd
         return made, linear, float(left @ left)
@@ -218,14 +228,16 @@ def _lack(left: Array, sd: Array, count: int) -> float:
     return float(np.sqrt(max(0.0, beyond / freedom)))
 
 
-def _slopes(parts: tuple[Part, ...], linear: Array, speed_mm_s: Array) -> Array:
+def _slopes(parts: tuple[ChannelPart, ...], linear: Array, speed_mm_s: Array) -> Array:
     """Return the derivatives (n, p + q) of a law by its coefficients and its free shape."""
     inputs = _inputs(speed_mm_s)
     free = free_shape(parts)
     shape = np.array([part.shape[p.name] for part, p in free])
-    made = [columns(parts, inputs)]
+    made = [channel_columns(parts, inputs)]
     for step in np.diag(1e-4 * shape):
-        ahead, behind = (columns(reshaped(parts, shape + way), inputs) for way in (step, -step))
+        ahead, behind = (
+            channel_columns(reshaped(parts, shape + way), inputs) for way in (step, -step)
+        )
         made.append(((ahead - behind) @ linear / (2.0 * float(step.sum())))[:, None])
     return np.hstack(made)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.sensing.drives.staged.segments import Segments
+from autodb.sensing.drives.staged.segments import PassSegments
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -29,7 +29,7 @@ class Pairs:
         return np.asarray(0.5 * (values[self.ahead] + values[self.back]))
 
 
-def pairs_of(segments: Segments, levels: Collection[int]) -> Pairs:
+def pairs_of(segments: PassSegments, levels: Collection[int]) -> Pairs:
     """Return the places that both passes of one repeat at one of the levels crossed."""
     first, repeats = int(segments.place.min()), int(segments.repeat.max()) + 1
     places = int(segments.place.max()) - first + 1

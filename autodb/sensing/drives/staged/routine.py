@@ -11,11 +11,11 @@ from autodb.sensing.drives.staged.along_travel import Along, along_travel
 from autodb.sensing.drives.staged.segments import Averages, averages, length_of
 from autodb.sensing.drives.staged.stages import (
     Stages,
-    friction_of,
     inertia_told,
     laws_told,
     middle_of,
     passes_at_speeds,
+    stage_friction,
     stretch_of,
     warming_told,
 )
@@ -71,7 +71,7 @@ def staged(rows: Prepared, *, pitch_mm: float | None, cold: bool) -> Staged:
     weight = weight_of(cut, stretch.effort, stretch.told, path=rows.path)
     seen = cut.sense * (stretch.effort - weight.value)
     warming = warming_told(stretch, seen, rows.inputs)
-    friction = friction_of(rows, cut, seen, warming if cold else None)
+    friction = stage_friction(rows, cut, seen, warming if cold else None)
     middle = np.isin(cut.place, middle_of(passes, cut, TURN))
     found = Staged(
         passes=passes,

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.sensing.drives.fit.ripples import strongest_ripple
-from autodb.sensing.drives.moves.passes import Pass
+from autodb.sensing.drives.moves.passes import SpeedPass
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -31,7 +31,7 @@ class Length:
 
 
 def length_of(
-    passes: Sequence[Pass], position: Array, effort: Array, *, pitch_mm: float | None
+    passes: Sequence[SpeedPass], position: Array, effort: Array, *, pitch_mm: float | None
 ) -> Length:
     """Return a third of the pitch, else of the ripple that passes hold, else a part of the travel.
 
@@ -55,7 +55,7 @@ def length_of(
 
 
 @dataclass(frozen=True)
-class Segments:
+class PassSegments:
     """Segments (n,) that passes crossed: index of the pass, its level, direction ±1 and repeat;
     number of the place, mean place mm.
 
@@ -71,7 +71,7 @@ class Segments:
     cell: Places
     rows: Array
 
-    def some(self, which: NDArray[np.bool_]) -> "Segments":
+    def some(self, which: NDArray[np.bool_]) -> "PassSegments":
         """Return some (n,) of the segments."""
         number = np.where(which, np.cumsum(which) - 1, -1)
         cell = np.where(self.cell >= 0, number[self.cell], -1)
@@ -85,7 +85,7 @@ class Segments:
         return np.asarray(total / self.rows)
 
 
-def segments_of(passes: Sequence[Pass], position: Array, length_mm: float) -> Segments:
+def pass_segments(passes: Sequence[SpeedPass], position: Array, length_mm: float) -> PassSegments:
     """Return the segments that passes crossed for the most part; borders at multiples of it."""
     number = np.floor(position / length_mm).astype(np.intp)
     cell = np.full(len(position), -1, dtype=np.intp)
@@ -102,7 +102,7 @@ def segments_of(passes: Sequence[Pass], position: Array, length_mm: float) -> Se
     rows = np.bincount(cell[inside], minlength=len(of)).astype(np.float64)
     total = np.bincount(cell[inside], position[inside], len(of))
     crossed = [passes[i] for i in of]
-    return Segments(
+    return PassSegments(
         of=np.array(of, dtype=np.intp),
         level=np.array([one.level for one in crossed], dtype=np.intp),
         sense=np.array([one.sense for one in crossed], dtype=np.intp),
@@ -132,7 +132,7 @@ class Averages:
     differ: float
 
 
-def averages(segments: Segments, effort: Array, friction: Array, sticks: set[int]) -> Averages:
+def averages(segments: PassSegments, effort: Array, friction: Array, sticks: set[int]) -> Averages:
     """Average the segments' effort (n,) over repeats; ``friction`` (n,): its size in each.
 
     What repeats differ by, over the friction, is pooled over the levels that run smoothly and over

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.files.channels import ROTARY_AXES
 from autodb.sensing.drives.fit.drive_errors import SPEEDING, states
-from autodb.sensing.drives.moves.passes import Pass, both_ways, levels_of, passes_of
+from autodb.sensing.drives.moves.passes import SpeedPass, both_ways, levels_of, passes_of
 from autodb.sensing.drives.moves.prepared import SPINDLE, Prepared
 from autodb.sensing.drives.staged.accelerated import Inertia, inertia_of
-from autodb.sensing.drives.staged.over_speed import Law, law_of, levels_of_way
-from autodb.sensing.drives.staged.segments import Length, Segments, segments_of
-from autodb.sensing.drives.staged.sticking import Verdict, sticking
-from autodb.sensing.drives.staged.warming import Warming, warming_of
-from autodb.signals.segments import runs
+from autodb.sensing.drives.staged.over_speed import SpeedLaw, fit_speed_law, levels_of_way
+from autodb.sensing.drives.staged.segments import Length, PassSegments, pass_segments
+from autodb.sensing.drives.staged.sticking import StickingVerdict, sticking
+from autodb.sensing.drives.staged.warming import WarmingDrop, warming_of
+from autodb.signals.segments import flagged_runs
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -38,11 +38,11 @@ class Stages:
     ``laws`` by direction ±1; ``cold``: friction is that of a cold axis, else of this recording.
     """
 
-    passes: tuple[Pass, ...]
+    passes: tuple[SpeedPass, ...]
     length: Length
-    verdicts: Mapping[int, Verdict]
-    laws: Mapping[int, Law]
-    warming: Warming | None
+    verdicts: Mapping[int, StickingVerdict]
+    laws: Mapping[int, SpeedLaw]
+    warming: WarmingDrop | None
     inertia: Inertia | None
     cold: bool
 
@@ -60,13 +60,13 @@ class Stages:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class MeasuredStretch:
     """Segments of a recording's passes, their mean effort (n,), and the levels that stick."""
 
-    passes: tuple[Pass, ...]
-    verdicts: Mapping[int, Verdict]
+    passes: tuple[SpeedPass, ...]
+    verdicts: Mapping[int, StickingVerdict]
     length: Length
-    cut: Segments
+    cut: PassSegments
     effort: Array
 
     @property
@@ -86,7 +86,7 @@ class Stretch:
 
 
 @dataclass(frozen=True)
-class Friction:
+class StageFriction:
     """Friction of the segments (n,) as it is compared, the sd of what warming leaves open of it, a
     share, and the factor by which warming lowered it in each row.
     """
@@ -96,7 +96,7 @@ class Friction:
     factor: Array
 
 
-def passes_at_speeds(rows: Prepared) -> tuple[Pass, ...]:
+def passes_at_speeds(rows: Prepared) -> tuple[SpeedPass, ...]:
     """Return the passes of a recording; raises UnusableInput where no stage can do with them."""
     if rows.axis == SPINDLE:
         raise UnusableInput("--staged: a spindle has no travel; a linear axis would work")
@@ -114,24 +114,26 @@ def passes_at_speeds(rows: Prepared) -> tuple[Pass, ...]:
     return passes
 
 
-def stretch_of(rows: Prepared, passes: tuple[Pass, ...], length: Length) -> Stretch:
+def stretch_of(rows: Prepared, passes: tuple[SpeedPass, ...], length: Length) -> MeasuredStretch:
     """Return the segments of a recording's passes."""
     verdicts = sticking(passes, rows.inputs, rows.whole_effort)
-    cut = segments_of(passes, rows.inputs["position"], length.mm)
-    return Stretch(passes, verdicts, length, cut, cut.means(rows.whole_effort))
+    cut = pass_segments(passes, rows.inputs["position"], length.mm)
+    return MeasuredStretch(passes, verdicts, length, cut, cut.means(rows.whole_effort))
 
 
-def friction_of(rows: Prepared, cut: Segments, seen: Array, warming: Warming | None) -> Friction:
+def stage_friction(
+    rows: Prepared, cut: PassSegments, seen: Array, warming: WarmingDrop | None
+) -> StageFriction:
     """Return friction as it was seen, or that of the cold axis where a warming is given."""
     if warming is None:
-        return Friction(seen, np.zeros_like(seen), np.ones_like(rows.whole_effort))
+        return StageFriction(seen, np.zeros_like(seen), np.ones_like(rows.whole_effort))
     factor = 1.0 - warming.lost(rows.inputs)
     kept = cut.means(factor)
     slopes = np.column_stack([cut.means(one) for one in warming.slopes(rows.inputs).T])
-    return Friction(seen / kept, warming.sd(slopes) / kept, factor)
+    return StageFriction(seen / kept, warming.sd(slopes) / kept, factor)
 
 
-def middle_of(passes: tuple[Pass, ...], cut: Segments, turn: int) -> NDArray[np.intp]:
+def middle_of(passes: tuple[SpeedPass, ...], cut: PassSegments, turn: int) -> NDArray[np.intp]:
     """Return the places about the middle of the travel: ``turn`` neighbours that most levels pass.
 
     The nearest to the middle of such, and what lies beside them as far as it is passed as often.
@@ -153,8 +155,8 @@ def middle_of(passes: tuple[Pass, ...], cut: Segments, turn: int) -> NDArray[np.
 
 
 def warming_told(
-    stretch: Stretch, friction: Array, inputs: Mapping[str, Array]
-) -> Warming | None:  # fmt: skip
+    stretch: MeasuredStretch, friction: Array, inputs: Mapping[str, Array]
+) -> WarmingDrop | None:  # fmt: skip
     """Return the warming that whole passes show, a level and direction a group."""
     names, at = np.unique(stretch.cut.of[stretch.smooth], return_inverse=True)
     mean = np.bincount(at, friction[stretch.smooth]) / np.bincount(at)
@@ -165,13 +167,13 @@ def warming_told(
 
 
 def laws_told(
-    stretch: Stretch, friction: Friction, middle: Flags, path: str
-) -> dict[int, Law]:  # fmt: skip
+    stretch: MeasuredStretch, friction: StageFriction, middle: Flags, path: str
+) -> dict[int, SpeedLaw]:  # fmt: skip
     """Return the law over speed in each direction, of the segments (n,) in the middle."""
     return {s: _law(stretch, friction, middle & (stretch.cut.sense == s), path) for s in (1, -1)}
 
 
-def _law(stretch: Stretch, friction: Friction, which: Flags, path: str) -> Law:
+def _law(stretch: MeasuredStretch, friction: StageFriction, which: Flags, path: str) -> SpeedLaw:
     """Return the law over speed that passes' means over some segments of one direction tell."""
     names, at = np.unique(stretch.cut.of[which], return_inverse=True)
     both = (friction.size[which], friction.unsure[which])
@@ -184,12 +186,12 @@ def _law(stretch: Stretch, friction: Friction, which: Flags, path: str) -> Law:
             "cross the middle of the travel would work"
         )
     speeds = levels_of(stretch.passes)
-    return law_of(levels_of_way(level, run, mean, warm, speeds=speeds, stuck=stretch.stuck))
+    return fit_speed_law(levels_of_way(level, run, mean, warm, speeds=speeds, stuck=stretch.stuck))
 
 
 def inertia_told(
     rows: Prepared,
-    laws: Mapping[int, Law],
+    laws: Mapping[int, SpeedLaw],
     steady: Callable[[Array, Array, Array], Array],
     factor: Array,
     *,
@@ -208,7 +210,7 @@ def inertia_told(
     speeding = states(inputs, highest_mm_s2=highest) == SPEEDING
     speeding &= np.abs(inputs["velocity"]) <= top
     shortest = FOLLOWED * rows.rate_hz / rows.protocol.cutoff_hz
-    for part in runs(speeding):
+    for part in flagged_runs(speeding):
         speeding[part] &= part.stop - part.start >= shortest
     if not speeding.any():
         return None

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from autodb import fitting
-from autodb.sensing.drives.moves.passes import Pass, both_ways
+from autodb.sensing.drives.moves.passes import SpeedPass, both_ways
 
 Array = NDArray[np.float64]
-Squares = Callable[[Pass], Array]
+Squares = Callable[[SpeedPass], Array]
 
 FALSE_ALARM = 1e-3
 """Of a level that does not stick, by both unevennesses and ways together."""
@@ -40,7 +40,7 @@ SURE_SDS = 5.0
 
 
 @dataclass(frozen=True)
-class Verdict:
+class StickingVerdict:
     """Whether a level sticks, and by what: how many times as uneven as the faster ones (rms over a
     window of way, and of time; the worse way), and the most halts in a pass.
 
@@ -67,8 +67,8 @@ class _Unit:
 
 
 def sticking(
-    passes: Sequence[Pass], inputs: Mapping[str, Array], effort: Array
-) -> dict[int, Verdict]:
+    passes: Sequence[SpeedPass], inputs: Mapping[str, Array], effort: Array
+) -> dict[int, StickingVerdict]:
     """Judge the levels that were passed both ways, fastest first; effort (n,) in any unit.
 
     A pass' mean ln of squares within windows is compared with those of the next faster levels that
@@ -81,13 +81,13 @@ def sticking(
     size = {k: _friction(passes, k, effort) for k in levels}
     over_way = _over_way(inputs["position"], effort, _window_mm(passes, levels))
     scales = [_units(passes, levels, squares) for squares in (over_way, _over_time(effort))]
-    found: dict[int, Verdict] = {}
+    found: dict[int, StickingVerdict] = {}
     for k in sorted(levels, reverse=True):
         smooth = [j for j, one in found.items() if not one.sticks]
         tests = [_uneven(units, size, k, smooth) for units in scales]
         halts = max(_halts(one, inputs) for one in passes if one.level == k)
         ratio = [1.0 if test is None else test[0] for test in tests]
-        found[k] = Verdict(
+        found[k] = StickingVerdict(
             speed_mm_s=levels[k],
             sticks=halts >= HALTS or any(test is not None and test[1] for test in tests),
             tested=any(test is not None for test in tests),
@@ -98,7 +98,7 @@ def sticking(
     return dict(sorted(found.items()))
 
 
-def _friction(passes: Sequence[Pass], level: int, effort: Array) -> float:
+def _friction(passes: Sequence[SpeedPass], level: int, effort: Array) -> float:
     """Return the size of a level's friction: half of what effort differs by direction."""
     way = [
         np.mean([effort[one.rows].mean() for one in passes if (one.level, one.sense) == (level, s)])
@@ -107,7 +107,7 @@ def _friction(passes: Sequence[Pass], level: int, effort: Array) -> float:
     return float(max(abs(way[0] - way[1]) / 2.0, 1e-300))
 
 
-def _window_mm(passes: Sequence[Pass], levels: Mapping[int, float]) -> float:
+def _window_mm(passes: Sequence[SpeedPass], levels: Mapping[int, float]) -> float:
     ways = [one.high_mm - one.low_mm for one in passes if one.level in levels]
     return min([WINDOW_MM, *ways])
 
@@ -118,7 +118,7 @@ def _over_way(position: Array, effort: Array, window_mm: float) -> Squares:
     Of BINS means each: what noise there is in time is averaged the more the slower a pass is.
     """
 
-    def squares(one: Pass) -> Array:
+    def squares(one: SpeedPass) -> Array:
         gone = np.abs(position[one.rows] - position[one.begin])
         count = int(gone.max() / window_mm * (1.0 + 1e-3))
         at = np.floor(gone / window_mm * BINS).astype(np.intp)
@@ -135,7 +135,7 @@ def _over_way(position: Array, effort: Array, window_mm: float) -> Squares:
 def _over_time(effort: Array) -> Squares:
     """Return the function that gives mean squares of a pass in windows of time about a line."""
 
-    def squares(one: Pass) -> Array:
+    def squares(one: SpeedPass) -> Array:
         values = effort[one.rows]
         count = len(values) // CHUNK_ROWS
         return _about_lines(values[: count * CHUNK_ROWS].reshape(count, CHUNK_ROWS))
@@ -152,7 +152,7 @@ def _about_lines(windows: Array) -> Array:
 
 
 def _units(
-    passes: Sequence[Pass], levels: Mapping[int, float], squares: Squares
+    passes: Sequence[SpeedPass], levels: Mapping[int, float], squares: Squares
 ) -> dict[tuple[int, int], _Unit]:
     """Return each level's and direction's unit, of those whose passes all have windows."""
     made = {}
@@ -223,7 +223,7 @@ def _test(one: _Unit, others: Sequence[_Unit]) -> tuple[float, bool]:
     return ratio, ratio > FAR and excess > limit * sd
 
 
-def _halts(one: Pass, inputs: Mapping[str, Array]) -> int:
+def _halts(one: SpeedPass, inputs: Mapping[str, Array]) -> int:
     """Return how often a pass halts and then jumps on.
 
     Speed is the way gone in so many rows that noise of the position alone makes no halt.

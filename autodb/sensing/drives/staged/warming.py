@@ -27,7 +27,7 @@ STEP = 1e-3
 
 
 @dataclass(frozen=True)
-class Warming:
+class WarmingDrop:
     """Drop at 10 000 mm/min, time constant s, and their covariance (2, 2)."""
 
     drop: float
@@ -66,7 +66,7 @@ def _lost(at: Array, inputs: Mapping[str, Array]) -> Array:
 
 def warming_of(
     group: Numbers, friction: Array, middle: Numbers, inputs: Mapping[str, Array]
-) -> Warming | None:
+) -> WarmingDrop | None:
     """Return the warming that passes (n,) in time show; None where too few were repeated.
 
     ``group`` (n,): passes alike but for warmth, ``middle`` (n,) the row amid each. The logarithm of
@@ -101,4 +101,4 @@ def warming_of(
     few = fitting.small_sample(RUNS - 1) * len(rows) / max(1, len(rows) - len(names) - 2)
     covariance = np.zeros((2, 2))
     covariance[np.ix_(free, free)] = fit.covariance * few
-    return Warming(float(best.x[0]), float(np.exp(best.x[1])), covariance)
+    return WarmingDrop(float(best.x[0]), float(np.exp(best.x[1])), covariance)

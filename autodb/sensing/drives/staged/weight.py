@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from autodb import fitting
 from autodb.errors import UnusableInput
 from autodb.sensing.drives.staged.pairs import Pairs, pairs_of
-from autodb.sensing.drives.staged.segments import Segments
+from autodb.sensing.drives.staged.segments import PassSegments
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -29,7 +29,9 @@ class Weight:
     x_mm: Array
 
 
-def weight_of(segments: Segments, effort: Array, levels: Collection[int], *, path: str) -> Weight:
+def weight_of(
+    segments: PassSegments, effort: Array, levels: Collection[int], *, path: str
+) -> Weight:
     """Return the weight of segments' effort (n,), each of the levels counting alike.
 
     The error is from what repeats of a level differ by and what levels differ by beyond that

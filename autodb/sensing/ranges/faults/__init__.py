@@ -6,17 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.records import CutTable
-from autodb.sensing.ranges.faults.check import Check, refuse
+from autodb.sensing.ranges.faults.check import DataCheck, refuse
 from autodb.sensing.ranges.faults.exchanged import exchanged
 from autodb.sensing.ranges.faults.moves import faults_of_moves
-from autodb.sensing.ranges.faults.relations import Known
+from autodb.sensing.ranges.faults.relations import KnownOfCuts
 from autodb.sensing.ranges.faults.silent import responses, silent_axes
 from autodb.sensing.ranges.faults.travel import x_over_diameter, x_travels
 from autodb.sensing.ranges.faults.units import units
 
 __all__ = [
-    "Check",
-    "Known",
+    "DataCheck",
+    "KnownOfCuts",
     "checks_of_units",
     "exchanged",
     "faults_of_moves",
@@ -31,15 +31,17 @@ __all__ = [
 Array = NDArray[np.float64]
 
 
-def silent(table: CutTable, forces: Mapping[str, Array], axes: Sequence[str]) -> dict[str, Check]:
+def silent(
+    table: CutTable, forces: Mapping[str, Array], axes: Sequence[str]
+) -> dict[str, DataCheck]:
     """Return the axes whose current gives nothing, each with the check that failed."""
     checks = silent_axes(table, forces, axes)
     return {axis: check for axis, check in checks.items() if not check.passed}
 
 
 def checks_of_units(
-    table: CutTable, axes: Sequence[str], known: Known | None = None
-) -> list[Check]:
+    table: CutTable, axes: Sequence[str], known: KnownOfCuts | None = None
+) -> list[DataCheck]:
     """Return whether a table's channels are in their units, X as a radius among them.
 
     Newtons per ampere are asked of axes whose current responds only: noise has no unit.

@@ -9,7 +9,7 @@ OPERATORS = {"<": lt, "<=": le, ">": gt, ">=": ge}
 
 
 @dataclass(frozen=True)
-class Check:
+class DataCheck:
     """``statistic`` ``operator`` ``threshold`` is what sound data give; else ``sentence`` holds.
 
     ``name``: what was looked for; ``sentence``: what is wrong, with what would work.
@@ -27,7 +27,7 @@ class Check:
         return bool(OPERATORS[self.operator](self.statistic, self.threshold))
 
 
-def refuse(path: object, checks: "list[Check]") -> None:
+def refuse(path: object, checks: "list[DataCheck]") -> None:
     """Raise UnusableInput with the file and the sentence of the first check that failed."""
     for check in checks:
         if not check.passed:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from autodb.records import CutTable
 from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, current_signal, moving
 from autodb.sensing.ranges.faults.arm import torque_arm_mm
-from autodb.sensing.ranges.faults.check import Check
+from autodb.sensing.ranges.faults.check import DataCheck
 
 Array = NDArray[np.float64]
 Line = tuple[Array, Array, Array]
@@ -29,7 +29,7 @@ CLOSE = 20.0
 
 def exchanged(
     table: CutTable, forces: Mapping[str, Array], axes: Sequence[str], names: Sequence[str]
-) -> list[Check]:
+) -> list[DataCheck]:
     """Return, for each operation, whether two of its cuts have each other's known forces.
 
     ``forces``: known forces (n,), N, by component; ``names`` (n,) of the cuts, for the sentence. Of
@@ -52,7 +52,7 @@ def exchanged(
         pairs = [(names[rows[odd[first[k]]]], names[rows[odd[second[k]]]]) for k in near]
         count = len(rows) * (len(rows) - 1)  # of pairs, each tried in two ways
         threshold = float(np.log(count / CHANCE))
-        checks.append(Check("cuts exchanged", best, "<=", threshold, _sentence(pairs)))
+        checks.append(DataCheck("cuts exchanged", best, "<=", threshold, _sentence(pairs)))
     return checks
 
 

@@ -14,8 +14,8 @@ from autodb.files.channels import LINEAR_AXES
 from autodb.records import Recording
 from autodb.sensing.drives.moves.motion import term_inputs
 from autodb.sensing.drives.moves.prepared import SHORTEST_ROWS, SPINDLE, effort_channel
-from autodb.sensing.ranges.faults.check import Check
-from autodb.signals.segments import runs
+from autodb.sensing.ranges.faults.check import DataCheck
+from autodb.signals.segments import flagged_runs
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ CLEAR = 8.0
 ROUNDS = 30
 
 
-def faults_of_moves(recording: Recording, axis: str) -> list[Check]:
+def faults_of_moves(recording: Recording, axis: str) -> list[DataCheck]:
     """Return whether an axis' moves are sound; a spindle's, and too few rows, are not looked at."""
     if axis == SPINDLE or len(recording) < SHORTEST_ROWS:
         return []
@@ -64,13 +64,13 @@ def _columns(inputs: dict[str, Array]) -> Array:
     return np.column_stack([np.ones_like(inputs["t"]), *(inputs[name] for name in names)])
 
 
-def _sign(channel: str, axis: str, effort: Array, inputs: dict[str, Array]) -> Check:
+def _sign(channel: str, axis: str, effort: Array, inputs: dict[str, Array]) -> DataCheck:
     columns = _columns(inputs)
     weights = np.linalg.lstsq(columns, effort, rcond=None)[0]
     friction = columns[:, 1:3] @ weights[1:3]
     work = float(friction @ inputs["velocity"])
     whole = float(np.sum(np.abs(effort * inputs["velocity"]))) or 1.0
-    return Check(
+    return DataCheck(
         "sign of the effort", work / whole, ">=", WORK,
         f"{channel}: friction would drive {axis} instead of holding it back: its sign is turned "
         f"round; the other current_sign of the axis in the machine's file, or sign = -1 of the "
@@ -80,7 +80,7 @@ def _sign(channel: str, axis: str, effort: Array, inputs: dict[str, Array]) -> C
 
 def _another(
     recording: Recording, axis: str, effort: Array, inputs: dict[str, Array], cutoff_hz: float
-) -> Check:
+) -> DataCheck:
     """Return whether the effort follows another recorded axis and not its own."""
     own = _explained(effort, inputs)
     others = {
@@ -91,7 +91,7 @@ def _another(
     best = max(others, key=lambda name: others[name], default=None)
     is_other = best is not None and others[best] > FOLLOWS and own < LESS * others[best]
     channel = effort_channel(recording, axis)
-    return Check(
+    return DataCheck(
         "effort of this axis", 1.0 if is_other else 0.0, "<=", 0.0,
         f"{channel} follows {best}, not {axis}: {best}'s moves explain "
         f"{100.0 * others.get(best or '', 0.0):.0f} % of it, {axis}'s {100.0 * own:.0f} %; "
@@ -109,7 +109,7 @@ def _explained(effort: Array, inputs: dict[str, Array]) -> float:
 
 def _held(
     recording: Recording, axis: str, effort: Array, inputs: dict[str, Array]
-) -> Iterator[Check]:
+) -> Iterator[DataCheck]:
     """Yield a check where the axis stands under more than moving it took."""
     moving = np.abs(inputs["direction"]) >= 1.0
     if not moving.any():
@@ -117,13 +117,15 @@ def _held(
     took = float(np.quantile(np.abs(effort[moving]), 0.99))
     strong = ~moving & (np.abs(effort) > HELD * took)
     t = recording.t_s
-    longest = max(runs(strong), key=lambda run: t[run.stop - 1] - t[run.start], default=None)
+    longest = max(
+        flagged_runs(strong), key=lambda run: t[run.stop - 1] - t[run.start], default=None
+    )
     if longest is None:
         return
     start_s, end_s = float(t[longest.start]), float(t[longest.stop - 1])
     peak = float(np.max(np.abs(effort[longest])))
     unit = recording.unit(effort_channel(recording, axis))
-    yield Check(
+    yield DataCheck(
         "axis free to move", end_s - start_s, "<=", HELD_S,
         f"{axis} stands from {start_s:.2f} to {end_s:.2f} s under up to {peak:.3g} {unit}, more "
         f"than the {took:.3g} {unit} that moving it took: a brake is closed, or something is in "
@@ -133,7 +135,7 @@ def _held(
 
 def _dragged(
     recording: Recording, axis: str, effort: Array, inputs: dict[str, Array]
-) -> Iterator[Check]:
+) -> Iterator[DataCheck]:
     """Yield a check where friction is far higher over a stretch than elsewhere, both ways."""
     columns, sense = _columns(inputs), inputs["direction"]
     moving = np.abs(sense) >= 1.0
@@ -156,7 +158,7 @@ def _dragged(
         return
     unit = recording.unit(effort_channel(recording, axis))
     level = float(np.median(off[high]))
-    yield Check(
+    yield DataCheck(
         "friction of one height", lasted_s, "<=", DRAGGED_S,
         f"{axis} is held back by {level:.3g} {unit} more in both directions from "
         f"{float(t[rows.start]):.2f} to {float(t[rows.stop - 1]):.2f} s, where it usually takes "

@@ -15,7 +15,7 @@ from autodb.files.units import RAW
 from autodb.records import CutTable
 from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, current_signal, moving
 from autodb.sensing.ranges.faults.arm import torque_arm_mm
-from autodb.standard import Protocol, rows_of
+from autodb.standard import CutProtocol, rows_of_cut
 
 Array = NDArray[np.float64]
 
@@ -44,10 +44,10 @@ _TURNING = ("turn", "face", "taper", "contour")
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownOfCuts:
     """What else is known of a table's cuts: the protocol they follow, the machine they ran on."""
 
-    protocol: Protocol | None = None
+    protocol: CutProtocol | None = None
     machine: MachineFile | None = None
 
 
@@ -88,7 +88,7 @@ class Relation:
 
 
 def relations(
-    table: CutTable, axes: Sequence[str], heard: Sequence[str], known: Known
+    table: CutTable, axes: Sequence[str], heard: Sequence[str], known: KnownOfCuts
 ) -> list[Relation]:
     """Return every relation; ``heard`` are the axes whose current responds to the load.
 
@@ -105,13 +105,13 @@ def relations(
         ]
 
 
-def _with_references(table: CutTable, protocol: Protocol | None) -> CutTable:
+def _with_references(table: CutTable, protocol: CutProtocol | None) -> CutTable:
     """Return the table with a protocol's reference forces for the components not measured."""
     if protocol is None or not _states_conditions(table):
         return table
     added: dict[str, Array] = {}
     for cut in protocol.cut:
-        rows = rows_of(table, cut)
+        rows = rows_of_cut(table, cut)
         for component, reference in cut.reference.items():
             if f"force.{component}" not in table:
                 force = added.setdefault(f"force.{component}", np.full(len(table), np.nan))
@@ -123,7 +123,7 @@ def _states_conditions(table: CutTable) -> bool:
     return all(n in table for n in ("spindle.speed", "cutting.feed", "cutting.depth"))
 
 
-def columns(table: CutTable, *names: str) -> list[Array] | None:
+def channels_stated(table: CutTable, *names: str) -> list[Array] | None:
     """Return channels (n,) in the cuts that state all of them; None where one is missing."""
     if any(name not in table for name in names):
         return None
@@ -158,7 +158,7 @@ def _conditions(table: CutTable) -> list[Relation]:
     """Return what the conditions of the cuts state together."""
     found = []
     turns = np.array([o == "turn" for o in table.texts.get("operation", [""] * len(table))])
-    around = columns(table, "work.diameter", "spindle.speed")
+    around = channels_stated(table, "work.diameter", "spindle.speed")
     stated = table.get("cutting.speed")
     if around is not None:
         v_m_min = speed_m_min(*around)
@@ -171,7 +171,7 @@ def _conditions(table: CutTable) -> list[Relation]:
             found.append(Relation(name, "", ratio, *SPEED_RATIO))
     if stated is not None:
         found.append(Relation("cutting.speed", "m/min", _median(stated), *SPEED_M_MIN))
-    both = columns(table, "cutting.depth", "cutting.feed")
+    both = channels_stated(table, "cutting.depth", "cutting.feed")
     if both is not None:
         ratio = _median((both[0] / both[1])[_turned(table)])
         found.append(
@@ -183,13 +183,13 @@ def _conditions(table: CutTable) -> list[Relation]:
 def _forces(table: CutTable) -> list[Relation]:
     """Return the specific cutting force, and the force's components to each other."""
     found, turned = [], _turned(table)
-    chip = columns(table, "force.y", "cutting.feed", "cutting.depth")
+    chip = channels_stated(table, "force.y", "cutting.feed", "cutting.depth")
     if chip is not None:
         specific = _median((chip[0] / (chip[1] * chip[2]))[turned])
         name = "force.y / (cutting.feed · cutting.depth)"
         found.append(Relation(name, "N/mm²", specific, *SPECIFIC_N_MM2, USUAL_N_MM2))
     for other, bounds in COMPONENT_SHARE.items():
-        pair = columns(table, other, "force.y")
+        pair = channels_stated(table, other, "force.y")
         if pair is not None:
             share = _median((pair[0] / pair[1])[turned])
             found.append(Relation(f"{other} / force.y", "", share, *bounds))
@@ -203,7 +203,7 @@ def _drives(table: CutTable, axes: Sequence[str]) -> list[Relation]:
     """
     found = []
     for axis in axes:
-        air = columns(table, f"{axis}.current.air", f"{axis}.current.range")
+        air = channels_stated(table, f"{axis}.current.air", f"{axis}.current.range")
         if air is None or table.unit(f"{axis}.current.range") == RAW:
             continue
         name = f"{axis}.current.air / {axis}.current.range"
@@ -245,11 +245,11 @@ def _plates(table: CutTable, axes: Sequence[str], machine: MachineFile | None) -
     return found
 
 
-def _standards(table: CutTable, protocol: Protocol | None) -> list[Relation]:
+def _standards(table: CutTable, protocol: CutProtocol | None) -> list[Relation]:
     """Return the share of cuts that are a protocol's, and measured over reference forces."""
     if protocol is None or not _states_conditions(table):
         return []
-    matched = [(cut, rows_of(table, cut)) for cut in protocol.cut]
+    matched = [(cut, rows_of_cut(table, cut)) for cut in protocol.cut]
     share = float(np.mean(np.any([rows for _, rows in matched], axis=0)))
     name = f"share of cuts that are one of '{protocol.name}'"
     found = [Relation(name, "", share, 0.5 / len(table), 1.0, by_unit=True)]

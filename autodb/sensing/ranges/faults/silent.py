@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from autodb.records import CutTable
 from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, current_signal, moving
-from autodb.sensing.ranges.faults.check import Check
+from autodb.sensing.ranges.faults.check import DataCheck
 
 Array = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ its level is noise. Chosen."""
 
 def silent_axes(
     table: CutTable, forces: Mapping[str, Array], axes: Sequence[str]
-) -> dict[str, Check]:
+) -> dict[str, DataCheck]:
     """Return, of each axis that can be judged, whether its current responds to the load.
 
     The statistic is that of ``responses``; without air ranges the axis must be faint as well. Only
@@ -33,7 +33,7 @@ def silent_axes(
     found = responses(table, forces, axes)
     heard = {axis for axis, (t, limit) in found.items() if t > limit}
     return {
-        axis: Check(
+        axis: DataCheck(
             name=f"{axis}.current responds",
             statistic=t,
             operator=">",

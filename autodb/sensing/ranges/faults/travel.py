@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.records import CutTable, Recording
-from autodb.sensing.ranges.faults.check import Check
+from autodb.sensing.ranges.faults.check import DataCheck
 
 Array = NDArray[np.float64]
 
@@ -15,7 +15,7 @@ STANDS = 0.1
 REMEDY = "diameter = true under [recording] in the side file would work"
 
 
-def x_travels(recording: Recording, cut: slice) -> list[Check]:
+def x_travels(recording: Recording, cut: slice) -> list[DataCheck]:
     """Return whether x moves as far as the side file's feed and depth say, in a recording of cuts.
 
     In facing the slope of x.position (or x.velocity) is f n/60; between passes of turning,
@@ -38,7 +38,7 @@ def x_travels(recording: Recording, cut: slice) -> list[Check]:
     return checks
 
 
-def x_over_diameter(table: CutTable) -> list[Check]:
+def x_over_diameter(table: CutTable) -> list[DataCheck]:
     """Return whether x.position of a table of turned cuts changes by half the work's diameter."""
     x_mm, diameter_mm = table.get("x.position"), table.get("work.diameter")
     if x_mm is None or diameter_mm is None:
@@ -54,9 +54,9 @@ def x_over_diameter(table: CutTable) -> list[Check]:
     return [_check("x.position changes", slope, "half of work.diameter")]
 
 
-def _check(what: str, ratio: float, of: str) -> Check:
+def _check(what: str, ratio: float, of: str) -> DataCheck:
     """Return the check that a ratio is not two."""
-    return Check(
+    return DataCheck(
         name=what,
         statistic=abs(ratio / 2.0 - 1.0),
         operator=">",

@@ -12,8 +12,8 @@ import numpy as np
 from autodb.files.units import RAW
 from autodb.records import CutTable
 from autodb.records.mistaken import CONDITIONS, LOADS, Mistake
-from autodb.sensing.ranges.faults.check import Check
-from autodb.sensing.ranges.faults.relations import Known, Relation, columns, relations
+from autodb.sensing.ranges.faults.check import DataCheck
+from autodb.sensing.ranges.faults.relations import KnownOfCuts, Relation, channels_stated, relations
 
 CLOSE = 100.0
 """Another unit is a candidate where its likelihood is within this factor of the best one's."""
@@ -21,8 +21,8 @@ ROUNDING = 1e-12
 
 
 def units(
-    table: CutTable, axes: Sequence[str], heard: Sequence[str], known: Known | None = None
-) -> Check:
+    table: CutTable, axes: Sequence[str], heard: Sequence[str], known: KnownOfCuts | None = None
+) -> DataCheck:
     """Return whether a table's channels are in the units of their names.
 
     ``heard``: the axes whose current responds to the load. The statistic counts the relations that
@@ -31,9 +31,9 @@ def units(
     """
 
     def stated(mistake: Mistake) -> list[Relation]:
-        return relations(mended(table, mistake), axes, heard, known or Known())
+        return relations(mended(table, mistake), axes, heard, known or KnownOfCuts())
 
-    found = relations(table, axes, heard, known or Known())
+    found = relations(table, axes, heard, known or KnownOfCuts())
     broken = [relation for relation in found if not relation.holds]
     tried = {m: stated(m) for m in mistakes(table, axes)} if broken else {}
     mends = [m for m, made in tried.items() if all(relation.holds for relation in made)]
@@ -41,7 +41,7 @@ def units(
     if not mends:
         broken = [relation for relation in broken if not relation.by_unit]
     sentence = _sentence(broken, likeliest(table, usual or mends)) if broken else ""
-    return Check("units", len(broken), "<=", 0, sentence)
+    return DataCheck("units", len(broken), "<=", 0, sentence)
 
 
 def _sentence(broken: list[Relation], mends: list[Mistake]) -> str:
@@ -90,7 +90,7 @@ def likeliest(table: CutTable, mends: list[Mistake]) -> list[Mistake]:
 
 def _power_law_likelihood(table: CutTable) -> float:
     """Return the log likelihood of force.y as a power law of depth and feed; 0 where unknown."""
-    parts = columns(table, "force.y", "cutting.depth", "cutting.feed")
+    parts = channels_stated(table, "force.y", "cutting.depth", "cutting.feed")
     if parts is None:
         return 0.0
     with np.errstate(divide="ignore"):  # a cut may state zero

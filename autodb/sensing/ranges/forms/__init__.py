@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from autodb.sensing.ranges.forms.form import Felt, Form, Law
+from autodb.sensing.ranges.forms.form import CurrentForm, FittedForm, MeasuredCuts
 from autodb.sensing.ranges.forms.fuzzy import (
     FEED_SETS,
     OF_CURRENT,
@@ -11,35 +11,53 @@ from autodb.sensing.ranges.forms.fuzzy import (
     SPINDLE_SETS,
     Fuzzy,
 )
-from autodb.sensing.ranges.forms.line import Line, LineOfSpeed
+from autodb.sensing.ranges.forms.line import LineOfSpeed, StraightLine
 from autodb.sensing.ranges.forms.power import Power, PowerOfSpeed
 from autodb.sensing.ranges.forms.warmed import Warmed
 
 __all__ = [
-    "FEED_FORMS", "FEED_SETS", "LAWS", "LINE", "LINE_OF_SPEED", "OF_CURRENT", "OF_CURRENT_FEED",
-    "OF_CURRENT_SPEED", "POWER", "POWER_OF_SPEED", "SPINDLE_FORMS", "SPINDLE_SETS",
-    "TANGENTIAL_FORMS", "WARMED_LINE", "WARMED_POWER", "WARMED_POWER_OF_SPEED", "Felt", "Form",
-    "Fuzzy", "Law", "Warmed", "kept",
+    "FEED_FORMS",
+    "FEED_SETS",
+    "LAWS",
+    "LINE",
+    "LINE_OF_SPEED",
+    "OF_CURRENT",
+    "OF_CURRENT_FEED",
+    "OF_CURRENT_SPEED",
+    "POWER",
+    "POWER_OF_SPEED",
+    "SPINDLE_FORMS",
+    "SPINDLE_SETS",
+    "TANGENTIAL_FORMS",
+    "WARMED_LINE",
+    "WARMED_POWER",
+    "WARMED_POWER_OF_SPEED",
+    "CurrentForm",
+    "FittedForm",
+    "Fuzzy",
+    "MeasuredCuts",
+    "Warmed",
+    "stored_form",
 ]  # fmt: skip
 
-LINE, LINE_OF_SPEED = Line(), LineOfSpeed()
+LINE, LINE_OF_SPEED = StraightLine(), LineOfSpeed()
 POWER, POWER_OF_SPEED = Power(), PowerOfSpeed()
 WARMED_LINE = Warmed(LINE)
 WARMED_POWER = Warmed(POWER)
 WARMED_POWER_OF_SPEED = Warmed(POWER_OF_SPEED)
-FEED_FORMS: tuple[Form, ...] = (LINE, LINE_OF_SPEED, OF_CURRENT, OF_CURRENT_FEED)
-SPINDLE_FORMS: tuple[Form, ...] = (
+FEED_FORMS: tuple[CurrentForm, ...] = (LINE, LINE_OF_SPEED, OF_CURRENT, OF_CURRENT_FEED)
+SPINDLE_FORMS: tuple[CurrentForm, ...] = (
     LINE, WARMED_LINE, POWER, WARMED_POWER, POWER_OF_SPEED, WARMED_POWER_OF_SPEED, OF_CURRENT_SPEED,
 )  # fmt: skip
 """Forms of the torque."""
-TANGENTIAL_FORMS: tuple[Form, ...] = (LINE, WARMED_LINE)
+TANGENTIAL_FORMS: tuple[CurrentForm, ...] = (LINE, WARMED_LINE)
 """Forms of a tangential force whose arm is not known."""
-LAWS: tuple[Form, ...] = (
+LAWS: tuple[CurrentForm, ...] = (
     LINE, LINE_OF_SPEED, POWER, POWER_OF_SPEED, WARMED_LINE, WARMED_POWER, WARMED_POWER_OF_SPEED,
 )  # fmt: skip
 
 
-def kept(kind: str, parameters: dict[str, Any] | None) -> Form:
+def stored_form(kind: str, parameters: dict[str, Any] | None) -> CurrentForm:
     """Return the form that was kept by its kind and, of rules, their parameters."""
     if parameters is not None:
         return Fuzzy.of_parameters(parameters)

@@ -5,13 +5,13 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from autodb import fitting
-from autodb.sensing.ranges.forms.form import Felt, Form, Law
+from autodb.sensing.ranges.forms.form import CurrentForm, FittedForm, MeasuredCuts
 from autodb.sensing.ranges.forms.noisy import freed
 
 Array = NDArray[np.float64]
 
 
-def fitted(form: Form, start: Array, felt: Felt, target: Array) -> Law:
+def fit_curved(form: CurrentForm, start: Array, felt: MeasuredCuts, target: Array) -> FittedForm:
     """Return the law of a form from a start (p,), freed of the currents' errors where known.
 
     Raises Undetermined where the cuts (n,) do not hold it.
@@ -27,5 +27,5 @@ def fitted(form: Form, start: Array, felt: Felt, target: Array) -> Law:
     at_end = slopes(found.x)
     fitting.check_rank(fitting.triangle(at_end, target))
     variance = 2.0 * float(found.cost) / max(1, len(target) - len(found.x))
-    law = Law(found.x, np.asarray(np.linalg.inv(at_end.T @ at_end) * variance), form)
+    law = FittedForm(found.x, np.asarray(np.linalg.inv(at_end.T @ at_end) * variance), form)
     return freed(law, felt, target)

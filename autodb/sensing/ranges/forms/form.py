@@ -13,7 +13,7 @@ NARROWEST = 1.15
 
 
 @dataclass(frozen=True)
-class Felt:
+class MeasuredCuts:
     """What an axis felt in cuts (n,): current, A; feed speed, mm/s, spindle speed, rpm, feed, mm a
     revolution, depth of cut, mm, the spindle's temperature, °C (NaN: not known). ``stated_sd``:
     standard error of the current, A, where it is known (NaN: not of that cut; None: of none).
@@ -35,7 +35,7 @@ class Felt:
         usual = np.sqrt(np.nanmean(self.stated_sd**2))
         return np.where(np.isfinite(self.stated_sd), self.stated_sd, usual)
 
-    def moved(self, step: Array) -> "Felt":
+    def moved(self, step: Array) -> "MeasuredCuts":
         """Return the cuts with currents larger by ``step`` (n,)."""
         return replace(self, current=self.current + step)
 
@@ -44,22 +44,22 @@ class Felt:
         """Area of the chip: feed times depth."""
         return self.feed_mm * self.depth_mm
 
-    def at(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> "Felt":
+    def at(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> "MeasuredCuts":
         """Return some of the cuts, or all in another order."""
         known = {f.name: getattr(self, f.name) for f in fields(self)}
         return replace(self, **{name: v[rows] for name, v in known.items() if v is not None})
 
 
 @dataclass(frozen=True)
-class Law:
+class FittedForm:
     """Coefficients (p,) of a form, their covariance (p, p), and the form with all it learned."""
 
     coefficients: Array
     covariance: Array
-    form: "Form"
+    form: "CurrentForm"
 
 
-class Form(Protocol):
+class CurrentForm(Protocol):
     """One form of current to force or torque."""
 
     @property
@@ -77,16 +77,16 @@ class Form(Protocol):
         trees), and of rules, which nobody can check by hand, two.
         """
 
-    def fits(self, felt: Felt) -> bool:
+    def fits(self, felt: MeasuredCuts) -> bool:
         """Say whether the cuts have what the form depends on, and vary in it."""
 
-    def fit(self, felt: Felt, target: Array) -> Law:
+    def fit(self, felt: MeasuredCuts, target: Array) -> FittedForm:
         """Fit it to a target (n,); raises Undetermined where the cuts do not hold it."""
 
-    def value(self, coefficients: Array, felt: Felt) -> Array:
+    def value(self, coefficients: Array, felt: MeasuredCuts) -> Array:
         """Return the target (n,)."""
 
-    def slopes(self, coefficients: Array, felt: Felt) -> Array:
+    def slopes(self, coefficients: Array, felt: MeasuredCuts) -> Array:
         """Return the target's derivatives by the coefficients, (n, p)."""
 
     def scaling(self, coefficients: Array) -> Array:
@@ -100,7 +100,7 @@ class Form(Protocol):
         scatter would put every scatter down to the calibration.
         """
 
-    def beyond(self, felt: Felt) -> Array:
+    def beyond(self, felt: MeasuredCuts) -> Array:
         """Return the standard deviation (n,) to add where the cuts never were."""
 
     def parameters(self) -> dict[str, Any] | None:
@@ -116,7 +116,7 @@ def varies(speed: Array) -> bool:
     return known and float(speed.max()) > NARROWEST * float(speed.min())
 
 
-def moved(slopes: Array, value: Array, *, idle: Array, first: int) -> tuple[Array, Array]:
+def form_moves(slopes: Array, value: Array, *, idle: Array, first: int) -> tuple[Array, Array]:
     """Return ``Form.moves`` where slopes from column ``first`` on follow the current.
 
     ``idle`` (n,): value without a current. What is above it, they follow.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.sensing.ranges.forms.form import Array, Felt, Law, moved
+from autodb.sensing.ranges.forms.form import Array, FittedForm, MeasuredCuts, form_moves
 
 if TYPE_CHECKING:
     from autodb.fitting.anfis.premises import Premises
@@ -49,7 +49,7 @@ class Fuzzy:
     """Rules over ``inputs``; ``learned`` is what it has beside its consequents, None before."""
 
     inputs: tuple[Input, ...]
-    learned: "Learned | None" = None
+    learned: "LearnedRules | None" = None
 
     kind = "anfis"
     margin = 2.0
@@ -59,7 +59,7 @@ class Fuzzy:
         """What it is called among the forms compared."""
         return f"ANFIS {{{', '.join(one.name for one in self.inputs)}}}"
 
-    def fits(self, felt: Felt) -> bool:
+    def fits(self, felt: MeasuredCuts) -> bool:
         """Say whether all inputs are known, differ, and cuts are enough for the parameters."""
         columns = _columns(self.inputs, felt)
         d = len(self.inputs)
@@ -70,7 +70,7 @@ class Fuzzy:
             and np.all(np.ptp(columns, axis=0) > 0)
         )
 
-    def fit(self, felt: Felt, target: Array) -> Law:
+    def fit(self, felt: MeasuredCuts, target: Array) -> FittedForm:
         """Fit by variable projection, monotone in the current in the direction of the cuts.
 
         Raises Undetermined where the cuts do not hold it.
@@ -80,24 +80,26 @@ class Fuzzy:
         columns = _columns(self.inputs, felt)
         falling = float(np.cov(columns[:, 0], target)[0, 1]) < 0.0
         rule = anfis.Monotone(0, falling=falling)
-        start = anfis.grid((SETS,) * len(self.inputs))
+        start = anfis.premise_grid((SETS,) * len(self.inputs))
         try:
-            model = anfis.fit(columns, target, [start], monotone=rule)
+            model = anfis.fit_anfis(columns, target, [start], monotone=rule)
         except (
-            anfis.TooFewRows, anfis.Unvarying, anfis.NotMonotone, anfis.NotSettled
+            anfis.TooFewRows, anfis.Unvarying, anfis.NotMonotone, anfis.PremisesNotSettled
         ) as error:  # fmt: skip
             raise fitting.Undetermined([]) from error
         spread = model.hull.sd * model.scaling.half
-        learned = Learned(model.premises, model.scaling, model.hull.low, model.hull.high, spread)
+        learned = LearnedRules(
+            model.premises, model.scaling, model.hull.low, model.hull.high, spread
+        )
         form = Fuzzy(self.inputs, learned)
-        return Law(model.consequents.ravel(), model.covariance, form)
+        return FittedForm(model.consequents.ravel(), model.covariance, form)
 
-    def value(self, coefficients: Array, felt: Felt) -> Array:
+    def value(self, coefficients: Array, felt: MeasuredCuts) -> Array:
         """Return the target (n,)."""
         learned = self._learned()
         return learned.scaling.outputs(self._design(felt) @ coefficients)
 
-    def slopes(self, coefficients: Array, felt: Felt) -> Array:  # noqa: ARG002 - it is linear
+    def slopes(self, coefficients: Array, felt: MeasuredCuts) -> Array:  # noqa: ARG002 - it is linear
         """Return the target's derivatives by the consequents, (n, p)."""
         return np.asarray(self._learned().scaling.output_size * self._design(felt))
 
@@ -109,9 +111,9 @@ class Fuzzy:
 
     def moves(self, coefficients: Array, slopes: Array, value: Array) -> tuple[Array, Array]:  # noqa: ARG002
         """Return shift and share (n, p): every rule follows the current, so all is a share."""
-        return moved(slopes, value, idle=np.zeros_like(value), first=0)
+        return form_moves(slopes, value, idle=np.zeros_like(value), first=0)
 
-    def beyond(self, felt: Felt) -> Array:
+    def beyond(self, felt: MeasuredCuts) -> Array:
         """Return the standard deviation (n,) to add outside the box: the output's for each one of
         the inputs'.
         """
@@ -142,12 +144,12 @@ class Fuzzy:
         from autodb.fitting.anfis.scaling import Scaling
 
         inputs = tuple(INPUTS[attribute] for attribute in kept["inputs"])
-        start = anfis.grid((SETS,) * len(inputs))
+        start = anfis.premise_grid((SETS,) * len(inputs))
         sets = tuple(np.array(one) for one in kept["sets"])
         scale = Scaling(np.array(kept["middle"]), np.array(kept["half"]), *kept["output"])
         ends = (np.array(kept[name]) for name in ("low", "high", "spread"))
         return cls(
-            inputs, Learned(anfis.Premises(start.membership, sets, start.rules), scale, *ends)
+            inputs, LearnedRules(anfis.Premises(start.membership, sets, start.rules), scale, *ends)
         )
 
     def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:  # noqa: ARG002
@@ -156,20 +158,20 @@ class Fuzzy:
         names = ", ".join(one.name for one in self.inputs)
         return f"{rules} fuzzy rules over {names}, in {unit}"
 
-    def _learned(self) -> "Learned":
+    def _learned(self) -> "LearnedRules":
         if self.learned is None:
             raise fitting.Undetermined([])
         return self.learned
 
-    def _design(self, felt: Felt) -> Array:
-        from autodb.fitting.anfis.premises import design
+    def _design(self, felt: MeasuredCuts) -> Array:
+        from autodb.fitting.anfis.premises import rule_columns
 
         learned = self._learned()
-        return design(learned.premises, learned.scaling.inputs(_columns(self.inputs, felt)))
+        return rule_columns(learned.premises, learned.scaling.inputs(_columns(self.inputs, felt)))
 
 
 @dataclass(frozen=True)
-class Learned:
+class LearnedRules:
     """Premises, scaling, and the box of the inputs (d,) with their standard deviations."""
 
     premises: "Premises"
@@ -179,7 +181,7 @@ class Learned:
     spread: NDArray[np.float64]
 
 
-def _columns(inputs: tuple[Input, ...], felt: Felt) -> Array:
+def _columns(inputs: tuple[Input, ...], felt: MeasuredCuts) -> Array:
     return np.column_stack([getattr(felt, one.attribute) for one in inputs])
 
 

@@ -10,37 +10,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.sensing.ranges.forms.form import Felt, Law, moved, varies
+from autodb.sensing.ranges.forms.form import FittedForm, MeasuredCuts, form_moves, varies
 from autodb.sensing.ranges.forms.noisy import freed
 
 Array = NDArray[np.float64]
 
 
-class Line:
+class StraightLine:
     """A form that is linear in its coefficients."""
 
     kind = "line"
     margin = 1.0
     label = "line"
 
-    def columns(self, felt: Felt) -> Array:
+    def columns(self, felt: MeasuredCuts) -> Array:
         """Return the columns (n, p)."""
         return np.column_stack([np.ones_like(felt.current), felt.current])
 
-    def fits(self, felt: Felt) -> bool:
+    def fits(self, felt: MeasuredCuts) -> bool:
         """Say whether there is a current."""
         return bool(np.isfinite(felt.current).all())
 
-    def fit(self, felt: Felt, target: Array) -> Law:
+    def fit(self, felt: MeasuredCuts, target: Array) -> FittedForm:
         """Fit by least squares, freed of the currents' errors where these are known."""
         found = fitting.least_squares(self.columns(felt), target)
-        return freed(Law(found.coefficients, found.covariance, self), felt, target)
+        return freed(FittedForm(found.coefficients, found.covariance, self), felt, target)
 
-    def value(self, coefficients: Array, felt: Felt) -> Array:
+    def value(self, coefficients: Array, felt: MeasuredCuts) -> Array:
         """Return the target (n,)."""
         return np.asarray(self.columns(felt) @ coefficients)
 
-    def slopes(self, coefficients: Array, felt: Felt) -> Array:  # noqa: ARG002 - it is linear
+    def slopes(self, coefficients: Array, felt: MeasuredCuts) -> Array:  # noqa: ARG002 - it is linear
         """Return the columns."""
         return self.columns(felt)
 
@@ -50,9 +50,9 @@ class Line:
 
     def moves(self, coefficients: Array, slopes: Array, value: Array) -> tuple[Array, Array]:
         """Return shift and share (n, p): the constant shifts, what the current makes is a share."""
-        return moved(slopes, value, idle=coefficients[0] * slopes[:, 0], first=1)
+        return form_moves(slopes, value, idle=coefficients[0] * slopes[:, 0], first=1)
 
-    def beyond(self, felt: Felt) -> Array:
+    def beyond(self, felt: MeasuredCuts) -> Array:
         """Return zeros: a law holds as far as it goes."""
         return np.zeros_like(felt.current)
 
@@ -66,17 +66,17 @@ class Line:
         return f"{c0:.4g} {unit} {c1:+.4g} {unit}/{current_unit} · I"
 
 
-class LineOfSpeed(Line):
+class LineOfSpeed(StraightLine):
     """A line whose slope follows the logarithm of the feed speed."""
 
     kind = "line-of-speed"
     label = "line, slope by feed speed"
 
-    def columns(self, felt: Felt) -> Array:
+    def columns(self, felt: MeasuredCuts) -> Array:
         """Return the columns (n, 3)."""
         return np.column_stack([super().columns(felt), felt.current * np.log(felt.feed_mm_s)])
 
-    def fits(self, felt: Felt) -> bool:
+    def fits(self, felt: MeasuredCuts) -> bool:
         """Say whether feed speeds are known and differ."""
         return super().fits(felt) and varies(felt.feed_mm_s)
 

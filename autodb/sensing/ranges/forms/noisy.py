@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.sensing.ranges.forms.form import Felt, Form, Law
+from autodb.sensing.ranges.forms.form import CurrentForm, FittedForm, MeasuredCuts
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ class _Round:
     covariance: Array
 
 
-def freed(law: Law, felt: Felt, target: Array) -> Law:
+def freed(law: FittedForm, felt: MeasuredCuts, target: Array) -> FittedForm:
     """Return a law fitted by least squares, fitted anew for the error of the currents (n,).
 
     Raises Undetermined where the currents hardly vary beyond their error, or no law is settled on.
@@ -63,11 +63,11 @@ def freed(law: Law, felt: Felt, target: Array) -> Law:
         part = min(1.0 / (1.0 + k / SHORTER), LONGEST / size) if size else 1.0
         coefficients = coefficients + part * step
         if part * size <= SETTLED:
-            return Law(coefficients, found.covariance, law.form)
+            return FittedForm(coefficients, found.covariance, law.form)
     raise fitting.Undetermined([])
 
 
-def by_current(form: Form, coefficients: Array, felt: Felt) -> tuple[Array, Array]:
+def by_current(form: CurrentForm, coefficients: Array, felt: MeasuredCuts) -> tuple[Array, Array]:
     """Return the derivatives of target (n,) and of slopes (n, p) by the current, central."""
     step = STEP * (np.abs(felt.current) + STEP)
     up, down = felt.moved(step), felt.moved(-step)
@@ -76,7 +76,7 @@ def by_current(form: Form, coefficients: Array, felt: Felt) -> tuple[Array, Arra
     return values / (2.0 * step), slopes / (2.0 * step)[:, None]
 
 
-def _round(form: Form, coefficients: Array, felt: Felt, target: Array) -> _Round:
+def _round(form: CurrentForm, coefficients: Array, felt: MeasuredCuts, target: Array) -> _Round:
     slopes, residual = form.slopes(coefficients, felt), target - form.value(coefficients, felt)
     rising, bending = by_current(form, coefficients, felt)
     square = felt.current_sd**2

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.sensing.ranges.forms.curved import fitted
-from autodb.sensing.ranges.forms.form import Felt, Law, moved, varies
+from autodb.sensing.ranges.forms.curved import fit_curved
+from autodb.sensing.ranges.forms.form import FittedForm, MeasuredCuts, form_moves, varies
 
 Array = NDArray[np.float64]
 
@@ -33,18 +33,18 @@ class Power:
     margin = 1.0
     label = "power of the current"
 
-    def fits(self, felt: Felt) -> bool:
+    def fits(self, felt: MeasuredCuts) -> bool:
         """Say whether speeds are known and differ."""
         return bool(np.isfinite(felt.current).all()) and varies(felt.speed_rpm)
 
-    def fit(self, felt: Felt, target: Array) -> Law:
+    def fit(self, felt: MeasuredCuts, target: Array) -> FittedForm:
         """Fit by least squares on the torque, freed of the currents' errors where these are known.
 
         Raises Undetermined where the cuts hold no n_b.
         """
-        return fitted(self, self._start(felt, target), felt, target)
+        return fit_curved(self, self._start(felt, target), felt, target)
 
-    def _start(self, felt: Felt, target: Array) -> Array:
+    def _start(self, felt: MeasuredCuts, target: Array) -> Array:
         """Return the best line of ln T over ln ΔI over base speeds among those of the cuts."""
         held = (felt.current > 0) & (target > 0)
         if held.sum() < FEWEST:
@@ -57,7 +57,7 @@ class Power:
             found.append((float(squares.sum()), ln_a, b, np.log(base_rpm)))
         return np.array(min(found)[1:])
 
-    def value(self, coefficients: Array, felt: Felt) -> Array:
+    def value(self, coefficients: Array, felt: MeasuredCuts) -> Array:
         """Return the torque (n,); a current that does not rise tells none (P1 section 9)."""
         still = felt.current <= 0
         logarithm = self._parts(coefficients, felt) @ self._weights(coefficients)
@@ -66,12 +66,12 @@ class Power:
     def _weights(self, coefficients: Array) -> Array:
         return np.array([coefficients[0], coefficients[1], -1.0])
 
-    def _parts(self, coefficients: Array, felt: Felt) -> Array:
+    def _parts(self, coefficients: Array, felt: MeasuredCuts) -> Array:
         """Return the columns of ln T (n, 3): one, ln ΔI, and how far above the base speed."""
         above = np.maximum(np.log(felt.speed_rpm) - coefficients[2], 0.0)
         return np.column_stack([np.ones_like(above), _ln(felt.current), above])
 
-    def slopes(self, coefficients: Array, felt: Felt) -> Array:
+    def slopes(self, coefficients: Array, felt: MeasuredCuts) -> Array:
         """Return the torque's derivatives by the coefficients, (n, p)."""
         parts = self._parts(coefficients, felt)
         by_logarithm = self._of_logarithm(coefficients, parts)
@@ -86,9 +86,9 @@ class Power:
 
     def moves(self, coefficients: Array, slopes: Array, value: Array) -> tuple[Array, Array]:  # noqa: ARG002
         """Return shift and share (n, p): without a current there is nothing, so all is a share."""
-        return moved(slopes, value, idle=np.zeros_like(value), first=0)
+        return form_moves(slopes, value, idle=np.zeros_like(value), first=0)
 
-    def beyond(self, felt: Felt) -> Array:
+    def beyond(self, felt: MeasuredCuts) -> Array:
         """Return zeros: a law holds as far as it goes."""
         return np.zeros_like(felt.current)
 
@@ -118,14 +118,14 @@ class PowerOfSpeed(Power):
     kind = "power-of-speed"
     label = "power of the current, exponent by speed"
 
-    def _start(self, felt: Felt, target: Array) -> Array:
+    def _start(self, felt: MeasuredCuts, target: Array) -> Array:
         return np.append(super()._start(felt, target), [0.0, 1.0])
 
     def _weights(self, coefficients: Array) -> Array:
         ln_a, b, _, change, falls = coefficients
         return np.array([ln_a, b, -falls, change])
 
-    def _parts(self, coefficients: Array, felt: Felt) -> Array:
+    def _parts(self, coefficients: Array, felt: MeasuredCuts) -> Array:
         krpm = (felt.speed_rpm - MIDDLE_RPM) / 1000.0
         return np.column_stack([super()._parts(coefficients, felt), krpm * _ln(felt.current)])
 

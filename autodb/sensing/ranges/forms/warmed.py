@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.sensing.ranges.forms.curved import fitted
-from autodb.sensing.ranges.forms.form import Felt, Form, Law, moved
+from autodb.sensing.ranges.forms.curved import fit_curved
+from autodb.sensing.ranges.forms.form import CurrentForm, FittedForm, MeasuredCuts, form_moves
 
 Array = NDArray[np.float64]
 
@@ -25,29 +25,29 @@ class Warmed:
 
     margin = 1.0
 
-    def __init__(self, form: Form) -> None:
+    def __init__(self, form: CurrentForm) -> None:
         self.form = form
         self.kind = f"{form.kind}-warmed"
         self.label = f"{form.label}, gain by temperature"
 
-    def fits(self, felt: Felt) -> bool:
+    def fits(self, felt: MeasuredCuts) -> bool:
         """Say whether the temperature is known and differs."""
         known = bool(np.isfinite(felt.temperature_C).all())
         return known and float(np.ptp(felt.temperature_C)) > LEAST_SPAN_C and self.form.fits(felt)
 
-    def fit(self, felt: Felt, target: Array) -> Law:
+    def fit(self, felt: MeasuredCuts, target: Array) -> FittedForm:
         """Fit by least squares, freed of the currents' errors where these are known.
 
         Raises Undetermined where the cuts do not hold it.
         """
         start = np.append(self.form.fit(felt, target).coefficients, 0.0)
-        return fitted(self, start, felt, target)
+        return fit_curved(self, start, felt, target)
 
-    def value(self, coefficients: Array, felt: Felt) -> Array:
+    def value(self, coefficients: Array, felt: MeasuredCuts) -> Array:
         """Return the target (n,); NaN where the temperature is not known."""
         return self.form.value(coefficients[:-1], felt) * _gain(coefficients, felt)
 
-    def slopes(self, coefficients: Array, felt: Felt) -> Array:
+    def slopes(self, coefficients: Array, felt: MeasuredCuts) -> Array:
         """Return the target's derivatives by the coefficients, (n, p)."""
         gain = _gain(coefficients, felt)[:, None]
         by_k = self.value(coefficients, felt) * (felt.temperature_C - REFERENCE_C)
@@ -60,10 +60,10 @@ class Warmed:
     def moves(self, coefficients: Array, slopes: Array, value: Array) -> tuple[Array, Array]:
         """Return shift and share (n, p) as the form has them; k's is a share of the whole."""
         shift, share = self.form.moves(coefficients[:-1], slopes[:, :-1], value)
-        of_k = moved(slopes[:, -1:], value, idle=np.zeros_like(value), first=0)
+        of_k = form_moves(slopes[:, -1:], value, idle=np.zeros_like(value), first=0)
         return np.column_stack([shift, of_k[0]]), np.column_stack([share, of_k[1]])
 
-    def beyond(self, felt: Felt) -> Array:
+    def beyond(self, felt: MeasuredCuts) -> Array:
         """Return what the form adds where the cuts never were."""
         return self.form.beyond(felt)
 
@@ -78,5 +78,5 @@ class Warmed:
         return f"({plain}) · exp({percent:+.2g} %/K · (θ − {REFERENCE_C:.0f} °C))"
 
 
-def _gain(coefficients: Array, felt: Felt) -> Array:
+def _gain(coefficients: Array, felt: MeasuredCuts) -> Array:
     return np.asarray(np.exp(coefficients[-1] * (felt.temperature_C - REFERENCE_C)))
