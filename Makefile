@@ -21,7 +21,7 @@ campaigns: $(VENV)/.dev
 
 # the numerical core once more, as other processors round it
 kernels: $(VENV)/.dev
-	$(BIN)/python -m tests.kernels
+	$(BIN)/python -m tests.by_hand.kernels
 
 # every file that pip takes is one whose checksum is known; torch comes from an index of its own, and
 # atheris is of the fuzzing by hand

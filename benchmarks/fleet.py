@@ -26,8 +26,8 @@ from autodb.agent.fleet.spreading import pinned, refresh_all
 from autodb.agent.fleet.tasks import MachineTask, RefreshedMachine
 from autodb.proofs.machines.lathe import fleets
 from autodb.store import create_store, open_store
-from tests import shops
-from tests.servers import Server
+from tests.helpers import shops
+from tests.helpers.servers import Server
 
 if TYPE_CHECKING:
     from distributed import Client

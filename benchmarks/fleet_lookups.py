@@ -36,8 +36,8 @@ from autodb.pairs.prior import any_metal
 from autodb.proofs.machines.lathe import fleets
 from autodb.store import Store, create_store, models, open_store
 from autodb.store.rowsums import register
-from tests import shops
-from tests.servers import Server
+from tests.helpers import shops
+from tests.helpers.servers import Server
 
 Array = NDArray[np.float64]
 

@@ -1,14 +1,14 @@
 """How often the staged routine calls a smooth speed sticking, and agrees with the joint fit.
 
 `python -m benchmarks.staged_axes alarms` (a few minutes): levels of axes that do not stick, 300 of
-`tests.staged_axis` and the x and y axes of the reference machines of development; and up to which
-speed their z axes, which do, are seen to. `python -m benchmarks.staged_axes agree` (ten minutes):
-each quantity that differs by more than 2.6 joint standard deviations, on 24 axes of the tests and
-the 15 axes of five reference machines. `python -m benchmarks.staged_axes linear 101 115` (a minute
-an axis): the same of the linear drives x and y of reference mills of these seeds, by P0's four
-steps; and by how many of their own standard deviations line and mass are off the truth. `python -m
-benchmarks.staged_axes steps` (two minutes): the same of all that the four steps tell, on 40 axes of
-the tests each from one, two and three sweeps.
+`tests.helpers.staged_axis` and the x and y axes of the reference machines of development; and up to
+which speed their z axes, which do, are seen to. `python -m benchmarks.staged_axes agree` (ten
+minutes): each quantity that differs by more than 2.6 joint standard deviations, on 24 axes of the
+tests and the 15 axes of five reference machines. `python -m benchmarks.staged_axes linear 101 115`
+(a minute an axis): the same of the linear drives x and y of reference mills of these seeds, by P0's
+four steps; and by how many of their own standard deviations line and mass are off the truth.
+`python -m benchmarks.staged_axes steps` (two minutes): the same of all that the four steps tell, on
+40 axes of the tests each from one, two and three sweeps.
 """
 
 import sys
@@ -35,7 +35,7 @@ from autodb.sensing.drives.staged.compared import Agreement
 from autodb.sensing.drives.staged.linear import FourSteps, four_steps
 from autodb.sensing.drives.staged.routine import staged
 from autodb.sensing.drives.staged.sticking import StickingVerdict, sticking
-from tests import staged_axis
+from tests.helpers import staged_axis
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from tests.servers import Server
+    from tests.helpers.servers import Server
 
 ROOT = Path(__file__).parent.parent
 
@@ -75,7 +75,7 @@ def sample_jobs() -> Path:
 @pytest.fixture(scope="session")
 def server() -> Iterator["Server"]:
     """Return a running PostgreSQL server, or skip saying that its binaries are not here."""
-    from tests.servers import Server
+    from tests.helpers.servers import Server
 
     with tempfile.TemporaryDirectory(prefix="autodb-server-") as name:
         folder = Path(name)

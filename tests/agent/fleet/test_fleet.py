@@ -1,0 +1,454 @@
+"""Many machines of one database: refreshed at once, what they know together, who disagrees."""
+
+import os
+import signal
+import socket
+import ssl
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from sqlalchemy import event, select
+
+from autodb.agent.fleet.sharing import learn_fleet
+from autodb.agent.fleet.tasks import MachineTask, RefreshedMachine
+from autodb.agent.learn.starting import start_of
+from autodb.agent.learn.together import known_from, newest_prior
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.rows.machines import as_file, find_machine, update_machine
+from autodb.agent.sense.gain_check import standard_cut
+from autodb.proofs.machines.lathe import fleets
+from autodb.store import Store, create_store, models, open_store
+from tests.conftest import Cli, Once
+from tests.helpers import shops
+from tests.helpers.servers import Server
+from tests.helpers.serving import self_signed
+
+MACHINES, CUTS = 5, 6
+URL = "sqlite:///autodb.sqlite3"
+SEED = 3
+FLEET = fleets.draw_fleet(np.random.default_rng(SEED), materials=3, tools=2)
+FIRST, SECOND = FLEET.tools
+PAIRS = [(material, FIRST) for material in FLEET.materials]
+FEW = 20
+"""Values that a statement is given, whatever the number of machines: more than a row's keys."""
+PAGES = ("", "status", "info/main/workers.html", "metrics", "health", "json/counts.json")
+"""Of Dask's dashboard, and of its members over HTTP."""
+OFF = "lathe-2"
+"""The machine whose calibration is off."""
+
+
+@pytest.fixture
+def shop(cli: Cli, once: Once) -> Iterator[Store]:
+    """Return a database of machines that have learnt, one with a calibration that is off."""
+
+    def fill() -> None:
+        assert cli("init").code == 0
+        store = open_store(URL)
+        rng = np.random.default_rng([SEED, 1])
+        for name in shops.names(MACHINES):
+            made = fleets.on_machine(rng, FLEET, PAIRS, gain=1.6 if name == OFF else 1.0)
+            shops.add(store, name, made, cuts=CUTS, rng=rng)
+            refresh(store, name)
+        store.close()
+
+    once(fill)
+    store = open_store(URL)
+    yield store
+    store.close()
+
+
+def _added(store: Store, name: str, pairs: list[tuple[str, str]], *, cuts: int) -> None:
+    rng = np.random.default_rng([SEED, 2])
+    shops.add(store, name, fleets.on_machine(rng, FLEET, pairs), cuts=cuts, rng=rng)
+
+
+def _prior(store: Store, material: str) -> models.FleetPrior:
+    with store.reading() as session:
+        row = session.scalars(select(models.Material).where(models.Material.name == material)).one()
+        prior = newest_prior(session, row.id)
+        assert prior is not None
+        assert prior.known is not None
+        session.expunge_all()
+        return prior
+
+
+@pytest.mark.parametrize("behind", [2, 6])
+def test_what_a_refresh_asks_does_not_grow_with_other_machines(tmp_path: Path, behind: int) -> None:
+    store = _stored(tmp_path)
+    rng = np.random.default_rng([SEED, 4])
+    every = shops.names(1 + behind)
+    for name in every:
+        shops.add(store, name, fleets.on_machine(rng, FLEET, PAIRS[:1]), cuts=4, rng=rng)
+    for name in every:  # after the first one's pass, the others sense
+        refresh(store, name)
+    shops.add(store, every[0], fleets.on_machine(rng, FLEET, PAIRS[:1]), cuts=4, rng=rng)
+    asked: list[int] = []
+
+    def count(_c: Any, _cursor: Any, said: str, given: Any, _context: Any, _many: bool) -> None:
+        if said.startswith("SELECT"):
+            asked.append(len(given))
+
+    event.listen(store.engine, "before_cursor_execute", count)
+    done = refresh(store, every[0])
+    event.remove(store.engine, "before_cursor_execute", count)
+    store.close()
+    assert done.versions
+    assert max(asked) < FEW
+
+
+def _stored(folder: Path) -> Store:
+    url = f"sqlite:///{folder / 'own.sqlite3'}"
+    create_store(url)
+    return open_store(url)
+
+
+@pytest.mark.usefixtures("shop")
+def test_a_calibration_that_is_off_is_named_and_stays_out(cli: Cli) -> None:
+    done = cli("fleet", "learn")
+    assert done.code == 0
+    (named,) = [line for line in done.out.splitlines() if "disagrees" in line]
+    assert named.startswith(f"{OFF} disagrees in ")
+    assert "its calibration is off: force along +" in named
+    assert "told by 3 pairs shared with others" in named
+    for material in FLEET.materials:
+        assert f"{material}: version 1 from {MACHINES - 1} machines, 1 tool" in done.out
+    shown = cli("fleet", "show").out
+    assert named in shown
+    again = cli("fleet", "learn").out.splitlines()
+    assert again == ["nothing new to know together", named]
+
+
+def test_a_machine_that_never_cut_it_starts_from_the_others(shop: Store, cli: Cli) -> None:
+    material = FLEET.materials[0]
+    learn_fleet(shop)
+    _added(shop, "new", PAIRS[:1], cuts=1)
+    with shop.reading() as session:
+        owner = find_machine(session, "new")
+        with_it = start_of(session, owner.id, material, FIRST)
+        without = start_of(session, owner.id, material, SECOND)
+    others = MACHINES - 1
+    assert (
+        with_it.said
+        == f"{others} other machines that cut the material, {others} of them with this tool"
+    )
+    assert without.said == f"{others} other machines that cut the material, with other tools"
+    narrow, wide = (np.diag(one.belief.law.covariance) for one in (with_it, without))
+    assert np.all(narrow <= wide * (1.0 + 1e-9))
+    assert np.sum(narrow < 0.9 * wide) >= 4
+    done = cli("refresh", "--machine", "new")
+    assert f"{material} / {FIRST}: version 1 from 1 cuts" in done.out
+    traced = cli("trace", "parameters", "16").out
+    assert f"began as: {others} other machines" in traced
+    assert "machine 'lathe-0': parameters 1:" in traced
+    assert OFF not in traced
+    assert "lathe-0 1.csv" not in traced  # its recordings are its own
+
+
+def test_recordings_of_others_are_traced_where_their_machine_shares_them(
+    shop: Store, cli: Cli
+) -> None:
+    with shop.reading() as session:
+        file = as_file(find_machine(session, "lathe-0"))
+    update_machine(shop, "lathe-0", file.model_copy(update={"shares": "recordings"}))
+    update_machine(shop, "lathe-1", file.model_copy(update={"shares": "nothing"}))
+    learn_fleet(shop)
+    _added(shop, "new", PAIRS[:1], cuts=1)
+    refresh(shop, "new")
+    traced = cli("trace", "parameters", "16").out
+    assert "lathe-0 1.csv" in traced
+    assert "machine 'lathe-1'" not in traced
+    assert f"prior 1: {FLEET.materials[0]}, version 1, {MACHINES - 2} machines" in traced
+
+
+def test_a_pair_s_own_cuts_are_not_told_to_it_again(shop: Store) -> None:
+    """Its start is the same whether the others' sums hold it or not."""
+    material = FLEET.materials[1]
+    learn_fleet(shop)
+    with shop.reading() as session:
+        first = find_machine(session, "lathe-0").id
+        held = start_of(session, first, material, FIRST).belief.law
+    with shop.reading() as session:
+        file = as_file(find_machine(session, "lathe-0"))
+    update_machine(shop, "lathe-0", file.model_copy(update={"shares": "nothing"}))
+    learn_fleet(shop)
+    with shop.reading() as session:
+        alone = start_of(session, first, material, FIRST).belief.law
+    assert_allclose(held.mean, alone.mean, rtol=1e-6, atol=1e-8)
+    assert_allclose(held.covariance, alone.covariance, rtol=1e-5, atol=1e-9)
+
+
+def test_what_nobody_shares_is_known_together_no_more(shop: Store, cli: Cli) -> None:
+    learn_fleet(shop)
+    for name in shops.names(MACHINES):
+        with shop.reading() as session:
+            file = as_file(find_machine(session, name))
+        update_machine(shop, name, file.model_copy(update={"shares": "nothing"}))
+    assert learn_fleet(shop).lines() == ["nothing new to know together"]
+    assert "know nothing together yet" in cli("fleet", "show").err
+    with shop.reading() as session:
+        owner = find_machine(session, "lathe-0")
+        assert start_of(session, owner.id, FLEET.materials[0], SECOND).prior is None
+    assert cli("doctor").out.count("FAILED") == 1  # the recordings of virtual cuts are no files
+
+
+def test_bit_by_bit_is_all_at_once(shop: Store, cli: Cli) -> None:
+    learn_fleet(shop)
+    _added(shop, "new", PAIRS[:2], cuts=3)
+    refresh(shop, "new")
+    done = learn_fleet(shop)
+    assert [(one.material, one.version) for one in done.materials] == [
+        (name, 2) for name in FLEET.materials[:2]
+    ]
+    bit_by_bit = [_prior(shop, name) for name in FLEET.materials]
+    with shop.writing() as session:
+        for row in session.scalars(select(models.FleetPrior)):
+            if row.version == 2:
+                row.known = {**(row.known or {}), "tools": {}, "aside": []}
+                row.parameters = []
+    learn_fleet(shop)
+    for before, name in zip(bit_by_bit[:2], FLEET.materials, strict=False):
+        after = _prior(shop, name)
+        assert after.version == 3
+        assert after.machines == before.machines
+        assert_allclose(after.mean, before.mean, rtol=1e-7, atol=1e-9)
+        assert_allclose(after.covariance, before.covariance, rtol=1e-6, atol=1e-10)
+        shares = known_from(before.known or {}).shares
+        assert_allclose(known_from(after.known or {}).shares, shares, rtol=1e-9)
+    assert cli("doctor").code == 1  # versions 2 were emptied, and it says so
+
+
+def test_one_that_agrees_again_comes_back(shop: Store) -> None:
+    learn_fleet(shop)
+    with shop.writing(OFF) as session:
+        owner = find_machine(session, OFF)
+        for row in session.scalars(
+            select(models.CuttingParameters).where(models.CuttingParameters.machine_id == owner.id)
+        ):
+            row.undone_at = models.now()
+        forces = session.scalars(
+            select(models.SensedForce).where(
+                models.SensedForce.cut.has(models.Cut.recording.has(machine_id=owner.id)),
+                models.SensedForce.value_N.is_not(None),
+            )
+        )
+        for force in forces:
+            force.value_N = float(force.value_N or 0.0) / 1.6
+    refresh(shop, OFF)
+    done = learn_fleet(shop)
+    assert done.named == []
+    assert {one.machines for one in done.materials} == {MACHINES}
+
+
+def test_a_standard_cut_says_how_a_machine_feels(shop: Store) -> None:
+    """The published cut of the kit, 485.78 N along and 325.78 N across, felt a fifth too large."""
+    with shop.reading() as session:
+        assert standard_cut(session, find_machine(session, "lathe-0").id) is None
+    published = {"y": 485.78, "z": 325.78}
+    with shop.writing("lathe-0") as session:
+        owner = find_machine(session, "lathe-0")
+        pair = models.Pair(
+            material=models.Material(name="Aluminium alloy"), tool=models.Tool(name=_tool())
+        )
+        recording = models.StoredRecording(
+            machine_id=owner.id, sha256="standard", path="standard.csv", kind="cuts", rows=1,
+            units={}, side={},
+        )  # fmt: skip
+        cut = models.Cut(
+            recording=recording, number=1, operation="turn", pair=pair, measured={},
+            conditions={"spindle.speed": 1000.0, "cutting.feed": 0.2, "cutting.depth": 2.0},
+        )  # fmt: skip
+        session.add(cut)
+        session.flush()
+        for component, value in published.items():
+            session.add(
+                models.SensedForce(
+                    cut_id=cut.id, component=component, estimator="range", value_N=1.2 * value,
+                    sd_N=10.0, calibration=_calibration(owner.id, component),
+                )
+            )  # fmt: skip
+    with shop.reading() as session:
+        found = standard_cut(session, find_machine(session, "lathe-0").id)
+    assert found is not None
+    assert_allclose(found.gain, [0.2, 0.2], rtol=1e-6)
+    assert found.along.tolist() == [[1.0, 0.0], [0.0, 1.0]]
+    assert np.all((found.sd > 0.04) & (found.sd < 0.09))
+
+
+def _tool() -> str:
+    from autodb.standard import read_protocol
+
+    return read_protocol("turning-aluminium").tool
+
+
+def _calibration(machine_id: int, component: str) -> models.CalibrationVersion:
+    return models.CalibrationVersion(
+        machine_id=machine_id, axis=component, version=9, component=component, kind="line",
+        parameters={}, channel=f"{component}.current", current_unit="A", unit="N",
+        coefficients=[0.0, 1.0], covariance=[[1.0, 0.0], [0.0, 1.0]], scores={},
+        current_low=0.0, current_high=1.0, offered=True, verdict="good", scores_with_transients={},
+        transients=[],
+    )  # fmt: skip
+
+
+def test_nothing_known_together_says_what_would(cli: Cli) -> None:
+    cli("init")
+    done = cli("fleet", "show")
+    assert (done.code, done.err) == (
+        2,
+        "autodb: machines know nothing together yet; 'autodb fleet learn' would\n",
+    )
+    assert cli("fleet", "learn").out == "nothing new to know together\n"
+    assert "'autodb machine add NAME' makes one" in cli("fleet", "refresh").err
+
+
+@pytest.mark.usefixtures("shop")
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        (["--scheduler", "tcp://127.0.0.1:1"], "--workers in place of --scheduler, would work"),
+        (["--scheduler", "tcp://127.0.0.1:1", "--workers", "2"], "one of them would work"),
+        (["--workers", "2", "--ca", "c.pem"], "all three, with --scheduler, would work"),
+        (["--inboxes", "nowhere"], "nowhere: no such folder"),
+        (["--machine", "lathe-9"], "no machine 'lathe-9'"),
+        (["--standard", "nowhere.toml"], "nowhere.toml"),
+    ],
+)
+def test_what_cannot_be_spread_is_one_line(cli: Cli, given: list[str], says: str) -> None:
+    done = cli("fleet", "refresh", *given)
+    assert done.code == 2
+    assert says in done.err
+    assert len(done.err.splitlines()) == 1
+
+
+def test_a_scheduler_that_does_not_answer(
+    cli: Cli, server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("autodb.agent.fleet.clusters.ANSWER_S", 0.5)
+    url = server.database()
+    create_store(url)
+    cli("machine", "add", "lathe-1", "--db", url)
+    made = self_signed(tmp_path)
+    shown = ("--ca", made.chain, "--certificate", made.chain, "--key", made.key)
+    for address, given, says in (
+        ("tls://127.0.0.1:1", shown, "no Dask scheduler answers there"),
+        ("tls://127.0.0.1:1", (), "--ca, --certificate and --key of the cluster would work"),
+        ("tcp://127.0.0.1:1", shown, "tls://HOST:PORT with --ca"),
+        ("tls://127.0.0.1:1", (*shown[:-1], made.chain), "all as PEM would work"),
+    ):
+        done = cli("fleet", "refresh", "--scheduler", address, *given, "--db", url)
+        assert done.code == 2
+        assert says in done.err
+        assert len(done.err.splitlines()) == 1
+
+
+def test_nobody_else_of_this_computer_reaches_the_workers() -> None:
+    """All listen on loopback, over TLS, to who shows this session's certificate; none has pages."""
+    psutil = pytest.importorskip("psutil", reason="no Dask here: the extra 'fleet' is missing")
+    from distributed.security import Security
+
+    from autodb.agent.fleet.clusters import workers_here
+
+    with workers_here(1) as client:
+        pids = {os.getpid(), *client.run(os.getpid).values(), *client.run(os.getppid).values()}
+        ours = [one for pid in pids for one in psutil.Process(pid).net_connections()]
+        listening = {one.laddr for one in ours if one.status == psutil.CONN_LISTEN}
+        assert {at.ip for at in listening} == {"127.0.0.1"}
+        known = client.scheduler_info()
+        members = [known["address"], *known["workers"]]
+        assert {member.partition("://")[0] for member in members} == {"tls"}
+        theirs = Security.temporary().get_connection_args("client")
+        shown = client.security.get_connection_args("client")
+        spoken_to = set()
+        for port in {at.port for at in listening}:
+            pages = [_said(port, None, f"GET /{path} HTTP/1.0\r\n\r\n") for path in PAGES]
+            if all(page.startswith(b"HTTP/1.1 404 ") for page in pages):
+                continue
+            assert set(pages) == {b""}
+            assert _said(port, _unverified()) == b""
+            assert _said(port, _unverified(theirs)) == b""
+            assert _said(port, _unverified(shown))
+            spoken_to.add(port)
+        assert {int(one.rpartition(":")[2]) for one in members} <= spoken_to
+
+
+def _unverified(given: dict[str, Any] | None = None) -> ssl.SSLContext:
+    """Return a context that believes any server, and shows what it is given."""
+    context: ssl.SSLContext = given["ssl_context"] if given else ssl.create_default_context()
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    return context
+
+
+def _said(port: int, context: ssl.SSLContext | None, asked: str = "") -> bytes:
+    """Return the first that is said at a port to who connects and asks, if anything is."""
+    with socket.create_connection(("127.0.0.1", port), 10.0) as plain:
+        try:
+            with context.wrap_socket(plain) if context else plain as connection:
+                connection.sendall(asked.encode())
+                return connection.recv(20)
+        except (ssl.SSLError, ConnectionError):
+            return b""
+
+
+def test_a_plain_loop_refreshes_all_and_one_s_fault_is_its_own(cli: Cli) -> None:
+    create_store(URL)
+    store = open_store(URL)
+    for name in ("lathe-0", "lathe-1"):
+        _added(store, name, PAIRS[:1], cuts=2)
+    store.close()
+    (Path("in") / "lathe-0").mkdir(parents=True)
+    (Path("in") / "lathe-0" / "broken.csv").write_text("cut,t\n1,2\n")
+    (Path("in") / "lathe-1").write_text("a file in a folder's place")
+    os.utime(Path("in") / "lathe-0" / "broken.csv", (0, 0))
+    done = cli("fleet", "refresh", "--inboxes", "in")
+    assert done.code == 0
+    assert "lathe-0: broken.csv: refused" in done.out
+    for name in ("lathe-0", "lathe-1"):
+        assert f"{name}: {FLEET.materials[0]} / {FIRST}: version 1 from 2 cuts" in done.out
+
+
+def test_workers_do_what_a_loop_does_and_a_lost_one_costs_only_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two worker processes, of which one is killed as soon as a machine is done."""
+    pytest.importorskip("dask", reason="no Dask here: the extra 'fleet' is not installed")
+    from autodb.agent.fleet.clusters import workers_here
+    from autodb.agent.fleet.spreading import pinned, refresh_all
+
+    url = f"sqlite:///{tmp_path / 'autodb.sqlite3'}"
+    create_store(url)
+    store = open_store(url)
+    for name in shops.names(6):
+        _added(store, name, PAIRS[:1], cuts=3)
+    machines = [MachineTask(url, name, None) for name in shops.names(6)]
+    told: list[RefreshedMachine] = []
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")
+    with workers_here(2) as client:
+        workers = client.run(os.getpid)
+        assert len(workers) == 2
+        assert max(client.run(_blas_threads).values()) == 2
+
+        def tell(one: RefreshedMachine) -> None:
+            if not told:
+                os.kill(next(iter(workers.values())), signal.SIGKILL)
+            told.append(one)
+
+        refresh_all(client, machines, tell)
+        assert client.submit(pinned, _blas_threads, pure=False).result() == 1
+    assert sorted((one.machine, one.failed) for one in told) == [
+        (name, None) for name in shops.names(6)
+    ]
+    with store.reading() as session:
+        rows = session.scalars(select(models.CuttingParameters)).all()
+        assert [(row.version, row.n_cuts) for row in rows] == [(1, 3)] * 6
+        assert len(session.scalars(select(models.RefreshPass)).all()) == 6
+    store.close()
+
+
+def _blas_threads() -> int:
+    from threadpoolctl import threadpool_info
+
+    return max((one["num_threads"] for one in threadpool_info()), default=0)

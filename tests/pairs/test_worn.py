@@ -1,0 +1,158 @@
+"""Wear of edges in what is believed of a pair: what it adds, and that it is told from the law."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+from autodb.cutting import shear
+from autodb.cutting.elements import cut_forces, edge_parts
+from autodb.pairs.engaged import BY_NAME, Conditions
+from autodb.pairs.forecast import forecast, worn
+from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.observed import Observed, PairCuts
+from autodb.pairs.posterior import OWN, WEAR, PairPosterior, Wear
+from autodb.pairs.prior import of_relative
+from autodb.pairs.worn import learn_worn, with_wear
+from tests.pairs.test_pairs import cuts_of, felt, prior, truth, turn
+
+Array = NDArray[np.float64]
+CUTS: tuple[tuple[str, Mapping[str, float], Conditions], ...] = (
+    ("turn", {}, {"cutting.feed": 0.2, "cutting.depth": 2.0, "cutting.speed": 150.0,
+                  "work.diameter": 60.0}),
+    ("face", {}, {"cutting.feed": 0.2, "cutting.depth": 2.0, "cutting.speed": 150.0,
+                  "work.diameter": 60.0}),
+    ("slot", {"diameter_mm": 10.0, "teeth": 4.0, "helix_deg": 30.0},
+     {"cutting.feed": 0.1, "cutting.depth": 3.0, "spindle.speed": 3000.0}),
+    ("drill", {"diameter_mm": 8.0}, {"cutting.feed": 0.2, "spindle.speed": 2000.0}),
+)  # fmt: skip
+WEARS = Wear(2.0, 1200.0, 0.2, (60.0, 90.0))
+
+
+def made(name: str, tool: Mapping[str, float], cut: Conditions, **more: float) -> PairCuts:
+    return BY_NAME[name].cuts(tool, [{**cut, **more}], called="tool")
+
+
+def worn_belief(wear: Wear = WEARS) -> PairPosterior:
+    """Return the prior's law with a wear that is as large as its size, 10 and 15 N/mm."""
+    belief = replace(prior(), wear=wear).also(replace(prior(), wear=wear).open_terms)
+    place = belief.columns(WEAR)
+    mean, covariance = belief.state.mean.copy(), belief.state.covariance.copy()
+    mean[place] = wear.size
+    covariance[place, place] = np.diag([10.0**2, 15.0**2])
+    return replace(belief, state=replace(belief.state, mean=mean, covariance=covariance))
+
+
+@pytest.mark.parametrize("name,tool,cut", CUTS)
+def test_wear_adds_as_more_force_of_the_edge(
+    name: str, tool: Mapping[str, float], cut: Conditions
+) -> None:
+    """In every operation, of all forces, torque and power; the fading of thin chips taken out."""
+    values = {**shear.law_values(prior().law.mean), "edge_mm": 1e-6}
+    elements = made(name, tool, cut).elements
+    plain = cut_forces(shear.law_coordinates(values), elements).all
+    for k, key in enumerate(("K_te", "K_re")):
+        more = (
+            cut_forces(shear.law_coordinates({**values, key: values[key] + 1.0}), elements).all
+            - plain
+        )
+        assert_allclose(more, edge_parts(elements)[..., k], atol=1e-9 * np.abs(plain).max())
+
+
+def test_a_fresh_edge_takes_what_it_took_and_starts_again() -> None:
+    operation, tool, cut = CUTS[0]
+    belief = worn_belief()
+    plain = forecast(prior(), made(operation, tool, cut))
+    for fresh in (
+        made(operation, tool, cut),
+        made(operation, tool, cut, **{"tool.cutting_time": 0}),
+    ):
+        assert_allclose(forecast(belief, fresh).mean, plain.mean, rtol=1e-12)
+        assert_allclose(forecast(belief, fresh).sd, plain.sd, rtol=1e-12)
+    late = forecast(belief, made(operation, tool, cut, **{"tool.cutting_time": 1200.0}))
+    assert (
+        late.mean[0, [1, 3, 4]] > plain.mean[0, [1, 3, 4]] + 10.0 * np.array([1, 0.01, 1])
+    ).all()
+
+
+def test_what_wear_adds_goes_with_time_and_what_edges_differ_by_is_in_the_interval() -> None:
+    operation, tool, cut = CUTS[0]
+    half, whole = (
+        worn(worn_belief(), made(operation, tool, cut, **{"tool.cutting_time": t}))
+        for t in (600.0, 1200.0)
+    )
+    assert_allclose(half.mean, 0.25 * whole.mean, rtol=1e-12)
+    assert_allclose(np.sqrt(whole.own), 0.2 * np.abs(whole.mean), rtol=1e-9)
+    late = made(operation, tool, cut, **{"tool.cutting_time": 1200.0})
+    alike, differ = (
+        forecast(worn_belief(replace(WEARS, between=share)), late) for share in (0.0, 0.2)
+    )
+    assert_allclose(differ.sd**2 - alike.sd**2, whole.own, rtol=1e-6, atol=1e-9)
+
+
+def week(seed: int, *, wear: Wear | None, count: int = 12) -> tuple[PairCuts, Observed]:
+    """Return cuts of three edges that wear out, and their readings of y and z."""
+    rng = np.random.default_rng(seed)
+    drawn = cuts_of(seed, 3 * count)
+    cuts = replace(
+        drawn,
+        worn_s=np.tile(np.linspace(0.0, 1200.0, count), 3),
+        edges=tuple(np.repeat(["A", "B", "C"], count).tolist()),
+    )
+    observed = felt(truth(1), cuts, seed)
+    if wear is not None:
+        added = worn(worn_belief(replace(wear, between=0.0)), cuts).mean
+        own = 1.0 + wear.between * np.repeat(rng.standard_normal(3), count)
+        more = (added * own[:, None])[observed.cut, observed.quantity]
+        observed = replace(observed, value=observed.value + more)
+    return cuts, observed
+
+
+def test_wear_is_told_from_the_law() -> None:
+    """Of edges alike: five numbers within 4 sd, by chance not in 1 of 3000."""
+    alike = replace(WEARS, between=0.0)
+    _, fresh = week(11, wear=None)
+    near = posterior_of_readings(prior(), fresh)
+    _, observed = week(12, wear=alike)
+    found = learn_worn(prior(), observed, near=near)
+    assert found.wear is not None
+    place = found.columns(WEAR)
+    sd = np.sqrt(np.diag(found.state.covariance)[place])
+    assert (np.abs(found.state.mean[place] - WEARS.size) < 4.0 * sd).all()
+    assert (sd < 0.3 * np.array(WEARS.size)).all()
+    assert 1.5 <= found.wear.power <= 3.0
+
+    # The next edge, never seen, half worn
+    ahead = replace(turn(np.array([0.2]), np.array([2.0])), worn_s=np.array([800.0]))
+    real = cut_forces(truth(1), ahead.elements).all + worn(worn_belief(alike), ahead).mean
+    expected = forecast(found.past(), ahead)
+    assert (np.abs(real - expected.mean) < 4.0 * expected.sd)[0, 1:].all()
+    blind = forecast(
+        posterior_of_readings(prior(), observed, near=near), replace(ahead, worn_s=None)
+    )
+    assert (np.abs(expected.mean - real) < np.abs(blind.mean - real))[0, 1:3].all()
+
+
+def test_edges_that_differ_are_known_to_and_forgotten() -> None:
+    _, observed = week(13, wear=WEARS)
+    readings = with_wear(observed, WEARS)
+    assert [one.key for one in readings.shared[-4:]] == [
+        "tool_wear", "wear of edge A", "wear of edge B", "wear of edge C",
+    ]  # fmt: skip
+    belief = posterior_of_readings(replace(prior(), wear=WEARS), readings)
+    assert [one.key for one in belief.past().shared][-2:] == ["tool_wear", "law, turn"]
+    assert belief.past().columns(WEAR).stop <= OWN + 4
+
+
+def test_without_wear_readings_are_as_they_were() -> None:
+    _, observed = week(14, wear=None)
+    assert with_wear(observed, None) is observed
+
+
+def test_another_tool_begins_without_wear() -> None:
+    relative = of_relative(worn_belief())
+    assert relative.wear is None
+    assert WEAR not in {one.key for one in relative.shared}

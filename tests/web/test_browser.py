@@ -1,0 +1,339 @@
+"""The pages in a browser: each one's main job, by hand and by keyboard, and what anyone can use.
+
+Every page is watched: an error on its console, or a request to anywhere but the service, fails.
+"""
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+from urllib.parse import quote, urlencode
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
+
+from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.operate.access import add_token
+from autodb.agent.operate.deciding import mismatches
+from autodb.store import Store, open_store
+from autodb.web.http.settings import Settings
+from tests.helpers.campaigns import first
+from tests.helpers.serving import served
+from tests.helpers.site import ODD, filled
+
+CHROMIUM = shutil.which("chromium")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on the path")
+MACHINE = "/machines/lathe-1"
+CUT = {"operation": "turn", "diameter_mm": "56", "depth_mm": "2.5", "feed_mm_rev": "0.3",
+       "speed_m_min": "220"}  # fmt: skip
+TARGET_PX = 44
+NOT_SERIOUS = ("minor", "moderate")
+
+
+@dataclass
+class Site:
+    """A service that may change something, the database behind it, and a token to operate it."""
+
+    at: str
+    store: Store
+    token: str
+    pair: dict[str, str]
+
+    @property
+    def mismatch(self) -> int:
+        """A mismatch that waits."""
+        with self.store.reading() as session:
+            return mismatches(session, "lathe-1", decided=False)[0].id
+
+    @property
+    def pages(self) -> dict[str, str]:
+        """Every page, by what it is."""
+        return {
+            "machines": "/",
+            "sign in": "/sign-in",
+            "machine": MACHINE,
+            "machine of an odd name": f"/machines/{quote(ODD, safe='')}",
+            "moved": f"{MACHINE}/moved",
+            "drive": f"{MACHINE}/drives/z.current",
+            "pairs": f"{MACHINE}/pairs",
+            "pair": f"{MACHINE}/pair?{urlencode(self.pair | CUT)}",
+            "plan": f"{MACHINE}/plan?{urlencode(self.pair | CUT | {'next': 'true'})}",
+            "import": f"{MACHINE}/import",
+            "mismatches": f"{MACHINE}/mismatches",
+            "mismatch": f"/mismatches/{self.mismatch}",
+            "not there": "/machines/none",
+        }
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+    """Return a service of a machine that has learnt a pair."""
+    url = filled(tmp_path_factory.mktemp("browsed") / "made.sqlite3")
+    store = open_store(url)
+    token = add_token(store, "operator", "operate", days=1)
+    with store.reading() as session:
+        one = Shelf(session, "lathe-1").pairs()[0]
+    with served(Settings(url, writes=True)) as at:
+        yield Site(at, store, token, {"material": one.material, "tool": one.tool})
+    store.close()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    """Return a browser without a screen."""
+    with sync_playwright() as playwright:
+        made = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield made
+        made.close()
+
+
+@dataclass
+class Watched:
+    """What the pages of a context did that they should not."""
+
+    at: str
+    wrong: list[str] = field(default_factory=list)
+    expected: tuple[str, ...] = ()
+
+    def watch(self, context: BrowserContext) -> None:
+        """Listen to a context."""
+        context.on("console", lambda said: self._said(said.type, said.text))
+        context.on("weberror", lambda error: self.wrong.append(str(error.error)))
+        context.on("request", lambda asked: self._asked(asked.url))
+
+    def _said(self, kind: str, text: str) -> None:
+        if kind in ("error", "warning") and not any(one in text for one in self.expected):
+            self.wrong.append(text)
+
+    def _asked(self, address: str) -> None:
+        if not address.startswith((self.at, "data:", "blob:")):
+            self.wrong.append(f"asked {address}")
+
+
+@pytest.fixture
+def watched(site: Site) -> Watched:
+    """Return what watches the pages."""
+    return Watched(site.at)
+
+
+@pytest.fixture
+def page(browser: Browser, site: Site, watched: Watched) -> Iterator[Page]:
+    """Return a page of a browser that nobody has used; it must have done nothing wrong."""
+    context = browser.new_context(base_url=site.at, reduced_motion="reduce")
+    context.set_default_timeout(15_000)
+    watched.watch(context)
+    made = context.new_page()
+    yield made
+    context.close()
+    assert watched.wrong == []
+
+
+def _shown(page: Page, path: str) -> None:
+    """Go to a page and wait until its plots are drawn."""
+    page.goto(path)
+    if page.locator(".plotly-graph-div").count():
+        page.wait_for_selector("body.drawn")
+
+
+def _sign_in(page: Page, site: Site) -> None:
+    page.goto("/sign-in")
+    page.get_by_label("Token").fill(site.token)
+    page.get_by_role("button", name="Sign in").click()
+    expect(page.get_by_text("operator (operate)")).to_be_visible()
+
+
+# Each page's main job
+
+
+def test_from_machines_to_what_a_machine_feels(page: Page) -> None:
+    page.goto("/")
+    page.get_by_label("Part of a name").fill("LATHE")
+    page.get_by_role("button", name="Find").click()
+    expect(page.locator(".machines li")).to_have_count(1)
+    page.get_by_role("link", name="lathe-1").click()
+    expect(page.get_by_role("heading", name="What it can feel")).to_be_visible()
+    expect(page.locator(".js-plotly-plot .main-svg").first).to_be_visible()
+    assert page.locator(".js-plotly-plot").count() == 3
+    page.get_by_role("link", name="z.current").click()
+    expect(page.get_by_role("heading", name="Effort over place and velocity")).to_be_visible()
+    expect(page.locator(".js-plotly-plot .heatmaplayer image").first).to_be_attached()
+
+
+def test_a_pair_is_looked_at_over_feed_and_depth(page: Page, site: Site) -> None:
+    page.goto(f"{MACHINE}/pairs")
+    page.get_by_role("link", name=site.pair["material"]).click()
+    expect(page.get_by_role("heading", name="Over feed and depth")).to_be_visible()
+    expect(page.locator("#map-1 .contour path").first).to_be_attached()
+    page.get_by_text("Another cut").click()
+    page.get_by_role("spinbutton", name="Depth").fill("1.5")
+    page.get_by_role("button", name="Show it").click()
+    expect(page.get_by_text("depth 1.5 mm")).to_be_visible()
+
+
+def test_a_job_is_planned_by_hand(page: Page) -> None:
+    page.goto(f"{MACHINE}/plan")
+    page.get_by_role("button", name="Add a cut").click()
+    second = page.locator("[data-cuts] fieldset").nth(1)
+    second.get_by_label("Name").fill("finish")
+    second.get_by_label("Depth [mm]").fill("0.5")
+    expect(second.get_by_label("Width")).to_be_hidden()
+    second.get_by_label("Operation").select_option("slot")
+    expect(second.get_by_label("Diameter [mm]", exact=True)).to_be_hidden()
+    second.get_by_label("Operation").select_option("turn")
+    second.get_by_label("Diameter [mm]", exact=True).fill("40")
+    second.get_by_label("Feed [mm/rev]").fill("0.12")
+    page.get_by_role("button", name="Predict", exact=True).click()
+    expect(page.get_by_role("row", name="finish")).to_be_visible()
+    expect(page.locator("#predicted .main-svg").first).to_be_visible()
+    page.locator("[data-cuts] fieldset").nth(1).get_by_role("button", name="Take out").click()
+    page.get_by_label("Depth [mm]").fill("3")
+    page.get_by_label("Feed [mm/rev]").fill("0.35")
+    page.get_by_role("button", name="what to cut next").click()
+    expect(page.get_by_role("alert").first).to_contain_text("exceed")
+    expect(page.get_by_role("heading", name="What to cut next")).to_be_visible()
+
+
+def test_a_job_is_planned_by_keyboard_alone(page: Page) -> None:
+    page.goto(f"{MACHINE}/plan")
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.textContent") == "Skip to content"
+    page.keyboard.press("Enter")
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.name") == "depth_mm":
+            break
+    page.keyboard.press("Control+A")
+    page.keyboard.type("1.25")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("heading", name="What it will take")).to_be_visible()
+    assert "depth_mm=1.25" in page.url
+
+
+def test_a_mismatch_is_decided_on(page: Page, site: Site) -> None:
+    page.goto(f"{MACHINE}/mismatches")
+    number = site.mismatch
+    page.get_by_role("link", name=str(number), exact=True).click()
+    page.get_by_role("link", name="Signed in").click()
+    page.get_by_label("Token").fill(site.token)
+    page.get_by_role("button", name="Sign in").click()
+    page.get_by_role("button", name="Reject").click()
+    expect(page.get_by_text("Rejected by operator")).to_be_visible()
+    page.get_by_role("button", name="Sign out").click()
+    expect(page.get_by_text("not signed in")).to_be_visible()
+
+
+def test_a_mismatch_shows_its_recording(page: Page, site: Site) -> None:
+    page.goto(f"/mismatches/{site.mismatch}")
+    page.get_by_role("button", name="Show it").click()
+    expect(page.get_by_role("heading", name="where it shows").first).to_be_visible(timeout=60_000)
+    expect(page.locator("[data-piece] .js-plotly-plot .main-svg").first).to_be_visible()
+    expect(page.locator("[data-piece] [role=status]")).to_have_text("")
+
+
+def test_a_job_is_planned_by_dropping_its_program(page: Page, sample_jobs: Path) -> None:
+    page.goto(f"{MACHINE}/plan")
+    page.get_by_text("Or drop the NC program").click()
+    page.get_by_label("Bar diameter").fill("60")
+    page.get_by_label("Face of the bar").fill("2")
+    page.get_by_label("Drop the program here").set_input_files(sample_jobs / "nc_profile/part.nc")
+    page.get_by_role("button", name="Predict the program").click()
+    expect(page.get_by_role("row", name="line 14")).to_be_visible(timeout=60_000)
+    expect(page.locator("#predicted .main-svg").first).to_be_visible()
+
+
+def test_a_program_that_cannot_be_read_is_said(
+    page: Page, watched: Watched, tmp_path: Path
+) -> None:
+    watched.expected = ("422",)
+    path = tmp_path / "part.nc"
+    path.write_text("G1 X what\n")
+    page.goto(f"{MACHINE}/plan")
+    page.get_by_text("Or drop the NC program").click()
+    page.get_by_label("Bar diameter").fill("60")
+    page.get_by_label("Drop the program here").set_input_files(path)
+    page.get_by_role("button", name="Predict the program").click()
+    expect(page.locator("[data-program] [role=status]")).to_contain_text("part.nc", timeout=60_000)
+
+
+def test_recordings_are_imported_by_dropping_them(
+    page: Page, site: Site, sample_jobs: Path, tmp_path: Path
+) -> None:
+    recordings = sample_jobs / "stepped_shaft/recordings"
+    other = tmp_path / "picture.csv"
+    other.write_bytes(b"\x89PNG")
+    files = [recordings / "shop-week-2.csv", recordings / "shop-week-1.csv", other]
+    _sign_in(page, site)
+    page.goto(f"{MACHINE}/import")
+    page.get_by_label("Drop files here").set_input_files(files)
+    said = page.locator("[data-imports] .said")
+    expect(said).to_have_count(3, timeout=100_000)
+    texts = said.all_inner_texts()
+    assert "36 new cuts" in texts[2]
+    assert "already there as recording" in texts[1]
+    assert "picture.csv" in texts[0]
+    assert page.locator("[data-imports] .said.good").count() == 2
+
+
+def test_a_token_that_is_not_valid_is_said(page: Page, watched: Watched) -> None:
+    watched.expected = ("401",)
+    page.goto("/sign-in")
+    page.get_by_label("Token").fill("guess")
+    page.get_by_role("button", name="Sign in").click()
+    expect(page.get_by_role("alert")).to_have_text("the token is not valid")
+
+
+# For anyone, on anything
+
+
+@pytest.mark.parametrize("scheme", first(1, ["dark", "light"]))
+def test_anyone_can_use_every_page(
+    browser: Browser, site: Site, watched: Watched, scheme: str
+) -> None:
+    watched.expected = ("404",)
+    chosen: Literal["dark", "light"] = "dark" if scheme == "dark" else "light"
+    context = browser.new_context(base_url=site.at, color_scheme=chosen)
+    watched.watch(context)
+    page = context.new_page()
+    _sign_in(page, site)
+    for name, path in site.pages.items():
+        _shown(page, path)
+        found = Axe().run(page).response["violations"]
+        serious = [one["id"] for one in found if one["impact"] not in NOT_SERIOUS]
+        assert serious == [], (name, [one["nodes"][0]["html"] for one in found])
+    context.close()
+    assert watched.wrong == []
+
+
+@pytest.mark.parametrize("width_px", first(1, [390, 1280]))
+def test_what_is_pressed_is_large_enough_and_nothing_runs_off_the_screen(
+    browser: Browser, site: Site, width_px: int
+) -> None:
+    context = browser.new_context(base_url=site.at, viewport={"width": width_px, "height": 800})
+    page = context.new_page()
+    _sign_in(page, site)
+    for name, path in site.pages.items():
+        _shown(page, path)
+        small = page.evaluate(
+            """least => [...document.querySelectorAll(
+              "button, input:not([type=hidden]), select, summary, nav a, td a, th a, .button, h2 a"
+            )].filter(one => one.checkVisibility()
+                && !one.closest(".skip, p") && one.getBoundingClientRect().height < least - 0.5
+            ).map(one => one.outerHTML.slice(0, 90))""",
+            TARGET_PX,
+        )
+        assert small == [], name
+        wider = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+        assert wider <= 0, name
+    context.close()
+
+
+def test_pages_print_without_what_is_pressed(page: Page, site: Site, tmp_path: Path) -> None:
+    _shown(page, site.pages["plan"])
+    page.emulate_media(media="print")
+    expect(page.get_by_role("button", name="Predict", exact=True)).to_be_hidden()
+    expect(page.locator(".bar")).to_be_hidden()
+    expect(page.get_by_role("heading", name="What it will take")).to_be_visible()
+    made = page.pdf(path=tmp_path / "plan.pdf", format="A4")
+    assert made.startswith(b"%PDF")
