@@ -63,7 +63,8 @@ class Connection(InTurns):
     def on_response_complete(self) -> None:
         """Wait for the end of a body that goes on after its answer: else it could for ever."""
         super().on_response_complete()
-        if self._within and not self._began and not self.transport.is_closing():
+        of_newest = self._within and not self._began and self.cycle.response_complete
+        if of_newest and not self.transport.is_closing():
             self._wait()
 
     def on_message_begin(self) -> None:
