@@ -199,7 +199,7 @@ def mixed(port: int, process: int, count: int) -> float:
 
 
 def main() -> None:
-    """Measure, and end with 1 where a limit is missed."""
+    """Measure; end with 1 where a limit is missed, with 2 where as busy a process misses it too."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else REQUESTS
     with tempfile.TemporaryDirectory() as folder:
         url = f"sqlite:///{Path(folder) / 'autodb.sqlite3'}"
@@ -209,14 +209,15 @@ def main() -> None:
             asyncio.run(asked(port, 3.0, np.random.default_rng(3), MACHINES))
             found = in_turns(port, process)
             grown_mb = mixed(port, process, count)
-    times = found["hostile"] / found["quiet"]
-    met = times <= TIMES and grown_mb <= GROWN_MB
+    times, of_busy = found["hostile"] / found["quiet"], found["busy"] / found["quiet"]
+    said = "passed" if times <= TIMES and grown_mb <= GROWN_MB else "missed"
+    if of_busy > TIMES and grown_mb <= GROWN_MB:
+        said = "not told, the computer lacks processors"
     print(
-        f"p99 {times:.2f} × quiet (limit {TIMES:g}), {found['hostile'] / found['busy']:.2f} × "
-        f"beside as busy a process; memory grew by {grown_mb:.1f} MB (limit {GROWN_MB:g}): "
-        f"{'passed' if met else 'missed'}"
+        f"p99 {times:.2f} × quiet (limit {TIMES:g}), beside as busy a process {of_busy:.2f} ×; "
+        f"memory grew by {grown_mb:.1f} MB (limit {GROWN_MB:g}): {said}"
     )
-    sys.exit(not met)
+    sys.exit({"passed": 0, "missed": 1}.get(said, 2))
 
 
 if __name__ == "__main__":

@@ -305,7 +305,7 @@ def test_what_is_forgotten_while_it_is_read_is_a_gap_at_once(
         if as_part
         else httpx.Response(404, text=FORGOTTEN)
     )
-    answers = {
+    answers: dict[str, list[str | httpx.Response]] = {
         "/probe": [probe],
         "/current": [_streams(1, 5, 1.0), _streams(20, 30, 9.0), _streams(20, 30, 3.0)],
         "/sample": [refused, httpx.Response(200, content=_part(_streams(20, 31, 4.0)))],
