@@ -14,9 +14,9 @@ from uvicorn.protocols.http.flow_control import FlowControl
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 PIECE_BYTES = 4096
-"""Bytes that are parsed at a time. Chosen: the worst of them, short requests, take some 5 ms."""
+"""Bytes that are parsed at a time. Chosen: the worst of them, short requests, take some 2 ms."""
 TURN_S = 0.001
-"""Time of the processor after which a connection rests. Chosen: 256 KiB of a body take a fifth."""
+"""Time of the processor after which a connection rests. Chosen: 256 KiB of a body take 0.4 ms."""
 REST_S = 0.05
 """How long it rests. Chosen: a connection takes 2 % of the loop to be parsed, sixteen a third."""
 
