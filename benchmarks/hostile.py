@@ -211,7 +211,7 @@ def main() -> None:
             grown_mb = mixed(port, process, count)
     times, of_busy = found["hostile"] / found["quiet"], found["busy"] / found["quiet"]
     said = "passed" if times <= TIMES and grown_mb <= GROWN_MB else "missed"
-    if of_busy > TIMES and grown_mb <= GROWN_MB:
+    if times > TIMES and of_busy > TIMES and grown_mb <= GROWN_MB:
         said = "not told, the computer lacks processors"
     print(
         f"p99 {times:.2f} × quiet (limit {TIMES:g}), beside as busy a process {of_busy:.2f} ×; "
