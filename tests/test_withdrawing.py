@@ -187,7 +187,6 @@ def test_a_model_that_took_a_withdrawn_one_as_known_goes_too(there: Cli) -> None
     [
         ((9, "--why", "x"), "machine 'lathe-1' has no recording 9"),
         ((MONDAY,), "withdraw needs --why TEXT, or --undo"),
-        ((MONDAY, "--undo"), "recording 2 is not withdrawn"),
     ],
 )
 def test_what_cannot_be_withdrawn_is_said(
