@@ -56,7 +56,8 @@ def drawn(seed: int) -> tuple[Command, int]:
 
 @cache
 def _bench(command: Command) -> "Bench":
-    return Bench(command, shop(large=command.large))
+    start = shop(large=command.large)
+    return Bench(command, start, work())
 
 
 @cache
@@ -64,35 +65,33 @@ def _home() -> "tempfile.TemporaryDirectory[str]":
     return tempfile.TemporaryDirectory(prefix="autodb-commands-")
 
 
+def work() -> Path:
+    """Return the folder of all commands: recordings are known by where they lie."""
+    return Path(_home().name) / "work"
+
+
 @cache
 def shop(*, large: bool) -> Path:
     """Make the shop that commands begin in; with a large database, or not. Return its folder."""
     _import_all()
-    work = Path(_home().name) / "shop" / "work"
-    kept = Path(_home().name) / f"shop{'-large' if large else ''}"
     if large:
-        _copied(shop(large=False), work)
-        _do(work, grow)
-    else:
-        work.mkdir(parents=True)
-        furnish(work)
-        for step in FIRST:
-            _do(work, step)
-    return _copied(work, kept / "made")
+        _copied(shop(large=False), work())
+        _do(work(), grow)
+        return _copied(work(), Path(_home().name) / "large")
+    work().mkdir()
+    furnish(work())
+    for step in FIRST:
+        _do(work(), step)
+    return _copied(work(), Path(_home().name) / "small")
 
 
 class Bench:
     """A command, the folder that it begins in, and what it leaves there undisturbed."""
 
-    def __init__(self, command: Command, start: Path) -> None:
-        self._command = command
+    def __init__(self, command: Command, start: Path, work: Path) -> None:
+        self._command, self._work = command, work
         home = Path(tempfile.mkdtemp(prefix="bench-", dir=start.parent))
-        # recordings are known by where they lie: commands work where the shop was made
-        self._work, self._base, self._aside = (
-            start.parents[1] / "shop" / "work",
-            home / "base",
-            home,
-        )
+        self._base, self._aside = home / "base", home
         self._masks: dict[str, frozenset[str]] = {}
         _copied(start, self._work)
         for step in command.before:

@@ -98,12 +98,12 @@ class Commands:
             )
         ]
         shares = [
-            (what, f"{count} ({percent(count / kills)})", f"≥ {percent(least)}", count >= least * kills)
-            for what, count, least in (
+            (what, f"{n} ({percent(n / kills)})", f"≥ {percent(least)}", n >= least * kills)
+            for what, n, least in (
                 ("kills that hit it at work", self._sum("at_work"), AT_WORK),
                 ("kills after its first write", self._sum("written"), WRITTEN),
             )
-        ]  # fmt: skip
+        ]
         return [*none, *shares]
 
     def tables(self) -> tuple[Table, ...]:

@@ -36,7 +36,7 @@ def run(seed: int) -> list[Flipped]:
 @cache
 def _bench() -> tuple[Whole, Whole, Path]:
     """Return a shop's database, the same as a killed program left it, and a folder to work in."""
-    home = shop(large=False).parents[1] / "flips"
+    home = shop(large=False).parent / "flips"
     shutil.copytree(shop(large=False), home / "left")
     whole = Whole.of(home / "left" / "autodb.sqlite3", home)
     assert finished(home / "left", _commit_and_die) == -signal.SIGKILL

@@ -62,7 +62,7 @@ class Command:
     """
 
     name: str
-    words: tuple[str, ...]
+    words: Step
     before: tuple[Step, ...] = ()
     large: bool = False
     again: bool = False
