@@ -91,6 +91,16 @@ def test_what_a_killed_one_left_goes_although_none_is_due(url: str, tmp_path: Pa
     assert len(done.there) == 3
 
 
+def test_what_a_killed_one_was_writing_goes_with_the_next(url: str, tmp_path: Path) -> None:
+    folder = tmp_path / "backups"
+    left = ".0123456789abcdef.partial.autodb-20260101T110000Z.sqlite3"
+    others = {".0123456789abcdef.partial.monday.sqlite3", ".mine"}
+    for name in (left, f"{left}-journal", ".autodb-20260101T110000Z.sqlite3.lock", *others):
+        (folder / name).touch()
+    assert _at(url, folder, 0.0, keep=2, every=Every.DAY).copied
+    assert {one.name for one in folder.iterdir() if one.name.startswith(".")} == others
+
+
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
 def test_two_at_once_leave_as_many_as_are_kept(url: str, tmp_path: Path) -> None:
     folder = tmp_path / "backups"

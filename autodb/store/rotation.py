@@ -99,6 +99,7 @@ def rotate(
     """
     dated(folder)  # where there is none, nothing is locked in it
     with one_writer(folder / LOCKED, progress):
+        _sweep(folder, progress)
         before = dated(folder)
         if every is not None and before and not _is_due(before[-1], every, now):
             gone = _beyond(before, keep)  # a killed one may have left them
@@ -107,6 +108,14 @@ def rotate(
         copied = backup(url, new.path, progress=progress)
         gone = _beyond(before, None if keep is None else keep - 1)
         return Rotated(copied, gone, (*before[len(gone) :], new))
+
+
+def _sweep(folder: Path, progress: Progress | None) -> None:
+    """Take away what killed ones left: no other has the same date, and would."""
+    hidden = (path.name for path in folder.iterdir() if path.name.startswith("."))
+    for name in {found[0] for one in hidden if (found := NAME.search(one))}:
+        with one_writer(folder / name, progress):
+            pass
 
 
 def _beyond(there: list[Dated], keep: int | None) -> tuple[Path, ...]:
