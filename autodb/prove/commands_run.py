@@ -20,7 +20,7 @@ from sqlalchemy.orm import configure_mappers
 import autodb
 from autodb.prove.children import Step, finished, killed, needs_forks, said, timed, two_at_once
 from autodb.prove.commands_summary import FINE, Killed, Twice
-from autodb.prove.folders import State, faults_of, files_of, masks_of, state_of
+from autodb.prove.folders import DATABASE, State, faults_of, masks_of, state_of
 from autodb.prove.writing_commands import COMMANDS, FIRST, Command, furnish, grow
 
 TURNS_A_TWICE = 6
@@ -164,18 +164,9 @@ class Bench:
         """Return files in sight that are neither as before the command nor as after it."""
         return [
             f"{name}: neither as it was nor as it is to be"
-            for name, digest in self._state_of_files().items()
+            for name, digest in state_of(self._work, self._masks, is_in_sight).items()
             if not any(state.get(name) == digest for state in (self._before, *self._wanted))
         ]
-
-    def _state_of_files(self) -> State:
-        """Return the state of what is in sight and no database: of those others are asked for."""
-        aside = self._aside / "in-sight"
-        _copied(self._work, aside)
-        for path in files_of(aside).values():
-            if path.name.startswith(".") or ".sqlite3" in path.name or _in_hidden(path, aside):
-                path.unlink()
-        return state_of(aside, self._masks)
 
     def _compared(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Return which files hold something else than wanted, and which are too many or too few."""
@@ -192,8 +183,9 @@ class Bench:
         )
 
 
-def _in_hidden(path: Path, folder: Path) -> bool:
-    return any(part.startswith(".") for part in path.relative_to(folder).parts)
+def is_in_sight(name: str) -> bool:
+    """Say whether a file is no database, nor its log, and neither it nor its folder is hidden."""
+    return DATABASE not in name and not any(part.startswith(".") for part in Path(name).parts)
 
 
 def _do(folder: Path, step: Step) -> None:

@@ -8,7 +8,7 @@ import hashlib
 import re
 import sqlite3
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,17 +53,24 @@ def files_of(folder: Path) -> dict[str, Path]:
     return found
 
 
-def state_of(folder: Path, masks: Masks) -> State:
-    """Return the state of a folder; of files without a mask, and no database, their checksums."""
-    state: dict[str, str] = {}
-    for name, path in files_of(folder).items():
-        plain = name.rstrip("+")
-        if plain in masks or path.suffix == DATABASE:
-            mask = masks.get(plain, frozenset())
-            state |= {_called(name, part): _digest(part, mask) for part in _parts(path)}
-        else:
-            state[name] = checksum(path)
+def state_of(folder: Path, masks: Masks, of: Callable[[str], bool] = lambda _: True) -> State:
+    """Return the state of a folder's files, or of those of some names.
+
+    Of files without a mask, which are no database, it is their checksums.
+    """
+    files = {name: path for name, path in files_of(folder).items() if of(name)}
+    in_parts = {name: p for name, p in files.items() if name.rstrip("+") in masks or is_database(p)}
+    # a database that is opened may take its log away: those files come first
+    state = {name: checksum(path) for name, path in files.items() if name not in in_parts}
+    for name, path in in_parts.items():
+        mask = masks.get(name.rstrip("+"), frozenset())
+        state |= {_called(name, part): _digest(part, mask) for part in _parts(path)}
     return state
+
+
+def is_database(path: Path) -> bool:
+    """Say whether a file is a database in sight; one that is hidden is only there or not."""
+    return path.suffix == DATABASE and not path.name.startswith(".")
 
 
 def _called(name: str, part: Part) -> str:
@@ -76,7 +83,7 @@ def masks_of(one: Path, other: Path) -> dict[str, frozenset[str]]:
     masks = {}
     for name in both[0].keys() & both[1].keys():
         a, b = both[0][name], both[1][name]
-        if a.suffix == DATABASE or checksum(a) != checksum(b):
+        if is_database(a) or checksum(a) != checksum(b):
             sums = _by_column(a), _by_column(b)
             masks[name] = frozenset(
                 column
@@ -90,7 +97,7 @@ def faults_of(folder: Path, aside: Path) -> list[str]:
     """Return which databases of a folder are not sound, looked at in copies aside."""
     faults = []
     for name, path in files_of(folder).items():
-        if path.suffix == DATABASE and not path.name.startswith("."):
+        if is_database(path):
             copy = _copied(path, aside)
             try:
                 faults += [f"{name}: {one}" for one in _faults_of_file(copy)]
