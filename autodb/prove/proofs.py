@@ -44,7 +44,6 @@ from autodb.prove import (
     summary,
     table_run,
     table_summary,
-    writing_commands,
 )
 from autodb.prove.axis_run import Told
 from autodb.prove.curve_plans import Planned
@@ -327,7 +326,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[commands_summary.Killed | commands_summary.Twice]),
         score=commands_summary.summary_of,
         read=commands_summary.read,
-        generator=(writing_commands,),
+        generator=(),  # what is drawn is when it is killed
     ),
     Proof(
         name="flips",
@@ -337,7 +336,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[flips_summary.Flipped]),
         score=flips_summary.summary_of,
         read=flips_summary.read,
-        generator=(writing_commands,),
+        generator=(),  # what is drawn is which bit
     ),
     Proof(
         name="pairs",
