@@ -169,18 +169,31 @@ class Bench:
         ]
 
     def _compared(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Return which files hold something else than wanted, and which are too many or too few."""
-        now = self._state()
-        return min(
-            (
-                (
-                    tuple(sorted(k for k in now.keys() & want.keys() if now[k] != want[k])),
-                    tuple(sorted(now.keys() ^ want.keys())),
-                )
-                for want in self._wanted
-            ),
-            key=lambda both: len(both[0]) + len(both[1]),
-        )
+        """Return what holds something else than wanted, and which files are too many or too few.
+
+        Each file must be as the command leaves it run once, or run again: of two at once that write
+        one more row each, either may be the last to write its page.
+        """
+        now, wanted = _by_file(self._state()), [_by_file(want) for want in self._wanted]
+        every = {name for want in wanted for name in want}
+        always = {name for name in every if all(name in want for want in wanted)}
+        other = {
+            part
+            for name in now.keys() & every
+            if now[name] not in [want.get(name) for want in wanted]
+            for part in now[name].keys() | wanted[-1].get(name, {}).keys()
+            if now[name].get(part) != wanted[-1].get(name, {}).get(part)
+        }
+        stray = (now.keys() - every) | (always - now.keys())
+        return tuple(sorted(other)), tuple(sorted(stray))
+
+
+def _by_file(state: State) -> dict[str, dict[str, str]]:
+    """Return a state by file: a database's tables together."""
+    found: dict[str, dict[str, str]] = {}
+    for name, digest in state.items():
+        found.setdefault(name.partition(": ")[0], {})[name] = digest
+    return found
 
 
 def is_in_sight(name: str) -> bool:
