@@ -33,6 +33,7 @@ from autodb.client import Client
 from autodb.errors import UnusableInput
 from autodb.jobs import read_job
 from autodb.machinefile import LATHE
+from autodb.prove.flips import read as content
 from autodb.store import Store, create_store, models, open_store
 from autodb.web import apart, landing
 from autodb.web.accepted import ACCEPTED
@@ -42,7 +43,6 @@ from autodb.web.sent import received, safe
 from autodb.web.settings import Bounds, Limits, Settings
 from tests.conftest import Cli
 from tests.files import write
-from tests.kills import content
 from tests.serving import served, wait_for
 
 API = "/api/v1"

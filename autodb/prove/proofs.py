@@ -19,6 +19,8 @@ from autodb.prove import (
     axis_intervals,
     axis_run,
     axis_summary,
+    commands_run,
+    commands_summary,
     curve_run,
     curve_summary,
     day_run,
@@ -28,6 +30,8 @@ from autodb.prove import (
     faults_summary,
     fleet_run,
     fleet_summary,
+    flips_run,
+    flips_summary,
     lathe_run,
     lathe_summary,
     left_out,
@@ -313,6 +317,26 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=faults_summary.summary_of,
         read=faults_summary.read,
         generator=(),  # what is drawn is when it is killed
+    ),
+    Proof(
+        name="faults-commands",
+        what="every command that writes, killed or run twice at once, leaves what it would alone",
+        runs=500,
+        run=commands_run.run,
+        kept=TypeAdapter(Finished[commands_summary.Killed | commands_summary.Twice]),
+        score=commands_summary.summary_of,
+        read=commands_summary.read,
+        generator=(),  # what is drawn is when it is killed
+    ),
+    Proof(
+        name="flips",
+        what="a bit that flips in a database's file is found by doctor and backup",
+        runs=200,
+        run=flips_run.run,
+        kept=TypeAdapter(Finished[flips_summary.Flipped]),
+        score=flips_summary.summary_of,
+        read=flips_summary.read,
+        generator=(),  # what is drawn is which bit
     ),
     Proof(
         name="pairs",
