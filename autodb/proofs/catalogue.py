@@ -71,12 +71,16 @@ from autodb.proofs.runs.explain import explain_summary, left_out, outside_run, o
 from autodb.proofs.runs.explain.explain_score import ScoredCase
 from autodb.proofs.runs.found import ProofResult
 from autodb.proofs.runs.keeping import (
+    commands_run,
+    commands_summary,
     day_run,
     day_summary,
     faults_run,
     faults_summary,
     fleet_run,
     fleet_summary,
+    flips_run,
+    flips_summary,
 )
 from autodb.proofs.runs.keeping.day_run import DayTold
 from autodb.proofs.runs.lathe import lathe_run, lathe_summary
@@ -312,6 +316,26 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=faults_summary.faults_summary_of,
         read=faults_summary.read_faults,
         generator=(),  # what is drawn is when it is killed
+    ),
+    Proof(
+        name="faults-commands",
+        what="every command that writes, killed or run twice at once, leaves what it would alone",
+        runs=500,
+        run=commands_run.run,
+        kept=TypeAdapter(Finished[commands_summary.Killed | commands_summary.Twice]),
+        score=commands_summary.summary_of,
+        read=commands_summary.read,
+        generator=(),  # what is drawn is when it is killed
+    ),
+    Proof(
+        name="flips",
+        what="a bit that flips in a database's file is found by doctor and backup",
+        runs=200,
+        run=flips_run.run,
+        kept=TypeAdapter(Finished[flips_summary.Flipped]),
+        score=flips_summary.summary_of,
+        read=flips_summary.read,
+        generator=(),  # what is drawn is which bit
     ),
     Proof(
         name="pairs",

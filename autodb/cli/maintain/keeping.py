@@ -114,9 +114,9 @@ def _rotate(url: str, folder: Path, keep: int | None, every: str | None) -> None
     there = f"{len(done.there)} there"
     if done.copied is None:
         say(f"{folder}: {there}, the newest {age_words(now - done.there[-1].at)} old: none is due")
-        return
-    rows = f"{done.copied.total} rows of {len(done.copied.rows)} tables"
-    say(f"{folder}: a new one, {rows}, schema {done.copied.schema}; {there}")
+    else:
+        rows = f"{done.copied.total} rows of {len(done.copied.rows)} tables"
+        say(f"{folder}: a new one, {rows}, schema {done.copied.schema}; {there}")
     for path in done.removed:
         say(f"{path}: removed")
 

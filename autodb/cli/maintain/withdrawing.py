@@ -34,7 +34,8 @@ def withdraw_command(
             done = withdraw(store, machine, recording, why=why)
         learnt = refresh(store, machine, progress=progress)
     what = "count again" if undo else "count no more"
-    say(f"recording {recording}: {done.cuts} cuts {what}")
+    cuts = "already, its cuts" if done.already else f"{done.cuts} cuts"
+    say(f"recording {recording}: {cuts} {what}")
     for line in done.taken_back:
         say(f"taken back: {line}")
     if any(line.startswith("calibration") for line in done.taken_back):
