@@ -321,20 +321,20 @@ PROOFS: tuple[Proof[Any], ...] = (
         name="faults-commands",
         what="every command that writes, killed or run twice at once, leaves what it would alone",
         runs=500,
-        run=commands_run.run,
-        kept=TypeAdapter(Finished[commands_summary.Killed | commands_summary.Twice]),
-        score=commands_summary.summary_of,
-        read=commands_summary.read,
+        run=commands_run.run_commands,
+        kept=TypeAdapter(Finished[commands_summary.KilledCommand | commands_summary.Twice]),
+        score=commands_summary.commands_summary_of,
+        read=commands_summary.read_commands,
         generator=(),  # what is drawn is when it is killed
     ),
     Proof(
         name="flips",
         what="a bit that flips in a database's file is found by doctor and backup",
         runs=200,
-        run=flips_run.run,
+        run=flips_run.run_flips,
         kept=TypeAdapter(Finished[flips_summary.Flipped]),
-        score=flips_summary.summary_of,
-        read=flips_summary.read,
+        score=flips_summary.flips_summary_of,
+        read=flips_summary.read_flips,
         generator=(),  # what is drawn is which bit
     ),
     Proof(

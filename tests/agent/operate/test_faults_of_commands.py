@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from autodb.cli import app
+from autodb.cli import commands
 from autodb.proofs.runs.keeping import commands_run
 from autodb.proofs.runs.keeping.children import CASES
 from autodb.proofs.runs.keeping.commands_run import Bench
-from autodb.proofs.runs.keeping.commands_summary import Killed, Twice, summary_of
-from autodb.proofs.runs.keeping.folders import masks_of, state_of
+from autodb.proofs.runs.keeping.commands_summary import KilledCommand, Twice, commands_summary_of
+from autodb.proofs.runs.keeping.folders import folder_state, masks_of
 from autodb.proofs.runs.keeping.writing_commands import COMMANDS, Command
 from autodb.proofs.runs.runs import Finished, Origin
 from autodb.store import create_store
@@ -46,7 +46,7 @@ def _there(folder: Path) -> sqlite3.Connection:
     return sqlite3.connect(folder / "told.sqlite3", timeout=10.0)
 
 
-def _kills(bench: Bench) -> list[Killed]:
+def _kills(bench: Bench) -> list[KilledCommand]:
     return [bench.killed(seed, from_write=True) for seed in range(3)]
 
 
@@ -124,18 +124,13 @@ def test_a_row_without_its_checksum_is_not_sound(judged: Callable[..., Bench]) -
 
 def test_every_command_that_writes_is_killed() -> None:
     """A new command stands in the list, or among those that only read."""
-    asked = {command.words[:2] for command in COMMANDS if isinstance(command.words, tuple)}
+    asked = {one.words[:2] for one in COMMANDS if isinstance(one.words, tuple)}
     words = {word for pair in asked for word in pair}
-    named = {one.name for one in app.registered_commands}
-    for group in app.registered_groups:
-        assert group.typer_instance is not None
-        named |= {
-            one.name or one.callback.__name__
-            for one in group.typer_instance.registered_commands
-            if one.callback is not None
-        }
+    named: set[str] = set()
+    for name, command in commands().commands.items():
+        named |= set(getattr(command, "commands", {name}))
     assert {name for name in named if name not in words} == ONLY_READ & named
-    assert len({command.name for command in COMMANDS}) == len(COMMANDS)
+    assert len({one.name for one in COMMANDS}) == len(COMMANDS)
 
 
 @pytest.mark.parametrize("name", ["import", "mismatch confirm", "backup --replace"])
@@ -163,18 +158,18 @@ def test_columns_that_differ_are_left_out_and_no_others(tmp_path: Path) -> None:
         (folder / "same.txt").write_text("same")
     masks = masks_of(*folders)
     assert masks == {"told.sqlite3": {"told.at"}, "page.html": {".line 2"}}
-    assert state_of(folders[0], masks) == state_of(folders[1], masks)
+    assert folder_state(folders[0], masks) == folder_state(folders[1], masks)
     (folders[1] / "page.html").write_text("<b>\nmade 1\n</p>")
-    assert state_of(folders[0], masks) != state_of(folders[1], masks)
+    assert folder_state(folders[0], masks) != folder_state(folders[1], masks)
 
 
 def test_the_summary_fails_where_anything_was_found() -> None:
-    killed = Killed("refresh", CASES[1], (), (), (), 2, "")
+    killed = KilledCommand("refresh", CASES[1], (), (), (), 2, "")
     twice = Twice("refresh", (0, 2), (), (), (), "", ("told.at",))
     origin = Origin("faults-commands", "1", "g", "p")
 
-    def passes(*judged: Killed | Twice) -> bool:
-        return summary_of([Finished(1, judged)], origin).passed
+    def passes(*judged: KilledCommand | Twice) -> bool:
+        return commands_summary_of([Finished(1, judged)], origin).passed
 
     assert passes(killed, twice)
     for worse in (

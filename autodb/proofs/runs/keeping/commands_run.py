@@ -27,8 +27,8 @@ from autodb.proofs.runs.keeping.children import (
     timed,
     two_at_once,
 )
-from autodb.proofs.runs.keeping.commands_summary import FINE, Killed, Twice
-from autodb.proofs.runs.keeping.folders import DATABASE, State, faults_of, masks_of, state_of
+from autodb.proofs.runs.keeping.commands_summary import FINE, KilledCommand, Twice
+from autodb.proofs.runs.keeping.folders import DATABASE, State, faults_of, folder_state, masks_of
 from autodb.proofs.runs.keeping.writing_commands import COMMANDS, FIRST, Command, furnish, grow
 
 TURNS_A_TWICE = 6
@@ -42,7 +42,7 @@ CLOCK_S = 1.1
 NOT_NEEDED = ("autodb.web.client", "autodb.agent.fleet.clusters", "autodb.sensing.network")
 
 
-def run(seed: int) -> list[Killed | Twice]:
+def run_commands(seed: int) -> list[KilledCommand | Twice]:
     """Kill the command whose turn it is, and now and then run two of it at once.
 
     Raises UnusableInput where no process can be forked.
@@ -50,7 +50,7 @@ def run(seed: int) -> list[Killed | Twice]:
     needs_forks()
     command, turn = drawn(seed)
     bench = _bench(command)
-    judged: list[Killed | Twice] = [bench.killed(seed, from_write=turn % WHOLE > 0)]
+    judged: list[KilledCommand | Twice] = [bench.killed(seed, from_write=turn % WHOLE > 0)]
     if turn % TURNS_A_TWICE == 0:
         judged.append(bench.twice())
     return judged
@@ -116,8 +116,8 @@ class Bench:
         status, self._times = timed(self._work, self._command.words)
         assert status == 0, said(self._work)
         self._masks = masks_of(once, self._work)
-        self._before = state_of(self._base, self._masks)
-        self._wanted = [state_of(once, self._masks)]
+        self._before = folder_state(self._base, self._masks)
+        self._wanted = [folder_state(once, self._masks)]
         assert self._state() == self._wanted[0], self._command.name
         assert finished(self._work, self._command.words) in FINE, said(self._work)
         again = self._state()
@@ -125,7 +125,7 @@ class Bench:
         self._wanted.append(again)
         shutil.rmtree(once)
 
-    def killed(self, seed: int, *, from_write: bool) -> Killed:
+    def killed(self, seed: int, *, from_write: bool) -> KilledCommand:
         """Kill the command at the moment that a seed draws, look, run it again and compare."""
         _copied(self._base, self._work)
         to_write_s = self._times.to_write_s if from_write else 0.0
@@ -136,7 +136,7 @@ class Bench:
         status = finished(self._work, self._command.words)
         words = "" if status in FINE else said(self._work)[-500:]
         rows, files = self._compared()
-        return Killed(self._command.name, case, tuple(unsound), rows, files, status, words)
+        return KilledCommand(self._command.name, case, tuple(unsound), rows, files, status, words)
 
     def twice(self) -> Twice:
         """Run two of the command at once and compare."""
@@ -166,13 +166,13 @@ class Bench:
         return tuple(sorted(names))
 
     def _state(self) -> State:
-        return state_of(self._work, self._masks)
+        return folder_state(self._work, self._masks)
 
     def _halves(self) -> list[str]:
         """Return files in sight that are neither as before the command nor as after it."""
         return [
             f"{name}: neither as it was nor as it is to be"
-            for name, digest in state_of(self._work, self._masks, is_in_sight).items()
+            for name, digest in folder_state(self._work, self._masks, is_in_sight).items()
             if not any(state.get(name) == digest for state in (self._before, *self._wanted))
         ]
 

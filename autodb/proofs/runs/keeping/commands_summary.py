@@ -17,7 +17,7 @@ AT_WORK, WRITTEN = 0.5, 0.25
 
 
 @dataclass(frozen=True)
-class Killed:
+class KilledCommand:
     """One kill of a command: how far it had come, what was not sound then; after it ran again its
     exit status, which files hold something else than undisturbed, and which are too many or few.
     """
@@ -69,7 +69,7 @@ class OfCommand:
 
 
 @dataclass(frozen=True)
-class Commands:
+class CommandsSummary:
     """Counts of all commands, and what was not compared."""
 
     origin: Origin
@@ -134,20 +134,22 @@ class Commands:
         return _COMMANDS.dump_json(self, indent=1).decode()
 
 
-_COMMANDS: TypeAdapter[Commands] = TypeAdapter(Commands)
+_COMMANDS: TypeAdapter[CommandsSummary] = TypeAdapter(CommandsSummary)
 
 
-def read(text: str) -> Commands:
+def read_commands(text: str) -> CommandsSummary:
     """Read what ``to_json`` wrote."""
     return _COMMANDS.validate_json(text)
 
 
-def summary_of(runs: Sequence[Finished[Killed | Twice]], origin: Origin) -> Commands:
+def commands_summary_of(
+    runs: Sequence[Finished[KilledCommand | Twice]], origin: Origin
+) -> CommandsSummary:
     """Count kills and rounds by command, in the order in which they came."""
     judged = [one for run in runs for one in run.judged]
     names = list(dict.fromkeys(one.command for one in judged))
     twice = [one for one in judged if isinstance(one, Twice)]
-    return Commands(
+    return CommandsSummary(
         origin=origin,
         seeds=(runs[0].seed, runs[-1].seed),
         rows=tuple(_row(name, [one for one in judged if one.command == name]) for name in names),
@@ -155,8 +157,8 @@ def summary_of(runs: Sequence[Finished[Killed | Twice]], origin: Origin) -> Comm
     )
 
 
-def _row(name: str, judged: Sequence[Killed | Twice]) -> OfCommand:
-    kills = [one for one in judged if isinstance(one, Killed)]
+def _row(name: str, judged: Sequence[KilledCommand | Twice]) -> OfCommand:
+    kills = [one for one in judged if isinstance(one, KilledCommand)]
     rounds = [one for one in judged if isinstance(one, Twice)]
     return OfCommand(
         command=name,

@@ -53,7 +53,7 @@ class Whole:
         if beside.exists():
             log = beside.read_bytes()
         copy = _written(folder / "sound.sqlite3", held, log)
-        content = read(copy)
+        content = read_rows(copy)
         assert not any(_found(copy, folder))
         _removed(copy)
         return cls(held, log, content)
@@ -77,7 +77,7 @@ class Whole:
     def _judged(self, folder: Path, byte: int, bit: int, held: bytes, log: bytes) -> Flip:
         copy = folder / f"flipped-{secrets.token_hex(8)}.sqlite3"  # no connection knows it
         found = _found(_written(copy, held, log), folder)
-        flip = Flip(byte, bit, read(copy) != self.content, *found)
+        flip = Flip(byte, bit, read_rows(copy) != self.content, *found)
         _removed(copy)
         return flip
 
@@ -120,7 +120,7 @@ def used(whole: bytes) -> list[int]:
     return places
 
 
-def read(path: Path) -> Content:
+def read_rows(path: Path) -> Content:
     """Return every row of every table as text, types included; an error's name where it cannot."""
     try:
         with closing(sqlite3.connect(path)) as file:

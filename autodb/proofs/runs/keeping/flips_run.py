@@ -19,7 +19,7 @@ COMMITS = 12
 """In the log. Chosen: some, each of a few pages."""
 
 
-def run(seed: int) -> list[Flipped]:
+def run_flips(seed: int) -> list[Flipped]:
     """Flip a bit of the file and one of the log; raises UnusableInput where nothing can be forked.
 
     The log is of a program that was killed: a fork is.

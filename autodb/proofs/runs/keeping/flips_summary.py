@@ -90,12 +90,12 @@ class Flips:
 _FLIPS: TypeAdapter[Flips] = TypeAdapter(Flips)
 
 
-def read(text: str) -> Flips:
+def read_flips(text: str) -> Flips:
     """Read what ``to_json`` wrote."""
     return _FLIPS.validate_json(text)
 
 
-def summary_of(runs: Sequence[Finished[Flipped]], origin: Origin) -> Flips:
+def flips_summary_of(runs: Sequence[Finished[Flipped]], origin: Origin) -> Flips:
     """Count the flips of runs by where they were."""
     every = [one for run in runs for one in run.judged]
     rows = []

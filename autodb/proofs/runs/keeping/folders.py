@@ -41,7 +41,7 @@ class Part:
     rows: Rows
 
 
-def files_of(folder: Path) -> dict[str, Path]:
+def files_in(folder: Path) -> dict[str, Path]:
     """Return all files of a folder by their names from there, without their dates."""
     found: dict[str, Path] = {}
     for path in sorted(folder.rglob("*")):
@@ -53,12 +53,12 @@ def files_of(folder: Path) -> dict[str, Path]:
     return found
 
 
-def state_of(folder: Path, masks: Masks, of: Callable[[str], bool] = lambda _: True) -> State:
+def folder_state(folder: Path, masks: Masks, of: Callable[[str], bool] = lambda _: True) -> State:
     """Return the state of a folder's files, or of those of some names.
 
     Of files without a mask, which are no database, it is their checksums.
     """
-    files = {name: path for name, path in files_of(folder).items() if of(name)}
+    files = {name: path for name, path in files_in(folder).items() if of(name)}
     in_parts = {name: p for name, p in files.items() if name.rstrip("+") in masks or is_database(p)}
     # a database that is opened may take its log away: those files come first
     state = {name: checksum(path) for name, path in files.items() if name not in in_parts}
@@ -79,7 +79,7 @@ def _called(name: str, part: Part) -> str:
 
 def masks_of(one: Path, other: Path) -> dict[str, frozenset[str]]:
     """Return where two folders differ that ought to be the same, by file."""
-    both = files_of(one), files_of(other)
+    both = files_in(one), files_in(other)
     masks = {}
     for name in both[0].keys() & both[1].keys():
         a, b = both[0][name], both[1][name]
@@ -96,7 +96,7 @@ def masks_of(one: Path, other: Path) -> dict[str, frozenset[str]]:
 def faults_of(folder: Path, aside: Path) -> list[str]:
     """Return which databases of a folder are not sound, looked at in copies aside."""
     faults = []
-    for name, path in files_of(folder).items():
+    for name, path in files_in(folder).items():
         if is_database(path):
             copy = _copied(path, aside)
             try:
