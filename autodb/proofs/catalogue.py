@@ -39,7 +39,6 @@ from autodb.proofs.machines.axis import (
     axes,
     curves,
     motion,
-    noise,
     quantities,
     reference_axis,
     reference_friction,
@@ -134,11 +133,10 @@ CONCEALED_MILLS = (
     milling,
 )
 DAY = (day, drives, machine, cases, build, case, cut_effects, cut_families, cuts, moves)
-REFERENCE_AXIS = (curves, motion, noise, reference_axis, reference_friction, reference_moves)
+REFERENCE_AXIS = (curves, motion, reference_axis, reference_friction, reference_moves)
 REFERENCE_MILL = (
     curves,
     motion,
-    noise,
     reference_cogging,
     reference_cuts,
     reference_friction,
@@ -195,7 +193,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[Judged]),
         score=summary.intervals_summary_of,
         read=summary.IntervalsSummary.from_json,
-        generator=(axes, curves, motion, noise, quantities),
+        generator=(axes, curves, motion, quantities),
     ),
     Proof(
         name="explain",

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import text, update
 
-from autodb.agent.operate.chained import add_to_chain
+from autodb.agent.operate.access import add_to_chain
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.proofs.runs.keeping.flips import Whole

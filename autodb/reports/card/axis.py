@@ -19,7 +19,7 @@ from autodb.sensing.ranges.calibration import Calibration, Points, of_current
 from autodb.sensing.ranges.choosing import FOLDS, groups_left_out
 from autodb.sensing.ranges.error_kinds import ErrorKinds
 from autodb.sensing.ranges.forms import Fuzzy, MeasuredCuts
-from autodb.sensing.ranges.transients import transients
+from autodb.sensing.ranges.outliers import transients
 
 Array = NDArray[np.float64]
 
