@@ -71,7 +71,10 @@ def fit_anfis(
 def fit_consequents(
     inputs: Array, values: Array, premises: Premises, *, monotone: Monotone | None = None
 ) -> Anfis:
-    """Fit the consequents alone; the premises, in scaled inputs, are known. Raises as ``fit``."""
+    """Fit the consequents alone; the premises, in scaled inputs, are known.
+
+    Raises as ``fit_anfis``.
+    """
     scale = scaling(inputs, values)
     given = rows(scale.inputs(inputs), scale.values(values))
     return _settled(premises, scale, given, learned=0, monotone=monotone)

@@ -107,7 +107,7 @@ def axis_card(
 ) -> AxisCard:
     """Return the card of an axis from the table that it was calibrated on.
 
-    ``force_N`` (n,) as ``ranges.calibrate`` took it; ``what_moved``: sentences on what it was.
+    ``force_N`` (n,) as ``calibration.calibrate`` took it; ``what_moved``: sentences on what it was.
     """
     points, row = by_row(table, calibration.axis, force_N)
     sudden = transients(points.felt.current, points.target, points.groups)
