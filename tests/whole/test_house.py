@@ -170,7 +170,7 @@ def test_no_version_with_a_known_hole_is_installed(name: str) -> None:
 
 
 REPEATED = {"main", "open_file"}
-"""Public names that stand in several modules: a program's entry, and what opens each kind of file."""
+"""Public names of several modules: a program's entry, and what opens each kind of file."""
 
 
 def test_a_public_name_has_one_meaning() -> None:
