@@ -81,7 +81,7 @@ def elements_of_each(
 ) -> list[Elements]:
     """Return the elements of the same cuts with each of several inserts, worked out together.
 
-    Raises UnusableInput as ``elements_of`` does.
+    Raises UnusableInput as ``insert_elements`` does.
     """
     entering = _entering(inserts, cuts.inward_rad)
     nose = np.array([[one.nose_radius_mm] for one in inserts])

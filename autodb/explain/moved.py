@@ -45,7 +45,7 @@ SURE = 0.7
 """A name with rivals that is less likely than this is not given: gain and offset differ only as far
 as light and heavy cuts do. Chosen on virtual runs (seeds 101 to 130)."""
 LEVEL = 0.95
-"""Confidence that something moved, by the interval of ``sensing.moved``."""
+"""Confidence that something moved, by the interval of ``sensing.ranges.moved``."""
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ def hidden(target: Path, progress: Progress | None = None) -> Iterator[Path]:
 
     What is left under it in the end is removed. Raises UnusableInput where another goes on writing.
     """
-    with _one_writer(target, progress):
+    with one_writer(target, progress):
         path = target.with_name(f".{secrets.token_hex(8)}.partial.{target.name}")
         try:
             yield path
@@ -126,8 +126,11 @@ def _swap(part: Path, folder: Path) -> None:
 
 
 @contextmanager
-def _one_writer(target: Path, progress: Progress | None) -> Iterator[None]:
-    """Hold the lock of a target, beside which nothing lies that a killed writer left."""
+def one_writer(target: Path, progress: Progress | None) -> Iterator[None]:
+    """Hold the lock of a target, beside which nothing lies that a killed writer left.
+
+    Raises UnusableInput where another goes on writing.
+    """
     from filelock import FileLock, Timeout
 
     lock = FileLock(target.with_name(f".{target.name}.lock"))

@@ -8,7 +8,8 @@ MTConnect standard, parts 1 and 2 (ANSI/MTC1.4-2018; model.mtconnect.org): an ob
 not change is not said again; a time series carries the instant of its last value.
 """
 
-from collections.abc import AsyncGenerator, AsyncIterator
+from collections.abc import AsyncGenerator
+from contextlib import aclosing, suppress
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
@@ -29,6 +30,8 @@ OBSERVATIONS = 10_000
 """How many one part of the stream holds at most, where the agent keeps that many."""
 PART_BYTES = 64 * 2**20
 UNAVAILABLE = "UNAVAILABLE"
+FORGOTTEN = "OUT_OF_RANGE"
+"""What an agent says of observations that it no longer has (MTConnect, part 1, error codes)."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,10 @@ class _Document:
         return self.header.get("instanceId", "")
 
 
+class _Forgotten(Away):
+    """What is asked for went out of the agent's buffer before it was read."""
+
+
 class MtConnect:
     """A source that reads an MTConnect agent."""
 
@@ -92,23 +99,48 @@ class MtConnect:
         ]
 
     async def batches(self, after: Position | None) -> AsyncGenerator[Batch, None]:
-        """Yield what the agent says, from behind ``after`` as far as it still has it."""
+        """Yield what the agent says, from behind ``after`` as far as it still has it.
+
+        What went out of its buffer before it was read is a gap, now as after a pause.
+        """
         async with self._client() as client:
             await self._resolve(client)
-            now = self._read(await self._get(client, "current"))
-            begin, gap, state = now.following, False, now
-            if after is not None:
-                same = after.get("instance") == now.instance
-                begin = int(after["next"]) if same else now.first
-                gap = not same or begin < now.first
-                begin = max(begin, now.first)
-                if gap:
-                    state = self._read(await self._get(client, "current", at=begin))
-            clock = SourceClock(self._channels, float("-inf") if after is None else after["upto_s"])
-            if after is None or gap:
-                for batch in _batches(clock, state, begin, begin, gap=gap):
-                    yield batch
-            async for part in self._parts(client, begin, now):
+            forgot = False
+            while True:
+                try:
+                    async with aclosing(self._behind(client, after, forgot=forgot)) as batches:
+                        async for batch in batches:
+                            after, forgot = batch.position, False
+                            yield batch
+                except _Forgotten:
+                    if forgot:
+                        raise
+                    forgot = True
+
+    async def _behind(
+        self, client: httpx.AsyncClient, after: Position | None, *, forgot: bool
+    ) -> AsyncGenerator[Batch, None]:
+        """Yield what is said behind a position, until the agent is away or has forgotten it.
+
+        ``forgot``: it said so of this position, and must have a later beginning.
+        """
+        now = self._read(await self._get(client, "current"))
+        begin, gap, state = now.following, False, now
+        if after is not None:
+            same = after.get("instance") == now.instance
+            begin = int(after["next"]) if same else now.first
+            gap = not same or begin < now.first
+            begin = max(begin, now.first)
+            if gap:
+                state = self._read(await self._get(client, "current", at=begin))
+        if forgot and not gap:
+            raise Away(f"{self._url}: says {FORGOTTEN} of observations that it has")
+        clock = SourceClock(self._channels, float("-inf") if after is None else after["upto_s"])
+        if after is None or gap:
+            for batch in _batches(clock, state, begin, begin, gap=gap):
+                yield batch
+        async with aclosing(self._parts(client, begin, now)) as parts:
+            async for part in parts:
                 document = self._read(part)
                 if document.instance != now.instance:
                     raise Away(f"{self._url}: the agent was started anew")
@@ -124,6 +156,8 @@ class MtConnect:
     async def _get(self, client: httpx.AsyncClient, what: str, **query: int) -> bytes:
         try:
             answer = await client.get(f"{self._base}/{what}", params=query)
+            if answer.is_error:
+                _refuse_forgotten(answer.content)
             answer.raise_for_status()
         except httpx.HTTPError as error:
             raise self._away(error) from None
@@ -159,7 +193,7 @@ class MtConnect:
 
     async def _parts(
         self, client: httpx.AsyncClient, begin: int, now: _Document
-    ) -> AsyncIterator[bytes]:
+    ) -> AsyncGenerator[bytes, None]:
         """Yield the documents of a stream."""
         most = int(now.header.get("bufferSize", OBSERVATIONS))
         query: dict[str, str | int] = {
@@ -173,6 +207,7 @@ class MtConnect:
         try:
             async with client.stream("GET", f"{self._base}/sample", params=query) as answer:
                 if answer.is_error:
+                    _refuse_forgotten(await answer.aread())
                     raise Away(f"{self._url}: answers {answer.status_code} to its sample stream")
                 async for some in answer.aiter_bytes():
                     for part in parts.feed(some):
@@ -257,9 +292,11 @@ def _data_items(text: bytes) -> list[_DataItem]:
 
 
 def _document(text: bytes, rates: dict[str, float | None], wanted: set[str]) -> _Document:
-    """Read a document of streams; raises ValueError, ParseError for what is none."""
+    """Read a document of streams; raises ValueError, ParseError for what is none, or _Forgotten."""
     root = ElementTree.fromstring(text)
     if _local(root.tag) == "MTConnectError":
+        if any(one.get("errorCode") == FORGOTTEN for one in root.iter()):
+            raise _Forgotten("the agent forgets faster than it is read; a larger buffer would work")
         faults = [one.text or "" for one in root.iter() if _local(one.tag) == "Error"]
         raise ValueError("; ".join(faults) or "an error without words")
     header = next((dict(one.attrib) for one in root.iter() if _local(one.tag) == "Header"), {})
@@ -277,6 +314,12 @@ def _document(text: bytes, rates: dict[str, float | None], wanted: set[str]) -> 
             before[0].extend(instants)
             before[1].extend(said)
     return _Document(header, values)
+
+
+def _refuse_forgotten(text: bytes) -> None:
+    """Raise where the body of a refusal says that what was asked for is forgotten."""
+    with suppress(ElementTree.ParseError, ValueError):
+        _document(text, {}, set())
 
 
 def _observed(one: ElementTree.Element, rate_hz: float | None) -> tuple[list[float], list[Value]]:

@@ -200,7 +200,7 @@ def _m_c_bounds(row: _Row, m_c: float) -> tuple[float, float] | None:
 
 
 def _planned(row: _Row) -> ViewRange:
-    """Return where a card holds; what it does not state is `Planned`'s."""
+    """Return where a card holds; what it does not state is `ViewRange`'s."""
     usual = ViewRange()
     thinnest = row.otherwise("thinnest_mm", usual.thinnest_mm)
     thickest = row.otherwise("thickest_mm", usual.thickest_mm)

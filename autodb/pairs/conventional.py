@@ -1,6 +1,6 @@
 """What handbooks and papers say of a work material, and the belief about its pairs that it leaves.
 
-Specific forces become a `Card`, a reading of an orthogonal edge; their bounds say how far the
+Specific forces become a `CardForces`, a reading of an orthogonal edge; their bounds say how far the
 material at hand may be off all of them alike. The five numbers of the law are its own coordinates:
 
     r at h_0: ln r = ln r_0 + a_0 ln h_0      a = a_0      τ, β, K_te, K_re as they are

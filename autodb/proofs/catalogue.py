@@ -39,7 +39,6 @@ from autodb.proofs.machines.axis import (
     axes,
     curves,
     motion,
-    noise,
     quantities,
     reference_axis,
     reference_friction,
@@ -71,12 +70,16 @@ from autodb.proofs.runs.explain import explain_summary, left_out, outside_run, o
 from autodb.proofs.runs.explain.explain_score import ScoredCase
 from autodb.proofs.runs.found import ProofResult
 from autodb.proofs.runs.keeping import (
+    commands_run,
+    commands_summary,
     day_run,
     day_summary,
     faults_run,
     faults_summary,
     fleet_run,
     fleet_summary,
+    flips_run,
+    flips_summary,
 )
 from autodb.proofs.runs.keeping.day_run import DayTold
 from autodb.proofs.runs.lathe import lathe_run, lathe_summary
@@ -130,11 +133,10 @@ CONCEALED_MILLS = (
     milling,
 )
 DAY = (day, drives, machine, cases, build, case, cut_effects, cut_families, cuts, moves)
-REFERENCE_AXIS = (curves, motion, noise, reference_axis, reference_friction, reference_moves)
+REFERENCE_AXIS = (curves, motion, reference_axis, reference_friction, reference_moves)
 REFERENCE_MILL = (
     curves,
     motion,
-    noise,
     reference_cogging,
     reference_cuts,
     reference_friction,
@@ -191,7 +193,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[Judged]),
         score=summary.intervals_summary_of,
         read=summary.IntervalsSummary.from_json,
-        generator=(axes, curves, motion, noise, quantities),
+        generator=(axes, curves, motion, quantities),
     ),
     Proof(
         name="explain",
@@ -312,6 +314,26 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=faults_summary.faults_summary_of,
         read=faults_summary.read_faults,
         generator=(),  # what is drawn is when it is killed
+    ),
+    Proof(
+        name="faults-commands",
+        what="every command that writes, killed or run twice at once, leaves what it would alone",
+        runs=500,
+        run=commands_run.run_commands,
+        kept=TypeAdapter(Finished[commands_summary.KilledCommand | commands_summary.Twice]),
+        score=commands_summary.commands_summary_of,
+        read=commands_summary.read_commands,
+        generator=(),  # what is drawn is when it is killed
+    ),
+    Proof(
+        name="flips",
+        what="a bit that flips in a database's file is found by doctor and backup",
+        runs=200,
+        run=flips_run.run_flips,
+        kept=TypeAdapter(Finished[flips_summary.Flipped]),
+        score=flips_summary.flips_summary_of,
+        read=flips_summary.read_flips,
+        generator=(),  # what is drawn is which bit
     ),
     Proof(
         name="pairs",

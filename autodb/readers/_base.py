@@ -1,11 +1,23 @@
-"""A time base: columns of one length that are read together, in blocks."""
+"""A time base: columns of one length that are read together, in blocks.
 
+Arrow tables become NumPy columns.
+
+Damaged files make a library fail in any way: one line each.
+
+Libraries of the extra `formats`, imported when a file needs them.
+"""
+
+import logging
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
+import pyarrow as pa
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
@@ -97,3 +109,83 @@ def _has_decimal_comma(text: str) -> bool:
     except ValueError:
         return False
     return "," in text
+
+
+def numpy_columns(
+    where: str, table: Any, numbers: Sequence[str], labels: Sequence[str], first_row: int = 0
+) -> Columns:
+    """Return ``numbers`` of an Arrow table or batch as float64 (missing: NaN), ``labels`` as text.
+
+    Raises UnusableInput naming the row where a number is none.
+    """
+    columns: Columns = {}
+    for name in numbers:
+        column = table.column(name)
+        if pa.types.is_floating(column.type) or pa.types.is_integer(column.type):
+            values = column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
+            columns[name] = np.asarray(values, dtype=np.float64)
+        elif pa.types.is_temporal(column.type):
+            columns[name] = as_number(where, name, column.to_numpy(zero_copy_only=False), first_row)
+        else:
+            columns[name] = as_number(where, name, _objects(column), first_row)
+    for name in labels:
+        columns[name] = as_label(_objects(table.column(name)))
+    return columns
+
+
+def _objects(column: Any) -> Any:
+    return np.array([*column.to_pylist(), None], dtype=object)[:-1]
+
+
+T = TypeVar("T")
+
+
+def damaged(path: Path, kind: str, reason: str) -> UnusableInput:
+    """Return the line for a file that is not whole, or for which there is no memory."""
+    if reason == NO_MEMORY:
+        return UnusableInput(
+            f"{path}: this {kind} file {NO_MEMORY}; CSV, Parquet or HDF5 ('-v7.3') are read in "
+            "blocks and would work"
+        )
+    why = reason.rstrip(". ")
+    return UnusableInput(f"{path}: not a whole {kind} file ({why}); a new copy would work")
+
+
+NO_MEMORY = "asks for more memory than there is"
+
+
+def undamaged(path: Path, kind: str, read: Callable[[], T]) -> T:
+    """Return what ``read`` gives; raises UnusableInput whatever went wrong in it."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the library's own doubts about damage
+            return read()
+    except UnusableInput:
+        raise
+    except Exception as error:
+        raise damaged(path, kind, reason_of(error)) from None
+
+
+def reason_of(error: BaseException) -> str:
+    """Return the first line of what went wrong."""
+    if isinstance(error, MemoryError):
+        return NO_MEMORY
+    return (str(error).splitlines() or [type(error).__name__])[0]
+
+
+def library(path: Path, name: str) -> Any:
+    """Return module ``name``; raises UnusableInput saying how to install it.
+
+    What it would log of a damaged file is left to the one line that we say of it.
+    """
+    try:
+        found = import_module(name)
+    except ImportError:
+        raise UnusableInput(
+            f"{path}: reading {path.suffix} needs {name}; \"pip install 'autodb[formats]'\" would "
+            "work, or CSV and Parquet without it"
+        ) from None
+    for logger in logging.root.manager.loggerDict:
+        if logger.split(".")[0] == name:
+            logging.getLogger(logger).setLevel(logging.CRITICAL + 1)
+    return found

@@ -17,8 +17,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from autodb.errors import UnusableInput
-from autodb.readers._base import Blocks, Columns
-from autodb.readers._damage import damaged, reason_of
+from autodb.readers._base import Blocks, Columns, damaged, reason_of
 
 LONGEST_S = 60.0
 """A parser that is at work for this long on one block is lost in a damaged file."""

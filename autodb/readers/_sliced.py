@@ -7,8 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from autodb.readers._base import BLOCK_ROWS, Blocks, Columns, as_label, as_number
-from autodb.readers._damage import damaged, undamaged
+from autodb.readers._base import (
+    BLOCK_ROWS,
+    Blocks,
+    Columns,
+    as_label,
+    as_number,
+    damaged,
+    undamaged,
+)
 
 Cells = Callable[[str, range], Any]
 """Returns the cells of one column in a range of rows."""

@@ -11,8 +11,15 @@ from pyarrow import csv
 
 from autodb.errors import UnusableInput
 from autodb.files.csvtext import restored
-from autodb.readers._arrow import numpy_columns
-from autodb.readers._base import Columns, ColumnSet, Labels, Numbers, not_a_number, refuse_twice
+from autodb.readers._base import (
+    Columns,
+    ColumnSet,
+    Labels,
+    Numbers,
+    not_a_number,
+    numpy_columns,
+    refuse_twice,
+)
 
 BLOCK_BYTES = 1 << 24
 LONGEST_LINE = 1 << 24

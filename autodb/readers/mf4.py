@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from autodb.readers._base import ColumnSet
+from autodb.readers._base import ColumnSet, library
 from autodb.readers._child import isolated, isolated_value
-from autodb.readers._extra import library
 from autodb.readers._sliced import Cells, sliced
 
 TIME = "t"

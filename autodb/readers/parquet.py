@@ -7,9 +7,14 @@ import pyarrow as pa
 from pyarrow import parquet
 
 from autodb.errors import UnusableInput
-from autodb.readers._arrow import numpy_columns
-from autodb.readers._base import BLOCK_ROWS, Columns, ColumnSet, refuse_twice
-from autodb.readers._damage import damaged
+from autodb.readers._base import (
+    BLOCK_ROWS,
+    Columns,
+    ColumnSet,
+    damaged,
+    numpy_columns,
+    refuse_twice,
+)
 
 
 def open_file(path: Path) -> tuple[ColumnSet, ...]:

@@ -13,9 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from autodb.readers._base import ColumnSet
-from autodb.readers._damage import damaged, undamaged
-from autodb.readers._extra import library
+from autodb.readers._base import ColumnSet, damaged, library, undamaged
 from autodb.readers._sliced import Cells, sliced
 
 TIME = "t"

@@ -92,7 +92,7 @@ def render_explanation(explained: Explained) -> str:
 
 
 def explanation_fragment(explained: Explained) -> str:
-    """Return the report's content, headings from h3, for a page made by ``figures.page``."""
+    """Return the report's content, headings from h3, for a page made by ``figures.whole_page``."""
     channels = [
         {
             "id": f"explain-{n}-{re.sub('[^a-z0-9]+', '-', name.lower())}",

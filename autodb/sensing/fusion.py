@@ -14,6 +14,8 @@ A sensor that starts to disagree is found by how far each is from what the other
 standard deviations, against how far it was where it was learnt. Of three or more it is the one
 without which the others agree; of two nobody can say which.
 Source: Aitken 1935 (generalised least squares).
+
+What the sensors of force over time are called, wherever several are put together.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,6 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting import NORMAL_95
+
+DRIVE, NETWORK, TABLE = "drive model", "network", "table dynamometer"
+
 
 Array = NDArray[np.float64]
 

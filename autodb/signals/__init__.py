@@ -1,8 +1,7 @@
 """Signals before any model: filters, phase currents to range, quasi-static force, segments."""
 
-from autodb.signals.filters import decimate, derivatives, lowpass
-from autodb.signals.folds import Unfolded, touches, unfolded
-from autodb.signals.limits import Flat, held_at_top
+from autodb.signals.filters import decimate, derivatives, lowpass, standard_error
+from autodb.signals.folds import Flat, Unfolded, held_at_top, touches, unfolded
 from autodb.signals.phases import (
     one_phase,
     one_phase_range,
@@ -11,16 +10,16 @@ from autodb.signals.phases import (
     three_phases,
 )
 from autodb.signals.pulses import Pulses, regular_pulses
-from autodb.signals.scatter import standard_error
 from autodb.signals.segments import (
     MARGIN_S,
     CutSegments,
     LoadLevels,
     air_and_cut,
     cut_segments,
+    interrupted,
+    slowing_from,
     two_levels,
 )
-from autodb.signals.stops import interrupted, slowing_from
 from autodb.signals.stream import STANDING_HZ, PhaseRange, PhaseStream
 from autodb.signals.vibration import NarrowBand, Turning, chatter
 from autodb.signals.wavelets import moving_average, quasi_static, wavelet_range

@@ -90,7 +90,7 @@ class Band:
     """One octave as it is read: its rate, its samples a hop, common hops a hop, gains.
 
     ``width`` and ``wide``: hops over which a reading is averaged, and over which its share of all
-    that moves; ``lowest`` in cycles a sample; ``squared`` and ``moves`` as in `stream.Form`.
+    that moves; ``lowest`` in cycles a sample; ``squared`` and ``moves`` as in `stream.PhaseForm`.
     """
 
     rate_hz: float

@@ -1,7 +1,6 @@
 """Standard cuts: a protocol is data, its reference forces stand in for a dynamometer."""
 
 from autodb.standard.matching import MATCH, References, reference_forces, rows_of_cut
-from autodb.standard.order import run_order
 from autodb.standard.protocol import (
     BarStock,
     BlockStock,
@@ -9,6 +8,7 @@ from autodb.standard.protocol import (
     ReferenceForce,
     StandardCut,
     read_protocol,
+    run_order,
     shipped,
 )
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from autodb.errors import UnusableInput
-from autodb.files.targets import write_text
+from autodb.files.targets import hidden, replace_by
 from autodb.standard.protocol import CutProtocol
 
 
@@ -38,9 +38,11 @@ def write_once(text: str, path: Path) -> bool:
 
     Raises UnusableInput where it is there with another.
     """
-    if path.exists():
-        if path.read_bytes() == text.encode():
-            return False
-        raise UnusableInput(f"{path}: is there already and differs; another --out would work")
-    write_text(path, text)
+    with hidden(path) as part:
+        if path.exists():
+            if path.read_bytes() == text.encode():
+                return False
+            raise UnusableInput(f"{path}: is there already and differs; another --out would work")
+        part.write_text(text, encoding="utf-8")
+        replace_by(part, path)
     return True

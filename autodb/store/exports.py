@@ -1,6 +1,7 @@
 """Exports: a folder with one Parquet file a table and a manifest that knows their checksums.
 
-Columns are typed; JSON columns are JSON text as it is stored. ``load`` puts the same rows back.
+Columns are typed; JSON columns are JSON text as it is stored. ``load_export`` puts the same rows
+back.
 """
 
 import json

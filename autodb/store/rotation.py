@@ -12,13 +12,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from autodb.errors import UnusableInput
-from autodb.files.targets import Progress
+from autodb.files.targets import Progress, one_writer
 from autodb.store.backups import backup
 from autodb.store.copies import Copied
 from autodb.store.restoring import restore
 
 NAME = re.compile(r"autodb-(\d{8}T\d{6})Z\.sqlite3")
 STAMP = "%Y%m%dT%H%M%S"
+LOCKED = "autodb"
+"""What is locked in a folder while one makes a backup there and takes the oldest away."""
 EARLY = 0.1
 """Share of their distance by which a backup may be early. Chosen: a day's may be two hours."""
 
@@ -95,15 +97,33 @@ def rotate(
     ``keep``: how many stay, the new one among them; None: all. ``every``: None: one is always due.
     Raises UnusableInput as a backup does; then nothing is removed.
     """
-    before = dated(folder)
-    if every is not None and before and not _is_due(before[-1], every, now):
-        return Rotated(None, (), tuple(before))
-    new = Dated(folder / f"autodb-{now.strftime(STAMP)}Z.sqlite3", now)
-    copied = backup(url, new.path, progress=progress)
-    gone = [] if keep is None else before[: max(0, len(before) + 1 - keep)]
+    dated(folder)  # where there is none, nothing is locked in it
+    with one_writer(folder / LOCKED, progress):
+        _sweep(folder, progress)
+        before = dated(folder)
+        if every is not None and before and not _is_due(before[-1], every, now):
+            gone = _beyond(before, keep)  # a killed one may have left them
+            return Rotated(None, gone, tuple(one for one in before if one.path not in gone))
+        new = Dated(folder / f"autodb-{now.strftime(STAMP)}Z.sqlite3", now)
+        copied = backup(url, new.path, progress=progress)
+        gone = _beyond(before, None if keep is None else keep - 1)
+        return Rotated(copied, gone, (*before[len(gone) :], new))
+
+
+def _sweep(folder: Path, progress: Progress | None) -> None:
+    """Take away what killed ones left: no other has the same date, and would."""
+    hidden = (path.name for path in folder.iterdir() if path.name.startswith("."))
+    for name in {found[0] for one in hidden if (found := NAME.search(one))}:
+        with one_writer(folder / name, progress):
+            pass
+
+
+def _beyond(there: list[Dated], keep: int | None) -> tuple[Path, ...]:
+    """Remove the oldest of backups but ``keep``, or none; return those that went."""
+    gone = [] if keep is None else there[: max(0, len(there) - keep)]
     for old in gone:
-        old.path.unlink(missing_ok=True)  # another that backs up may have been quicker
-    return Rotated(copied, tuple(old.path for old in gone), (*before[len(gone) :], new))
+        old.path.unlink(missing_ok=True)
+    return tuple(old.path for old in gone)
 
 
 def _is_due(newest: Dated, every: Every, now: datetime) -> bool:

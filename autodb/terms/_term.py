@@ -6,6 +6,8 @@ A channel is modelled as
 
 linear in the coefficients; shape parameters are everything else. Every function is pure and takes
 arrays of one length; its arrays are named by ``inputs``, its shape parameters by their keywords.
+
+The step of a clock, for terms that remember.
 """
 
 import math
@@ -100,3 +102,12 @@ class InputChange(Term):
 
 class OutputChange(Term):
     """Acts on the sum: ``function(effort, *inputs, **shape)``, (n,); its slope lies in [−1, 1]."""
+
+
+LONE_STEP_S = 1.0
+"""Step of a clock of one row: nothing is remembered from one row, so that any would do."""
+
+
+def step_s(t_s: NDArray[np.float64]) -> float:
+    """Return the step of an evenly sampled clock (n,), ascending, in s."""
+    return float(np.median(np.diff(t_s))) if len(t_s) > 1 else LONE_STEP_S

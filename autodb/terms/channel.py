@@ -1,7 +1,7 @@
 """A channel as a sum of contributions, some of them modified.
 
-``Part``: one term in a channel's model, with the shape parameters that this instance has. The parts
-of a model are a plain tuple; everything here is a pure function of it.
+``ChannelPart``: one term in a channel's model, with the shape parameters that this instance has.
+The parts of a model are a plain tuple; everything here is a pure function of it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -59,7 +59,7 @@ def _arguments(part: ChannelPart, inputs: Inputs) -> tuple[list[Array], dict[str
 
 
 def channel_columns(parts: Sequence[ChannelPart], inputs: Inputs) -> Array:
-    """Return the columns (n, p) of all contributions, modified, in the order of ``coefficients``.
+    """Return the columns (n, p) of all contributions, modified, as ``linear_parameters`` orders them.
 
     ``inputs``: arrays (n,) by name, at least those that the parts' terms take.
     """

@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from autodb.terms._term import Contribution, Factor, ParameterPrior, TermParameter
-from autodb.terms.sampling import step_s
+from autodb.terms._term import Contribution, Factor, ParameterPrior, TermParameter, step_s
 
 Array = NDArray[np.float64]
 

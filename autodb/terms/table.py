@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import constants, signal
 
-from autodb.terms._term import Contribution, ParameterPrior, TermParameter
-from autodb.terms.sampling import step_s
+from autodb.terms._term import Contribution, ParameterPrior, TermParameter, step_s
 
 Array = NDArray[np.float64]
 

@@ -1,8 +1,12 @@
-"""The service as one ASGI application."""
+"""The service as one ASGI application.
 
-from collections.abc import AsyncIterator
+Units in the service's document: read off the names, which end in them.
+"""
+
+from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
 from importlib.metadata import version
+from typing import Any
 
 from anyio import CapacityLimiter
 from fastapi import APIRouter, FastAPI, Request, Response
@@ -14,17 +18,57 @@ from autodb.store import open_store
 from autodb.store.watched import Watched
 from autodb.web import pages
 from autodb.web.http import static
-from autodb.web.http.guard import Guard
-from autodb.web.http.metrics import TEXT, Metrics
+from autodb.web.http.guard import Guard, Rate
+from autodb.web.http.logs import TEXT, Metrics
 from autodb.web.http.problems import problems
-from autodb.web.http.rates import Rate
 from autodb.web.http.settings import Settings
 from autodb.web.receive.children import Children
 from autodb.web.receive.imports import Imports
 from autodb.web.refusals import handle
 from autodb.web.routes import batch, decisions, forces, machines, programs, recordings, tools
-from autodb.web.schema import with_units
 from autodb.web.service import SENDS_S, Reads, Service, service_of
+
+UNITS = {
+    "_N_m": "N·m", "_mm_rev": "mm/rev", "_mm_tooth": "mm/tooth", "_mm_min": "mm/min",
+    "_m_min": "m/min", "_N": "N", "_mm": "mm", "_rpm": "rpm", "_deg": "°", "_s": "s", "_W": "W",
+}  # fmt: skip
+"""Unit by how a name ends, the longer ends first."""
+
+
+def unit_of_name(name: str) -> str | None:
+    """Return the unit that a name ends in; None where it has none.
+
+    >>> unit_of("torque_N_m"), unit_of("feed_mm_rev"), unit_of("notes")
+    ('N·m', 'mm/rev', None)
+    """
+    return next((unit for end, unit in UNITS.items() if name.endswith(end)), None)
+
+
+def with_units(app: FastAPI) -> None:
+    """Have an app's document say the unit of every quantity, as ``x-unit``."""
+    made = app.openapi
+
+    def openapi() -> dict[str, Any]:
+        if app.openapi_schema is None:
+            document = made()
+            for name, shape in _named(document):
+                unit = unit_of_name(name)
+                if unit is not None:
+                    shape["x-unit"] = unit
+        return made()
+
+    app.openapi = openapi  # type: ignore[method-assign]  # FastAPI's way
+
+
+def _named(document: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Give every property and parameter by its name."""
+    for schema in document["components"]["schemas"].values():
+        yield from schema.get("properties", {}).items()
+    for path in document["paths"].values():
+        for operation in path.values():
+            for one in operation.get("parameters", ()):
+                yield one["name"], one
+
 
 API = "/api/v1"
 ABOUT = """What a machining database knows: forces, torque and power of cuts before they are made,

@@ -15,8 +15,8 @@ from autodb.agent.operate.access import Access, Role, access_of, is_token
 from autodb.agent.rows.owner import owner_named
 from autodb.store import Store
 from autodb.store.watched import Watched
-from autodb.web.http.metrics import Metrics
-from autodb.web.http.rates import Rate
+from autodb.web.http.guard import Rate
+from autodb.web.http.logs import Metrics
 from autodb.web.http.sessions import HEADER, SAFE, Sessions
 from autodb.web.http.settings import ReaderBounds, Settings
 from autodb.web.receive.apart import Task

@@ -13,7 +13,12 @@ from autodb.web.http.settings import Settings
 NAME = "autodb.service"
 PRIVILEGED = 1024
 """Ports below need a capability (Linux)."""
+LOGS = "autodb"
+"""Journal of its own (LogNamespace): what is asked of it drives no other service's lines out."""
+LOGS_KEPT = (r"[Journal]\nSystemMaxUse=500M\nMaxRetentionSec=90day\n", "journald@autodb.conf")
+"""How much is logged, and how long, and the file that says so. Chosen."""
 INSTALL = (
+    f"printf '{LOGS_KEPT[0]}' | sudo tee /etc/systemd/{LOGS_KEPT[1]}",
     f"autodb serve … --unit | sudo tee /etc/systemd/system/{NAME}",
     f"sudo systemctl daemon-reload && sudo systemctl enable --now {NAME}",
 )
@@ -50,6 +55,7 @@ def unit(settings: Settings, runs: Runs) -> str:
         "Restart=on-failure",
         "KillMode=mixed",
         "UMask=0027",
+        f"LogNamespace={LOGS}",
         *_SANDBOX,
         f"CapabilityBoundingSet={bind}",
         *([f"AmbientCapabilities={bind}"] if low else []),

@@ -12,7 +12,7 @@ from autodb.explain import explain
 from autodb.records import CutTable
 from autodb.reports.figures import keep_peaks
 from autodb.sensing.ranges import calibration
-from autodb.sensing.ranges.transients import transients
+from autodb.sensing.ranges.outliers import transients
 from docs.make.style import CORRECTED, INK, MUTED, RECORDING, RULE, SIMULATION, WARN, drawn, legend
 
 Array = NDArray[np.float64]

@@ -8,6 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb import records
+from autodb.cli.start import demo
 from autodb.proofs.machines.sample import write_sample
 from tests.conftest import Cli
 
@@ -53,6 +54,24 @@ def test_the_demo_runs_twice_and_its_report_needs_no_network(cli: Cli) -> None:
     assert cli("demo", "--out", "out").code == 0
     traced = cli("trace", "prediction", 1, "--db", "sqlite:///out/autodb.sqlite3")
     assert "shop-week-1.csv" in traced.out
+
+
+def test_a_demo_that_ends_early_leaves_the_one_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    earlier = tmp_path / "out"
+    earlier.mkdir()
+    for name in (demo.MARK, demo.REPORT):
+        (earlier / name).touch()
+
+    def ends(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(demo, "learn_from_samples", ends)
+    with pytest.raises(KeyboardInterrupt):
+        demo.run_demo(earlier, progress=lambda _: None)
+    assert sorted(one.name for one in earlier.iterdir()) == [demo.MARK, demo.REPORT]
+    assert list(tmp_path.iterdir()) == [earlier]
 
 
 def test_the_demo_keeps_a_folder_that_is_not_its_own(cli: Cli, refused: Callable[..., str]) -> None:

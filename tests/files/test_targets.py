@@ -39,7 +39,7 @@ def _begun(work: Callable[[], object]) -> int:
         os._exit(code)
 
 
-def _at_once(*works: Callable[[], object]) -> list[int]:
+def at_once(*works: Callable[[], object]) -> list[int]:
     """Run each in a child, all begun together; return their exit codes."""
     start = time.monotonic() + 0.1
 
@@ -99,7 +99,7 @@ def test_two_backups_at_once_leave_one_that_is_whole(filled: Path, tmp_path: Pat
         backup(f"sqlite:///{filled}", target, replace=True)
 
     for _ in range(ROUNDS):
-        assert _at_once(again, again) == [0, 0]
+        assert at_once(again, again) == [0, 0]
         assert _audited(target) == ROWS
     assert _stray(tmp_path) == []
 
@@ -113,7 +113,7 @@ def test_two_restores_at_once_leave_the_database(filled: Path, tmp_path: Path) -
         restore(url, filled, replace=True)
 
     for _ in range(ROUNDS):
-        assert _at_once(again, again) == [0, 0]
+        assert at_once(again, again) == [0, 0]
         assert _audited(database) == ROWS
     assert _stray(tmp_path) == []
 
@@ -126,7 +126,7 @@ def test_of_two_exports_into_one_folder_one_is_there(filled: Path, tmp_path: Pat
         def out(folder: Path = folder) -> None:
             export(store, folder)
 
-        assert sorted(_at_once(out, out)) == [0, 2]
+        assert sorted(at_once(out, out)) == [0, 2]
         assert read_manifest(folder).tables["audit_entry"].rows == ROWS
     store.close()
     assert _stray(tmp_path) == []
@@ -147,7 +147,7 @@ def _written_slowly(target: Path, letter: str) -> Callable[[], None]:
 def test_a_file_is_of_one_writer(tmp_path: Path) -> None:
     target = tmp_path / "card.html"
     for _ in range(ROUNDS):
-        assert _at_once(*(_written_slowly(target, letter) for letter in "abc")) == [0, 0, 0]
+        assert at_once(*(_written_slowly(target, letter) for letter in "abc")) == [0, 0, 0]
         text = target.read_text()
         assert len(text) == 20_000
         assert len(set(text)) == 1

@@ -16,7 +16,7 @@ from autodb.fitting.anfis.hybrid import GROWS, SHRINKS, factor_of
 from autodb.fitting.anfis.learned import error_of
 from autodb.fitting.anfis.premises import input_slopes, premise_limits, rule_columns, shares
 from autodb.fitting.anfis.projection import jacobian, projected
-from autodb.fitting.anfis.rows import LearnerRows, rows
+from autodb.fitting.anfis.scaling import LearnerRows, rows
 from tests.conftest import SHARED
 from tests.helpers.campaigns import first
 

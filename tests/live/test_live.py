@@ -1,5 +1,6 @@
 """An agent beside virtual machines that run: nothing they cut is lost, nothing is counted twice."""
 
+import asyncio
 import hashlib
 import json
 import os
@@ -8,11 +9,12 @@ import signal
 import socket
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import aclosing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import httpx
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -23,6 +25,7 @@ from autodb.errors import UnusableInput
 from autodb.files.excuses import excuse
 from autodb.live import mtconnect
 from autodb.live.agentfile import read_agentfile
+from autodb.live.batch import Batch
 from autodb.live.journal import Journal
 from autodb.live.mtconnect import MtConnect
 from autodb.live.source import Away, SourceClock
@@ -255,20 +258,84 @@ def test_an_mtconnect_agent_that_is_restarted_is_read_from_its_beginning(lathe: 
     assert agent.health.gaps == 1
 
 
+async def _played_as_heard(server: MtConnectServer) -> None:
+    """Play the rest of a shift, no more at a time than its buffer has room for."""
+    for upto in range(LATHE.cuts[1][0] + 2000, LATHE.rows + 1000, 1000):
+        await holds(lambda: server.heard)
+        await server.play(speed=1000.0, upto=min(upto, LATHE.rows))
+
+
 def test_what_an_agent_has_forgotten_is_a_gap(cli: Cli) -> None:
     """A buffer of two seconds; nobody listens for longer."""
     del cli
-    with running(MtConnectServer(LATHE, buffer=600)) as one:
+    server = MtConnectServer(LATHE, buffer=600)
+    with running(server) as one:
         new_database(mill=False)
         path = write_agentfile(one.server, LATHE, protocol="mtconnect")
         one.call(one.server.play(speed=50.0, upto=1000))
         run_agent(path, lambda: health_of(path).is_file() and read_health(health_of(path)).well)
         one.call(one.server.play(speed=50.0, upto=LATHE.cuts[1][0] + 1000))
-        one.when_read(path, SPEED)
+        one.begin(_played_as_heard(server))
         _, agent = run_agent(path, _all_in(2))
         assert agent.health.gaps == 1
         assert len(recorded()) == 2
         assert abs(len(_rows()[1]) - 5900) <= 1
+
+
+def _streams(first: int, following: int, value: float) -> str:
+    header = f'instanceId="7" firstSequence="{first}" nextSequence="{following}"'
+    load = f'dataItemId="load" sequence="{following - 1}"'
+    instant = f"2026-01-01T00:00:{following:02d}Z"
+    return f"""<MTConnectStreams><Header {header}/>
+    <Load {load} timestamp="{instant}">{value}</Load></MTConnectStreams>"""
+
+
+FORGOTTEN = '<MTConnectError><Error errorCode="OUT_OF_RANGE">from: 7</Error></MTConnectError>'
+
+
+@pytest.mark.parametrize("as_part", [True, False], ids=["in the stream", "as its answer"])
+@pytest.mark.usefixtures("cli")
+def test_what_is_forgotten_while_it_is_read_is_a_gap_at_once(
+    monkeypatch: pytest.MonkeyPatch, as_part: bool
+) -> None:
+    """Read on from what the agent still has, without a word of its being away."""
+    probe = '<a><DataItem id="load" category="SAMPLE" type="LOAD"/></a>'
+    refused = (
+        httpx.Response(200, content=_part(_streams(1, 7, 2.0)) + _part(FORGOTTEN))
+        if as_part
+        else httpx.Response(404, text=FORGOTTEN)
+    )
+    answers: dict[str, list[str | httpx.Response]] = {
+        "/probe": [probe],
+        "/current": [_streams(1, 5, 1.0), _streams(20, 30, 9.0), _streams(20, 30, 3.0)],
+        "/sample": [refused, httpx.Response(200, content=_part(_streams(20, 31, 4.0)))],
+    }
+
+    def answer(request: httpx.Request) -> httpx.Response:
+        said = answers[request.url.path].pop(0)
+        return httpx.Response(200, text=said) if isinstance(said, str) else said
+
+    path = write_agentfile(MtConnectServer(LATHE), LATHE, protocol="mtconnect")
+    source = MtConnect(read_agentfile(path))
+    source._items = ["load"]
+    transport = httpx.MockTransport(answer)
+    monkeypatch.setattr(source, "_client", lambda: httpx.AsyncClient(transport=transport))
+    monkeypatch.setattr(source, "_base", "http://agent")
+    found: list[tuple[Any, bool, int]] = []
+
+    def keep(one: Batch) -> None:
+        found.append((one.values["load"][1][0], one.gap, one.position["next"]))
+
+    async def read() -> None:
+        async with aclosing(source.batches(None)) as batches:
+            async for one in batches:
+                keep(one)
+
+    with pytest.raises(Away, match="ended its stream"):
+        asyncio.run(read())
+    heard = [(2.0, False, 7)] if as_part else []
+    assert found == [(1.0, False, 5), *heard, (3.0, True, 20), (4.0, False, 31)]
+    assert not any(answers.values())
 
 
 @pytest.mark.parametrize("off_s", [-3600.0, 86400.0])

@@ -17,7 +17,7 @@ from sqlalchemy import select
 
 from autodb import records
 from autodb.errors import UnusableInput
-from autodb.readers import BLOCK_ROWS, _extra, open_bases
+from autodb.readers import BLOCK_ROWS, _base, open_bases
 from autodb.records import Recording
 from autodb.records.resample import common_times_s, read_at
 from autodb.records.summary import summarise
@@ -305,7 +305,7 @@ def test_a_file_with_several_rates_enters_the_database_whole(cli: Cli, tmp_path:
     assert rate_hz == pytest.approx(SLOW_HZ)
 
 
-def test_without_the_extra_the_line_says_how_to_get_it(
+def test_without_the_base_the_line_says_how_to_get_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Callable[..., str]
 ) -> None:
     path = write_groups(tmp_path / "a.tdms", GROUPS)
@@ -313,6 +313,6 @@ def test_without_the_extra_the_line_says_how_to_get_it(
     def absent(name: str) -> Any:
         raise ImportError(name)
 
-    monkeypatch.setattr(_extra, "import_module", absent)
+    monkeypatch.setattr(_base, "import_module", absent)
     assert "autodb[formats]" in refused("import", path)
     assert builtins.__import__("nptdms")

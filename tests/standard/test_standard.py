@@ -275,7 +275,9 @@ def test_a_program_is_printed_or_written_whole(cli: Cli, refused: Callable[..., 
     assert printed.code == 0
     assert "dry run it" in cli(*asked, "siemens", "--out", "a.mpf").out
     assert Path("a.mpf").read_text() == printed.out
+    Path(".a.mpf.lock").touch()  # of one that was killed
     assert "already there" in cli(*asked, "siemens", "--out", "a.mpf").out
+    assert not Path(".a.mpf.lock").exists()
     Path("m.toml").write_text(MACHINE.replace("travel_high_mm = 160", "travel_high_mm = 40"))
     assert "retract position: axis x" in refused(*asked, "fanuc", "--out", "b.nc")
     assert not Path("b.nc").exists()

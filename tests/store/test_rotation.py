@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from contextlib import closing
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from autodb.store import create_store, head
 from autodb.store.copies import connect
 from autodb.store.rotation import Every, Rotated, age_words, dated, rotate
 from tests.conftest import Cli
+from tests.files.test_targets import at_once
 
 NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
 
@@ -76,6 +78,38 @@ def test_nothing_goes_before_the_new_one_is_proven(url: str, tmp_path: Path) -> 
     with pytest.raises(UnusableInput, match="foreign_to_it"):
         _at(url, folder, 5.0, keep=1, every=Every.HOUR)
     assert dated(folder) == before
+
+
+def test_what_a_killed_one_left_goes_although_none_is_due(url: str, tmp_path: Path) -> None:
+    folder = tmp_path / "backups"
+    for hours in range(4):
+        _at(url, folder, hours, keep=None, every=None)
+    done = _at(url, folder, 3.5, keep=3, every=Every.DAY)
+    assert done.copied is None
+    assert [one.name for one in done.removed] == ["autodb-20260101T120000Z.sqlite3"]
+    assert dated(folder) == list(done.there)
+    assert len(done.there) == 3
+
+
+def test_what_a_killed_one_was_writing_goes_with_the_next(url: str, tmp_path: Path) -> None:
+    folder = tmp_path / "backups"
+    left = ".0123456789abcdef.partial.autodb-20260101T110000Z.sqlite3"
+    others = {".0123456789abcdef.partial.monday.sqlite3", ".mine"}
+    for name in (left, f"{left}-journal", ".autodb-20260101T110000Z.sqlite3.lock", *others):
+        (folder / name).touch()
+    assert _at(url, folder, 0.0, keep=2, every=Every.DAY).copied
+    assert {one.name for one in folder.iterdir() if one.name.startswith(".")} == others
+
+
+@pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
+def test_two_at_once_leave_as_many_as_are_kept(url: str, tmp_path: Path) -> None:
+    folder = tmp_path / "backups"
+    for hours in range(3):
+        _at(url, folder, hours, keep=None, every=None)
+    done = at_once(*(partial(_at, url, folder, hours, keep=3, every=None) for hours in (5.0, 6.0)))
+    assert done == [0, 0]
+    assert len(dated(folder)) == 3
+    assert not [one for one in folder.iterdir() if one.name.startswith(".")]
 
 
 def test_the_command_says_what_it_did(cli: Cli, refused: Callable[..., str]) -> None:

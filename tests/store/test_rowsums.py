@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from sqlalchemy import text, update
 
-from autodb.agent.operate.chained import add_to_chain
+from autodb.agent.operate.access import add_to_chain
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
-from autodb.proofs.runs.keeping.flips import flips
+from autodb.proofs.runs.keeping.flips import Whole
 from autodb.store import Store, create_store, head, migrate, models, open_store
 from autodb.store.backups import backup
 from autodb.store.copies import connect
@@ -187,7 +187,7 @@ def test_doctor_backup_and_restore_name_what_changed(store: Store, url: str, cli
 
 
 def test_every_bit_that_flips_in_a_cell_is_found(tmp_path: Path, store: Store, url: str) -> None:
-    """Some bits; of two hundred, or of another database: `autodb.proofs.runs.keeping.flips`."""
+    """Some bits; `autodb prove flips` has two hundred, of a shop's database."""
     with store.writing() as session:
         session.add(models.Machine(name="m", rotary_order=["c"]))
         session.flush()
@@ -203,7 +203,8 @@ def test_every_bit_that_flips_in_a_cell_is_found(tmp_path: Path, store: Store, u
             for n in range(1, 300)
         )
     backup(url, tmp_path / "whole.sqlite3")
-    tried = list(flips(tmp_path / "whole.sqlite3", tmp_path, seed=1, n=40))
+    whole = Whole.of(tmp_path / "whole.sqlite3", tmp_path)
+    tried = [whole.flip(tmp_path, seed) for seed in range(40)]
     counting = [flip for flip in tried if flip.counts]
     assert len(counting) > 10
     assert [flip for flip in counting if not (flip.by_doctor and flip.by_backup)] == []

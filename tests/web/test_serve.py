@@ -38,6 +38,7 @@ from autodb.store import Store, create_store, models, open_store
 from autodb.store.watched import Watched
 from autodb.web.app import make_app
 from autodb.web.client import Client, Unanswered
+from autodb.web.http import turns
 from autodb.web.http.guard import HEADERS
 from autodb.web.http.settings import Settings
 from autodb.web.service import PASSED_ON
@@ -818,6 +819,58 @@ def test_blank_lines_between_requests_keep_no_connection(
         assert one.recv(4096).startswith(b"HTTP/1.1 200")
         one.sendall(b"\r\n")
         assert one.recv(1) == b""
+
+
+def test_a_body_that_goes_on_after_its_answer_is_not_waited_for(
+    url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("autodb.web.http.connections.HEAD_S", 0.5)
+    with served(Settings(url)) as at, socket.socket() as one:
+        one.settimeout(20.0)
+        one.connect(("127.0.0.1", httpx.URL(at).port or 0))
+        one.sendall(HEALTH.replace(b"close", b"keep-alive") + b"Content-Length: 1000\r\n\r\na")
+        assert one.recv(4096).startswith(b"HTTP/1.1 200")
+        one.sendall(b"a")
+        assert one.recv(1) == b""
+
+
+def test_requests_that_are_sent_at_once_wait_unread(
+    url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A thousand at once, each answered, and no more of them parsed than a piece has."""
+    waiting: list[int] = []
+
+    def count(connection: turns.InTurns, piece: bytes) -> None:
+        parse(connection, piece)
+        waiting.append(len(connection.pipeline))
+
+    parse = turns.InTurns.take
+    monkeypatch.setattr(turns.InTurns, "take", count)
+    asked = b"GET /no HTTP/1.1\r\nHost: localhost\r\n\r\n"
+    with served(Settings(url)) as at, socket.socket() as one:
+        one.settimeout(20.0)
+        one.connect(("127.0.0.1", httpx.URL(at).port or 0))
+        one.sendall(asked * 1000 + HEALTH + b"\r\n")
+        said = b"".join(iter(lambda: one.recv(65_536), b""))
+    assert said.count(b"HTTP/1.1 404") == 1000
+    assert said.count(b"HTTP/1.1 200") == 1
+    assert 0 < max(waiting) <= turns.PIECE_BYTES / len(asked)
+
+
+def test_who_sends_what_is_long_to_parse_gives_others_their_turn(
+    url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a body in chunks of one byte no more than a piece is parsed until another is answered."""
+    monkeypatch.setattr(turns, "TURN_S", 0.0)
+    monkeypatch.setattr(turns, "REST_S", 3600.0)
+    with served(Settings(url)) as at, socket.socket() as one, httpx.Client(base_url=at) as other:
+        one.settimeout(0.2)
+        one.connect(("127.0.0.1", httpx.URL(at).port or 0))
+        one.sendall(HEALTH.replace(b"close", b"keep-alive") + b"Transfer-Encoding: chunked\r\n\r\n")
+        with pytest.raises(TimeoutError):  # it is read no more
+            for _ in range(1000):
+                one.sendall(b"1\r\na\r\n" * 20_000)
+        assert other.get("/healthz").status_code == 200
 
 
 def test_stopped_it_answers_what_is_on_its_way(

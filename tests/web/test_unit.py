@@ -64,6 +64,15 @@ def test_it_may_write_its_own_folders_alone(cli: Cli) -> None:
     assert "IPAddressDeny=any\nIPAddressAllow=localhost" in text
 
 
+def test_its_log_is_bounded_and_drives_out_no_others(cli: Cli) -> None:
+    text = _unit(cli)
+    journal = _parsed(text)["Service"]["LogNamespace"]
+    first = text.splitlines()[0]
+    assert f"/etc/systemd/journald@{journal}.conf" in first
+    printed = shlex.split(first)[2].encode().decode("unicode_escape")
+    assert dict(_parsed(printed)["Journal"]) == {"SystemMaxUse": "500M", "MaxRetentionSec": "90day"}
+
+
 def test_a_low_port_takes_the_one_capability_that_it_needs(cli: Cli) -> None:
     service = _parsed(_unit(cli, "--port", 443))["Service"]
     assert service["CapabilityBoundingSet"] == service["AmbientCapabilities"]

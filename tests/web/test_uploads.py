@@ -32,6 +32,7 @@ from autodb.agent.rows.machines import add_machine
 from autodb.errors import UnusableInput
 from autodb.files.job import read_job
 from autodb.files.machine import LATHE
+from autodb.proofs.runs.keeping.flips import read_rows
 from autodb.store import Store, create_store, models, open_store
 from autodb.web.app import make_app
 from autodb.web.client import Client
@@ -42,7 +43,6 @@ from autodb.web.receive.imports import Imports
 from autodb.web.receive.sent import receive_parts, safe
 from tests.conftest import Cli
 from tests.helpers.files import write
-from tests.helpers.kills import content
 from tests.helpers.serving import served, wait_for
 
 API = "/api/v1"
@@ -242,7 +242,7 @@ def _put(folder: Path, name: str, made: bytes | Callable[[Path], None], side: st
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
 def test_what_is_wrong_gets_one_line(url: str, tmp_path: Path, monkeypatch: Any) -> None:
     monkeypatch.chdir(tmp_path)
-    before = content(tmp_path / "sent.sqlite3")
+    before = read_rows(tmp_path / "sent.sqlite3")
     for name, made, side, line in WRONG:
         path = _put(tmp_path, name, made, side)
         sent = Sent(path, "lathe-1", path, Access("shop", Role.OPERATE, None))
@@ -253,7 +253,7 @@ def test_what_is_wrong_gets_one_line(url: str, tmp_path: Path, monkeypatch: Any)
         assert (key, line in said) == (apart.REFUSED, True), said
         assert said.isprintable()
         assert str(tmp_path) not in said
-    assert content(tmp_path / "sent.sqlite3") == before
+    assert read_rows(tmp_path / "sent.sqlite3") == before
     assert not (tmp_path / "unpickled").exists()
 
 
@@ -359,7 +359,7 @@ def test_what_takes_too_much_is_refused(
     url: str, operates: dict[str, str], tmp_path: Path, week: bytes
 ) -> None:
     """Unpacked, a file of a third of a megabyte asks for a third of a gigabyte."""
-    before = content(tmp_path / "sent.sqlite3")
+    before = read_rows(tmp_path / "sent.sqlite3")
     zeros = np.zeros((2 * 10**7, 1))
     savemat(tmp_path / "a.mat", {"t": zeros, "x.current": zeros}, do_compression=True)
     packed = (tmp_path / "a.mat").read_bytes()
@@ -378,7 +378,7 @@ def test_what_takes_too_much_is_refused(
             said = _done(client, sent)
         assert (said["state"], line in said["refused"]) == ("refused", True), said["refused"]
     assert _files(tmp_path / "recordings") == []
-    assert content(tmp_path / "sent.sqlite3") == before
+    assert read_rows(tmp_path / "sent.sqlite3") == before
 
 
 def test_out_of_memory_is_said(url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -462,7 +462,7 @@ def _reading(client: TestClient, sent: Any) -> int:
 def test_killed_in_the_middle_nothing_is_there(
     url: str, operates: dict[str, str], large: bytes, tmp_path: Path
 ) -> None:
-    before = content(tmp_path / "sent.sqlite3")
+    before = read_rows(tmp_path / "sent.sqlite3")
     files = {"recording": ("large.csv", large)}
     with _serving(url) as client:
         sent = client.post(SEND, files=files, headers=operates)
@@ -470,7 +470,7 @@ def test_killed_in_the_middle_nothing_is_there(
         said = _done(client, sent)
         assert "large.csv: reading it broke the process that read it (SIGKILL)" in said["refused"]
         assert _files(tmp_path / "recordings") == []
-        assert content(tmp_path / "sent.sqlite3") == before
+        assert read_rows(tmp_path / "sent.sqlite3") == before
 
         # Stopped in the middle, the service ends it, and leaves what waits to the next one
         two = [client.post(SEND, files=files, headers=operates) for _ in range(2)]
@@ -480,7 +480,7 @@ def test_killed_in_the_middle_nothing_is_there(
         os.kill(pid, 0)
     for one in two:
         assert imports.said(one.json()["number"]).state == "waiting"
-    assert content(tmp_path / "sent.sqlite3") == before
+    assert read_rows(tmp_path / "sent.sqlite3") == before
 
 
 def test_what_was_accepted_is_imported_after_a_stop(
@@ -595,7 +595,7 @@ def test_a_program_is_predicted_as_the_command_does(
     cli("machine", "add", "lathe-1")
     alone = json.loads(cli("predict", file, "--machine", "lathe-1", "--json").out)
     url = f"sqlite:///{Path('autodb.sqlite3').resolve()}"
-    before = content(Path("autodb.sqlite3"))
+    before = read_rows(Path("autodb.sqlite3"))
     job = read_job(file)
     assert job.program is not None
     with served(Settings(url)) as at, Client(at) as client:
@@ -608,7 +608,7 @@ def test_a_program_is_predicted_as_the_command_does(
     for name in ("cuts", "behind", "notes", "exceeds"):
         assert said[name] == alone[name], name
     assert said["job"]["program"] == alone["job"]["program"] | {"file": "part.nc"}
-    assert content(Path("autodb.sqlite3")) == before
+    assert read_rows(Path("autodb.sqlite3")) == before
 
 
 def _plain(value: Any) -> Any:

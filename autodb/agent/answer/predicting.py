@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from autodb.agent.answer.prediction_basis import Grounds, grounds_of
 from autodb.agent.learn.known import Behind, known_of
-from autodb.agent.learn.wearing import said_of_wear
+from autodb.agent.learn.learnt_from import said_of_wear
 from autodb.agent.rows.machines import as_file, find_machine
 from autodb.agent.rows.owner import owner_named
 from autodb.files.job import Job

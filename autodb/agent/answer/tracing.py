@@ -9,8 +9,8 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.agent.learn.learnt_from import wear_words
 from autodb.agent.learn.together import RECORDINGS
-from autodb.agent.learn.wearing import wear_words
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.posteriors import LAW, as_belief, pair_name, version_chain
 from autodb.cutting import shear

@@ -12,7 +12,7 @@ import numpy as np
 from sqlalchemy import insert
 from sqlalchemy.orm import Session
 
-from autodb.agent.fleet.named import DisagreeingMachine, named_of
+from autodb.agent.fleet.known_together import DisagreeingMachine, named_of
 from autodb.agent.learn.starting import of_material
 from autodb.agent.learn.together import (
     OwnCuts,

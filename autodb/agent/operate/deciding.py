@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.as_imported import as_imported, signed
 from autodb.agent.ingest.uncounted import counted
-from autodb.agent.learn.wearing import wear_words
+from autodb.agent.learn.learnt_from import wear_words
 from autodb.agent.operate.refreshing import learn_confirmed
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import as_belief, pair_name

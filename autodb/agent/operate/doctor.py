@@ -16,7 +16,7 @@ from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from autodb.agent.ingest.importing import files_of
 from autodb.agent.ingest.kept import every_unread
-from autodb.agent.operate.chained import first_broken
+from autodb.agent.operate.access import first_broken
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.sensing.drives.feed_axis import IDENTIFIABLE

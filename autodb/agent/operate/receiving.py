@@ -2,7 +2,7 @@
 
 It was put into a folder of its own, in which nothing else is. Its import, where it lies and who
 sent it are one transaction: killed at any moment, the database knows the file or does not, and
-``came_in`` says which.
+``recording_came_in`` says which.
 """
 
 from collections.abc import Callable

@@ -16,8 +16,7 @@ from pathlib import Path
 from autodb.agent.ingest.entries import inbox_entries
 from autodb.agent.ingest.inbox import Inbox
 from autodb.agent.operate.health import Health
-from autodb.agent.operate.refreshing import refresh
-from autodb.agent.operate.watching import Excuse, Opens
+from autodb.agent.operate.refreshing import Excuse, Opens, refresh
 from autodb.agent.rows.machines import find_machine
 from autodb.errors import UnusableInput
 from autodb.live import recorder

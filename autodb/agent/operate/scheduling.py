@@ -52,6 +52,7 @@ WantedBy=timers.target
         f"cp {name}.service {name}.timer ~/.config/systemd/user/",
         f"systemctl --user daemon-reload && systemctl --user enable --now {name}.timer",
         "loginctl enable-linger    # so that it runs while nobody is logged in",
+        f"journalctl --user -u {name}.service    # what it said",
     )
     return Units({f"{name}.service": service, f"{name}.timer": timer}, to_do)
 

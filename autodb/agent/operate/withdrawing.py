@@ -21,11 +21,15 @@ from autodb.store import Also, Store, models, nothing_else
 
 @dataclass
 class Withdrawn:
-    """What was done: cuts that count no more, or again; in words, what was taken back with them."""
+    """What was done: cuts that count no more, or again; in words, what was taken back with them.
+
+    ``already``: it was so before, and only what is to be learnt anew may still be missing.
+    """
 
     recording: int
     cuts: int
     taken_back: list[str] = field(default_factory=list)
+    already: bool = False
 
 
 def withdraw(
@@ -33,10 +37,13 @@ def withdraw(
 ) -> Withdrawn:
     """Withdraw a recording of a machine. ``also``: what else is written then.
 
-    Raises NotThere where the machine has none of that number, UnusableInput where it is withdrawn.
+    Raises NotThere where the machine has none of that number, UnusableInput where it is withdrawn
+    for another reason.
     """
     with store.writing(machine) as session:
         row = _recording(session, machine, number)
+        if row.withdrawn_at is not None and row.withdrawn_why == why:
+            return Withdrawn(number, 0, already=True)
         if row.withdrawn_at is not None:
             raise UnusableInput(
                 f"recording {number} was withdrawn on {row.withdrawn_at} ({row.withdrawn_why})"
@@ -54,12 +61,12 @@ def withdraw(
 
 def take_again(store: Store, machine: str, number: int, *, also: Also = nothing_else) -> Withdrawn:
     """Have a withdrawn recording count again, as if it came in now; what was fitted with it stays
-    taken back. Raises as ``withdraw``.
+    taken back. Raises NotThere as ``withdraw``.
     """
     with store.writing(machine) as session:
         row = _recording(session, machine, number)
         if row.withdrawn_at is None:
-            raise UnusableInput(f"recording {number} is not withdrawn")
+            return Withdrawn(number, 0, already=True)
         anew(session, row, since=row.withdrawn_at)
         row.withdrawn_at = row.withdrawn_why = None
         also(session, number)

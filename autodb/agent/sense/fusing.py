@@ -16,6 +16,9 @@ from autodb.errors import UnusableInput
 from autodb.explain import explain
 from autodb.records import Recording
 from autodb.sensing.fusion import (
+    DRIVE,
+    NETWORK,
+    TABLE,
     Apart,
     Fusion,
     SensedTogether,
@@ -25,7 +28,6 @@ from autodb.sensing.fusion import (
     trusting_less,
     with_sensor,
 )
-from autodb.sensing.sensors import DRIVE, NETWORK, TABLE
 from autodb.store import Store
 
 Array = NDArray[np.float64]

@@ -106,6 +106,9 @@ def identify_on_machine(
     recording_id = import_file(store, path, machine=machine, columns=columns).recording_id
     with store.writing(machine) as session:
         owner = find_machine(session, machine)
+        newest = newest_model(session, owner.id, refit.model.channel)
+        if newest is not None and _same(newest, refit.model, sha256):  # another did it meanwhile
+            return KeptModel(refit.model, newest.version, refit.parent, already_there=True)
         row = add_version(session, owner.id, refit, recording_id)
         return KeptModel(refit.model, row.version, refit.parent, already_there=False)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from sqlalchemy import func, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.as_imported import signed
@@ -142,19 +142,30 @@ def by_standard_cut(
     return _told(cut, load, found, "standard-cut", source)
 
 
+@dataclass(frozen=True)
+class KeptScale:
+    """The version of an axis' scale, and whether the same load had told the same before."""
+
+    version: int
+    already_there: bool
+
+
 def keep_scale(
     store: Store, machine: str, told: DeterminedScale, path: Path, *, columns: Path | None = None
-) -> int:
-    """Keep a scale as the next version of its axis', with the recording it is from."""
+) -> KeptScale:
+    """Keep a scale as the next version of its axis', with the recording it is from, once."""
     recording_id = import_file(store, path, machine=machine, columns=columns).recording_id
     with store.writing(machine) as session:
         owner = find_machine(session, machine)
         own = models.DriveScale.machine_id == owner.id, models.DriveScale.axis == told.axis
-        newest = session.scalar(select(func.max(models.DriveScale.version)).where(*own)) or 0
+        by_version = models.DriveScale.version.desc()
+        newest = session.scalar(select(models.DriveScale).where(*own).order_by(by_version).limit(1))
+        if newest is not None and _same(newest, told, recording_id):
+            return KeptScale(newest.version, already_there=True)
         row = models.DriveScale(
             machine_id=owner.id,
             axis=told.axis,
-            version=newest + 1,
+            version=1 if newest is None else newest.version + 1,
             kind=told.kind,
             per_ampere=told.newtons_per_ampere,
             share=told.share,
@@ -162,7 +173,13 @@ def keep_scale(
             recording_id=recording_id,
         )
         session.add(row)
-        return row.version
+        return KeptScale(row.version, already_there=False)
+
+
+def _same(row: models.DriveScale, told: DeterminedScale, recording_id: int) -> bool:
+    """Say whether a version was told by the same load of the same recording, as much."""
+    load = (row.recording_id, row.kind, row.source, row.per_ampere, row.share)
+    return load == (recording_id, told.kind, told.source, told.newtons_per_ampere, told.share)
 
 
 def stated(store: Store, machine: str, axis: str) -> Scale | None:

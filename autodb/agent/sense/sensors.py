@@ -15,8 +15,8 @@ from autodb.agent.sense.inspecting import KIND as INSPECTION
 from autodb.agent.sense.networks import KIND as LSTM
 from autodb.agent.sense.reconstructing import known_scale
 from autodb.files.channels import LINEAR_AXES
+from autodb.sensing.fusion import DRIVE, NETWORK, TABLE
 from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
-from autodb.sensing.sensors import DRIVE, NETWORK, TABLE
 from autodb.store import models
 
 RANGE, INSPECTED, TOGETHER = "current range", "finished part", "together"

@@ -1,11 +1,14 @@
-"""`inspect`: the passive force of a turned cut, from the finished part."""
+"""`inspect`: the passive force of a turned cut, from the finished part.
+
+`sensors`: what a machine can feel, how well, since when.
+"""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from autodb.cli._common import Database, OptionalMachine, opened_store, say
+from autodb.cli._common import Database, OptionalMachine, opened_store, say, show, table
 
 Part = Annotated[Path, typer.Argument(readable=False, help="A part file (TOML).")]
 OfRecording = Annotated[
@@ -55,3 +58,26 @@ def inspect_command(
         new = keep_inspected(store, file, found, OfCut(machine, recording, cut))
     what = "kept" if new else "already there"
     say(f"{what} as force.x of cut {cut:g} of {recording.name}; 'autodb refresh' learns from it")
+
+
+def sensors_command(
+    name: Annotated[str, typer.Argument(help="Name of the machine.")], db: Database = None
+) -> None:
+    """List what a machine feels forces with, how near each comes, and since when."""
+    from autodb.agent.sense.sensors import sensors_of
+
+    with opened_store(db) as store, store.reading() as session:
+        found, unfelt = sensors_of(session, name)
+    rows = table(
+        f"What {name} feels", "force", "with", "of", ">version", ">error", "in", "since", "",
+    )  # fmt: skip
+    for one in found:
+        error = "" if one.error is None else f"{one.error:.3g} {one.unit}"
+        rows.add_row(
+            one.force, one.kind, one.source, str(one.version), error, one.of, one.since[:10],
+            f"not used: {one.why_not}" if one.why_not else "",
+        )  # fmt: skip
+    if found:
+        show(rows)
+    if unfelt:
+        say(f"nothing feels {', '.join(unfelt)}: not sensed, never taken as 0")

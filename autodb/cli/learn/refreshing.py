@@ -66,7 +66,7 @@ def _watch(
     machine: str, db: str | None, inbox: Path, columns: Path | None, every_s: float, *, json: bool
 ) -> None:
     from autodb.agent.ingest.inbox import Inbox
-    from autodb.agent.operate.watching import watch as run
+    from autodb.agent.operate.refreshing import watch as run
 
     run(
         lambda: opened_store(db),

@@ -67,11 +67,13 @@ def scale(
         else:
             told = _by_force(store, machine, loaded, axis, standard_cut, known)
         stated = scaling.stated(store, machine, told.axis)
-        version = scaling.keep_scale(store, machine, told, recording, columns=columns)
+        kept = scaling.keep_scale(store, machine, told, recording, columns=columns)
     say(f"{told.axis}: 1 A is {told.newtons_per_ampere:.4g} N ± {told.percent:.2g} % (95 %), by "
         f"{told.source}")  # fmt: skip
     _compare(told, stated)
-    say(f"{told.axis}: scale {version} of machine '{machine}': 'autodb reconstruct' takes it")
+    there = ", already there" if kept.already_there else ""
+    say(f"{told.axis}: scale {kept.version} of machine '{machine}'{there}: 'autodb reconstruct' "
+        "takes it")  # fmt: skip
 
 
 def _by_force(

@@ -1,4 +1,7 @@
-"""`doctor`, `backup`, `restore`, `export`: a database that lasts."""
+"""`doctor`, `backup`, `restore`, `export`: a database that lasts.
+
+`withdraw`: a recording that should not have come in, with all that was derived from it.
+"""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,6 +12,7 @@ from autodb.cli._common import Database, opened_store, say, show, table, working
 
 if TYPE_CHECKING:
     from autodb.agent.operate.doctor import Finding
+from autodb.cli._common import MachineName
 
 CHECK_FAILED = 1
 EXAMPLES = 3
@@ -114,9 +118,9 @@ def _rotate(url: str, folder: Path, keep: int | None, every: str | None) -> None
     there = f"{len(done.there)} there"
     if done.copied is None:
         say(f"{folder}: {there}, the newest {age_words(now - done.there[-1].at)} old: none is due")
-        return
-    rows = f"{done.copied.total} rows of {len(done.copied.rows)} tables"
-    say(f"{folder}: a new one, {rows}, schema {done.copied.schema}; {there}")
+    else:
+        rows = f"{done.copied.total} rows of {len(done.copied.rows)} tables"
+        say(f"{folder}: a new one, {rows}, schema {done.copied.schema}; {there}")
     for path in done.removed:
         say(f"{path}: removed")
 
@@ -252,3 +256,41 @@ def _export_cards(
     show(rows)
     for line in made.left_out:
         say(f"left out: {line}")
+
+
+Number = Annotated[int, typer.Argument(help="Number of the recording.", min=1, max=2**63 - 1)]
+
+
+def withdraw_command(
+    recording: Number,
+    machine: MachineName,
+    why: Annotated[
+        str | None, typer.Option("--why", metavar="TEXT", help="Why; a trace says it.")
+    ] = None,
+    undo: Annotated[
+        bool, typer.Option("--undo", help="Have a withdrawn recording count again.")
+    ] = False,
+    db: Database = None,
+) -> None:
+    """Take a recording back, with what was derived from it, and learn anew without it."""
+    from autodb.agent.operate.refreshing import refresh
+    from autodb.agent.operate.withdrawing import take_again, withdraw
+    from autodb.errors import UnusableInput
+
+    if undo == (why is not None):
+        raise UnusableInput("withdraw needs --why TEXT, or --undo; one of them would work")
+    with opened_store(db) as store, working(f"learning {machine} anew") as progress:
+        if why is None:
+            done = take_again(store, machine, recording)
+        else:
+            done = withdraw(store, machine, recording, why=why)
+        learnt = refresh(store, machine, progress=progress)
+    what = "count again" if undo else "count no more"
+    cuts = "already, its cuts" if done.already else f"{done.cuts} cuts"
+    say(f"recording {recording}: {cuts} {what}")
+    for line in done.taken_back:
+        say(f"taken back: {line}")
+    if any(line.startswith("calibration") for line in done.taken_back):
+        say(f"'autodb calibrate --machine {machine}' fits current to force without it")
+    for line in learnt.lines():
+        say(line)

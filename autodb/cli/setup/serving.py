@@ -91,7 +91,9 @@ def serve(
     """Serve pages and look-ups: read-only, and to this computer alone, unless told otherwise."""
     from autodb.errors import UnusableInput
     from autodb.store import database_url
+    from autodb.web.http import arenas
 
+    arenas.share_one()  # before anything that is loaded begins a thread
     try:
         from autodb.web import server
         from autodb.web.app import make_app

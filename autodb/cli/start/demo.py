@@ -17,6 +17,7 @@ from autodb.errors import UnusableInput
 from autodb.explain.answer.answer import Explained
 from autodb.files.job import read_job
 from autodb.files.machine import LATHE
+from autodb.files.targets import hidden, replace_by
 from autodb.records import Recording, read
 from autodb.reports.explanation import explanation_fragment
 from autodb.reports.explanation_files import write_answer
@@ -29,16 +30,33 @@ MACHINE = "lathe-1"
 LEARNT = ("standard-cuts.csv", "standard-cut-raw.parquet", "air-moves.csv", "shop-week-1.csv")
 WORN = "shop-week-2.csv"
 MARK = ".autodb-demo"
+DATABASE, REPORT = "autodb.sqlite3", "report.html"
 
 
 def run_demo(out: Path, *, progress: Callable[[str], None]) -> list[str]:
     """Run the main job into folder ``out`` and return the lines of its summary.
 
-    An earlier demo in ``out`` is replaced. Raises UnusableInput when ``out`` holds anything else.
+    An earlier demo in ``out`` is replaced once this one is whole. Raises UnusableInput when ``out``
+    holds anything else.
     """
-    _empty(out)
+    _may_be_replaced(out)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with hidden(out, progress) as part:
+        _may_be_replaced(out)  # another may have written it meanwhile
+        part.mkdir()
+        (part / MARK).touch()
+        prediction, lines = _played(part, progress=progress)
+        replace_by(part, out)
+    command = "autodb" if shutil.which("autodb") else sys.argv[0]
+    url = f"sqlite:///{out / DATABASE}"
+    trace = f"{command} trace prediction {prediction} --db {url}"
+    return [*lines, f"trace:     {trace}", f"report:    {out / REPORT}"]
+
+
+def _played(folder: Path, *, progress: Callable[[str], None]) -> tuple[int, list[str]]:
+    """Run the job in a new folder; return the number of its prediction, and what it found."""
     source = kit("sample_jobs") / JOB / "recordings"
-    url = f"sqlite:///{out / 'autodb.sqlite3'}"
+    url = f"sqlite:///{folder / DATABASE}"
     create_store(url)
     store = open_store(url)
     try:
@@ -47,17 +65,14 @@ def run_demo(out: Path, *, progress: Callable[[str], None]) -> list[str]:
         prediction = predict_job(store, MACHINE, read_job(kit("sample_jobs") / JOB / "job.toml"))
         progress("explaining the second week")
         explained = explain_with_machine(store, MACHINE, source / WORN).explained
-        write_answer(explained, out / "shop-week-2-explained")
+        write_answer(explained, folder / "shop-week-2-explained")
         progress("writing the report")
         page = machine_page(store, MACHINE, prediction.prediction_id)
-        report = out / "report.html"
-        report.write_text(render_page(page, explanation_fragment(explained)), encoding="utf-8")
+        report = render_page(page, explanation_fragment(explained))
+        (folder / REPORT).write_text(report, encoding="utf-8")
     finally:
         store.close()
-    lines += _predicted(prediction) + _explained(explained)
-    command = "autodb" if shutil.which("autodb") else sys.argv[0]
-    trace = f"{command} trace prediction {prediction.prediction_id} --db {url}"
-    return [*lines, f"trace:     {trace}", f"report:    {report}"]
+    return prediction.prediction_id, lines + _predicted(prediction) + _explained(explained)
 
 
 def learn_from_samples(store: Store, source: Path, *, progress: Callable[[str], None]) -> list[str]:
@@ -81,15 +96,14 @@ def learn_from_samples(store: Store, source: Path, *, progress: Callable[[str], 
     return lines
 
 
-def _empty(out: Path) -> None:
-    if out.exists():
-        if not out.is_dir():
-            raise UnusableInput(f"{out}: is a file; --out needs a folder")
-        if any(out.iterdir()) and not (out / MARK).exists():
-            raise UnusableInput(f"{out}: holds other files; give a new folder with --out")
-        shutil.rmtree(out)
-    out.mkdir(parents=True)
-    (out / MARK).touch()
+def _may_be_replaced(out: Path) -> None:
+    """Raise UnusableInput where ``out`` is anything but an earlier demo, or an empty folder."""
+    if not out.exists():
+        return
+    if not out.is_dir():
+        raise UnusableInput(f"{out}: is a file; --out needs a folder")
+    if any(out.iterdir()) and not (out / MARK).exists():
+        raise UnusableInput(f"{out}: holds other files; give a new folder with --out")
 
 
 def _predicted(prediction: Predicted) -> list[str]:

@@ -136,7 +136,7 @@ def _status(row: "Mismatch") -> str:
     return f"{row.status}{called}{who}"
 
 
-@mismatch.command()
+@mismatch.command("confirm")
 def confirm_command(number: Number, as_: As = None, by: By = None, db: Database = None) -> None:
     """Confirm a cause: a term of the machine becomes part of its model, as the next version.
 
@@ -190,7 +190,7 @@ def _show_version(done: "Decided", kept: "KeptModel") -> None:
         say(f"still open, found before this version: {numbers}; {again}")
 
 
-@mismatch.command()
+@mismatch.command("reject")
 def reject_command(number: Number, by: By = None, db: Database = None) -> None:
     """Reject a cause: it was looked at, and does not hold on the machine."""
     from autodb.agent.operate.deciding import reject

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.candidates import UNKNOWN, Choice, Rung, Suspect
-from autodb.explain.engine.folds import Folds
+from autodb.explain.engine.fit import Folds
 from autodb.explain.engine.prior import coefficient_costs
 from autodb.explain.engine.search import MARGIN
 from autodb.explain.engine.symbolic import ProductForm, Variable, forms, nearest_candidates, written

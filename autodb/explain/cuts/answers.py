@@ -16,8 +16,7 @@ from autodb.explain.answer.answer import (
 )
 from autodb.explain.cuts.apart import after_forces
 from autodb.explain.cuts.candidates.laws import LawColumns
-from autodb.explain.cuts.candidates.parameters import EffectInCuts, effect_parameters
-from autodb.explain.cuts.candidates.words import shape_words
+from autodb.explain.cuts.candidates.parameters import EffectInCuts, effect_parameters, shape_words
 from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
 from autodb.explain.cuts.look import FoundInCuts, look_in_cuts, stack_of
 from autodb.explain.cuts.profile import profiled_value

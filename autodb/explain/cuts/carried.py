@@ -10,9 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.families import families
+from autodb.explain.cuts.candidates.families import families, named_effects
 from autodb.explain.cuts.candidates.laws import LawColumns
-from autodb.explain.cuts.candidates.named import named_effects
 from autodb.explain.cuts.look import FoundInCuts, own_columns_of_cuts
 from autodb.explain.cuts.table import Conditions, Stack
 from autodb.explain.engine.candidates import Choice, Suspect

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.families import families
+from autodb.explain.cuts.candidates.families import families, named_effects
 from autodb.explain.cuts.candidates.laws import (
     LawColumns,
     along_edge,
@@ -15,7 +15,6 @@ from autodb.explain.cuts.candidates.laws import (
     per_depth,
     values_of,
 )
-from autodb.explain.cuts.candidates.named import named_effects
 from autodb.explain.cuts.candidates.runs import ROUND, comes_round, run_of_cuts, step_of_gain
 from autodb.explain.cuts.evidence import TableSearch
 from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_square
@@ -23,8 +22,7 @@ from autodb.explain.cuts.noise import with_noise
 from autodb.explain.cuts.products import products
 from autodb.explain.cuts.table import Stack, edge_read_off, recorded_and_simulated, table_conditions
 from autodb.explain.engine.candidates import Choice, Suspect
-from autodb.explain.engine.rivals import settled_set
-from autodb.explain.engine.search import FoundSet
+from autodb.explain.engine.search import FoundSet, settled_set
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]

@@ -38,7 +38,7 @@ def retuned_of_cuts(
     *,
     beside: Collection[Cause],
 ) -> list[Cause]:
-    """Return the own terms of one component whose coefficient changes, as ``judged``.
+    """Return the own terms of one component whose coefficient changes, as ``mistuned_of_cuts``.
 
     ``beside``: what else is told of the component.
     """

@@ -6,7 +6,7 @@ from typing import Literal
 from autodb.explain.answer.answer import Cause, IntervalValue
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing
-from autodb.explain.engine.rivals import alike_terms
+from autodb.explain.engine.search import alike_terms
 
 LIKELY = 0.6
 """A name less likely than this is not given: it is `unknown`, with the names that it could be."""

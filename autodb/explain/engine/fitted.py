@@ -142,7 +142,10 @@ def deviations(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> lis
 def _least_squares(
     columns: Array, difference: Array, noise: Noise, weight: Array
 ) -> tuple[Array, Array]:
-    """Return coefficients (p,) and covariance (p, p) from white rows; ``weight`` as ``drawn``."""
+    """Return coefficients (p,) and covariance (p, p) of white rows.
+
+    ``weight``: as of ``coefficient_costs``.
+    """
     whitener, variance = noise
     equations = normal(whitener(columns), whitener(difference))
     inverse = equations.inverse(weight)

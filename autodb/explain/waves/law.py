@@ -128,7 +128,7 @@ def _least(leaving: Callable[[tuple[int, ...]], float], start: tuple[int, ...]) 
 def read_off(columns: Array, forces: Array, *, edged: bool) -> ReadLaw:
     """Return the law that gives forces (m,) of columns (k, 3, m) best, with an edge force or not.
 
-    Columns are of ``of_chip``'s functions in each way.
+    Columns are of ``chip_functions``'s functions in each way.
     """
     flat = columns.reshape(-1, columns.shape[-1])
     inner, right = flat @ flat.T, flat @ forces

@@ -1,4 +1,7 @@
-"""Look for the effects that a milled waveform holds."""
+"""Look for the effects that a milled waveform holds.
+
+How far the depth of a milled cut is off, fitted to a waveform slice by slice.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Choice, Suspect
-from autodb.explain.engine.rivals import settled_set
-from autodb.explain.engine.search import FAINT, CandidateSearch, FoundSet
+from autodb.explain.engine.search import FAINT, CandidateSearch, FoundSet, settled_set
 from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
-from autodb.explain.waves.candidates import suspects
-from autodb.explain.waves.deeper import DEPTH, fitted_error
+from autodb.explain.waves.candidates import deeper, suspects
+from autodb.explain.waves.fit import BesideWaves
 from autodb.explain.waves.runout import fitted_out
 from autodb.explain.waves.scans import proposals_of_waves
 from autodb.explain.waves.stretches import sharpened
@@ -207,3 +209,30 @@ def _stood_out(
     now = np.array(out.mm)
     moved = np.max(np.abs(now - before)) > STILL * max(float(np.max(np.abs(now))), SMALLEST_MM)
     return (replace(world, out=out), True) if moved else (world, False)
+
+
+DEPTH = "depth_error"
+REACH = 0.4
+"""Share of the error that the search found by which it is looked for to either side."""
+STEPS = 20
+
+
+def fitted_error(
+    world: SimulatedWaves, bench: WhiteWaves, found: FoundSet, quiet: WhitenedNoise
+) -> float:
+    """Return the error of depth, mm, that fits best beside own terms and other effects.
+
+    A simulation's slices come into the work one by one, so that what fits is rough over the error:
+    it is tried step by step, then by finer steps about the best.
+    """
+    beside = BesideWaves(bench, found.without(DEPTH), quiet)
+    choice = next(c for c in found.choices if c.suspect.key == DEPTH)
+    about = float(beside.fitted(bench.columns(choice.key, choice.shape))[0][0])
+    if "error" in choice.shape.shape:
+        about = choice.shape.shape["error"]
+    reach = REACH * about
+    for _ in range(2):
+        tried = about + reach * np.linspace(-1.0, 1.0, STEPS + 1)
+        gains = [beside.gain(deeper(world, float(e))[:, :, None]) for e in tried]
+        about, reach = float(tried[int(np.argmax(gains))]), 2.0 * reach / STEPS
+    return about

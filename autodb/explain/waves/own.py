@@ -34,7 +34,7 @@ def retuned_of_waves(
     *,
     beside: Collection[Cause],
 ) -> list[Cause]:
-    """Return the own terms that are off in one component, as ``judged``.
+    """Return the own terms that are off in one component, as ``mistuned_of_waves``.
 
     ``beside``: what else is told of the component.
     """

@@ -15,14 +15,15 @@ from autodb.fitting.anfis.model import (
     TooFewRows,
     evaluate,
     predict_anfis,
+    refreshed,
+    tally,
+    without_rows,
 )
 from autodb.fitting.anfis.monotone import Monotone, NotMonotone
 from autodb.fitting.anfis.premises import Premises, clusters, nearby, premise_grid
-from autodb.fitting.anfis.refresh import refreshed, tally, without_rows
 from autodb.fitting.anfis.scaling import Unvarying
-from autodb.fitting.anfis.searching import Projection
 from autodb.fitting.anfis.sentences import plain_consequents, rule_sentences
-from autodb.fitting.anfis.settling import PremisesNotSettled
+from autodb.fitting.anfis.settling import PremisesNotSettled, Projection
 from autodb.fitting.anfis.sums import Sums
 
 __all__ = [

@@ -18,9 +18,8 @@ from autodb.fitting.anfis.model import (
 )
 from autodb.fitting.anfis.monotone import Monotone
 from autodb.fitting.anfis.premises import Premises, rule_columns
-from autodb.fitting.anfis.rows import LearnerRows, rows
-from autodb.fitting.anfis.scaling import Scaling, scaling
-from autodb.fitting.anfis.searching import Projection
+from autodb.fitting.anfis.scaling import LearnerRows, Scaling, rows, scaling
+from autodb.fitting.anfis.settling import Projection
 from autodb.fitting.anfis.sums import consequent_sums, posterior
 
 Array = NDArray[np.float64]
@@ -72,7 +71,10 @@ def fit_anfis(
 def fit_consequents(
     inputs: Array, values: Array, premises: Premises, *, monotone: Monotone | None = None
 ) -> Anfis:
-    """Fit the consequents alone; the premises, in scaled inputs, are known. Raises as ``fit``."""
+    """Fit the consequents alone; the premises, in scaled inputs, are known.
+
+    Raises as ``fit_anfis``.
+    """
     scale = scaling(inputs, values)
     given = rows(scale.inputs(inputs), scale.values(values))
     return _settled(premises, scale, given, learned=0, monotone=monotone)

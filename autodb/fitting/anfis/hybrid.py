@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from autodb.fitting.anfis.learned import LearningCourse, rows_apart
 from autodb.fitting.anfis.premises import Premises, premise_limits
 from autodb.fitting.anfis.projection import changes, projected
-from autodb.fitting.anfis.rows import LearnerRows
+from autodb.fitting.anfis.scaling import LearnerRows
 
 Array = NDArray[np.float64]
 

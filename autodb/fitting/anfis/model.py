@@ -13,6 +13,15 @@ Peck and Vining, Introduction to Linear Regression Analysis, section 3.8). Beyon
 variance grows by (output sd · distance)², the distance in standard deviations of the inputs: out
 there the output may go as far from the model as it varied in training. That is a choice, wide on
 purpose; nothing in the rows says how far.
+
+New rows in a fitted system: consequents move, premises and hull stay.
+
+    tallied = tally(model, inputs, values)      # sums of rows: tallied + others, in any order
+    newer = refreshed(model, tallied)           # as if fitted to all rows at once
+    undone(newer, tallied)                      # the first model again
+
+What a point outside the training box is remains what the premises were learned on: rows out there
+sharpen the consequents, but no set was ever shaped to them.
 """
 
 from dataclasses import dataclass
@@ -23,7 +32,7 @@ from numpy.typing import NDArray
 from autodb.fitting.anfis.monotone import Monotone, constrained
 from autodb.fitting.anfis.premises import Premises, rule_columns
 from autodb.fitting.anfis.scaling import Scaling
-from autodb.fitting.anfis.sums import Sums, posterior
+from autodb.fitting.anfis.sums import Sums, consequent_sums, posterior
 
 Array = NDArray[np.float64]
 
@@ -178,3 +187,31 @@ def leverages(columns: Array, root: Array) -> Array:
 def _scaled(model: Anfis, inputs: Array) -> Array:
     given = np.asarray(inputs, dtype=np.float64)
     return model.scaling.inputs(given).reshape(-1, given.shape[-1])
+
+
+def tally(model: Anfis, inputs: Array, values: Array) -> Sums:
+    """Return what rows, inputs (n, d) and values (n,), say to a model with these premises."""
+    x = model.scaling.inputs(inputs)
+    plane = model.belief.plane
+    left = model.scaling.values(values) - (plane[0] + x @ plane[1:])
+    return consequent_sums(rule_columns(model.premises, x), left)
+
+
+def refreshed(model: Anfis, rows: Sums) -> Anfis:
+    """Return the model with the rows added. Raises NotMonotone as ``fit`` does."""
+    return _with(model, model.sums + rows)
+
+
+def without_rows(model: Anfis, rows: Sums) -> Anfis:
+    """Return the model without rows that were added before.
+
+    Raises TooFewRows where they leave nothing for the residual, NotMonotone.
+    """
+    return _with(model, model.sums - rows)
+
+
+def _with(model: Anfis, rows: Sums) -> Anfis:
+    return with_best_consequents(
+        model.premises, model.scaling, model.belief, rows,
+        hull=model.hull, learned=model.learned, monotone=model.monotone,
+    )  # fmt: skip

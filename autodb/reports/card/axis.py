@@ -19,7 +19,7 @@ from autodb.sensing.ranges.calibration import Calibration, Points, of_current
 from autodb.sensing.ranges.choosing import FOLDS, groups_left_out
 from autodb.sensing.ranges.error_kinds import ErrorKinds
 from autodb.sensing.ranges.forms import Fuzzy, MeasuredCuts
-from autodb.sensing.ranges.transients import transients
+from autodb.sensing.ranges.outliers import transients
 
 Array = NDArray[np.float64]
 
@@ -107,7 +107,7 @@ def axis_card(
 ) -> AxisCard:
     """Return the card of an axis from the table that it was calibrated on.
 
-    ``force_N`` (n,) as ``ranges.calibrate`` took it; ``what_moved``: sentences on what it was.
+    ``force_N`` (n,) as ``calibration.calibrate`` took it; ``what_moved``: sentences on what it was.
     """
     points, row = by_row(table, calibration.axis, force_N)
     sudden = transients(points.felt.current, points.target, points.groups)

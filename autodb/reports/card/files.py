@@ -31,7 +31,7 @@ def check_card_target(path: Path) -> None:
 
 
 def write_card(card: CalibrationCard, path: Path) -> None:
-    """Write a card; an earlier file of that name is replaced. Raises as ``check_target``.
+    """Write a card; an earlier file of that name is replaced. Raises as ``check_card_target``.
 
     Raises UnusableInput also when the browser does not print.
     """

@@ -13,8 +13,8 @@ from autodb.records import CutTable
 from autodb.reports.card import axis
 from autodb.reports.card.conditions import codes, last_less_first
 from autodb.sensing.ranges.calibration import FEED_AXES, Calibration, Points
-from autodb.sensing.ranges.transients import transients
-from autodb.sensing.ranges.turned_round import current_of
+from autodb.sensing.ranges.chosen import current_of
+from autodb.sensing.ranges.outliers import transients
 
 Array = NDArray[np.float64]
 

@@ -92,7 +92,7 @@ def identify(
     over speed and with coloured noise (``fitting.deviation``), which is what their values and
     covariance come from. ``beliefs``: what an earlier version knows, its given shape included: the
     other numbers are about that shape. ``by_way``: the moves are a sweep over speeds, whose slow
-    passes count by the way gone (``means_by_way``); None: where their passes say so (``swept``).
+    passes count by the way gone (``means_by_way``); None: where their passes say so (``is_sweep``).
 
     Raises UnusableInput for names that cannot be identified, without effort or position, or when
     no term is excited.

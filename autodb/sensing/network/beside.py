@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 
 from autodb.records import Recording
 from autodb.sensing.drives.reconstruct import reconstruct
-from autodb.sensing.fusion import Fusion, SensedTogether, fuse, learn_fusion
+from autodb.sensing.fusion import DRIVE, NETWORK, Fusion, SensedTogether, fuse, learn_fusion
 from autodb.sensing.network.drive_loads import AxisTables, LoadedDrive
 from autodb.sensing.network.greybox import GreyBox, KnownForceRecording
 from autodb.sensing.network.learning import held_out_recordings
 from autodb.sensing.network.stream import network_forces
-from autodb.sensing.sensors import DRIVE, NETWORK
 
 Array = NDArray[np.float64]
 

@@ -124,7 +124,7 @@ def _members(
 
 
 def held_out_recordings(count: int) -> list[int]:
-    """Return which of so many recordings, two at least, ``fit`` does not train on."""
+    """Return which of so many recordings, two at least, ``train_grey_box`` does not train on."""
     return list(range(min(LEFT_OUT, count) - 1, count, LEFT_OUT))
 
 

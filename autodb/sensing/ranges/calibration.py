@@ -13,7 +13,19 @@ from autodb import fitting
 from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
-from autodb.sensing.ranges.choosing import FOLDS, assessed, best, close, groups_left_out, try_forms
+from autodb.sensing.ranges.choosing import (
+    CONDITION,
+    FOLDS,
+    MIN_GROUPS,
+    assessed,
+    best,
+    close,
+    grouping,
+    groups_left_out,
+    materials_of,
+    several,
+    try_forms,
+)
 from autodb.sensing.ranges.error_kinds import DAY_SHARE, ErrorKinds, FittedCuts, error_kinds_of
 from autodb.sensing.ranges.forms import (
     FEED_FORMS,
@@ -25,15 +37,7 @@ from autodb.sensing.ranges.forms import (
     MeasuredCuts,
 )
 from autodb.sensing.ranges.forms.noisy import by_current
-from autodb.sensing.ranges.grouping import (
-    CONDITION,
-    MIN_GROUPS,
-    grouping,
-    materials_of,
-    several,
-)
-from autodb.sensing.ranges.outliers import Outlier, outliers
-from autodb.sensing.ranges.transients import transients
+from autodb.sensing.ranges.outliers import Outlier, outliers, transients
 from autodb.sensing.ranges.validity import ANY, Holds
 
 Array = NDArray[np.float64]

@@ -1,14 +1,20 @@
-"""Sense cuts with several calibrations of one axis: each cut with the one that holds for it."""
+"""Sense cuts with several calibrations of one axis: each cut with the one that holds for it.
+
+A calibration turned round: the current that a force would show as.
+"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.records import CutTable
 from autodb.sensing.ranges.calibration import Calibration, sense
+from autodb.sensing.ranges.forms import CurrentForm, MeasuredCuts
 from autodb.sensing.ranges.validity import holds_of, which
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -64,3 +70,29 @@ def sensed_force_N(table: CutTable, calibrations: Sequence[Calibration]) -> NDAr
     """Return the force (n,) that an axis feels, N; NaN where it feels none."""
     felt = [one.force_N for one in sense_each(table, calibrations)]
     return np.array([np.nan if force is None else force for force in felt])
+
+
+BEYOND = 0.5
+"""Share of the currents' span by which a current is looked for beyond them. Chosen."""
+HALVINGS = 50
+
+
+def current_of(form: CurrentForm, coefficients: Array, felt: MeasuredCuts, target: Array) -> Array:
+    """Return the current (n,) at which a form gives ``target`` (n,), all else as ``felt`` has it.
+
+    Every form goes one way in the current (``sensing.forms``), so that halving finds it. A target
+    that no current within the span of ``felt`` and half of it to either side gives has the end.
+    """
+    span = float(np.ptp(felt.current))
+    low = np.full_like(target, felt.current.min() - BEYOND * span)
+    high = np.full_like(target, felt.current.max() + BEYOND * span)
+
+    def at(current: Array) -> Array:
+        return form.value(coefficients, replace(felt, current=current))
+
+    rising = at(high) > at(low)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        above = (at(middle) > target) == rising
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    return np.asarray(0.5 * (low + high))

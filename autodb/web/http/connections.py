@@ -8,10 +8,9 @@ import asyncio
 from http import HTTPStatus
 from typing import Any
 
-from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
-
 from autodb.web.http.guard import HEADERS
 from autodb.web.http.problems import HttpProblem
+from autodb.web.http.turns import InTurns
 
 HEAD_S = 10.0
 """How long a request's head may take, from when the connection opens or it begins. Chosen."""
@@ -32,7 +31,7 @@ class _TooLarge(Exception):  # noqa: N818 - raised through the parser, which end
     """A head that says more than it may."""
 
 
-class Connection(HttpToolsProtocol):
+class Connection(InTurns):
     """An HTTP connection whose requests have to begin, and their heads to be whole, in time.
 
     The server answers so many connections at once; held open in silence they would keep others out.
@@ -51,19 +50,22 @@ class Connection(HttpToolsProtocol):
         super().connection_made(transport)
         self._wait()
 
-    def data_received(self, data: bytes) -> None:
-        """Take what came, in pieces no larger than a head, and no more of a head than it may be."""
-        for begin in range(0, len(data), HEAD_BYTES):
-            if self.transport.is_closing():
-                return
-            piece = data[begin : begin + HEAD_BYTES]
-            self._unread += len(piece)
-            super().data_received(piece)
-            if self._unread > HEAD_BYTES:
-                self._refuse(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE)
+    def take(self, piece: bytes) -> None:
+        """Take a piece of what came, and no more of a head than it may be."""
+        self._unread += len(piece)
+        super().take(piece)
+        if self._unread > HEAD_BYTES:
+            self._refuse(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE)
         between = not self._within and (self.cycle is None or self.cycle.response_complete)
-        if between and self._late is None:
+        if between and self._late is None and not self.transport.is_closing():
             self._wait()  # blank lines came: the server would keep it for ever
+
+    def on_response_complete(self) -> None:
+        """Wait for the end of a body that goes on after its answer: else it could for ever."""
+        super().on_response_complete()
+        of_newest = self._within and not self._began and self.cycle.response_complete
+        if of_newest and not self.transport.is_closing():
+            self._wait()
 
     def on_message_begin(self) -> None:
         """Wait for the head of a request."""

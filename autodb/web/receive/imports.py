@@ -22,8 +22,7 @@ from autodb.agent.operate.receiving import Sent, recording_came_in
 from autodb.errors import NotThere, UnusableInput
 from autodb.files.excuses import excuse
 from autodb.store import Store
-from autodb.web.http.logs import LOG
-from autodb.web.http.metrics import Metrics
+from autodb.web.http.logs import LOG, Metrics
 from autodb.web.http.said import Importing
 from autodb.web.http.settings import Settings
 from autodb.web.receive import landing

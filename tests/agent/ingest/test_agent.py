@@ -11,6 +11,8 @@ from numpy.testing import assert_allclose
 from sqlalchemy import select
 
 from autodb.agent.ingest import importing
+from autodb.agent.ingest.importing import import_file
+from autodb.agent.sense import identifying
 from autodb.records import RecordingSource
 from autodb.records.summary import summarise
 from autodb.store import models, open_store
@@ -61,6 +63,21 @@ def test_repeats_say_already_there(learnt: Cli, recordings: Path) -> None:
         assert done.code == 0
         assert says in done.out
     assert len(_rows(models.CuttingParameters)) == 1
+
+
+def test_two_that_identify_an_axis_at_once_keep_one_version(
+    learnt: Cli, recordings: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def other_first(*asked: object, **how: object) -> object:
+        monkeypatch.setattr(identifying, "import_file", import_file)
+        assert learnt("identify", recordings / "air-moves.csv", "--machine", "lathe-1").code == 0
+        return import_file(*asked, **how)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(identifying, "import_file", other_first)
+    done = learnt("identify", recordings / "air-moves.csv", "--machine", "lathe-1")
+    assert done.code == 0
+    assert "already there" in done.out
+    assert len(_rows(models.ChannelModel)) == 1
 
 
 def test_a_file_that_came_with_another_side_file_says_so(learnt: Cli, recordings: Path) -> None:

@@ -19,8 +19,7 @@ from autodb.agent.learn import learning
 from autodb.agent.learn.passes import RefreshReport
 from autodb.agent.learn.shifted import ForceShift, shifts
 from autodb.agent.operate import refreshing
-from autodb.agent.operate.refreshing import refresh
-from autodb.agent.operate.watching import watch
+from autodb.agent.operate.refreshing import refresh, watch
 from autodb.agent.rows import refresh_cursor
 from autodb.agent.rows.posteriors import as_belief, latest
 from autodb.assets import kit

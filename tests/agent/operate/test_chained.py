@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 from sqlalchemy import select, text
 
-from autodb.agent.operate.access import Access, Role, add_token, note, noted
-from autodb.agent.operate.chained import first_broken
+from autodb.agent.operate.access import Access, Role, add_token, first_broken, note, noted
 from autodb.agent.rows.machines import add_machine
 from autodb.files.machine import LATHE
 from autodb.store import Store, create_store, head, migrate, models, open_store

@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from autodb.agent.operate.withdrawing import take_again, withdraw
 from autodb.agent.rows.calibrations import current_calibrations
 from autodb.agent.rows.posteriors import as_belief, latest
 from autodb.assets import kit
@@ -182,12 +183,36 @@ def test_a_model_that_took_a_withdrawn_one_as_known_goes_too(there: Cli) -> None
         assert session.scalar(select(func.max(models.ChannelModel.version))) == 3
 
 
+@pytest.mark.parametrize("asked", [("--why", "a worn edge"), ("--undo",)], ids=" ".join)
+def test_one_that_was_killed_before_it_had_learnt_anew_is_gone_on_with(
+    there: Cli, asked: tuple[str, ...]
+) -> None:
+    if asked == ("--undo",):
+        assert there("withdraw", MONDAY, *MACHINE, "--why", "a worn edge").code == 0
+    store = open_store("sqlite:///autodb.sqlite3")
+    if asked == ("--undo",):
+        take_again(store, "lathe-1", MONDAY)
+    else:
+        withdraw(store, "lathe-1", MONDAY, why="a worn edge")
+    passes = select(func.count()).select_from(models.RefreshPass)
+    with store.reading() as session:
+        before = session.scalar(passes)
+    done = there("withdraw", MONDAY, *MACHINE, *asked)
+    assert done.code == 0, done.err
+    assert "already, its cuts count" in done.out
+    with store.reading() as session:
+        assert session.scalar(passes) == (before or 0) + 1
+    store.close()
+    assert "nothing new" in there("refresh", *MACHINE).out
+    other = there("withdraw", MONDAY, *MACHINE, "--why", "another")
+    assert (other.code == 2) == (asked != ("--undo",))
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
         ((9, "--why", "x"), "machine 'lathe-1' has no recording 9"),
         ((MONDAY,), "withdraw needs --why TEXT, or --undo"),
-        ((MONDAY, "--undo"), "recording 2 is not withdrawn"),
     ],
 )
 def test_what_cannot_be_withdrawn_is_said(

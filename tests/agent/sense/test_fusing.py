@@ -11,7 +11,7 @@ from autodb.agent.sense.fusing import fuse_component
 from autodb.agent.sense.reconstructing import ReconstructedLoad
 from autodb.records import Recording
 from autodb.sensing.drives.reconstruct import DriveLoad
-from autodb.sensing.sensors import DRIVE, NETWORK, TABLE
+from autodb.sensing.fusion import DRIVE, NETWORK, TABLE
 
 Array = NDArray[np.float64]
 

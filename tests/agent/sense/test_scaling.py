@@ -146,6 +146,8 @@ def test_the_machine_keeps_what_a_known_load_told_and_uses_the_surest(cli: Cli) 
     assert used.code == 0, used.err
     assert "scale 3: force.z of push.csv" in " ".join(used.out.split())
     assert "push.csv" in cli("trace", "scale", "3").out
+    again = cli("scale", "push.csv", "--machine", "m")
+    assert "scale 3 of machine 'm', already there" in again.out
     for words, line in (
         (("scale", "hardly.csv", "--machine", "m", "--added-mass", "0.5"),
          "too little to weigh by"),

@@ -15,9 +15,8 @@ from autodb.explain.axis.signals import axis_signals
 from autodb.explain.axis.unknown import unknown_suspects
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Choice
-from autodb.explain.engine.fit import held_out_residual
+from autodb.explain.engine.fit import Folds, held_out_residual
 from autodb.explain.engine.fitted import fit_white_rows
-from autodb.explain.engine.folds import Folds
 from autodb.explain.engine.inquiry import Inquiry
 from autodb.explain.engine.search import CandidateSearch, FoundSet
 from autodb.explain.engine.symbolic import Variable, forms, written

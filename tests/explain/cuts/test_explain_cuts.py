@@ -28,7 +28,7 @@ from autodb.explain.cuts.noise import with_noise
 from autodb.explain.cuts.products import products
 from autodb.explain.cuts.table import edge_read_off
 from autodb.explain.engine.candidates import Rung, Suspect
-from autodb.explain.engine.rivals import alike_terms
+from autodb.explain.engine.search import alike_terms
 from autodb.records import CutTable
 from tests.helpers.campaigns import first
 from tests.helpers.truths import cuts as truths

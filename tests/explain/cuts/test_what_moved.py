@@ -20,6 +20,7 @@ from autodb.explain.engine.candidates import UNKNOWN
 from autodb.records import CutTable
 from autodb.reports.card.moving import what_moved
 from autodb.sensing.ranges import calibration
+from autodb.sensing.ranges.chosen import current_of
 from autodb.sensing.ranges.forms import (
     FEED_FORMS,
     LINE,
@@ -28,7 +29,6 @@ from autodb.sensing.ranges.forms import (
     CurrentForm,
     MeasuredCuts,
 )
-from autodb.sensing.ranges.turned_round import current_of
 from autodb.standard import reference_forces
 from tests.conftest import Cli
 from tests.helpers.campaigns import first

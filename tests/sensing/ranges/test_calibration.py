@@ -13,7 +13,7 @@ from autodb import standard
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
 from autodb.sensing.ranges import calibration as ranges
-from autodb.sensing.ranges.transients import transients
+from autodb.sensing.ranges.outliers import transients
 
 RNG = np.random.default_rng(4)
 N = 60

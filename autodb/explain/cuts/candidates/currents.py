@@ -109,7 +109,7 @@ def _known(run: StandardRun) -> Conditions:
 
 
 def run_candidates(*, measured: bool) -> Library:
-    """Return what the currents of a run may hold; ``measured`` as in ``Run``."""
+    """Return what the currents of a run may hold; ``measured`` as in ``StandardRun``."""
 
     def suspects(stack: Stack) -> list[Suspect]:
         found = [current_gain(stack), offset(stack)]

@@ -1,6 +1,8 @@
 """Effects without a name: the force depends on something that was recorded, by a smooth curve.
 
 Each competes as a path of its own, with a higher bar: what has a name is not put down to them.
+
+The effects of the vocabulary that cutting forces may hold, each with its ladder of shapes.
 """
 
 from itertools import combinations
@@ -8,6 +10,17 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.cuts.candidates.chip import (
+    band_suspects,
+    edge_force_suspects,
+    size_suspects,
+    speed_suspects,
+)
+from autodb.explain.cuts.candidates.engaged import (
+    deflection_suspects,
+    depth_suspects,
+    nose_suspects,
+)
 from autodb.explain.cuts.candidates.laws import (
     SmoothCurve,
     SpreadLaw,
@@ -17,6 +30,9 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
+from autodb.explain.cuts.candidates.sensors import drift_suspects, gain_suspects
+from autodb.explain.cuts.candidates.warming import warming_suspects
+from autodb.explain.cuts.candidates.worn import wear_suspects
 from autodb.explain.cuts.table import Stack
 from autodb.explain.engine.candidates import UNKNOWN, Rung, Suspect
 
@@ -89,3 +105,14 @@ def _pair(stack: Stack, first: str, second: str) -> Suspect:
     law: SpreadLaw = relative(stack, shape, one.width * two.width)
     key = f"unknown {first} × {second}"
     return Suspect(key, UNKNOWN, (Rung(alike(stack, law)),), (first, second), bar=PAIR_BAR)
+
+
+def named_effects(stack: Stack, own: frozenset[str]) -> list[Suspect]:
+    """Return the named effects that a table can tell of; ``own``: terms that are re-tuned."""
+    found = [
+        *edge_force_suspects(stack, own), *size_suspects(stack), *speed_suspects(stack),
+        *band_suspects(stack), *wear_suspects(stack, own), *depth_suspects(stack),
+        *nose_suspects(stack), *deflection_suspects(stack), *drift_suspects(stack),
+        *gain_suspects(stack), *warming_suspects(stack),
+    ]  # fmt: skip
+    return [suspect for suspect in found if suspect.rungs]

@@ -31,8 +31,14 @@ from autodb.proofs.machines.axis.curves import (
     TableCurve,
     reversal,
 )
-from autodb.proofs.machines.axis.motion import HIGH_MM, LOW_MM, TrueMotion, moves_motion, plan_moves
-from autodb.proofs.machines.axis.noise import coloured
+from autodb.proofs.machines.axis.motion import (
+    HIGH_MM,
+    LOW_MM,
+    TrueMotion,
+    coloured,
+    moves_motion,
+    plan_moves,
+)
 from autodb.proofs.machines.lathe.process import Array
 
 RATE_HZ = 250.0

@@ -16,8 +16,7 @@ from autodb.proofs.machines.axis.effects import (
     AxisWarmup,
     PositionFriction,
 )
-from autodb.proofs.machines.axis.motion import TrueMotion, moves_motion, plan_moves
-from autodb.proofs.machines.axis.noise import coloured
+from autodb.proofs.machines.axis.motion import TrueMotion, coloured, moves_motion, plan_moves
 from autodb.proofs.machines.lathe.process import Array
 
 __all__ = [

@@ -1,4 +1,7 @@
-"""Air moves of a feed axis: smooth-step velocity ramps, several speeds, both directions, dwells."""
+"""Air moves of a feed axis: smooth-step velocity ramps, several speeds, both directions, dwells.
+
+Noise of a recorded channel.
+"""
 
 import math
 from dataclasses import dataclass
@@ -93,3 +96,12 @@ def moves_motion(moves: list[PlannedMove], t: Array) -> TrueMotion:
             v = v + peak * (3.0 * u**2 - 2.0 * u**3)
             a = a + peak / one.ramp_s * 6.0 * u * (1.0 - u)
     return TrueMotion(t, x, v, a)
+
+
+def coloured(rng: np.random.Generator, size: int, sd: float, rho: float) -> Array:
+    """First-order autoregressive noise of the stated standard deviation, stationary."""
+    noise = rng.standard_normal(size) * sd
+    fresh = np.sqrt(1.0 - rho**2)
+    for i in range(1, size):
+        noise[i] = rho * noise[i - 1] + fresh * noise[i]
+    return noise

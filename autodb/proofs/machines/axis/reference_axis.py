@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autodb.proofs.machines.axis.motion import TrueMotion
-from autodb.proofs.machines.axis.noise import coloured
+from autodb.proofs.machines.axis.motion import TrueMotion, coloured
 from autodb.proofs.machines.axis.reference_friction import TrueFriction, draw_friction, slid_state
 from autodb.proofs.machines.axis.reference_moves import PITCH_MM, axis_sweep_motion, contour_motion
 from autodb.proofs.machines.lathe.process import Array

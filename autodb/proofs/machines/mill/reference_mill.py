@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from autodb.proofs.machines.axis.motion import TrueMotion
-from autodb.proofs.machines.axis.noise import coloured
+from autodb.proofs.machines.axis.motion import TrueMotion, coloured
 from autodb.proofs.machines.axis.reference_friction import (
     SLIDERS,
     TrueFriction,

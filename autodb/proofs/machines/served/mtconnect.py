@@ -40,7 +40,7 @@ class MtConnectServer:
         self._shift, self.port = shift, port
         self._kept: deque[_Observation] = deque(maxlen=buffer)
         self._latest: dict[str, _Observation] = {}
-        self._next, self._row = 1, 0
+        self._next, self._row, self._sent = 1, 0, 0
         self._instance = time.time_ns() // 1000
         self._server: asyncio.Server | None = None
         self._more = asyncio.Event()
@@ -54,7 +54,7 @@ class MtConnectServer:
     async def start(self) -> None:
         """Listen; the observations before are gone."""
         self._instance = max(self._instance + 1, time.time_ns() // 1000)
-        self._next = 1
+        self._next, self._sent = 1, 0
         self._kept.clear()
         for item in [*self._shift.columns, *self._shift.states]:
             if item in self._latest:
@@ -77,6 +77,11 @@ class MtConnectServer:
     def done(self) -> bool:
         """Whether the shift is over."""
         return self._row >= self._shift.rows
+
+    @property
+    def heard(self) -> bool:
+        """Whether a stream was sent all that was said."""
+        return self._sent >= self._next
 
     async def play(self, *, speed: float, upto: int | None = None) -> None:
         """Say the shift, from where it was on, ``speed`` times as fast as it was."""
@@ -156,6 +161,7 @@ class MtConnectServer:
             part = f"--{BOUNDARY}\r\nContent-type: text/xml\r\nContent-length: {len(body)}"
             writer.write(f"{part}\r\n\r\n".encode() + body + b"\r\n")
             await writer.drain()
+            self._sent = following
             if following >= self._next:
                 await asyncio.sleep(pause_s)
 

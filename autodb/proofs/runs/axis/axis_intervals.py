@@ -1,6 +1,6 @@
 """Proof: the intervals of an identified axis hold what is true of axes drawn at random.
 
-An axis in air is recorded and identified; what ``drives.identify`` gives, coefficients and their
+An axis in air is recorded and identified; what ``feed_axis.identify`` gives, coefficients and their
 covariance, becomes a 95 % interval of every quantity of ``virtual.quantities`` that its model has.
 """
 

@@ -98,7 +98,7 @@ class AxisGate:
         return (TextTable("Gate: the published way, median of the machines", heads, tuple(rows)),)
 
     def to_json(self) -> str:
-        """Return the summary as JSON, as ``read_gate`` reads it."""
+        """Return the summary as JSON, as ``read_axis_gate`` reads it."""
         return GATE.dump_json(self, indent=1).decode() + "\n"
 
 

@@ -26,7 +26,7 @@ PUBLISHED_N = {
 
 @dataclass(frozen=True)
 class ForceRow:
-    """One way in one cut on one axis: medians of the machines, N, as in ``Told``."""
+    """One way in one cut on one axis: medians of the machines, N, as in ``ForceErrors``."""
 
     way: str
     cut: str
@@ -102,7 +102,7 @@ class MillGate:
         )
 
     def to_json(self) -> str:
-        """Return the summary as JSON, as ``read_gate`` reads it."""
+        """Return the summary as JSON, as ``read_mill_gate`` reads it."""
         return GATE.dump_json(self, indent=1).decode() + "\n"
 
 

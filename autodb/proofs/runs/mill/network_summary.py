@@ -180,7 +180,7 @@ class Networks:
         )  # fmt: skip
 
     def to_json(self) -> str:
-        """Return the summary as JSON, as ``read`` reads it."""
+        """Return the summary as JSON, as ``read_networks`` reads it."""
         return SUMMARY.dump_json(self, indent=1).decode() + "\n"
 
 

@@ -203,7 +203,7 @@ class TableForcesSummary:
         )  # fmt: skip
 
     def to_json(self) -> str:
-        """Return the summary as JSON, as ``read`` reads it."""
+        """Return the summary as JSON, as ``read_table_forces`` reads it."""
         return SUMMARY.dump_json(self, indent=1).decode() + "\n"
 
 

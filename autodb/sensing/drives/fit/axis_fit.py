@@ -1,6 +1,6 @@
 """Fit the parts of an axis' model all at once, and say what the moves do not show.
 
-Shape parameters come from variable projection first (``sensing.linearised``); here everything is
+Shape parameters come from variable projection first (``linearised``); here everything is
 fitted together around that shape, with friction free to deviate from its law and with coloured
 noise (``fitting.deviation``), and the shape is moved to where that fit wants it.
 """

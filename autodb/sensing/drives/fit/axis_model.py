@@ -34,9 +34,9 @@ SPINDLE_UNITS = {"U·s/mm": "U/rpm", "U·s²/mm": "U·s/rpm"}
 class IdentifiedTerm:
     """One parameter of one term with its standard deviation, in ``unit``.
 
-    ``form`` and ``of`` tell instances of a term apart, as in ``terms.channel.Part``. ``sd`` is 0
-    for a parameter that was given, and None for one that the moves cannot tell from others: its
-    value then only means something in the sum of the terms.
+    ``form`` and ``of`` tell instances of a term apart, as in ``terms.channel.ChannelPart``. ``sd``
+    is 0 for a parameter that was given, and None for one that the moves cannot tell from others:
+    its value then only means something in the sum of the terms.
     """
 
     term: str

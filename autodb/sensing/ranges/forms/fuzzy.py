@@ -28,7 +28,7 @@ PARAMETERS_A_SET = 3
 
 @dataclass(frozen=True)
 class Input:
-    """One quantity that a system looks at: its attribute of ``Felt``, its name and unit."""
+    """One quantity that a system looks at: its attribute of ``MeasuredCuts``, its name and unit."""
 
     attribute: str
     name: str

@@ -10,12 +10,15 @@ current, r = target − T:
 
 τ² is the scatter of targets about the law beyond the currents' (equation error, Fuller 1987,
 section 2.2). Without u this is least squares.
+
+Laws that are not linear in their coefficients, fitted by least squares on the target.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from autodb import fitting
 from autodb.sensing.ranges.forms.form import CurrentForm, FittedForm, MeasuredCuts
@@ -102,3 +105,23 @@ def _refuse_noise(whole: Array, errors: Array) -> None:
 
     if float(eigh(errors, whole, eigvals_only=True)[-1]) > 1.0 - LEAST_TRUE:
         raise fitting.Undetermined([1])
+
+
+def fit_curved(form: CurrentForm, start: Array, felt: MeasuredCuts, target: Array) -> FittedForm:
+    """Return the law of a form from a start (p,), freed of the currents' errors where known.
+
+    Raises Undetermined where the cuts (n,) do not hold it.
+    """
+
+    def error(values: Array) -> Array:
+        return form.value(values, felt) - target
+
+    def slopes(values: Array) -> Array:
+        return form.slopes(values, felt)
+
+    found = least_squares(error, start, jac=slopes, x_scale="jac")
+    at_end = slopes(found.x)
+    fitting.check_rank(fitting.triangle(at_end, target))
+    variance = 2.0 * float(found.cost) / max(1, len(target) - len(found.x))
+    law = FittedForm(found.x, np.asarray(np.linalg.inv(at_end.T @ at_end) * variance), form)
+    return freed(law, felt, target)

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.sensing.ranges.forms.curved import fit_curved
 from autodb.sensing.ranges.forms.form import FittedForm, MeasuredCuts, form_moves, varies
+from autodb.sensing.ranges.forms.noisy import fit_curved
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.sensing.ranges.forms.curved import fit_curved
 from autodb.sensing.ranges.forms.form import CurrentForm, FittedForm, MeasuredCuts, form_moves
+from autodb.sensing.ranges.forms.noisy import fit_curved
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,114 @@
+"""What bits that flipped changed, and who found it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pydantic import TypeAdapter
+
+from autodb.proofs.runs.found import TextTable
+from autodb.proofs.runs.keeping.flips import Flip
+from autodb.proofs.runs.mill.mill_summary import gate_check_words
+from autodb.proofs.runs.runs import Finished, Origin
+
+IN_FILE, IN_LOG = "in the file", "in the log of a killed program"
+
+
+@dataclass(frozen=True)
+class Flipped:
+    """A flipped bit, and where: in the file or in its log."""
+
+    where: str
+    counts: bool
+    by_doctor: bool
+    by_backup: bool
+
+    @classmethod
+    def of(cls, where: str, flip: Flip) -> "Flipped":
+        """Return what was found of a flip."""
+        return cls(where, flip.counts, flip.by_doctor, flip.by_backup)
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Flips of a place; of those that changed a value, or took rows away, who found them."""
+
+    where: str
+    flips: int
+    counting: int
+    by_doctor: int
+    by_backup: int
+    by_both: int
+
+
+@dataclass(frozen=True)
+class Flips:
+    """Counts of the file and of the log."""
+
+    origin: Origin
+    seeds: tuple[int, int]
+    rows: tuple[Counts, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Say whether whatever changed a value of the file was found by both."""
+        return all(passed for *_, passed in self._checks())
+
+    def _checks(self) -> list[tuple[str, str, str, bool]]:
+        in_file = next(row for row in self.rows if row.where == IN_FILE)
+        missed = in_file.counting - in_file.by_both
+        return [
+            ("flips in the file that changed a value", str(in_file.counting), "> 0",
+             in_file.counting > 0),
+            ("of them not found by `doctor` and `backup` both", str(missed), "0", missed == 0),
+        ]  # fmt: skip
+
+    def tables(self) -> tuple[TextTable, ...]:
+        """Return what must be, and the counts; of a log nothing is promised."""
+        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
+        rows = tuple(
+            (row.where, *(str(n) for n in (
+                row.flips, row.counting, row.by_doctor, row.by_backup, row.by_both,
+                row.counting - row.by_both,
+            ))) for row in self.rows
+        )  # fmt: skip
+        heads = (
+            "one bit", ">flips", ">changed a value or lost a row", ">found by `doctor`",
+            ">found by `backup`", ">by both", ">not by both",
+        )  # fmt: skip
+        return (
+            TextTable(
+                "Bits that flip in a database's file", ("", ">found", ">must be", ""), checks
+            ),
+            TextTable("Where it flipped", heads, rows),
+        )
+
+    def to_json(self) -> str:
+        """Return it as JSON."""
+        return _FLIPS.dump_json(self, indent=1).decode()
+
+
+_FLIPS: TypeAdapter[Flips] = TypeAdapter(Flips)
+
+
+def read_flips(text: str) -> Flips:
+    """Read what ``to_json`` wrote."""
+    return _FLIPS.validate_json(text)
+
+
+def flips_summary_of(runs: Sequence[Finished[Flipped]], origin: Origin) -> Flips:
+    """Count the flips of runs by where they were."""
+    every = [one for run in runs for one in run.judged]
+    rows = []
+    for where in (IN_FILE, IN_LOG):
+        counting = [one for one in every if one.where == where and one.counts]
+        rows.append(
+            Counts(
+                where=where,
+                flips=sum(one.where == where for one in every),
+                counting=len(counting),
+                by_doctor=sum(one.by_doctor for one in counting),
+                by_backup=sum(one.by_backup for one in counting),
+                by_both=sum(one.by_doctor and one.by_backup for one in counting),
+            )
+        )
+    return Flips(origin, (runs[0].seed, runs[-1].seed), tuple(rows))
