@@ -1,4 +1,4 @@
-"""Names of channels and the unit that each name carries (`shared` interface: docs/formats.md)."""
+"""Names of channels and the unit that each name carries (docs/formats.md)."""
 
 import re
 from math import inf

@@ -1,6 +1,6 @@
 """The physics of every channel: one term is one effect with named parameters.
 
-Adding physics is one function and its test: write the function, list its term in ``TERMS``.
+A new one is a function and its term here, and what docs/architecture.md lists under "Add an effect".
 """
 
 from autodb.terms._term import (

@@ -38,7 +38,7 @@ UNITS = {
 def unit_of_name(name: str) -> str | None:
     """Return the unit that a name ends in; None where it has none.
 
-    >>> unit_of("torque_N_m"), unit_of("feed_mm_rev"), unit_of("notes")
+    >>> [unit_of_name(one) for one in ("torque_N_m", "feed_mm_rev", "notes")]
     ('N·m', 'mm/rev', None)
     """
     return next((unit for end, unit in UNITS.items() if name.endswith(end)), None)

@@ -1,1 +1,1 @@
-"""A virtual lathe with physics of its own; it shares no code with the estimators."""
+"""Virtual axes, lathes and mills with physics of their own; they share no code with the estimators."""

@@ -80,7 +80,7 @@ HALVINGS = 50
 def current_of(form: CurrentForm, coefficients: Array, felt: MeasuredCuts, target: Array) -> Array:
     """Return the current (n,) at which a form gives ``target`` (n,), all else as ``felt`` has it.
 
-    Every form goes one way in the current (``sensing.forms``), so that halving finds it. A target
+    Every form goes one way in the current (``ranges.forms``), so that halving finds it. A target
     that no current within the span of ``felt`` and half of it to either side gives has the end.
     """
     span = float(np.ptp(felt.current))

@@ -18,7 +18,7 @@ class AxisEffect(Protocol):
 
     @property
     def term(self) -> str:
-        """Identifier of `physics.md` section 8."""
+        """Identifier of the effect in the vocabulary."""
 
     def part_A(self, motion: TrueMotion, friction_A: Array) -> Array:
         """Contribution at every sample, A, given the motion and the friction without effects."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from autodb.proofs.machines.lathe.drives import FeedAxis, Spindle
 
-GAIN_SPREAD = 0.15  # machine to machine, uniform +- this share: physics.md section 9
-WORK_SPREAD = 0.04  # sd of the same pair's force machine to machine: physics.md section 9 (assumed)
+GAIN_SPREAD = 0.15  # machine to machine, uniform +- this share
+WORK_SPREAD = 0.04  # sd of the same pair's force machine to machine (assumed)
 LOAD_LOSS = 1.22  # N on the screw per N at the tool near P1's repeated cut: friction, screw loss
 
 

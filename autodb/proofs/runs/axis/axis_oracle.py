@@ -1,6 +1,6 @@
 """The least error that a friction field of a reference axis can have: its own forms, fitted.
 
-The oracle knows the laws of ``virtual.reference_friction``: which curves over speed, where the
+The oracle knows the laws of ``reference_friction``: which curves over speed, where the
 covers bend, how long the folds are, the ways of the sliders, how warm the lubricant was. Sizes,
 weight and inertia it must fit to the same segments as anybody; how runs differ nobody can know.
 """

@@ -117,7 +117,7 @@ def varies(speed: Array) -> bool:
 
 
 def form_moves(slopes: Array, value: Array, *, idle: Array, first: int) -> tuple[Array, Array]:
-    """Return ``Form.moves`` where slopes from column ``first`` on follow the current.
+    """Return ``CurrentForm.moves`` where slopes from column ``first`` on follow the current.
 
     ``idle`` (n,): value without a current. What is above it, they follow.
     """
