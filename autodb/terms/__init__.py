@@ -1,6 +1,7 @@
 """The physics of every channel: one term is one effect with named parameters.
 
-A new one is a function and its term here, and what docs/architecture.md lists under "Add an effect".
+A new one is a function and its term here, and what docs/architecture.md lists under "Add an
+effect".
 """
 
 from autodb.terms._term import (

@@ -1,1 +1,1 @@
-"""Virtual axes, lathes and mills with physics of their own; they share no code with the estimators."""
+"""Virtual axes, lathes and mills with physics of their own: no code shared with the estimators."""

@@ -1,7 +1,8 @@
 """Calibrate an axis current against known forces, and sense force with it (P1 sections 8-9).
 
 Force for the feed axes, torque T for the spindle, F_y = T/r_e, each in one of the forms of
-``sensing.ranges.forms``. I is the rise of the current range over air cutting where both ranges are known.
+``sensing.ranges.forms``. I is the rise of the current range over air cutting where both ranges are
+known.
 """
 
 from dataclasses import dataclass, replace

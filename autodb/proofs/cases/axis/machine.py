@@ -1,7 +1,7 @@
 """A feed axis whose simulation has the same laws: Coulomb, viscous, inertia, on some axes weight.
 
-Current A, position mm, speed mm/s. All ranges are *chosen*; noise as in ``machines.axis.axes``, whose
-docstring says which real axis its ranges surround.
+Current A, position mm, speed mm/s. All ranges are *chosen*; noise as in ``machines.axis.axes``,
+whose docstring says which real axis its ranges surround.
 """
 
 from collections.abc import Callable

@@ -1,7 +1,8 @@
 """Proof: the intervals of an identified axis hold what is true of axes drawn at random.
 
 An axis in air is recorded and identified; what ``feed_axis.identify`` gives, coefficients and their
-covariance, becomes a 95 % interval of every quantity of ``machines.axis.quantities`` that its model has.
+covariance, becomes a 95 % interval of every quantity of ``machines.axis.quantities`` that its model
+has.
 """
 
 from pathlib import Path

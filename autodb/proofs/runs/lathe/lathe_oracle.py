@@ -1,10 +1,10 @@
 """The least error that forces sensed on a reference lathe can have: its own forms, fitted.
 
-The oracle knows how the drives of ``machines.lathe.drives`` make a range of a load, how the screw loses
-more at creep, how the spindle reads low while it warms. Gains, friction and weight it must fit to
-the calibration cuts as anybody; what is drawn anew (sensing noise, the spindle's slow wander)
-nobody can know. Friction that grows with the load across the guideway is left out: that load is
-not recorded.
+The oracle knows how the drives of ``machines.lathe.drives`` make a range of a load, how the screw
+loses more at creep, how the spindle reads low while it warms. Gains, friction and weight it must
+fit to the calibration cuts as anybody; what is drawn anew (sensing noise, the spindle's slow
+wander) nobody can know. Friction that grows with the load across the guideway is left out: that
+load is not recorded.
 """
 
 from dataclasses import replace
