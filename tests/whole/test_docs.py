@@ -98,13 +98,20 @@ def test_formats_has_the_parameters_of_everything_that_explain_can_name() -> Non
 @pytest.mark.parametrize("page", ["kills.md", "promises.md", "threat-model.md"])
 def test_tests_that_pages_name_are_there(page: str) -> None:
     text = (ROOT / "docs" / page).read_text("utf-8")
-    tests = {path: path.read_text("utf-8") for path in (ROOT / "tests").glob("test_*.py")}
+    tests = {path: path.read_text("utf-8") for path in (ROOT / "tests").rglob("test_*.py")}
     there = {name for one in tests.values() for name in re.findall(r"^def (test_\w+)", one, re.M)}
     files = {path.name for path in tests}
     named = set(re.findall(r"`(test_\w+)`", text))
     assert len(named) >= 10
     assert named <= there
-    assert set(re.findall(r"`(?:tests/)?(test_\w+\.py)`", text)) <= files
+    assert set(re.findall(r"`(test_\w+\.py)`", text)) <= files
+
+
+def test_files_of_tests_that_pages_name_are_there() -> None:
+    pages = [page.read_text("utf-8") for page in DOCS.rglob("*.md")]
+    named = {name for text in pages for name in re.findall(r"`(tests/[\w/]+(?:\.py)?)`", text)}
+    assert len(named) >= 10
+    assert [name for name in named if not (ROOT / name).exists()] == []
 
 
 def test_a_page_whose_command_ends_otherwise_is_not_made(tmp_path: Path) -> None:
