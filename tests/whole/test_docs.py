@@ -1,5 +1,6 @@
 """The documentation says what the program does: its outputs, commands, figures and links."""
 
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -193,6 +194,16 @@ def test_the_site_holds_every_page_and_no_source(site: Path) -> None:
         assert (site / page.relative_to(DOCS).with_suffix(".html")).exists(), page
     assert not list(site.rglob("*.py"))
     assert "var __index = " in (site / "search" / "search_index.js").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    "asked", ["architecture", "contributing", "dynamometer", "uncertainty", "add an effect"]
+)
+def test_the_search_of_the_site_knows_what_developers_and_users_ask(site: Path, asked: str) -> None:
+    text = (site / "search" / "search_index.js").read_text("utf-8")
+    sections = json.loads(text.removeprefix("var __index = "))["docs"]
+    titles = " ".join(one["title"].lower() for one in sections)
+    assert asked in titles
 
 
 def test_citation_agrees_with_the_package() -> None:

@@ -51,7 +51,7 @@ def test_out_of_memory_is_said(url: str, tmp_path: Path, monkeypatch: pytest.Mon
     def take_in(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr(apart, "take_in", take_in)
+    monkeypatch.setattr(apart, "take_in_sent", take_in)
     sent = Sent(tmp_path / "a.csv", "lathe-1", tmp_path, Access("shop", Role.OPERATE, None))
     says = io.BytesIO()
     apart.do_asked(apart.Request(url, ReaderBounds(memory_MiB=99), apart.Import(sent)), says)
