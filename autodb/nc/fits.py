@@ -43,7 +43,7 @@ def mounted(
     """
     setup = machine.setup
     if setup is None:
-        raise UnusableInput(f"{source}: no [setup]; a file that says what is clamped would work")
+        raise UnusableInput(f"{source}: no [setup]; add [setup], which says what is clamped")
     for axis in axes:
         _refuse_unknown_travel(machine.axes.get(axis), axis, source)
     zero = {axis: _at(setup.zero.model_dump(), axis, "zero", source) for axis in axes}

@@ -64,7 +64,7 @@ def milling_paths(
         if lane is None:
             raise UnusableInput(
                 f"protocol '{protocol.name}': cut '{cut.name}': the block has no place for it; "
-                "a larger one would work"
+                "use a larger block"
             )
         per = _feed_mm_min(protocol, cut)
         job = _Job(cut, lane, per, top.radius_mm, clearance_mm, protocol.air_s * per / 60.0)
@@ -75,7 +75,7 @@ def milling_paths(
 def _refuse_what_is_not_made(protocol: CutProtocol, block: BlockStock, cut: StandardCut) -> None:
     where = f"protocol '{protocol.name}': cut '{cut.name}'"
     if cut.operation not in _MADE:
-        raise UnusableInput(f"{where}: on a block, 'slot' and 'drill' would work")
+        raise UnusableInput(f"{where}: use 'slot' and 'drill' on a block")
     if cut.length_mm is None:
         raise UnusableInput(f"{where}: length_mm would be needed")
     if cut.operation == "slot" and cut.feed_direction_deg is None:

@@ -145,7 +145,7 @@ def _runs_nothing_else(engine: Engine, named: str) -> None:
         strange = shape.running(rowsums.driver_of(connection))
     if strange:
         raise UnusableInput(
-            f"{named}: {strange[0]}; 'autodb restore' of a backup, or of an export, would work"
+            f"{named}: {strange[0]}; restore a backup or an export with 'autodb restore'"
         )
 
 
@@ -174,11 +174,11 @@ def create_store(url: str) -> Created:
         found = revision_of(engine, url)
         if found is None and inspect(engine).get_table_names():
             new = "database" if on_server(url) else "file"
-            raise UnusableInput(f"{named}: holds another program's tables; a new {new} would work")
+            raise UnusableInput(f"{named}: holds another program's tables; use a new {new}")
         if found is not None and found not in revisions():
             raise UnusableInput(
                 f"{named}: schema {found} is not known to this version, which knows up to "
-                f"{head()}; a newer autodb would work"
+                f"{head()}; install a newer autodb"
             )
     finally:
         engine.dispose()

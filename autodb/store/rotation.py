@@ -74,7 +74,7 @@ def dated(folder: Path) -> list[Dated]:
     Raises UnusableInput where there is no such folder.
     """
     if not folder.is_dir():
-        raise UnusableInput(f"{folder}: no such folder; one that is there would work")
+        raise UnusableInput(f"{folder}: no such folder; create it or name another")
     found = ((path, NAME.fullmatch(path.name)) for path in sorted(folder.iterdir()))
     return [
         Dated(path, datetime.strptime(match[1], STAMP).replace(tzinfo=UTC))

@@ -276,7 +276,7 @@ def _opened(path: Path) -> IO[bytes]:
     try:
         return path.open("rb")
     except OSError as error:
-        raise UnusableInput(f"{path}: {error.strerror}; a file that is there would work") from None
+        raise UnusableInput(f"{path}: {error.strerror}; give a file that exists") from None
 
 
 def _in_path(name: str) -> str:

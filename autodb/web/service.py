@@ -107,7 +107,7 @@ class Service:
         if session is None or found is None:
             return None
         if request.method not in SAFE and not session.brought(brought):
-            raise HTTPException(403, "not sent by a page of this service; from one it would work")
+            raise HTTPException(403, "not sent by a page of this service; send it from one")
         return found
 
     def _of(self, secret: str) -> Access | None:
@@ -158,7 +158,7 @@ def _was_passed_on(request: Request) -> bool:
 
 
 def _too_often(what: str, wait_s: int) -> HTTPException:
-    return HTTPException(429, f"{what}; in {wait_s} s it would work", {"Retry-After": str(wait_s)})
+    return HTTPException(429, f"{what}; try again in {wait_s} s", {"Retry-After": str(wait_s)})
 
 
 def service_of(request: Request) -> Service:
@@ -203,7 +203,7 @@ def allowed(request: Request, role: Role, brought: str | None, *, changes: bool)
     request.state.who = access.who
     request.state.access = access
     if changes and not service.settings.writes:
-        raise HTTPException(403, "served read-only; 'autodb serve --write' would work")
+        raise HTTPException(403, "served read-only; run 'autodb serve --write'")
     if access.role < role:
         if access.token_id is None:
             said = f"a token is needed of role {role.word}; 'autodb token add' makes one"

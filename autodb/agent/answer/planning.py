@@ -99,8 +99,8 @@ def plan_cuts(
     """
     if job.program is not None:
         raise UnusableInput(
-            f"job '{job.name}': a plan is made for cuts; a job with [[cut]] in place of [program] "
-            "would work"
+            f"job '{job.name}': a plan is made for cuts; use a job with [[cut]] in place of "
+            "[program]"
         )
     with store.reading() as session:
         row = find_machine(session, machine)
@@ -121,8 +121,8 @@ def plan_cuts(
             break
     if not best:
         raise UnusableInput(
-            f"each of {len(candidates)} cuts may exceed a limit of machine '{machine}'; lighter "
-            "ones would work: --depth, --feed"
+            f"each of {len(candidates)} cuts may exceed a limit of machine '{machine}'; use "
+            "lighter ones with --depth and --feed"
         )
     now, targets = search.targets(best[0].cut)
     open_ = search.open(start)

@@ -276,8 +276,8 @@ def _keep_version(session: Session, row: models.Mismatch, step: _Step) -> int:
     newest = newest_model(session, row.recording.machine_id, row.channel)
     if newest is None or newest.id != step.newest_id:
         raise UnusableInput(
-            f"mismatch {row.id} stays open: {row.channel} got another version while this one was "
-            "fitted; the same command again would work"
+            f"mismatch {row.id} stays open: {row.channel} got another version during the fit; "
+            "run the same command again"
         )
     if not step.refit.already_there:
         newest = add_version(session, row.recording.machine_id, step.refit, row.recording_id)

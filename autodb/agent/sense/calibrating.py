@@ -120,8 +120,8 @@ def _calibrated(
         return f"{error}{where}"
     except Undetermined:
         return (
-            f"{table.path}: axis {axis}{where}: too few different currents for a line with some "
-            "cuts left out; more cuts, at several feeds and depths, would work"
+            f"{table.path}: axis {axis}{where}: too few different currents to fit a line and "
+            "test it on held-out cuts; add cuts at several feeds and depths"
         )
 
 

@@ -90,9 +90,9 @@ def _kinematics(owner: models.Machine) -> Kinematics:
     }
     if not carrying:
         raise UnusableInput(
-            f"machine '{owner.name}' states no rotary axis that carries the work; [axes.a] and "
-            '[axes.c] with carries = "work", and carried_by of the upper one, in its file would '
-            "work ('autodb machine update')"
+            f"machine '{owner.name}' states no rotary axis that carries the work; state "
+            '[axes.a] and [axes.c] with carries = "work", and carried_by of the upper one, in '
+            "its file ('autodb machine update')"
         )
     return Kinematics(order_of(carrying))
 

@@ -84,8 +84,8 @@ def _cut(session: Session, of: OfCut) -> models.Cut:
     )
     if recording is None:
         raise UnusableInput(
-            f"{of.recording}: not imported; 'autodb import {of.recording} --machine {of.machine}' "
-            "would work"
+            f"{of.recording}: not imported; run 'autodb import {of.recording} --machine "
+            f"{of.machine}'"
         )
     found = next((cut for cut in recording.cuts if cut.number == of.cut), None)
     if found is None:

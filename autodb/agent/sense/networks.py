@@ -163,9 +163,9 @@ def _drives(
         scale = known_scale(session, axes[name]) if name in axes else None
         if row.unit == "A" and scale is None:
             raise UnusableInput(
-                f"{recording.path}: nothing says what an ampere of {name} is in newtons; 'autodb "
-                f"scale' with a known load, or torque_constant_N_m_A in the machine's file, would "
-                "work"
+                f"{recording.path}: the force constant (N/A) of {name} is not known; run "
+                "'autodb scale' with a known load, or state torque_constant_N_m_A in the "
+                "machine's file"
             )
         found[name] = LoadedDrive(
             drive_model(row), scale.per_ampere if row.unit == "A" and scale else 1.0

@@ -230,7 +230,7 @@ class WaitingCut:
             raise UnusableInput(f"{self.path}: not there as it was imported, so nothing feels it")
         found = open_as_stored(there[0], SideFile.model_validate(self.side)).choose().read()
         if not isinstance(found, Recording):
-            raise UnusableInput(f"{there[0]}: a table of cuts; a recording over time would work")
+            raise UnusableInput(f"{there[0]}: is a table of cuts; use a recording over time")
         return found
 
 

@@ -207,10 +207,10 @@ def term_names(terms: str | None) -> tuple[str, ...] | None:
         return None
     names = tuple(name.strip() for name in terms.split(",") if name.strip())
     if not names:
-        raise UnusableInput("--terms: names no term; inertia,viscous,coulomb,gravity would work")
+        raise UnusableInput("--terms: names no term; use inertia,viscous,coulomb,gravity")
     for name in names:
         if names.count(name) > 1:
-            raise UnusableInput(f"--terms: '{name}' is named twice; once would work")
+            raise UnusableInput(f"--terms: '{name}' is named twice; name it once")
     return names
 
 
@@ -236,7 +236,7 @@ def read_over_time(
 
     found = read_one(path, columns=columns, group=group, resample_hz=resample)
     if isinstance(found, CutTable):
-        raise UnusableInput(f"{path}: a table of cuts; a recording over time would work")
+        raise UnusableInput(f"{path}: is a table of cuts; use a recording over time")
     return found
 
 

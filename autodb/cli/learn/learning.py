@@ -207,7 +207,7 @@ def _refuse_both(asked: AskedRecordings, network: bool, of_table: bool, *, with_
 
     option = "--network" if network else "--table"
     if network and of_table:
-        raise UnusableInput("--network and --table: one of them at a time would work")
+        raise UnusableInput("--network and --table: use one at a time")
     if asked.machine is None or not asked.files:
         raise UnusableInput(f"{option} needs --machine NAME and recordings over time")
     if with_cuts:

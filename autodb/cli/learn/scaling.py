@@ -98,7 +98,7 @@ def _cut_named(words: str) -> "Callable[[str], ReferenceForce]":
 
     protocol_name, _, cut_name = words.rpartition(":")
     if not protocol_name:
-        raise UnusableInput(f"--standard-cut: '{words}' names no cut; '{words}:CUT' would work")
+        raise UnusableInput(f"--standard-cut: '{words}' names no cut; write '{words}:CUT'")
     protocol = read_protocol(protocol_name)
     cuts = {cut.name: cut for cut in protocol.cut}
     if cut_name not in cuts:

@@ -81,10 +81,10 @@ def refresh_fleet_command(
     from autodb.store import database_url
 
     if scheduler is not None and workers is not None:
-        raise UnusableInput("--scheduler and --workers: one of them would work")
+        raise UnusableInput("--scheduler and --workers: use one of them")
     where = _Where(scheduler, workers, _shown(scheduler, ca, certificate, key))
     if inboxes is not None and not inboxes.is_dir():
-        raise UnusableInput(f"{inboxes}: no such folder; one that is there would work")
+        raise UnusableInput(f"{inboxes}: no such folder; create it or name another")
     url = database_url(db)
     with opened_store(db) as store:
         machines, sharing = _machines(store, url, machine or [], inboxes)
@@ -180,9 +180,7 @@ def _shown(
     if ca is None and certificate is None and key is None:
         return None
     if scheduler is None or ca is None or certificate is None or key is None:
-        raise UnusableInput(
-            "--ca, --certificate and --key: all three, with --scheduler, would work"
-        )
+        raise UnusableInput("--ca, --certificate and --key: give all three, with --scheduler")
     return ShownCertificates(ca, certificate, key)
 
 

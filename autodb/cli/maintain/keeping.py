@@ -111,7 +111,7 @@ def _rotate(url: str, folder: Path, keep: int | None, every: str | None) -> None
     from autodb.store.rotation import Every, age_words, rotate
 
     if every is not None and every not in list(Every):
-        raise UnusableInput(f"--every {every}: {', '.join(Every)} would work")
+        raise UnusableInput(f"--every {every}: use {', '.join(Every)}")
     apart, now = None if every is None else Every(every), datetime.now(UTC)
     with working(f"copying to {folder.name}") as progress:
         done = rotate(url, folder, keep=keep, every=apart, now=now, progress=progress)
@@ -278,7 +278,7 @@ def withdraw_command(
     from autodb.errors import UnusableInput
 
     if undo == (why is not None):
-        raise UnusableInput("withdraw needs --why TEXT, or --undo; one of them would work")
+        raise UnusableInput("withdraw needs --why TEXT or --undo; give one of them")
     with opened_store(db) as store, working(f"learning {machine} anew") as progress:
         if why is None:
             done = take_again(store, machine, recording)

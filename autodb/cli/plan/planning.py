@@ -63,7 +63,7 @@ def _range(name: str, text: str) -> tuple[float, float]:
     except ValueError:
         ends = (0.0, 0.0)
     if not 0.0 < ends[0] < ends[1] < 1e6:
-        raise UnusableInput(f"--{name} {text}: no range; LOW:HIGH with 0 < LOW < HIGH would work")
+        raise UnusableInput(f"--{name} {text}: is not a range; write LOW:HIGH with 0 < LOW < HIGH")
     return ends
 
 

@@ -131,7 +131,7 @@ def _day(date: str | None, file: Path) -> str:
     try:
         return datetime.strptime(date, "%Y-%m-%d").replace(tzinfo=UTC).date().isoformat()
     except ValueError:
-        raise UnusableInput(f"--date {date}: a day as 2026-01-31 would work") from None
+        raise UnusableInput(f"--date {date}: write a day as 2026-01-31") from None
 
 
 @standard.command("program")

@@ -197,7 +197,7 @@ def calibration_points(table: CutTable, axis: str, *, force_N: Array | None = No
     if len(np.unique(groups)) < MIN_GROUPS:
         raise UnusableInput(
             f"{table.path}: {axis}: {len(np.unique(groups))} independent groups of cuts with "
-            f"force.{component}; {MIN_GROUPS} or more would work"
+            f"force.{component}; use {MIN_GROUPS} or more"
         )
     return Points(
         channel=signal[0],

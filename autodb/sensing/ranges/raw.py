@@ -71,8 +71,8 @@ def _usable(
     needs_s = load.air_needs_s(parts.air)
     if has_s < needs_s:
         notes.append(
-            f"{axis}: its range in air is left out: the approach takes {has_s:.2g} s, and "
-            f"{needs_s:.2g} s would work for a drive that turns at "
+            f"{axis}: its range in air is excluded, because the approach takes {has_s:.2g} s; "
+            f"approach for {needs_s:.2g} s, for a drive that turns at "
             f"{load.turning_hz(parts.air):.2g} Hz"
         )
         del segments["air"]
@@ -215,8 +215,8 @@ def _segments(found: _Signals, recording: Recording) -> signals.CutSegments:
         seen = seen or short
     _set_aside(recording, seen)
     raise SetAside(
-        f"{recording.path}: no air approach followed by a cut in the {_felt(found)}; "
-        "a recording that starts 1 s before the tool enters would work"
+        f"{recording.path}: no air approach followed by a cut in the {_felt(found)}; start the "
+        "recording 1 s before the tool enters"
     )
 
 

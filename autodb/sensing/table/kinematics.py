@@ -33,8 +33,8 @@ class Kinematics:
             or len(set(self.order)) < len(self.order)
         ):
             raise UnusableInput(
-                f"rotary axes {', '.join(self.order) or 'none'}: some of a, b, c, each once, in "
-                "order from the bed to the table, would work"
+                f"rotary axes {', '.join(self.order) or 'none'}: name some of a, b, c, each "
+                "once, in order from the bed to the table"
             )
 
     def rotation(self, angles_rad: Mapping[str, Array]) -> Array:

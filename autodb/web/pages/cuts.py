@@ -53,7 +53,7 @@ def stated_rows(query: QueryParams) -> list[dict[str, str]]:
     """
     operations = query.getlist("operation")
     if len(operations) > MOST:
-        raise UnusableInput(f"{len(operations)} cuts; {MOST} or a program would work")
+        raise UnusableInput(f"{len(operations)} cuts are too many; send {MOST}, or a program")
     columns = {name: query.getlist(name) for name in ("name", *(one.key for one in FIELDS))}
     return [
         {"operation": operation}

@@ -156,8 +156,8 @@ def _solved(
     except fitting.NotSettled as error:
         terms = ",".join(part.key for part in parts)
         raise UnusableInput(
-            f"{rows.path}: {rows.axis}: how far friction is off its law is not told ({error}); "
-            f"fewer terms than {terms} would work"
+            f"{rows.path}: {rows.axis}: the model discrepancy of friction cannot be estimated "
+            f"({error}); use fewer terms than {terms}"
         ) from None
     values, weights = np.split(_at_shape(problem, fit), [fit.columns])
     return Solved(problem, fit, deviation, values, fit.covariance, weights), fit.coefficients
