@@ -9,6 +9,7 @@ from autodb.errors import UnusableInput
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 """Of a full disk, and of a share of it that is used up."""
+DOCTOR = "run 'autodb doctor'"
 
 
 def excuse(error: Exception) -> str | None:
@@ -52,7 +53,7 @@ def _of_the_database(error: Exception) -> str | None:
         "readonly": "give write permission, or use another database",
     }
     known = next((text for word, text in works.items() if word in str(cause)), None)
-    return f"the database: {cause}; {known or 'autodb doctor says more'}"
+    return f"the database: {cause}; {known or DOCTOR}"
 
 
 def _of_a_server(state: str) -> str:
@@ -68,4 +69,4 @@ def _of_a_server(state: str) -> str:
         "53100": "make room on the server's disk",
     }
     known = next((text for begin, text in works.items() if state.startswith(begin)), None)
-    return known or "autodb doctor says more"
+    return known or DOCTOR

@@ -148,7 +148,8 @@ def damaged(path: Path, kind: str, reason: str) -> UnusableInput:
     """Return the line for a file that is not whole, or for which there is no memory."""
     if reason == NO_MEMORY:
         return UnusableInput(
-            f"{path}: this {kind} file {NO_MEMORY}; CSV, Parquet or HDF5 ('-v7.3') are read in X"
+            f"{path}: this {kind} file {NO_MEMORY}; use CSV, Parquet or HDF5 "
+            "('-v7.3'), which are read in blocks"
         )
     why = reason.rstrip(". ")
     return UnusableInput(f"{path}: not a whole {kind} file ({why}); copy it again")

@@ -24,7 +24,7 @@ def common_times_s(source: RecordingSource, rate_hz: float) -> Array:
     if len(t_s) < FEWEST_ROWS:
         raise UnusableInput(
             f"{source.path}: its time bases share {max(end_s - start_s, 0.0):.3g} s: too little "
-            f"for {rate_hz:g} Hz; --group NAME reads one of them"
+            f"for {rate_hz:g} Hz; read one of them with --group NAME"
         )
     return np.asarray(t_s, dtype=np.float64)
 

@@ -130,8 +130,8 @@ class RecordingSource:
         usable = self.usable()
         if len(usable) > 1:
             raise UnusableInput(
-                f"{self.path}: several time bases: {self._listed(usable)}; --group NAME reads one "
-                "of them"
+                f"{self.path}: several time bases: {self._listed(usable)}; read one of them "
+                "with --group NAME"
             )
         return usable[0]
 

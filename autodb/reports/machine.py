@@ -227,9 +227,9 @@ def _headline(
     total = sum(len(c.sensed_N) for c in checks)
     off = np.concatenate([np.abs(c.predicted_N / c.sensed_N - 1.0) for c in checks])
     return (
-        ("Predicted against felt, median difference", f"{100 * float(np.median(off)):.1f} %"),
-        ("Felt forces inside their 95 % interval", f"{inside} of {total}"),
-        ("Cuts learnt from", str(parameters.n_cuts)),
+        ("Predicted against measured, median difference", f"{100 * float(np.median(off)):.1f} %"),
+        ("Measured forces inside their 95 % interval", f"{inside} of {total}"),
+        ("Cuts in the fit", str(parameters.n_cuts)),
     )
 
 

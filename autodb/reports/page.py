@@ -110,7 +110,9 @@ def learnt_words(curve: LearningCurve) -> str:
 def check_words(check: PredictedSensed) -> str:
     """Return how many sensed forces lie in their predicted interval, and how many were not felt."""
     felt = np.isfinite(check.sensed_N)
-    count = f"{np.sum(_inside(check))} of {np.sum(felt)} felt forces lie in the predicted interval"
+    count = (
+        f"{np.sum(_inside(check))} of {np.sum(felt)} measured forces lie in the predicted interval"
+    )
     blind = int(np.sum(~felt))
     return count + (f"; {blind} {NOT_SENSED}." if blind else ".")
 
@@ -139,7 +141,7 @@ def calibration_plot(n: int, plot: CalibrationPlot) -> Markup:
         made.add_trace(
             figures.line_trace(ends, ends, tone="simulation", name="the same", line=dash)
         )
-    label = f"{plot.axis}: reference against what the current tells, {plot.verdict}"
+    label = f"{plot.axis}: reference against estimate from the current, {plot.verdict}"
     return figures.as_html(made, f"calibration-{n}", height_px=320, label=label)
 
 
@@ -150,7 +152,7 @@ def _felt_as(plot: CalibrationPlot) -> str:
 def learning_plot(n: int, curve: LearningCurve) -> Markup:
     """Return the plot of a curve, the n-th of a page."""
     mean, sd = curve.mean, curve.sd
-    made = figures.figure(["[N]"], x_title="Cuts learnt from")
+    made = figures.figure(["[N]"], x_title="Cuts in the fit")
     low, high = mean - 2.0 * sd, mean + 2.0 * sd
     for edge, fill in ((low, None), (high, "tonexty")):
         band = {"fill": fill, "fillcolor": translucent("corrected"), "line": {"width": 0}}
@@ -233,5 +235,5 @@ def _hover(check: PredictedSensed, row: np.intp) -> str:
     reach = figures.span(float(check.low_N[row]), float(check.high_N[row]), "N")
     felt = figures.number(float(check.sensed_N[row]))
     sd = figures.quantity(2.0 * float(check.sensed_sd_N[row]), "N")
-    lines = (f"predicted {reach}", f"felt {felt} ± {sd}")
+    lines = (f"predicted {reach}", f"measured {felt} ± {sd}")
     return "<br>".join((figures.plain_text(check.label[row]), *lines))

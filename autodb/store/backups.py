@@ -21,7 +21,7 @@ def backup(
     """
     source = None if on_server(url) else file_of(url)
     if source is not None and not source.is_file():
-        raise UnusableInput(f"{url}: no database there; 'autodb init' makes one")
+        raise UnusableInput(f"{url}: no database there; make one with 'autodb init'")
     target = target.resolve() if target.is_symlink() else target
     needs_folder(target)
     with hidden(target, progress) as partial:

@@ -96,7 +96,7 @@ def _check(copy: sqlite3.Connection, source: Path, schema: str, before: dict[str
     if row_counts(copy) != before:
         faults.append("the copy holds another number of rows")
     if faults:
-        raise UnusableInput(f"{source}: damaged ({faults[0]}); 'autodb doctor' says more")
+        raise UnusableInput(f"{source}: damaged ({faults[0]}); run 'autodb doctor'")
     altered = rowsums.altered(copy)
     if altered:
         raise UnusableInput(

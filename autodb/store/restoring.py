@@ -66,8 +66,8 @@ def _may_be_replaced(target: Path, *, replace: bool) -> None:
         if replace:
             return  # what cannot be read is set aside, not lost
         raise UnusableInput(
-            f"{target}: is there and cannot be read as a database ({error}); --replace sets it "
-            "aside, another --db would leave it"
+            f"{target}: is there and cannot be read as a database ({error}); move it "
+            "aside with --replace, or use another --db"
         ) from None
     if any(held.values()) and not replace:
         raise UnusableInput(

@@ -140,7 +140,8 @@ def drill(folder: Path, *, now: datetime, progress: Progress | None = None) -> R
     there = dated(folder)
     if not there:
         raise UnusableInput(
-            f"{folder}: no backup there; 'autodb backup {folder} --keep 7 --every day' makes one"
+            f"{folder}: no backup there; make one with 'autodb backup {folder} --keep 7 "
+            "--every day'"
         )
     with TemporaryDirectory() as aside:
         url = f"sqlite:///{Path(aside) / 'restored.sqlite3'}"

@@ -264,7 +264,7 @@ def _refuse(response: httpx.Response) -> None:
 
 
 def _unanswered(error: httpx.HTTPError) -> Unanswered:
-    return Unanswered(f"{error.request.url}: no answer ({error}); 'autodb serve' gives them")
+    return Unanswered(f"{error.request.url}: no answer ({error}); start it with 'autodb serve'")
 
 
 def _of(machine: str) -> str:

@@ -78,7 +78,7 @@ class Service:
             return signed_in
         if self.settings.anonymous and not _was_passed_on(request):
             return ANYONE_HERE
-        raise HTTPException(401, "a token is needed; 'autodb token add' makes one", CHALLENGE)
+        raise HTTPException(401, "a token is needed; make one with 'autodb token add'", CHALLENGE)
 
     def by_token(self, request: Request, secret: str) -> Access:
         """Return whose token it is; raises HTTPException where it is not valid.
@@ -175,7 +175,7 @@ async def made_apart(service: Service, task: Task, kind: Any, bounds: ReaderBoun
     is refused.
     """
     if service.reading.statistics().tasks_waiting >= service.settings.limits.at_once:
-        said = f"too many files are read; in {WAIT_S} s it may work"
+        said = f"too many files are read; try again in {WAIT_S} s"
         raise HTTPException(503, said, {"Retry-After": str(WAIT_S)})
     work = partial(service.children.do, task, kind, bounds)
     try:
@@ -206,7 +206,7 @@ def allowed(request: Request, role: Role, brought: str | None, *, changes: bool)
         raise HTTPException(403, "served read-only; run 'autodb serve --write'")
     if access.role < role:
         if access.token_id is None:
-            said = f"a token is needed of role {role.word}; 'autodb token add' makes one"
+            said = f"a token is needed of role {role.word}; make one with 'autodb token add'"
             raise HTTPException(401, said, CHALLENGE)
         raise HTTPException(403, f"'{access.who}' may {access.role.word}, not {role.word}")
     return access

@@ -59,7 +59,7 @@ def scheduler_at(
     try:
         if not client.scheduler_info()["workers"]:
             raise UnusableInput(
-                f"{address}: its scheduler has no workers; 'dask worker {address}' starts some"
+                f"{address}: its scheduler has no workers; start some with 'dask worker {address}'"
             )
         yield client
     finally:
@@ -100,8 +100,8 @@ def _client(address: str, security: "Security") -> "Client":
         return Client(address, security=security, timeout=ANSWER_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise UnusableInput(
-            f"{address}: no Dask scheduler answers there ({error}); 'dask scheduler' starts one, "
-            "and prints its address"
+            f"{address}: no Dask scheduler answers there ({error}); start one with 'dask "
+            "scheduler', which prints its address"
         ) from None
 
 

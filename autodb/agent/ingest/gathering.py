@@ -33,9 +33,9 @@ def each_used(files: Sequence[Path], work: Callable[[Path], Done], *, tell: Tell
         except SetAside as error:
             if len(files) == 1:
                 raise
-            tell(f"set aside: {error}")
+            tell(f"excluded: {error}")
     if not done:
-        raise UnusableInput(f"none of the {len(files)} cuts can be used: all are set aside")
+        raise UnusableInput(f"none of the {len(files)} cuts can be used; all are excluded")
     return done
 
 

@@ -150,7 +150,7 @@ def mismatch(session: Session, number: int) -> models.Mismatch:
     row = session.get(models.Mismatch, number)
     if row is None:
         raise NotThere(
-            f"there is no mismatch {number}; 'autodb mismatch list NAME' lists a machine's"
+            f"there is no mismatch {number}; list a machine's with 'autodb mismatch list NAME'"
         )
     return row
 
@@ -220,7 +220,7 @@ def _fit(
     newest = newest_model(session, owner.id, row.channel)
     if newest is None:
         raise UnusableInput(
-            f"machine '{owner.name}' has no model of {row.channel}; 'autodb identify' makes one"
+            f"machine '{owner.name}' has no model of {row.channel}; make one with 'autodb identify'"
         )
     moves = signed(_moves(row), owner)
     progress("fitting")

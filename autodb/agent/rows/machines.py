@@ -60,7 +60,7 @@ def add_machine(store: Store, name: str, file: MachineFile) -> bool:
             if changes:
                 raise UnusableInput(
                     f"machine '{name}' is there already and differs ({'; '.join(changes[:3])}); "
-                    f"'autodb machine update {name} --file FILE' changes it"
+                    f"change it with 'autodb machine update {name} --file FILE'"
                 )
             return False
         machine = models.Machine(name=name)
@@ -250,6 +250,6 @@ def find_machine(session: Session, name: str) -> models.Machine:
     machine = session.scalar(select(models.Machine).where(models.Machine.name == name))
     if machine is None:
         names = list(session.scalars(select(models.Machine.name)))
-        hint = near(name, names) if names else f": 'autodb machine add {name}' makes it"
+        hint = near(name, names) if names else f"; add it with 'autodb machine add {name}'"
         raise NotThere(f"no machine '{name}'{hint}")
     return machine

@@ -185,7 +185,7 @@ def calibrate_machine(
         _refuse_wrong_units(cuts, axes, known)
         machine_id = owner.id
     if progress:
-        progress("fitting and scoring on groups left out")
+        progress("fitting and scoring on held-out groups")
     done, left_out = calibrate_table(table, axes=axes, protocol=protocol, known=known, names=names)
     of = [_recordings(table, one, recordings_of_cuts) for one in done]
     with store.writing(machine) as session:

@@ -94,8 +94,8 @@ def reconstruct_on_machine(
             felt.append(_felt(load, said, known))
     if not felt:
         raise UnusableInput(
-            f"{recording.path}: machine '{machine}' has no model of {', '.join(without)}; "
-            f"'autodb identify MOVES --machine {machine}' makes one"
+            f"{recording.path}: machine '{machine}' has no model of {', '.join(without)}; make "
+            f"one with 'autodb identify MOVES --machine {machine}'"
         )
     return felt
 

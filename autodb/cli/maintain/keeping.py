@@ -132,7 +132,7 @@ def restore_command(
     replace: Replace = False,
     db: Database = None,
 ) -> None:
-    """Put a backup, or an export, in the database's place, at this version's schema."""
+    """Replace the database by a backup or an export, at this version's schema."""
     from autodb.store import database_url, head, shown_url
     from autodb.store.restoring import restore
 
@@ -167,7 +167,7 @@ def export_command(
         typer.Option(
             "--cards",
             metavar="FILE",
-            help="Write what the machine knows of its materials as Kienzle cards (CSV) instead.",
+            help="Write the machine's materials as Kienzle cards (CSV) instead.",
         ),
     ] = None,
     coefficients: Annotated[
@@ -272,7 +272,7 @@ def withdraw_command(
     ] = False,
     db: Database = None,
 ) -> None:
-    """Take a recording back, with what was derived from it, and learn anew without it."""
+    """Take a recording back, with what was derived from it, and fit again without it."""
     from autodb.agent.operate.refreshing import refresh
     from autodb.agent.operate.withdrawing import take_again, withdraw
     from autodb.errors import UnusableInput
@@ -285,8 +285,8 @@ def withdraw_command(
         else:
             done = withdraw(store, machine, recording, why=why)
         learnt = refresh(store, machine, progress=progress)
-    what = "count again" if undo else "count no more"
-    cuts = "already, its cuts" if done.already else f"{done.cuts} cuts"
+    what = "are used again" if undo else "are no longer used"
+    cuts = "already done, its cuts" if done.already else f"{done.cuts} cuts"
     say(f"recording {recording}: {cuts} {what}")
     for line in done.taken_back:
         say(f"taken back: {line}")

@@ -88,7 +88,7 @@ def serve(
     unit: Unit = False,
     db: Database = None,
 ) -> None:
-    """Serve pages and look-ups: read-only, and to this computer alone, unless told otherwise."""
+    """Serve pages and look-ups: read-only, and to this computer alone, unless options say otherwise."""
     from autodb.errors import UnusableInput
     from autodb.store import database_url
     from autodb.web.http import arenas
@@ -216,8 +216,8 @@ def _refuse_unusable(settings: "Settings", db: str | None) -> None:
         return
     if not any(role >= needed for role in roles):
         raise UnusableInput(
-            "nobody could use it: 'autodb token add NAME --role "
-            f"{needed.word}' makes the token that it needs"
+            "nobody could use it; add the token that it needs with 'autodb token add NAME "
+            f"--role {needed.word}'"
         )
 
 
@@ -249,7 +249,7 @@ def list_tokens_command(db: Database = None) -> None:
     with opened_store(db) as store, store.reading() as session:
         found = tokens(session)
     if not found:
-        say("no token; 'autodb token add NAME' makes one")
+        say("no token; add one with 'autodb token add NAME'")
         return
     rows = table("Tokens", "name", "role", "made", "until", "state")
     for one in found:

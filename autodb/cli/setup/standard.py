@@ -53,7 +53,7 @@ def show_protocol_command(name: Name) -> None:
     if without:
         say(
             f"{len(without)} of {len(protocol.cut)} cuts have no reference force and calibrate "
-            "nothing yet: 'autodb standard new' takes them from a dynamometer's file"
+            "nothing yet; take them from a dynamometer's file with 'autodb standard new'"
         )
     say(f"order, seed {protocol.seed}: {', '.join(cut.name for cut in run_order(protocol))}")
 

@@ -43,7 +43,7 @@ def air_and_cut_means(
             values, kept = load.quick_A, _outside(pulses, load, parts.cut, rate_hz)
             notes.append(
                 f"{axis}: {len(pulses.seen)} short rises of the range every "
-                f"{pulses.every_s:.2f} s, as of way lubrication, are left out"
+                f"{pulses.every_s:.2f} s, as of way lubrication, are excluded"
             )
     row = {}
     for name, part in segments.items():
@@ -189,7 +189,7 @@ def _slowing(from_s: float, loads: dict[str, PhaseLoad], begins: int) -> str:
     after = loads["spindle"].range_A[begins:] if "spindle" in loads else np.zeros(0)
     known = after[np.isfinite(after)]
     high = f", its range up to {np.max(known):.4g} A," if known.size else ""
-    return f"from {from_s:.2f} s on the spindle slows down{high} and all is left out"
+    return f"from {from_s:.2f} s on the spindle slows down{high} and all of it is excluded"
 
 
 def _segments(found: _Signals, recording: Recording) -> signals.CutSegments:

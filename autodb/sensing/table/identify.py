@@ -184,6 +184,6 @@ def _moments(
 def _untold(component: int) -> str:
     name = "xyz"[component]
     return (
-        f"the lever arm's {name} is not told: turn the table about an axis that is not along the "
-        f"sensor's {name}, with sharp starts and stops"
+        f"the lever arm's {name} is not determined; turn the table about an axis that is not "
+        f"along the sensor's {name}, with sharp starts and stops"
     )

@@ -74,7 +74,7 @@ class Guard:
             return 403, "sent by a page of another site; send it from a page of this service"
         names, asked = self._settings.answers_to, headers.get("host", "")
         if names is not None and _name(asked) not in names:
-            return 400, f"asked by the name '{_name(asked)}'; serve --name would allow it"
+            return 400, f"asked by the name '{_name(asked)}'; allow it with 'autodb serve --name'"
         length = headers.get("content-length", "0")
         if not length.isdecimal():
             return 400, "Content-Length: not a number"

@@ -151,7 +151,7 @@ class Imports:
         with self._lock:
             most = self._settings.limits.waiting
             if self._held >= most:
-                said = f"{most} recordings wait already; in {WAIT_S} s it may work"
+                said = f"{most} recordings wait already; try again in {WAIT_S} s"
                 raise HTTPException(503, said, {"Retry-After": str(WAIT_S)})
             self._held += 1
         self._metrics.importing.inc()
