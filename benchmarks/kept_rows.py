@@ -1,7 +1,7 @@
 """How far the friction of a real axis depends on the rows that are kept, and on a lag in the model.
 
 `python -m benchmarks.kept_rows DATA_EMPS.mat`: the direction-dependent model with deviation, one
-row in 4, 10 and 20 kept, with `lag` and without; the range in docs/method.md.
+row in 4, 10 and 20 kept, with `lag` and without; the range in docs/method/identify.md.
 """
 
 import sys

@@ -1,6 +1,6 @@
 """Leave each part of the published EMPS model out of a simulation and print what explain names.
 
-`python -m benchmarks.left_out DATA_EMPS.mat`: the table in docs/method.md.
+`python -m benchmarks.left_out DATA_EMPS.mat`: the table in docs/method/explain.md.
 """
 
 import sys

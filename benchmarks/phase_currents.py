@@ -4,7 +4,7 @@
 and on each phase alone, and, on the same array, of PyWavelets' db5 to level 6 and back and of
 SciPy's `sosfiltfilt` (4th-order Butterworth); each in a process of its own, one thread.
 `python -m benchmarks.phase_currents errors` prints how far ranges are off at 40 frequencies: the
-table in docs/method.md.
+table in docs/method/signals.md.
 """
 
 import resource

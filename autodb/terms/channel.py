@@ -59,7 +59,7 @@ def _arguments(part: ChannelPart, inputs: Inputs) -> tuple[list[Array], dict[str
 
 
 def channel_columns(parts: Sequence[ChannelPart], inputs: Inputs) -> Array:
-    """Return the columns (n, p) of all contributions, modified, as ``linear_parameters`` orders them.
+    """Return the columns (n, p) of all contributions, modified, ordered as ``linear_parameters``.
 
     ``inputs``: arrays (n,) by name, at least those that the parts' terms take.
     """

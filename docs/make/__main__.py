@@ -9,7 +9,19 @@ import tempfile
 from pathlib import Path
 
 from autodb.proofs.catalogue import PROOFS
-from docs.make import blocks, commands, day, emps, frames, pair_peers, peers, proofs, terms, turning
+from docs.make import (
+    blocks,
+    commands,
+    day,
+    emps,
+    frames,
+    house,
+    pair_peers,
+    peers,
+    proofs,
+    terms,
+    turning,
+)
 
 DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
@@ -38,6 +50,7 @@ def main() -> None:
     proved = proofs.filled(PROOFS_PAGE.read_text("utf-8"), PROVED)
     PROOFS_PAGE.write_text(pair_peers.filled(peers.filled(proved)), "utf-8")
     frames.draw()
+    house.draw()
     day.draw()
     for page in SAMPLE_PAGES:
         page.write_text(made(page, SAMPLE), "utf-8")

@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, example, given, settings
 
 from autodb import records
 from autodb.errors import UnusableInput
+from autodb.readers import READERS
 from autodb.records import Recording
 from autodb.records.plausible import doubts
 from autodb.records.summary import summarise
@@ -50,6 +51,10 @@ def _use(path: Path) -> None:
                 assert all(np.isfinite(values).all() for values in table.channels.values())
     except UnusableInput as refusal:
         assert str(refusal).isprintable()
+
+
+def test_every_kind_of_file_is_mutated() -> None:
+    assert {*READERS} - {".hdf5"} == {*EXAMPLES}
 
 
 @pytest.mark.parametrize("suffix", EXAMPLES)

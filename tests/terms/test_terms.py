@@ -75,7 +75,7 @@ def test_every_term_is_there_once_and_has_a_truth() -> None:
 
 
 @pytest.mark.parametrize(
-    "path", sorted((ROOT / "tests" / "truths").glob("*.py")), ids=lambda path: path.stem
+    "path", sorted((ROOT / "tests" / "helpers" / "truths").glob("*.py")), ids=lambda path: path.stem
 )
 def test_a_truth_knows_no_term(path: Path) -> None:
     assert "autodb" not in path.read_text("utf-8")

@@ -1,5 +1,6 @@
 """The documentation says what the program does: its outputs, commands, figures and links."""
 
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -98,13 +99,13 @@ def test_formats_has_the_parameters_of_everything_that_explain_can_name() -> Non
 @pytest.mark.parametrize("page", ["kills.md", "promises.md", "threat-model.md"])
 def test_tests_that_pages_name_are_there(page: str) -> None:
     text = (ROOT / "docs" / page).read_text("utf-8")
-    tests = {path: path.read_text("utf-8") for path in (ROOT / "tests").glob("test_*.py")}
+    tests = {path: path.read_text("utf-8") for path in (ROOT / "tests").rglob("test_*.py")}
     there = {name for one in tests.values() for name in re.findall(r"^def (test_\w+)", one, re.M)}
     files = {path.name for path in tests}
     named = set(re.findall(r"`(test_\w+)`", text))
     assert len(named) >= 10
     assert named <= there
-    assert set(re.findall(r"`(?:tests/)?(test_\w+\.py)`", text)) <= files
+    assert set(re.findall(r"`(?:tests/[\w/]*)?(test_\w+\.py)`", text)) <= files
 
 
 def test_a_page_whose_command_ends_otherwise_is_not_made(tmp_path: Path) -> None:
@@ -186,6 +187,16 @@ def test_the_site_holds_every_page_and_no_source(site: Path) -> None:
         assert (site / page.relative_to(DOCS).with_suffix(".html")).exists(), page
     assert not list(site.rglob("*.py"))
     assert "var __index = " in (site / "search" / "search_index.js").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    "asked", ["architecture", "contributing", "dynamometer", "uncertainty", "add an effect"]
+)
+def test_the_search_of_the_site_knows_what_developers_and_users_ask(site: Path, asked: str) -> None:
+    text = (site / "search" / "search_index.js").read_text("utf-8")
+    sections = json.loads(text.removeprefix("var __index = "))["docs"]
+    titles = " ".join(one["title"].lower() for one in sections)
+    assert asked in titles
 
 
 def test_citation_agrees_with_the_package() -> None:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tomllib
 import zipfile
+from collections import Counter
 from pathlib import Path
 
 import grimp
@@ -84,7 +85,7 @@ def test_every_term_is_in_the_docs_and_the_vocabulary() -> None:
 
 
 def test_links_in_the_docs_lead_somewhere() -> None:
-    for page in (ROOT / "README.md", *(ROOT / "docs").rglob("*.md")):
+    for page in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")):
         for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text()):
             assert (page.parent / target).exists(), f"{page.name}: {target}"
 
@@ -166,3 +167,24 @@ def test_no_version_with_a_known_hole_is_installed(name: str) -> None:
     version, hole = HOLES[name]
     assert stated
     assert not any(one.contains(version) for one in stated), hole
+
+
+REPEATED = {"main", "open_file"}
+"""Public names of several modules: a program's entry, and what opens each kind of file."""
+
+
+def test_a_public_name_has_one_meaning() -> None:
+    there: dict[str, set[Path]] = {}
+    for path in (ROOT / "autodb").rglob("*.py"):
+        for node in ast.parse(path.read_text("utf-8")).body:
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+                there.setdefault(node.name, set()).add(path)
+    assert {n for n, paths in there.items() if len(paths) > 1 and n[0] != "_"} == REPEATED
+
+
+def test_rooms_are_small() -> None:
+    modules = [path for path in (ROOT / "autodb").rglob("*.py") if path.stem != "__init__"]
+    rooms = Counter(path.parent for path in modules)
+    assert max(rooms.values()) <= 20
+    loose = {path.stem for path in modules if path.parent == ROOT / "autodb"}
+    assert loose == {"__main__", "assets", "errors"}
