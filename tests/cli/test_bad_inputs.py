@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.by_hand.bad_inputs import PARTS, Case, answer, entry, folder_of
+from tests.by_hand.bad_inputs import answer, entry, folder_of
 from tests.conftest import ROOT
+from tests.helpers.bad_inputs import PARTS, Case
 
 CASES = [case for _, cases in PARTS for case in cases]
 PAGE = (ROOT / "docs" / "bad-inputs.md").read_text(encoding="utf-8")

@@ -11,7 +11,7 @@ from autodb.cutting.endmill import EndMill, Milled
 from autodb.cutting.insert import Insert, TurnedCuts
 from autodb.cutting.shear import Edge
 from autodb.errors import UnusableInput
-from tests.cutting.test_shear import theta
+from tests.helpers.plain_law import theta
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from autodb.cutting.elements import cut_forces, force_gradient, joined_elements,
 from autodb.cutting.shear import Edge, Values
 from autodb.pairs.engaged import BY_NAME, DRILL, END_MILL, INSERT
 from autodb.pairs.prior import any_metal
-from tests.cutting.test_shear import theta
+from tests.helpers.plain_law import theta
 
 Array = NDArray[np.float64]
 

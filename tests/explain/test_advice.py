@@ -8,7 +8,7 @@ from autodb.explain.answer.advice import advice, book
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.reports.explanation import TERM_WORDS, render_explanation
 from autodb.terms.vocabulary import VOCABULARY
-from tests.reports.test_pages import channel, explained, friction, readable
+from tests.helpers.explanations import channel, explained, friction, readable
 
 
 def test_every_term_has_advice_and_nothing_else_has() -> None:

@@ -17,6 +17,7 @@ from autodb.store import create_store, models, open_store
 from autodb.store.backups import backup
 from autodb.store.exports import export, read_manifest
 from autodb.store.restoring import restore
+from tests.helpers.children import at_once, begun
 
 pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
 ROUNDS = 4
@@ -24,39 +25,9 @@ ROWS = 20_000
 """Rows of a database that takes long enough to copy for two copies to meet."""
 
 
-def _begun(work: Callable[[], object]) -> int:
-    """Run in a child; it exits 0, or 2 for what is refused."""
-    child = os.fork()
-    if child:
-        return child
-    code = 1
-    try:
-        work()
-        code = 0
-    except UnusableInput:
-        code = 2
-    finally:
-        os._exit(code)
-
-
-def at_once(*works: Callable[[], object]) -> list[int]:
-    """Run each in a child, all begun together; return their exit codes."""
-    start = time.monotonic() + 0.1
-
-    def waiting(work: Callable[[], object]) -> Callable[[], object]:
-        def run() -> object:
-            time.sleep(max(0.0, start - time.monotonic()))
-            return work()
-
-        return run
-
-    children = [_begun(waiting(work)) for work in works]
-    return [os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) for child in children]
-
-
 def _killed(work: Callable[[], object]) -> None:
     """Run in a child that is killed at the first `_die`."""
-    assert os.waitstatus_to_exitcode(os.waitpid(_begun(work), 0)[1]) == -signal.SIGKILL
+    assert os.waitstatus_to_exitcode(os.waitpid(begun(work), 0)[1]) == -signal.SIGKILL
 
 
 def _die(*_: object) -> None:

@@ -1,7 +1,6 @@
 """A belief about a pair becomes forces, torque and power of cuts not yet made."""
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,20 +10,13 @@ from pydantic import ValidationError
 
 from autodb.errors import UnusableInput
 from autodb.files.job import KEYS, OPERATIONS, JobCut, Operation
-from autodb.fitting import Gaussian
 from autodb.forward import prediction
 from autodb.forward.prediction import Interval, PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.posterior import OWN, PairPosterior
 from autodb.pairs.prior import any_metal
+from tests.helpers.known_pairs import INSERT, known
 
-INSERT = ToolOf(
-    "insert",
-    {
-        "nose_radius_mm": 0.8, "kappa_deg": 93.0, "rake_deg": -6.0, "inclination_deg": -6.0,
-        "included_deg": 55.0,
-    },
-)  # fmt: skip
 MILL = ToolOf(
     "mill",
     {
@@ -35,12 +27,6 @@ MILL = ToolOf(
 DRILL = ToolOf("drill", {"diameter_mm": 8.0, "point_angle_deg": 140.0, "helix_deg": 30.0})
 TURN = JobCut(name="a", diameter_mm=50, depth_mm=2.0, feed_mm_rev=0.2, speed_rpm=1000)
 SLOT = JobCut(name="s", operation="slot", depth_mm=2.0, feed_mm_tooth=0.05, speed_m_min=100)
-
-
-def known(share: float = 0.1) -> PairPosterior:
-    """Return any metal's numbers, known a share as far."""
-    belief = any_metal()
-    return replace(belief, state=Gaussian(belief.state.mean, share**2 * belief.state.covariance))
 
 
 def one(belief: PairPosterior, tool: ToolOf, cut: JobCut) -> PredictedCut:

@@ -4,45 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.testing import assert_allclose
-from numpy.typing import NDArray
 
 from autodb.cutting.elements import cut_forces, engaged_mm, force_parts
-from autodb.cutting.insert import Insert, TurnedCuts, insert_elements
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
 from autodb.pairs.learning import learn_averaging, log_evidence, posterior_of_readings
-from autodb.pairs.observed import Observed, PairCuts, X, Y, Z
+from autodb.pairs.observed import PairCuts, X
 from autodb.pairs.posterior import DAY, FAR, NEAR, OWN, PairPosterior, Shared
-from autodb.pairs.prior import CardForces, of_card
+from tests.helpers.law_off import PRIOR, Array, cuts_of, felt
 
-Array = NDArray[np.float64]
-
-TOOL = Insert(0.8, 95.0, -6.0, -6.0, 80.0)
 NUMBERS = {
     "nose_radius_mm": 0.8, "kappa_deg": 95.0, "rake_deg": -6.0, "inclination_deg": -6.0,
     "included_deg": 80.0,
 }  # fmt: skip
-THICK = np.array([0.05, 0.1, 0.2, 0.4])
-PRIOR = of_card(CardForces(THICK, 1800.0 * THICK**0.75, 900.0 * THICK**0.6, level=0.12, shape=0.05))
-
-
-def cuts_of(count: int, seed: int) -> PairCuts:
-    """Return cuts that are turned, from shallower than the nose is round to deep."""
-    rng = np.random.default_rng(seed)
-    feed, depth = rng.uniform(0.08, 0.4, count), np.exp(rng.uniform(np.log(0.3), np.log(4), count))
-    one = np.ones(count)
-    return PairCuts(
-        "turn", insert_elements(TOOL, TurnedCuts(feed, depth, 100.0 * one, 20.0 * one, 0.0 * one))
-    )
-
-
-def felt(cuts: PairCuts, value: Array, *, sd_N: float = 5.0) -> Observed:
-    """Return readings (n, 3) of force x, y, z."""
-    count = len(value)
-    return Observed(
-        (cuts,), np.tile(np.arange(count), 3), np.repeat([X, Y, Z], count), value.T.ravel(),
-        np.full(3 * count, sd_N), np.zeros((3 * count, 0)),
-    )  # fmt: skip
 
 
 def _true(seed: int) -> Array:

@@ -13,11 +13,12 @@ from autodb.cutting.elements import cut_forces, edge_parts
 from autodb.pairs.engaged import BY_NAME, Conditions
 from autodb.pairs.forecast import forecast, worn
 from autodb.pairs.learning import posterior_of_readings
-from autodb.pairs.observed import Observed, PairCuts
-from autodb.pairs.posterior import OWN, WEAR, PairPosterior, Wear
+from autodb.pairs.observed import PairCuts
+from autodb.pairs.posterior import OWN, WEAR
 from autodb.pairs.prior import of_relative
 from autodb.pairs.worn import learn_worn, with_wear
-from tests.pairs.test_pairs import cuts_of, felt, prior, truth, turn
+from tests.helpers.turned_pairs import prior, truth, turn
+from tests.helpers.worn_pairs import WEARS, week, worn_belief
 
 Array = NDArray[np.float64]
 CUTS: tuple[tuple[str, Mapping[str, float], Conditions], ...] = (
@@ -29,21 +30,10 @@ CUTS: tuple[tuple[str, Mapping[str, float], Conditions], ...] = (
      {"cutting.feed": 0.1, "cutting.depth": 3.0, "spindle.speed": 3000.0}),
     ("drill", {"diameter_mm": 8.0}, {"cutting.feed": 0.2, "spindle.speed": 2000.0}),
 )  # fmt: skip
-WEARS = Wear(2.0, 1200.0, 0.2, (60.0, 90.0))
 
 
 def made(name: str, tool: Mapping[str, float], cut: Conditions, **more: float) -> PairCuts:
     return BY_NAME[name].cuts(tool, [{**cut, **more}], called="tool")
-
-
-def worn_belief(wear: Wear = WEARS) -> PairPosterior:
-    """Return the prior's law with a wear that is as large as its size, 10 and 15 N/mm."""
-    belief = replace(prior(), wear=wear).also(replace(prior(), wear=wear).open_terms)
-    place = belief.columns(WEAR)
-    mean, covariance = belief.state.mean.copy(), belief.state.covariance.copy()
-    mean[place] = wear.size
-    covariance[place, place] = np.diag([10.0**2, 15.0**2])
-    return replace(belief, state=replace(belief.state, mean=mean, covariance=covariance))
 
 
 @pytest.mark.parametrize("name,tool,cut", CUTS)
@@ -91,24 +81,6 @@ def test_what_wear_adds_goes_with_time_and_what_edges_differ_by_is_in_the_interv
         forecast(worn_belief(replace(WEARS, between=share)), late) for share in (0.0, 0.2)
     )
     assert_allclose(differ.sd**2 - alike.sd**2, whole.own, rtol=1e-6, atol=1e-9)
-
-
-def week(seed: int, *, wear: Wear | None, count: int = 12) -> tuple[PairCuts, Observed]:
-    """Return cuts of three edges that wear out, and their readings of y and z."""
-    rng = np.random.default_rng(seed)
-    drawn = cuts_of(seed, 3 * count)
-    cuts = replace(
-        drawn,
-        worn_s=np.tile(np.linspace(0.0, 1200.0, count), 3),
-        edges=tuple(np.repeat(["A", "B", "C"], count).tolist()),
-    )
-    observed = felt(truth(1), cuts, seed)
-    if wear is not None:
-        added = worn(worn_belief(replace(wear, between=0.0)), cuts).mean
-        own = 1.0 + wear.between * np.repeat(rng.standard_normal(3), count)
-        more = (added * own[:, None])[observed.cut, observed.quantity]
-        observed = replace(observed, value=observed.value + more)
-    return cuts, observed
 
 
 def test_wear_is_told_from_the_law() -> None:

@@ -9,9 +9,9 @@ import pytest
 from autodb import records
 from autodb.records.plausible import doubts
 from autodb.records.summary import summarise
-from tests.by_hand.bad_inputs import MOVES, T, V, X
-from tests.by_hand.bad_inputs import I as CURRENT
 from tests.conftest import Cli
+from tests.helpers.bad_files import MOVES, T, V, X
+from tests.helpers.bad_files import I as CURRENT
 from tests.helpers.files import write
 
 

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.field import PLACES, SPEEDS, field
 from tests.conftest import Cli
-from tests.sensing.drives.test_reconstruct import COULOMB_A, VISCOUS_A, _recording, _write
-from tests.sensing.ranges.test_faults_of_moves import MACHINE
+from tests.helpers.screw_axis import COULOMB_A, TWO_AXES, VISCOUS_A, screw_moves, write_moves
 
 Array = NDArray[np.float64]
 
@@ -24,7 +23,7 @@ def _by_speed(values: Array) -> Array:
 
 def test_the_field_is_friction_over_place_and_velocity() -> None:
     """Cells of the map hold Coulomb and viscous friction at their own velocities, within 5 %."""
-    moves = _recording(60, moves=40)
+    moves = screw_moves(60, moves=40)
     model = identify(moves)
     found = field(moves, model.axis, model.protocol, model.terms, model.off_law)
     assert found.measured.shape == found.modelled.shape == (2 * SPEEDS, PLACES)
@@ -40,7 +39,7 @@ def test_the_field_is_friction_over_place_and_velocity() -> None:
 
 
 def test_a_model_that_lacks_friction_leaves_it_on_the_map() -> None:
-    moves = _recording(61, moves=40)
+    moves = screw_moves(61, moves=40)
     model = identify(moves)
     lame = tuple(t for t in model.terms if t.term != "coulomb")
     left = field(moves, model.axis, model.protocol, lame, model.off_law).left
@@ -51,7 +50,7 @@ def test_a_model_that_lacks_friction_leaves_it_on_the_map() -> None:
 
 
 def test_the_page_shows_maps_terms_and_what_is_not_known(cli: Cli) -> None:
-    _write(Path("air.csv"), _recording(62))
+    write_moves(Path("air.csv"), screw_moves(62))
     done = cli("identify", "air.csv", "--page", "axis.html")
     assert done.code == 0, done.err
     assert "page: axis.html" in done.out
@@ -66,9 +65,9 @@ def test_the_page_shows_maps_terms_and_what_is_not_known(cli: Cli) -> None:
 
 
 def test_update_goes_on_from_the_last_version_and_lists_them_all(cli: Cli) -> None:
-    Path("m.toml").write_text(MACHINE, encoding="utf-8")
+    Path("m.toml").write_text(TWO_AXES, encoding="utf-8")
     for name, seed, friction in (("a.csv", 63, 1.0), ("b.csv", 64, 1.0), ("c.csv", 65, 1.4)):
-        _write(Path(name), _recording(seed, friction=friction))
+        write_moves(Path(name), screw_moves(seed, friction=friction))
     assert cli("init").code == 0
     assert cli("machine", "add", "m", "--file", "m.toml").code == 0
     early = cli("identify", "a.csv", "--update", "--machine", "m")

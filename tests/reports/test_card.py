@@ -31,8 +31,8 @@ from autodb.sensing.ranges.forms import OF_CURRENT_SPEED, FittedForm, MeasuredCu
 from autodb.sensing.ranges.outliers import Outlier, numbers, outlier_sentences
 from autodb.store import models, open_store
 from tests.conftest import Cli
-from tests.reports.test_pages import OUTSIDE, own, readable
-from tests.sensing.ranges.test_faults import protocol_of
+from tests.helpers.explanations import OUTSIDE, own, readable
+from tests.helpers.lathe_tables import protocol_of
 
 Array = NDArray[np.float64]
 Change = Callable[[list[dict[str, str]]], None]

@@ -13,7 +13,7 @@ from autodb.store import create_store, head
 from autodb.store.copies import connect
 from autodb.store.rotation import Every, Rotated, age_words, dated, rotate
 from tests.conftest import Cli
-from tests.files.test_targets import at_once
+from tests.helpers.children import at_once
 
 NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
 

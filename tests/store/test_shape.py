@@ -101,7 +101,9 @@ def test_an_earlier_backup_with_a_trigger_is_not_brought_to_this_schema(
     assert f"schema 0008, upgraded to {head()}" in cli("restore", "old.sqlite3").out
 
 
-@pytest.mark.parametrize("packed", sorted((ROOT / "tests" / "agent" / "released").glob("*.sqlite3.gz")))
+@pytest.mark.parametrize(
+    "packed", sorted((ROOT / "tests" / "agent" / "released").glob("*.sqlite3.gz"))
+)
 def test_databases_of_released_versions_are_what_their_schema_says(
     tmp_path: Path, packed: Path
 ) -> None:

@@ -108,6 +108,13 @@ def test_tests_that_pages_name_are_there(page: str) -> None:
     assert set(re.findall(r"`(?:tests/[\w/]*)?(test_\w+\.py)`", text)) <= files
 
 
+def test_files_of_tests_that_pages_name_are_there() -> None:
+    pages = [page.read_text("utf-8") for page in DOCS.rglob("*.md")]
+    named = {name for text in pages for name in re.findall(r"`(tests/[\w/]+(?:\.py)?)`", text)}
+    assert len(named) >= 10
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
 def test_a_page_whose_command_ends_otherwise_is_not_made(tmp_path: Path) -> None:
     page = "<!-- run: autodb trace prediction 7 -->\n```text\n```\n"
     with pytest.raises(blocks.WrongExit, match="exit 2, the page says 0"):

@@ -12,9 +12,9 @@ from autodb.pairs.learning import learn_averaging, posterior_of_readings
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import OWN, PairPosterior, Shared
 from autodb.pairs.worn import learn_worn
-from tests.pairs.test_law_off import PRIOR, cuts_of, felt
-from tests.pairs.test_pairs import prior
-from tests.pairs.test_worn import WEARS, week
+from tests.helpers.law_off import PRIOR, cuts_of, felt
+from tests.helpers.turned_pairs import prior
+from tests.helpers.worn_pairs import WEARS, week
 
 Array = NDArray[np.float64]
 

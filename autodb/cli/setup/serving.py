@@ -88,7 +88,7 @@ def serve(
     unit: Unit = False,
     db: Database = None,
 ) -> None:
-    """Serve pages and look-ups: read-only, and to this computer alone, unless options say otherwise."""
+    """Serve pages and look-ups; without options read-only, and to this computer alone."""
     from autodb.errors import UnusableInput
     from autodb.store import database_url
     from autodb.web.http import arenas

@@ -21,7 +21,7 @@ from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import expected_means, forecast
 from autodb.pairs.posterior import law_error
 from tests.conftest import Cli
-from tests.forward.test_forward import INSERT, known
+from tests.helpers.known_pairs import INSERT, known
 
 HEAD = "G95 G97 S1000 M3\n"
 FORCES = ("force_x_N", "force_y_N", "force_z_N", "torque_N_m")

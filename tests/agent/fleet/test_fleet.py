@@ -1,10 +1,5 @@
-"""Many machines of one database: refreshed at once, what they know together, who disagrees."""
+"""What machines know together, and which of them disagrees."""
 
-import os
-import signal
-import socket
-import ssl
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +9,6 @@ from numpy.testing import assert_allclose
 from sqlalchemy import event, select
 
 from autodb.agent.fleet.sharing import learn_fleet
-from autodb.agent.fleet.tasks import MachineTask, RefreshedMachine
 from autodb.agent.learn.starting import start_of
 from autodb.agent.learn.together import known_from, newest_prior
 from autodb.agent.operate.refreshing import refresh
@@ -22,48 +16,12 @@ from autodb.agent.rows.machines import as_file, find_machine, update_machine
 from autodb.agent.sense.gain_check import standard_cut
 from autodb.proofs.machines.lathe import fleets
 from autodb.store import Store, create_store, models, open_store
-from tests.conftest import Cli, Once
+from tests.conftest import Cli
 from tests.helpers import shops
-from tests.helpers.servers import Server
-from tests.helpers.serving import self_signed
+from tests.helpers.virtual_fleet import FIRST, FLEET, MACHINES, OFF, PAIRS, SECOND, SEED, added
 
-MACHINES, CUTS = 5, 6
-URL = "sqlite:///autodb.sqlite3"
-SEED = 3
-FLEET = fleets.draw_fleet(np.random.default_rng(SEED), materials=3, tools=2)
-FIRST, SECOND = FLEET.tools
-PAIRS = [(material, FIRST) for material in FLEET.materials]
 FEW = 20
 """Values that a statement is given, whatever the number of machines: more than a row's keys."""
-PAGES = ("", "status", "info/main/workers.html", "metrics", "health", "json/counts.json")
-"""Of Dask's dashboard, and of its members over HTTP."""
-OFF = "lathe-2"
-"""The machine whose calibration is off."""
-
-
-@pytest.fixture
-def shop(cli: Cli, once: Once) -> Iterator[Store]:
-    """Return a database of machines that have learnt, one with a calibration that is off."""
-
-    def fill() -> None:
-        assert cli("init").code == 0
-        store = open_store(URL)
-        rng = np.random.default_rng([SEED, 1])
-        for name in shops.names(MACHINES):
-            made = fleets.on_machine(rng, FLEET, PAIRS, gain=1.6 if name == OFF else 1.0)
-            shops.add(store, name, made, cuts=CUTS, rng=rng)
-            refresh(store, name)
-        store.close()
-
-    once(fill)
-    store = open_store(URL)
-    yield store
-    store.close()
-
-
-def _added(store: Store, name: str, pairs: list[tuple[str, str]], *, cuts: int) -> None:
-    rng = np.random.default_rng([SEED, 2])
-    shops.add(store, name, fleets.on_machine(rng, FLEET, pairs), cuts=cuts, rng=rng)
 
 
 def _prior(store: Store, material: str) -> models.FleetPrior:
@@ -125,7 +83,7 @@ def test_a_calibration_that_is_off_is_named_and_stays_out(cli: Cli) -> None:
 def test_a_machine_that_never_cut_it_starts_from_the_others(shop: Store, cli: Cli) -> None:
     material = FLEET.materials[0]
     learn_fleet(shop)
-    _added(shop, "new", PAIRS[:1], cuts=1)
+    added(shop, "new", PAIRS[:1], cuts=1)
     with shop.reading() as session:
         owner = find_machine(session, "new")
         with_it = start_of(session, owner.id, material, FIRST)
@@ -156,7 +114,7 @@ def test_recordings_of_others_are_traced_where_their_machine_shares_them(
     update_machine(shop, "lathe-0", file.model_copy(update={"shares": "recordings"}))
     update_machine(shop, "lathe-1", file.model_copy(update={"shares": "nothing"}))
     learn_fleet(shop)
-    _added(shop, "new", PAIRS[:1], cuts=1)
+    added(shop, "new", PAIRS[:1], cuts=1)
     refresh(shop, "new")
     traced = cli("trace", "parameters", "16").out
     assert "lathe-0 1.csv" in traced
@@ -197,7 +155,7 @@ def test_what_nobody_shares_is_known_together_no_more(shop: Store, cli: Cli) -> 
 
 def test_bit_by_bit_is_all_at_once(shop: Store, cli: Cli) -> None:
     learn_fleet(shop)
-    _added(shop, "new", PAIRS[:2], cuts=3)
+    added(shop, "new", PAIRS[:2], cuts=3)
     refresh(shop, "new")
     done = learn_fleet(shop)
     assert [(one.material, one.version) for one in done.materials] == [
@@ -303,152 +261,3 @@ def test_nothing_known_together_says_what_would(cli: Cli) -> None:
     )
     assert cli("fleet", "learn").out == "nothing new to know together\n"
     assert "'autodb machine add NAME' makes one" in cli("fleet", "refresh").err
-
-
-@pytest.mark.usefixtures("shop")
-@pytest.mark.parametrize(
-    ("given", "says"),
-    [
-        (["--scheduler", "tcp://127.0.0.1:1"], "--workers in place of --scheduler, would work"),
-        (["--scheduler", "tcp://127.0.0.1:1", "--workers", "2"], "one of them would work"),
-        (["--workers", "2", "--ca", "c.pem"], "all three, with --scheduler, would work"),
-        (["--inboxes", "nowhere"], "nowhere: no such folder"),
-        (["--machine", "lathe-9"], "no machine 'lathe-9'"),
-        (["--standard", "nowhere.toml"], "nowhere.toml"),
-    ],
-)
-def test_what_cannot_be_spread_is_one_line(cli: Cli, given: list[str], says: str) -> None:
-    done = cli("fleet", "refresh", *given)
-    assert done.code == 2
-    assert says in done.err
-    assert len(done.err.splitlines()) == 1
-
-
-def test_a_scheduler_that_does_not_answer(
-    cli: Cli, server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("autodb.agent.fleet.clusters.ANSWER_S", 0.5)
-    url = server.database()
-    create_store(url)
-    cli("machine", "add", "lathe-1", "--db", url)
-    made = self_signed(tmp_path)
-    shown = ("--ca", made.chain, "--certificate", made.chain, "--key", made.key)
-    for address, given, says in (
-        ("tls://127.0.0.1:1", shown, "no Dask scheduler answers there"),
-        ("tls://127.0.0.1:1", (), "--ca, --certificate and --key of the cluster would work"),
-        ("tcp://127.0.0.1:1", shown, "tls://HOST:PORT with --ca"),
-        ("tls://127.0.0.1:1", (*shown[:-1], made.chain), "all as PEM would work"),
-    ):
-        done = cli("fleet", "refresh", "--scheduler", address, *given, "--db", url)
-        assert done.code == 2
-        assert says in done.err
-        assert len(done.err.splitlines()) == 1
-
-
-def test_nobody_else_of_this_computer_reaches_the_workers() -> None:
-    """All listen on loopback, over TLS, to who shows this session's certificate; none has pages."""
-    psutil = pytest.importorskip("psutil", reason="no Dask here: the extra 'fleet' is missing")
-    from distributed.security import Security
-
-    from autodb.agent.fleet.clusters import workers_here
-
-    with workers_here(1) as client:
-        pids = {os.getpid(), *client.run(os.getpid).values(), *client.run(os.getppid).values()}
-        ours = [one for pid in pids for one in psutil.Process(pid).net_connections()]
-        listening = {one.laddr for one in ours if one.status == psutil.CONN_LISTEN}
-        assert {at.ip for at in listening} == {"127.0.0.1"}
-        known = client.scheduler_info()
-        members = [known["address"], *known["workers"]]
-        assert {member.partition("://")[0] for member in members} == {"tls"}
-        theirs = Security.temporary().get_connection_args("client")
-        shown = client.security.get_connection_args("client")
-        spoken_to = set()
-        for port in {at.port for at in listening}:
-            pages = [_said(port, None, f"GET /{path} HTTP/1.0\r\n\r\n") for path in PAGES]
-            if all(page.startswith(b"HTTP/1.1 404 ") for page in pages):
-                continue
-            assert set(pages) == {b""}
-            assert _said(port, _unverified()) == b""
-            assert _said(port, _unverified(theirs)) == b""
-            assert _said(port, _unverified(shown))
-            spoken_to.add(port)
-        assert {int(one.rpartition(":")[2]) for one in members} <= spoken_to
-
-
-def _unverified(given: dict[str, Any] | None = None) -> ssl.SSLContext:
-    """Return a context that believes any server, and shows what it is given."""
-    context: ssl.SSLContext = given["ssl_context"] if given else ssl.create_default_context()
-    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
-    return context
-
-
-def _said(port: int, context: ssl.SSLContext | None, asked: str = "") -> bytes:
-    """Return the first that is said at a port to who connects and asks, if anything is."""
-    with socket.create_connection(("127.0.0.1", port), 10.0) as plain:
-        try:
-            with context.wrap_socket(plain) if context else plain as connection:
-                connection.sendall(asked.encode())
-                return connection.recv(20)
-        except (ssl.SSLError, ConnectionError):
-            return b""
-
-
-def test_a_plain_loop_refreshes_all_and_one_s_fault_is_its_own(cli: Cli) -> None:
-    create_store(URL)
-    store = open_store(URL)
-    for name in ("lathe-0", "lathe-1"):
-        _added(store, name, PAIRS[:1], cuts=2)
-    store.close()
-    (Path("in") / "lathe-0").mkdir(parents=True)
-    (Path("in") / "lathe-0" / "broken.csv").write_text("cut,t\n1,2\n")
-    (Path("in") / "lathe-1").write_text("a file in a folder's place")
-    os.utime(Path("in") / "lathe-0" / "broken.csv", (0, 0))
-    done = cli("fleet", "refresh", "--inboxes", "in")
-    assert done.code == 0
-    assert "lathe-0: broken.csv: refused" in done.out
-    for name in ("lathe-0", "lathe-1"):
-        assert f"{name}: {FLEET.materials[0]} / {FIRST}: version 1 from 2 cuts" in done.out
-
-
-def test_workers_do_what_a_loop_does_and_a_lost_one_costs_only_time(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Two worker processes, of which one is killed as soon as a machine is done."""
-    pytest.importorskip("dask", reason="no Dask here: the extra 'fleet' is not installed")
-    from autodb.agent.fleet.clusters import workers_here
-    from autodb.agent.fleet.spreading import pinned, refresh_all
-
-    url = f"sqlite:///{tmp_path / 'autodb.sqlite3'}"
-    create_store(url)
-    store = open_store(url)
-    for name in shops.names(6):
-        _added(store, name, PAIRS[:1], cuts=3)
-    machines = [MachineTask(url, name, None) for name in shops.names(6)]
-    told: list[RefreshedMachine] = []
-    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")
-    with workers_here(2) as client:
-        workers = client.run(os.getpid)
-        assert len(workers) == 2
-        assert max(client.run(_blas_threads).values()) == 2
-
-        def tell(one: RefreshedMachine) -> None:
-            if not told:
-                os.kill(next(iter(workers.values())), signal.SIGKILL)
-            told.append(one)
-
-        refresh_all(client, machines, tell)
-        assert client.submit(pinned, _blas_threads, pure=False).result() == 1
-    assert sorted((one.machine, one.failed) for one in told) == [
-        (name, None) for name in shops.names(6)
-    ]
-    with store.reading() as session:
-        rows = session.scalars(select(models.CuttingParameters)).all()
-        assert [(row.version, row.n_cuts) for row in rows] == [(1, 3)] * 6
-        assert len(session.scalars(select(models.RefreshPass)).all()) == 6
-    store.close()
-
-
-def _blas_threads() -> int:
-    from threadpoolctl import threadpool_info
-
-    return max((one["num_threads"] for one in threadpool_info()), default=0)

@@ -26,7 +26,7 @@ from autodb.sensing.drives import feed_axis
 from autodb.sensing.drives.fit.axis_model import Beliefs, Identified
 from autodb.store import Store, models, open_store
 from tests.conftest import Cli, Once
-from tests.sensing.drives.test_identify import COULOMB, INERTIA, NOISE, VISCOUS, WEIGHT, moves
+from tests.helpers.trapezoids import COULOMB, INERTIA, NOISE, VISCOUS, WEIGHT, moves
 
 Array = NDArray[np.float64]
 LEVEL, SLOPE = 0.06, 4e-4

@@ -13,14 +13,14 @@ from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.reconstruct import DriveModel, reconstruct
 from autodb.sensing.drives.scales import by_force, by_step
 from tests.conftest import Cli
-from tests.sensing.drives.test_reconstruct import (
+from tests.helpers.screw_axis import (
     COULOMB_A,
     MACHINE,
     NOISE_A,
     RATE,
     VISCOUS_A,
-    _recording,
-    _write,
+    screw_moves,
+    write_moves,
 )
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ CUT_N = 325.78
 
 def _with_mass(seed: int, mass_kg: float) -> Recording:
     """Return moves of the test's axis with a mass on it: F = m a, 1 kg mm/s² = 1 mN."""
-    light = _recording(seed, moves=30)
+    light = screw_moves(seed, moves=30)
     a = np.gradient(np.gradient(light["z.position"], light.t_s), light.t_s)
     current = light["z.current"] + mass_kg / 1000.0 * a / NEWTONS_PER_AMPERE
     return Recording(path=light.path, channels={**light.channels, "z.current": current})
@@ -42,9 +42,9 @@ def _with_mass(seed: int, mass_kg: float) -> Recording:
 
 def _push(seed: int, *, sign: float = -1.0) -> Recording:
     """Return moves against a load cell: the force of the work on the tool is minus the load."""
-    n = len(_recording(seed))
+    n = len(screw_moves(seed))
     load_A = 2.0 * np.sin(2.0 * np.pi * np.arange(n) / (3.0 * RATE))
-    pushed = _recording(seed, load_A, friction=1.1)
+    pushed = screw_moves(seed, load_A, friction=1.1)
     force = sign * NEWTONS_PER_AMPERE * load_A
     return Recording(path=pushed.path, channels={**pushed.channels, "force.z": force})
 
@@ -68,7 +68,7 @@ def _cut(seed: int, force_N: float = CUT_N) -> Recording:
 @pytest.fixture(scope="module")
 def model() -> DriveModel:
     """Return the axis as moves in air show it, in amperes."""
-    return DriveModel.of(identify(_recording(70, moves=30)))
+    return DriveModel.of(identify(screw_moves(70, moves=30)))
 
 
 def test_a_measured_push_tells_the_scale_whatever_friction_does(model: DriveModel) -> None:
@@ -94,7 +94,7 @@ def test_a_standard_cut_tells_the_scale(model: DriveModel) -> None:
     assert abs(found.newtons_per_ampere / NEWTONS_PER_AMPERE - 1.0) < 0.03
     assert 0.03 <= found.share < 0.04
     for seed in range(81, 91):
-        air = reconstruct(_recording(seed), model, bandwidth_hz=10.0)
+        air = reconstruct(screw_moves(seed), model, bandwidth_hz=10.0)
         assert by_step(air, CUT_N, 0.03, rate_hz=RATE) is None
     small = reconstruct(_cut(80, force_N=20.0), model, bandwidth_hz=10.0)
     assert by_step(small, 20.0, 0.03, rate_hz=RATE) is None, "no more than friction may differ by"
@@ -116,12 +116,12 @@ def _told(out: str) -> tuple[float, float]:
 def test_the_machine_keeps_what_a_known_load_told_and_uses_the_surest(cli: Cli) -> None:
     machine = re.sub(r"0\.88|0\.8|0\.72", lambda m: CONSTANT[m[0]], MACHINE)
     Path("m.toml").write_text(machine, encoding="utf-8")
-    _write(Path("light.csv"), _recording(70, moves=30))
-    _write(Path("heavy.csv"), _with_mass(71, 60.0))
-    _write(Path("hardly.csv"), _with_mass(72, 0.5))
-    _write(Path("push.csv"), _push(73))
-    _write(Path("turned.csv"), _push(74, sign=1.0))
-    _write(Path("cut.csv"), _cut(75))
+    write_moves(Path("light.csv"), screw_moves(70, moves=30))
+    write_moves(Path("heavy.csv"), _with_mass(71, 60.0))
+    write_moves(Path("hardly.csv"), _with_mass(72, 0.5))
+    write_moves(Path("push.csv"), _push(73))
+    write_moves(Path("turned.csv"), _push(74, sign=1.0))
+    write_moves(Path("cut.csv"), _cut(75))
     assert cli("init").code == 0
     assert cli("machine", "add", "m", "--file", "m.toml").code == 0
     heavy = ("scale", "heavy.csv", "--machine", "m", "--added-mass", "60")

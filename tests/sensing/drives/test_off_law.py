@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.testing import assert_allclose
-from numpy.typing import NDArray
 
 from autodb.records import Recording
 from autodb.sensing.drives.feed_axis import identify, predict_effort
@@ -13,39 +12,8 @@ from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.moves.protocol import FilterProtocol
 from tests.conftest import Cli
-from tests.sensing.drives.test_reconstruct import _bare, _write
-from tests.sensing.ranges.test_faults_of_moves import MACHINE
-
-Array = NDArray[np.float64]
-
-RATE = 50.0
-SPEEDS = np.geomspace(0.5, 150.0, 12)
-NOISE_A = 0.03
-WAVE_MM, WAVE_A = 10.0, 0.05
-"""A ripple of the screw's turns, in friction."""
-
-
-def bent_sweep(seed: int, *, bent_A: float, wave_A: float = 0.0) -> Recording:
-    """Return three rounds of passes there and back; friction bends over ln speed by ``bent_A``."""
-    velocity = [np.zeros(50)]
-    for speed in np.tile(SPEEDS, 3).tolist():
-        rows = int(min(max(10.0, 2.0 * speed), 200.0) / speed * RATE)
-        ramp = np.linspace(0.0, speed, 5)[1:]
-        there = np.concatenate([ramp, np.full(rows, speed), ramp[::-1], np.zeros(10)])
-        velocity += [there, -there]
-    v = np.concatenate(velocity)
-    x = np.cumsum(v) / RATE
-    effort = np.sign(v) * (_friction(v, bent_A) + wave_A * np.sin(2.0 * np.pi * x / WAVE_MM))
-    effort += 3e-4 * np.gradient(v) * RATE
-    effort += NOISE_A * np.random.default_rng(seed).standard_normal(len(v))
-    channels = {
-        "t": np.arange(len(v)) / RATE, "z.position": x, "z.velocity": v, "z.current": effort,
-    }  # fmt: skip
-    return Recording(path=Path("sweep.csv"), channels=channels)
-
-
-def _friction(velocity: Array, bent_A: float) -> Array:
-    return 0.8 + 1e-3 * np.abs(velocity) + bent_A * np.log1p(np.abs(velocity))
+from tests.helpers.bent_sweep import SPEEDS, WAVE_A, WAVE_MM, _friction, bent_sweep
+from tests.helpers.screw_axis import TWO_AXES, bare, write_moves
 
 
 def _identified(moves: Recording, *terms: str) -> Identified:
@@ -74,14 +42,14 @@ def test_friction_off_its_laws_is_kept_and_comes_back_from_the_database() -> Non
 def test_a_machine_keeps_it_and_feels_loads_with_it(cli: Cli) -> None:
     """At creep the laws alone would leave 0.1 A and more of the sweep itself."""
     moves = bent_sweep(3, bent_A=0.1)
-    Path("m.toml").write_text(MACHINE, encoding="utf-8")
-    _write(Path("sweep.csv"), moves)
+    Path("m.toml").write_text(TWO_AXES, encoding="utf-8")
+    write_moves(Path("sweep.csv"), moves)
     assert cli("init").code == 0
     assert cli("machine", "add", "m", "--file", "m.toml").code == 0
     assert cli("identify", "sweep.csv", "--machine", "m").code == 0
     done = cli("reconstruct", "sweep.csv", "--machine", "m", "--newtons-per-ampere", "1")
     assert done.code == 0, done.err
-    load = np.loadtxt("sweep-load.csv", delimiter=",", skiprows=1, usecols=1, converters=_bare)
+    load = np.loadtxt("sweep-load.csv", delimiter=",", skiprows=1, usecols=1, converters=bare)
     slow = np.isclose(np.abs(moves["z.velocity"]), SPEEDS[0], rtol=1e-6)
     assert float(np.abs(np.mean(load[slow] * np.sign(moves["z.velocity"][slow])))) < 0.02
 

@@ -6,49 +6,29 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from numpy.typing import NDArray
 
 from autodb import signals
 from autodb.records import Recording
 from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.reconstruct import DriveModel, observe, reconstruct, rows_at_limit
 from tests.conftest import Cli
-
-Array = NDArray[np.float64]
-RATE = 500.0
-MASS_A, COULOMB_A, VISCOUS_A = 6e-4, 0.7, 1.1e-3
-"""A s²/mm, A, A s/mm: a ball-screw axis in amperes."""
-NOISE_A = 0.03
-
-
-def _motion(seed: int, moves: int) -> tuple[Array, Array, Array]:
-    """Return position, velocity and acceleration of moves there and back at several feeds."""
-    rng = np.random.default_rng([seed, 0])
-    velocity = [np.zeros(100)]
-    for move in range(moves):
-        top = rng.uniform(10.0, 180.0) * (1.0 if move % 2 == 0 else -1.0)
-        ramp, run = np.linspace(0.0, top, 60), np.full(int(60.0 / abs(top) * RATE), top)
-        velocity += [ramp, run, ramp[::-1], np.zeros(40)]
-    v = np.concatenate(velocity)
-    return np.cumsum(v) / RATE, v, np.gradient(v) * RATE
-
-
-def _recording(
-    seed: int, load_A: Array | None = None, *, moves: int = 16, friction: float = 1.0
-) -> Recording:
-    x, v, a = _motion(seed, moves)
-    effort = MASS_A * a + friction * (COULOMB_A * np.sign(v) + VISCOUS_A * v)
-    effort += NOISE_A * np.random.default_rng([seed, 1]).standard_normal(len(v))
-    if load_A is not None:
-        effort += load_A
-    channels = {"t": np.arange(len(v)) / RATE, "z.position": x, "z.current": effort}
-    return Recording(path=Path(f"moves-{seed}.csv"), channels=channels)
+from tests.helpers.screw_axis import (
+    COULOMB_A,
+    MACHINE,
+    RATE,
+    Array,
+    _motion,
+    bare,
+    emps_axis,
+    screw_moves,
+    write_moves,
+)
 
 
 @pytest.fixture(scope="module")
 def model() -> DriveModel:
     """Return the axis as it is identified from moves in air."""
-    return DriveModel.of(identify(_recording(1)))
+    return DriveModel.of(identify(screw_moves(1)))
 
 
 def _steps(n: int) -> Array:
@@ -63,8 +43,8 @@ def test_a_known_load_comes_back_within_its_interval(model: DriveModel) -> None:
         (11, 0.9, 0.9, 1.0),
         (12, 1.6, 0, 0.3),
     ):
-        n = len(_recording(seed))
-        cut = _recording(seed, _steps(n), friction=friction)
+        n = len(screw_moves(seed))
+        cut = screw_moves(seed, _steps(n), friction=friction)
         load = reconstruct(cut, model, bandwidth_hz=10.0)
         truth = signals.lowpass(_steps(n), rate_hz=RATE, cutoff_hz=10.0)
         moves = ~(load.standing | load.turned)
@@ -74,7 +54,7 @@ def test_a_known_load_comes_back_within_its_interval(model: DriveModel) -> None:
 
 
 def test_an_observer_knows_nothing_of_what_comes_later(model: DriveModel) -> None:
-    cut = _recording(20, _steps(len(_recording(20))))
+    cut = screw_moves(20, _steps(len(screw_moves(20))))
     later = len(cut) // 2
     changed = {
         name: np.concatenate([v[:later], v[later:] + (0.0 if name == "t" else 1.0)])
@@ -91,7 +71,7 @@ def test_an_observer_knows_nothing_of_what_comes_later(model: DriveModel) -> Non
 
 
 def test_it_is_unsure_where_the_axis_stands_turns_or_never_was(model: DriveModel) -> None:
-    cut = _recording(30)
+    cut = screw_moves(30)
     load = reconstruct(cut, model, bandwidth_hz=10.0)
     steady = ~(load.standing | load.turned)
     assert np.median(load.sd[load.standing]) > COULOMB_A / np.sqrt(3.0) * 0.9
@@ -104,7 +84,7 @@ def test_it_is_unsure_where_the_axis_stands_turns_or_never_was(model: DriveModel
 
 
 def test_what_the_drive_takes_back_and_where_it_is_cut_off_is_marked(model: DriveModel) -> None:
-    pulled = _recording(31, np.full(len(_recording(31)), -3.0))
+    pulled = screw_moves(31, np.full(len(screw_moves(31)), -3.0))
     velocity = np.gradient(pulled["z.position"], pulled.t_s)
     load = reconstruct(pulled, model, bandwidth_hz=10.0)
     fast = np.abs(velocity) > 5.0
@@ -116,31 +96,10 @@ def test_what_the_drive_takes_back_and_where_it_is_cut_off_is_marked(model: Driv
     assert_array_equal(rows_at_limit(clipped), np.abs(clipped) >= 0.98 * 3.5)
 
 
-def _emps(path: Path, *, by_law: bool) -> tuple[Recording, Array]:
-    """Return an EMPS file in N and mm, with the effort of the controller's law, and its pulses.
-
-    The law and its gains are the data's own (EMPS_Description.pdf): kp kv (qg − qm) − kv v.
-    """
-    from scipy.io import loadmat
-
-    table = loadmat(path)
-    t, q, goal = (table[name].ravel().astype(np.float64) for name in ("t", "qm", "qg"))
-    kp, kv, newtons_per_volt = 160.18, 243.45, 35.15065188
-    law = kp * kv * (goal - q) - kv * np.gradient(q, t)
-    volts = law if by_law else table["vir"].ravel().astype(np.float64)
-    pulses = table["pulses_N"].ravel() if "pulses_N" in table else np.zeros_like(t)
-    channels = {
-        "t": t - t[0],
-        "x.position": 1000.0 * q,
-        "x.drive_force": newtons_per_volt * volts,
-    }
-    return Recording(path=path, channels=channels), 1.014 * newtons_per_volt * pulses
-
-
 def test_the_load_pulses_of_a_real_axis_are_rebuilt(emps: Path, pulses: Path) -> None:
     """Fitted to one file, pulses of 178 N in the other; the pulses' own channel is not used."""
-    air, _ = _emps(emps, by_law=False)
-    cut, truth = _emps(pulses, by_law=True)
+    air, _ = emps_axis(emps, by_law=False)
+    cut, truth = emps_axis(pulses, by_law=True)
     truth = signals.lowpass(truth, rate_hz=cut.rate_hz, cutoff_hz=10.0)
     terms = ("inertia", "viscous", "coulomb", "gravity", "asymmetry")
     found = identify(air, terms=terms)
@@ -162,33 +121,13 @@ def test_the_load_pulses_of_a_real_axis_are_rebuilt(emps: Path, pulses: Path) ->
     assert float(np.std(-observed.value[inner] - truth[inner])) < 30.0, "delayed by its filter"
 
 
-def _write(path: Path, recording: Recording) -> None:
-    names = list(recording.channels)
-    rows = np.column_stack([recording.channels[name] for name in names])
-    np.savetxt(path, rows, delimiter=",", header=",".join(names), comments="", fmt="%.9g")
-
-
-MACHINE = """
-[axes.z]
-carries = "tool"
-screw_pitch_mm = 10
-[axes.z.torque_constant_N_m_A]
-value = 0.8
-lower = 0.72
-upper = 0.88
-source = "data sheet"
-status = "not verified"
-date = "2026-01-15"
-"""
-
-
 def test_a_machines_model_gives_newtons_on_the_tool(cli: Cli) -> None:
     """1 A is 0.8 · 2π · 1000/10 = 502.7 N; its ± 10 % are said, and not in the rows' sd."""
     from autodb import records
 
-    cut = _recording(40, _steps(len(_recording(40))))
-    _write(Path("air.csv"), _recording(1))
-    _write(Path("cut.csv"), cut)
+    cut = screw_moves(40, _steps(len(screw_moves(40))))
+    write_moves(Path("air.csv"), screw_moves(1))
+    write_moves(Path("cut.csv"), cut)
     Path("m.toml").write_text(MACHINE, encoding="utf-8")
     assert cli("init").code == 0
     assert cli("machine", "add", "m", "--file", "m.toml").code == 0
@@ -203,7 +142,7 @@ def test_a_machines_model_gives_newtons_on_the_tool(cli: Cli) -> None:
     assert "version 1 of machine 'm'; up to 10 Hz" in said
     table = records.read(Path("cut-load.csv"))
     load, force = np.loadtxt(
-        "cut-load.csv", delimiter=",", skiprows=1, usecols=(1, 4), unpack=True, converters=_bare
+        "cut-load.csv", delimiter=",", skiprows=1, usecols=(1, 4), unpack=True, converters=bare
     )
     assert_allclose(force, -load)
     assert_allclose(table["force.z"], force)
@@ -214,13 +153,9 @@ def test_a_machines_model_gives_newtons_on_the_tool(cli: Cli) -> None:
     assert "1 A is 100 N ± 5 %" in " ".join(other.out.split())
 
 
-def _bare(text: str) -> float:
-    return float(text.strip('"'))
-
-
 def test_moves_stand_in_for_a_machine(cli: Cli) -> None:
-    _write(Path("air.csv"), _recording(1))
-    _write(Path("cut.csv"), _recording(41, moves=6))
+    write_moves(Path("air.csv"), screw_moves(1))
+    write_moves(Path("cut.csv"), screw_moves(41, moves=6))
     done = cli("reconstruct", "cut.csv", "--moves", "air.csv", "--observer", "--out", "o.csv")
     assert done.code == 0, done.err
     assert "in amperes: newtons need a known load ('autodb scale')" in " ".join(done.out.split())
@@ -242,11 +177,11 @@ REFUSALS = [
 def test_what_cannot_be_reconstructed_ends_in_one_line(
     cli: Cli, arguments: tuple[str, ...], line: str
 ) -> None:
-    _write(Path("air.csv"), _recording(1))
-    cut = _recording(41, moves=6)
-    _write(Path("cut.csv"), cut)
+    write_moves(Path("air.csv"), screw_moves(1))
+    cut = screw_moves(41, moves=6)
+    write_moves(Path("cut.csv"), cut)
     bare = {name: v for name, v in cut.channels.items() if name != "z.position"}
-    _write(Path("still.csv"), replace(cut, channels=bare))
+    write_moves(Path("still.csv"), replace(cut, channels=bare))
     done = cli("reconstruct", *arguments)
     assert done.code == 2
     assert line in " ".join(done.err.split())
@@ -282,7 +217,7 @@ def test_the_weight_of_a_tilted_table_is_taken_off_its_torque(cli: Cli) -> None:
     steady = ~(load.standing | load.turned)
     assert load.unit == "N·m"
     assert abs(float(np.mean(load.value[steady])) - 7.0) < 0.3
-    _write(Path("table.csv"), _table(50))
+    write_moves(Path("table.csv"), _table(50))
     done = cli("identify", "table.csv")
     assert done.code == 0, done.err
     assert "weight: at most 20" in " ".join(done.out.split())
@@ -292,7 +227,7 @@ def test_a_table_in_amperes_has_newton_metres_by_its_gear(cli: Cli) -> None:
     in_amperes = {
         name.replace("drive_torque", "current"): v for name, v in _table(52).channels.items()
     }
-    _write(Path("table.csv"), replace(_table(52), channels=in_amperes))
+    write_moves(Path("table.csv"), replace(_table(52), channels=in_amperes))
     Path("m.toml").write_text(
         MACHINE.replace("axes.z", "axes.a").replace("screw_pitch_mm = 10", "gear_ratio = 90"),
         encoding="utf-8",

@@ -24,6 +24,7 @@ from autodb.sensing.drives.staged.sticking import StickingVerdict, sticking
 from autodb.sensing.drives.staged.weight import weight_of
 from autodb.sensing.drives.sweep import pass_motion, speed_ladder
 from tests.conftest import Cli
+from tests.helpers.bent_sweep import bent_sweep
 from tests.helpers.files import write
 from tests.helpers.staged_axis import (
     MIDDLE_MM,
@@ -34,7 +35,6 @@ from tests.helpers.staged_axis import (
     stick_slip,
     sweep,
 )
-from tests.sensing.drives.test_off_law import bent_sweep
 
 Array = NDArray[np.float64]
 

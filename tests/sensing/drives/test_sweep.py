@@ -25,13 +25,13 @@ from autodb.sensing.drives.sweep import (
 )
 from tests.conftest import Cli
 from tests.helpers import nc
-from tests.sensing.drives.test_reconstruct import (
+from tests.helpers.screw_axis import (
     COULOMB_A,
     MASS_A,
     NOISE_A,
     VISCOUS_A,
-    _recording,
-    _write,
+    screw_moves,
+    write_moves,
 )
 
 DRAWS = 60
@@ -170,7 +170,7 @@ def test_a_design_identifies_the_axis_as_surely_as_it_says(within: float) -> Non
     What is expected is from noise, and friction off its law by 1 % at each speed; the fit, which
     lets friction be any curve, may need up to three times that.
     """
-    model = DriveModel.of(identify(_recording(1)))
+    model = DriveModel.of(identify(screw_moves(1)))
     found = shortest_sweep(
         model, candidates(0.0, 300.0, fastest_mm_min=10_000.0), within=within, longest_s=900.0
     )
@@ -204,7 +204,7 @@ def _made(passes: Any, *, seed: int) -> Recording:
 
 
 def test_more_sureness_takes_longer_and_no_time_says_so() -> None:
-    model = DriveModel.of(identify(_recording(1)))
+    model = DriveModel.of(identify(screw_moves(1)))
     choices = candidates(0.0, 300.0, fastest_mm_min=10_000.0)
     loose, tight = (
         shortest_sweep(model, choices, within=share, longest_s=1800.0) for share in (0.05, 0.007)
@@ -237,7 +237,7 @@ def test_a_sweep_of_a_machine_and_then_one_that_its_model_chooses(cli: Cli) -> N
     refused = cli(*sweep, "--within", "2")
     assert refused.code == 2
     assert "nothing is known of axis z yet" in " ".join(refused.err.split())
-    _write(Path("air.csv"), _recording(1))
+    write_moves(Path("air.csv"), screw_moves(1))
     assert cli("identify", "air.csv", "--machine", "m").code == 0
     done = cli(*sweep, "--within", "2", "--between", "50", "350", "--out", "z.nc")
     assert done.code == 0, done.err

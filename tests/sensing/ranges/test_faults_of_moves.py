@@ -15,7 +15,7 @@ from autodb.proofs.machines.axis.axis import HORIZONTAL, VERTICAL, air_moves
 from autodb.records import Recording
 from autodb.sensing.ranges.faults import faults_of_moves
 from tests.conftest import Cli
-from tests.sensing.drives.test_reconstruct import _emps, _recording, _write
+from tests.helpers.screw_axis import TWO_AXES, emps_axis, screw_moves, write_moves
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ def _holding(recording: Recording) -> Recording:
 
 def _of_x(recording: Recording) -> Recording:
     """The current of x beside the position of z."""
-    other = _recording(900 + int(recording.path.stem.split("-")[1]))
+    other = screw_moves(900 + int(recording.path.stem.split("-")[1]))
     n = min(len(recording), len(other))
     channels = {
         "t": recording.t_s[:n],
@@ -77,7 +77,7 @@ def test_each_fault_is_named_on_every_axis(
     """Ten recordings each. A brake that is closed during one direction only may be a load."""
     named = 0
     for seed in range(200, 210):
-        said = _sentences(fault(_recording(seed, moves=24)), "z")
+        said = _sentences(fault(screw_moves(seed, moves=24)), "z")
         named += any(line in sentence for sentence in said)
     assert named >= 9
 
@@ -85,7 +85,7 @@ def test_each_fault_is_named_on_every_axis(
 def test_sound_axes_are_let_through() -> None:
     """20 moves of the test's axis, 20 drawn axes, 20 slides, one axis for each concealed effect."""
     for seed in range(200, 220):
-        assert _sentences(_recording(seed), "z") == []
+        assert _sentences(screw_moves(seed), "z") == []
     for seed in range(100_501, 100_521):
         drawn = Recording(path=Path("a"), channels=dict(draw_run(seed).channels))
         assert _sentences(drawn, "x") == []
@@ -102,15 +102,12 @@ def test_sound_axes_are_let_through() -> None:
 
 def test_real_axes_are_let_through(emps: Path, pulses: Path) -> None:
     for path in (emps, pulses):
-        assert _sentences(_emps(path, by_law=False)[0], "x") == []
-
-
-MACHINE = "[axes.x]\n[axes.z]\n"
+        assert _sentences(emps_axis(path, by_law=False)[0], "x") == []
 
 
 def _heavy(seed: int) -> Recording:
     """Axis x: four times as heavy, with three times the friction."""
-    light = _recording(seed)
+    light = screw_moves(seed)
     v = np.gradient(light["z.position"], light.t_s)
     a = np.gradient(v, light.t_s)
     current = (
@@ -121,28 +118,28 @@ def _heavy(seed: int) -> Recording:
 
 
 def test_a_machine_knows_its_axes_apart(cli: Cli) -> None:
-    Path("m.toml").write_text(MACHINE, encoding="utf-8")
-    _write(Path("x.csv"), _heavy(220))
-    _write(Path("z.csv"), _recording(221))
+    Path("m.toml").write_text(TWO_AXES, encoding="utf-8")
+    write_moves(Path("x.csv"), _heavy(220))
+    write_moves(Path("z.csv"), screw_moves(221))
     assert cli("init").code == 0
     assert cli("machine", "add", "m", "--file", "m.toml").code == 0
     assert cli("identify", "x.csv", "--machine", "m").code == 0
     assert cli("identify", "z.csv", "--machine", "m").code == 0
-    again = _recording(222)
+    again = screw_moves(222)
     wrong = {name.replace("z.", "x."): values for name, values in again.channels.items()}
-    _write(Path("wrong.csv"), Recording(path=Path("w"), channels=wrong))
+    write_moves(Path("wrong.csv"), Recording(path=Path("w"), channels=wrong))
     done = cli("identify", "wrong.csv", "--machine", "m")
     assert done.code == 2
     assert "these look like moves of axis z, not x" in " ".join(done.err.split())
     assert "version 1" not in cli("trace", "model", "3").out
-    _write(Path("more.csv"), _heavy(223))
+    write_moves(Path("more.csv"), _heavy(223))
     assert cli("identify", "more.csv", "--machine", "m").code == 0
 
 
 def test_a_brake_that_drags_all_the_time_is_asked_about(cli: Cli) -> None:
-    Path("m.toml").write_text(MACHINE, encoding="utf-8")
-    _write(Path("z.csv"), _recording(224))
-    _write(Path("dragged.csv"), _recording(225, friction=3.0))
+    Path("m.toml").write_text(TWO_AXES, encoding="utf-8")
+    write_moves(Path("z.csv"), screw_moves(224))
+    write_moves(Path("dragged.csv"), screw_moves(225, friction=3.0))
     assert cli("init").code == 0
     assert cli("machine", "add", "m", "--file", "m.toml").code == 0
     assert cli("identify", "z.csv", "--machine", "m").code == 0
@@ -152,8 +149,8 @@ def test_a_brake_that_drags_all_the_time_is_asked_about(cli: Cli) -> None:
 
 
 def test_a_turned_sign_ends_in_one_line_and_nothing_is_stored(cli: Cli) -> None:
-    Path("m.toml").write_text(MACHINE, encoding="utf-8")
-    _write(Path("z.csv"), _turned(_recording(226)))
+    Path("m.toml").write_text(TWO_AXES, encoding="utf-8")
+    write_moves(Path("z.csv"), _turned(screw_moves(226)))
     assert cli("init").code == 0
     assert cli("machine", "add", "m", "--file", "m.toml").code == 0
     for arguments in (("identify", "z.csv"), ("identify", "z.csv", "--machine", "m")):

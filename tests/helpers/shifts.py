@@ -1,0 +1,47 @@
+"""Shifts of a lathe and a mill that are served while a test reads them."""
+
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from autodb.proofs.machines.served.opcua import OpcUaServer
+from autodb.proofs.machines.served.shift import lathe_shift, mill_shift
+from tests.helpers.running_machine import (
+    Running,
+    cuts_stored,
+    new_database,
+    recorded,
+    running,
+    write_agentfile,
+)
+
+LATHE = lathe_shift(3, 5)
+MILL = mill_shift(2, 5, longest_s=1.5, pause_s=0.8)
+SPEED = 6.0
+CHANNELS = [OpcUaServer(MILL, port=0).item(name) for name in MILL.columns]
+
+
+def free_port() -> int:
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
+
+
+@contextmanager
+def served_mill(*, history: bool) -> Iterator[Running]:
+    server = OpcUaServer(MILL, port=free_port(), history=history)
+    with running(server) as one:
+        new_database(mill=True)
+        write_agentfile(server, MILL, protocol="opcua", item=server.item)
+        yield one
+
+
+def all_in(count: int) -> Callable[[], bool]:
+    return lambda: len(cuts_stored()) >= count
+
+
+def rows_recorded() -> list[Any]:
+    import pyarrow.parquet as pq
+
+    return [pq.read_table(path)["t"] for path in recorded()]

@@ -1,0 +1,135 @@
+"""What an MTConnect agent says, as it is read."""
+
+import asyncio
+from contextlib import aclosing
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from autodb.errors import UnusableInput
+from autodb.live import mtconnect
+from autodb.live.agentfile import read_agentfile
+from autodb.live.batch import Batch
+from autodb.live.mtconnect import MtConnect
+from autodb.live.source import Away
+from autodb.proofs.machines.served.mtconnect import MtConnectServer
+from tests.helpers.running_machine import (
+    write_agentfile,
+)
+from tests.helpers.shifts import LATHE
+
+
+def _streams(first: int, following: int, value: float) -> str:
+    header = f'instanceId="7" firstSequence="{first}" nextSequence="{following}"'
+    load = f'dataItemId="load" sequence="{following - 1}"'
+    instant = f"2026-01-01T00:00:{following:02d}Z"
+    return f"""<MTConnectStreams><Header {header}/>
+    <Load {load} timestamp="{instant}">{value}</Load></MTConnectStreams>"""
+
+
+FORGOTTEN = '<MTConnectError><Error errorCode="OUT_OF_RANGE">from: 7</Error></MTConnectError>'
+
+
+@pytest.mark.parametrize("as_part", [True, False], ids=["in the stream", "as its answer"])
+@pytest.mark.usefixtures("cli")
+def test_what_is_forgotten_while_it_is_read_is_a_gap_at_once(
+    monkeypatch: pytest.MonkeyPatch, as_part: bool
+) -> None:
+    """Read on from what the agent still has, without a word of its being away."""
+    probe = '<a><DataItem id="load" category="SAMPLE" type="LOAD"/></a>'
+    refused = (
+        httpx.Response(200, content=_part(_streams(1, 7, 2.0)) + _part(FORGOTTEN))
+        if as_part
+        else httpx.Response(404, text=FORGOTTEN)
+    )
+    answers: dict[str, list[str | httpx.Response]] = {
+        "/probe": [probe],
+        "/current": [_streams(1, 5, 1.0), _streams(20, 30, 9.0), _streams(20, 30, 3.0)],
+        "/sample": [refused, httpx.Response(200, content=_part(_streams(20, 31, 4.0)))],
+    }
+
+    def answer(request: httpx.Request) -> httpx.Response:
+        said = answers[request.url.path].pop(0)
+        return httpx.Response(200, text=said) if isinstance(said, str) else said
+
+    path = write_agentfile(MtConnectServer(LATHE), LATHE, protocol="mtconnect")
+    source = MtConnect(read_agentfile(path))
+    source._items = ["load"]
+    transport = httpx.MockTransport(answer)
+    monkeypatch.setattr(source, "_client", lambda: httpx.AsyncClient(transport=transport))
+    monkeypatch.setattr(source, "_base", "http://agent")
+    found: list[tuple[Any, bool, int]] = []
+
+    def keep(one: Batch) -> None:
+        found.append((one.values["load"][1][0], one.gap, one.position["next"]))
+
+    async def read() -> None:
+        async with aclosing(source.batches(None)) as batches:
+            async for one in batches:
+                keep(one)
+
+    with pytest.raises(Away, match="ended its stream"):
+        asyncio.run(read())
+    heard = [(2.0, False, 7)] if as_part else []
+    assert found == [(1.0, False, 5), *heard, (3.0, True, 20), (4.0, False, 31)]
+    assert not any(answers.values())
+
+
+def _part(body: str) -> bytes:
+    head = f"--b\r\nContent-type: text/xml\r\nContent-LENGTH: {len(body)}\r\n\r\n"
+    return head.encode() + body.encode() + b"\r\n"
+
+
+def test_parts_come_out_whole_however_they_come_in() -> None:
+    stream = _part("<a>\r\n\r\n</a>") + _part("") + _part("<b/>")
+    for step in (1, 2, 7, len(stream)):
+        parts = mtconnect._Parts()
+        found = [
+            part
+            for begin in range(0, len(stream), step)
+            for part in parts.feed(stream[begin : begin + step])
+        ]
+        assert found == [b"<a>\r\n\r\n</a>", b"", b"<b/>"]
+    with pytest.raises(ValueError, match="without Content-length"):
+        mtconnect._Parts().feed(b"--b\r\nContent-type: text/xml\r\n\r\n")
+
+
+def test_a_time_series_ends_at_its_timestamp() -> None:
+    """MTConnect, TimeSeries: the timestamp is that of the last value; unknown is no number."""
+    text = """<MTConnectStreams xmlns="urn:mtconnect.org:MTConnectStreams:2.2">
+    <Header instanceId="7" nextSequence="9" firstSequence="1"/><Streams><Samples>
+    <LoadTimeSeries dataItemId="a" sequence="4" timestamp="2026-01-01T00:00:01.123456789Z"
+      sampleCount="3">1 2.5 -3e2</LoadTimeSeries>
+    <Position dataItemId="b" sequence="6" timestamp="2026-01-01T00:00:02Z@0.5">5</Position>
+    <Position dataItemId="b" sequence="5" timestamp="2026-01-01T00:00:01Z">UNAVAILABLE</Position>
+    <Execution dataItemId="c" sequence="7" timestamp="2026-01-01T00:00:01Z">ACTIVE</Execution>
+    <Warning dataItemId="d" sequence="8" timestamp="2026-01-01T00:00:01Z"/>
+    <Position dataItemId="e" sequence="8" timestamp="2026-01-01T00:00:01Z">1</Position>
+    </Samples></Streams></MTConnectStreams>"""
+    found = mtconnect._document(text.encode(), {"a": 100.0}, {"a", "b", "c", "d"})
+    start = 1767225600.0
+    assert_allclose(found.values["a"][0], start + 1.123456 - np.array([0.02, 0.01, 0.0]))
+    assert found.values["a"][1] == [1.0, 2.5, -300.0]
+    assert found.values["b"] == ([start + 1.0, start + 2.0], [None, 5.0])
+    assert found.values["c"][1] == ["ACTIVE"]
+    assert found.values["d"][1] == ["Warning"]
+    assert set(found.values) == {"a", "b", "c", "d"}
+    assert found.following == 9
+    with pytest.raises(ValueError, match="no sampleRate"):
+        mtconnect._document(text.encode(), {}, {"a"})
+    with pytest.raises(ValueError, match="too far back"):
+        mtconnect._document(
+            b"<MTConnectError><Error>too far back</Error></MTConnectError>", {}, set()
+        )
+
+
+@pytest.mark.usefixtures("lathe")
+def test_an_agent_that_talks_nonsense_is_away() -> None:
+    source = MtConnect(read_agentfile(Path("agent.toml")))
+    with pytest.raises(Away, match="cannot be read"):
+        source._read(b"<html>")
+    assert issubclass(Away, UnusableInput)

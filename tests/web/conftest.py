@@ -1,0 +1,65 @@
+"""A database that has learnt, and clients of the service on it."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fastapi.testclient import TestClient
+
+from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.operate.refreshing import refresh
+from autodb.agent.rows.machines import add_machine
+from autodb.files.machine import LATHE
+from autodb.proofs.machines.lathe import fleets
+from autodb.store import Store, create_store, open_store
+from tests.helpers import shops
+from tests.helpers.asked import client_of
+
+
+@pytest.fixture(scope="session")
+def learnt(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a database whose machine 'lathe-0' has learnt two pairs, and one more has nothing."""
+    path = tmp_path_factory.mktemp("served") / "made.sqlite3"
+    url = f"sqlite:///{path}"
+    create_store(url)
+    store = open_store(url)
+    rng = np.random.default_rng(3)
+    fleet = fleets.draw_fleet(rng, materials=2, tools=1)
+    keys = [(material, fleet.tools[0]) for material in fleet.materials]
+    shops.add(store, "lathe-0", fleets.on_machine(rng, fleet, keys), cuts=8, rng=rng)
+    add_machine(store, "a/b c", LATHE)
+    refresh(store, "lathe-0")
+    store.close()
+    return path
+
+
+@pytest.fixture
+def url(learnt: Path, tmp_path: Path) -> str:
+    """Return the URL of a copy of it."""
+    path = tmp_path / "served.sqlite3"
+    path.write_bytes(learnt.read_bytes())
+    return f"sqlite:///{path}"
+
+
+@pytest.fixture
+def store(url: str) -> Iterator[Store]:
+    """Return the copy, opened."""
+    opened = open_store(url)
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def client(url: str) -> Iterator[TestClient]:
+    """Return a client of the service on loopback, read-only."""
+    with client_of(url) as made:
+        yield made
+
+
+@pytest.fixture
+def pair(store: Store) -> dict[str, str]:
+    """Return a pair that was learnt, as a query names it."""
+    with store.reading() as session:
+        one = Shelf(session, "lathe-0").pairs()[0]
+    return {"material": one.material, "tool": one.tool}

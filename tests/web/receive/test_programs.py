@@ -1,0 +1,80 @@
+"""Programs that are sent with a job, predicted as the command does."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from autodb.errors import UnusableInput
+from autodb.files.job import read_job
+from autodb.proofs.runs.keeping.flips import read_rows
+from autodb.web.client import Client
+from autodb.web.http.settings import Settings
+from tests.conftest import Cli
+from tests.helpers.asked import detail
+from tests.helpers.sending import PREDICT, serving
+from tests.helpers.serving import served
+
+
+def test_a_program_is_predicted_as_the_command_does(
+    cli: Cli, sample_jobs: Path, tmp_path: Path
+) -> None:
+    """Also where its file is called otherwise; and what is wrong with one is said with its line."""
+    file = sample_jobs / "nc_profile" / "job.toml"
+    cli("init")
+    cli("machine", "add", "lathe-1")
+    alone = json.loads(cli("predict", file, "--machine", "lathe-1", "--json").out)
+    url = f"sqlite:///{Path('autodb.sqlite3').resolve()}"
+    before = read_rows(Path("autodb.sqlite3"))
+    job = read_job(file)
+    assert job.program is not None
+    with served(Settings(url)) as at, Client(at) as client:
+        found = client.predict_program("lathe-1", job)
+        (tmp_path / "broken.nc").write_text("G0 X10\nG77 Z3\n")
+        program = job.program.model_copy(update={"file": str(tmp_path / "broken.nc")})
+        with pytest.raises(UnusableInput, match=r"^broken\.nc: line 2: .*G77"):
+            client.predict_program("lathe-1", job.model_copy(update={"program": program}))
+    said = json.loads(json.dumps(found, default=_plain))
+    for name in ("cuts", "behind", "notes", "exceeds"):
+        assert said[name] == alone[name], name
+    assert said["job"]["program"] == alone["job"]["program"] | {"file": "part.nc"}
+    assert read_rows(Path("autodb.sqlite3")) == before
+
+
+def _plain(value: Any) -> Any:
+    return value.model_dump(mode="json") if hasattr(value, "model_dump") else vars(value)
+
+
+@pytest.mark.parametrize(
+    ("files", "line"),
+    [
+        ({"program": ("a.nc", b"G0")}, "job: missing; both as parts would work"),
+        ({"job": (None, b"{"), "program": ("a.nc", b"G0")}, "job: no JSON"),
+        ({"job": (None, b"[" * 9999), "program": ("a.nc", b"G0")}, "job: no JSON"),
+        ({"job": (None, b"3"), "program": ("a.nc", b"G0")}, "job: "),
+        ({"job": (None, b'{"name": 3}'), "program": ("a.nc", b"G0")}, "job: name: "),
+        (
+            {
+                "job": (None, b'{"name": "a", "material": "b", "tool": "c", "program": {}}'),
+                "program": ("a.nc", b"G0"),
+            },
+            "job: program: give either stock_diameter_mm",
+        ),
+        (
+            {
+                "job": (
+                    None,
+                    b'{"name": "a", "material": "b", "tool": "c", "cut": [{"depth_mm": 1, '
+                    b'"diameter_mm": 9, "feed_mm_rev": 0.1, "speed_rpm": 100}]}',
+                ),
+                "program": ("a.nc", b"G0"),
+            },
+            "job: program: missing",
+        ),
+    ],
+)
+def test_a_job_that_cannot_be_is_refused(url: str, files: Any, line: str) -> None:
+    with serving(url) as client:
+        got = client.post(PREDICT, files=files)
+    assert (got.status_code, line in detail(got)) == (422, True), got.text

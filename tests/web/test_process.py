@@ -1,0 +1,153 @@
+"""The service as a process: its client, TLS, how it stops, and its commands."""
+
+import json
+import os
+import signal
+import socket
+import sys
+from pathlib import Path
+
+import httpx
+import pytest
+
+from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.operate.access import noted
+from autodb.cli import run
+from autodb.errors import NotThere, UnusableInput
+from autodb.files.job import Job, JobCut
+from autodb.store import Store, open_store
+from autodb.web.client import Client, Unanswered
+from autodb.web.http.settings import Settings
+from tests.conftest import Cli
+from tests.helpers.asked import API, CUT, MILLED
+from tests.helpers.serving import self_signed, served, wait_for
+
+
+def test_the_client_says_what_the_library_says(
+    url: str, store: Store, pair: dict[str, str]
+) -> None:
+    cuts = [JobCut.model_validate(CUT | {"depth_mm": depth}) for depth in (1.0, 2.0)]
+    job = Job(name="j", material=pair["material"], tool=pair["tool"], cut=tuple(cuts))
+    with store.reading() as session:
+        shelf = Shelf(session, "lathe-0")
+        alone = [shelf.look_up(**pair, cut=cut) for cut in cuts]
+        known = shelf.pairs()
+    with served(Settings(url)) as at, Client(at) as client:
+        assert [one.name for one in client.machines()] == ["a/b c", "lathe-0"]
+        assert client.machine("a/b c").recordings == 0
+        assert client.pairs("lathe-0") == known
+        assert [client.look_up("lathe-0", **pair, cut=cut) for cut in cuts * 2] == alone * 2
+        rows = list(client.look_up_many("lathe-0", **pair, cuts=cuts))
+        assert [row.row for row in rows] == [1, 2]
+        assert client.predict("lathe-0", job).job == job
+        assert client.trace("recording", 1).text.startswith("recording 1")
+        assert client.feels("lathe-0").not_sensed
+        assert (client.calibrations("lathe-0"), client.mismatches("lathe-0")) == ([], [])
+        with pytest.raises(NotThere, match="did you mean lathe-0"):
+            client.machine("lathe")
+        (refused,) = client.look_up_many("lathe-0", "unknown", "mill", [_slot()])
+        assert "diameter_mm would work" in (refused.problem or "")
+        with pytest.raises(UnusableInput, match="diameter_mm would work"):
+            client.look_up("lathe-0", "unknown", "mill", _slot())
+        with pytest.raises(Unanswered, match=r"a token is needed|read-only"):
+            client.keep_prediction("lathe-0", job)
+    with pytest.raises(Unanswered, match="no answer"), Client(at) as client:
+        client.machine("lathe-0")
+
+
+def _slot() -> JobCut:
+    return JobCut.model_validate(MILLED)
+
+
+def test_over_tls(url: str, tmp_path: Path) -> None:
+    certificate = self_signed(tmp_path)
+    with served(Settings(url), certificate) as at:
+        with Client(at, ca=certificate.chain) as client:
+            assert client.machine("lathe-0").name == "lathe-0"
+        with pytest.raises(Unanswered, match="CERTIFICATE_VERIFY_FAILED"), Client(at) as client:
+            client.machine("lathe-0")
+
+
+def test_stopped_it_answers_what_is_on_its_way(
+    url: str, pair: dict[str, str], tmp_path: Path
+) -> None:
+    log = tmp_path / "log"
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    child = os.fork()
+    if child == 0:
+        code = 99
+        try:
+            with log.open("w", buffering=1) as sys.stdout:
+                sys.stderr = sys.stdout
+                code = run(["serve", "--port", str(port), "--db", url])
+        finally:
+            os._exit(code)
+    at, lines = f"http://127.0.0.1:{port}", (json.dumps(CUT) + "\n") * 3000
+    wait_for(at)
+    path = f"{at}{API}/machines/lathe-0/lookup/batch"
+    got: list[str] = []
+    with httpx.stream("POST", path, params=pair, content=lines, timeout=60.0) as response:
+        for line in response.iter_lines():
+            if not got:
+                os.kill(child, signal.SIGTERM)
+            got.append(line)
+    assert json.loads(got[-1]) == {"answered": 3000, "refused": 0}
+    assert os.waitpid(child, 0)[1] == 0
+    first, *logged = log.read_text().splitlines()
+    assert first == f"{at} (and {at}/api/v1): read-only; Ctrl-C stops it"
+    said = [json.loads(line) for line in logged]
+    answered = [one for one in said if one.get("route", "").endswith("/batch")]
+    assert [one["status"] for one in answered] == [200]
+
+
+def test_tokens_by_command(cli: Cli) -> None:
+    cli("init")
+    assert "no token" in cli("token", "list").out
+    secret = cli("token", "add", "planner", "--role", "operate", "--days", 30).out.strip()
+    assert secret.startswith("autodb_")
+    again = cli("token", "add", "planner")
+    assert (again.code, "another would work" in again.err) == (2, True)
+    assert "valid" in cli("token", "list").out
+    assert "revoked" in cli("token", "revoke", "planner").out
+    assert "already" in cli("token", "revoke", "planner").out
+    assert cli("token", "revoke", "plan").code == 2
+    assert cli("token", "add", "x", "--role", "root").code == 2
+    store = open_store("sqlite:///autodb.sqlite3")
+    with store.reading() as session:
+        said = [(one.who, one.action) for _, one in noted(session, most=9)]
+    store.close()
+    assert said == [("command line", "token revoked"), ("command line", "token added")]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--host", "0.0.0.0"), "autodb token add NAME --role read"),
+        (("--write",), "autodb token add NAME --role operate"),
+        (("--certificate", "c.pem"), "both would work"),
+        (("--certificate", "c.pem", "--key", "k.pem"), "both as PEM would work"),
+        (("--host", "203.0.113.9", "--port", "9"), "autodb token add"),
+        (("--name", "shop.example"), "autodb token add NAME --role read"),
+        (("--proxy", "127.0.0.1"), "autodb token add NAME --role read"),
+        (("--proxy", "shop"), "127.0.0.1 or 192.0.2.0/24 would work"),
+    ],
+)
+def test_a_service_that_nobody_could_use_does_not_begin(
+    cli: Cli, options: tuple[str, ...], said: str
+) -> None:
+    cli("init")
+    done = cli("serve", *options)
+    assert (done.code, done.err.count("\n")) == (2, 1)
+    assert said in done.err
+
+
+def test_a_port_that_is_taken_is_said(cli: Cli) -> None:
+    cli("init")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        done = cli("serve", "--port", taken.getsockname()[1])
+    assert done.code == 2
+    assert "another --port or --host would work" in done.err
