@@ -165,6 +165,7 @@ def candidate_words(name: str) -> str:
     term, _, rest = said.partition(" ")
     if term not in TERM_WORDS:
         term, rest = UNKNOWN, said
+    rest = re.sub(r"\bways\b", "components", rest)
     return f"{TERM_WORDS[term]} ({rest})" if rest else TERM_WORDS[term]
 
 

@@ -88,6 +88,7 @@ def render_page(page: Page, mismatch_html: str | None) -> str:
         check_plots=[_check(n, check) for n, check in enumerate(page.checks)],
         NOT_SENSED=NOT_SENSED,
         equation_words=equation_words,
+        force_title=figures.force_title,
         learnt_words=learnt_words,
         check_words=check_words,
     )
@@ -160,7 +161,8 @@ def learning_plot(n: int, curve: LearningCurve) -> Markup:
     mark = {"mode": "lines+markers", "marker": {"size": 5}, "line": {"width": 2}}
     made.add_trace(figures.line_trace(curve.n, mean, tone="corrected", name="mean", **mark))
     made.update_yaxes(range=tightening_range(mean, sd), zeroline=False)
-    label = f"Force {curve.component.upper()} of {curve.cut}: {learnt_words(curve)}"
+    force = figures.force_title(curve.component, [curve.operation])
+    label = f"{force} of {curve.cut}: {learnt_words(curve)}"
     return figures.as_html(made, f"learning-{n}", height_px=260, label=label)
 
 
@@ -188,7 +190,7 @@ def translucent(tone: str) -> str:
 
 def _check(n: int, check: PredictedSensed) -> Markup:
     force = f"Force {check.component.upper()}"
-    made = figures.figure([f"{force} predicted [N]"], x_title=f"{force} felt [N]")
+    made = figures.figure([f"{force} predicted [N]"], x_title=f"{force} measured [N]")
     felt = np.isfinite(check.sensed_N)
     inside = _inside(check)
     for rows, tone, name in (

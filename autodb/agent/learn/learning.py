@@ -231,7 +231,9 @@ class _Pair:
             states.pop(WEAR, None)
         for name, fresh in states.items():
             assert usual is not None  # without one there is no other state
-            start = begins(of_state(as_belief(usual)), f"the usual state, version {usual.version}")
+            start = begins(
+                of_state(as_belief(usual)), f"the normal cutting state, version {usual.version}"
+            )
             base = self._still_counting(self._latest(name), self._found.forces)
             known = seen_by(base)
             cuts = [*fresh, *(force for force in self._found.forces if force.id in known)]

@@ -255,7 +255,7 @@ def _export_cards(
         rows.add_row(card.material, size, f"{card.m_c:.3f}{m_c}", card.source)
     show(rows)
     for line in made.left_out:
-        say(f"left out: {line}")
+        say(f"excluded: {line}")
 
 
 Number = Annotated[int, typer.Argument(help="Number of the recording.", min=1, max=2**63 - 1)]

@@ -123,7 +123,7 @@ def show_machine_command(
     from autodb.agent.rows.machines import as_file, find_machine
     from autodb.files.machine import flat
 
-    rows = table(f"Machine {name}", "axis", "carries", ">current sign", "feels")
+    rows = table(f"Machine {name}", "axis", "carries", ">current sign", "senses")
     with opened_store(db) as store, store.reading() as session:
         owner = find_machine(session, name)
         for axis in owner.axes:
