@@ -108,4 +108,5 @@ def _label(found: ForceMap, layer: Layer) -> str:
     reach = figures.span(float(low), float(high), layer.quantity.unit)
     most = float(layer.chance.max())
     risk = "" if layer.limit is None else f"; at most {probability_words(most)} chance to exceed it"
-    return f"{title(layer, found.cut.operation)} over {FEED[found.feed_key]} and {ACROSS[found.across_key]}: {reach}{risk}"
+    axes = f"{FEED[found.feed_key]} and {ACROSS[found.across_key]}"
+    return f"{title(layer, found.cut.operation)} over {axes}: {reach}{risk}"

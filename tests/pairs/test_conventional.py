@@ -229,7 +229,7 @@ GOOD = (FOLDER / "s235.toml").read_text("utf-8")
 BAD = [
     ("lower = 1513", "lower = 1900", "kienzle.k_c11: value 1780 must lie between"),
     ("lower = 1513", "lower = -5", "kienzle.k_c11.lower"),
-    ('unit = "N/mm²"', 'unit = "kN/mm²"', "k_c11.unit is 'kN/mm²'; 'N/mm²' would work"),
+    ('unit = "N/mm²"', 'unit = "kN/mm²"', "k_c11.unit is 'kN/mm²'; use 'N/mm²'"),
     ("lower = 1513\n", "", "kienzle.k_c11.lower"),
     ("rake_deg", "rake", "kienzle.rake: unknown key"),
     ('date = "2026-11-22"', 'date = "today"', "date"),

@@ -98,7 +98,7 @@ def test_a_misspelt_column_is_pointed_at(refused: Callable[..., str], tmp_path: 
     assert "no channel 'force.z'" in refused("calibrate", bare)
     short = tmp_path / "short.csv"
     short.write_text("t,x.position,x.current\n0,1,1\n1,2,1\n2,3,1\n")
-    assert "100 would work" in refused("identify", short)
+    assert "record at least 100" in refused("identify", short)
 
 
 def test_what_is_no_recording_is_not_read_as_its_side_file(

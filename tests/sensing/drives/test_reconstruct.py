@@ -168,7 +168,7 @@ REFUSALS = [
     (("cut.csv", "--moves", "air.csv", "--out", "a.txt"), "does not end in .csv"),
     (("cut.csv", "--moves", "air.csv", "--out", "none/a.csv"), "no such folder"),
     (("cut.csv", "--moves", "air.csv", "--page", "a.pdf"), "does not end in .html"),
-    (("cut.csv", "--moves", "air.csv", "--bandwidth", "200"), "up to 125 would work"),
+    (("cut.csv", "--moves", "air.csv", "--bandwidth", "200"), "use up to 125 Hz"),
     (("still.csv", "--moves", "air.csv"), "no channel 'z.position'"),
 ]
 
