@@ -221,7 +221,7 @@ def test_unknown_materials_are_refused_naming_those_there_are() -> None:
         posterior_of_material("C46")
     with pytest.raises(UnusableInput, match=r"there are: .*C45"):
         posterior_of_material("xyz")
-    with pytest.raises(UnusableInput, match="the law's own numbers"):
+    with pytest.raises(UnusableInput, match="states the parameters of the law"):
         card_of_material(material_named("Ti6Al4V"))
 
 

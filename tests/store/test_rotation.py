@@ -138,7 +138,9 @@ def test_the_doctor_restores_the_newest_and_says_its_age(cli: Cli) -> None:
     Path("kept").mkdir()
     none = cli("doctor", "--backups", "kept")
     assert none.code == 1
-    assert "kept: no backup there; 'autodb backup kept --keep 7 --every day'" in none.out
+    assert (
+        "kept: no backup there; make one with 'autodb backup kept --keep 7 --every day'" in none.out
+    )
     cli("backup", "kept", "--keep", "2")
     (one,) = dated(Path("kept"))
     done = cli("doctor", "--backups", "kept")

@@ -151,7 +151,7 @@ def test_a_database_that_cannot_be_used_is_one_line(cli: Cli, text: str, says: s
 
 def test_a_database_that_is_not_there_or_not_ours(cli: Cli, server: Server, url: str) -> None:
     assert "does not exist" in cli("init", "--db", server.url("nowhere")).err
-    assert "'autodb init' makes one" in cli("machine", "list", "--db", url).err
+    assert "make one with 'autodb init'" in cli("machine", "list", "--db", url).err
     import psycopg
 
     with psycopg.connect(url) as connection:

@@ -55,7 +55,7 @@ def test_bad_jobs_name_the_key(
 
 
 def test_before_init_the_way_out_is_named(refused: Callable[..., str]) -> None:
-    assert "'autodb init' makes one" in refused("refresh", "--machine", "a")
+    assert "make one with 'autodb init'" in refused("refresh", "--machine", "a")
 
 
 def test_a_machine_file_gives_the_axes(cli: Cli, refused: Callable[..., str]) -> None:

@@ -162,7 +162,7 @@ def test_without_a_dynamometer_the_protocol_names_the_unit(mistake: Mistake) -> 
             bare, channels={n: v for n, v in bare.channels.items() if n[:2] != "cutting.s"}
         )
         calibrate_table(bare, axes=AXES, protocol=protocol)
-        with pytest.raises(UnusableInput, match="; (use|state|set|give|put) ") as refused:
+        with pytest.raises(UnusableInput, match=r"; (use|state|set|give|put) ") as refused:
             calibrate_table(wrong(bare, mistake), axes=AXES, protocol=protocol)
         assert f"as if {mistake}; {mistake.remedy}" in str(refused.value)
 
