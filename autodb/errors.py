@@ -1,11 +1,11 @@
-"""What went wrong, in words that say what would have worked."""
+"""What went wrong, in words that say what to do."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
 
 
 class UnusableInput(Exception):  # noqa: N818 - the name says what it is to the reader of the message
-    """Input that cannot be used: one line with file, column, row and what would work (exit 2)."""
+    """Input that cannot be used: one line with file, column, row and the remedy (exit 2)."""
 
     def __init__(self, line: str) -> None:
         super().__init__("".join(c if c.isprintable() else " " for c in line))

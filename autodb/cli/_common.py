@@ -70,7 +70,7 @@ def from_anywhere(db: str | None) -> str:
         return str(make_url(url).set(database=str(file_of(url).resolve())))
     if make_url(url).password is not None:
         raise UnusableInput(
-            f"{shown_url(url)}: others can read a command's password; one in ~/.pgpass would work"
+            f"{shown_url(url)}: others can read a command's password; put it into ~/.pgpass"
         )
     return url
 

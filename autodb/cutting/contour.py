@@ -90,7 +90,7 @@ def engagement(
     _refuse_farther(moves, source)
     cut = [piece for move in moves for piece in pieces(move, step_mm=step_mm)]
     if not any(isinstance(move, Linear | Arc) for move in moves):
-        raise UnusableInput(f"{source}: no move at a feed; a program with G1, G2 or G3 would work")
+        raise UnusableInput(f"{source}: no move at a feed; use a program with G1, G2 or G3")
     at_mm = np.concatenate([piece.z_mm[[0, -1]] for piece in cut])
     stock = stock.divided(at_mm, cell_mm=step_mm)
     rows: list[ContourEngagement] = []
@@ -110,8 +110,8 @@ def _refuse_farther(moves: Sequence[Move], source: str) -> None:
         way_m += 0.001 * move.length_mm
         if way_m > LONGEST_M:
             raise UnusableInput(
-                f"{source}: line {move.line}: {way_m:.0f} m from the first move on; a program of "
-                f"at most {LONGEST_M:.0f} m would work"
+                f"{source}: line {move.line}: the path is {way_m:.0f} m long from the first "
+                f"move on; use a program of at most {LONGEST_M:.0f} m"
             )
 
 
@@ -123,8 +123,8 @@ def _met(piece: Piece, stock: Stock, source: str) -> tuple[Array, Array, Stock]:
     depth_mm, outer_mm, after = _beside(piece, stock)
     if plunges and np.any(depth_mm > TOUCH_MM):
         raise UnusableInput(
-            f"{source}: line {piece.move.line}: into the stock inwards and towards the chuck, "
-            "steeper than 45°; square to the axis, or flatter, would work"
+            f"{source}: line {piece.move.line}: this move enters the stock inwards and towards "
+            "the chuck, steeper than 45°; move square to the axis or flatter"
         )
     return depth_mm, outer_mm, after
 
@@ -161,16 +161,16 @@ def _refuse_inside(piece: Piece, stock: Stock, source: str) -> None:
     if inside.size:
         at = inside[0]
         raise UnusableInput(
-            f"{source}: rapid through the stock at line {piece.move.line}: at radius "
-            f"{x_mm[at]:.3f} and z {z_mm[at]:.3f} mm; around it or at a feed would work"
+            f"{source}: line {piece.move.line}: this rapid goes through the stock, at radius "
+            f"{x_mm[at]:.3f} and z {z_mm[at]:.3f} mm; go around it or use a feed"
         )
 
 
 def _refuse_deeper(piece: Piece, depth_mm: Array, edge_mm: float, source: str) -> None:
     if np.any(depth_mm > edge_mm):
         raise UnusableInput(
-            f"{source}: line {piece.move.line}: {depth_mm.max():.3f} mm deep, more than the edge's "
-            f"{edge_mm:g} mm (a groove, a bore, or other stock than this?); shallower would work"
+            f"{source}: line {piece.move.line}: {depth_mm.max():.3f} mm deep, more than the "
+            f"edge's {edge_mm:g} mm (a groove, a bore, or other stock than this?); cut shallower"
         )
 
 
@@ -182,8 +182,8 @@ def _row(piece: Piece, depth_mm: Array, outer_mm: Array, source: str) -> Contour
     endless = isinstance(speed, CuttingSpeed) and speed.limit_rpm is None
     if endless and np.any(piece.x_mm <= 0):
         raise UnusableInput(
-            f"{source}: line {move.line}: G96 reaches the axis without a limit; G50 S, G92 S or "
-            "LIMS before it would work"
+            f"{source}: line {move.line}: G96 reaches the axis without a speed limit; state G50 "
+            "S, G92 S or LIMS before it"
         )
     rpm = speed.at_rpm(piece.middle_x_mm)
     feed_mm_rev = move.feed.mm_rev(rpm)

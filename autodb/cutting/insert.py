@@ -140,7 +140,7 @@ def _entering(inserts: Sequence[Insert], inward_rad: Array) -> Array:
         worst = np.degrees(inward_rad[np.argmax(np.abs(entering[which] - 0.5 * np.pi))])
         raise UnusableInput(
             f"an edge at {inserts[which].kappa_deg:g}° cannot follow a feed {worst:g}° off the "
-            "axis; a tool with another kappa_deg or included_deg would work"
+            "axis; use a tool with another kappa_deg or included_deg"
         )
     return np.asarray(entering)
 

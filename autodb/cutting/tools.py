@@ -90,7 +90,9 @@ def drill_of(stated: Mapping[str, float]) -> Assumed[Drill]:
     """Return a two-lip drill; raises UnusableInput without its diameter, or with other lips."""
     _need(stated, "diameter_mm")
     if stated.get("teeth", 2) != 2:
-        raise UnusableInput(f"a drill with {stated['teeth']:g} lips; one with 2 would work")
+        raise UnusableInput(
+            f"a drill with {stated['teeth']:g} lips is not modelled; use one with 2"
+        )
 
     def made(n: Mapping[str, float]) -> Drill:
         web_mm = n["web_share"] * n["diameter_mm"]
@@ -124,6 +126,5 @@ def _need(stated: Mapping[str, float], *names: str) -> None:
     lacking = [name for name in names if name not in stated]
     if lacking:
         raise UnusableInput(
-            f"the tool's {' and '.join(lacking)} is not known; a tool file that states it would "
-            "work"
+            f"the tool's {' and '.join(lacking)} is not known; state it in a tool file"
         )

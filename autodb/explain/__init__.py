@@ -97,7 +97,7 @@ def _rows(recording: Recording | CutTable, simulation: Recording | CutTable) -> 
     if off.size:
         raise UnusableInput(
             f"{simulation.path}: nothing at {key} = {ours[off[0]]:g} (row {off[0] + 1} of the "
-            f"recording); the same '{key}' as the recording would work"
+            f"recording); use the same '{key}' as the recording"
         )
     return np.asarray(place, dtype=np.intp)
 
@@ -121,7 +121,7 @@ def _over_time(
     if not efforts and not forces:
         raise UnusableInput(
             f"{simulation.path}: no drive effort or force in common with the recording "
-            f"({', '.join(shared) or 'nothing'}); an axis current, or force.x, would work"
+            f"({', '.join(shared) or 'nothing'}); use an axis current, or force.x"
         )
     found = _axes(recording, simulation, efforts, order, includes)
     if forces:

@@ -9,6 +9,7 @@ from autodb.errors import UnusableInput
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 """Of a full disk, and of a share of it that is used up."""
+DOCTOR = "run 'autodb doctor'"
 
 
 def excuse(error: Exception) -> str | None:
@@ -34,9 +35,9 @@ def is_full(error: BaseException) -> bool:
 def full_under(name: str | bytes | None) -> str:
     """Return the line for a full disk that a file, or a folder, of this name lies on."""
     if not name:
-        return "disk full; more room would work"
+        return "disk full; make room on the disk"
     place = Path(os.fsdecode(name)).absolute()
-    return f"disk full under {place if place.is_dir() else place.parent}; more room would work"
+    return f"disk full under {place if place.is_dir() else place.parent}; make room on the disk"
 
 
 def _of_the_database(error: Exception) -> str | None:
@@ -48,24 +49,24 @@ def _of_the_database(error: Exception) -> str | None:
     if not type(cause).__module__.startswith("sqlite3"):
         return None
     works = {
-        "locked": "when the other program that writes to it is done, it would work",
-        "readonly": "a database that may be written would work",
+        "locked": "wait until the other program that writes to it is done",
+        "readonly": "give write permission, or use another database",
     }
     known = next((text for word, text in works.items() if word in str(cause)), None)
-    return f"the database: {cause}; {known or 'autodb doctor says more'}"
+    return f"the database: {cause}; {known or DOCTOR}"
 
 
 def _of_a_server(state: str) -> str:
-    """Return what would work after an error of a server, by its SQLSTATE (PostgreSQL, app. A)."""
+    """Return the remedy after an error of a server, by its SQLSTATE (PostgreSQL, app. A)."""
     works = {
-        "None": "when the server answers again, it would work",
-        "08": "when the server answers again, it would work",
-        "57P": "when the server answers again, it would work",
-        "40": "nothing was changed; tried again, it would work",
-        "55P03": "when the other program that writes to it is done, it would work",
-        "25006": "a database that may be written would work",
-        "42501": "a role that may do that would work",
-        "53100": "more room on the server's disk would work",
+        "None": "try again when the server answers",
+        "08": "try again when the server answers",
+        "57P": "try again when the server answers",
+        "40": "nothing was changed, try again",
+        "55P03": "wait until the other program that writes to it is done",
+        "25006": "use a database that can be written to",
+        "42501": "use a database role that may do that",
+        "53100": "make room on the server's disk",
     }
     known = next((text for begin, text in works.items() if state.startswith(begin)), None)
-    return known or "autodb doctor says more"
+    return known or DOCTOR

@@ -62,7 +62,7 @@ LEAST = 1e-6
 
 def _is_something(value: float) -> float:
     if value < LEAST:
-        raise ValueError(f"{value:g} is below any machine; at least {LEAST:g} would work")
+        raise ValueError(f"{value:g} is below any machine; use at least {LEAST:g}")
     return value
 
 
@@ -184,8 +184,8 @@ class JobCut(Section):
         if tool_diameter_mm is None:
             what = "mill" if KEYS[self.operation].kind == "end_mill" else "drill"
             raise UnusableInput(
-                f"cut '{self.name}': the {what}'s diameter is not known; a tool file that states "
-                "diameter_mm would work"
+                f"cut '{self.name}': the {what}'s diameter is not known; state diameter_mm in a "
+                "tool file"
             )
         return tool_diameter_mm
 
@@ -233,7 +233,7 @@ class JobProgram(Section):
         z_mm = [z for z, _ in self.stock]
         if z_mm != sorted(z_mm) or len(set(z_mm)) < 2:
             raise ValueError(
-                "stock: [z_mm, diameter_mm] at two places or more, z rising, would work"
+                "stock: state [z_mm, diameter_mm] at two places or more, with z rising"
             )
         return self
 

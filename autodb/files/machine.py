@@ -67,7 +67,10 @@ class AxisFile(Section):
     @model_validator(mode="after")
     def _counterweight_with_force(self) -> "AxisFile":
         if self.counterweight_force_N is not None and self.counterweight in (None, "none"):
-            raise ValueError("counterweight_force_N needs a counterweight; 'weight' would work")
+            raise ValueError(
+                'counterweight_force_N needs a counterweight; state counterweight = "weight", '
+                "or leave out the force"
+            )
         return self
 
 
@@ -104,7 +107,9 @@ class Retention(Section):
     def _in_turn(self) -> "Retention":
         first, last = self.compress_after_days, self.drop_after_days
         if first is not None and last is not None and last < first:
-            raise ValueError("drop_after_days: less than compress_after_days; more would work")
+            raise ValueError(
+                "drop_after_days is less than compress_after_days; use a larger drop_after_days"
+            )
         return self
 
 
@@ -131,7 +136,7 @@ class MachineFile(Section):
     @model_validator(mode="after")
     def _names(self) -> "MachineFile":
         if not self.axes:
-            raise ValueError("a machine needs axes; '[axes.z]' in its file would work")
+            raise ValueError("a machine needs axes; add [axes.z] to its file")
         for name, axis in self.axes.items():
             if name not in AXES:
                 raise ValueError(f"axes.{name}: no axis has this name{near(name, AXES)}")

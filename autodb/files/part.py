@@ -43,8 +43,8 @@ class MeasuredSection(Section):
     def _alike(self) -> "MeasuredSection":
         if len(self.place_mm) != len(self.diameter_error_mm):
             raise ValueError(
-                f"{len(self.place_mm)} places and {len(self.diameter_error_mm)} errors; as many of "
-                "each would work"
+                f"{len(self.place_mm)} places and {len(self.diameter_error_mm)} errors; give as "
+                "many places as errors"
             )
         return self
 

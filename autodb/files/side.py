@@ -140,7 +140,7 @@ def _fault(name: str, spec: FileColumn) -> str:
     if (spec.column is None) == (spec.row_in is None):
         return "needs either column or row_in"
     if spec.scale == 0:
-        return "has scale 0, which would leave nothing; another scale would work"
+        return "has scale 0, which makes every value 0; use another scale"
     if spec.kind == "percent" and spec.rated_A is None:
         return "of kind percent needs rated_A"
     return ""

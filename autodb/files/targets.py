@@ -31,13 +31,13 @@ Progress = Callable[[str], None]
 def needs_folder(target: Path) -> None:
     """Raise UnusableInput when the folder that ``target`` is to lie in is not there."""
     if not target.parent.is_dir():
-        raise UnusableInput(f"{target.parent}: no such folder; one that is there would work")
+        raise UnusableInput(f"{target.parent}: no such folder; create it or name another")
 
 
 def check_target(path: Path, *, suffix: str, option: str) -> None:
     """Raise UnusableInput where a file could not be written to ``path``."""
     if path.suffix != suffix:
-        raise UnusableInput(f"{option}: {path} does not end in {suffix}; FILE{suffix} would work")
+        raise UnusableInput(f"{option}: {path} does not end in {suffix}; write FILE{suffix}")
     if path.is_dir():
         raise UnusableInput(f"{path}: is a folder; {option} needs the name of a file")
     needs_folder(path)
@@ -91,7 +91,9 @@ def replace_by(part: Path, target: Path, *, in_use: bool = False) -> None:
     sync(target.parent)
     there = os.path.samestat(target.stat(), same) if in_use else _content(target) == written
     if not there:
-        raise UnusableInput(f"{target}: is not what was written there; another disk would work")
+        raise UnusableInput(
+            f"{target}: what is on the disk differs from what was written; use another disk"
+        )
 
 
 def sync(path: Path) -> None:
@@ -143,8 +145,8 @@ def one_writer(target: Path, progress: Progress | None) -> Iterator[None]:
             lock.acquire(timeout=BUSY_S)
     except Timeout:
         raise UnusableInput(
-            f"{target}: another program has been writing it for {BUSY_S:.0f} s; once it has ended "
-            "it would work"
+            f"{target}: another program has been writing it for {BUSY_S:.0f} s; wait until it "
+            "has ended"
         ) from None
     try:
         _sweep(target)

@@ -62,17 +62,19 @@ def read_toml(path: Path, model: type[Model]) -> Model:
 def _parsed(path: Path) -> dict[str, Any]:
     try:
         if path.stat().st_size > LARGEST_MIB * 2**20:
-            raise UnusableInput(f"{path}: larger than {LARGEST_MIB} MiB; some kilobytes would work")
+            raise UnusableInput(
+                f"{path}: larger than {LARGEST_MIB} MiB; use a file of some kilobytes"
+            )
         text = path.read_text(encoding="utf-8-sig")
         for number, line in enumerate(text.split("\n"), start=1):
             if line.count(".") > MOST_DOTS:
-                said = f"line {number} has more than {MOST_DOTS} dots; several lines would work"
+                said = f"line {number} has more than {MOST_DOTS} dots; use several lines"
                 raise UnusableInput(f"{path}: {said}")
         return tomllib.loads(text)
     except FileNotFoundError:
         raise UnusableInput(f"{path}: no such file") from None
     except RecursionError:
-        raise UnusableInput(f"{path}: nested too deeply; a few levels would work") from None
+        raise UnusableInput(f"{path}: nested too deeply; use a few levels") from None
     except (OSError, ValueError) as error:  # also of text, of TOML, of too many digits
         raise UnusableInput(f"{path}: not a readable TOML file ({error})") from None
 

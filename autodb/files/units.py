@@ -61,8 +61,8 @@ def conversion(unit: str, *, to: str, where: str) -> tuple[float, float]:
         one = float(quantity(1.0, _plain(unit)).to(target).magnitude)
     except DimensionalityError:
         raise UnusableInput(
-            f"{where}: unit '{unit}' cannot become {to}; {to}, or a unit of its kind, would work"
+            f"{where}: unit '{unit}' cannot become {to}; use {to} or a unit of the same kind"
         ) from None
     except Exception:  # pint's parser fails on nonsense in any way, assertions included
-        raise UnusableInput(f"{where}: unknown unit '{unit}'; {to} would work") from None
+        raise UnusableInput(f"{where}: unknown unit '{unit}'; use {to}") from None
     return one - zero, zero

@@ -145,6 +145,7 @@ def peaked(cuts: Sequence[PredictedCut]) -> Iterator[str]:
         times = cut.peaks.torque_N_m.value / cut.torque_N_m.value
         if times > PEAKED:
             yield (
-                f"cut {number} '{cut.name}': its largest torque is {times:.1f} times its mean; the "
-                "edge counts as square to the axis, so that a shoulder's allowance comes at once"
+                f"cut {number} '{cut.name}': its largest torque is {times:.1f} times its mean; "
+                "the model takes the edge as square to the axis, so it meets the allowance of a "
+                "shoulder all at once"
             )

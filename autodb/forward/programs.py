@@ -75,8 +75,8 @@ def follow(
     found = checksum(path)
     if asked.sha256 not in (None, found):
         raise UnusableInput(
-            f"{path}: not the program of this job: its sha256 is {found}; the file with "
-            f"{asked.sha256} would work"
+            f"{path}: is not the program of this job, its sha256 is {found}; use the file with "
+            f"{asked.sha256}"
         )
     inches = (asked.units or units or "mm") == "inch"
     by_diameter = next((one for one in (asked.diameter, diameter) if one is not None), True)
@@ -92,7 +92,7 @@ def follow(
     lines = tuple(_lines(done, moves, said, str(path)))
     if not lines:
         raise UnusableInput(
-            f"{path}: cuts nothing of the stock; a stock that reaches beyond the path would work"
+            f"{path}: the program cuts no stock; state a stock that reaches beyond the path"
         )
     tools = dict.fromkeys(moves[line.number].tool or "" for line in lines)
     return Followed(str(path), found, lines, float(_step_s(done).sum()), tuple(filter(None, tools)))
@@ -125,7 +125,7 @@ def _refuse_beyond(move: Move, source: str) -> None:
         if not least <= value <= most:
             raise UnusableInput(
                 f"{source}: line {move.line}: {what} of {value:g} {unit} is beyond any machine; "
-                f"{least:g} to {most:g} would work"
+                f"use {least:g} to {most:g}"
             )
 
 
@@ -137,8 +137,8 @@ def _lines(
     on_axis = cutting[np.abs(done.x_mm[cutting]) < TOUCH_MM]
     if on_axis.size:
         raise UnusableInput(
-            f"{source}: line {done.line[on_axis[0]]}: cuts with the tool's tip on the spindle's "
-            "axis, where nothing moves; turning at a larger X would work"
+            f"{source}: line {done.line[on_axis[0]]}: the tool's tip cuts on the spindle's "
+            "axis, where the cutting speed is 0; turn at a larger X"
         )
     for of_line in np.split(cutting, np.flatnonzero(np.diff(done.line[cutting])) + 1):
         if of_line.size:

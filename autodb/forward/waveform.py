@@ -31,7 +31,7 @@ def waves_N(
     Raises UnusableInput where the operation does not mill, or the cut lacks what it needs.
     """
     if operation not in BANDS:
-        raise UnusableInput(f"operation '{operation}': {', '.join(BANDS)} would work")
+        raise UnusableInput(f"operation '{operation}': use {', '.join(BANDS)}")
     lacking = BY_NAME[operation].lacking(conditions)
     if lacking:
         raise UnusableInput(f"operation '{operation}' without {' and '.join(lacking)}")

@@ -150,7 +150,7 @@ class MtConnect:
 
     def _client(self) -> httpx.AsyncClient:
         if urlsplit(self._url).scheme not in ("http", "https"):
-            raise Away(f"{self._url}: is no address; http://HOST:5000 would work")
+            raise Away(f"{self._url}: is not an address; use http://HOST:5000")
         return httpx.AsyncClient(timeout=TIMEOUT_S, trust_env=False)
 
     async def _get(self, client: httpx.AsyncClient, what: str, **query: int) -> bytes:
@@ -179,7 +179,7 @@ class MtConnect:
             twice = next(one for one in self._items if one not in self._names.values())
             other = self._names[by_name[twice].number]
             raise UnusableInput(
-                f"{self._url}: '{twice}' and '{other}' are one item; one name of it would work"
+                f"{self._url}: '{twice}' and '{other}' are one item; use one name for it"
             )
         self._rates = {number: by_name[number].rate_hz for number in self._names}
 
@@ -296,7 +296,9 @@ def _document(text: bytes, rates: dict[str, float | None], wanted: set[str]) -> 
     root = ElementTree.fromstring(text)
     if _local(root.tag) == "MTConnectError":
         if any(one.get("errorCode") == FORGOTTEN for one in root.iter()):
-            raise _Forgotten("the agent forgets faster than it is read; a larger buffer would work")
+            raise _Forgotten(
+                "the agent's buffer overflows faster than it is read; make the buffer larger"
+            )
         faults = [one.text or "" for one in root.iter() if _local(one.tag) == "Error"]
         raise ValueError("; ".join(faults) or "an error without words")
     header = next((dict(one.attrib) for one in root.iter() if _local(one.tag) == "Header"), {})

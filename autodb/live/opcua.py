@@ -90,7 +90,7 @@ class OpcUa:
                 found[item] = client.get_node(item)
             except (UaStringParsingError, ValueError):
                 raise UnusableInput(
-                    f"{self._url}: '{item}' is no node id; one like ns=2;s=X.Current would work"
+                    f"{self._url}: '{item}' is not a node id; use one like ns=2;s=X.Current"
                 ) from None
             value = await found[item].read_data_value(raise_on_bad_status=False)
             if value.StatusCode is not None and value.StatusCode.value in UNKNOWN:
@@ -275,7 +275,7 @@ def _instant(said: ua.DataValue) -> float:
     """Return when something was said, s since 1970: by the machine, else by its server."""
     stamp = said.SourceTimestamp or said.ServerTimestamp
     if stamp is None:
-        raise Away("a value without any timestamp; a server that sends SourceTimestamp would work")
+        raise Away("a value without any timestamp; use a server that sends SourceTimestamp")
     return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()
 
 

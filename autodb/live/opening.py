@@ -15,9 +15,7 @@ def source_of(plan: AgentFile) -> LiveSource:
         try:
             import_module(name)
         except ImportError:
-            raise UnusableInput(
-                f"agent needs {name}; \"pip install 'autodb[live]'\" would work"
-            ) from None
+            raise UnusableInput(f"agent needs {name}; run pip install 'autodb[live]'") from None
     if plan.source.protocol == "opcua":
         from autodb.live.opcua import OpcUa
 

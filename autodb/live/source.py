@@ -133,4 +133,6 @@ def _parted(values: Said, old: float, new: float) -> tuple[Said, Said]:
 
 def unknown_item(url: str, item: str, known: Iterable[str]) -> UnusableInput:
     """Return the refusal of an item that a machine does not have."""
-    return UnusableInput(f"{url}: has no item '{item}'{near(item, known)}; --list says what it has")
+    return UnusableInput(
+        f"{url}: has no item '{item}'{near(item, known)}; list its items with --list"
+    )

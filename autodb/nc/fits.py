@@ -43,7 +43,7 @@ def mounted(
     """
     setup = machine.setup
     if setup is None:
-        raise UnusableInput(f"{source}: no [setup]; a file that says what is clamped would work")
+        raise UnusableInput(f"{source}: no [setup]; add [setup], which says what is clamped")
     for axis in axes:
         _refuse_unknown_travel(machine.axes.get(axis), axis, source)
     zero = {axis: _at(setup.zero.model_dump(), axis, "zero", source) for axis in axes}
@@ -63,13 +63,13 @@ def _refuse_unknown_travel(axis: AxisFile | None, name: str, source: str) -> Non
         raise UnusableInput(f"{source}: no [axes.{name}]; the program moves it")
     for key in ("travel_low_mm", "travel_high_mm"):
         if getattr(axis.limits, key) is None:
-            raise UnusableInput(f"{source}: axes.{name}.limits.{key} would be needed")
+            raise UnusableInput(f"{source}: axes.{name}.limits.{key} is missing; state it")
 
 
 def _at(places: dict[str, float | None], axis: str, key: str, source: str) -> float:
     found = places[f"{axis}_mm"]
     if found is None:
-        raise UnusableInput(f"{source}: setup.{key}.{axis}_mm would be needed")
+        raise UnusableInput(f"{source}: setup.{key}.{axis}_mm is missing; state it")
     return found
 
 
@@ -82,7 +82,7 @@ def _limit_rpm(machine: MachineFile, setup: Clamping, source: str) -> float:
     )
     known = [limit for limit in stated if limit is not None]
     if not known:
-        raise UnusableInput(f"{source}: spindle.max_speed_rpm would be needed")
+        raise UnusableInput(f"{source}: spindle.max_speed_rpm is missing; state it")
     return float(int(min(known)))
 
 
@@ -164,7 +164,7 @@ def refuse_what_a_lathe_would_hit(
 def _wide(on: Mounted, key: str) -> float:
     diameter_mm: float | None = getattr(on.setup, key).diameter_mm
     if diameter_mm is None:
-        raise UnusableInput(f"{on.source}: setup.{key}.diameter_mm would be needed")
+        raise UnusableInput(f"{on.source}: setup.{key}.diameter_mm is missing; state it")
     return diameter_mm
 
 

@@ -52,7 +52,9 @@ def milling_paths(
     """
     diameter_mm = protocol.geometry.diameter_mm
     if diameter_mm is None:
-        raise UnusableInput(f"protocol '{protocol.name}': geometry.diameter_mm would be needed")
+        raise UnusableInput(
+            f"protocol '{protocol.name}': geometry.diameter_mm is missing; state it"
+        )
     top = _Top(protocol, block, diameter_mm / 2)
     for cut in cuts:
         _refuse_what_is_not_made(protocol, block, cut)
@@ -64,7 +66,7 @@ def milling_paths(
         if lane is None:
             raise UnusableInput(
                 f"protocol '{protocol.name}': cut '{cut.name}': the block has no place for it; "
-                "a larger one would work"
+                "use a larger block"
             )
         per = _feed_mm_min(protocol, cut)
         job = _Job(cut, lane, per, top.radius_mm, clearance_mm, protocol.air_s * per / 60.0)
@@ -75,11 +77,11 @@ def milling_paths(
 def _refuse_what_is_not_made(protocol: CutProtocol, block: BlockStock, cut: StandardCut) -> None:
     where = f"protocol '{protocol.name}': cut '{cut.name}'"
     if cut.operation not in _MADE:
-        raise UnusableInput(f"{where}: on a block, 'slot' and 'drill' would work")
+        raise UnusableInput(f"{where}: use 'slot' and 'drill' on a block")
     if cut.length_mm is None:
-        raise UnusableInput(f"{where}: length_mm would be needed")
+        raise UnusableInput(f"{where}: length_mm is missing; state it")
     if cut.operation == "slot" and cut.feed_direction_deg is None:
-        raise UnusableInput(f"{where}: feed_direction_deg would be needed")
+        raise UnusableInput(f"{where}: feed_direction_deg is missing; state it")
     deep_mm = cut.depth_mm or cut.length_mm
     if deep_mm > block.height_mm - block.wall_mm:
         raise UnusableInput(
@@ -92,7 +94,7 @@ def _feed_mm_min(protocol: CutProtocol, cut: StandardCut) -> float:
     if cut.feed_mm_rev is not None:
         return cut.feed_mm_rev * cut.speed_rpm
     if protocol.geometry.teeth is None:
-        raise UnusableInput(f"protocol '{protocol.name}': geometry.teeth would be needed")
+        raise UnusableInput(f"protocol '{protocol.name}': geometry.teeth is missing; state it")
     return cut.feed_mm * protocol.geometry.teeth * cut.speed_rpm
 
 

@@ -53,7 +53,7 @@ def protocol_program(
     elif protocol.block is not None:
         job = _on_mill(protocol, machine, mill, source)
     else:
-        raise UnusableInput(f"protocol '{protocol.name}': [bar] or [block] would be needed")
+        raise UnusableInput(f"protocol '{protocol.name}': [bar] or [block] is missing; state one")
     return "".join(f"{line}\n" for line in _text(job))
 
 
@@ -61,7 +61,9 @@ def _on_lathe(protocol: CutProtocol, machine: MachineFile, words: Words, source:
     bar = protocol.bar
     assert bar is not None
     if machine.diameter is None:
-        raise UnusableInput(f"{source}: diameter would be needed: does the control take X as one?")
+        raise UnusableInput(
+            f"{source}: diameter is missing; state whether the control takes X as a diameter"
+        )
     on = mounted(machine, axes=("x", "z"), retracted=("x", "z"), source=source)
     paths = tuple(
         turning.turning_paths(

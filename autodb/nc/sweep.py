@@ -59,16 +59,15 @@ def sweep_stretch(
     limits = own.limits
     low, high = limits.travel_low_mm, limits.travel_high_mm
     if low is None or high is None:
-        raise UnusableInput(f"{source}: axes.{axis}.limits: travel_low_mm and travel_high_mm would "
-                            "be needed")  # fmt: skip
+        raise UnusableInput(f"{source}: axes.{axis}.limits: travel_low_mm or travel_high_mm is "
+                            "missing; state both")  # fmt: skip
     if limits.speed_mm_min is None:
-        raise UnusableInput(f"{source}: axes.{axis}.limits.speed_mm_min would be needed")
+        raise UnusableInput(f"{source}: axes.{axis}.limits.speed_mm_min is missing; state it")
     low, high = low + MARGIN_MM, high - MARGIN_MM
     if own.vertical is not None:
         if safe_mm is None:
             raise UnusableInput(
-                f"{source}: axis {axis} bears weight: --safe MM, its lowest safe place, would be "
-                "needed"
+                f"{source}: axis {axis} bears weight; state its lowest safe place with --safe MM"
             )
         low, high = _above(own, axis, (low, high), safe_mm)
     if between_mm is not None:
@@ -127,7 +126,7 @@ def sweep_program(
     turns = machine.axes.get("spindle")
     is_lathe = turns is not None and turns.carries == "work"
     if is_lathe and machine.diameter is None:
-        raise UnusableInput(f"{source}: diameter would be needed: does the control take X as one?")
+        raise UnusableInput(f"{source}: diameter is missing; state whether X is one")
     words = lathe if is_lathe else mill
     _refuse_unparked(machine, on.axis, parked_mm, source)
     for way in ways:
@@ -143,7 +142,7 @@ def _refuse_unparked(
     for other in (name for name in "xyz" if name in machine.axes and name != axis):
         if other not in parked_mm:
             raise UnusableInput(
-                f"{source}: --park {other}=MM would be needed: where nothing is in the way"
+                f"{source}: axis {other} is not parked; use --park {other}=MM, clear of all"
             )
         limits = machine.axes[other].limits
         low, high = limits.travel_low_mm, limits.travel_high_mm

@@ -47,8 +47,8 @@ def turning_paths(
     for cut in cuts:
         if cut.operation not in _MADE or cut.feed_mm_rev is None:
             raise UnusableInput(
-                f"protocol '{protocol.name}': cut '{cut.name}': on a bar, 'turn' and 'face' with "
-                "feed_mm_rev would work"
+                f"protocol '{protocol.name}': cut '{cut.name}': use 'turn' and 'face' with "
+                "feed_mm_rev on a bar"
             )
         after = _after(cut, left)
         new_stock = not _allowed(after, bar)

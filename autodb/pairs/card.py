@@ -104,7 +104,7 @@ def kienzle_card(material: str, belief: Gaussian, at: ViewRange, *, source: str)
     if not 0.0 <= m_c.value <= STEEPEST:
         raise UnusableInput(
             f"'{material}': m_c is {m_c.value:.3g} over chips of {at.thinnest_mm:g} to "
-            f"{at.thickest_mm:g} mm; chips for which it is 0 to {STEEPEST:g} would work"
+            f"{at.thickest_mm:g} mm; use chips for which it is 0 to {STEEPEST:g}"
         )
     bounds = (m_c.lower, m_c.upper)
     return KienzleCard(material, numbers["k_c1.1"], m_c.value, bounds, at, source)

@@ -105,7 +105,9 @@ def read_cards(path: Path) -> tuple[KienzleCard, ...]:
     for row in rows:
         before = first.setdefault(row.text("material"), row.row)
         if before != row.row:
-            row.refuse("material", f"stands in row {before + 1} already", "one row a material")
+            row.refuse(
+                "material", f"stands in row {before + 1} already", "write one row per material"
+            )
     return tuple(_card_of(row) for row in rows)
 
 
@@ -116,7 +118,7 @@ def _check_header(path: Path, columns: tuple[str, ...]) -> None:
     for name in (*LABELS, *NEEDED):
         if name not in columns:
             needed = ", ".join(n for n in COLUMNS if n in LABELS or n in NEEDED)
-            raise UnusableInput(f"{path}: column '{name}' is missing; {needed} would work")
+            raise UnusableInput(f"{path}: column '{name}' is missing; write {needed}")
 
 
 @dataclass(frozen=True)
@@ -130,12 +132,12 @@ class _Row:
     def refuse(self, name: str, what: str, works: str) -> NoReturn:
         """Raise the line that names the cell."""
         where = f"{self.path}: column '{name}', row {self.row + 1}"
-        raise UnusableInput(f"{where}: {what}; {works} would work")
+        raise UnusableInput(f"{where}: {what}; {works}")
 
     def text(self, name: str) -> str:
         """Return a cell's text; raises UnusableInput where there is none."""
         cell = str(self.table[name][self.row]).strip(" ")
-        return cell or self.refuse(name, "is empty", "a text")
+        return cell or self.refuse(name, "is empty", "write a text")
 
     def states(self, name: str) -> bool:
         """Say whether an optional cell is there and not empty."""
@@ -143,7 +145,7 @@ class _Row:
 
     def between(self, name: str, low: float, high: float) -> float:
         """Return a number in [low, high]; raises UnusableInput where there is none."""
-        works = f"{low:g} to {high:g}"
+        works = f"use {low:g} to {high:g}"
         if not self.states(name):
             self.refuse(name, "is empty", works)
         value = float(self.table[name][self.row])
@@ -151,7 +153,7 @@ class _Row:
 
     def positive(self, name: str) -> float:
         """Return a finite number above 0; raises UnusableInput where there is none."""
-        works = "a number above 0"
+        works = "use a number above 0"
         if not self.states(name):
             self.refuse(name, "is empty", works)
         value = float(self.table[name][self.row])
@@ -166,7 +168,7 @@ def _card_of(row: _Row) -> KienzleCard:
     k_c11 = Bounded(row.positive("k_c1.1"), row.positive("lower"), row.positive("upper"))
     for name, holds in (("lower", k_c11.lower < k_c11.value), ("upper", k_c11.value < k_c11.upper)):
         if not holds:
-            row.refuse(name, "is on the wrong side of k_c1.1", "lower < k_c1.1 < upper")
+            row.refuse(name, "is on the wrong side of k_c1.1", "use lower < k_c1.1 < upper")
     scale = _scale(row)
     m_c = row.between("m_c", 0.0, STEEPEST)
     return KienzleCard(
@@ -183,7 +185,7 @@ def _scale(row: _Row) -> float:
     """Return how many N/mm² the unit of k_c1.1 is."""
     unit = row.text("k_c1.1_unit")
     if unit == RAW:
-        row.refuse("k_c1.1_unit", "is 'raw'", UNIT)
+        row.refuse("k_c1.1_unit", "is 'raw'", f"use {UNIT}")
     where = f"{row.path}: column 'k_c1.1_unit', row {row.row + 1}"
     return conversion(unit, to=UNIT, where=where)[0]
 
@@ -195,7 +197,7 @@ def _m_c_bounds(row: _Row, m_c: float) -> tuple[float, float] | None:
     low, high = (row.between(name, -1.0, 2.0) for name in ("m_c_lower", "m_c_upper"))
     for name, holds in (("m_c_lower", low < m_c), ("m_c_upper", m_c < high)):
         if not holds:
-            row.refuse(name, "is on the wrong side of m_c", "m_c_lower < m_c < m_c_upper")
+            row.refuse(name, "is on the wrong side of m_c", "use m_c_lower < m_c < m_c_upper")
     return low, high
 
 
@@ -206,7 +208,9 @@ def _planned(row: _Row) -> ViewRange:
     thickest = row.otherwise("thickest_mm", usual.thickest_mm)
     if not thinnest < thickest:
         name = "thickest_mm" if row.states("thickest_mm") else "thinnest_mm"
-        row.refuse(name, f"leaves chips of {thinnest:g} to {thickest:g} mm", "the thinner first")
+        row.refuse(
+            name, f"leaves chips of {thinnest:g} to {thickest:g} mm", "state the thinner first"
+        )
     rake_deg = row.between("rake_deg", -STEEPEST_RAKE_DEG, STEEPEST_RAKE_DEG)
     speed = row.otherwise("speed_m_min", usual.speed_m_min)
     return ViewRange(thinnest, thickest, speed, float(np.radians(rake_deg)))

@@ -52,8 +52,8 @@ def materials(folder: Path | None = None) -> tuple[StatedMaterial, ...]:
             other = known.setdefault(plain_name(name), path)
             if other != path:
                 raise UnusableInput(
-                    f"{path}: name: '{name}' is in {other.name} already; one file a material "
-                    "would work"
+                    f"{path}: name: '{name}' is in {other.name} already; write one file per "
+                    "material"
                 )
         found.append(material)
     return tuple(found)
@@ -101,8 +101,8 @@ def card_of_material(material: StatedMaterial) -> CardForces:
     if material.kienzle is not None:
         return kienzle_of(material.name, material.kienzle).card
     raise UnusableInput(
-        f"'{material.name}' has the law's own numbers and no specific forces; a card of the belief "
-        "about it would work"
+        f"'{material.name}' states the parameters of the law and no specific forces; use a card "
+        "of its posterior"
     )
 
 

@@ -44,7 +44,9 @@ class UndeterminedNumbers:
             said = f"{' and '.join(self.names)} not separable from these cuts"
         else:
             said = f"{self.names[0]} ({meaning[self.names[0]]}) not determined by these cuts"
-        return f"{said}: {' or '.join(self.helps) or 'nothing that was tried'} would help"
+        if not self.helps:
+            return f"{said}; nothing that was tried determines it better"
+        return f"{said}; add {' or '.join(self.helps)}"
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ class _InUnits(Section):
         for name, unit in self.UNITS.items():
             stated = getattr(self, name).unit
             if stated != unit:
-                raise ValueError(f"{name}.unit is '{stated}'; '{unit}' would work")
+                raise ValueError(f"{name}.unit is '{stated}'; use '{unit}'")
         return self
 
 

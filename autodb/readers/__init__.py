@@ -38,7 +38,7 @@ def open_bases(path: Path) -> tuple[ColumnSet, ...]:
         raise UnusableInput(f"{path}: no such file")
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise UnusableInput(f"{path}: unknown kind of file; {', '.join(READERS)} would work")
+        raise UnusableInput(f"{path}: unknown kind of file; use {', '.join(READERS)}")
     try:
         with path.open("rb") as file:
             if not file.read(1):
@@ -50,12 +50,12 @@ def open_bases(path: Path) -> tuple[ColumnSet, ...]:
     columns = sum(len(base.columns) for base in bases)
     if columns > MOST_COLUMNS:
         raise UnusableInput(
-            f"{path}: {columns} columns; at most {MOST_COLUMNS}, such as the channels that are "
-            "needed alone, would work"
+            f"{path}: {columns} columns; send at most {MOST_COLUMNS}, only the channels that "
+            "are needed"
         )
     if not any(base.columns for base in bases):
         raise UnusableInput(
-            f"{path}: no columns of data; vectors at the top level of a MAT file, one-dimensional "
-            "datasets of HDF5, channels with rows would work"
+            f"{path}: no columns of data; store vectors at the top level of a MAT file, "
+            "one-dimensional datasets in HDF5, or channels with rows"
         )
     return bases

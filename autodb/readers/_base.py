@@ -59,8 +59,8 @@ def refuse_twice(path: Path, names: Iterable[str], where: str) -> None:
     twice = [name for name, times in Counter(names).items() if times > 1]
     if twice:
         raise UnusableInput(
-            f"{path}: column '{min(twice)}' stands in the {where} twice; its own "
-            "name for each column would work"
+            f"{path}: column '{min(twice)}' stands in the {where} twice; give each column its "
+            "own name"
         )
 
 
@@ -97,10 +97,14 @@ def as_label(values: NDArray[np.generic]) -> Labels:
 
 
 def not_a_number(where: str, column: str, row: int, value: object) -> str:
-    """Return the line that says which cell is no number, with what would work."""
+    """Return the line that says which cell is no number, with the remedy."""
     shown = str(value)[:40]
-    works = "points in numbers" if _has_decimal_comma(shown) else "a number or an empty cell"
-    return f"{where}: column '{column}', row {row}: '{shown}' is not a number; {works} would work"
+    works = (
+        "use points in numbers"
+        if _has_decimal_comma(shown)
+        else "write a number or leave the cell empty"
+    )
+    return f"{where}: column '{column}', row {row}: '{shown}' is not a number; {works}"
 
 
 def _has_decimal_comma(text: str) -> bool:
@@ -144,11 +148,11 @@ def damaged(path: Path, kind: str, reason: str) -> UnusableInput:
     """Return the line for a file that is not whole, or for which there is no memory."""
     if reason == NO_MEMORY:
         return UnusableInput(
-            f"{path}: this {kind} file {NO_MEMORY}; CSV, Parquet or HDF5 ('-v7.3') are read in "
-            "blocks and would work"
+            f"{path}: this {kind} file {NO_MEMORY}; use CSV, Parquet or HDF5 "
+            "('-v7.3'), which are read in blocks"
         )
     why = reason.rstrip(". ")
-    return UnusableInput(f"{path}: not a whole {kind} file ({why}); a new copy would work")
+    return UnusableInput(f"{path}: not a whole {kind} file ({why}); copy it again")
 
 
 NO_MEMORY = "asks for more memory than there is"
@@ -182,8 +186,8 @@ def library(path: Path, name: str) -> Any:
         found = import_module(name)
     except ImportError:
         raise UnusableInput(
-            f"{path}: reading {path.suffix} needs {name}; \"pip install 'autodb[formats]'\" would "
-            "work, or CSV and Parquet without it"
+            f"{path}: reading {path.suffix} needs {name}; run pip install 'autodb[formats]', "
+            "or use CSV or Parquet"
         ) from None
     for logger in logging.root.manager.loggerDict:
         if logger.split(".")[0] == name:

@@ -23,7 +23,7 @@ from autodb.readers._base import (
 
 BLOCK_BYTES = 1 << 24
 LONGEST_LINE = 1 << 24
-_WORKS = "commas between columns, points in numbers and one header line would work"
+_WORKS = "use commas between columns, points in numbers and one header line"
 _UNKNOWN = csv.ConvertOptions().null_values
 """Texts that stand for a number that is not known."""
 
@@ -129,8 +129,8 @@ class _Piece:
             return
         odd = next((i for i, line in enumerate(lines) if line.count(b'"') % 2), 0)
         raise UnusableInput(
-            f"{self.path}: row {self.first_row + odd + 1}: a quote opens and does not close on its "
-            "line; quotes in pairs, or doubled inside a text, would work"
+            f"{self.path}: row {self.first_row + odd + 1}: a quote opens and does not close on "
+            "its line; write quotes in pairs, or double them inside a text"
         )
 
     def _fault(self, numbers: Sequence[str], reason: str) -> str:

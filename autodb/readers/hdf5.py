@@ -56,8 +56,8 @@ def _vectors(h5py: Any, path: Path) -> list[_Vector]:
             return
         if item.external or item.is_virtual:
             raise UnusableInput(
-                f"{path}: the rows of '{name}' lie in another file; a file that holds them itself "
-                "would work"
+                f"{path}: the rows of '{name}' lie in another file; use a file that holds the "
+                "rows itself"
             )
         if not item.shape or sum(n != 1 for n in item.shape) != 1 or 0 in item.shape:
             return

@@ -98,7 +98,7 @@ class Conversion:
             row, column = before + int(huge[0]) + 1, spec.column or name
             raise UnusableInput(
                 f"{self.path}: column '{column}', row {row}: {numbers[huge[0]]:g} is no "
-                "measurement; an empty cell would work"
+                "measurement; leave the cell empty"
             )
 
     def stated_unit(self, name: str) -> str | None:

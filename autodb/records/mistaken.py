@@ -30,8 +30,8 @@ class Mistake:
 
     @property
     def remedy(self) -> str:
-        """What would work in the side file."""
-        return f'unit = "{self.unit}" for {_listed(self.channels)} in the side file'
+        """What to state in the side file."""
+        return f'state unit = "{self.unit}" for {_listed(self.channels)} in the side file'
 
     def __str__(self) -> str:
         return f"{_listed(self.channels)} in {self.unit}"
@@ -47,8 +47,8 @@ class Radius(Mistake):
 
     @property
     def remedy(self) -> str:
-        """What would work in the side file."""
-        return f"scale = 2 for {_listed(self.channels)} in the side file"
+        """What to state in the side file."""
+        return f"set scale = 2 for {_listed(self.channels)} in the side file"
 
     def __str__(self) -> str:
         return f"{_listed(self.channels)} as a radius"
@@ -66,8 +66,8 @@ class MistakenPerMinute(Mistake):
 
     @property
     def remedy(self) -> str:
-        """What would work."""
-        return "millimetres a revolution"
+        """What to change."""
+        return "give the feed in millimetres per revolution"
 
 
 def _listed(channels: tuple[str, ...]) -> str:

@@ -51,7 +51,7 @@ def refuse_doubtful(path: Path, base: BaseSummary, side: SideFile) -> None:
 
 
 def doubts(base: BaseSummary, side: SideFile) -> Iterator[str]:
-    """Yield what is implausible in a time base, each with what would work."""
+    """Yield what is implausible in a time base, each with the remedy."""
     for channel in base.channels.values():
         yield from _too_large(channel, side)
         yield from _too_cold(channel, side)
@@ -69,16 +69,16 @@ def _too_large(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
     if channel.unit != RAW and largest > largest_of(channel.name):
         yield (
             f"column '{_column(channel.name, side)}': {largest:g} {unit_of(channel.name)} as "
-            f"{channel.name} is beyond any machine; its own unit in the side file would work "
-            f'("{channel.name}" = {{column = …, unit = …}})'
+            f"{channel.name} is beyond any machine; state its unit in the side file: "
+            f'"{channel.name}" = {{column = …, unit = …}}'
         )
 
 
 def _too_cold(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
     if channel.unit == "°C" and channel.finite and channel.minimum < -273.15:
         yield (
-            f"column '{_column(channel.name, side)}': {channel.minimum:g} °C as {channel.name} is "
-            "below absolute zero; its own unit in the side file would work"
+            f"column '{_column(channel.name, side)}': {channel.minimum:g} °C as {channel.name} "
+            "is below absolute zero; state its unit in the side file"
         )
 
 
@@ -87,14 +87,14 @@ def _speeds_apart(base: BaseSummary) -> Iterator[str]:
         factor = rates.factor
         if factor is not None and factor < 0:
             yield (
-                f"{axis}.velocity runs against the slope of {axis}.position over t; "
-                "sign = -1 for one of them in the side file would work"
+                f"{axis}.velocity runs against the slope of {axis}.position over t; set sign = "
+                "-1 for one of them in the side file"
             )
         elif factor is not None and not 1 / WIDEST_FACTOR < factor < WIDEST_FACTOR:
             yield (
                 f"{axis}.velocity is {factor:.3g} times the slope of {axis}.position over t: "
-                "one of the three is in another unit (mm/min is 60, m is 1000); its unit in the "
-                "side file would work"
+                "one of the three is in another unit (mm/min is 60, m is 1000); state its unit "
+                "in the side file"
             )
 
 
@@ -110,9 +110,9 @@ def _in_metres(base: BaseSummary, side: SideFile) -> Iterator[str]:
     name = max(moving, key=lambda n: moving[n])
     if not base.channels[name].stated:
         yield (
-            f"column '{_column(name, side)}': {name} travels {moving[name]:.3g} mm in all, as if "
-            f'logged in metres; "{name}" = {{column = "{_column(name, side)}", unit = "m"}} in the '
-            'side file would work, or unit = "mm" where it is meant so'
+            f"column '{_column(name, side)}': {name} travels {moving[name]:.3g} mm in all, as "
+            f'if logged in metres; state "{name}" = {{column = "{_column(name, side)}", unit = '
+            '"m"} in the side file, or unit = "mm" if it is in mm'
         )
 
 
@@ -123,10 +123,10 @@ def _cuts_apart(base: BaseSummary) -> Iterator[str]:
         ratio = float(np.median(ratios[odd]))
         mends = [mistake for mistake in SPEEDS if _mends(mistake, ratio)]
         what = f"as if {' or '.join(map(str, mends))}" if mends else "one of them in another unit"
-        remedy = mends[0].remedy if len(mends) == 1 else "its unit in the side file"
+        remedy = mends[0].remedy if len(mends) == 1 else "state its unit in the side file"
         yield (
             f"π · work.diameter · spindle.speed is {ratio:.3g} times cutting.speed in "
-            f"{int(odd.sum())} of {len(ratios)} cuts, {what}; {remedy} would work"
+            f"{int(odd.sum())} of {len(ratios)} cuts, {what}; {remedy}"
         )
 
 
@@ -146,8 +146,9 @@ def _clipped(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
         if plateau.value != 0 and plateau.held >= max(CLIPPED_SAMPLES, channel.elsewhere):
             yield (
                 f"column '{_column(channel.name, side)}': {channel.name} is clipped at "
-                f"{plateau.value:.6g} {channel.unit} ({plateau.held} samples); a wider sensor "
-                "range would work, or clips = true in the side file where the drive itself limits"
+                f"{plateau.value:.6g} {channel.unit} ({plateau.held} samples); use a wider "
+                "sensor range, or set clips = true in the side file if the drive itself limits "
+                "the current"
             )
             return
 

@@ -17,14 +17,14 @@ def common_times_s(source: RecordingSource, rate_hz: float) -> Array:
     Raises UnusableInput where they share too little, or one is a table of cuts.
     """
     if not rate_hz > 0:
-        raise UnusableInput(f"--resample {rate_hz:g}: a rate in Hz above 0 would work")
+        raise UnusableInput(f"--resample {rate_hz:g}: give a rate in Hz above 0")
     spans = [(r.t_s[0], r.t_s[-1]) for r in _recordings(source)]
     start_s, end_s = max(start for start, _ in spans), min(end for _, end in spans)
     t_s = start_s + np.arange(int(max(end_s - start_s, 0.0) * rate_hz) + 1) / rate_hz
     if len(t_s) < FEWEST_ROWS:
         raise UnusableInput(
             f"{source.path}: its time bases share {max(end_s - start_s, 0.0):.3g} s: too little "
-            f"for {rate_hz:g} Hz; --group NAME reads one of them"
+            f"for {rate_hz:g} Hz; read one of them with --group NAME"
         )
     return np.asarray(t_s, dtype=np.float64)
 

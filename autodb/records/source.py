@@ -94,7 +94,7 @@ class ChannelSet:
         rows = len(channels["t"])
         if rows < FEWEST_ROWS:
             raise UnusableInput(
-                f"{path}: {rows} rows are too few for a recording; {FEWEST_ROWS} would work"
+                f"{path}: {rows} rows are too few for a recording; record at least {FEWEST_ROWS}"
             )
         usable = {name: values for name, values in channels.items() if name not in unusable}
         return Recording(
@@ -130,8 +130,8 @@ class RecordingSource:
         usable = self.usable()
         if len(usable) > 1:
             raise UnusableInput(
-                f"{self.path}: several time bases: {self._listed(usable)}; --group NAME reads one "
-                "of them"
+                f"{self.path}: several time bases: {self._listed(usable)}; read one of them "
+                "with --group NAME"
             )
         return usable[0]
 
@@ -141,14 +141,14 @@ class RecordingSource:
         if not found and any(base.has_key for base in self.bases):
             ignored = [column for base in self.bases for column in base.ignored]
             raise UnusableInput(
-                f"{self.path}: no channel beside its time or cut number; a side file that names "
-                f"its columns would work{near('x.current', ignored) if ignored else ''}"
+                f"{self.path}: no channel beside its time or cut number; name its columns in a "
+                f"side file under [channels]{near('x.current', ignored) if ignored else ''}"
             )
         if not found:
             columns = [column for base in self.bases for column in base.base.columns]
             raise UnusableInput(
                 f"{self.path}: neither a column 't' (time, s) nor 'cut'{near('t', columns)}; "
-                '"t" = "NAME OF THE COLUMN" under [channels] in a side file would work'
+                'name the column in the side file: [channels] "t" = "NAME OF THE COLUMN"'
             )
         return found
 
@@ -157,8 +157,8 @@ class RecordingSource:
         if found is None:
             if len(self.bases) == 1:
                 raise UnusableInput(
-                    f"{self.path}: no group '{group}': the file has one time base; without "
-                    "--group it would work"
+                    f"{self.path}: no group '{group}'; the file has one time base; leave out "
+                    "--group"
                 )
             names = [base.name for base in self.bases]
             raise UnusableInput(f"{self.path}: no group '{group}'{near(group, names)}")
@@ -180,7 +180,7 @@ def open_source(path: Path, *, columns: Path | None = None) -> RecordingSource:
     Raises UnusableInput for a file or side file that cannot be used.
     """
     if path.is_dir():
-        raise UnusableInput(f"{path}: is a folder; the files in it would work")
+        raise UnusableInput(f"{path}: is a folder; give a file in it")
     beside = path.with_suffix(".toml")
     side_path = columns or (beside if beside.is_file() else None)
     opened = readers.open_bases(path)

@@ -271,8 +271,8 @@ def _take_time(made: BaseSummary, channels: dict[str, Array], path: Path) -> Non
     t_s = channels["t"]
     if made.channels["t"].first_gap is not None:
         raise UnusableInput(
-            f"{path}: t, row {made.channels['t'].first_gap}: no finite number; "
-            "a time on every row would work"
+            f"{path}: t, row {made.channels['t'].first_gap}: no finite number; record a time on "
+            "every row"
         )
     if made.rows:
         check_time(path, np.append(made.end_s, t_s), first_row=made.rows)

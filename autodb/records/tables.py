@@ -112,8 +112,7 @@ def gap(path: Path, name: str, values: Array) -> str:
         return ""
     such = "" if rows.size == 1 else f" ({rows.size} such rows)"
     return (
-        f"{path}: {name}, row {rows[0] + 1}: no finite number{such}; "
-        "a recording without gaps would work"
+        f"{path}: {name}, row {rows[0] + 1}: no finite number{such}; use a recording without gaps"
     )
 
 
@@ -125,7 +124,7 @@ def check_time(path: Path, t_s: Array, *, first_row: int = 1) -> None:
         how = "stands still" if t_s[step[0] + 1] == t_s[step[0]] else "goes back"
         raise UnusableInput(
             f"{path}: column 't', row {row}: time {how} ({t_s[step[0] + 1]:.10g} s after "
-            f"{t_s[step[0]]:.10g} s); rows in the order of strictly increasing time would work"
+            f"{t_s[step[0]]:.10g} s); sort the rows by time and keep each time once"
         )
 
 
@@ -138,6 +137,6 @@ def check_cuts(path: Path, cut: Array) -> None:
     if len(numbers) < len(cut):
         row = min(set(range(len(cut))) - set(first.tolist()))
         raise UnusableInput(
-            f"{path}: row {row + 1}: cut {cut[row]:g} stands twice; one row a cut would work, or "
-            "another name for that column where rows are moments"
+            f"{path}: row {row + 1}: cut {cut[row]:g} stands twice; write one row per cut, or "
+            "rename that column if rows are moments in time"
         )

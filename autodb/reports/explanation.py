@@ -165,6 +165,7 @@ def candidate_words(name: str) -> str:
     term, _, rest = said.partition(" ")
     if term not in TERM_WORDS:
         term, rest = UNKNOWN, said
+    rest = re.sub(r"\bways\b", "components", rest)
     return f"{TERM_WORDS[term]} ({rest})" if rest else TERM_WORDS[term]
 
 
@@ -275,7 +276,7 @@ def drawn_words(rows: int) -> str | None:
 def traces_over_time(channel: dict[str, str], answer: ChannelAnswer, trace: ChannelTrace) -> Markup:
     """Draw recording, simulation and corrected, and under it what each leaves."""
     words, unit = channel["words"], answer.unit
-    left_words = "What is left, before and after" if answer.mismatch else "What is left"
+    left_words = "Residual, before and after" if answer.mismatch else "Residual"
     made = figures.figure(
         [f"{words} [{unit}]", f"{left_words} [{unit}]"],
         x_title=_x_title(trace),
@@ -290,7 +291,7 @@ def traces_over_time(channel: dict[str, str], answer: ChannelAnswer, trace: Chan
         made,
         f"{channel['id']}-over-{trace.x_name}",
         height_px=580,
-        label=f"{words}: recording, simulation and what is left",
+        label=f"{words}: recording, simulation and residual",
     )
 
 
@@ -393,7 +394,7 @@ def _against(
 ) -> Markup:
     unit = unit_of(signal)
     made = figures.figure(
-        [f"What is left [{answer.unit}]"],
+        [f"Residual [{answer.unit}]"],
         x_title=channel_words(signal) + (f" [{unit}]" if unit else ""),
     )
     figures.shade(made, [(r.low, r.high) for r in answer.where.regime if r.signal == signal])
@@ -402,5 +403,5 @@ def _against(
         if left is not None:
             mark = {"size": 5, "opacity": 0.45}
             made.add_trace(figures.points(x, left, tone=name, name=name, marker=mark))
-    label = f"What is left against {channel_words(signal)}"
+    label = f"Residual against {channel_words(signal)}"
     return figures.as_html(made, f"{channel['id']}-against-{number}", height_px=300, label=label)

@@ -54,6 +54,26 @@ TALL_PX = 500
 BUTTONS_PX = 28
 """What a tall plot leaves above its title for the buttons."""
 
+FORCE_ROLES = {
+    "turn": ("passive force Fp", "cutting force Fc", "feed force Ff"),
+    "face": ("feed force Ff", "cutting force Fc", "passive force Fp"),
+    "taper": ("", "cutting force Fc", ""),
+    "contour": ("", "cutting force Fc", ""),
+}
+"""What the forces along x, y and z of operations of turning are called (ISO 3002-4)."""
+
+
+def force_title(component: str, operations: Iterable[str]) -> str:
+    """Return the title of a force, with its name in turning where all operations give it one.
+
+    >>> force_title("y", ["turn", "face"]), force_title("x", ["turn", "face"])
+    ('Force Y (cutting force Fc)', 'Force X')
+    """
+    along = "xyz".index(component)
+    roles = {FORCE_ROLES.get(operation, ("", "", ""))[along] for operation in operations}
+    role = roles.pop() if len(roles) == 1 else ""
+    return f"Force {component.upper()}" + (f" ({role})" if role else "")
+
 
 def colour(name: str) -> str:
     """Return the light tone of ``name``; the style sheet exchanges it in the dark."""

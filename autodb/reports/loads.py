@@ -100,13 +100,14 @@ def scale_words(felt: ReconstructedLoad) -> str:
     if felt.scale is not None:
         percent = 100.0 * NORMAL_95 * felt.scale.share
         return (
-            f"1 A is {felt.scale.per_ampere:.4g} {felt.scale.unit} ± {percent:.2g} % (95 %), by "
-            f"{felt.scale.source}; that error is common to all rows and not in their sd"
+            f"force constant {felt.scale.per_ampere:.4g} {felt.scale.unit}/A ± {percent:.2g} % "
+            f"(95 %), by {felt.scale.source}; that error is common to all rows and not in their "
+            "sd"
         )
     if felt.load.unit == "A":
         return (
-            "in amperes: newtons need a known load ('autodb scale'), torque constant and screw "
-            "pitch in the machine's file, or --newtons-per-ampere"
+            "in amperes; for newtons, determine the force constant with 'autodb scale', state "
+            "torque constant and screw pitch in the machine's file, or use --newtons-per-ampere"
         )
     return f"the drive's effort is in {felt.load.unit}"
 

@@ -25,6 +25,7 @@ from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
 from autodb.pairs.learning import learn_averaging
 from autodb.pairs.posterior import PairPosterior
+from autodb.reports import figures
 from autodb.reports.page import CalibrationPlot, JobRow, Page, PredictedSensed
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.validity import ANY, holds_of
@@ -49,6 +50,8 @@ def machine_page(store: Store, machine: str, prediction_id: int) -> Page:
         parameters = next(row for row in prediction.parameters if row.state is None)
         history = _History(session, owner, parameters)
         checks = history.checks()
+        operations = [cut.get("operation", "") for cut in prediction.cuts]
+        forces = (figures.force_title(component, operations) for component in "xyz")
         return Page(
             machine=machine,
             pair=pair_name(parameters.pair),
@@ -58,7 +61,7 @@ def machine_page(store: Store, machine: str, prediction_id: int) -> Page:
             learning=tuple(history.curves(Job.model_validate(prediction.job))),
             checks=tuple(checks),
             job_name=prediction.job["name"],
-            job_columns=("Speed", "Force X", "Force Y", "Force Z", "Torque", "Power"),
+            job_columns=("Speed", *forces, "Torque", "Power"),
             job_rows=tuple(_job_row(cut) for cut in prediction.cuts),
             trace_text=trace_text,
         )
@@ -167,6 +170,7 @@ class _History:
             LearningCurve(
                 component=component,
                 cut=f"'{cut.name}'",
+                operation=cut.operation,
                 n=np.array(count, dtype=np.float64),
                 mean=np.array([one.mean[0, QUANTITY[component]] for one in expected]),
                 sd=np.array([one.sd[0, QUANTITY[component]] for one in expected]),
@@ -227,9 +231,9 @@ def _headline(
     total = sum(len(c.sensed_N) for c in checks)
     off = np.concatenate([np.abs(c.predicted_N / c.sensed_N - 1.0) for c in checks])
     return (
-        ("Predicted against felt, median difference", f"{100 * float(np.median(off)):.1f} %"),
-        ("Felt forces inside their 95 % interval", f"{inside} of {total}"),
-        ("Cuts learnt from", str(parameters.n_cuts)),
+        ("Predicted against measured, median difference", f"{100 * float(np.median(off)):.1f} %"),
+        ("Measured forces inside their 95 % interval", f"{inside} of {total}"),
+        ("Cuts in the fit", str(parameters.n_cuts)),
     )
 
 

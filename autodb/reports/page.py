@@ -88,6 +88,7 @@ def render_page(page: Page, mismatch_html: str | None) -> str:
         check_plots=[_check(n, check) for n, check in enumerate(page.checks)],
         NOT_SENSED=NOT_SENSED,
         equation_words=equation_words,
+        force_title=figures.force_title,
         learnt_words=learnt_words,
         check_words=check_words,
     )
@@ -110,7 +111,9 @@ def learnt_words(curve: LearningCurve) -> str:
 def check_words(check: PredictedSensed) -> str:
     """Return how many sensed forces lie in their predicted interval, and how many were not felt."""
     felt = np.isfinite(check.sensed_N)
-    count = f"{np.sum(_inside(check))} of {np.sum(felt)} felt forces lie in the predicted interval"
+    count = (
+        f"{np.sum(_inside(check))} of {np.sum(felt)} measured forces lie in the predicted interval"
+    )
     blind = int(np.sum(~felt))
     return count + (f"; {blind} {NOT_SENSED}." if blind else ".")
 
@@ -139,7 +142,7 @@ def calibration_plot(n: int, plot: CalibrationPlot) -> Markup:
         made.add_trace(
             figures.line_trace(ends, ends, tone="simulation", name="the same", line=dash)
         )
-    label = f"{plot.axis}: reference against what the current tells, {plot.verdict}"
+    label = f"{plot.axis}: reference against estimate from the current, {plot.verdict}"
     return figures.as_html(made, f"calibration-{n}", height_px=320, label=label)
 
 
@@ -150,7 +153,7 @@ def _felt_as(plot: CalibrationPlot) -> str:
 def learning_plot(n: int, curve: LearningCurve) -> Markup:
     """Return the plot of a curve, the n-th of a page."""
     mean, sd = curve.mean, curve.sd
-    made = figures.figure(["[N]"], x_title="Cuts learnt from")
+    made = figures.figure(["[N]"], x_title="Cuts in the fit")
     low, high = mean - 2.0 * sd, mean + 2.0 * sd
     for edge, fill in ((low, None), (high, "tonexty")):
         band = {"fill": fill, "fillcolor": translucent("corrected"), "line": {"width": 0}}
@@ -158,7 +161,8 @@ def learning_plot(n: int, curve: LearningCurve) -> Markup:
     mark = {"mode": "lines+markers", "marker": {"size": 5}, "line": {"width": 2}}
     made.add_trace(figures.line_trace(curve.n, mean, tone="corrected", name="mean", **mark))
     made.update_yaxes(range=tightening_range(mean, sd), zeroline=False)
-    label = f"Force {curve.component.upper()} of {curve.cut}: {learnt_words(curve)}"
+    force = figures.force_title(curve.component, [curve.operation])
+    label = f"{force} of {curve.cut}: {learnt_words(curve)}"
     return figures.as_html(made, f"learning-{n}", height_px=260, label=label)
 
 
@@ -186,7 +190,7 @@ def translucent(tone: str) -> str:
 
 def _check(n: int, check: PredictedSensed) -> Markup:
     force = f"Force {check.component.upper()}"
-    made = figures.figure([f"{force} predicted [N]"], x_title=f"{force} felt [N]")
+    made = figures.figure([f"{force} predicted [N]"], x_title=f"{force} measured [N]")
     felt = np.isfinite(check.sensed_N)
     inside = _inside(check)
     for rows, tone, name in (
@@ -233,5 +237,5 @@ def _hover(check: PredictedSensed, row: np.intp) -> str:
     reach = figures.span(float(check.low_N[row]), float(check.high_N[row]), "N")
     felt = figures.number(float(check.sensed_N[row]))
     sd = figures.quantity(2.0 * float(check.sensed_sd_N[row]), "N")
-    lines = (f"predicted {reach}", f"felt {felt} ± {sd}")
+    lines = (f"predicted {reach}", f"measured {felt} ± {sd}")
     return "<br>".join((figures.plain_text(check.label[row]), *lines))

@@ -18,7 +18,6 @@ SURE = 1e-12
 CHANCES = ((0.05, "dot"), (0.5, "solid"))
 """Chances to exceed a limit that are drawn as lines, and how."""
 WORDS = {
-    "force.x": "Force X", "force.y": "Force Y", "force.z": "Force Z",
     "torque.spindle": "Spindle torque", "spindle.power": "Cutting power",
 }  # fmt: skip
 ACROSS = {
@@ -27,9 +26,14 @@ ACROSS = {
 FEED = {"feed_mm_rev": "Feed [mm/rev]", "feed_mm_tooth": "Feed [mm/tooth]"}
 
 
-def title(layer: Layer) -> str:
+def _quantity(layer: Layer, operation: str) -> str:
+    channel = layer.quantity.channel
+    return WORDS.get(channel) or figures.force_title(channel[-1], [operation])
+
+
+def title(layer: Layer, operation: str) -> str:
     """Return what a layer is called, with its limit."""
-    name = f"{WORDS[layer.quantity.channel]} [{layer.quantity.unit}]"
+    name = f"{_quantity(layer, operation)} [{layer.quantity.unit}]"
     limit = "" if layer.limit is None else f", limit {layer.limit:g} {layer.quantity.unit}"
     return f"{name}{limit}"
 
@@ -37,14 +41,14 @@ def title(layer: Layer) -> str:
 def force_map_plots(found: ForceMap) -> list[tuple[str, Markup]]:
     """Return a map of each quantity, as words and plot; of a force that is nowhere, none."""
     return [
-        (WORDS[layer.quantity.channel], _map(found, layer, f"map-{n}"))
+        (_quantity(layer, found.cut.operation), _map(found, layer, f"map-{n}"))
         for n, layer in enumerate(found.layers)
         if np.any(np.abs(layer.mean) > 0.0)
     ]
 
 
 def _map(found: ForceMap, layer: Layer, name: str) -> Markup:
-    made = figures.figure([title(layer)], x_title=FEED[found.feed_key])
+    made = figures.figure([title(layer, found.cut.operation)], x_title=FEED[found.feed_key])
     over = {"x": found.feeds, "y": found.across}
     made.add_trace(
         go.Contour(
@@ -104,6 +108,5 @@ def _label(found: ForceMap, layer: Layer) -> str:
     reach = figures.span(float(low), float(high), layer.quantity.unit)
     most = float(layer.chance.max())
     risk = "" if layer.limit is None else f"; at most {probability_words(most)} chance to exceed it"
-    return (
-        f"{title(layer)} over {FEED[found.feed_key]} and {ACROSS[found.across_key]}: {reach}{risk}"
-    )
+    axes = f"{FEED[found.feed_key]} and {ACROSS[found.across_key]}"
+    return f"{title(layer, found.cut.operation)} over {axes}: {reach}{risk}"

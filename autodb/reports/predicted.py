@@ -52,7 +52,8 @@ def render_prediction(answer: Predicted, limits: Mapping[str, AxisLimits]) -> st
 
 def plot(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> Markup:
     """Return the picture of an answer, with the limits of the machine's axes by name."""
-    titles = [_title(one, one.limit(limits)) for one in QUANTITIES]
+    operations = [cut.operation for cut in answer.cuts]
+    titles = [_title(one, operations, one.limit(limits)) for one in QUANTITIES]
     made = figures.figure(titles, x_title="Cut", shares=[1.0] * len(titles), gap=GAP)
     for row, one in enumerate(QUANTITIES, start=1):
         traces = _traces(one, answer)
@@ -71,9 +72,9 @@ def plot(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> Markup:
     return figures.as_html(made, "predicted", height_px=PLOT_PX * len(titles), label=label)
 
 
-def _title(one: PredictedQuantity, limit: float | None) -> str:
+def _title(one: PredictedQuantity, operations: Sequence[str], limit: float | None) -> str:
     what = {"torque.spindle": "Spindle torque", "spindle.power": "Cutting power"}
-    name = what.get(one.channel, f"Force {one.channel[-1].upper()}")
+    name = what.get(one.channel) or figures.force_title(one.channel[-1], operations)
     return f"{name} [{one.unit}]" + ("" if limit is None else f", limit ± {limit:g} {one.unit}")
 
 

@@ -82,7 +82,7 @@ def unfolded(
         before = np.arange(len(load)) < touched[0]
         reason = (
             f"the range touches its least at row {touched[0]}, and beyond it two loads give one "
-            "range; the drive's power or its signed current would tell them apart"
+            "range; record the drive's power or its signed current"
         )
         return Unfolded(np.where(before, begins * load, np.nan), touched[:1], reason)
     edges = (0, *touched, len(load))

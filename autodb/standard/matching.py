@@ -53,9 +53,9 @@ def _refuse_two_in_one(table: CutTable, cut: StandardCut, twice: NDArray[np.bool
     if twice.any():
         number = table.cut[np.flatnonzero(twice)[0]]
         raise UnusableInput(
-            f"{table.path}: cut {number:g} is '{cut.name}' and another standard cut: a table does "
-            "not say the direction of feed; a protocol with one direction in each speed, feed and "
-            "depth would work"
+            f"{table.path}: cut {number:g} is '{cut.name}' and another standard cut; a table "
+            "does not state the direction of feed; use a protocol with one direction for each "
+            "speed, feed and depth"
         )
 
 

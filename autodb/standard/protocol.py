@@ -94,9 +94,9 @@ class BarStock(Section):
     @model_validator(mode="after")
     def _in_order(self) -> "BarStock":
         if not self.hub_diameter_mm < self.least_diameter_mm < self.diameter_mm:
-            raise ValueError("hub_diameter_mm < least_diameter_mm < diameter_mm would work")
+            raise ValueError("state hub_diameter_mm < least_diameter_mm < diameter_mm")
         if not self.least_length_mm < self.length_mm:
-            raise ValueError("least_length_mm < length_mm would work")
+            raise ValueError("state least_length_mm < length_mm")
         return self
 
 

@@ -42,7 +42,7 @@ def write_once(text: str, path: Path) -> bool:
         if path.exists():
             if path.read_bytes() == text.encode():
                 return False
-            raise UnusableInput(f"{path}: is there already and differs; another --out would work")
+            raise UnusableInput(f"{path}: is there already and differs; use another --out")
         part.write_text(text, encoding="utf-8")
         replace_by(part, path)
     return True

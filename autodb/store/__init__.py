@@ -115,7 +115,7 @@ def open_store(url: str, *, any_schema: bool = False) -> Store:
     engine = engine_of(url)
     named = shown_url(url)
     if not on_server(url) and not file_of(url).exists():
-        raise UnusableInput(f"{named}: no database there; 'autodb init' makes one")
+        raise UnusableInput(f"{named}: no database there; make one with 'autodb init'")
     try:
         _check_schema(engine, url, any_schema=any_schema)
     except UnusableInput:
@@ -129,9 +129,9 @@ def _check_schema(engine: Engine, url: str, *, any_schema: bool) -> None:
     named = shown_url(url)
     found = revision_of(engine, url)
     if found is None:
-        raise UnusableInput(f"{named}: no autodb database; 'autodb init' makes one")
+        raise UnusableInput(f"{named}: no autodb database; make one with 'autodb init'")
     if found != head() and not any_schema:
-        works = "'autodb init' brings it there" if found in revisions() else "a newer autodb works"
+        works = "run 'autodb init'" if found in revisions() else "install a newer autodb"
         raise UnusableInput(f"{named}: schema {found}, this version needs {head()}; {works}")
     if not (any_schema or on_server(url)):
         _runs_nothing_else(engine, named)
@@ -145,7 +145,7 @@ def _runs_nothing_else(engine: Engine, named: str) -> None:
         strange = shape.running(rowsums.driver_of(connection))
     if strange:
         raise UnusableInput(
-            f"{named}: {strange[0]}; 'autodb restore' of a backup, or of an export, would work"
+            f"{named}: {strange[0]}; restore a backup or an export with 'autodb restore'"
         )
 
 
@@ -174,11 +174,11 @@ def create_store(url: str) -> Created:
         found = revision_of(engine, url)
         if found is None and inspect(engine).get_table_names():
             new = "database" if on_server(url) else "file"
-            raise UnusableInput(f"{named}: holds another program's tables; a new {new} would work")
+            raise UnusableInput(f"{named}: holds another program's tables; use a new {new}")
         if found is not None and found not in revisions():
             raise UnusableInput(
                 f"{named}: schema {found} is not known to this version, which knows up to "
-                f"{head()}; a newer autodb would work"
+                f"{head()}; install a newer autodb"
             )
     finally:
         engine.dispose()

@@ -21,7 +21,7 @@ def backup(
     """
     source = None if on_server(url) else file_of(url)
     if source is not None and not source.is_file():
-        raise UnusableInput(f"{url}: no database there; 'autodb init' makes one")
+        raise UnusableInput(f"{url}: no database there; make one with 'autodb init'")
     target = target.resolve() if target.is_symlink() else target
     needs_folder(target)
     with hidden(target, progress) as partial:
@@ -39,19 +39,19 @@ def _may_be_written(target: Path, source: Path | None, *, replace: bool) -> None
     """Raise UnusableInput where a backup would take the place of anything but a backup."""
     logs = set() if source is None else {f"{source.name}{end}" for end in LOGS}
     if source is not None and target.name in logs and same_folder(target, source):
-        raise UnusableInput(f"{target}: is the name of the database's own log; another would work")
+        raise UnusableInput(f"{target}: is the name of the database's own log; use another name")
     if not target.exists():
         return
     if not target.is_file() or (source is not None and target.samefile(source)):
         raise UnusableInput(
-            f"{target}: is no file for a backup; a new name, or of a folder --keep, would work"
+            f"{target}: cannot be a backup file; use a new name, or a folder with --keep"
         )
     if not replace:
-        raise UnusableInput(f"{target}: is there already; another name, or --replace, would work")
+        raise UnusableInput(f"{target}: is there already; use another name or --replace")
     try:
         with closing(connect(target)) as old:
             stored_schema_of(old, target)
     except sqlite3.DatabaseError as error:
         raise UnusableInput(
-            f"{target}: is no backup that could be replaced ({error}); a new name would work"
+            f"{target}: is no backup, so it is not replaced ({error}); use a new name"
         ) from None

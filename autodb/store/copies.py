@@ -76,11 +76,11 @@ def stored_schema_of(connection: sqlite3.Connection, path: Path) -> str:
     if "alembic_version" in names:
         row = connection.execute("SELECT version_num FROM alembic_version").fetchone()
     if row is None:
-        raise UnusableInput(f"{path}: no autodb database; a file of 'autodb backup' would work")
+        raise UnusableInput(f"{path}: no autodb database; use a file that 'autodb backup' wrote")
     if row[0] not in revisions():
         raise UnusableInput(
             f"{path}: schema {row[0]} is not known to this version, which knows up to {head()}; "
-            "a newer autodb would work"
+            "install a newer autodb"
         )
     return str(row[0])
 
@@ -89,19 +89,19 @@ def _check(copy: sqlite3.Connection, source: Path, schema: str, before: dict[str
     """Raise UnusableInput where a copy is not sound, holds what is not ours, or other values."""
     strange = shape.strange(copy, schema)
     if strange:
-        raise UnusableInput(f"{source}: {strange[0]}; an earlier backup, or an export, would work")
+        raise UnusableInput(f"{source}: {strange[0]}; use an earlier backup or an export")
     faults = [row[0] for row in copy.execute("PRAGMA integrity_check") if row[0] != "ok"]
     faults += [f"rows of '{row[0]}' point to no row" for row in copy.execute(
         "PRAGMA foreign_key_check")]  # fmt: skip
     if row_counts(copy) != before:
         faults.append("the copy holds another number of rows")
     if faults:
-        raise UnusableInput(f"{source}: damaged ({faults[0]}); 'autodb doctor' says more")
+        raise UnusableInput(f"{source}: damaged ({faults[0]}); run 'autodb doctor'")
     altered = rowsums.altered(copy)
     if altered:
         raise UnusableInput(
-            f"{source}: damaged ({altered[0]}: not as they were written); 'autodb restore' of an "
-            "earlier backup would work"
+            f"{source}: damaged ({altered[0]} changed after they were written); restore an "
+            "earlier backup with 'autodb restore'"
         )
 
 

@@ -155,7 +155,7 @@ class _PostgreSQL:
             )
         except ImportError:
             raise UnusableInput(
-                "PostgreSQL needs the extra 'postgres': pip install 'autodb[postgres]' would work"
+                "PostgreSQL needs the extra 'postgres'; run pip install 'autodb[postgres]'"
             ) from None
         event.listen(engine, "begin", self._on_begin)
         return engine

@@ -70,7 +70,7 @@ def export(
     needs_folder(folder)
     with hidden(folder, progress) as partial:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise UnusableInput(f"{folder}: is there already; a new folder would work")
+            raise UnusableInput(f"{folder}: is there already; use a new folder")
         partial.mkdir()
         with store.reading() as session:
             owner = None if machine is None else _machine_id(session.connection(), machine)
@@ -215,7 +215,7 @@ def read_manifest(folder: Path) -> Manifest:
     try:
         manifest = Manifest.model_validate_json(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise UnusableInput(f"{path}: not there; a folder of 'autodb export' would work") from None
+        raise UnusableInput(f"{path}: not there; use a folder that 'autodb export' wrote") from None
     except (UnicodeDecodeError, ValidationError) as error:
         first = str(error).splitlines()[0]
         raise UnusableInput(f"{path}: not a manifest of an export ({first})") from None

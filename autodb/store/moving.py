@@ -79,8 +79,7 @@ def to_server(source: Path, url: str, *, replace: bool, progress: Progress | Non
             held = _rows_of(new.connection())
             if held and not replace:
                 raise UnusableInput(
-                    f"{shown_url(url)}: holds {held} rows; another database, or --replace, "
-                    "would work"
+                    f"{shown_url(url)}: holds {held} rows; use another database or --replace"
                 )
             tables = models.Base.metadata.sorted_tables
             every = ", ".join(f'"{table.name}"' for table in tables)

@@ -66,12 +66,12 @@ def _may_be_replaced(target: Path, *, replace: bool) -> None:
         if replace:
             return  # what cannot be read is set aside, not lost
         raise UnusableInput(
-            f"{target}: is there and cannot be read as a database ({error}); --replace sets it "
-            "aside, another --db would leave it"
+            f"{target}: is there and cannot be read as a database ({error}); move it "
+            "aside with --replace, or use another --db"
         ) from None
     if any(held.values()) and not replace:
         raise UnusableInput(
-            f"{target}: holds {sum(held.values())} rows; another --db, or --replace, would work"
+            f"{target}: holds {sum(held.values())} rows; use another --db or --replace"
         )
 
 
@@ -88,7 +88,7 @@ def _put_in_place(partial: Path, target: Path) -> None:
         except sqlite3.OperationalError as error:
             if "locked" in str(error):
                 raise UnusableInput(
-                    f"{target}: another program has it open ({error}); closing it would work"
+                    f"{target}: another program has it open ({error}); close that program"
                 ) from None
             raise UnusableInput(f"{target}: cannot be replaced ({error})") from None
         except sqlite3.DatabaseError:

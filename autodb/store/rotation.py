@@ -74,7 +74,7 @@ def dated(folder: Path) -> list[Dated]:
     Raises UnusableInput where there is no such folder.
     """
     if not folder.is_dir():
-        raise UnusableInput(f"{folder}: no such folder; one that is there would work")
+        raise UnusableInput(f"{folder}: no such folder; create it or name another")
     found = ((path, NAME.fullmatch(path.name)) for path in sorted(folder.iterdir()))
     return [
         Dated(path, datetime.strptime(match[1], STAMP).replace(tzinfo=UTC))
@@ -140,7 +140,8 @@ def drill(folder: Path, *, now: datetime, progress: Progress | None = None) -> R
     there = dated(folder)
     if not there:
         raise UnusableInput(
-            f"{folder}: no backup there; 'autodb backup {folder} --keep 7 --every day' makes one"
+            f"{folder}: no backup there; make one with 'autodb backup {folder} --keep 7 "
+            "--every day'"
         )
     with TemporaryDirectory() as aside:
         url = f"sqlite:///{Path(aside) / 'restored.sqlite3'}"

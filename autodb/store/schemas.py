@@ -72,7 +72,7 @@ def migrate(url: str, revision: str) -> None:
 def none_of(faults: list[str], url: str) -> None:
     """Raise UnusableInput with the first of what is wrong with a database, if anything is."""
     if faults:
-        raise UnusableInput(f"{url}: {faults[0]}; a backup would work: 'autodb restore'")
+        raise UnusableInput(f"{url}: {faults[0]}; restore a backup with 'autodb restore'")
 
 
 def _alembic(connection: Connection | None) -> Any:
@@ -117,9 +117,9 @@ def revision_of(engine: Engine, url: str) -> str | None:
             raise UnusableInput(full_under(str(engine.url.database))) from None
         reason = " ".join(str(getattr(error, "orig", error)).split())
         works = (
-            "a database that is there, on a server that answers, would work"
+            "name an existing database on a server that answers"
             if on_server(url)
-            else "a SQLite file in a folder that may be written would work"
+            else "use a SQLite file in a folder that can be written to"
         )
         raise UnusableInput(
             f"{shown_url(url)}: cannot be opened as a database ({reason}); {works}"

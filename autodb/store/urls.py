@@ -22,14 +22,14 @@ def database_url(given: str | None) -> str:
 
 def parsed(url: str) -> URL:
     """Return the parts of a URL; raises UnusableInput where it is of no database that we use."""
-    works = f"{DEFAULT_URL} or {SERVER_URL} would work"
+    works = f"use {DEFAULT_URL} or {SERVER_URL}"
     try:
         found = make_url(url)
     except (ArgumentError, ValueError):
         raise UnusableInput(f"'{url}' is no database URL; {works}") from None
     if found.drivername in DRIVERS:
         if not found.database:
-            raise UnusableInput(f"{shown_url(url)}: names no database; {SERVER_URL} would work")
+            raise UnusableInput(f"{shown_url(url)}: names no database; use {SERVER_URL}")
         return found.set(drivername="postgresql+psycopg")
     if found.get_backend_name() != SQLITE:
         raise UnusableInput(
@@ -55,11 +55,9 @@ def file_of(url: str) -> Path:
     Raises UnusableInput when the URL is none of a file, or means a database in memory.
     """
     if on_server(url):
-        raise UnusableInput(
-            f"{shown_url(url)}: is on a server, and no file; {DEFAULT_URL} would work"
-        )
+        raise UnusableInput(f"{shown_url(url)}: is on a server, not in a file; use {DEFAULT_URL}")
     database = parsed(url).database
     if database in (None, "", ":memory:"):
-        raise UnusableInput(f"{url}: a database in memory keeps nothing; {DEFAULT_URL} would work")
+        raise UnusableInput(f"{url}: a database in memory keeps nothing; use {DEFAULT_URL}")
     path = Path(str(database))
     return path.resolve() if path.is_symlink() else path

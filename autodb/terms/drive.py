@@ -169,7 +169,7 @@ CROSS_COUPLING = Contribution(
     function=cross_coupling,
     coefficients=(TermParameter("coefficient", "U·s²/mm", "effort per acceleration of that axis"),),
     needs=("position", "position of the other axis"),
-    statement="This axis feels another axis accelerate.",
+    statement="The acceleration of another axis loads this axis.",
     excited_by="accelerated moves of the other axis while this one stands",
     source="P0 section 2.2 (serial kinematics)",
 )
@@ -206,7 +206,7 @@ SPRING = Contribution(
     channels=("axis",),
     inputs=("position",),
     function=spring,
-    coefficients=(TermParameter("stiffness", "U/mm", "load per way from rest"),),
+    coefficients=(TermParameter("stiffness", "U/mm", "load per distance from rest"),),
     shape=(
         TermParameter(
             "rest", "mm", "position without load", -1e4, 1e4,
@@ -229,7 +229,9 @@ COGGING = Contribution(
         TermParameter("sine", "U", "sine part of the ripple"),
     ),
     shape=(
-        TermParameter("period", "mm", "way from crest to crest", 1e-4, 1e4, keyword="period_mm"),
+        TermParameter(
+            "period", "mm", "distance from crest to crest", 1e-4, 1e4, keyword="period_mm"
+        ),
     ),
     needs=("position",),
     statement="A ripple along the travel that keeps its sign in both directions: magnets or screw.",
@@ -247,7 +249,9 @@ FRICTION_RIPPLE = Contribution(
         TermParameter("sine", "U", "sine part of the ripple"),
     ),
     shape=(
-        TermParameter("period", "mm", "way from crest to crest", 1e-4, 1e4, keyword="period_mm"),
+        TermParameter(
+            "period", "mm", "distance from crest to crest", 1e-4, 1e4, keyword="period_mm"
+        ),
     ),
     modifies=("coulomb",),
     needs=("position",),

@@ -64,7 +64,7 @@ DEFLECTION = Factor(
     function=deflection,
     shape=(
         TermParameter(
-            "compliance", "mm/N", "way that tool and work give per force", 0.0, 0.01,
+            "compliance", "mm/N", "distance that tool and work give per force", 0.0, 0.01,
             prior=ParameterPrior(1e-4, 2e-4, "chosen: 10 N/µm, a bar of usual overhang"),
             keyword="compliance_mm_N", starts=(1e-5, 1e-4, 1e-3),
         ),

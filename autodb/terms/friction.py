@@ -206,7 +206,7 @@ POSITION_FRICTION = Contribution(
     channels=("axis",),
     inputs=("direction", "position"),
     function=position_friction,
-    coefficients=(TermParameter("slope", "U/mm", "friction gained per way towards +"),),
+    coefficients=(TermParameter("slope", "U/mm", "friction gained per distance towards +"),),
     shape=(
         TermParameter("middle", "mm", "where Coulomb friction is the mean", keyword="middle_mm"),
     ),
@@ -224,7 +224,7 @@ PRESLIDING = InputChange(
     changes=("direction",),
     shape=(
         TermParameter(
-            "distance", "mm", "way over which friction turns (to 1 − 2/e)", 1e-5, 2.0,
+            "distance", "mm", "distance over which friction turns (to 1 − 2/e)", 1e-5, 2.0,
             keyword="distance_mm", starts=(0.001, 0.003, 0.01, 0.03, 0.1, 0.3),
         ),
     ),

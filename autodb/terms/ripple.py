@@ -50,7 +50,7 @@ def cogging_harmonics(position_mm: Array, *, period_mm: float) -> Array:
 
 
 _PERIOD = TermParameter(
-    "period", "mm", "way after which it repeats", 1e-4, 1e4, keyword="period_mm"
+    "period", "mm", "distance after which it repeats", 1e-4, 1e4, keyword="period_mm"
 )
 COGGING_TABLE = Contribution(
     name="cogging",

@@ -76,7 +76,7 @@ each with its 95 % interval; what machines can feel; and where every number came
 
 Names of quantities end in their unit: `force_x_N`, `feed_mm_rev`, `torque_N_m`. An answer's `ETag`
 is the state of the database that it is of: as long as nothing was written, `If-None-Match` gets
-304 and no body. Every refusal is one line, `detail`, which says what would work."""
+304 and no body. Every refusal is one line, `detail`, which ends in the remedy."""
 
 operations = APIRouter(tags=["Operation"])
 

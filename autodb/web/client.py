@@ -264,7 +264,7 @@ def _refuse(response: httpx.Response) -> None:
 
 
 def _unanswered(error: httpx.HTTPError) -> Unanswered:
-    return Unanswered(f"{error.request.url}: no answer ({error}); 'autodb serve' gives them")
+    return Unanswered(f"{error.request.url}: no answer ({error}); start it with 'autodb serve'")
 
 
 def _of(machine: str) -> str:
@@ -276,7 +276,7 @@ def _opened(path: Path) -> IO[bytes]:
     try:
         return path.open("rb")
     except OSError as error:
-        raise UnusableInput(f"{path}: {error.strerror}; a file that is there would work") from None
+        raise UnusableInput(f"{path}: {error.strerror}; give a file that exists") from None
 
 
 def _in_path(name: str) -> str:

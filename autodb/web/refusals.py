@@ -14,7 +14,7 @@ from autodb.web import html
 from autodb.web.http.problems import first_of, problem
 
 NOT_THERE, UNUSABLE, AWAY = 404, 422, 503
-ELSEWHERE = "/api/v1/openapi.json lists what would work"
+ELSEWHERE = "see /api/v1/openapi.json for what it accepts"
 UNREAD = "There was an error parsing the body"
 """What FastAPI says of a body that is no JSON at all."""
 

@@ -41,8 +41,8 @@ def bound(settings: Settings) -> socket.socket:
     except OSError as error:
         made.close()
         raise UnusableInput(
-            f"{settings.host}:{settings.port}: cannot be listened at ({error.strerror or error}); "
-            "another --port or --host would work"
+            f"{settings.host}:{settings.port}: the service cannot listen there "
+            f"({error.strerror or error}); use another --port or --host"
         ) from None
     return made
 

@@ -78,7 +78,7 @@ class Service:
             return signed_in
         if self.settings.anonymous and not _was_passed_on(request):
             return ANYONE_HERE
-        raise HTTPException(401, "a token is needed; 'autodb token add' makes one", CHALLENGE)
+        raise HTTPException(401, "a token is needed; make one with 'autodb token add'", CHALLENGE)
 
     def by_token(self, request: Request, secret: str) -> Access:
         """Return whose token it is; raises HTTPException where it is not valid.
@@ -107,7 +107,7 @@ class Service:
         if session is None or found is None:
             return None
         if request.method not in SAFE and not session.brought(brought):
-            raise HTTPException(403, "not sent by a page of this service; from one it would work")
+            raise HTTPException(403, "not sent by a page of this service; send it from one")
         return found
 
     def _of(self, secret: str) -> Access | None:
@@ -158,7 +158,7 @@ def _was_passed_on(request: Request) -> bool:
 
 
 def _too_often(what: str, wait_s: int) -> HTTPException:
-    return HTTPException(429, f"{what}; in {wait_s} s it would work", {"Retry-After": str(wait_s)})
+    return HTTPException(429, f"{what}; try again in {wait_s} s", {"Retry-After": str(wait_s)})
 
 
 def service_of(request: Request) -> Service:
@@ -175,7 +175,7 @@ async def made_apart(service: Service, task: Task, kind: Any, bounds: ReaderBoun
     is refused.
     """
     if service.reading.statistics().tasks_waiting >= service.settings.limits.at_once:
-        said = f"too many files are read; in {WAIT_S} s it may work"
+        said = f"too many files are read; try again in {WAIT_S} s"
         raise HTTPException(503, said, {"Retry-After": str(WAIT_S)})
     work = partial(service.children.do, task, kind, bounds)
     try:
@@ -203,10 +203,10 @@ def allowed(request: Request, role: Role, brought: str | None, *, changes: bool)
     request.state.who = access.who
     request.state.access = access
     if changes and not service.settings.writes:
-        raise HTTPException(403, "served read-only; 'autodb serve --write' would work")
+        raise HTTPException(403, "served read-only; run 'autodb serve --write'")
     if access.role < role:
         if access.token_id is None:
-            said = f"a token is needed of role {role.word}; 'autodb token add' makes one"
+            said = f"a token is needed of role {role.word}; make one with 'autodb token add'"
             raise HTTPException(401, said, CHALLENGE)
         raise HTTPException(403, f"'{access.who}' may {access.role.word}, not {role.word}")
     return access

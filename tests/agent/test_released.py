@@ -151,7 +151,7 @@ def test_a_database_with_rows_that_lead_nowhere_is_not_upgraded(
     connection.commit()
     connection.close()
     before = _content(path)
-    assert "points to no recording; a backup would work" in refused("init")
+    assert "points to no recording; restore a backup" in refused("init")
     assert _content(path) == before
 
 

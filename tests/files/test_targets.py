@@ -207,7 +207,7 @@ def test_what_lies_there_is_what_was_written_or_it_is_said(
         return moved
 
     monkeypatch.setattr(Path, "replace", spoilt)
-    with pytest.raises(UnusableInput, match="not what was written there"):
+    with pytest.raises(UnusableInput, match="differs from what was written"):
         write_text(tmp_path / "card.html", "card")
 
 

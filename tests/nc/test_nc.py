@@ -234,7 +234,7 @@ REFUSED = [
         {"z_mm": 118, "diameter_mm": 60},
         "cut '.*': axis x .*setup.tailstock",
     ),
-    (("setup", "tailstock"), {"z_mm": 118}, r"setup\.tailstock\.diameter_mm would be needed"),
+    (("setup", "tailstock"), {"z_mm": 118}, r"setup\.tailstock\.diameter_mm is missing"),
 ]
 
 
@@ -262,7 +262,7 @@ def test_the_dry_run_has_to_fit_too() -> None:
     ("key", "line"),
     [
         ("setup", r"m\.toml: no \[setup\]"),
-        ("diameter", r"m\.toml: diameter would be needed"),
+        ("diameter", r"m\.toml: diameter is missing"),
     ],
 )
 def test_what_a_machine_file_does_not_say_is_asked_for(key: str, line: str) -> None:

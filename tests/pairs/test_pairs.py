@@ -147,7 +147,7 @@ def _chips(theta: Array, cuts: PairCuts) -> Observed:
 
 
 def test_what_was_not_determined_is_said_by_name() -> None:
-    """One cut at one thickness: shear stress and its partners are named, a chip would help."""
+    """One cut at one thickness: shear stress and its partners are named, a chip helps."""
     begun = any_metal()
     belief = posterior_of_readings(
         begun, felt(truth(1), turn(np.array([0.2]), np.array([2.0])), seed=1)
@@ -156,7 +156,7 @@ def test_what_was_not_determined_is_said_by_name() -> None:
     said = [one.statement for one in undetermined(begun, belief, [chip])]
     helped = [line for line in said if "a measured chip thickness" in line]
     assert any("chip_ratio" in line for line in helped)
-    assert all("would help" in line for line in said)
+    assert all("; add " in line for line in said)
 
 
 def test_the_cut_proposed_is_the_best_and_within_limits() -> None:

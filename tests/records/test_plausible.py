@@ -147,7 +147,7 @@ def test_speed_and_diameter_must_fit(tmp_path: Path) -> None:
     cuts = {"cut": [1, 2], "work.diameter": [0.05, 0.06], "spindle.speed": [1200.0, 1000.0],
             "cutting.speed": [188.0, 188.0]}  # fmt: skip
     (line,) = _doubts(write(tmp_path / "a.csv", cuts))
-    assert "as if cutting.speed in mm/min or work.diameter in m; its unit" in line
+    assert "as if cutting.speed in mm/min or work.diameter in m; state its unit" in line
     cuts["work.diameter"] = [2.0, 2.36]
     assert (
         'as if work.diameter in inch; unit = "inch"' in _doubts(write(tmp_path / "a.csv", cuts))[0]

@@ -276,7 +276,7 @@ def _calibration_with(law: FittedForm) -> calibration.Calibration:
     [
         ("card.txt", "a card is FILE.html or FILE.pdf"),
         ("nowhere/card.html", "no such folder"),
-        ("card.pdf", "--card card.html, would work"),
+        ("card.pdf", "or use --card card.html"),
     ],
 )
 def test_a_card_that_cannot_be_written_is_refused_before_anything_is_stored(

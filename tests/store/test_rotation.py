@@ -127,9 +127,9 @@ def test_the_command_says_what_it_did(cli: Cli, refused: Callable[..., str]) -> 
         Path("kept/autodb-20250101T000000Z.sqlite3").read_bytes()
     )
     assert "autodb-20250101T000000Z.sqlite3: removed" in cli("backup", "kept", "--keep", "2").out
-    assert "hour, day, week would work" in refused("backup", "kept", "--every", "year")
+    assert "use hour, day, week" in refused("backup", "kept", "--every", "year")
     assert "dated backups replace none" in refused("backup", "kept", "--keep", "2", "--replace")
-    assert "or of a folder --keep, would work" in refused("backup", "kept")
+    assert "use a new name, or a folder with --keep" in refused("backup", "kept")
 
 
 def test_the_doctor_restores_the_newest_and_says_its_age(cli: Cli) -> None:
@@ -138,7 +138,9 @@ def test_the_doctor_restores_the_newest_and_says_its_age(cli: Cli) -> None:
     Path("kept").mkdir()
     none = cli("doctor", "--backups", "kept")
     assert none.code == 1
-    assert "kept: no backup there; 'autodb backup kept --keep 7 --every day'" in none.out
+    assert (
+        "kept: no backup there; make one with 'autodb backup kept --keep 7 --every day'" in none.out
+    )
     cli("backup", "kept", "--keep", "2")
     (one,) = dated(Path("kept"))
     done = cli("doctor", "--backups", "kept")

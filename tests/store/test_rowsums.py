@@ -179,7 +179,7 @@ def test_doctor_backup_and_restore_name_what_changed(store: Store, url: str, cli
         assert refused.code == 2
         (line,) = refused.err.strip().splitlines()
         assert "audit_entry, rows of id 256 to 511" in line
-        assert "'autodb restore' of an earlier backup would work" in line
+        assert "restore an earlier backup with 'autodb restore'" in line
     assert not Path("copy.sqlite3").exists()
     assert not Path("new.sqlite3").exists()
     restore(url, path.with_name("sound.sqlite3"), replace=True)

@@ -70,7 +70,7 @@ def test_the_roles_of_the_page_do_what_they_are_for_and_nothing_else(
     assert "lathe-1" in cli("machine", "list", "--db", reader).out
     assert cli("export", "out", "--db", reader).code == 0
     said = refused("machine", "add", "other", "--db", reader)
-    assert "permission denied for table machine; a role that may do that would work" in said
+    assert "permission denied for table machine; use a database role that may do that" in said
 
     for url, statements in (
         (
@@ -99,7 +99,7 @@ def test_the_roles_of_the_page_do_what_they_are_for_and_nothing_else(
     migrate(owner, "0008")
     said = refused("init", "--db", writer)
     assert "must be owner of table" in said
-    assert "a role that may do that would work" in said
+    assert "use a database role that may do that" in said
     assert cli("init", "--db", owner).out.strip().endswith(f"from schema 0008 to {head()}")
     store = open_store(writer)
     with store.reading() as session:

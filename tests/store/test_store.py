@@ -178,7 +178,7 @@ def test_a_reader_sees_one_state(store: Store) -> None:
 
 def test_what_is_no_database_says_so(tmp_path: Path) -> None:
     missing = f"sqlite:///{tmp_path / 'none.sqlite3'}"
-    with pytest.raises(UnusableInput, match="'autodb init' makes one"):
+    with pytest.raises(UnusableInput, match="make one with 'autodb init'"):
         open_store(missing)
     other = tmp_path / "other.sqlite3"
     sqlite3.connect(other).execute("CREATE TABLE a (b)")

@@ -21,7 +21,7 @@ def test_what_is_not_there_is_404(client: TestClient) -> None:
         ("trace/nonsense/1", "nothing called 'nonsense'"),
         ("mismatches/7", "no mismatch 7"),
         ("tools/none", "no tool 'none'"),
-        ("nothing", "openapi.json lists what would work"),
+        ("nothing", "see /api/v1/openapi.json for what it accepts"),
     ):  # fmt: skip
         got = client.get(f"{API}/{path}")
         assert got.status_code == 404, path

@@ -46,8 +46,8 @@ def test_the_client_says_what_the_library_says(
         with pytest.raises(NotThere, match="did you mean lathe-0"):
             client.machine("lathe")
         (refused,) = client.look_up_many("lathe-0", "unknown", "mill", [_slot()])
-        assert "diameter_mm would work" in (refused.problem or "")
-        with pytest.raises(UnusableInput, match="diameter_mm would work"):
+        assert "state diameter_mm in a tool file" in (refused.problem or "")
+        with pytest.raises(UnusableInput, match="state diameter_mm in a tool file"):
             client.look_up("lathe-0", "unknown", "mill", _slot())
         with pytest.raises(Unanswered, match=r"a token is needed|read-only"):
             client.keep_prediction("lathe-0", job)
@@ -108,7 +108,7 @@ def test_tokens_by_command(cli: Cli) -> None:
     secret = cli("token", "add", "planner", "--role", "operate", "--days", 30).out.strip()
     assert secret.startswith("autodb_")
     again = cli("token", "add", "planner")
-    assert (again.code, "another would work" in again.err) == (2, True)
+    assert (again.code, "use another" in again.err) == (2, True)
     assert "valid" in cli("token", "list").out
     assert "revoked" in cli("token", "revoke", "planner").out
     assert "already" in cli("token", "revoke", "planner").out
@@ -126,12 +126,12 @@ def test_tokens_by_command(cli: Cli) -> None:
     [
         (("--host", "0.0.0.0"), "autodb token add NAME --role read"),
         (("--write",), "autodb token add NAME --role operate"),
-        (("--certificate", "c.pem"), "both would work"),
-        (("--certificate", "c.pem", "--key", "k.pem"), "both as PEM would work"),
+        (("--certificate", "c.pem"), "give both"),
+        (("--certificate", "c.pem", "--key", "k.pem"), "give both as PEM"),
         (("--host", "203.0.113.9", "--port", "9"), "autodb token add"),
         (("--name", "shop.example"), "autodb token add NAME --role read"),
         (("--proxy", "127.0.0.1"), "autodb token add NAME --role read"),
-        (("--proxy", "shop"), "127.0.0.1 or 192.0.2.0/24 would work"),
+        (("--proxy", "shop"), "write one such as 127.0.0.1 or 192.0.2.0/24"),
     ],
 )
 def test_a_service_that_nobody_could_use_does_not_begin(
@@ -150,4 +150,4 @@ def test_a_port_that_is_taken_is_said(cli: Cli) -> None:
         taken.listen()
         done = cli("serve", "--port", taken.getsockname()[1])
     assert done.code == 2
-    assert "another --port or --host would work" in done.err
+    assert "use another --port or --host" in done.err

@@ -149,7 +149,7 @@ def test_a_cut_that_cannot_be_is_said_and_what_was_typed_stays(
     client: TestClient, pair: dict[str, str]
 ) -> None:
     html = client.get(f"{MACHINE}/plan?{urlencode(pair | CUT | {'depth_mm': 'deep'})}").text
-    assert _said(html) == ["cut 1: depth_mm: 'deep' is no number; 2.5 would work"]
+    assert _said(html) == ["cut 1: depth_mm: 'deep' is not a number; send a number such as 2.5"]
     assert 'value="deep"' in html
     lacking = {key: value for key, value in CUT.items() if key != "diameter_mm"}
     html = client.get(f"{MACHINE}/plan?{urlencode(pair | lacking)}").text

@@ -105,7 +105,7 @@ def test_tests_that_pages_name_are_there(page: str) -> None:
     named = set(re.findall(r"`(test_\w+)`", text))
     assert len(named) >= 10
     assert named <= there
-    assert set(re.findall(r"`(test_\w+\.py)`", text)) <= files
+    assert set(re.findall(r"`(?:tests/[\w/]*)?(test_\w+\.py)`", text)) <= files
 
 
 def test_files_of_tests_that_pages_name_are_there() -> None:

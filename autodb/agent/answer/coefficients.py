@@ -35,7 +35,8 @@ def machine_coefficients(
     listed = shelf.pairs(material, tool)
     if not listed:
         raise UnusableInput(
-            f"machine '{machine}' has learnt no pair; 'autodb refresh --machine {machine}' would"
+            f"machine '{machine}' has no fitted work-tool pair; run 'autodb refresh "
+            f"--machine {machine}'"
         )
     return coefficients.Coefficients(
         autodb=version("autodb"),

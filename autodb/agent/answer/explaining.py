@@ -110,7 +110,10 @@ def expected_and_sensed(
     """
     kept, expected_N, has = _expected(session, owner, cuts)
     if not kept:
-        raise UnusableInput("no cut of a work-tool pair that the machine has learnt; refresh first")
+        raise UnusableInput(
+            "no cut belongs to a work-tool pair that the machine has parameters of; run 'autodb "
+            "refresh' first"
+        )
     table = cuts_as_table(kept, path=Path(kept[0].recording.path))
     sensed: dict[str, Array] = {}
     predicted: dict[str, Array] = {}

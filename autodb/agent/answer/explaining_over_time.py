@@ -28,8 +28,8 @@ def explain_over_time(session: Session, owner: models.Machine, recording: Record
     forces = any(name in recording for name in FORCES)
     if not simulated and not forces:
         raise UnusableInput(
-            f"{recording.path}: the machine has no model of its axes; one made by "
-            "'autodb identify' would work"
+            f"{recording.path}: the machine has no model of its axes; identify them with "
+            "'autodb identify'"
         )
     found = []
     if simulated:

@@ -110,9 +110,9 @@ class Shelf:
     def _refuse_unknown(self, what: str, name: str | None, known: set[str]) -> None:
         if name is None or name in known:
             return
-        hint = near(name, sorted(known)) if known else "; 'autodb refresh' learns pairs"
+        hint = near(name, sorted(known)) if known else "; run 'autodb refresh'"
         raise UnusableInput(
-            f"machine '{self._owner.name}' has learnt no pair of {what} '{name}'{hint}"
+            f"machine '{self._owner.name}' has no parameters of a pair with {what} '{name}'{hint}"
         )
 
 

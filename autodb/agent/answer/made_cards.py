@@ -44,8 +44,8 @@ def made_cards(
         except UnusableInput as error:
             left_out.append(str(error))
     if not cards:
-        why = "; ".join(left_out) or "'autodb refresh' learns pairs"
-        raise UnusableInput(f"machine '{machine}' has no pair to make a card of: {why}")
+        why = "; ".join(left_out) or "run 'autodb refresh'"
+        raise UnusableInput(f"machine '{machine}' has no pair to make a card of; {why}")
     return MadeCards(tuple(cards), tuple(left_out))
 
 
@@ -56,7 +56,7 @@ def _most_cut(pairs: Sequence[Listed]) -> tuple[list[Listed], list[str]]:
         chosen.setdefault(pair.material, pair)
     left_out = [
         f"{pair.material} / {pair.tool} ({pair.cuts} cuts): the card is of "
-        f"{chosen[pair.material].tool} ({chosen[pair.material].cuts} cuts); --tool chooses"
+        f"{chosen[pair.material].tool} ({chosen[pair.material].cuts} cuts); choose with --tool"
         for pair in pairs
         if chosen[pair.material] is not pair
     ]

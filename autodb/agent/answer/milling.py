@@ -62,14 +62,15 @@ def known_pair(session: Session, owner: models.Machine, recording: Recording) ->
     material, tool = recording.side.recording.work, recording.side.tool.name
     if material is None or tool is None:
         raise UnusableInput(
-            f"{recording.path}: its forces are of no known work-tool pair; --simulation FILE "
-            "with force.* would work, or a side file with [recording] work and [tool] name"
+            f"{recording.path}: its work-tool pair is not known; use --simulation FILE with "
+            "force.*, or a side file with [recording] work and [tool] name"
         )
     known = known_of(session, owner_of(owner), material, tool)
     if not known.own:
         raise UnusableInput(
-            f"{recording.path}: {owner.name} has not learnt {material} / {tool}; --simulation FILE "
-            "with force.* would work, or 'autodb refresh' with cuts of this pair"
+            f"{recording.path}: {owner.name} has no parameters of {material} / {tool}; use "
+            "--simulation FILE with force.*, or import cuts of this pair and run 'autodb "
+            "refresh'"
         )
     return known
 
@@ -86,7 +87,9 @@ def expected_waves(known: KnownPair, recording: Recording) -> ExpectedWaves:
     mill, rpm = mill_of(recording), _rpm(recording)
     operation = recording.side.cut.operation
     if operation is None:
-        raise UnusableInput(f"{recording.path}: a side file with [cut] operation would work")
+        raise UnusableInput(
+            f"{recording.path}: the operation is not stated; state [cut] operation in a side file"
+        )
     rows = _wholly_inside(recording, rpm, mill.feed_mm * mill.teeth * rpm / 60.0)
     inside = _at(recording, rows)
     wave = _Wave(known.belief, known.tool, operation, _conditions(inside, rpm))
@@ -124,8 +127,8 @@ def _rpm(recording: Recording) -> float:
     rpm = recording.side.cut.speed_rpm if speed is None else float(np.median(speed))
     if rpm is None:
         raise UnusableInput(
-            f"{recording.path}: no spindle.speed, and no speed_rpm in its side file; one of them "
-            "would work"
+            f"{recording.path}: no spindle.speed, and no speed_rpm in its side file; record one "
+            "of them or state it there"
         )
     return rpm
 
@@ -155,8 +158,8 @@ def _wholly_inside(recording: Recording, rpm: float, fed_mm_s: float) -> slice:
         last -= min(int(np.argmax(usual[:last][::-1])), way) + turn
     if last - first < TURNS * turn:
         raise UnusableInput(
-            f"{recording.path}: the mill is wholly in the work for less than {TURNS} turns; a "
-            "longer cut would work"
+            f"{recording.path}: the mill is wholly in the work for less than {TURNS} turns; "
+            "record a longer cut"
         )
     return slice(first, last)
 

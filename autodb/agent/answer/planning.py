@@ -99,8 +99,8 @@ def plan_cuts(
     """
     if job.program is not None:
         raise UnusableInput(
-            f"job '{job.name}': a plan is made for cuts; a job with [[cut]] in place of [program] "
-            "would work"
+            f"job '{job.name}': a plan is made for cuts; use a job with [[cut]] in place of "
+            "[program]"
         )
     with store.reading() as session:
         row = find_machine(session, machine)
@@ -121,8 +121,8 @@ def plan_cuts(
             break
     if not best:
         raise UnusableInput(
-            f"each of {len(candidates)} cuts may exceed a limit of machine '{machine}'; lighter "
-            "ones would work: --depth, --feed"
+            f"each of {len(candidates)} cuts may exceed a limit of machine '{machine}'; use "
+            "lighter ones with --depth and --feed"
         )
     now, targets = search.targets(best[0].cut)
     open_ = search.open(start)
@@ -216,7 +216,7 @@ class _Search:
         """Return the components that the machine feels in an operation."""
         found = [c for c in self._sensed if c != PASSIVE_AXIS.get(operation)]
         if not found:
-            raise UnusableInput(f"in operation '{operation}' the machine feels no force")
+            raise UnusableInput(f"the machine senses no force in operation '{operation}'")
         return found
 
     def _cuts(self, operation: str, cuts: Sequence[JobCut]) -> PairCuts:
@@ -247,8 +247,8 @@ def _sensed(session: Session, owner: models.Machine) -> dict[str, SensedComponen
             found[forces[0].component] = _usual(forces)
     if not found:
         raise UnusableInput(
-            f"machine '{owner.name}' has felt no force yet; 'autodb refresh' senses those of the "
-            "cuts that were imported"
+            f"machine '{owner.name}' has no sensed forces yet; run 'autodb refresh' to sense "
+            "those of the imported cuts"
         )
     return found
 

@@ -129,7 +129,7 @@ class Grounds:
             name = f"{self.material} / {self.known.tool.name}"
             hint = near(name, self.learnt) if self.learnt else ""
             start = self.known.behind.started_from
-            yield f"{self.machine} has not learnt {name}{hint}: predicted from {start}"
+            yield f"{self.machine} has no parameters of {name}{hint}; predicted from {start}"
         yield from _assumed(self.known, cuts)
         if self.states is not None:
             yield from _outside(self.states.usual, cuts, self.known.tool)
@@ -165,8 +165,8 @@ def _assumed(known: KnownPair, cuts: Sequence[AskedCut]) -> Iterable[str]:
     if names:
         listed = ", ".join(dict.fromkeys(names))
         yield (
-            f"assumed of {known.tool.name}, because nobody stated it: {listed}; a tool file would "
-            "narrow the intervals"
+            f"assumed for {known.tool.name}, because it is not stated: {listed}; state it in a "
+            "tool file to narrow the intervals"
         )
 
 
@@ -174,7 +174,10 @@ def _outside(made: LearntFrom, cuts: Sequence[AskedCut], tool: ToolOf) -> Iterab
     """Say which cuts lie outside the depths, feeds and operations that the pair was learnt from."""
     for operation in dict.fromkeys(cut.operation for cut in cuts):
         if operation not in made.operations:
-            yield f"operation '{operation}' was never cut: from the law alone, wider"
+            yield (
+                f"operation '{operation}' was never cut; its forces come from the law alone, "
+                "with wider intervals"
+            )
     for number, asked in enumerate(cuts, start=1):
         stated = asked.ranges(tool.diameter_mm)
         for channel, what, unit in RANGES:

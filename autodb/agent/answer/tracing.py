@@ -202,8 +202,8 @@ def _term(t: dict[str, Any]) -> str:
 def _scale(session: Session, row: models.DriveScale) -> Node:
     percent = 100.0 * NORMAL_95 * row.share
     text = (
-        f"scale {row.id}: {row.axis} version {row.version}: 1 A is {row.per_ampere:.4g} N ± "
-        f"{percent:.2g} % (95 %), {row.source}"
+        f"scale {row.id}: {row.axis} version {row.version}: force constant {row.per_ampere:.4g} "
+        f"N/A ± {percent:.2g} % (95 %), {row.source}"
     )
     return Node(text, [_recording(session, row.recording)])
 

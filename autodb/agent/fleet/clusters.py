@@ -52,14 +52,14 @@ def scheduler_at(
     """
     if not on_server(url):
         raise UnusableInput(
-            f"{shown_url(url)}: is a file, which workers elsewhere do not have; a database on a "
-            "server, or --workers in place of --scheduler, would work"
+            f"{shown_url(url)}: is a file, which workers elsewhere cannot read; use a database "
+            "on a server, or --workers in place of --scheduler"
         )
     client = _client(address, _security(address, shown_there))
     try:
         if not client.scheduler_info()["workers"]:
             raise UnusableInput(
-                f"{address}: its scheduler has no workers; 'dask worker {address}' starts some"
+                f"{address}: its scheduler has no workers; start some with 'dask worker {address}'"
             )
         yield client
     finally:
@@ -70,16 +70,16 @@ def _security(address: str, shown_there: ShownCertificates | None) -> "Security"
     """Return what a scheduler is talked to with; raises UnusableInput for what is no such thing."""
     if not address.startswith(TLS) or shown_there is None:
         raise UnusableInput(
-            f"{address}: who reaches a scheduler can run anything on its workers; "
-            f"{TLS}HOST:PORT with --ca, --certificate and --key of the cluster would work"
+            f"{address}: whoever reaches a scheduler can run anything on its workers; use "
+            f"{TLS}HOST:PORT with --ca, --certificate and --key of the cluster"
         )
     ca, chain, key = shown_there.ca, shown_there.chain, shown_there.key
     try:
         ssl.create_default_context(cafile=ca).load_cert_chain(chain, key)
     except (OSError, ssl.SSLError) as error:
         raise UnusableInput(
-            f"{ca}, {chain}, {key}: no authority and certificate with its key "
-            f"({error.strerror or error}); all as PEM would work"
+            f"{ca}, {chain}, {key}: these are not an authority and a certificate with its key "
+            f"({error.strerror or error}); give all three as PEM"
         ) from None
     try:
         from distributed.security import Security
@@ -100,8 +100,8 @@ def _client(address: str, security: "Security") -> "Client":
         return Client(address, security=security, timeout=ANSWER_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise UnusableInput(
-            f"{address}: no Dask scheduler answers there ({error}); 'dask scheduler' starts one, "
-            "and prints its address"
+            f"{address}: no Dask scheduler answers there ({error}); start one with 'dask "
+            "scheduler', which prints its address"
         ) from None
 
 

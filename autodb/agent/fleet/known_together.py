@@ -47,9 +47,9 @@ class DisagreeingMachine:
             DisagreementCause.CUTTING.value: f"is another in {self.likeliest}",
             DisagreementCause.EITHER.value: f"is off ({off}, or {self.likeliest} is cut otherwise)",
         }[self.cause]
-        by = f"; told by {self.told_by}" if self.told_by else ""
+        by = f"; determined from {self.told_by}" if self.told_by else ""
         hint = (
-            "; a standard cut on it would tell which"
+            "; make a standard cut on it to decide which"
             if self.cause == DisagreementCause.EITHER.value
             else ""
         )
@@ -113,7 +113,9 @@ def shared_knowledge(session: Session) -> SharedKnowledge:
         named |= {one["machine"]: as_named(one) for one in prior.known["named"]}
         materials.append(_shown(prior, prior.known))
     if not materials:
-        raise UnusableInput("machines know nothing together yet; 'autodb fleet learn' would")
+        raise UnusableInput(
+            "nothing has been fitted for all machines yet; run 'autodb fleet learn'"
+        )
     ordered = sorted(materials, key=lambda one: one.material)
     return SharedKnowledge(ordered, [named[name] for name in sorted(named)])
 

@@ -67,7 +67,9 @@ class SharedLearning:
             f"{_counted(one.tools, 'tool')}"
             for one in self.materials
         ]
-        return (said or ["nothing new to know together"]) + [one.words for one in self.named]
+        return (said or ["nothing new for all machines together"]) + [
+            one.words for one in self.named
+        ]
 
 
 def _counted(number: int, what: str) -> str:

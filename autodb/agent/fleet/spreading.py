@@ -17,7 +17,7 @@ from autodb.errors import UnusableInput
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-EXTRA = "spreading machines needs the extra 'fleet': pip install 'autodb[fleet]' would work"
+EXTRA = "spreading machines needs the extra 'fleet': run pip install 'autodb[fleet]'"
 ANSWER_S = 10
 """How long a scheduler is waited for."""
 Done = TypeVar("Done")

@@ -318,4 +318,4 @@ def _refuse_damaged(path: Path, sha256: str, said: Path) -> None:
     """Raise UnusableInput where a file is not what a checksum file beside it says."""
     wanted = said.read_text(encoding="utf-8", errors="replace").split()[:1]
     if not wanted or wanted[0].lower() != sha256:
-        raise UnusableInput(f"{path}: not what {said.name} says; delivered again it would work")
+        raise UnusableInput(f"{path}: does not agree with {said.name}; deliver it again")

@@ -17,7 +17,8 @@ def as_imported(row: models.StoredRecording) -> Recording | CutTable:
     path = whole_file(row)
     if path is None:
         raise UnusableInput(
-            f"{row.path}: not there as it was imported; put back under its path it would work"
+            f"{row.path}: the file is missing or has changed since its import; put it back "
+            "under its path"
         )
     return open_as_stored(path, SideFile.model_validate(row.side)).choose().read()
 

@@ -44,7 +44,9 @@ def cuts_in(
     ]
     if len(holding) > 1:
         names = ", ".join(f"'{base.name}'" for base in holding)
-        raise UnusableInput(f"{source.path}: cuts in several time bases: {names}; one would work")
+        raise UnusableInput(
+            f"{source.path}: cuts in several time bases ({names}); use one time base"
+        )
     if not holding:
         return _said_cut(source), ()
     table = holding[0].read()
@@ -86,8 +88,8 @@ def _refuse_unmeasured(table: CutTable) -> None:
     felt = [name for name in table.channels if name != "cut" and not _is_condition(name)]
     if not felt and CHIP not in table:
         raise UnusableInput(
-            f"{table.path}: nothing measured of its cuts; a column like y.current.range, force.z "
-            f"or {CHIP} would work{table.near('force.z')}"
+            f"{table.path}: nothing was measured in its cuts; add a column like "
+            f"y.current.range, force.z or {CHIP}{table.near('force.z')}"
         )
 
 

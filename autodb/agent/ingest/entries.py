@@ -17,10 +17,10 @@ UNFINISHED = (".part", ".partial", ".tmp", ".crdownload", ".filepart")
 LEAVING = re.compile(r"\.[0-9a-f]{16}\.leaving\.(.+)")
 """Name of a file that is just taken out of an inbox."""
 KINDS = (
-    (stat.S_ISLNK, "a link; the file that it leads to would work"),
-    (stat.S_ISFIFO, "a pipe; a file would work"),
-    (stat.S_ISSOCK, "a socket; a file would work"),
-    (lambda mode: stat.S_ISCHR(mode) or stat.S_ISBLK(mode), "a device; a file would work"),
+    (stat.S_ISLNK, "a link; deliver the file that it leads to"),
+    (stat.S_ISFIFO, "a pipe; deliver a file"),
+    (stat.S_ISSOCK, "a socket; deliver a file"),
+    (lambda mode: stat.S_ISCHR(mode) or stat.S_ISBLK(mode), "a device; deliver a file"),
 )
 
 
@@ -68,7 +68,7 @@ def _sort(path: Path, found: Entries) -> None:
 def _why_not(path: Path) -> str | None:
     """Return why nothing can be read of an entry, by its name and kind; None: it may be read."""
     if not path.name.isprintable():
-        return "a name that is no text, or holds a line's end; another would work"
+        return "a name that is not text or holds a line break; rename it"
     try:
         mode = path.lstat().st_mode
     except FileNotFoundError:
@@ -115,7 +115,7 @@ def open_held(path: Path) -> Iterator[int]:
     file = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     try:
         if not stat.S_ISREG(os.fstat(file).st_mode):
-            raise UnusableInput(f"{path}: no regular file; a recording would work")
+            raise UnusableInput(f"{path}: not a regular file; deliver a recording")
         yield file
     finally:
         os.close(file)

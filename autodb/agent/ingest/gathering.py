@@ -33,9 +33,9 @@ def each_used(files: Sequence[Path], work: Callable[[Path], Done], *, tell: Tell
         except SetAside as error:
             if len(files) == 1:
                 raise
-            tell(f"set aside: {error}")
+            tell(f"excluded: {error}")
     if not done:
-        raise UnusableInput(f"none of the {len(files)} cuts can be used: all are set aside")
+        raise UnusableInput(f"none of the {len(files)} cuts can be used; all are excluded")
     return done
 
 
@@ -75,8 +75,8 @@ def _joined(tables: Sequence[CutTable]) -> CutTable:
         units = {table.unit(name) for table in tables if name in table}
         if len(units) > 1:
             raise UnusableInput(
-                f"{tables[0].path}: {name} is in {' and '.join(sorted(units))} in different files; "
-                "one unit in all of them would work"
+                f"{tables[0].path}: {name} is in {' and '.join(sorted(units))} in different "
+                "files; use one unit in all of them"
             )
     channels = {
         name: np.concatenate([table.channels.get(name, _unknown(table)) for table in tables])

@@ -45,7 +45,7 @@ class Inbox:
         said. Raises UnusableInput where the inbox is no folder or the machine is not known.
         """
         if not self.folder.is_dir():
-            raise UnusableInput(f"{self.folder}: no such folder; one that is there would work")
+            raise UnusableInput(f"{self.folder}: no such folder; create it or name another")
         found = inbox_entries(self.folder)
         for path, name in found.leaving.items():
             back(path, name)

@@ -141,7 +141,7 @@ def parted(path: Path, grown: Grown) -> Path:
         was.close()
         if begins.hexdigest() != grown.sha256:
             raise UnusableInput(
-                f"{path}: neither what was imported nor more of it; put back it would work"
+                f"{path}: its beginning differs from what was imported; put the imported file back"
             )
         new = named_by(path, checksum(path))
         if not new.exists():

@@ -80,8 +80,9 @@ def _refuse_earlier_law(session: Session, owner: Owner, pair: models.Pair | None
     )
     if earlier:
         raise UnusableInput(
-            f"machine '{owner.name}': its parameters of the pair are of an earlier autodb's law; "
-            f"'autodb refresh --machine {owner.name}' learns it anew from the same cuts"
+            f"machine '{owner.name}': its parameters of the pair belong to an earlier autodb's "
+            f"law; run 'autodb refresh --machine {owner.name}' to fit them again to the same "
+            "cuts"
         )
 
 

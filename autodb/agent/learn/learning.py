@@ -102,7 +102,7 @@ class _Pair:
         self._old, self._goes_on = old, goes_on
         said = self._done.set_aside
         for reason, cuts in self._found.left_out.items():
-            said.append(f"{self._name}: {cuts} cuts not learnt from: {reason}")
+            said.append(f"{self._name}: {cuts} cuts are not used: {reason}")
         try:
             if self._found.after:
                 self._done.odd += sorted({force.cut_id for force in self._new_ones()})
@@ -113,8 +113,8 @@ class _Pair:
             said.append(f"{self._name}: {error}")
         if self._done.odd:
             said.append(
-                f"{self._name}: {len(self._done.odd)} cuts are not of its usual state (less "
-                "probable than 1 in 1000) and do not change it"
+                f"{self._name}: {len(self._done.odd)} cuts are outliers from its normal cutting "
+                "state (probability below 1 in 1000) and do not change its parameters"
             )
         return self._done
 
@@ -218,8 +218,8 @@ class _Pair:
         cuts = {force.cut_id for force in forces} - {force.cut_id for force in kept}
         if cuts:
             self._done.set_aside.append(
-                f"{self._name}: {len(cuts)} cuts not learnt from: its edges wear, and "
-                f"they do not state {CUTTING_TIME}"
+                f"{self._name}: {len(cuts)} cuts are not used: its edges wear, and the cuts do "
+                f"not state {CUTTING_TIME}"
             )
         return kept
 
@@ -231,7 +231,9 @@ class _Pair:
             states.pop(WEAR, None)
         for name, fresh in states.items():
             assert usual is not None  # without one there is no other state
-            start = begins(of_state(as_belief(usual)), f"the usual state, version {usual.version}")
+            start = begins(
+                of_state(as_belief(usual)), f"the normal cutting state, version {usual.version}"
+            )
             base = self._still_counting(self._latest(name), self._found.forces)
             known = seen_by(base)
             cuts = [*fresh, *(force for force in self._found.forces if force.id in known)]

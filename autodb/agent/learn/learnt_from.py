@@ -102,8 +102,8 @@ def said_of_wear(
     if fresh or not asked:
         which = f"cut {', '.join(map(str, fresh))}" if fresh else "every line"
         yield (
-            f"{which}: predicted for a fresh edge; the pair's edges wear, and cutting_time_s of a "
-            "cut says how long its edge has cut before"
+            f"{which}: predicted for a fresh edge; the pair's edges wear, so state in "
+            "cutting_time_s how long the edge has cut before"
         )
     for number, cut in enumerate(asked, start=1):
         if cut.cutting_time_s and found[number - 1].state is None:

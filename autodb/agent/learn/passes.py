@@ -15,8 +15,8 @@ from autodb.errors import UnusableInput
 from autodb.store import Store, models
 
 CONFIRMS = (
-    "'autodb mismatch confirm NUMBER' keeps a cause that holds: tool_wear enters the pair's "
-    "parameters, 5 cuts of another make a state of the pair"
+    "confirm a cause that holds with 'autodb mismatch confirm NUMBER'; tool_wear then enters "
+    "the pair's parameters, and 5 cuts with another cause make a cutting state of their own"
 )
 
 
@@ -78,12 +78,14 @@ class RefreshReport:
             said.append("nothing new: every cut is sensed and every pair is up to date")
         said += [f"{pair}: version {version} from {n} cuts" for pair, version, n in self.versions]
         said += [one.words for one in self.shifts]
-        said += [f"set aside: {sentence}" for sentence in self.set_aside]
+        said += [f"excluded: {sentence}" for sentence in self.set_aside]
         said += self.mismatches
         if self.mismatches:
             said.append(CONFIRMS)
         elif self.waiting:
-            said.append(f"{self.waiting} mismatches wait to be decided on: 'autodb mismatch list'")
+            said.append(
+                f"{self.waiting} mismatches are undecided; list them with 'autodb mismatch list'"
+            )
         said += [f"calibration due: {sentence}" for sentence in self.due]
         return said + self.retained
 
@@ -166,8 +168,8 @@ def last_pass(store: Store, machine: str) -> KeptPass:
         found = last_passes_of(session, find_machine(session, machine).id, most=1)
     if not found:
         raise UnusableInput(
-            f"machine '{machine}': no pass has left a report; 'autodb refresh --machine "
-            f"{machine}' would"
+            f"machine '{machine}': no pass has left a report; run 'autodb refresh --machine "
+            f"{machine}'"
         )
     return found[0]
 

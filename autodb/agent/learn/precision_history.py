@@ -31,6 +31,7 @@ class LearningCurve:
     n: Array
     mean: Array
     sd: Array
+    operation: str = ""
 
 
 def precision_history(
@@ -52,6 +53,7 @@ def precision_history(
         LearningCurve(
             component=component,
             cut=cut.name,
+            operation=cut.operation,
             n=np.array([one.cuts for one in known], dtype=np.float64),
             mean=np.array([one.mean[0, k] for one in expected]),
             sd=np.array([np.sqrt(max(one.sd[0, k] ** 2 - one.own[0, k], 0.0)) for one in expected]),

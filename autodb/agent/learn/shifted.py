@@ -31,7 +31,7 @@ class ForceShift:
     def words(self) -> str:
         """Return it as a sentence."""
         return (
-            f"{self.pair}: force.{self.component} of a usual cut ({self.cut}) moved from "
+            f"{self.pair}: force.{self.component} of a typical cut ({self.cut}) moved from "
             f"{self.before_N:.0f} ± {self.half_N:.0f} N to {self.after_N:.0f} ± "
             f"{self.half_after_N:.0f} N"
         )

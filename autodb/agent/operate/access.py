@@ -107,12 +107,15 @@ def add_token(store: Store, name: str, role: str, *, days: int | None) -> str:
     if role not in ROLES:
         raise UnusableInput(f"--role '{role}': there is none{near(role, ROLES)}")
     if not name.strip() or not name.isprintable() or name != name.strip():
-        raise UnusableInput(f"token '{name}': a name without blanks at its ends would work")
+        raise UnusableInput(
+            f"token '{name}': has blanks at its ends, or control characters; use a name without "
+            "them"
+        )
     secret = BEGINS + secrets.token_urlsafe(RANDOM_BYTES)
     until = None if days is None else _text(datetime.now(UTC) + timedelta(days=days))
     with store.writing() as session:
         if _named(session, name) is not None:
-            raise UnusableInput(f"token '{name}': there is one of this name; another would work")
+            raise UnusableInput(f"token '{name}': this name is taken; use another")
         row = models.AccessToken(name=name, sha256=_hash(secret), role=role, expires_at=until)
         session.add(row)
         session.flush()

@@ -150,7 +150,7 @@ def mismatch(session: Session, number: int) -> models.Mismatch:
     row = session.get(models.Mismatch, number)
     if row is None:
         raise NotThere(
-            f"there is no mismatch {number}; 'autodb mismatch list NAME' lists a machine's"
+            f"there is no mismatch {number}; list a machine's with 'autodb mismatch list NAME'"
         )
     return row
 
@@ -220,7 +220,7 @@ def _fit(
     newest = newest_model(session, owner.id, row.channel)
     if newest is None:
         raise UnusableInput(
-            f"machine '{owner.name}' has no model of {row.channel}; 'autodb identify' makes one"
+            f"machine '{owner.name}' has no model of {row.channel}; make one with 'autodb identify'"
         )
     moves = signed(_moves(row), owner)
     progress("fitting")
@@ -276,8 +276,8 @@ def _keep_version(session: Session, row: models.Mismatch, step: _Step) -> int:
     newest = newest_model(session, row.recording.machine_id, row.channel)
     if newest is None or newest.id != step.newest_id:
         raise UnusableInput(
-            f"mismatch {row.id} stays open: {row.channel} got another version while this one was "
-            "fitted; the same command again would work"
+            f"mismatch {row.id} stays open: {row.channel} got another version during the fit; "
+            "run the same command again"
         )
     if not step.refit.already_there:
         newest = add_version(session, row.recording.machine_id, step.refit, row.recording_id)

@@ -80,7 +80,7 @@ def examine(url: str, *, backups: Path | None = None, progress: Progress) -> lis
             if all(finding.outcome.passed for finding in findings):
                 findings += _run(store, checks, progress)
         if backups is not None:
-            again = f"'autodb backup {backups} --keep 7' makes a new one"
+            again = f"make a new one with 'autodb backup {backups} --keep 7'"
             drilled = SoundnessCheck(
                 "restore of the newest backup", partial(restores, backups), again
             )

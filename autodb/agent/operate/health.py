@@ -69,9 +69,7 @@ def read_health(path: Path) -> Health:
     try:
         return Health(**json.loads(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
-        raise UnusableInput(
-            f"{path}: no such file; an agent that was started would have written it"
-        ) from None
+        raise UnusableInput(f"{path}: no such file; start the agent, which writes it") from None
     except (ValueError, TypeError) as error:
         raise UnusableInput(f"{path}: not what an agent writes ({error})") from None
 

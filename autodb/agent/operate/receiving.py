@@ -54,8 +54,8 @@ def _refuse_other_files(side: Path) -> None:
     """Raise UnusableInput where a side file names a file that was not sent with it."""
     if side.is_file() and read_toml(side, SideFile).tool.file is not None:
         raise UnusableInput(
-            f"{side}: tool.file: only the recording and this file were sent; the tool's own keys "
-            "under [tool] would work"
+            f"{side}: tool.file: only the recording and this file were sent; state the tool's "
+            "own keys under [tool]"
         )
 
 

@@ -92,7 +92,7 @@ class _Pass:
         felt = sense_cuts(session, owner, self.span, self._progress)
         if not felt and not sensed_otherwise(session, owner.id):
             done.set_aside.append(
-                "no calibration is offered: nothing can be sensed ('calibrate' first)"
+                "no calibration is usable, so no force can be sensed; run 'autodb calibrate' first"
             )
         odd: list[int] = []
         for pair_id in self._pairs():

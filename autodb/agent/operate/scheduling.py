@@ -66,7 +66,7 @@ def cron_line(command: Sequence[str], *, every_min: int) -> str:
         when = {1: "0 * * * *", 24: "0 0 * * *"}.get(hours, f"0 */{hours} * * *")
     else:
         whole = ", ".join(str(one) for one in (*EVERY_MIN, *(60 * one for one in EVERY_H)))
-        raise UnusableInput(f"--every {every_min}: cron cannot say it; {whole} would work")
+        raise UnusableInput(f"--every {every_min}: cron cannot say it; use {whole}")
     words = " ".join(shlex.quote(word) for word in command).replace("%", r"\%")
     return f"{when} {words}"
 

@@ -49,7 +49,9 @@ def withdraw(
                 f"recording {number} was withdrawn on {row.withdrawn_at} ({row.withdrawn_why})"
             )
         if row.looked_at is not None:
-            raise UnusableInput(f"recording {number} was only looked at: nothing rests on it")
+            raise UnusableInput(
+                f"recording {number} was imported only to be looked at; nothing depends on it"
+            )
         cuts = counted_cuts(row)
         done = Withdrawn(number, len(cuts), _taken_back(session, row))
         row.withdrawn_at, row.withdrawn_why = models.now(), why
@@ -78,8 +80,8 @@ def _recording(session: Session, machine: str, number: int) -> models.StoredReco
     row = session.get(models.StoredRecording, number)
     if row is None or row.machine_id != owner.id:
         raise NotThere(
-            f"machine '{machine}' has no recording {number}; 'autodb trace' names those behind a "
-            "number"
+            f"machine '{machine}' has no recording {number}; find those behind a number with "
+            "'autodb trace'"
         )
     return row
 

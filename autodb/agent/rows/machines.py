@@ -47,11 +47,11 @@ def add_machine(store: Store, name: str, file: MachineFile) -> bool:
     Raises UnusableInput when it is there and the file says something else.
     """
     if not name.strip():
-        raise UnusableInput("a machine needs a name; 'lathe-1' would work")
+        raise UnusableInput("a machine needs a name; use one such as 'lathe-1'")
     if not name.isprintable() or name != name.strip():
         raise UnusableInput(
-            f"machine '{name}': a name without line breaks, control characters and blanks at its "
-            "ends would work"
+            f"machine '{name}': has line breaks, control characters, or blanks at its ends; use "
+            "a name without them"
         )
     with store.writing() as session:
         existing = session.scalar(select(models.Machine).where(models.Machine.name == name))
@@ -60,7 +60,7 @@ def add_machine(store: Store, name: str, file: MachineFile) -> bool:
             if changes:
                 raise UnusableInput(
                     f"machine '{name}' is there already and differs ({'; '.join(changes[:3])}); "
-                    f"'autodb machine update {name} --file FILE' changes it"
+                    f"change it with 'autodb machine update {name} --file FILE'"
                 )
             return False
         machine = models.Machine(name=name)
@@ -104,7 +104,7 @@ def _refuse_what_would_break(
         if axis not in after.axes and learnt:
             raise UnusableInput(
                 f"machine '{machine.name}': axis '{axis}' has {learnt} and cannot be removed; "
-                f"a file with [axes.{axis}] would work"
+                f"use a file with [axes.{axis}]"
             )
     recorded = session.scalar(
         select(func.count(models.StoredRecording.id)).where(
@@ -115,9 +115,9 @@ def _refuse_what_would_break(
         was = before.axes.get(axis, said)
         if recorded and said.current_sign != was.current_sign:
             raise UnusableInput(
-                f"machine '{machine.name}': axes.{axis}.current_sign cannot change after an import "
-                f"({recorded} recordings took {was.current_sign}); a machine of another name would "
-                "work"
+                f"machine '{machine.name}': axes.{axis}.current_sign cannot change after an "
+                f"import ({recorded} recordings took {was.current_sign}); add a machine of "
+                "another name"
             )
 
 
@@ -220,7 +220,7 @@ def rename_machine(store: Store, name: str, new: str) -> None:
     with store.writing(name) as session:
         machine = find_machine(session, name)
         if session.scalar(select(models.Machine.id).where(models.Machine.name == new)) is not None:
-            raise UnusableInput(f"there is a machine '{new}' already; another name would work")
+            raise UnusableInput(f"there is a machine '{new}' already; use another name")
         machine.name = new
 
 
@@ -239,8 +239,8 @@ def working_machine(session: Session, name: str) -> models.Machine:
     machine = find_machine(session, name)
     if machine.retired_at is not None:
         raise UnusableInput(
-            f"machine '{name}' is retired since {machine.retired_at}; "
-            f"'autodb machine retire {name} --undo' would work"
+            f"machine '{name}' is retired since {machine.retired_at}; run 'autodb machine "
+            f"retire {name} --undo'"
         )
     return machine
 
@@ -250,6 +250,6 @@ def find_machine(session: Session, name: str) -> models.Machine:
     machine = session.scalar(select(models.Machine).where(models.Machine.name == name))
     if machine is None:
         names = list(session.scalars(select(models.Machine.name)))
-        hint = near(name, names) if names else f": 'autodb machine add {name}' makes it"
+        hint = near(name, names) if names else f"; add it with 'autodb machine add {name}'"
         raise NotThere(f"no machine '{name}'{hint}")
     return machine

@@ -33,8 +33,8 @@ def as_belief(row: models.CuttingParameters) -> PairPosterior:
     """Return a stored version as a belief; raises UnusableInput for an earlier law's."""
     if row.shared is None or row.scatter is None:
         raise UnusableInput(
-            f"parameters {row.id} are of an earlier law ({row.law}); 'autodb refresh' learns the "
-            "pair anew"
+            f"parameters {row.id} are of an earlier law ({row.law}); run 'autodb refresh' to "
+            "fit the pair again"
         )
     columns = (row.mean, row.covariance, row.shared, row.scatter, row.terms)
     return posterior_of(*columns, cuts=row.n_cuts)

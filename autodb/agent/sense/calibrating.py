@@ -120,8 +120,8 @@ def _calibrated(
         return f"{error}{where}"
     except Undetermined:
         return (
-            f"{table.path}: axis {axis}{where}: too few different currents for a line with some "
-            "cuts left out; more cuts, at several feeds and depths, would work"
+            f"{table.path}: axis {axis}{where}: too few different currents to fit a line and "
+            "test it on held-out cuts; add cuts at several feeds and depths"
         )
 
 
@@ -185,7 +185,7 @@ def calibrate_machine(
         _refuse_wrong_units(cuts, axes, known)
         machine_id = owner.id
     if progress:
-        progress("fitting and scoring on groups left out")
+        progress("fitting and scoring on held-out groups")
     done, left_out = calibrate_table(table, axes=axes, protocol=protocol, known=known, names=names)
     of = [_recordings(table, one, recordings_of_cuts) for one in done]
     with store.writing(machine) as session:

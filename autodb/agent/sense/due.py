@@ -67,7 +67,7 @@ def other_conditions(look: _Look, row: models.CalibrationVersion) -> str | None:
     if not _many(len(reasons), look):
         return None
     usual = max(set(reasons), key=reasons.count)
-    return f"{len(reasons)} of the {len(look.cuts)} new cuts were not felt: {usual}"
+    return f"{len(reasons)} of the {len(look.cuts)} new cuts were not sensed: {usual}"
 
 
 def beyond_calibrated(look: _Look, row: models.CalibrationVersion) -> str | None:

@@ -90,9 +90,9 @@ def _kinematics(owner: models.Machine) -> Kinematics:
     }
     if not carrying:
         raise UnusableInput(
-            f"machine '{owner.name}' states no rotary axis that carries the work; [axes.a] and "
-            '[axes.c] with carries = "work", and carried_by of the upper one, in its file would '
-            "work ('autodb machine update')"
+            f"machine '{owner.name}' states no rotary axis that carries the work; state "
+            '[axes.a] and [axes.c] with carries = "work", and carried_by of the upper one, in '
+            "its file ('autodb machine update')"
         )
     return Kinematics(order_of(carrying))
 
@@ -125,8 +125,8 @@ def forces_on_table(
         found = table_on_machine(session, find_machine(session, machine))
     if found is None:
         raise UnusableInput(
-            f"machine '{machine}' has no table dynamometer; 'autodb calibrate MOVES… --machine "
-            f"{machine} --table' identifies one"
+            f"machine '{machine}' has no table dynamometer; run 'autodb calibrate MOVES… "
+            f"--machine {machine} --table' to identify one"
         )
     model, version = found
     hz = HIGHEST * recording.rate_hz if bandwidth_hz is None else bandwidth_hz
@@ -169,8 +169,8 @@ def _heat_words(told: TableForces) -> str:
         return f"heat of chips: {told.why}"
     most = ", ".join(f"{one:.3g}" for one in np.abs(told.heat_N).max(axis=1))
     return (
-        f"heat of chips: up to {most} N in the sensor's x, y, z, by {told.time_constant_s:g} s, "
-        "taken off"
+        f"heat of chips: up to {most} N in the sensor's x, y, z, with a time constant of "
+        f"{told.time_constant_s:g} s, subtracted"
     )
 
 

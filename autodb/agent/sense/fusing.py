@@ -63,14 +63,16 @@ def fused_on_machine(
     heard, not_heard = _heard(store, machine, recording, bandwidth_hz, progress)
     components = [c for c in "xyz" if any(c in one for one in heard.values())]
     if not components:
-        raise UnusableInput(f"{recording.path}: nothing feels its forces: {'; '.join(not_heard)}")
+        raise UnusableInput(
+            f"{recording.path}: no sensor measures its forces: {'; '.join(not_heard)}"
+        )
     with store.reading() as session:
         rows = newest(session, find_machine(session, machine).id, FUSION)
         learnt = {row.component: Fusion.of_json(row.model or {}) for row in rows}
     felt = []
     for c in components:
         by_name = {name: one[c] for name, one in heard.items() if c in one}
-        progress(f"putting together what feels force.{c}")
+        progress(f"fusing the sensors of force.{c}")
         felt.append(fuse_component(recording, c, by_name, learnt.get(c)))
     return FusedComponents(felt, tuple(not_heard))
 
@@ -101,7 +103,7 @@ def _heard(
             return
         found[name] = {one.load.axis: one for one in told if one.load.unit == "N"}
         if not found[name]:
-            not_heard.append(f"{name}: nothing says what an ampere is in newtons")
+            not_heard.append(f"{name}: its force constant (N/A) is not known")
 
     if has_network:
         hear(NETWORK, lambda: forces_on_machine(store, machine, recording, progress=progress))
@@ -177,13 +179,14 @@ def _words(
     if len(apart.names) > 1:
         return (
             f"{' and '.join(apart.names)} do not agree, {apart.factor:.1f} × further apart than "
-            "usual, and which is off two alone do not tell: a dynamometer, or a standard cut, would"
+            "usual; two sensors alone cannot decide which is wrong; use a dynamometer or a "
+            "standard cut"
         )
     (name,) = apart.names
     causes = _causes(recording, fusion, told, component, name)
     return (
         f"{name} does not agree with the others, {apart.factor:.1f} × further than usual, and "
-        f"counts less: {causes}"
+        f"gets less weight: {causes}"
     )
 
 
@@ -204,7 +207,7 @@ def _causes(
     try:
         answer = explain(seen, expected).explanation.channels[channel]
     except UnusableInput as error:
-        return f"what of it is not told ({error})"
+        return f"the cause cannot be determined ({error})"
     terms = dict.fromkeys(one.term for one in answer.missing)
     return "explain says " + ", ".join(terms) if terms else "explain finds no cause that it names"
 

@@ -93,7 +93,7 @@ def identify_on_machine(
         if update and newest is None:
             raise UnusableInput(
                 f"--update: machine '{machine}' has no version of {effort_channel(moves, axis)} "
-                "yet; without it, it would work"
+                "yet; leave out --update"
             )
         names = terms or (version_names(newest) if newest else None)
         own = signed(moves, owner)
@@ -170,9 +170,9 @@ def _refuse_another(session: Session, owner: models.Machine, moves: Recording, a
     best = min(left, key=lambda name: left[name])
     if left[best] < KNOWN and left[best] < ALIKE * left[axis]:
         raise UnusableInput(
-            f"{moves.path}: these look like moves of axis {best}, not {axis}: the model of {best} "
-            f"leaves {100.0 * left[best]:.0f} % of the effort, that of {axis} "
-            f"{100.0 * left[axis]:.0f} %; --axis {best} with its columns would work"
+            f"{moves.path}: these look like moves of axis {best}, not {axis}; the model of "
+            f"{best} leaves {100.0 * left[best]:.0f} % of the effort as residual, that of "
+            f"{axis} {100.0 * left[axis]:.0f} %; use --axis {best} with its columns"
         )
 
 

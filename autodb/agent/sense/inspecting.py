@@ -63,8 +63,8 @@ def keep_inspected(store: Store, part: PartFile, found: Inspected, of: OfCut) ->
             if all(getattr(before, name) == value for name, value in sensed.items()):
                 return False
             raise UnusableInput(
-                f"cut {of.cut:g} of {of.recording}: its passive force was told by another part; a "
-                "force that was learnt from is not replaced"
+                f"{of.recording}: cut {of.cut:g}: its passive force was determined from another "
+                "part; a force that was used in a fit is not replaced"
             )
         session.add(
             models.SensedForce(
@@ -84,8 +84,8 @@ def _cut(session: Session, of: OfCut) -> models.Cut:
     )
     if recording is None:
         raise UnusableInput(
-            f"{of.recording}: not imported; 'autodb import {of.recording} --machine {of.machine}' "
-            "would work"
+            f"{of.recording}: not imported; run 'autodb import {of.recording} --machine "
+            f"{of.machine}'"
         )
     found = next((cut for cut in recording.cuts if cut.number == of.cut), None)
     if found is None:

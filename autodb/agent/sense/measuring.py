@@ -102,8 +102,8 @@ def _refuse_two_in_one(table: CutTable, protocol: CutProtocol, hits: NDArray[np.
         found = np.flatnonzero(hits[:, twice[0]])
         names = " and ".join(f"'{protocol.cut[i].name}'" for i in found[:2])
         raise UnusableInput(
-            f"{table.path}: row {twice[0] + 1} is {names}; recordings whose side files say their "
-            "feed_direction_deg would work"
+            f"{table.path}: row {twice[0] + 1} is {names}; use recordings whose side files "
+            "state feed_direction_deg"
         )
 
 
@@ -125,8 +125,7 @@ def new_protocol(name: str, tables: Sequence[CutTable], *, date: str) -> Measure
     again = [group for group in groups if max(map(len, group.forces_N.values()), default=0) > 1]
     if not again:
         raise UnusableInput(
-            f"{tables[0].path}: no cut was made twice; repeats at equal speed, feed and depth "
-            "would work"
+            f"{tables[0].path}: no cut was made twice; repeat cuts at equal speed, feed and depth"
         )
     protocol = CutProtocol(
         name=name,
@@ -232,7 +231,7 @@ def _only(tables: Sequence[CutTable], channel: str) -> str:
     if len(found) != 1:
         said = f"several: {', '.join(found)}" if found else "not stated"
         raise UnusableInput(
-            f"{tables[0].path}: {channel}: {said}; cuts of one material and tool, with a column "
-            f"'{channel}' or a side file that says it, would work"
+            f"{tables[0].path}: {channel}: {said}; use cuts of one material and tool, and state "
+            f"them in a column '{channel}' or in a side file"
         )
     return next(iter(found))

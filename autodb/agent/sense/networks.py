@@ -163,17 +163,17 @@ def _drives(
         scale = known_scale(session, axes[name]) if name in axes else None
         if row.unit == "A" and scale is None:
             raise UnusableInput(
-                f"{recording.path}: nothing says what an ampere of {name} is in newtons; 'autodb "
-                f"scale' with a known load, or torque_constant_N_m_A in the machine's file, would "
-                "work"
+                f"{recording.path}: the force constant (N/A) of {name} is not known; run "
+                "'autodb scale' with a known load, or state torque_constant_N_m_A in the "
+                "machine's file"
             )
         found[name] = LoadedDrive(
             drive_model(row), scale.per_ampere if row.unit == "A" and scale else 1.0
         )
     if not found:
         raise UnusableInput(
-            f"{recording.path}: machine '{owner.name}' has no model of its axes; 'autodb identify "
-            f"MOVES --machine {owner.name}' makes one"
+            f"{recording.path}: machine '{owner.name}' has no model of its axes; make one with "
+            f"'autodb identify MOVES --machine {owner.name}'"
         )
     return found
 
@@ -236,8 +236,8 @@ def forces_on_machine(
         rows = newest(session, owner.id, KIND)
         if not rows:
             raise UnusableInput(
-                f"machine '{machine}' has no network; 'autodb calibrate CUT… --machine {machine} "
-                "--network' trains one"
+                f"machine '{machine}' has no network; train one with 'autodb calibrate CUT… "
+                f"--machine {machine} --network'"
             )
         box = of_bytes(base64.b64decode((rows[0].model or {})["npz"])).box
         own = signed(recording, owner)
@@ -262,7 +262,11 @@ def forces_on_machine(
         load = replace(load, unit="N", value=-told.force_N[:, k], sd=told.sd_N[:, k])
         found.append(
             ReconstructedLoad(
-                load, said, None, said="told in newtons, as it was trained", share=TRAINED_SHARE
+                load,
+                said,
+                None,
+                said="estimated in newtons, as it was trained",
+                share=TRAINED_SHARE,
             )
         )
     return found

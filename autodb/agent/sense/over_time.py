@@ -127,7 +127,7 @@ def _feel(
     """Return the components of a cut as they were felt, or why not; and who did not agree."""
     try:
         recording = one.recording()
-        progress(f"feeling {recording.path.name}")
+        progress(f"sensing forces in {recording.path.name}")
         told = fused_on_machine(store, machine, recording, progress=progress)
         felt = {component.load.axis: component for component in told.felt}
         notes = [
@@ -173,7 +173,7 @@ def _means(
     found = []
     for c, (number, kind) in sensors.items():
         if c not in felt:
-            reason = f"{recording.path.name}: nothing that feels force.{c} was recorded"
+            reason = f"{recording.path.name}: no sensor of force.{c} was recorded"
             found.append(FeltMean(cut_id, c, kind, number, None, None, None, reason))
             continue
         load = felt[c].load
@@ -227,10 +227,13 @@ class WaitingCut:
         """Read the recording; raises UnusableInput where it is not there as it was imported."""
         there = [path for path, sha256 in self.files.items() if checksum(path) == sha256]
         if not there:
-            raise UnusableInput(f"{self.path}: not there as it was imported, so nothing feels it")
+            raise UnusableInput(
+                f"{self.path}: the file is missing or has changed since its import, so its "
+                "forces cannot be sensed"
+            )
         found = open_as_stored(there[0], SideFile.model_validate(self.side)).choose().read()
         if not isinstance(found, Recording):
-            raise UnusableInput(f"{there[0]}: a table of cuts; a recording over time would work")
+            raise UnusableInput(f"{there[0]}: is a table of cuts; use a recording over time")
         return found
 
 

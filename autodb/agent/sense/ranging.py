@@ -107,6 +107,6 @@ def _note_unsensed(session: Session, among: Select[models.Cut], felt: Iterable[s
                     cut_id=cut.id,
                     component=component,
                     estimator=NO_ESTIMATOR,
-                    reason=f"no offered calibration feels force.{component}",
+                    reason=f"no usable calibration of force.{component}",
                 )
             )

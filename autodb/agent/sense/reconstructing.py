@@ -94,8 +94,8 @@ def reconstruct_on_machine(
             felt.append(_felt(load, said, known))
     if not felt:
         raise UnusableInput(
-            f"{recording.path}: machine '{machine}' has no model of {', '.join(without)}; "
-            f"'autodb identify MOVES --machine {machine}' makes one"
+            f"{recording.path}: machine '{machine}' has no model of {', '.join(without)}; make "
+            f"one with 'autodb identify MOVES --machine {machine}'"
         )
     return felt
 
@@ -111,7 +111,7 @@ def reconstruct_with(
 ) -> ReconstructedLoad:
     """Return the load of the axis that a model was identified of, from the file ``moves``."""
     if model.errors is None:
-        raise UnusableInput(f"{moves}: {model.axis} has no load to reconstruct; an axis would work")
+        raise UnusableInput(f"{moves}: {model.axis} has no load to reconstruct; use an axis")
     load = _load(recording, DriveModel.of(model), bandwidth_hz=bandwidth_hz, observer=observer)
     return _felt(load, f"identified from {moves}", scale)
 
@@ -127,8 +127,8 @@ def efforts_of(recording: Recording, axis: str | None = None) -> Sequence[str]:
     if not found:
         wanted = f"{axis or 'x'}.current"
         raise UnusableInput(
-            f"{recording.path}: no drive effort; a channel '{wanted}' or "
-            f"'{axis or 'x'}.drive_force' would work{recording.near(wanted)}"
+            f"{recording.path}: no drive effort{recording.near(wanted)}; record '{wanted}' or "
+            f"'{axis or 'x'}.drive_force'"
         )
     return found
 
@@ -139,7 +139,7 @@ def _load(
     if bandwidth_hz > 0.25 * recording.rate_hz:
         raise UnusableInput(
             f"--bandwidth: {bandwidth_hz:g} Hz is too much for {recording.path} at "
-            f"{recording.rate_hz:g} Hz; up to {0.25 * recording.rate_hz:g} would work"
+            f"{recording.rate_hz:g} Hz; use up to {0.25 * recording.rate_hz:g} Hz"
         )
     how = observe if observer else reconstruct
     return how(recording, model, bandwidth_hz=bandwidth_hz)

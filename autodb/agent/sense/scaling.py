@@ -77,15 +77,15 @@ def by_mass(
     heavy = _inertia(identify(own, axis=axis, terms=terms).fitted)
     if light is None or heavy is None:
         raise UnusableInput(
-            f"{moves.path}: the inertia of {name} is not known; quicker moves, with rapids, "
-            "would work"
+            f"{moves.path}: the inertia of {name} is not known; make quicker moves, with rapids"
         )
     added = heavy.value - light.value
     sd = float(np.hypot(heavy.sd or 0.0, light.sd or 0.0))
     if added <= 0 or NORMAL_95 * sd > UNSURE * added:
         raise UnusableInput(
             f"{moves.path}: {mass_kg:g} kg add {added:.2g} ± {NORMAL_95 * sd:.1g} A·s²/mm to "
-            f"{name}'s inertia: too little to weigh by; a larger mass, or quicker moves, would work"
+            f"the inertia of {name}, too little to determine the force constant; use a larger "
+            "mass or quicker moves"
         )
     source = f"{mass_kg:g} kg added {added:.3g} A·s²/mm of inertia"
     return DeterminedScale(name, mass_kg / TONNE_KG / added, sd / added, "added-mass", source)
@@ -103,14 +103,14 @@ def by_measured_force(
     channel = f"force.{load.axis}"
     if channel not in push.channels:
         raise UnusableInput(
-            f"{push.path}: no known load: '{channel}' beside the current, --added-mass KG or "
-            "--standard-cut would work"
+            f"{push.path}: no known load; record '{channel}' beside the current, or use "
+            "--added-mass KG or --standard-cut"
         )
     found = by_force(load, push[channel], rate_hz=push.rate_hz)
     if found is None:
         raise UnusableInput(
-            f"{push.path}: {load.axis} hardly moves while {channel} changes: at standstill "
-            "friction may hold the load; a slow push that goes on for a second would work"
+            f"{push.path}: {load.axis} hardly moves while {channel} changes, and at standstill "
+            "friction may hold the load; push slowly for a second or longer"
         )
     return _told(push, load, found, "force", f"{channel} of {push.path.name}")
 
@@ -135,8 +135,8 @@ def by_standard_cut(
     found = by_step(load, known.value, share, rate_hz=cut.rate_hz)
     if found is None:
         raise UnusableInput(
-            f"{cut.path}: the load on {load.axis} shows no cut after a way in air; a recording "
-            "that begins in air, of an axis that feeds, would work"
+            f"{cut.path}: the load on {load.axis} shows no cut after an air approach; start the "
+            "recording in air, and use an axis that feeds"
         )
     source = f"standard cut {name}, force.{load.axis} {known.value:g} N, {cut.path.name}"
     return _told(cut, load, found, "standard-cut", source)
@@ -203,13 +203,13 @@ def _model_in_amperes(
 ) -> models.ChannelModel:
     name, channel = effort_axis(recording, axis), effort_channel(recording, axis)
     if name not in LINEAR_AXES:
-        raise UnusableInput(f"{recording.path}: {name} is no feed axis; x, y or z would work")
+        raise UnusableInput(f"{recording.path}: {name} is no feed axis; use x, y or z")
     row = newest_model(session, owner.id, channel)
     if row is None or recording.unit(channel) != "A":
         what = "no version" if row is None else "nothing to scale: its effort is not in amperes"
         raise UnusableInput(
-            f"{recording.path}: {channel} has {what}; moves in amperes without the load, "
-            f"identified with --machine {owner.name} before, would work"
+            f"{recording.path}: {channel} has {what}; identify {name} with --machine "
+            f"{owner.name} from moves in amperes without the load"
         )
     return row
 
@@ -219,14 +219,15 @@ def _told(
 ) -> DeterminedScale:
     if found.newtons_per_ampere < 0:
         raise UnusableInput(
-            f"{recording.path}: the load on {load.axis} grows where the force should relieve it: a "
-            "sign is turned round; force of the work on the tool (side file: sign = -1) would work"
+            f"{recording.path}: the load on {load.axis} grows where the force should relieve "
+            "it, so a sign is reversed; state the force of the work on the tool (side file: "
+            "sign = -1)"
         )
     if NORMAL_95 * found.share > UNSURE:
         raise UnusableInput(
-            f"{recording.path}: an ampere of {load.axis} comes out as "
-            f"{found.newtons_per_ampere:.3g} N ± {100 * NORMAL_95 * found.share:.0f} %: too unsure "
-            "to use; a larger force, or a longer one, would work"
+            f"{recording.path}: the force constant of {load.axis} is "
+            f"{found.newtons_per_ampere:.3g} N/A ± {100 * NORMAL_95 * found.share:.0f} %, too "
+            "uncertain to use; apply a larger force, or apply it longer"
         )
     return DeterminedScale(load.axis, found.newtons_per_ampere, found.share, kind, source)
 

@@ -66,7 +66,7 @@ def _ranges(session: Session, owner: models.Machine) -> Iterator[Sensor]:
                 version=row.version,
                 error=row.scores["rmse"],
                 unit=row.unit,
-                of="cuts left out",
+                of="held-out cuts",
                 since=row.created_at,
                 why_not=None if row.offered else row.verdict,
             )
@@ -93,9 +93,9 @@ def _drives(session: Session, owner: models.Machine) -> Iterator[Sensor]:
             version=row.version,
             error=worst * (newtons or 1.0),
             unit=row.unit if newtons is None else "N",
-            of="moves in air left out, its worst",
+            of="held-out moves in air, the worst",
             since=row.created_at,
-            why_not=None if newtons else "nothing says what an ampere is in newtons",
+            why_not=None if newtons else "its force constant (N/A) is not known",
         )
 
 
@@ -103,7 +103,7 @@ def _others(session: Session, owner: models.Machine) -> Iterator[Sensor]:
     """Give what senses forces over time beside drive models, and all of it together."""
     for row in newest(session, owner.id, LSTM):
         air = (row.normalisation or {}).get("on_air")
-        of = "moves in air left out" if air else "recordings left out"
+        of = "held-out moves in air" if air else "held-out recordings"
         yield _over_time(row, NETWORK, _recordings(row), of)
     for row in newest(session, owner.id, DYNAMOMETER):
         yield _over_time(row, TABLE, _recordings(row), "moves in air")
@@ -113,7 +113,7 @@ def _others(session: Session, owner: models.Machine) -> Iterator[Sensor]:
         yield replace(_over_time(row, INSPECTED, source, "its stiffness alone"), unit="of it")
     for row in newest(session, owner.id, FUSION):
         names = " and ".join((row.model or {})["names"])
-        yield _over_time(row, TOGETHER, names, "recordings left out")
+        yield _over_time(row, TOGETHER, names, "held-out recordings")
 
 
 def _recordings(row: models.Estimator) -> str:

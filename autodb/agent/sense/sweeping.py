@@ -47,8 +47,8 @@ def plan_sweep(
         return Design(passes, ())
     if model is None:
         raise UnusableInput(
-            f"--within: nothing is known of axis {on.axis} yet; a sweep without it, then 'autodb "
-            "identify MOVES --machine NAME', would work"
+            f"--within: axis {on.axis} has no model yet; sweep it without --within, then run "
+            "'autodb identify MOVES --machine NAME'"
         )
     choices = candidates(on.low_mm, on.high_mm, fastest_mm_min=on.fastest_mm_min)
     return shortest_sweep(model, choices, within=within, longest_s=longest_s)

@@ -28,7 +28,7 @@ Out = Annotated[
 
 
 def prove(name: Name = None, runs: Runs = None, out: Out = None, workers: Workers = None) -> None:
-    """Prove on virtual machines that what autodb says of them holds; exit 1 when a check fails."""
+    """Prove on virtual machines that autodb's answers hold; exit 1 when a check fails."""
     from autodb.errors import UnusableInput
     from autodb.proofs.catalogue import begin_runs, carry_out, proof
     from autodb.proofs.runs.found import origin_line

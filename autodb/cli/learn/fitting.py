@@ -21,7 +21,7 @@ class AskedRecordings:
 
 
 def train_command(asked: AskedRecordings) -> None:
-    """Train a network of a machine, and say how near it comes in what was left out."""
+    """Train a network of a machine, and say its error on held-out data."""
     from autodb.agent.sense.networks import train_network
 
     with (
@@ -33,7 +33,7 @@ def train_command(asked: AskedRecordings) -> None:
             folder=Path(".autodb-training"), progress=progress,
         )  # fmt: skip
     rows = table(
-        f"Network {done.version} of {asked.machine}: errors in what it was not trained on",
+        f"Network {done.version} of {asked.machine}: errors on held-out data",
         "force", ">network N", ">drive model N", ">within 95 %", ">up to Hz",
     )  # fmt: skip
     for one in done.scores:
@@ -49,7 +49,7 @@ def train_command(asked: AskedRecordings) -> None:
 
 
 def level_command(asked: AskedRecordings) -> None:
-    """Identify a table dynamometer of a machine, and say what moves told of it."""
+    """Identify a table dynamometer of a machine, and say what the moves determine of it."""
     from autodb.agent.sense.dynamometers import level_dynamometer
     from autodb.fitting import NORMAL_95
 
@@ -61,12 +61,14 @@ def level_command(asked: AskedRecordings) -> None:
     rows = table(
         f"Table dynamometer {done.version} of {asked.machine}",
         "", ">zero N", ">lever arm mm", ">± 95 %", ">reads of x %", ">of y %", ">of z %",
-        ">air leaves N",
+        ">residual in air N",
     )  # fmt: skip
     for k, name in enumerate("xyz"):
         half_mm = 1e3 * NORMAL_95 * model.lever_sd_m[k]
         told = not any(f"arm's {name} " in sentence for sentence in model.not_excited)
-        arm = (f"{1e3 * model.lever_m[k]:.1f}", f"{half_mm:.1f}") if told else ("not told", "")
+        arm = (
+            (f"{1e3 * model.lever_m[k]:.1f}", f"{half_mm:.1f}") if told else ("not determined", "")
+        )
         shares = [f"{100.0 * share:.2f}" for share in model.matrix[k]]
         rows.add_row(name, f"{model.zero_N[k]:.1f}", *arm, *shares, f"{done.left_N[k]:.2g}")
     show(rows)

@@ -207,10 +207,10 @@ def term_names(terms: str | None) -> tuple[str, ...] | None:
         return None
     names = tuple(name.strip() for name in terms.split(",") if name.strip())
     if not names:
-        raise UnusableInput("--terms: names no term; inertia,viscous,coulomb,gravity would work")
+        raise UnusableInput("--terms: names no term; use inertia,viscous,coulomb,gravity")
     for name in names:
         if names.count(name) > 1:
-            raise UnusableInput(f"--terms: '{name}' is named twice; once would work")
+            raise UnusableInput(f"--terms: '{name}' is named twice; name it once")
     return names
 
 
@@ -236,7 +236,7 @@ def read_over_time(
 
     found = read_one(path, columns=columns, group=group, resample_hz=resample)
     if isinstance(found, CutTable):
-        raise UnusableInput(f"{path}: a table of cuts; a recording over time would work")
+        raise UnusableInput(f"{path}: is a table of cuts; use a recording over time")
     return found
 
 
@@ -267,12 +267,15 @@ def _show_model(model: "Identified") -> None:
     rms = f"{model.residual_rms:.3f} {model.unit}"
     say(f"relative error {100 * model.relative_error:.2f} %, rms {rms}")
     say(f"plain least squares: {100 * model.plain.relative_error:.2f} %, and "
-        f"{100 * model.held_out_error:.2f} % on blocks of motion left out")  # fmt: skip
+        f"{100 * model.held_out_error:.2f} % on held-out blocks of motion")  # fmt: skip
     say(f"protocol: {model.protocol}")
     if model.unit == "A":
-        say("in amperes: 'autodb scale' tells newtons by a known mass, a push or a standard cut")
+        say(
+            "in amperes; determine the force constant (N/A) with 'autodb scale', from a known "
+            "mass, a push or a standard cut"
+        )
     for sentence in model.not_excited:
-        say(f"not excited, no number: {sentence}")
+        say(f"not excited, not estimated: {sentence}")
     for sentence in model.doubts:
         say(f"doubtful: {sentence}")
     for t in amplitudes(model):
@@ -292,7 +295,7 @@ def _show_cogging(model: "Identified") -> None:
             f"{one.called} {100.0 * one.held_out_error:.2f} %" for one in model.cogging
         )
         unit = "deg" if model.axis in "abc" else "mm"
-        say(f"cogging: {kept.called} over {kept.period:.5g} {unit} kept; on blocks left out: "
+        say(f"cogging: {kept.called} over {kept.period:.5g} {unit} kept; on held-out blocks: "
             f"{tried}")  # fmt: skip
 
 

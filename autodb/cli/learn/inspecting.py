@@ -27,10 +27,9 @@ def inspect_command(
     cut: Cut = None,
     db: Database = None,
 ) -> None:
-    """Tell the passive force, which no current shows, from a part's diameters and its stiffness.
+    """Estimate the passive force, which no current shows, from a part's diameters and stiffness.
 
-    With --machine, --recording and --cut it is kept as that cut's force.x, and 'refresh' learns
-    from it.
+    With --machine, --recording and --cut it is kept as that cut's force.x, which 'refresh' uses.
     """
     from autodb.agent.sense.inspecting import OfCut, inspect, keep_inspected
     from autodb.errors import UnusableInput
@@ -48,8 +47,8 @@ def inspect_command(
         say(f"passive force: not sensed: {found.why_not}")
     else:
         say(
-            f"passive force: {found.force_N:.1f} ± {NORMAL_95 * found.sd_N:.1f} N (95 %), outward; "
-            f"beside it the radius was off by {1e3 * found.off_mm:.1f} µm"
+            f"passive force: {found.force_N:.1f} ± {NORMAL_95 * found.sd_N:.1f} N (95 %), "
+            f"outward; the radius was off by {1e3 * found.off_mm:.1f} µm"
         )
     if machine is None or recording is None or cut is None:
         say("not stored: give --machine, --recording and --cut to keep it")
@@ -63,13 +62,13 @@ def inspect_command(
 def sensors_command(
     name: Annotated[str, typer.Argument(help="Name of the machine.")], db: Database = None
 ) -> None:
-    """List what a machine feels forces with, how near each comes, and since when."""
+    """List a machine's force sensors, the error of each, and since when they are in use."""
     from autodb.agent.sense.sensors import sensors_of
 
     with opened_store(db) as store, store.reading() as session:
         found, unfelt = sensors_of(session, name)
     rows = table(
-        f"What {name} feels", "force", "with", "of", ">version", ">error", "in", "since", "",
+        f"Force sensors of {name}", "force", "with", "of", ">version", ">error", "in", "since", "",
     )  # fmt: skip
     for one in found:
         error = "" if one.error is None else f"{one.error:.3g} {one.unit}"
@@ -80,4 +79,4 @@ def sensors_command(
     if found:
         show(rows)
     if unfelt:
-        say(f"nothing feels {', '.join(unfelt)}: not sensed, never taken as 0")
+        say(f"{', '.join(unfelt)}: not sensed, and never taken as 0")

@@ -168,7 +168,7 @@ def calibrate_command(
     of_table: OfTable = False,
     db: Database = None,
 ) -> None:
-    """Fit current to force per axis, scored on groups left out; offered or refused by rule."""
+    """Fit current to force per axis, tested on held-out groups; a rule decides if it is usable."""
     if network or of_table:
         asked = AskedRecordings(recordings or [], machine, columns, db)
         _refuse_both(asked, network, of_table, with_cuts=bool(protocol or card))
@@ -193,7 +193,7 @@ def calibrate_command(
         for sentence in sentences:
             say(f"axis {one.called}: {sentence}")
     for sentence in done.left_out:
-        say(f"left out: {sentence}")
+        say(f"excluded: {sentence}")
     if machine is None:
         say("not stored: give --machine NAME to keep it")
     elif not any(done.new):
@@ -207,7 +207,7 @@ def _refuse_both(asked: AskedRecordings, network: bool, of_table: bool, *, with_
 
     option = "--network" if network else "--table"
     if network and of_table:
-        raise UnusableInput("--network and --table: one of them at a time would work")
+        raise UnusableInput("--network and --table: use one at a time")
     if asked.machine is None or not asked.files:
         raise UnusableInput(f"{option} needs --machine NAME and recordings over time")
     if with_cuts:
@@ -291,16 +291,16 @@ def _show_calibrations(done: "list[Calibration]") -> None:
             c.form.equation(c.coefficients, c.unit, c.current_unit),
             f"{s.rmse:.1f} {c.unit}",
             f"{s.r_squared:.3f} ({s.r_squared_low:.3f} to {s.r_squared_high:.3f})",
-            "offered" if c.offered else "refused",
+            "usable" if c.offered else "not usable",
         )
     show(rows)
     for c in done:
         s = c.scores
-        say(f"axis {c.called}: I = {c.channel}; {s.n} cuts, scored on {s.groups} x {s.grouped_by} "
-            "left out")  # fmt: skip
+        say(f"axis {c.called}: I = {c.channel}; {s.n} cuts, scored on {s.groups} held-out "
+            f"groups ({s.grouped_by})")  # fmt: skip
         say(f"axis {c.called}: RMSE {c.trials_words()}")
         for form in c.close:
-            say(f"axis {c.called}: the choice of its form is close: {form} would do as well")
+            say(f"axis {c.called}: {form} is nearly as good a form")
         if not c.offered:
             say(f"axis {c.called}: {c.verdict}")
         for sentence in outlier_sentences(c.outliers):
@@ -308,8 +308,8 @@ def _show_calibrations(done: "list[Calibration]") -> None:
         if c.transients:
             cuts = ", ".join(f"{cut:g}" for cut in c.transients)
             say(
-                f"axis {c.called}: {len(c.transients)} transient rows set aside (cut {cuts}): the "
-                f"current jumps, the force does not. With them: RMSE "
-                f"{c.scores_with_transients.rmse:.1f} {c.unit}, "
-                f"R² {c.scores_with_transients.r_squared:.3f}"
+                f"axis {c.called}: {len(c.transients)} transient rows excluded (cut {cuts}): "
+                "the current jumps, the force does not. With them: RMSE "
+                f"{c.scores_with_transients.rmse:.1f} {c.unit}, R² "
+                f"{c.scores_with_transients.r_squared:.3f}"
             )

@@ -49,8 +49,8 @@ By = Annotated[
     ChosenEstimator,
     typer.Option(
         "--estimator",
-        help="What forces are felt with: drive models, a network, a table dynamometer, or all of "
-        "them put together.",
+        help="What the forces are sensed with: drive models, a network, a table dynamometer, or "
+        "all of them put together.",
     ),
 ]
 Owner = Annotated[
@@ -91,7 +91,7 @@ Observer = Annotated[
 PerAmpere = Annotated[
     float | None,
     typer.Option(
-        "--newtons-per-ampere", metavar="N", min=1e-6, help="What an ampere is; ± 5 % is assumed."
+        "--newtons-per-ampere", metavar="N", min=1e-6, help="Force constant; ± 5 % is assumed."
     ),
 ]
 Out = Annotated[
@@ -123,7 +123,7 @@ def reconstruct_command(
 ) -> None:
     """Reconstruct the load on each axis: its drive's effort less friction, inertia and weight.
 
-    Or the forces that a machine's network, its table dynamometer, or all of them together feel.
+    Or the forces that a machine's network, its table dynamometer, or all of them together measure.
     """
     from autodb.files.targets import check_target, write_text
     from autodb.reports.loads import render_loads, write_table
@@ -153,7 +153,7 @@ def reconstruct_command(
             write_text(page, render_loads(recording.name, cut.t_s, told.felt))
     _show(told.felt)
     for sentence in told.not_heard:
-        say(f"not heard: {sentence}")
+        say(f"not used: {sentence}")
     say(f"load: {out}")
     if page is not None:
         say(f"page: {page}")
@@ -194,8 +194,8 @@ def _check(given: _Given, *, of_drives: bool) -> None:
         )
     if given.estimator is not ChosenEstimator.DRIVE and of_drives:
         raise UnusableInput(
-            "--axis, --observer and --newtons-per-ampere go with --estimator drive: others tell "
-            "every force that they feel"
+            "--axis, --observer and --newtons-per-ampere go with --estimator drive; the others "
+            "estimate all forces"
         )
     if given.removed is not None and given.estimator is not ChosenEstimator.TABLE:
         raise UnusableInput("--removed goes with --estimator table")

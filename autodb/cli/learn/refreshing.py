@@ -42,7 +42,7 @@ def refresh_command(
         raise UnusableInput("--columns and --watch go with --inbox DIR")
     if report:
         if inbox is not None:
-            raise UnusableInput("--report prints what was done; without --inbox it would work")
+            raise UnusableInput("--report only prints what was done; leave out --inbox")
         _report(machine, db, json=json)
     elif watch and inbox is not None:
         _watch(machine, db, inbox, columns, every, json=json)

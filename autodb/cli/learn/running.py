@@ -30,7 +30,7 @@ def agent(
     from autodb.live.agentfile import read_agentfile
 
     if check + offered + health > 1:
-        raise UnusableInput("--check, --list and --health: one of them would work")
+        raise UnusableInput("--check, --list and --health: use one of them")
     plan = read_agentfile(file)
     if health:
         _health(file)

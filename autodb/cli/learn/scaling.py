@@ -51,12 +51,12 @@ def scale(
     resample: Resample = None,
     db: Database = None,
 ) -> None:
-    """Tell newtons an ampere by a known mass, a measured push or a standard cut, and keep them."""
+    """Determine the force constant (N/A) from a known mass, a measured push or a standard cut."""
     from autodb.agent.sense import scaling
     from autodb.errors import UnusableInput
 
     if added_mass is not None and standard_cut is not None:
-        raise UnusableInput("give --added-mass or --standard-cut, not both: one load tells a scale")
+        raise UnusableInput("give --added-mass or --standard-cut, not both")
     known = _cut_named(standard_cut) if standard_cut else None
     with opened_store(db) as store, working(f"scaling by {recording.name}") as progress:
         loaded = moves_of(recording, axis, columns, group, resample)
@@ -68,12 +68,12 @@ def scale(
             told = _by_force(store, machine, loaded, axis, standard_cut, known)
         stated = scaling.stated(store, machine, told.axis)
         kept = scaling.keep_scale(store, machine, told, recording, columns=columns)
-    say(f"{told.axis}: 1 A is {told.newtons_per_ampere:.4g} N ± {told.percent:.2g} % (95 %), by "
-        f"{told.source}")  # fmt: skip
+    say(f"{told.axis}: force constant {told.newtons_per_ampere:.4g} N/A ± {told.percent:.2g} % "
+        f"(95 %), by {told.source}")  # fmt: skip
     _compare(told, stated)
     there = ", already there" if kept.already_there else ""
-    say(f"{told.axis}: scale {kept.version} of machine '{machine}'{there}: 'autodb reconstruct' "
-        "takes it")  # fmt: skip
+    say(f"{told.axis}: scale {kept.version} of machine '{machine}'{there}; 'autodb reconstruct' "
+        "uses it")  # fmt: skip
 
 
 def _by_force(
@@ -98,7 +98,7 @@ def _cut_named(words: str) -> "Callable[[str], ReferenceForce]":
 
     protocol_name, _, cut_name = words.rpartition(":")
     if not protocol_name:
-        raise UnusableInput(f"--standard-cut: '{words}' names no cut; '{words}:CUT' would work")
+        raise UnusableInput(f"--standard-cut: '{words}' names no cut; write '{words}:CUT'")
     protocol = read_protocol(protocol_name)
     cuts = {cut.name: cut for cut in protocol.cut}
     if cut_name not in cuts:
@@ -130,4 +130,6 @@ def _compare(told: "DeterminedScale", stated: "Scale | None") -> None:
         ) ** 0.5
     )  # fmt: skip
     verdict = "agrees" if abs(off) < APART_SDS * sd else "does not agree"
-    say(f"{told.axis}: the machine's file {verdict}: {stated.per_ampere:.4g} N by {stated.source}")
+    say(
+        f"{told.axis}: the machine's file {verdict}: {stated.per_ampere:.4g} N/A by {stated.source}"
+    )

@@ -103,10 +103,10 @@ def _show_cut(found: "Stages") -> None:
     stuck = [one for one in found.verdicts.values() if one.sticks]
     if stuck:
         halts = max(one.halts for one in stuck)
-        say(f"stick and slip, tell no weight: {_feeds(stuck)}; effort is "
+        say(f"stick-slip, not used for the weight: {_feeds(stuck)}; effort is "
             f"{_times(stuck, 'over_way')} as uneven along the way as at faster speeds, "
-            f"{_times(stuck, 'over_time')} from row to row; at most {halts} halts in a "
-            "pass")  # fmt: skip
+            f"{_times(stuck, 'over_time')} from row to row; at most {halts} "
+            "halts in a pass")  # fmt: skip
     blind = [one for one in found.verdicts.values() if not one.tested]
     if blind:
         say(f"not tested for stick-slip, taken to run smoothly: {_feeds(blind)}")
@@ -152,13 +152,14 @@ def _show_steps(found: "FourSteps", unit: str) -> None:
         "a pole, friction over speed, inertia")  # fmt: skip
     _show_cut(found)
     say("the line's level holds weight, a sensor's zero and what friction differs by direction; "
-        f"the load at a place is off line and table by {load.lack:.2g} {unit} (sd)")  # fmt: skip
+        "the model discrepancy of line and table at a place is "
+        f"{load.lack:.2g} {unit} (sd)")  # fmt: skip
     middle = found.middle_mm
     say(f"friction over speed is of {len(found.compared)} speeds, between {middle.min():.0f} and "
         f"{middle.max():.0f} mm; along the travel these steps have none")  # fmt: skip
     if not found.repeated:
-        say("no speed was passed twice in one direction: errors of friction are what its law "
-            "leaves, how runs differ is not known")  # fmt: skip
+        say("no speed was passed twice in one direction; errors of friction are the residuals "
+            "of its law, and the scatter between runs is not known")  # fmt: skip
     rows = _stage_table()
     used = f"{load.pairs} passes there and back"
     rows.add_row("line", f"k, {used}", *_two(load.slope), f"{unit}/mm")
@@ -187,7 +188,7 @@ def _add_laws(rows: "Table", found: "Stages", unit: str) -> None:
         way = "friction over speed, +" if sense > 0 else "friction over speed, −"
         for name, value, sd in law.named:
             rows.add_row(way, name, *_two((value, sd)), units.get(name, unit))
-        rows.add_row(way, "off its law (sd)", f"{100.0 * law.lack:.2g}", "", "%")
+        rows.add_row(way, "model discrepancy (sd)", f"{100.0 * law.lack:.2g}", "", "%")
 
 
 def _add_rest(rows: "Table", found: "Stages", unit: str) -> None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 NOT_REFRESHED = 1
 
 fleet = typer.Typer(
-    help="Many machines of one database: refresh them all, and what they know together.",
+    help="Many machines of one database: refresh them all, and fit what they share.",
     no_args_is_help=True,
 )
 Standard = Annotated[
@@ -76,15 +76,15 @@ def refresh_fleet_command(
     standard: Standard = None,
     db: Database = None,
 ) -> None:
-    """Refresh all machines, and bring what they know together up to date."""
+    """Refresh all machines, and fit again what they share."""
     from autodb.errors import UnusableInput
     from autodb.store import database_url
 
     if scheduler is not None and workers is not None:
-        raise UnusableInput("--scheduler and --workers: one of them would work")
+        raise UnusableInput("--scheduler and --workers: use one of them")
     where = _Where(scheduler, workers, _shown(scheduler, ca, certificate, key))
     if inboxes is not None and not inboxes.is_dir():
-        raise UnusableInput(f"{inboxes}: no such folder; one that is there would work")
+        raise UnusableInput(f"{inboxes}: no such folder; create it or name another")
     url = database_url(db)
     with opened_store(db) as store:
         machines, sharing = _machines(store, url, machine or [], inboxes)
@@ -128,7 +128,7 @@ def _machines(
             )
         )
         if not rows:
-            raise UnusableInput("no machine works here; 'autodb machine add NAME' makes one")
+            raise UnusableInput("no machine works here; add one with 'autodb machine add NAME'")
         found = []
         for row in rows:
             inbox = None if inboxes is None else (inboxes / row.name).resolve()
@@ -180,9 +180,7 @@ def _shown(
     if ca is None and certificate is None and key is None:
         return None
     if scheduler is None or ca is None or certificate is None or key is None:
-        raise UnusableInput(
-            "--ca, --certificate and --key: all three, with --scheduler, would work"
-        )
+        raise UnusableInput("--ca, --certificate and --key: give all three, with --scheduler")
     return ShownCertificates(ca, certificate, key)
 
 
@@ -206,7 +204,7 @@ def _lines(one: "RefreshedMachine") -> list[str]:
 
 @fleet.command("learn")
 def learn_command(standard: Standard = None, db: Database = None) -> None:
-    """Bring what machines know together up to date, and name the machine that disagrees."""
+    """Fit again what machines share, and name the machine that disagrees."""
     _learn(db, standard)
 
 
@@ -215,7 +213,7 @@ def _learn(db: str | None, standard: Sequence[Path] | None) -> None:
     from autodb.standard import read_protocol
 
     protocols = [read_protocol(str(path)) for path in standard or ()]
-    with opened_store(db) as store, working("what machines know together") as progress:
+    with opened_store(db) as store, working("fitting what machines share") as progress:
         done = learn_fleet(store, protocols=protocols, progress=progress)
     for line in done.lines():
         say(line)
@@ -223,13 +221,13 @@ def _learn(db: str | None, standard: Sequence[Path] | None) -> None:
 
 @fleet.command("show")
 def show_fleet_command(db: Database = None) -> None:
-    """Show what machines know together of each material, and who disagrees."""
+    """Show what machines share of each material, and which machine disagrees."""
     from autodb.agent.fleet.known_together import shared_knowledge
 
     with opened_store(db) as store, store.reading() as session:
         found = shared_knowledge(session)
     rows = table(
-        "What machines know together", "material", ">machines", ">tools", ">tools apart",
+        "Parameters shared by machines", "material", ">machines", ">tools", ">tools apart",
         ">machines apart", ">shear stress, MPa", ">friction, °", ">K_te, N/mm",
     )  # fmt: skip
     for one in found.materials:

@@ -111,7 +111,7 @@ def _rotate(url: str, folder: Path, keep: int | None, every: str | None) -> None
     from autodb.store.rotation import Every, age_words, rotate
 
     if every is not None and every not in list(Every):
-        raise UnusableInput(f"--every {every}: {', '.join(Every)} would work")
+        raise UnusableInput(f"--every {every}: use {', '.join(Every)}")
     apart, now = None if every is None else Every(every), datetime.now(UTC)
     with working(f"copying to {folder.name}") as progress:
         done = rotate(url, folder, keep=keep, every=apart, now=now, progress=progress)
@@ -132,7 +132,7 @@ def restore_command(
     replace: Replace = False,
     db: Database = None,
 ) -> None:
-    """Put a backup, or an export, in the database's place, at this version's schema."""
+    """Replace the database by a backup or an export, at this version's schema."""
     from autodb.store import database_url, head, shown_url
     from autodb.store.restoring import restore
 
@@ -167,7 +167,7 @@ def export_command(
         typer.Option(
             "--cards",
             metavar="FILE",
-            help="Write what the machine knows of its materials as Kienzle cards (CSV) instead.",
+            help="Write the machine's materials as Kienzle cards (CSV) instead.",
         ),
     ] = None,
     coefficients: Annotated[
@@ -255,7 +255,7 @@ def _export_cards(
         rows.add_row(card.material, size, f"{card.m_c:.3f}{m_c}", card.source)
     show(rows)
     for line in made.left_out:
-        say(f"left out: {line}")
+        say(f"excluded: {line}")
 
 
 Number = Annotated[int, typer.Argument(help="Number of the recording.", min=1, max=2**63 - 1)]
@@ -272,21 +272,21 @@ def withdraw_command(
     ] = False,
     db: Database = None,
 ) -> None:
-    """Take a recording back, with what was derived from it, and learn anew without it."""
+    """Take a recording back, with what was derived from it, and fit again without it."""
     from autodb.agent.operate.refreshing import refresh
     from autodb.agent.operate.withdrawing import take_again, withdraw
     from autodb.errors import UnusableInput
 
     if undo == (why is not None):
-        raise UnusableInput("withdraw needs --why TEXT, or --undo; one of them would work")
+        raise UnusableInput("withdraw needs --why TEXT or --undo; give one of them")
     with opened_store(db) as store, working(f"learning {machine} anew") as progress:
         if why is None:
             done = take_again(store, machine, recording)
         else:
             done = withdraw(store, machine, recording, why=why)
         learnt = refresh(store, machine, progress=progress)
-    what = "count again" if undo else "count no more"
-    cuts = "already, its cuts" if done.already else f"{done.cuts} cuts"
+    what = "are used again" if undo else "are no longer used"
+    cuts = "already done, its cuts" if done.already else f"{done.cuts} cuts"
     say(f"recording {recording}: {cuts} {what}")
     for line in done.taken_back:
         say(f"taken back: {line}")

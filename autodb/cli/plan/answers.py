@@ -152,7 +152,7 @@ def show_predicted(title: str, cuts: "Sequence[PredictedCut]") -> None:
             rows.add_row(f"  peak {cut.of_what}", "", "", *(interval(v) for v in largest), "")
     show(rows)
     if any(cut.passive for cut in cuts):
-        say("* passive: no drive feels it; from the law alone")
+        say("* passive force: no drive senses it; it comes from the law alone")
 
 
 def interval(value: "Interval") -> str:

@@ -88,7 +88,7 @@ def lookup(
     json: Json = False,
     db: Database = None,
 ) -> None:
-    """Say what one cut of a pair takes; without a cut, which pairs the machine knows."""
+    """Predict one cut of a work-tool pair; without a cut, list the machine's pairs."""
     from autodb.agent.answer.looking_up import Shelf
     from autodb.errors import UnusableInput
 
@@ -146,9 +146,14 @@ def _list(machine: str, pairs: "list[Listed]", *, json: bool) -> None:
         say(TypeAdapter(list[Listed]).dump_json(pairs, indent=1).decode())
         return
     if not pairs:
-        say(f"machine '{machine}' has learnt no pair yet: 'autodb refresh' learns from its cuts")
+        say(
+            f"machine '{machine}' has no fitted pair yet; run 'autodb refresh' to fit pairs to "
+            "its cuts"
+        )
         return
-    rows = table(f"Pairs that '{machine}' knows", "material", "tool", ">cuts", ">version", "learnt")
+    rows = table(
+        f"Work-tool pairs of '{machine}'", "material", "tool", ">cuts", ">version", "learnt"
+    )
     for pair in pairs:
         rows.add_row(
             pair.material, pair.tool, f"{pair.cuts}", f"{pair.version}", pair.learnt_at[:10]

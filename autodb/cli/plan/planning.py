@@ -12,7 +12,10 @@ if TYPE_CHECKING:
     from autodb.files.job import JobCut
 
 JobFile = Annotated[
-    Path, typer.Argument(readable=False, help="Job file (TOML) whose forces are to be surer.")
+    Path,
+    typer.Argument(
+        readable=False, help="Job file (TOML) whose forces should be known more precisely."
+    ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 
@@ -34,7 +37,7 @@ def plan_command(
     json: Json = False,
     db: Database = None,
 ) -> None:
-    """Propose the cut, within the machine's limits, after which a job's forces are surest."""
+    """Propose the cut, within the machine's limits, after which a job's forces are known best."""
     from autodb.agent.answer.planning import plan_cuts
     from autodb.files.job import read_job
 
@@ -63,21 +66,26 @@ def _range(name: str, text: str) -> tuple[float, float]:
     except ValueError:
         ends = (0.0, 0.0)
     if not 0.0 < ends[0] < ends[1] < 1e6:
-        raise UnusableInput(f"--{name} {text}: no range; LOW:HIGH with 0 < LOW < HIGH would work")
+        raise UnusableInput(f"--{name} {text}: is not a range; write LOW:HIGH with 0 < LOW < HIGH")
     return ends
 
 
 def _show(found: "ProposedCuts") -> None:
-    rows = table("Cuts to make next", "operation", ">depth mm", ">feed mm", ">speed", ">left ± %")
+    rows = table(
+        "Cuts to make next", "operation", ">depth mm", ">feed mm", ">then ± %", ">left ± %"
+    )
     for one in found.proposed:
         rows.add_row(one.cut.operation, *_words(one.cut), f"{100.0 * one.left:.1f}")
     show(rows)
     say(
-        f"left: half the 95 % interval of the job's forces, in the mean; now "
-        f"± {100.0 * found.now:.1f} %"
+        "then: half the 95 % interval of the job's forces after that cut, on average; now ± "
+        f"{100.0 * found.now:.1f} %"
     )
     if found.too_much:
-        say(f"{found.too_much} cuts that told as much or more may exceed a limit: left out")
+        say(
+            f"{found.too_much} cuts that give as much information or more may exceed a limit; "
+            "they are excluded"
+        )
     rows = table("The job after the first of them", "cut", "force", ">now ± %", ">after ± %")
     for target in found.targets:
         now, after = f"{100.0 * target.now:.1f}", f"{100.0 * target.after:.1f}"
@@ -85,8 +93,8 @@ def _show(found: "ProposedCuts") -> None:
     show(rows)
     if found.hardly:
         say(
-            "one more cut hardly helps: what is left is the calibration's error, the law's, and "
-            "what cuts scatter by; standard cuts and a new calibration would narrow it"
+            "one more cut hardly helps; the calibration, the law and the scatter of cuts remain "
+            "uncertain; make standard cuts and calibrate again to narrow the intervals"
         )
     for statement in found.open:
         say(statement)

@@ -90,7 +90,7 @@ def retire(
     undo: Annotated[bool, typer.Option("--undo", help="Have it work again.")] = False,
     db: Database = None,
 ) -> None:
-    """Take nothing more in of a machine; what it told stays and is answered from."""
+    """Take in no more recordings of a machine; its data stay and are still used in answers."""
     from autodb.agent.rows.machines import retire_machine
 
     with opened_store(db) as store:
@@ -118,12 +118,12 @@ def list_machines_command(db: Database = None) -> None:
 def show_machine_command(
     name: Annotated[str, typer.Argument(help="Name of the machine.")], db: Database = None
 ) -> None:
-    """Show a machine's axes, which forces they feel, and all that its file stated."""
+    """Show a machine's axes, the forces that they sense, and all that its file states."""
     from autodb.agent.rows.calibrations import current_calibrations
     from autodb.agent.rows.machines import as_file, find_machine
     from autodb.files.machine import flat
 
-    rows = table(f"Machine {name}", "axis", "carries", ">current sign", "feels")
+    rows = table(f"Machine {name}", "axis", "carries", ">current sign", "senses")
     with opened_store(db) as store, store.reading() as session:
         owner = find_machine(session, name)
         for axis in owner.axes:

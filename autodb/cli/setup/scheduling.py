@@ -55,6 +55,6 @@ def _command(machine: str, inbox: Path, db: str | None) -> list[str]:
     with opened_store(db) as store, store.reading() as session:
         find_machine(session, machine)
     if not inbox.is_dir():
-        raise UnusableInput(f"{inbox}: no such folder; one that is there would work")
+        raise UnusableInput(f"{inbox}: no such folder; create it or name another")
     run = [sys.executable, "-m", "autodb", "refresh"]
     return [*run, "--machine", machine, "--inbox", str(inbox.resolve()), "--db", from_anywhere(db)]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from autodb.web.http.settings import RequestLimits, Settings
     from autodb.web.server import Certificate
 
-EXTRA = "serving needs the extra 'serve': pip install 'autodb[serve]' would work"
+EXTRA = "serving needs the extra 'serve'; run pip install 'autodb[serve]'"
 
 token = typer.Typer(help="Access tokens of the service.", no_args_is_help=True)
 TokenName = Annotated[str, typer.Argument(help="Name of the token: who uses it.")]
@@ -88,7 +88,7 @@ def serve(
     unit: Unit = False,
     db: Database = None,
 ) -> None:
-    """Serve pages and look-ups: read-only, and to this computer alone, unless told otherwise."""
+    """Serve pages and look-ups; without options read-only, and to this computer alone."""
     from autodb.errors import UnusableInput
     from autodb.store import database_url
     from autodb.web.http import arenas
@@ -116,7 +116,7 @@ def serve(
     at = f"{scheme}://{shown}:{listening.getsockname()[1]}"
     say(f"{at} (and {at}/api/v1): {does}; Ctrl-C stops it")
     if not settings.on_loopback and tls is None:
-        say("without TLS tokens can be read on their way: --certificate and --key would work")
+        say("without TLS, tokens can be read in transit; use --certificate and --key")
     server.run_server(make_app(settings), listening, tls, settings.proxies)
 
 
@@ -137,7 +137,7 @@ def _proxies(given: Sequence[str]) -> tuple[str, ...]:
             ip_network(one)
         except ValueError as error:
             raise UnusableInput(
-                f"--proxy '{one}': {error}; 127.0.0.1 or 192.0.2.0/24 would work"
+                f"--proxy '{one}': {error}; write one such as 127.0.0.1 or 192.0.2.0/24"
             ) from None
     return tuple(given)
 
@@ -150,7 +150,7 @@ def _refuse_idle(settings: "Settings", upload_mib: int | None) -> None:
     if not settings.writes and (folder is not None or upload_mib is not None):
         raise UnusableInput("--recordings and --upload-mib: recordings are taken with --write only")
     if folder is not None and not folder.is_dir():
-        raise UnusableInput(f"{folder}: no such folder; one that is there would work")
+        raise UnusableInput(f"{folder}: no such folder; create it or name another")
 
 
 def _print_unit(settings: "Settings", certificate: Path | None, key: Path | None) -> None:
@@ -193,13 +193,13 @@ def _certificate(chain: Path | None, key: Path | None) -> "Certificate | None":
     if chain is None and key is None:
         return None
     if chain is None or key is None:
-        raise UnusableInput("--certificate and --key: both would work")
+        raise UnusableInput("--certificate and --key: give both")
     try:
         ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(chain, key)
     except (OSError, ssl.SSLError) as error:
         reason = error.strerror or error
         raise UnusableInput(
-            f"{chain}, {key}: no certificate with its key ({reason}); both as PEM would work"
+            f"{chain}, {key}: these are not a certificate with its key ({reason}); give both as PEM"
         ) from None
     return Certificate(chain, key)
 
@@ -216,8 +216,8 @@ def _refuse_unusable(settings: "Settings", db: str | None) -> None:
         return
     if not any(role >= needed for role in roles):
         raise UnusableInput(
-            "nobody could use it: 'autodb token add NAME --role "
-            f"{needed.word}' makes the token that it needs"
+            "nobody could use it; add the token that it needs with 'autodb token add NAME "
+            f"--role {needed.word}'"
         )
 
 
@@ -249,7 +249,7 @@ def list_tokens_command(db: Database = None) -> None:
     with opened_store(db) as store, store.reading() as session:
         found = tokens(session)
     if not found:
-        say("no token; 'autodb token add NAME' makes one")
+        say("no token; add one with 'autodb token add NAME'")
         return
     rows = table("Tokens", "name", "role", "made", "until", "state")
     for one in found:

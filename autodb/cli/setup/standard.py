@@ -53,7 +53,7 @@ def show_protocol_command(name: Name) -> None:
     if without:
         say(
             f"{len(without)} of {len(protocol.cut)} cuts have no reference force and calibrate "
-            "nothing yet: 'autodb standard new' takes them from a dynamometer's file"
+            "nothing yet; take them from a dynamometer's file with 'autodb standard new'"
         )
     say(f"order, seed {protocol.seed}: {', '.join(cut.name for cut in run_order(protocol))}")
 
@@ -131,7 +131,7 @@ def _day(date: str | None, file: Path) -> str:
     try:
         return datetime.strptime(date, "%Y-%m-%d").replace(tzinfo=UTC).date().isoformat()
     except ValueError:
-        raise UnusableInput(f"--date {date}: a day as 2026-01-31 would work") from None
+        raise UnusableInput(f"--date {date}: write a day as 2026-01-31") from None
 
 
 @standard.command("program")

@@ -126,9 +126,7 @@ def _parked(park: str | None, file: "MachineFile", axis: str) -> dict[str, float
         try:
             found[name.strip()] = float(mm)
         except ValueError:
-            raise UnusableInput(
-                f"--park: '{part}' is not AXIS=MM; x=150,z=300 would work"
-            ) from None
+            raise UnusableInput(f"--park: '{part}' is not AXIS=MM; write x=150,z=300") from None
     return found
 
 
@@ -140,4 +138,7 @@ def _show(found: "Design") -> None:
         rows.add_row(name, f"{half:.3g}", f"{wanted:.3g}", "" if half <= wanted else "not reached")
     show(rows)
     if not found.enough:
-        say("not all is reached: longer (--minutes), or less sure (--within), would work")
+        say(
+            "not every precision is reached; use a longer sweep (--minutes) or a wider limit "
+            "(--within)"
+        )

@@ -98,7 +98,7 @@ def _told(row: "Mismatch") -> "Iterator[tuple[str, str]]":
         yield "depends on", ", ".join(row.variables)
     if row.alternatives:
         yield "or", ", ".join(row.alternatives)
-        yield "to tell them apart", row.to_tell_apart or "no simple move or cut is known that would"
+        yield "to tell them apart", row.to_tell_apart or "no simple move or cut separates them"
     yield "status", _status(row) + (f" on {row.decided_at}" if row.decided_at else "")
     for made in row.models:
         yield "made", f"{made.channel} version {made.version} (model {made.id})"
@@ -140,8 +140,8 @@ def _status(row: "Mismatch") -> str:
 def confirm_command(number: Number, as_: As = None, by: By = None, db: Database = None) -> None:
     """Confirm a cause: a term of the machine becomes part of its model, as the next version.
 
-    Wear found in forces becomes part of what is known of the work-tool pair, of five cuts that
-    stand aside for another cause a state of it.
+    Wear found in forces becomes part of the work-tool pair's parameters. Five outlier cuts of
+    another cause become a cutting state of the pair.
     """
     from autodb.agent.operate.deciding import confirm
 
@@ -161,9 +161,11 @@ def confirm_command(number: Number, as_: As = None, by: By = None, db: Database 
 
 def _why_no_version(done: "Decided") -> str:
     if done.term == "unknown" and done.alternatives:
-        return f"no model changes; --as {' or --as '.join(done.alternatives)} would put it into one"
+        return (
+            f"no model changes; use --as {' or --as '.join(done.alternatives)} to put it into one"
+        )
     if done.of_cuts and done.term != "unknown":
-        return "no pair changes: fewer than five of its cuts stand aside from what was expected"
+        return "no pair changes: fewer than five of its cuts are outliers"
     return "it belongs to this recording, no model changes"
 
 
@@ -178,7 +180,7 @@ def _show_version(done: "Decided", kept: "KeptModel") -> None:
     for t in [*readable(of_term(kept.model.fitted, done.term)), *of_term(tables, done.term)]:
         say(f"{t.key} {t.parameter} {t.value:.4g} ± {t.sd or 0.0:.2g} {t.unit}")
     for sentence in kept.model.not_excited:
-        say(f"not excited, no number: {sentence}")
+        say(f"not excited, not estimated: {sentence}")
     for sentence in kept.model.doubts:
         say(f"doubtful: {sentence}")
     show_kept(kept, done.machine)
@@ -186,13 +188,13 @@ def _show_version(done: "Decided", kept: "KeptModel") -> None:
     say(f"relative error on {done.recording}: {' → '.join(f'{e:.2f}' for e in errors)} %")
     if done.stale:
         numbers = ", ".join(map(str, done.stale))
-        again = f"'autodb explain FILE --machine {done.machine}' says what of it is left"
+        again = f"'autodb explain FILE --machine {done.machine}' shows the residual"
         say(f"still open, found before this version: {numbers}; {again}")
 
 
 @mismatch.command("reject")
 def reject_command(number: Number, by: By = None, db: Database = None) -> None:
-    """Reject a cause: it was looked at, and does not hold on the machine."""
+    """Reject a cause that does not hold on the machine."""
     from autodb.agent.operate.deciding import reject
 
     with opened_store(db) as store:

@@ -67,7 +67,8 @@ def explain_command(
 ) -> None:
     """Say what a simulation of a recording leaves out, where, and how the fit improves.
 
-    Of several recordings also whether it sits in machine, tool, material, sensor or calibration.
+    Of several recordings it also says whether the cause lies in machine, tool, material, sensor or
+    calibration.
     """
     _check(recordings, simulation, includes, machine, group, resample)
 
@@ -133,8 +134,8 @@ def _alone(recording: Path, look: Look, folder: Path, *, json: bool, progress: S
     _say_causes(explained, kept)
     say(f"report: {folder / 'report.html'}")
     if any(cause.status == "open" for cause in kept.values()):
-        say("keep a cause that holds on the machine: 'autodb mismatch confirm NUMBER', or drop it: "
-            "'autodb mismatch reject NUMBER'")  # fmt: skip
+        say("confirm a cause that holds with 'autodb mismatch confirm NUMBER', or reject it "
+            "with 'autodb mismatch reject NUMBER'")  # fmt: skip
 
 
 def _several(

@@ -241,9 +241,9 @@ def _unknown(
         kind="missing",
         confidence=sure,
         statement=(
-            f"{100 * max(share, 0.0):.0f} % of the error that the other causes leave depends on "
-            f"{words}; no law that is known here fits it. It reaches {size.value:.3g} {size.unit}."
-            f"{_short_words(short, values) if short else ''}"
+            f"{100 * max(share, 0.0):.0f} % of the residual of the other causes depends on "
+            f"{words}; no law that is known here fits it. It reaches {size.value:.3g} "
+            f"{size.unit}.{_short_words(short, values) if short else ''}"
         ),
         parameters={"size": size, **values},
         alternatives=tuple(others),
@@ -260,10 +260,13 @@ def _short_words(short: Short, values: Read) -> str:
         said += f" {'+' if level.value >= 0 else '−'} {abs(level.value):.3g} {level.unit}"
         said += short.carrier_words
     curve = "the smooth curve"
-    does = f"{100 * short.share:.0f} % of what {curve} says"
+    does = f"{100 * short.share:.0f} % of {curve}"
     if short.share > AS_MUCH:
         does = f"as much as {curve}"
-    return f" On stretches left out, {said} says {does}, beside the simulation's terms fitted anew."
+    return (
+        f" On held-out stretches, {said} explains {does}, beside the simulation's terms fitted "
+        "anew."
+    )
 
 
 def _signed(value: IntervalValue) -> str:

@@ -191,14 +191,15 @@ def _check(recording: Recording, channel: str, measured: Array, simulation: Arra
     seconds = float(recording.t_s[-1] - recording.t_s[0])
     if seconds < SHORTEST_S or len(recording) < SHORTEST_ROWS:
         raise UnusableInput(
-            f"{recording.path}: {len(recording)} rows over {seconds:.3g} s are too short to leave "
-            f"parts out of the fit; {SHORTEST_S:g} s and {SHORTEST_ROWS} rows would work"
+            f"{recording.path}: {len(recording)} rows over {seconds:.3g} s are too short to "
+            f"hold parts out of the fit; record at least {SHORTEST_S:g} s and {SHORTEST_ROWS} "
+            "rows"
         )
     for name, values in (("recording", measured), ("simulation", simulation)):
         size = np.abs(values)
         row, others = int(np.argmax(size)), float(np.partition(size, -GLITCH_ROWS)[-GLITCH_ROWS])
         if size[row] > GLITCH * others > 0:
             raise UnusableInput(
-                f"{recording.path}: {channel} of the {name}, row {row + 1}: {values[row]:.3g} is "
-                f"over {GLITCH:g} times all but a few rows; without that row it would work"
+                f"{recording.path}: {channel} of the {name}, row {row + 1}: {values[row]:.3g} "
+                f"is over {GLITCH:g} times all but a few rows; remove that row"
             )

@@ -76,7 +76,7 @@ def _cause(
     unit = term.parameters[0].unit.replace("U", "N")
     now = profiled_value(had + turned * change.value, half, unit)
     if name == "shear" and now.value < 0:
-        text = "Recording and simulation have opposite signs: look at the sensor's sign first."
+        text = "Recording and simulation have opposite signs; check the sensor's sign first."
     else:
         text = term.statement
     return Cause(

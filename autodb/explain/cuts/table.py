@@ -134,8 +134,8 @@ def table_conditions(table: CutTable) -> Conditions:
         if values is not None and values.min() <= 0:
             row = int(np.argmin(values))
             raise UnusableInput(
-                f"{table.path}: {name}, row {row + 1} (cut {table.cut[row]:g}): {values[row]:g} is "
-                "no cut; the table without it would work"
+                f"{table.path}: {name}, row {row + 1} (cut {table.cut[row]:g}): {values[row]:g} "
+                "is not a cut; remove that row"
             )
     depth, edge, feed = known("cutting.depth"), known(EDGE), known("cutting.feed")
     thickness, clock = known("chip.thickness"), known("t")
@@ -165,7 +165,7 @@ def recorded_and_simulated(table: CutTable, simulation: dict[str, Array]) -> tup
     """
     if len(table) < FEWEST:
         raise UnusableInput(
-            f"{table.path}: {len(table)} cuts are too few to explain; {FEWEST} would work"
+            f"{table.path}: {len(table)} cuts are too few to explain; use at least {FEWEST}"
         )
     for name, force in simulation.items():
         _check(table, name, force)
@@ -180,7 +180,7 @@ def _check(table: CutTable, name: str, simulation: Array) -> None:
     if abs(table[name][row]) > GLITCH * usual:
         raise UnusableInput(
             f"{table.path}: {name}, row {row + 1} (cut {table.cut[row]:g}): "
-            f"{table[name][row]:.3g} N is {GLITCH:g} times the usual; without it it would work"
+            f"{table[name][row]:.3g} N is {GLITCH:g} times the median; remove that row"
         )
 
 

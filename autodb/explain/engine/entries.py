@@ -103,9 +103,9 @@ def _either(sure: Mistuned, names: Sequence[str], size: IntervalValue) -> Cause:
         kind="missing",
         confidence=1.0 - sure.standing.confidence,
         statement=(
-            f"Something of up to {size.value:.3g} {size.unit} is off that {_or(names)} of another "
-            f"size would explain, or something{over} that the simulation leaves out. This "
-            "recording does not tell which."
+            f"The simulation is off by up to {size.value:.3g} {size.unit}. Either {_or(names)} "
+            f"has another size, or the simulation leaves out something{over}. This recording "
+            "does not tell which."
         ),
         parameters={"size": size},
         alternatives=others,
@@ -128,8 +128,8 @@ def undecided_entry(
         kind="missing",
         confidence=1.0 - sure.confidence,
         statement=(
-            f"Something of up to {size.value:.3g} N is missing that may be any of: {words}. "
-            f"{where} do not tell which."
+            f"The simulation leaves out a force of up to {size.value:.3g} N. It may be any of: "
+            f"{words}. {where} do not tell which."
         ),
         parameters={"size": size},
         alternatives=names,

@@ -127,8 +127,8 @@ def mill_of(recording: Recording) -> Mill:
     ]
     if lacking:
         raise UnusableInput(
-            f"{recording.path}: force over time needs the mill and its cut; a side file with "
-            f"{', '.join(lacking)} would work"
+            f"{recording.path}: force over time needs the mill and its cut; state "
+            f"{', '.join(lacking)} in a side file"
         )
     assert tool.diameter_mm and tool.teeth and cut.depth_mm and cut.feed_mm_tooth
     helix = np.radians(tool.helix_deg or 0.0)
@@ -177,8 +177,8 @@ def heard(recording: Recording, mill: Mill, forces: Array, engaged: Array, reach
     rpm = recording.side.cut.speed_rpm if speed is None else float(np.median(speed))
     if rpm is None:
         raise UnusableInput(
-            f"{recording.path}: neither spindle.angle nor spindle.speed, and no speed_rpm in its "
-            "side file; one of them would work"
+            f"{recording.path}: neither spindle.angle nor spindle.speed, and no speed_rpm in "
+            "its side file; record one of them or state it there"
         )
     t = recording.t_s
     passing = mill.teeth * rpm / 60.0

@@ -96,9 +96,11 @@ def _word(found: re.Match[str], block: ProgramBlock) -> Word:
 def _no_word(rest: str, block: ProgramBlock) -> UnusableInput:
     word = rest.split(maxsplit=1)[0][:40]
     if word[0] in "()":
-        return block.refusal(word, "a comment in brackets ( ) that open and close once would work")
+        return block.refusal(
+            word, "a bracket does not close or opens twice; write comments as ( … )"
+        )
     if re.match(r"[A-Z](?![\d.+=#-])", word):
-        return block.refusal(word[0], "a word without a number; one such as X20.5 would work")
+        return block.refusal(word[0], "a word without a number; write one such as X20.5")
     return block.refusal(
-        word, "no letter and number; variables, expressions and functions written out would work"
+        word, "not a letter and a number; write out variables, expressions and functions"
     )

@@ -10,15 +10,13 @@ from autodb.nc.reading.moves import CuttingSpeed, Feed, FeedPerMinute, PerRev, R
 INCH_MM = 25.4
 """Millimetres in an inch (exact by definition)."""
 _FOOT_M = 12 * INCH_MM / 1000
-_NO_COMPENSATION = (
-    "compensation of the nose's radius: the contour itself, programmed without it, would work"
-)
+_NO_COMPENSATION = "this compensates the nose radius; program the contour itself without it"
 _TWO_MEANINGS = (
-    "inches or mm on some controls and a cycle on others: G20 or G700 for inches, G21 or G710 for "
-    "mm, or a cycle's moves written out would work"
+    "this means inches or mm on some controls and a cycle on others; use G20 or G700 for "
+    "inches, G21 or G710 for mm, or write out the cycle's moves"
 )
-_OTHER_PLANE = "another plane than that of X and Z; G18 would work"
-_OUTSIDE = "a subprogram or macro: its blocks written out in this file would work"
+_OTHER_PLANE = "this selects another plane than that of X and Z; use G18"
+_OUTSIDE = "this calls a subprogram or macro; write its blocks into this file"
 
 GROUPS: tuple[Mapping[str, Mapping[str, Any]], ...] = (
     {code: {"motion": code} for code in ("G0", "G1", "G2", "G3")},
@@ -62,7 +60,7 @@ REFUSED: Mapping[str, str] = {
     "M97": _OUTSIDE,
     "M98": _OUTSIDE,
     "M99": _OUTSIDE,
-    "DIAM90": "X as a diameter in G90 and a radius in G91: DIAMON or DIAMOF would work",
+    "DIAM90": "X is a diameter in G90 and a radius in G91; use DIAMON or DIAMOF",
 }
 
 
@@ -112,7 +110,7 @@ def changed_modes(modes: Modes, words: Mapping[str, Word], block: ProgramBlock) 
         if len(said) > 1:
             raise block.refusal(
                 words[said[1]].text,
-                f"'{words[said[0]].text}' stands in this block too; one of them would work",
+                f"'{words[said[0]].text}' stands in this block too; use one of them",
             )
         changes |= group[said[0]] if said else {}
     known = _family(modes, words, block)
@@ -138,8 +136,8 @@ def _family(modes: Modes, words: Mapping[str, Word], block: ProgramBlock) -> Mod
         if said is not None and other is not None:
             raise block.refusal(
                 said.text,
-                f"with '{other[0]}' of line {other[1]} these are words of two G-code systems; U, "
-                "W, G98, G99 (Fanuc lathes, system A) or G90, G91, G94, G95 alone would work",
+                f"this word and '{other[0]}' of line {other[1]} belong to two G-code systems; "
+                "use U, W, G98, G99 (Fanuc lathes, system A) or G90, G91, G94, G95 alone",
             )
     families = (before[0], before[1])
     return modes if families == modes.families else replace(modes, families=families)
@@ -151,16 +149,17 @@ def feed_in_force(modes: Modes, block: ProgramBlock) -> Feed:
     if modes.feed_word is None:
         raise block.refusal(
             word,
-            "nothing before says per what the feed counts; G95 or G99 (mm/rev), G94 or G98 "
-            "(mm/min) would work",
+            "the unit of the feed is not stated before; use G95 or G99 (mm/rev), G94 or G98 "
+            "(mm/min)",
         )
     if modes.feed is None:
         raise block.refusal(
-            word, f"no feed before this cutting move; F after {modes.feed_word} would work"
+            word, f"no feed before this cutting move; state F after {modes.feed_word}"
         )
     if modes.feed_word == "G94" and modes.surface:
         raise block.refusal(
-            "G96", "with G94 some controls feed per minute, others per revolution; G95 would work"
+            "G96",
+            "G94 means feed per minute on some controls and per revolution on others; use G95",
         )
     return PerRev(modes.feed) if modes.feed_word in PER_REV else FeedPerMinute(modes.feed)
 
@@ -170,11 +169,11 @@ def speed_in_force(modes: Modes, block: ProgramBlock) -> Speed:
     word = modes.motion or ""
     if modes.stopped is not None:
         raise block.refusal(
-            word, f"the spindle stands since M5 in line {modes.stopped}; M3 or M4 would work"
+            word, f"the spindle stopped with M5 in line {modes.stopped}; start it with M3 or M4"
         )
     if not modes.speed:
         raise block.refusal(
-            word, "no spindle speed before this cutting move; S with G97 or G96 would work"
+            word, "no spindle speed before this cutting move; state S with G97 or G96"
         )
     highest = [limit for limit in (modes.limit_rpm, modes.highest_rpm) if limit is not None]
     if modes.surface:

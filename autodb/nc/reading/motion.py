@@ -63,7 +63,7 @@ def carry_out_motion(
     z_mm = _target(modes, axes, ("Z", "W"), block)
     if modes.motion is None:
         word = next(iter(values.values()))
-        raise block.refusal(word.text, "no motion is in force; G0, G1, G2 or G3 would work")
+        raise block.refusal(word.text, "no motion is in force; use G0, G1, G2 or G3")
     rest = without(values, *AXES)
     _MOTIONS[modes.motion](modes, (x_mm, z_mm), rest, block, moves)
     return replace(modes, x_mm=x_mm, z_mm=z_mm)
@@ -77,7 +77,7 @@ def _target(
     before = modes.x_mm if letters[0] == "X" else modes.z_mm
     factor = modes.x_factor if letters[0] == "X" else modes.unit_mm
     if place is not None and step is not None:
-        raise block.refusal(step.text, f"'{place.text}' moves this axis too; one would work")
+        raise block.refusal(step.text, f"'{place.text}' moves this axis too; use one of them")
     word = place or step
     if word is None:
         return before
@@ -85,7 +85,8 @@ def _target(
         return round(factor * word_value(word), _DECIMALS)
     if before is None:
         raise block.refusal(
-            word.text, f"an increment from a place not known; {letters[0]} in G0 before would work"
+            word.text,
+            f"this is an increment from an unknown place; state {letters[0]} in a G0 before it",
         )
     return round(before + factor * word_value(word), _DECIMALS)
 
@@ -146,8 +147,8 @@ def _ends(modes: Modes, to: _Target, block: ProgramBlock) -> tuple[Point, Point]
         if before is None:
             raise block.refusal(
                 modes.motion or "",
-                f"no start: {name} is not known here (a tool, an offset or a machine's place comes "
-                f"after it, or nothing); G0 with {name} before it would work",
+                f"the start is not known in {name} (nothing states it, or a tool, an offset or "
+                f"a machine position came after); state {name} in a G0 before it",
             )
     assert modes.x_mm is not None and modes.z_mm is not None
     assert x_mm is not None and z_mm is not None
@@ -167,19 +168,22 @@ def _centre(
     offsets = [rest[name] for name in CENTRE if name in rest]
     if (radius is None) == (not offsets):
         word = offsets[0].text if offsets else modes.motion or ""
-        raise block.refusal(word, "an arc with either R, or I and K would work")
+        raise block.refusal(word, "state an arc with either R, or I and K")
     if radius is not None:
         return _by_radius(ends, radius, modes.unit_mm * word_value(radius), block, left=left)
     i, k = (modes.unit_mm * word_value(rest[n]) if n in rest else 0.0 for n in CENTRE)
     start, end = ends
     centre = Point(start.x_mm + i, start.z_mm + k)
     if start == centre:
-        raise block.refusal(offsets[0].text, "the centre on the start; I or K not 0 would work")
+        raise block.refusal(
+            offsets[0].text, "the arc's centre is its start; use an I or K other than 0"
+        )
     off_mm = off_circle_mm(start, end, centre)
     if off_mm > OFF_CIRCLE_MM:
         raise block.refusal(
             offsets[0].text,
-            f"the arc's end is {off_mm:.3f} mm off its circle; up to {OFF_CIRCLE_MM:g} would work",
+            f"the arc's end is {off_mm:.3f} mm off its circle; correct it to within "
+            f"{OFF_CIRCLE_MM:g} mm",
         )
     return centre
 
@@ -192,8 +196,12 @@ def _by_radius(
     if centre is not None:
         return centre
     if start == end:
-        raise block.refusal(word.text, "an arc to where it begins; a circle by I and K would work")
+        raise block.refusal(
+            word.text, "the arc ends where it begins; program a full circle with I and K"
+        )
     half_mm = distance_mm(start, end) / 2
     raise block.refusal(
-        word.text, f"shorter than half the way from start to end; {half_mm:.3f} mm would work"
+        word.text,
+        "the radius is shorter than half the distance from start to end; use at least "
+        f"{half_mm:.3f} mm",
     )

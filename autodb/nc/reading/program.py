@@ -46,7 +46,7 @@ def program_text(path: Path) -> str:
     try:
         return path.read_bytes().decode("utf-8-sig", errors="replace")
     except OSError as error:
-        raise UnusableInput(f"{path}: {error.strerror}; an NC program would work") from error
+        raise UnusableInput(f"{path}: {error.strerror}; give an NC program") from error
 
 
 def turning_program(
@@ -74,7 +74,8 @@ def turning_program(
             continue
         if ended is not None:
             raise block.refusal(
-                block.words[0].text, f"after the program's end in line {ended}; one would work"
+                block.words[0].text,
+                f"this stands after the program's end in line {ended}; use one end",
             )
         after = _run(modes, block, moves)
         codes = {word.code for word in block.words}
@@ -82,7 +83,7 @@ def turning_program(
         ended = block.line if codes & {"M2", "M30"} else None
         modes = replace(after, stopped=block.line) if "M5" in codes else after
     if not any(isinstance(move, Linear | Arc) for move in moves):
-        raise UnusableInput(f"{source}: no cutting move; a program with G1, G2 or G3 would work")
+        raise UnusableInput(f"{source}: no cutting move; use a program with G1, G2 or G3")
     return TurningProgram(source, tuple(moves), tuple(stops))
 
 
@@ -117,14 +118,14 @@ def _spindle(
         if "S" not in values or values.keys() & set(AXES):
             raise block.refusal(
                 limits.text,
-                "a shift of coordinates or a cycle; alone with S, as a speed limit, it would work",
+                "this shifts coordinates or starts a cycle; use it alone with S, as a speed limit",
             )
         return replace(modes, limit_rpm=positive_value(values["S"], block))
     if "S" not in values:
         return modes
     speed = word_value(values["S"])
     if speed < 0:
-        raise block.refusal(values["S"].text, "a speed of at least 0 would work")
+        raise block.refusal(values["S"].text, "use a speed of at least 0")
     return replace(modes, speed=surface_m_min(modes, speed) if modes.surface else speed)
 
 
@@ -147,7 +148,7 @@ def _in_machine(
     """Move the axes that are named to machine coordinates: they are not known in the program's."""
     word = next(codes[code] for code in codes if code in MACHINE)
     if word.code in {"G53", "SUPA"} and modes.motion != "G0":
-        raise block.refusal(word.text, "a cut in machine coordinates; with G0 it would work")
+        raise block.refusal(word.text, "this cuts in machine coordinates; use it with G0")
     nothing_left(without(values, *AXES, "P"), block, modes)
     x = None if values.keys() & {"X", "U"} else modes.x_mm
     z = None if values.keys() & {"Z", "W"} else modes.z_mm

@@ -12,9 +12,9 @@ RADIUS = ("R", "CR")
 _READ = {code for group in GROUPS for code in group} | HARMLESS | OFFSETS | MACHINE | ONCE
 _LETTERS = frozenset((*AXES, *CENTRE, *RADIUS, "F", "S", "T", "D", "N", "O", "P", "LIMS"))
 _BY_ITSELF = {
-    "R": "a radius belongs to G2 or G3; a rounded corner written out as an arc would work",
-    "C": "a chamfer or a rotary axis: the chamfer written out as a G1 move would work",
-    "A": "a direction by its angle: the end by X and Z would work",
+    "R": "a radius belongs to G2 or G3; write out a rounded corner as an arc",
+    "C": "this is a chamfer or a rotary axis; write out a chamfer as a G1 move",
+    "A": "this states a direction by its angle; state the end by X and Z",
     "Y": "only moves of X and Z are read",
 }
 
@@ -30,7 +30,7 @@ def sorted_words(block: ProgramBlock) -> tuple[dict[str, Word], dict[str, Word]]
         if into is values and (key not in _LETTERS or (word.number is None and key != "T")):
             raise _not_read(word, block)
         if key in into:
-            raise block.refusal(word.text, f"a second {key} in this block; one would work")
+            raise block.refusal(word.text, f"this is a second {key} in the block; use one")
         into[key] = word
     return codes, values
 
@@ -38,12 +38,13 @@ def sorted_words(block: ProgramBlock) -> tuple[dict[str, Word], dict[str, Word]]
 def _not_read(word: Word, block: ProgramBlock) -> UnusableInput:
     if word.name in _BY_ITSELF:
         return block.refusal(word.text, _BY_ITSELF[word.name])
-    moves = "written out as G0, G1, G2 and G3"
     why = {
-        "G": f"this G is not read; a cycle's or a thread's moves {moves} would work",
-        "M": "this M is not read; left out, if it moves no axis and calls nothing, it would work",
+        "G": "this G is not read; write out the moves of a cycle or thread as G0, G1, G2 and G3",
+        "M": "this M is not read; leave it out if it moves no axis and calls nothing",
     }
-    return block.refusal(word.text, why.get(word.name, f"not read; moves {moves} would work"))
+    return block.refusal(
+        word.text, why.get(word.name, "this is not read; write out moves as G0, G1, G2 and G3")
+    )
 
 
 def without(values: Mapping[str, Word], *letters: str) -> dict[str, Word]:
@@ -55,7 +56,7 @@ def nothing_left(values: Mapping[str, Word], block: ProgramBlock, modes: Modes) 
     """Raise UnusableInput naming the first value that nothing has taken; N and O number only."""
     for letter, word in without(values, "N", "O").items():
         why = _BY_ITSELF.get(letter, f"nothing in this block takes it (in force: {modes.motion})")
-        raise block.refusal(word.text, f"{why}; left out it would work")
+        raise block.refusal(word.text, f"{why}; leave it out")
 
 
 def word_value(word: Word) -> float:
@@ -67,5 +68,5 @@ def word_value(word: Word) -> float:
 def positive_value(word: Word, block: ProgramBlock) -> float:
     """Return a word's number; raises UnusableInput where it is not above 0."""
     if word_value(word) <= 0:
-        raise block.refusal(word.text, "a number above 0 would work")
+        raise block.refusal(word.text, "use a number above 0")
     return word_value(word)

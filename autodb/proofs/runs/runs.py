@@ -99,7 +99,7 @@ def _parsed(kind: TypeAdapter[T], line: bytes, path: Path, *, row: int) -> T:
         return kind.validate_json(line)
     except ValidationError:
         raise UnusableInput(
-            f"{path}: row {row}: no run of a proof; a new folder with --out would work"
+            f"{path}: row {row}: is not a run of a proof; use a new folder with --out"
         ) from None
 
 

@@ -83,8 +83,8 @@ def _lines(reference: Array, estimate: Array, unit: str) -> tuple[str, ...]:
     spread = variance_interval(own)
     sd, low, high = (float(np.sqrt(v)) for v in (spread.value, spread.low, spread.high))
     return (
-        f"{own.n} repeats, one reference for all of them: process and sensing together scatter "
-        f"with sd {sd:.3g} {unit} ({low:.3g} to {high:.3g})",
+        f"{own.n} repeats, one reference for all of them: process and sensing together have a "
+        f"standard deviation of {sd:.3g} {unit} ({low:.3g} to {high:.3g})",
     )
 
 
@@ -125,6 +125,6 @@ def _moved(name: str, values: Array, unit: str, alike: NDArray[np.intp]) -> str:
     if found is not None:
         return found.sentence(name, unit)
     return (
-        f"{name} {values[0]:.4g} {unit} moved by {values[-1] - values[0]:+.3g} {unit} from "
-        "the first cut to the last; no other cut was repeated, so what is chance is not known"
+        f"{name} {values[0]:.4g} {unit} moved by {values[-1] - values[0]:+.3g} {unit} from the "
+        "first cut to the last; no other cut was repeated, so the scatter is not known"
     )

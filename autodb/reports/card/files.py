@@ -50,8 +50,8 @@ def _browser(path: Path) -> str:
         if found:
             return found
     raise UnusableInput(
-        f"{path}: no browser to print it ({', '.join(BROWSERS)}); one of them on the path, or "
-        f"--card {path.with_suffix('.html').name}, would work"
+        f"{path}: there is no browser to print it ({', '.join(BROWSERS)}); install one of them, "
+        f"or use --card {path.with_suffix('.html').name}"
     )
 
 
@@ -69,8 +69,8 @@ def _print(html: str, part: Path, path: Path) -> None:
         if not printed.is_file():
             why = said.strip().splitlines()[-1:] or ["it said nothing"]
             raise UnusableInput(
-                f"{path}: {command[0]} did not print it ({why[0]}); "
-                f"--card {path.with_suffix('.html').name} would work"
+                f"{path}: {command[0]} did not print it ({why[0]}); use --card "
+                f"{path.with_suffix('.html').name}"
             )
         shutil.copyfile(printed, part)
 

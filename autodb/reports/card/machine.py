@@ -35,7 +35,7 @@ def not_sensed(card: CalibrationCard) -> list[tuple[str, str]]:
         for axis, component in COMPONENT_OF_AXIS.items()
         if axis not in card.axes
     ]
-    found += [("an axis left out, in any cut", sentence) for sentence in card.left_out]
+    found += [("an axis without a calibration, in any cut", sentence) for sentence in card.left_out]
     for one in (each.calibration for each in card.cards):
         force = f"force.{one.component}"
         if not one.offered:
@@ -77,17 +77,17 @@ def _wander(calibrations: Sequence[Calibration]) -> Iterator[str]:
     still = [one.called for one in calibrations if not _differs(one)]
     if still:
         yield (
-            f"{'Axis' if len(still) == 1 else 'Axes'} {' and '.join(still)}: over these cuts the "
-            "gain wandered no more than by chance. "
-            "How far it differs on another day they do not say; the intervals hold nothing for it."
+            f"{'Axis' if len(still) == 1 else 'Axes'} {' and '.join(still)}: over these cuts "
+            "the gain drifted no more than by chance. These cuts do not show how far it differs "
+            "on another day; the intervals include nothing for it."
         )
     for one in calibrations:
         if one.errors.gain_share:
             yield _known(one)
         elif one.called not in still:
             yield (
-                f"Axis {one.called}: how far another {one.scores.grouped_by} differs is told by "
-                f"the {one.scores.groups} of these cuts, and every interval holds that."
+                f"Axis {one.called}: the {one.scores.groups} groups of these cuts show how far "
+                f"another {one.scores.grouped_by} differs, and every interval includes that."
             )
 
 
@@ -103,7 +103,7 @@ def _known(one: Calibration) -> str:
     source = "what was seen from cut to cut here"
     if published:
         source = (
-            f"{100.0 * published:.2g} % (one standard deviation) of a published lathe, or what was "
-            "seen here where that is more"
+            f"{100.0 * published:.2g} % (one standard deviation) of a published lathe, or what "
+            "was seen here if that is more"
         )
-    return f"{said} to day, and every interval holds that. It comes from {source}."
+    return f"{said} to day, and every interval includes that. It comes from {source}."

@@ -27,14 +27,14 @@ def reference_over_estimate(axis: AxisCard, *, id_: str) -> Markup:
     c = axis.calibration
     made = figures.figure(
         [f"{felt_as(axis)}, reference [{c.unit}]"],
-        x_title=f"{felt_as(axis)}, estimate of cuts left out [{c.unit}]",
+        x_title=f"{felt_as(axis)}, estimate of held-out cuts [{c.unit}]",
     )
     everything = np.concatenate([axis.estimate, axis.target])
     ends = np.array([np.min(everything), np.max(everything)])
     same = {"dash": "dash", "width": 1}
     made.add_trace(figures.line_trace(ends, ends, tone="muted", name="agreement", line=same))
     _add(made, axis, axis.estimate, axis.target)
-    label = f"{c.axis}: reference over the estimate of cuts left out, {c.verdict}"
+    label = f"{c.axis}: reference over the estimate of held-out cuts, {c.verdict}"
     return figures.as_html(made, f"{id_}-agreement", height_px=PLOT_PX, label=label)
 
 

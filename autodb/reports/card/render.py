@@ -114,7 +114,8 @@ def _trials(axis: AxisCard) -> list[tuple[str, str, bool]]:
     """Return each form tried: name, error on groups left out, whether it was taken."""
     c = axis.calibration
     return [
-        (name, figures.quantity(error, c.unit) if np.isfinite(error) else "not held by these cuts",
+        (name,
+         figures.quantity(error, c.unit) if np.isfinite(error) else "not determined by these cuts",
          name == c.form.label)
         for name, error in c.trials.items()
     ]  # fmt: skip
@@ -126,7 +127,7 @@ def _set_aside(axis: AxisCard) -> str:
         return ""
     scores = c.scores_with_transients
     return (
-        f"{len(c.transients)} transient rows set aside (cut {numbers(c.transients)}): the current "
-        f"jumps, the force does not. With them: RMSE {figures.quantity(scores.rmse, c.unit)}, "
-        f"R² {scores.r_squared:.3f}."
+        f"{len(c.transients)} transient rows excluded (cut {numbers(c.transients)}): the "
+        "current jumps, the force does not. With them: RMSE "
+        f"{figures.quantity(scores.rmse, c.unit)}, R² {scores.r_squared:.3f}."
     )

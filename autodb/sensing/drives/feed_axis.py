@@ -166,16 +166,16 @@ def _begun(
     parts = tuple(p for name in terms if name != "cogging" for p in _starting(rows, name, given))
     if not any(isinstance(part.term, Contribution) for part in parts):
         raise UnusableInput(
-            f"--terms: {', '.join(terms)} only change what others add; with "
-            f"{','.join(SYMMETRIC)} beside them it would work"
+            f"--terms: {', '.join(terms)} only change what others add; name "
+            f"{','.join(SYMMETRIC)} beside them"
         )
     found = None
     if "cogging" in terms:
         found = find_ripple(rows, parts)
         if found is None:
             raise UnusableInput(
-                f"{rows.path}: no ripple over the travel stands out of what the other terms leave; "
-                "without 'cogging' it would work"
+                f"{rows.path}: no ripple over the travel stands out of the residual of the "
+                "other terms; leave out 'cogging'"
             )
         parts = (*parts, ChannelPart(found.term, {"period": found.period}, ("period",)))
         if protocol is None:

@@ -8,4 +8,4 @@ from autodb.errors import UnusableInput
 def need_torch() -> None:
     """Raise UnusableInput, saying what to install, where PyTorch is not there."""
     if find_spec("torch") is None:
-        raise UnusableInput("networks need PyTorch: pip install 'autodb[lstm]' would work")
+        raise UnusableInput("networks need PyTorch: run pip install 'autodb[lstm]'")

@@ -183,8 +183,8 @@ class AxisTables:
         model = self._effort(sense, v, x)
         if np.max(np.abs(told - model)) > ALIKE * np.max(np.abs(model)):
             raise UnusableInput(
-                f"{self.channel}: a term of its model is no sum over speed and place; a model "
-                "without it would work"
+                f"{self.channel}: a term of its model is not a sum over speed and place; use a "
+                "model without it"
             )
 
 
@@ -247,6 +247,6 @@ def _refuse_remembering(model: DriveModel, parts: Sequence[ChannelPart]) -> None
     ]
     if late:
         raise UnusableInput(
-            f"{model.channel}: {', '.join(late)} remembers more than a stream does; a model "
-            "without it would work"
+            f"{model.channel}: {', '.join(late)} needs a longer history than a stream keeps; "
+            "use a model without it"
         )

@@ -55,8 +55,8 @@ def of_bytes(kept: bytes) -> StoredGreyBox:
         header = json.loads(str(found["header"]))
         if header["format"] != FORMAT:
             raise UnusableInput(
-                f"a network of format {header['format']}, this autodb reads {FORMAT}; training it "
-                "again would work"
+                f"the network has format {header['format']}, this autodb reads {FORMAT}; train "
+                "it again"
             )
         shape = Shape(**header["shape"])
         members = []

@@ -69,8 +69,8 @@ def pieces_with_forces(
         if not all(has[axis]):
             lacks = recordings[has[axis].index(False)]
             raise UnusableInput(
-                f"{lacks.path}: no channel 'force.{axis}', which others have; recordings with the "
-                "same forces would work"
+                f"{lacks.path}: no channel 'force.{axis}', which others have; use recordings "
+                "with the same forces"
             )
     found = []
     count = -(-PIECES // len(recordings))
@@ -98,7 +98,7 @@ def _pieces(recording: Recording, count: int) -> list[slice]:
     if long < SHORTEST_S * recording.rate_hz:
         raise UnusableInput(
             f"{recording.path}: {rows / recording.rate_hz:.3g} s are too short to train on; "
-            f"{count * SHORTEST_S + (count - 1) * GAP_S:g} s, or {PIECES} recordings, would work"
+            f"record {count * SHORTEST_S + (count - 1) * GAP_S:g} s, or {PIECES} recordings"
         )
     return [slice(k * (long + gap), k * (long + gap) + long) for k in range(count)]
 
@@ -109,8 +109,8 @@ def rate_of(recordings: Sequence[Recording]) -> float:
     for one in recordings:
         if abs(one.rate_hz / first.rate_hz - 1.0) > SAME_RATE:
             raise UnusableInput(
-                f"{one.path}: {one.rate_hz:g} Hz, and {first.path.name} has {first.rate_hz:g} Hz; "
-                "recordings of one rate would work"
+                f"{one.path}: {one.rate_hz:g} Hz, and {first.path.name} has {first.rate_hz:g} "
+                "Hz; use recordings of one rate"
             )
     return first.rate_hz
 

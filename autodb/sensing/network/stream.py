@@ -68,8 +68,8 @@ def check(box: GreyBox, tables: Mapping[str, AxisTables], channels: Channels, *,
             )
     if abs(rate_hz / box.rate_hz - 1.0) > RATE_OFF:
         raise UnusableInput(
-            f"{where}: {rate_hz:g} Hz, and the network was trained at {box.rate_hz:g} Hz; a "
-            "recording at that rate would work"
+            f"{where}: {rate_hz:g} Hz, and the network was trained at {box.rate_hz:g} Hz; "
+            "record at that rate"
         )
     loads = loads_of(tables, channels)
     shown = box.shown(loads, channels)
@@ -82,8 +82,8 @@ def check(box: GreyBox, tables: Mapping[str, AxisTables], channels: Channels, *,
         if off.mean() > ROWS_BEYOND:
             worst = shown[int(np.argmax(np.abs(shown[:, k] - 0.5 * (low + high)))), k]
             raise UnusableInput(
-                f"{where}: {name} goes to {worst:.4g}, and the network was trained from {low:.4g} "
-                f"to {high:.4g}; training with recordings like this one would work"
+                f"{where}: {name} goes to {worst:.4g}, and the network was trained from "
+                f"{low:.4g} to {high:.4g}; train it with recordings like this one"
             )
 
 

@@ -123,9 +123,10 @@ class Calibration:
         """One sentence: offered or refused, with the figure that decided."""
         s = self.scores
         what = f"R² {s.r_squared:.3f} (95 % {s.r_squared_low:.3f} to {s.r_squared_high:.3f})"
-        verb, side = ("offered", "above") if self.offered else ("refused", "not above")
+        verb, side = ("usable", "above") if self.offered else ("not usable", "not above")
         return (
-            f"{verb}: {what} on the {s.grouped_by} left out, lower bound {side} {OFFER_R_SQUARED}"
+            f"{verb}: {what} on held-out groups ({s.grouped_by}), lower bound {side} "
+            f"{OFFER_R_SQUARED}"
         )
 
 
@@ -198,7 +199,7 @@ def calibration_points(table: CutTable, axis: str, *, force_N: Array | None = No
     if len(np.unique(groups)) < MIN_GROUPS:
         raise UnusableInput(
             f"{table.path}: {axis}: {len(np.unique(groups))} independent groups of cuts with "
-            f"force.{component}; {MIN_GROUPS} or more would work"
+            f"force.{component}; use {MIN_GROUPS} or more"
         )
     return Points(
         channel=signal[0],

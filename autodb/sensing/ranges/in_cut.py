@@ -42,9 +42,7 @@ def steady_rows(forces_N: Array, *, rate_hz: float, where: str) -> slice:
     begin, end = int(begins[longest]), int(ends[longest])
     trim = round(TRIMMED * (end - begin))
     if end - begin - 2 * trim < SHORTEST_S * rate_hz:
-        raise UnusableInput(
-            f"{where}: no {SHORTEST_S:g} s of a steady cut; one longer cut would work"
-        )
+        raise UnusableInput(f"{where}: no {SHORTEST_S:g} s of a steady cut; record one longer cut")
     return slice(begin + trim, end - trim)
 
 

@@ -112,7 +112,7 @@ def passive_force(measured: MeasuredPart, *, range_N: float) -> Inspected:
     count = len(measured.error_mm)
     if count < FEWEST or count != len(measured.compliance_mm_N):
         raise UnusableInput(
-            f"{count} measured diameters; {FEWEST} places along the part would work"
+            f"{count} measured diameters are too few; measure {FEWEST} places along the part"
         )
     if not (np.isfinite(measured.error_mm).all() and np.isfinite(measured.compliance_mm_N).all()):
         raise UnusableInput("a measured diameter or compliance is no finite number")
@@ -129,8 +129,8 @@ def passive_force(measured: MeasuredPart, *, range_N: float) -> Inspected:
     width_N = 2.0 * NORMAL_95 * sd
     if width_N > range_N:
         return _not_sensed(
-            f"its 95 % interval is {width_N:.3g} N wide, and it lies within {range_N:.3g} N: "
-            "places that differ more in compliance, or a surer setting, would work"
+            f"its 95 % interval is {width_N:.3g} N wide, and it lies within {range_N:.3g} N; "
+            "measure places that differ more in compliance, or make the setting more certain"
         )
     return Inspected(float(force), sd, own_sd, float(off))
 

@@ -49,7 +49,7 @@ def moved_between(
     from scipy import stats
 
     if len(np.unique(conditions[[*first, *last]])) > 1:
-        raise ValueError("first and last cuts are of several conditions; one would work")
+        raise ValueError("first and last cuts are of several conditions; use cuts of one condition")
     others = np.isfinite(values)
     others[[*first, *last]] = False
     sd, dof = pooled_sd(values[others], conditions[others])

@@ -86,13 +86,13 @@ def outlier_sentences(named: Sequence[Outlier]) -> list[str]:
     if off:
         most = max(abs(one.studentised) for one in off)
         said.append(
-            f"{_cuts(off)} more than chance off the others' law, up to {most:.1f} standard "
-            "deviations; all cuts count"
+            f"{_cuts(off)} deviate from the fit of the others by more than chance, by up to "
+            f"{most:.1f} standard deviations; all cuts stay in the fit"
         )
     if alone:
         said.append(
-            f"{_cuts(alone)} with a leverage up to {max(one.leverage for one in alone):.2f}: more "
-            "cuts like these would hold the law better"
+            f"{_cuts(alone)} dominate the fit (leverage up to "
+            f"{max(one.leverage for one in alone):.2f}); add cuts in this range"
         )
     return said
 

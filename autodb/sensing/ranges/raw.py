@@ -43,7 +43,7 @@ def air_and_cut_means(
             values, kept = load.quick_A, _outside(pulses, load, parts.cut, rate_hz)
             notes.append(
                 f"{axis}: {len(pulses.seen)} short rises of the range every "
-                f"{pulses.every_s:.2f} s, as of way lubrication, are left out"
+                f"{pulses.every_s:.2f} s, as of way lubrication, are excluded"
             )
     row = {}
     for name, part in segments.items():
@@ -71,8 +71,8 @@ def _usable(
     needs_s = load.air_needs_s(parts.air)
     if has_s < needs_s:
         notes.append(
-            f"{axis}: its range in air is left out: the approach takes {has_s:.2g} s, and "
-            f"{needs_s:.2g} s would work for a drive that turns at "
+            f"{axis}: its range in air is excluded, because the approach takes {has_s:.2g} s; "
+            f"approach for {needs_s:.2g} s, for a drive that turns at "
             f"{load.turning_hz(parts.air):.2g} Hz"
         )
         del segments["air"]
@@ -189,7 +189,7 @@ def _slowing(from_s: float, loads: dict[str, PhaseLoad], begins: int) -> str:
     after = loads["spindle"].range_A[begins:] if "spindle" in loads else np.zeros(0)
     known = after[np.isfinite(after)]
     high = f", its range up to {np.max(known):.4g} A," if known.size else ""
-    return f"from {from_s:.2f} s on the spindle slows down{high} and all is left out"
+    return f"from {from_s:.2f} s on the spindle slows down{high} and all of it is excluded"
 
 
 def _segments(found: _Signals, recording: Recording) -> signals.CutSegments:
@@ -215,8 +215,8 @@ def _segments(found: _Signals, recording: Recording) -> signals.CutSegments:
         seen = seen or short
     _set_aside(recording, seen)
     raise SetAside(
-        f"{recording.path}: no air approach followed by a cut in the {_felt(found)}; "
-        "a recording that starts 1 s before the tool enters would work"
+        f"{recording.path}: no air approach followed by a cut in the {_felt(found)}; start the "
+        "recording 1 s before the tool enters"
     )
 
 

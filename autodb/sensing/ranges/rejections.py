@@ -1,4 +1,4 @@
-"""Why the cut of a recording is set aside: each function returns what was seen and what would work.
+"""Why the cut of a recording is excluded: each function returns what was seen and the remedy.
 
 None where there is nothing against the cut. ``t_s`` (n,) is the recording's clock.
 """
@@ -34,8 +34,8 @@ def too_short(
     air_s = (parts.air.stop - parts.air.start) / rate_hz
     if air_s < FEWEST_S:
         return (
-            f"its air approach is too short: {air_s:.2g} s beside transitions of {margin_s:g} s; "
-            "a recording that starts 1.5 s before the tool enters would work"
+            f"its air approach is too short: {air_s:.2g} s beside transitions of {margin_s:g} "
+            "s; start the recording 1.5 s before the tool enters"
         )
     cut_s = (parts.cut.stop - parts.cut.start) / rate_hz
     revolutions = None if speed_rpm is None else cut_s * speed_rpm / 60.0
@@ -48,7 +48,7 @@ def too_short(
     at_s, works_s = t_s[parts.entry.start] + margin_s, needs_s + 2.0 * margin_s
     return (
         f"its cut at {at_s:.2f} s is too short: {cut_s:.2g} s{seen} between transitions of "
-        f"{margin_s:g} s; a cut of {works_s:.2g} s or longer would work"
+        f"{margin_s:g} s; make a cut of {works_s:.2g} s or longer"
     )
 
 
@@ -57,8 +57,8 @@ def starts_in_cut(levels: signals.LoadLevels) -> str | None:
     if levels.cut > levels.air:
         return None
     return (
-        "spindle.current.range is high first and falls, as when the recording starts in the cut; "
-        "a recording that starts 1 s before the tool enters would work"
+        "spindle.current.range is high first and falls, as when the recording starts in the "
+        "cut; start the recording 1 s before the tool enters"
     )
 
 
@@ -70,9 +70,9 @@ def stops(
     if gap is None:
         return None
     return (
-        f"the cut is interrupted from {t_s[gap.start]:.2f} to {t_s[gap.stop]:.2f} s: "
-        f"{named} falls back to air and comes again, as when feed or spindle stop; one cut in one "
-        "go would work"
+        f"the cut is interrupted from {t_s[gap.start]:.2f} to {t_s[gap.stop]:.2f} s: {named} "
+        "falls back to air and comes again, as when feed or spindle stop; make the cut without "
+        "a stop"
     )
 
 
@@ -120,8 +120,8 @@ def _envelope_line(
 def _chatter(line: signals.NarrowBand, name: str, unit: str, spindle: signals.Turning) -> str:
     return (
         f"chatter in the cut: {name} swings by {line.rms:.3g} {unit} rms at "
-        f"{line.frequency_hz:.1f} Hz, no multiple of the spindle's {spindle.frequency_hz:.2f} Hz; "
-        "another speed or less depth would work"
+        f"{line.frequency_hz:.1f} Hz, no multiple of the spindle's {spindle.frequency_hz:.2f} "
+        "Hz; use another speed or less depth"
     )
 
 
@@ -142,7 +142,7 @@ def range_at_limit(
         return None
     begin, end = t_s[parts.cut.start], t_s[parts.cut.stop - 1]
     return (
-        f"{axis}.current is at its limit in the cut from {begin:.2f} to {end:.2f} s: for "
-        f"{100.0 * found.share:.0f} % of it the range stays at {found.level:.4g} A, its maximum; "
-        "the force is at least what it says, and less depth or feed would work"
+        f"{axis}.current is at its limit in the cut from {begin:.2f} to {end:.2f} s; for "
+        f"{100.0 * found.share:.0f} % of it the range stays at {found.level:.4g} A, its "
+        "maximum, so the force is at least the sensed value; use less depth or feed"
     )

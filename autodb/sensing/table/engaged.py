@@ -33,8 +33,8 @@ def engaged(recording: Recording) -> Rows:
     rate_hz = recording.rate_hz
     if rate_hz < 10.0 * SLOW_HZ:
         raise UnusableInput(
-            f"{recording.path}: teeth do not show at {rate_hz:g} Hz; {10.0 * SLOW_HZ:g} Hz or more "
-            "would work"
+            f"{recording.path}: teeth do not show at {rate_hz:g} Hz; record at "
+            f"{10.0 * SLOW_HZ:g} Hz or more"
         )
     power = np.zeros(len(recording))
     for name in FORCES:

@@ -106,7 +106,7 @@ def heat_of(left_N: Array, cutting: Rows, t_s: Array) -> Heat:
     if min(before, after) * step_s < AIR_S:
         return Heat(
             none, none, None,
-            f"drift is not told: {AIR_S:g} s of air before and after the cut would tell it",
+            f"drift is not estimated; record {AIR_S:g} s of air before and after the cut",
         )  # fmt: skip
     tried = [_heated(left_N, cutting, t_s, air, time_s) for time_s in TIMES_S]
     drift, variance, _, time_s = min(tried, key=lambda one: one[2])

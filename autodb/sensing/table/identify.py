@@ -116,13 +116,13 @@ def air_left_N(model: TableModel, recordings: Sequence[Recording]) -> Array:
 def _refuse_untold(recording: Recording, rests: Sequence[Rest]) -> None:
     if not any(rest.lean < UPRIGHT for rest in rests):
         raise UnusableInput(
-            f"{recording.path}: the table never rests upright for {SHORTEST_S + SETTLING_S:g} s; a "
-            "rest there, which tells the sensor's zero, would work"
+            f"{recording.path}: the table never rests upright for {SHORTEST_S + SETTLING_S:g} "
+            "s; let it rest upright, which determines the sensor's zero"
         )
     if not any(rest.lean > TILTED for rest in rests):
         raise UnusableInput(
-            f"{recording.path}: the table never rests tilted by 12° or more; rests in some tilts, "
-            "which tell the mass, would work"
+            f"{recording.path}: the table never rests tilted by 12° or more; let it rest in "
+            "several tilts, which determine the mass"
         )
 
 
@@ -184,6 +184,6 @@ def _moments(
 def _untold(component: int) -> str:
     name = "xyz"[component]
     return (
-        f"the lever arm's {name} is not told: turn the table about an axis that is not along the "
-        f"sensor's {name}, with sharp starts and stops"
+        f"the lever arm's {name} is not determined; turn the table about an axis that is not "
+        f"along the sensor's {name}, with sharp starts and stops"
     )

@@ -33,8 +33,8 @@ class Kinematics:
             or len(set(self.order)) < len(self.order)
         ):
             raise UnusableInput(
-                f"rotary axes {', '.join(self.order) or 'none'}: some of a, b, c, each once, in "
-                "order from the bed to the table, would work"
+                f"rotary axes {', '.join(self.order) or 'none'}: name some of a, b, c, each "
+                "once, in order from the bed to the table"
             )
 
     def rotation(self, angles_rad: Mapping[str, Array]) -> Array:
@@ -86,7 +86,7 @@ def order_of(carried_by: Mapping[str, str | None]) -> tuple[str, ...]:
             said: Sequence[str] = [f"{axis} by {by or 'the bed'}" for axis, by in rotary.items()]
             raise UnusableInput(
                 f"rotary axes carried {', '.join(said)}: no chain from the bed to the table; "
-                "carried_by in the machine's file would say it"
+                "state carried_by in the machine's file"
             )
         found += following
     return tuple(found)

@@ -194,8 +194,8 @@ def readings(recording: Recording, *, cutoff_hz: float) -> Array:
     rate_hz = recording.rate_hz
     if cutoff_hz >= 0.5 * rate_hz:
         raise UnusableInput(
-            f"{recording.path}: {cutoff_hz:g} Hz is too much at {rate_hz:g} Hz; below half of that "
-            "would work"
+            f"{recording.path}: {cutoff_hz:g} Hz is too much at {rate_hz:g} Hz; use less than "
+            "half of that"
         )
     return np.array(
         [signals.lowpass(recording[n], rate_hz=rate_hz, cutoff_hz=cutoff_hz) for n in FORCES]

@@ -19,11 +19,13 @@ HEAD_BYTES = 16 * 1024
 HEADERS_MOST = 100
 """Headers of a request, trailers too. Chosen."""
 SAID = {
-    HTTPStatus.REQUEST_TIMEOUT: f"the request's head took longer than {HEAD_S:g} s; at once it "
-    "would work",
-    HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE: f"more than {HEADERS_MOST} headers, or "
-    f"{HEAD_BYTES} bytes of them; fewer would work",
-    HTTPStatus.BAD_REQUEST: "no HTTP request that can be read; HTTP/1.1 would work",
+    HTTPStatus.REQUEST_TIMEOUT: (
+        f"the request's head took longer than {HEAD_S:g} s; send it at once"
+    ),
+    HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE: (
+        f"more than {HEADERS_MOST} headers, or {HEAD_BYTES} bytes of them; send fewer"
+    ),
+    HTTPStatus.BAD_REQUEST: "this is not a readable HTTP request; use HTTP/1.1",
 }
 
 

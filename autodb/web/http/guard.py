@@ -71,10 +71,10 @@ class Guard:
 
     def _refusal(self, headers: Headers, method: str, path: str) -> tuple[int, str] | None:
         if method not in SAFE and headers.get("sec-fetch-site", "none") not in OURS:
-            return 403, "sent by a page of another site; from one of this service it would work"
+            return 403, "sent by a page of another site; send it from a page of this service"
         names, asked = self._settings.answers_to, headers.get("host", "")
         if names is not None and _name(asked) not in names:
-            return 400, f"asked by the name '{_name(asked)}'; serve --name would allow it"
+            return 400, f"asked by the name '{_name(asked)}'; allow it with 'autodb serve --name'"
         length = headers.get("content-length", "0")
         if not length.isdecimal():
             return 400, "Content-Length: not a number"
@@ -143,7 +143,7 @@ def _bounded(receive: Receive, most: int) -> Receive:
 
 
 def _too_large(most: int) -> str:
-    return f"larger than {most / MIB:g} MiB; in parts it would work"
+    return f"larger than {most / MIB:g} MiB; send it in parts"
 
 
 def _name(host: str) -> str:

@@ -1,4 +1,4 @@
-"""What a request gets in place of an answer: one line that says what would work."""
+"""What a request gets in place of an answer: one line that ends in the remedy."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 
 class HttpProblem(BaseModel):
-    """Why there is no answer; ``detail`` is one line, which says what would work."""
+    """Why there is no answer; ``detail`` is one line, which ends in the remedy."""
 
     detail: str
 
@@ -21,10 +21,10 @@ WORDS = {
     408: "It took too long to be sent.",
     409: "Something else was decided meanwhile.",
     413: "Larger than is taken.",
-    422: "Unusable input: which key, and what would work.",
-    429: "Too often; Retry-After says when it would work.",
+    422: "Unusable input: which key, and the remedy.",
+    429: "Too often; Retry-After says when to try again.",
     503: "The database is away, locked or damaged, or too much waits: then Retry-After says when "
-    "it would work.",
+    "to try again.",
 }
 
 

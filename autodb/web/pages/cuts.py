@@ -8,7 +8,7 @@ from starlette.datastructures import QueryParams
 from autodb.errors import UnusableInput
 from autodb.files.job import ANY_CUT, KEYS, OPERATIONS, JobCut
 from autodb.forward.prediction import Interval, PredictedCut
-from autodb.reports.figures import number, span
+from autodb.reports.figures import force_title, number, span
 from autodb.web.routes.asked import as_cut
 
 MOST = 50
@@ -53,7 +53,7 @@ def stated_rows(query: QueryParams) -> list[dict[str, str]]:
     """
     operations = query.getlist("operation")
     if len(operations) > MOST:
-        raise UnusableInput(f"{len(operations)} cuts; {MOST} or a program would work")
+        raise UnusableInput(f"{len(operations)} cuts are too many; send {MOST}, or a program")
     columns = {name: query.getlist(name) for name in ("name", *(one.key for one in FIELDS))}
     return [
         {"operation": operation}
@@ -95,11 +95,17 @@ def cut_in_words(cut: JobCut) -> str:
     return ", ".join([cut.operation, *said])
 
 
-def prediction_spans(cut: PredictedCut) -> list[tuple[str, str, str, str]]:
-    """Return what a cut takes: quantity, value, 95 % interval, and the peak's where it has one."""
+def prediction_spans(
+    cut: PredictedCut, beside: Sequence[PredictedCut] = ()
+) -> list[tuple[str, str, str, str]]:
+    """Return what a cut takes: quantity, value, 95 % interval, and the peak's where it has one.
+
+    ``beside``: cuts that share its column titles.
+    """
+    operations = [one.operation for one in (cut, *beside)]
     peaks = cut.peaks
     rows = [
-        (f"Force {name.upper()}", getattr(cut, f"force_{name}_N"), "N",
+        (force_title(name, operations), getattr(cut, f"force_{name}_N"), "N",
          None if peaks is None else getattr(peaks, f"force_{name}_N"))
         for name in "xyz"
     ]  # fmt: skip

@@ -82,7 +82,7 @@ def decide_page(
             also = noting(access, "mismatch rejected", "mismatch")
             reject(service.store, number, by=access.who, also=also)
         else:
-            raise HTTPException(422, f"word: '{word}'; {CONFIRM} or {REJECT} would work")
+            raise HTTPException(422, f"word: '{word}'; use {CONFIRM} or {REJECT}")
     except UnusableInput as error:
         return _shown(request, number, said=str(error), status=422)
     return RedirectResponse(path("mismatches", str(number)), SEE_OTHER)

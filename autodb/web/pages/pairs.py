@@ -14,7 +14,7 @@ from autodb.agent.learn.usual_cut import usual_cut
 from autodb.agent.rows.owner import owner_named
 from autodb.files.coefficients import BoundedValue
 from autodb.files.job import JobCut
-from autodb.reports.figures import number
+from autodb.reports.figures import force_title, number
 from autodb.reports.page import learning_plot, learnt_words
 from autodb.reports.pair import force_map_plots
 from autodb.web.html import service_page
@@ -84,6 +84,7 @@ def pair(
         fields=FIELDS,
         shown=SHOWN,
         rows=cut_rows([asked]),
+        force_title=force_title,
         curves=[(one, learnt_words(one), learning_plot(n, one)) for n, one in enumerate(curves)],
         maps=force_map_plots(drawn),
         limited=any(layer.limit is not None for layer in drawn.layers),

@@ -92,7 +92,7 @@ def _answered(request: Request, machine: str, answered: JobAnswer | None) -> dic
         "answer": answered,
         "plot": predicted.plot(answered, limits),
         "left_out": 0,
-        "cuts": [(cut, prediction_spans(cut)) for cut in answered.cuts],
+        "cuts": [(cut, prediction_spans(cut, answered.cuts)) for cut in answered.cuts],
         "exceeds": [(answered.cuts[one.cut - 1].name, one.statement) for one in answered.exceeds],
     }
 

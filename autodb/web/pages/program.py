@@ -30,7 +30,7 @@ async def of_program(request: Request, _access: Reads, machine: str) -> Response
         "_answer.html.j2",
         answer=answer,
         plot=predicted.plot(answer, limits),
-        cuts=[(answer.cuts[k], prediction_spans(answer.cuts[k])) for k in listed],
+        cuts=[(answer.cuts[k], prediction_spans(answer.cuts[k], answer.cuts)) for k in listed],
         left_out=len(answer.cuts) - len(listed),
         exceeds=[(answer.cuts[one.cut - 1].name, one.statement) for one in answer.exceeds],
     )

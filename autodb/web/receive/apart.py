@@ -153,8 +153,8 @@ def do_asked(request: Request, says: BinaryIO) -> None:
 
 def _too_much(request: Request) -> str:
     return (
-        f"{request.task.path.name}: reading it takes more than the {request.bounds.memory_MiB} MiB "
-        "of memory that it may take; in parts it would work"
+        f"{request.task.path.name}: reading it takes more than the {request.bounds.memory_MiB} "
+        "MiB of memory allowed; send it in parts"
     )
 
 
@@ -177,9 +177,7 @@ def received_line(line: bytes) -> tuple[str, Any]:
     try:
         ((key, value),) = json.loads(line).items()
     except (ValueError, AttributeError):
-        raise UnusableInput(
-            "the process that read it lost its way; another copy would work"
-        ) from None
+        raise UnusableInput("the process that read it failed; send another copy") from None
     return str(key), value
 
 

@@ -79,7 +79,7 @@ class Children:
         env = {name: value for name, value in os.environ.items() if name != "AUTODB_DB"} | THREADS
         with self._lock:
             if self._closed:
-                raise Unable("the service ends; sent to it again when it answers, it would work")
+                raise Unable("the service ends; send it again when the service answers")
             process = subprocess.Popen(
                 COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=printed,
                 start_new_session=True, env=env,
@@ -121,14 +121,14 @@ class Children:
     def _broken(self, name: str, status: int, printed: IO[bytes]) -> Exception:
         """Return why a process said nothing of what came of its task."""
         if self._closed:
-            return Unable("the service ended before it was read; sent again it would work")
+            return Unable("the service ended before it was read; send it again")
         printed.seek(max(0, printed.seek(0, os.SEEK_END) - TAIL))
         text = printed.read().decode("utf-8", "replace")
         LOG.error("reading %s: status %d: %s", name, status, text)
         how = signal.Signals(-status).name if status < 0 else f"status {status}"
         return UnusableInput(
-            f"{name}: reading it broke the process that read it ({how}); another copy, or "
-            "'autodb import' on the service's computer, would work"
+            f"{name}: reading it broke the process that read it ({how}); send another copy, or "
+            "run 'autodb import' on the service's computer"
         )
 
     def close(self) -> None:
@@ -156,4 +156,4 @@ def _lines(process: subprocess.Popen[bytes]) -> Iterator[tuple[str, Any]]:
 
 def _too_long(name: str, bounds: ReaderBounds) -> UnusableInput:
     may = f"the {bounds.seconds} s that it may take"
-    return UnusableInput(f"{name}: reading it takes longer than {may}; in parts it would work")
+    return UnusableInput(f"{name}: reading it takes longer than {may}; send it in parts")

@@ -36,7 +36,7 @@ WAIT_S = 30
 """When to try again where too many wait. Chosen: some imports take so long."""
 STOPS_S = 30.0
 """How long what is decided of the last import is waited for when the service ends. Chosen."""
-NO_FOLDER = "the database is on a server: 'autodb serve --recordings FOLDER' would work"
+NO_FOLDER = "the database is on a server; run 'autodb serve --recordings FOLDER'"
 
 
 @dataclass(frozen=True)
@@ -81,9 +81,7 @@ class Imports:
         with self._lock:
             found = self._known.get(number)
         if found is None:
-            raise NotThere(
-                f"no import {number}; the number that sending a recording gave would work"
-            )
+            raise NotThere(f"no import {number}; use the number that sending a recording gave")
         return found
 
     @contextmanager
@@ -153,7 +151,7 @@ class Imports:
         with self._lock:
             most = self._settings.limits.waiting
             if self._held >= most:
-                said = f"{most} recordings wait already; in {WAIT_S} s it may work"
+                said = f"{most} recordings wait already; try again in {WAIT_S} s"
                 raise HTTPException(503, said, {"Retry-After": str(WAIT_S)})
             self._held += 1
         self._metrics.importing.inc()

@@ -47,7 +47,7 @@ async def receive_parts(
         async with asyncio.timeout(within_s):
             return await _parts(request, folder, most)
     except TimeoutError:
-        said = f"longer than {within_s:g} s on its way; in parts it would work"
+        said = f"sending it takes longer than {within_s:g} s; send it in parts"
         raise HTTPException(408, said) from None
 
 
@@ -55,14 +55,14 @@ async def _parts(request: Request, folder: Path, most: Mapping[str, int]) -> dic
     kind, options = parse_options_header(request.headers.get("content-type", ""))
     boundary = options.get(b"boundary")
     if kind != FORM.encode() or not boundary:
-        raise UnusableInput(f"the body is no form with files; {FORM}, as of curl -F, would work")
+        raise UnusableInput(f"the body is not a form with files; use {FORM}, as curl -F does")
     with ExitStack() as files:
         writer = _Writer(boundary, folder, most, files)
         with suppress(ClientDisconnect):
             async for piece in request.stream():
                 await run_in_threadpool(writer.take, piece)
     if not writer.whole:
-        raise UnusableInput("the body was cut off; whole it would work")
+        raise UnusableInput("the body was cut off; send it whole")
     return writer.parts
 
 
@@ -85,7 +85,7 @@ class _Writer:
         try:
             self._parser.write(piece)
         except FormParserError:  # where it says it is, is within the piece
-            raise UnusableInput(f"the body is no whole form; {FORM} would work") from None
+            raise UnusableInput(f"the body is not a whole form; use {FORM}") from None
 
     def begin(self) -> None:
         """Begin a part."""
@@ -112,7 +112,7 @@ class _Writer:
         if field not in self._most:
             raise UnusableInput(f"no part '{field}'{near(field, self._most)}")
         if field in self.parts:
-            raise UnusableInput(f"{field}: sent twice; once would work")
+            raise UnusableInput(f"{field}: sent twice; send it once")
         called = options.get(b"filename", b"").decode("utf-8", "replace")
         path = self._folder / field
         self._file = self._files.enter_context(path.open("xb"))
@@ -125,9 +125,7 @@ class _Writer:
         self._left -= end - start
         if self._left < 0:
             most = self._most[self._field] / MIB
-            raise HTTPException(
-                413, f"{self._field}: larger than {most:g} MiB; in parts would work"
-            )
+            raise HTTPException(413, f"{self._field}: larger than {most:g} MiB; send it in parts")
         self._file.write(memoryview(data)[start:end])
 
     def ends(self) -> None:
@@ -156,7 +154,7 @@ def _parser(boundary: bytes, writer: _Writer) -> MultipartParser:
             },
         )
     except FormParserError as error:
-        raise UnusableInput(f"the body's boundary: {error}; a shorter one would work") from None
+        raise UnusableInput(f"the body's boundary: {error}; use a shorter one") from None
 
 
 def safe(called: str, otherwise: str) -> str:

@@ -21,7 +21,7 @@ def pair_of(query: Mapping[str, str]) -> tuple[str, str]:
     """Return the material and the tool that a query names; raises UnusableInput."""
     lacking = [name for name in PAIR if not query.get(name)]
     if lacking:
-        raise UnusableInput(f"{' and '.join(lacking)}: missing; both of a pair would work")
+        raise UnusableInput(f"{' and '.join(lacking)}: missing; send both of a pair")
     return query["material"], query["tool"]
 
 
@@ -58,7 +58,9 @@ def _number(name: str, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise UnusableInput(f"{name}: '{text}' is no number; 2.5 would work") from None
+        raise UnusableInput(
+            f"{name}: '{text}' is not a number; send a number such as 2.5"
+        ) from None
 
 
 def parameters_of_a_cut() -> list[dict[str, Any]]:

@@ -134,5 +134,5 @@ def _predicted(grounds: Grounds, asked: Sequence[tuple[int, JobCut]]) -> dict[in
 def _cut(line: bytes) -> JobCut:
     """Return the cut that a line of JSON states; raises UnusableInput."""
     if len(line) > LINE_MOST:
-        raise UnusableInput(f"longer than {LINE_MOST} bytes; a cut on a line would work")
+        raise UnusableInput(f"longer than {LINE_MOST} bytes; send one cut per line")
     return read_cut(line)

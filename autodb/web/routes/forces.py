@@ -98,4 +98,4 @@ def keep_prediction(
 def _refuse_a_program(job: Job) -> None:
     """Raise UnusableInput for a job that names a file of this computer."""
     if job.program is not None:
-        raise UnusableInput("program: a job with cuts would work; files are not read from here")
+        raise UnusableInput("program: files are not read from here; send a job with cuts")

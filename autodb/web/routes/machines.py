@@ -70,7 +70,7 @@ def machines_route(
 
 
 @router.get(
-    "/machines/{machine:path}/sensors", summary="What it can feel", **documented_answer(Feels)
+    "/machines/{machine:path}/sensors", summary="Its force sensors", **documented_answer(Feels)
 )
 def sensors_route(request: Request, _access: Reads, machine: MachineName) -> Response:
     """List a machine's force sensors, how near they come, and the forces that nothing feels."""
@@ -90,7 +90,9 @@ def calibrations(request: Request, _access: Reads, machine: MachineName) -> Resp
 
 
 @router.get(
-    "/machines/{machine:path}/pairs", summary="Pairs it knows", **documented_answer(list[Listed])
+    "/machines/{machine:path}/pairs",
+    summary="Its work-tool pairs",
+    **documented_answer(list[Listed]),
 )
 def pairs_route(
     request: Request,

@@ -92,7 +92,7 @@ def _task(machine: str, parts: Mapping[str, SentPart]) -> ProgramToPredict:
     """Return what is to be predicted of what was sent; raises UnusableInput."""
     lacking = [field for field in (JOB, PROGRAM) if field not in parts]
     if lacking:
-        raise UnusableInput(f"{' and '.join(lacking)}: missing; both as parts would work")
+        raise UnusableInput(f"{' and '.join(lacking)}: missing; send both as parts")
     called = safe(parts[PROGRAM].called, "program.nc")
     folder = parts[PROGRAM].path.parent / "named"
     folder.mkdir()
@@ -110,7 +110,7 @@ def _job(text: bytes, called: str) -> Job:
     except ValidationError as error:
         raise UnusableInput(f"{JOB}: {first_of(error.errors())}") from None
     except ValueError as error:
-        raise UnusableInput(f"{JOB}: no JSON ({error}); a job's keys as JSON would work") from None
+        raise UnusableInput(f"{JOB}: is not JSON ({error}); send a job's keys as JSON") from None
     if job.program is None:
-        raise UnusableInput(f"{JOB}: program: missing; a job with its stock there would work")
+        raise UnusableInput(f"{JOB}: program: missing; send a job with its stock there")
     return job

@@ -92,11 +92,11 @@ def named_as_sent(parts: Mapping[str, SentPart]) -> Path:
     Return where it lies; raises UnusableInput.
     """
     if RECORDING not in parts:
-        raise UnusableInput(f"{RECORDING}: missing; -F {RECORDING}=@FILE would work")
+        raise UnusableInput(f"{RECORDING}: missing; send it with -F {RECORDING}=@FILE")
     part = parts[RECORDING]
     path = part.path.with_name(safe(part.called, RECORDING))
     if path.suffix.lower() not in READERS:
-        raise UnusableInput(f"{path.name}: unknown kind of file; {', '.join(READERS)} would work")
+        raise UnusableInput(f"{path.name}: unknown kind of file; use {', '.join(READERS)}")
     if not part.path.stat().st_size:
         raise UnusableInput(f"{path.name}: the file is empty")
     if SIDE in parts:

@@ -155,7 +155,7 @@ def test_waves_of_a_belief_have_the_means_that_it_learnt_and_come_back_each_pitc
 
 def test_waves_refuse_what_does_not_mill_and_cuts_that_lack_something() -> None:
     tool = ToolOf("mill-10", TOOL)
-    with pytest.raises(UnusableInput, match=r"'turn'.*slot.*would work"):
+    with pytest.raises(UnusableInput, match=r"'turn': use .*slot"):
         waves_N(any_metal(), tool, "turn", {}, np.zeros(3))
     narrow = {name: value for name, value in CUT.items() if name != "cutting.width"}
     with pytest.raises(UnusableInput, match=r"side-up.*cutting\.width"):
@@ -201,7 +201,7 @@ def test_nothing_missing_where_nothing_is(milled: Cli, angle_deg: Array | None) 
     [
         (SIDE.replace('work = "C45"', ""), "a side file with [recording] work and [tool] name"),
         (SIDE.replace("C45", "Ti6Al4V"), "has not learnt Ti6Al4V / mill-10"),
-        (SIDE.replace('operation = "side-up"', ""), "[cut] operation would work"),
+        (SIDE.replace('operation = "side-up"', ""), "state [cut] operation in a side file"),
         (SIDE.replace("depth_mm = 2.0", ""), "depth_mm"),
         (SIDE.replace("width_mm = 3.0", ""), "cutting.width"),
     ],

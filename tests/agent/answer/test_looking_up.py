@@ -272,7 +272,7 @@ def test_cards_of_a_machine_read_back_and_tell_it_nothing(store: Store, cli: Cli
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        (("--cards", "c.txt", "--machine", "m"), "c.txt does not end in .csv; FILE.csv would work"),
+        (("--cards", "c.txt", "--machine", "m"), "c.txt does not end in .csv; write FILE.csv"),
         (("--cards", "c.csv"), "--cards needs --machine NAME"),
         (("--cards", "c.csv", "--machine", "m", "--material", "stel"), "did you mean steel?"),
         (("--cards", "no/c.csv", "--machine", "m"), "no: no such folder"),

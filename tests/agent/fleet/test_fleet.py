@@ -260,4 +260,4 @@ def test_nothing_known_together_says_what_would(cli: Cli) -> None:
         "autodb: machines know nothing together yet; 'autodb fleet learn' would\n",
     )
     assert cli("fleet", "learn").out == "nothing new to know together\n"
-    assert "'autodb machine add NAME' makes one" in cli("fleet", "refresh").err
+    assert "add one with 'autodb machine add NAME'" in cli("fleet", "refresh").err

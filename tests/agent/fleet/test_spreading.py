@@ -26,9 +26,9 @@ PAGES = ("", "status", "info/main/workers.html", "metrics", "health", "json/coun
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        (["--scheduler", "tcp://127.0.0.1:1"], "--workers in place of --scheduler, would work"),
-        (["--scheduler", "tcp://127.0.0.1:1", "--workers", "2"], "one of them would work"),
-        (["--workers", "2", "--ca", "c.pem"], "all three, with --scheduler, would work"),
+        (["--scheduler", "tcp://127.0.0.1:1"], "--workers in place of --scheduler"),
+        (["--scheduler", "tcp://127.0.0.1:1", "--workers", "2"], "use one of them"),
+        (["--workers", "2", "--ca", "c.pem"], "give all three, with --scheduler"),
         (["--inboxes", "nowhere"], "nowhere: no such folder"),
         (["--machine", "lathe-9"], "no machine 'lathe-9'"),
         (["--standard", "nowhere.toml"], "nowhere.toml"),
@@ -52,9 +52,9 @@ def test_a_scheduler_that_does_not_answer(
     shown = ("--ca", made.chain, "--certificate", made.chain, "--key", made.key)
     for address, given, says in (
         ("tls://127.0.0.1:1", shown, "no Dask scheduler answers there"),
-        ("tls://127.0.0.1:1", (), "--ca, --certificate and --key of the cluster would work"),
+        ("tls://127.0.0.1:1", (), "--ca, --certificate and --key of the cluster"),
         ("tcp://127.0.0.1:1", shown, "tls://HOST:PORT with --ca"),
-        ("tls://127.0.0.1:1", (*shown[:-1], made.chain), "all as PEM would work"),
+        ("tls://127.0.0.1:1", (*shown[:-1], made.chain), "give all three as PEM"),
     ):
         done = cli("fleet", "refresh", "--scheduler", address, *given, "--db", url)
         assert done.code == 2

@@ -84,8 +84,8 @@ def _socket(path: Path) -> None:
 
 
 ODD: dict[str, tuple[Callable[[Path], object], str]] = {
-    "pipe.csv": (_pipe, "pipe.csv: a pipe; a file would work"),
-    "socket.csv": (_socket, "socket.csv: a socket; a file would work"),
+    "pipe.csv": (_pipe, "pipe.csv: a pipe; deliver a file"),
+    "socket.csv": (_socket, "socket.csv: a socket; deliver a file"),
     "zero.csv": (lambda p: p.symlink_to("/dev/zero"), "zero.csv: a link; the file that it leads"),
     "loop.csv": (lambda p: p.symlink_to(p.name), "loop.csv: a link; the file that it leads to"),
     "folder.csv": (lambda p: p.symlink_to("/"), "folder.csv: a link; the file that it leads to"),

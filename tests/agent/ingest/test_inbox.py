@@ -372,7 +372,7 @@ def test_an_inbox_that_cannot_be_written_is_read_in_place(monkeypatch: pytest.Mo
     ("options", "line"),
     [
         (("--watch",), "--columns and --watch go with --inbox DIR"),
-        (("--inbox", "nowhere"), "nowhere: no such folder; one that is there would work"),
+        (("--inbox", "nowhere"), "nowhere: no such folder; create it or name another"),
         (("--inbox", "in", "--report"), "--report prints what was done; without --inbox it would"),
     ],
 )

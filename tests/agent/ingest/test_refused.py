@@ -55,7 +55,7 @@ def test_bad_jobs_name_the_key(
 
 
 def test_before_init_the_way_out_is_named(refused: Callable[..., str]) -> None:
-    assert "'autodb init' makes one" in refused("refresh", "--machine", "a")
+    assert "make one with 'autodb init'" in refused("refresh", "--machine", "a")
 
 
 def test_a_machine_file_gives_the_axes(cli: Cli, refused: Callable[..., str]) -> None:
@@ -98,7 +98,7 @@ def test_a_misspelt_column_is_pointed_at(refused: Callable[..., str], tmp_path: 
     assert "no channel 'force.z'" in refused("calibrate", bare)
     short = tmp_path / "short.csv"
     short.write_text("t,x.position,x.current\n0,1,1\n1,2,1\n2,3,1\n")
-    assert "100 would work" in refused("identify", short)
+    assert "record at least 100" in refused("identify", short)
 
 
 def test_what_is_no_recording_is_not_read_as_its_side_file(

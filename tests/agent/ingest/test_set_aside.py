@@ -81,7 +81,7 @@ def test_an_air_approach_too_short_for_a_slow_axis_is_left_out_and_said() -> Non
     slow, fast = (read(made(seed)) for seed in (3, 5))  # z turns at 1.3 and 3.8 Hz
     assert "z.current.air" not in row_of(slow)
     assert isinstance(slow, raw.RawCut)
-    assert re.search(r"z: its range in air is left out: .* 2\.2 s would work", slow.notes[0])
+    assert re.search(r"z: its range in air is excluded, .*; approach for 2\.2 s", slow.notes[0])
     assert "z.current.air" in row_of(fast)
 
 
@@ -185,8 +185,8 @@ def test_a_short_cut_is_set_aside_with_what_would_work() -> None:
     few = read(made(3, duration_s=1.0))  # 800 rpm: 10 revolutions take 0.75 s
     assert isinstance(short, str)
     assert isinstance(few, str)
-    assert re.search(r"too short: .*; a cut of 1\.4 s or longer would work", short)
-    assert re.search(r"too short: .* revolutions .*; a cut of 1\.8 s or longer would work", few)
+    assert re.search(r"too short: .*; make a cut of 1\.4 s or longer", short)
+    assert re.search(r"too short: .* revolutions .*; make a cut of 1\.8 s or longer", few)
 
 
 def test_others_go_on_when_one_of_several_is_set_aside(cli: Cli, tmp_path: Path) -> None:

@@ -67,4 +67,4 @@ def test_a_stored_copy_stands_in_for_a_recording_that_is_gone(cli: Cli, recordin
 
 
 def test_the_doctor_needs_a_database(refused: Callable[..., str]) -> None:
-    assert "'autodb init' makes one" in refused("doctor")
+    assert "make one with 'autodb init'" in refused("doctor")

@@ -92,7 +92,7 @@ def test_a_full_disk_under_the_database(
 ) -> None:
     full = _on_connect(lambda c: f"PRAGMA max_page_count={_pages(c) + pages}")
     try:
-        assert f"disk full under {work}; more room would work" in _said(capsys)
+        assert f"disk full under {work}; make room on the disk" in _said(capsys)
     finally:
         full()
     take(work)
@@ -119,7 +119,7 @@ def test_a_full_disk_under_the_inbox(
         patched.setattr(Arrival, "_link", full)
         said = _said(capsys)
         assert f"disk full under {work / 'in' / 'kept'}" in said
-        assert "more room would work" in said
+        assert "make room on the disk" in said
     assert len([one for one in (work / "in").iterdir() if one.is_file()]) == 6
     take(work)
     assert state_of(work) == undisturbed
@@ -130,7 +130,7 @@ def test_a_disk_that_cannot_be_written(
 ) -> None:
     read_only = _on_connect(lambda _c: "PRAGMA query_only=ON")
     try:
-        assert "a database that may be written would work" in _said(capsys)
+        assert "give write permission, or use another database" in _said(capsys)
     finally:
         read_only()
     take(work)

@@ -109,7 +109,7 @@ def test_commands_on_a_full_disk_read_or_say_so(
     assert ("in the log" in cli("machine", "list").out) == killed
     for command in WRITTEN:
         said = refused(*(word.format(room=tmp_path) for word in command))
-        assert f"disk full under {full}; more room would work" in said, command
+        assert f"disk full under {full}; make room on the disk" in said, command
     assert cli("backup", tmp_path / "rescued.sqlite3").code == 0
     filler.unlink()
     assert cli("doctor").code == 0
@@ -160,5 +160,5 @@ def test_a_full_disk_is_named_by_what_was_written(
     monkeypatch.setattr("autodb.files.targets.os.fsync", full)
     with pytest.raises(OSError, match=os.strerror(number)) as found:
         write_text(tmp_path / "a.txt", "text")
-    assert excuse(found.value) == f"disk full under {tmp_path}; more room would work"
+    assert excuse(found.value) == f"disk full under {tmp_path}; make room on the disk"
     assert list(tmp_path.iterdir()) == []

@@ -20,6 +20,7 @@ from autodb.records import Recording
 from autodb.reports.explanation import explanation_fragment
 from autodb.terms.vocabulary import CUTTING, TABLE
 from tests.conftest import Cli
+from tests.helpers.remedies import has_remedy
 
 Array = NDArray[np.float64]
 
@@ -228,7 +229,7 @@ def test_a_machine_has_no_model_of_a_mills_forces(
     assert cli("init").code == 0
     assert cli("machine", "add", "m-1").code == 0
     line = refused("explain", files / "cut.csv", "--machine", "m-1")
-    assert "--simulation FILE with force.* would work" in line
+    assert "use --simulation FILE with force.*" in line
 
 
 def test_a_side_file_without_the_mill_is_refused(
@@ -237,4 +238,4 @@ def test_a_side_file_without_the_mill_is_refused(
     (tmp_path / "cut.csv").write_bytes((files / "cut.csv").read_bytes())
     line = refused("explain", tmp_path / "cut.csv", "--simulation", files / "simulation.csv")
     assert "[tool] diameter_mm" in line
-    assert "would work" in line
+    assert has_remedy(line)

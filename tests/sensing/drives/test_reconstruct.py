@@ -133,7 +133,7 @@ def test_a_machines_model_gives_newtons_on_the_tool(cli: Cli) -> None:
     assert cli("machine", "add", "m", "--file", "m.toml").code == 0
     refused = cli("reconstruct", "cut.csv", "--machine", "m")
     assert refused.code == 2
-    assert "no model of z.current; 'autodb identify MOVES --machine m' makes one" in refused.err
+    assert "no model of z.current; make one with 'autodb identify MOVES --machine m'" in refused.err
     assert cli("identify", "air.csv", "--machine", "m").code == 0
     done = cli("reconstruct", "cut.csv", "--machine", "m", "--page", "page.html")
     assert done.code == 0, done.err
@@ -168,7 +168,7 @@ REFUSALS = [
     (("cut.csv", "--moves", "air.csv", "--out", "a.txt"), "does not end in .csv"),
     (("cut.csv", "--moves", "air.csv", "--out", "none/a.csv"), "no such folder"),
     (("cut.csv", "--moves", "air.csv", "--page", "a.pdf"), "does not end in .html"),
-    (("cut.csv", "--moves", "air.csv", "--bandwidth", "200"), "up to 125 would work"),
+    (("cut.csv", "--moves", "air.csv", "--bandwidth", "200"), "use up to 125 Hz"),
     (("still.csv", "--moves", "air.csv"), "no channel 'z.position'"),
 ]
 

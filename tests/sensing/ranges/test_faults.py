@@ -74,7 +74,7 @@ def test_calibrate_names_the_fault_and_stores_nothing(
         line = refused("calibrate", *arguments)
         assert "cuts.csv: force.y / (cutting.feed · cutting.depth) is " in line
         assert (
-            'as if cutting.feed in inch; unit = "inch" for cutting.feed in the side file would work'
+            'as if cutting.feed in inch; state unit = "inch" for cutting.feed in the side file'
             in line
         )
     assert "no imported cuts" in refused("calibrate", "--machine", "lathe-1")

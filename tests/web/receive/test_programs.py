@@ -49,7 +49,7 @@ def _plain(value: Any) -> Any:
 @pytest.mark.parametrize(
     ("files", "line"),
     [
-        ({"program": ("a.nc", b"G0")}, "job: missing; both as parts would work"),
+        ({"program": ("a.nc", b"G0")}, "job: missing; send both as parts"),
         ({"job": (None, b"{"), "program": ("a.nc", b"G0")}, "job: no JSON"),
         ({"job": (None, b"[" * 9999), "program": ("a.nc", b"G0")}, "job: no JSON"),
         ({"job": (None, b"3"), "program": ("a.nc", b"G0")}, "job: "),

@@ -168,7 +168,7 @@ def test_what_is_wrong_gets_one_line(url: str, tmp_path: Path, monkeypatch: Any)
         ({"recording": ("a.npz", b"PK")}, "a.npz: unknown kind of file"),
         ({"recording": ("..", b"t")}, "recording: unknown kind of file"),
         ({"recording": ("a.csv", b"")}, "a.csv: the file is empty"),
-        ({"side": ("a.toml", b"")}, "recording: missing; -F recording=@FILE would work"),
+        ({"side": ("a.toml", b"")}, "recording: missing; send it with -F recording=@FILE"),
         ({"recordin": ("a.csv", b"t")}, "no part 'recordin' (did you mean recording?)"),
         ([("recording", ("a.csv", b"t")), ("recording", ("b.csv", b"t"))], "recording: sent twice"),
     ],

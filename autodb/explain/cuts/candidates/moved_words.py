@@ -17,7 +17,7 @@ NAMES = {
 }
 """What the terms are called where they move between the first cut and the last."""
 MEASURED = (
-    "Measure the force where the cut is repeated: a dynamometer tells the force from the gain."
+    "Measure the force where the cut is repeated; a dynamometer separates the force from the gain."
 )
 LAST = "from the first cut to the last"
 
@@ -29,7 +29,7 @@ def cause_sentences(causes: tuple[Cause, ...]) -> Iterator[str]:
         head, *rest = cause.statement.split(". ", maxsplit=1)
         yield ". ".join([f"{head.rstrip('.')}{sure}", *rest]) + ("" if rest else ".")
         if cause.alternatives and cause.term != "unknown":
-            yield f"These cuts do not tell it from: {names_listed(cause.alternatives)}."
+            yield f"These cuts do not separate it from: {names_listed(cause.alternatives)}."
         if cause.to_tell_apart is not None:
             yield f"To tell apart: {cause_in_words(cause.to_tell_apart)}"
 
@@ -85,14 +85,14 @@ def moved_words(change: IntervalValue, *, air: bool) -> str:
 
 def undecided_words(size: str, names: tuple[str, ...]) -> str:
     """Return that something moved by ``size`` which may be any of some names."""
-    return f"What moved, {size} {LAST}, these cuts do not tell; it may be: {names_listed(names)}."
+    return f"These cuts do not tell what moved ({size} {LAST}); it may be: {names_listed(names)}."
 
 
 def held_out_words(with_it: float, without: float, unit: str) -> str:
     """Return how far cuts left out of the fit are told."""
     return (
-        f"Cuts left out of the fit are told to within {with_it:.2g} {unit} with it, "
-        f"{without:.2g} {unit} without."
+        f"Held-out cuts are predicted to within {with_it:.2g} {unit} with it, {without:.2g} "
+        f"{unit} without it."
     )
 
 

@@ -39,7 +39,7 @@ class Times:
 def needs_forks() -> None:
     """Raise UnusableInput where no process can be forked."""
     if not hasattr(os, "fork"):
-        raise UnusableInput("this proof needs a system that can fork; Linux or macOS would work")
+        raise UnusableInput("this proof needs a system that can fork; use Linux or macOS")
 
 
 def finished(folder: Path, step: Step) -> int:

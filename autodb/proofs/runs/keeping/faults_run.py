@@ -59,7 +59,7 @@ class State:
 def run_faults(seed: int) -> list[Killed]:
     """Kill one refresh and run it again; raises UnusableInput where no process can be forked."""
     if not hasattr(os, "fork"):
-        raise UnusableInput("prove faults needs a system that can fork; Linux or macOS would work")
+        raise UnusableInput("prove faults needs a system that can fork; use Linux or macOS")
     return [_bench().killed(seed)]
 
 

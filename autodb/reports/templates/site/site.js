@@ -210,7 +210,7 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
     const stem = (file) => file.name.replace(/\.[^.]+$/, "");
     const recordings = files.filter((file) => !sides.includes(file));
     sides.filter((side) => !recordings.some((file) => stem(file) === stem(side))).forEach((side) =>
-      say(line(side.name), "a side file without its recording; both together would work", "bad"));
+      say(line(side.name), "a side file without its recording; send both together", "bad"));
     for (const file of recordings) {
       const shown = line(file.name);
       try {

@@ -40,7 +40,7 @@ NOISE_ORDER = 10
 EXCITED = 0.5
 """A term is excited while its sd times its column's rms is below EXCITED times the effort's rms:
 else its 95 % interval holds the whole effort."""
-TURNED = "is the sign of the effort turned round?"
+TURNED = "is the sign of the effort reversed?"
 SETTLED = 1e-6
 """Step of the shape, in standard errors, at which it is where the fit with deviation and coloured
 noise wants it."""
@@ -156,8 +156,8 @@ def _solved(
     except fitting.NotSettled as error:
         terms = ",".join(part.key for part in parts)
         raise UnusableInput(
-            f"{rows.path}: {rows.axis}: how far friction is off its law is not told ({error}); "
-            f"fewer terms than {terms} would work"
+            f"{rows.path}: {rows.axis}: the model discrepancy of friction cannot be estimated "
+            f"({error}); use fewer terms than {terms}"
         ) from None
     values, weights = np.split(_at_shape(problem, fit), [fit.columns])
     return Solved(problem, fit, deviation, values, fit.covariance, weights), fit.coefficients
@@ -324,7 +324,7 @@ def _doubts(terms: Sequence[IdentifiedTerm]) -> list[str]:
 
 def _restless(moving: Mapping[str, float]) -> list[str]:
     return [
-        f"{key}: where its shape stays is told to {step:.2g} of its standard deviation only"
+        f"{key}: its shape is determined only to {step:.2g} of its standard deviation"
         for key, step in moving.items()
     ]
 

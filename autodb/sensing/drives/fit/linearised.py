@@ -39,7 +39,7 @@ def shaped(rows: Prepared, parts: tuple[ChannelPart, ...]) -> tuple[ChannelPart,
         return reshaped(parts, fitting.separable(problem, start).shape)
     except fitting.NotConverged as error:
         names = ", ".join(f"{part.key} {p.name}" for part, p in wanted)
-        raise UnusableInput(f"{rows.path}: {names}: {error}; fewer terms would work") from None
+        raise UnusableInput(f"{rows.path}: {names}: {error}; use fewer terms") from None
 
 
 def _problem(

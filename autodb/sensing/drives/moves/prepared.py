@@ -34,8 +34,8 @@ def effort_channel(recording: Recording, axis: str | None) -> str:
             raise UnusableInput(recording.unusable[gaps[0]])
         wanted = f"{axis or 'x'}.current"
         raise UnusableInput(
-            f"{recording.path}: no drive effort; a channel '{wanted}' or "
-            f"'{axis or 'x'}.drive_force' would work{recording.near(wanted)}"
+            f"{recording.path}: no drive effort{recording.near(wanted)}; record '{wanted}' or "
+            f"'{axis or 'x'}.drive_force'"
         )
     if len({axis_of(name) for name in found}) > 1:
         raise UnusableInput(f"{recording.path}: several axes ({', '.join(found)}); give --axis")
@@ -55,8 +55,8 @@ def _spindle_effort(recording: Recording) -> str:
         if recording.get(name) is not None:
             return name
     raise UnusableInput(
-        f"{recording.path}: no spindle effort; a channel 'spindle.current' or 'torque.spindle' "
-        f"would work{recording.near('spindle.current')}"
+        f"{recording.path}: no spindle effort{recording.near('spindle.current')}; record "
+        "'spindle.current' or 'torque.spindle'"
     )
 
 
@@ -113,8 +113,8 @@ def prepared(
     channel = effort_channel(recording, axis)
     if len(recording) < SHORTEST_ROWS:
         raise UnusableInput(
-            f"{recording.path}: {len(recording)} rows are too few to identify an axis; "
-            f"{SHORTEST_ROWS} would work"
+            f"{recording.path}: {len(recording)} rows are too few to identify an axis; record "
+            f"at least {SHORTEST_ROWS}"
         )
     rate_hz = recording.rate_hz
     protocol = protocol or default_protocol(rate_hz)
@@ -124,7 +124,7 @@ def prepared(
     effort = protocol.smoothed(recording[channel], rate_hz=rate_hz)
     rows = protocol.reduced(effort, rate_hz=rate_hz)
     if len(rows) < 50:
-        raise UnusableInput(f"{recording.path}: too short to identify an axis; 2 s would work")
+        raise UnusableInput(f"{recording.path}: too short to identify an axis; record at least 2 s")
     if not np.any(np.abs(inputs["direction"]) >= 1.0):
         raise UnusableInput(f"{recording.path}: {name} does not move enough to identify it")
     if not np.any(rows):

@@ -37,8 +37,8 @@ def screw_agreement(found: Staged, model: Identified, inputs: Mapping[str, Array
     warm, said = compared_warmth(found, model, inputs)
     rows = [*compared_inertia(found, model), *warm]
     if model.steady is None:
-        said.append("friction and weight: the joint fit has no friction over speed; --terms with "
-                    "viscous and coulomb would tell")  # fmt: skip
+        said.append("friction and weight: the joint fit has no friction over speed; add "
+            "viscous and coulomb to --terms")  # fmt: skip
     else:
         rows = [*_friction(found, model, model.steady), *rows]
     return Agreement(tuple(rows), tuple(said))

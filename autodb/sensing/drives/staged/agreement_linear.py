@@ -49,8 +49,8 @@ def linear_agreement(found: FourSteps, model: Identified, inputs: Mapping[str, A
     warm, said = compared_warmth(found, model, inputs)
     rows = [*compared_inertia(found, model), *warm]
     if model.steady is None:
-        said.append("friction and load: the joint fit has no friction over speed; --terms with "
-                    "viscous and coulomb would tell")  # fmt: skip
+        said.append("friction and load: the joint fit has no friction over speed; add viscous and "
+            "coulomb to --terms")  # fmt: skip
     else:
         rows = [*_steady(found, model.unit, model.steady), *rows]
     return Agreement(tuple(rows), tuple(said))

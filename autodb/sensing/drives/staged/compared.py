@@ -122,8 +122,8 @@ def compared_warmth(
     if found.warming is None:
         return [], ["warm-up loss: too few passes were repeated at one speed"]
     if not free or set(by_name) != set(names):
-        return [], ["warm-up loss: the joint fit has no warmup, its friction is of these moves; "
-                    "--terms with warmup would tell"]  # fmt: skip
+        return [], ["warm-up loss: the joint fit has no warmup, its friction is of these "
+            "moves; add warmup to --terms"]  # fmt: skip
 
     def most(values: Array) -> float:
         at = dict(zip((model.fitted[i].parameter for i in free), values, strict=True))

@@ -118,7 +118,7 @@ def _refuse_few_speeds(passes: tuple[SpeedPass, ...], rows: Prepared) -> None:
     count = len(both_ways(passes))
     if count < STRIBECK_LEVELS:
         raise UnusableInput(
-            f"{rows.path}: {rows.axis} passes at {count} speeds both ways, each once, so that "
-            f"nothing tells how sure friction is; {STRIBECK_LEVELS} speeds, or each of them twice, "
-            "would work"
+            f"{rows.path}: {rows.axis} passes at {count} speeds in both directions, each once, "
+            f"so the uncertainty of friction cannot be estimated; use {STRIBECK_LEVELS} speeds, "
+            "or pass each twice"
         )

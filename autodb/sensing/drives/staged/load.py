@@ -167,9 +167,9 @@ def _crossing(
     if count < FEWEST_PAIRS:
         poles = "" if pole_mm is None else f", {FEWEST_POLES:g} poles at least"
         raise UnusableInput(
-            f"{path}: {axis} passes {needed_mm:.4g} mm (half of the travel{poles}) there and back "
-            f"{count} times; the four steps of a linear drive need {FEWEST_PAIRS}: more speeds or "
-            "repeats over the travel would work"
+            f"{path}: {axis} passes {needed_mm:.4g} mm (half of the travel{poles}) there and "
+            f"back {count} times, and the four steps of a linear drive need {FEWEST_PAIRS}; "
+            "add speeds or repeats over the travel"
         )
     return count
 
@@ -180,7 +180,7 @@ def _scaled(design: Array, pole_mm: float | None, path: str) -> tuple[Array, Arr
     if not scale.all() or np.linalg.matrix_rank(design / scale) < design.shape[1]:
         raise UnusableInput(
             f"{path}: passes there and back leave parts of the pole of {pole_mm:g} mm without a "
-            "row; slower passes or a faster log would work"
+            "row; make slower passes or record faster"
         )
     return design / scale, scale
 

@@ -62,8 +62,9 @@ def staged(rows: Prepared, *, pitch_mm: float | None, cold: bool) -> Staged:
     passes, position = passes_at_speeds(rows), rows.inputs["position"]
     if not any(one.repeat for one in passes):
         raise UnusableInput(
-            f"{rows.path}: no speed of {rows.axis} was passed twice in one direction, so that "
-            "nothing tells how runs differ; the moves that autodb sweep writes would work"
+            f"{rows.path}: no speed of {rows.axis} was passed twice in one direction, so the "
+            "scatter between passes cannot be estimated; use the moves that 'autodb sweep' "
+            "writes"
         )
     length = length_of(passes, position, rows.whole_effort, pitch_mm=pitch_mm)
     stretch = stretch_of(rows, passes, length)

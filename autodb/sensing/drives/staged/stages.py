@@ -99,17 +99,16 @@ class StageFriction:
 def passes_at_speeds(rows: Prepared) -> tuple[SpeedPass, ...]:
     """Return the passes of a recording; raises UnusableInput where no stage can do with them."""
     if rows.axis == SPINDLE:
-        raise UnusableInput("--staged: a spindle has no travel; a linear axis would work")
+        raise UnusableInput("--staged: a spindle has no travel; use a linear axis")
     if rows.axis in ROTARY_AXES:
-        raise UnusableInput(
-            f"--staged: {rows.axis} turns, it has no screw; a linear axis would work"
-        )
+        raise UnusableInput(f"--staged: {rows.axis} turns and has no screw; use a linear axis")
     passes = passes_of(rows.inputs)
     count = len(both_ways(passes))
     if count < FEWEST_LEVELS:
         raise UnusableInput(
-            f"{rows.path}: {rows.axis} passes at {count} constant speeds both ways; the staged "
-            f"routine needs {FEWEST_LEVELS}: the moves that autodb sweep writes would work"
+            f"{rows.path}: {rows.axis} passes at {count} constant speeds in both directions, "
+            f"and the staged routine needs {FEWEST_LEVELS}; use the moves that 'autodb sweep' "
+            "writes"
         )
     return passes
 
@@ -182,8 +181,8 @@ def _law(stretch: MeasuredStretch, friction: StageFriction, which: Flags, path: 
     run = np.array([stretch.passes[i].repeat for i in names], dtype=np.intp)
     if len(np.unique(level)) < FEWEST_LEVELS:
         raise UnusableInput(
-            f"{path}: no place is passed at {FEWEST_LEVELS} constant speeds both ways; passes that "
-            "cross the middle of the travel would work"
+            f"{path}: no place is passed at {FEWEST_LEVELS} constant speeds in both directions; "
+            "make passes that cross the middle of the travel"
         )
     speeds = levels_of(stretch.passes)
     return fit_speed_law(levels_of_way(level, run, mean, warm, speeds=speeds, stuck=stretch.stuck))

@@ -42,8 +42,8 @@ def weight_of(
     pairs = pairs_of(segments, levels)
     if not len(pairs.of):
         raise UnusableInput(
-            f"{path}: no speed that does not stick passes one place both ways: nothing tells the "
-            "weight; passes there and back over one stretch would work"
+            f"{path}: no speed without stick-slip passes one place in both directions, so the "
+            "weight cannot be estimated; make passes there and back over one stretch"
         )
     of, values, places = _of_pairs(pairs, pairs.mean(effort), segments.x_mm[pairs.ahead])
     names, at, count = np.unique(of, return_inverse=True, return_counts=True)

@@ -137,6 +137,6 @@ def _sentence(pairs: list[tuple[str, str]]) -> str:
     either = " or ".join(f"{a} and {b}" for a, b in pairs[:4])
     more = f" or one of {len(pairs) - 4} more pairs" if len(pairs) > 4 else ""
     return (
-        f"{either}{more} look exchanged: with each other's force every axis' current fits better "
-        "than chance allows; the cuts in the order in which they were made would work"
+        f"{either}{more} look exchanged (with each other's force every axis' current fits "
+        "better than chance allows); put the cuts in the order in which they were made"
     )

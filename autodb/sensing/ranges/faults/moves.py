@@ -72,9 +72,9 @@ def _sign(channel: str, axis: str, effort: Array, inputs: dict[str, Array]) -> D
     whole = float(np.sum(np.abs(effort * inputs["velocity"]))) or 1.0
     return DataCheck(
         "sign of the effort", work / whole, ">=", WORK,
-        f"{channel}: friction would drive {axis} instead of holding it back: its sign is turned "
-        f"round; the other current_sign of the axis in the machine's file, or sign = -1 of the "
-        "column in the side file, would work",
+        f"{channel}: friction would drive {axis} instead of holding it back, so its sign is "
+        "reversed; change current_sign of the axis in the machine's file, or set sign = -1 for "
+        "the column in the side file",
     )  # fmt: skip
 
 
@@ -94,8 +94,8 @@ def _another(
     return DataCheck(
         "effort of this axis", 1.0 if is_other else 0.0, "<=", 0.0,
         f"{channel} follows {best}, not {axis}: {best}'s moves explain "
-        f"{100.0 * others.get(best or '', 0.0):.0f} % of it, {axis}'s {100.0 * own:.0f} %; "
-        f"the current of {axis} itself, or --axis {best} with its column, would work",
+        f"{100.0 * others.get(best or '', 0.0):.0f} % of it, {axis}'s {100.0 * own:.0f} %; use "
+        f"the current of {axis} itself, or --axis {best} with its column",
     )  # fmt: skip
 
 
@@ -128,8 +128,8 @@ def _held(
     yield DataCheck(
         "axis free to move", end_s - start_s, "<=", HELD_S,
         f"{axis} stands from {start_s:.2f} to {end_s:.2f} s under up to {peak:.3g} {unit}, more "
-        f"than the {took:.3g} {unit} that moving it took: a brake is closed, or something is in "
-        "the way; moves with the brake open would work",
+        f"than the {took:.3g} {unit} needed to move it, as when a brake is closed or something "
+        "is in the way; open the brake and repeat the moves",
     )  # fmt: skip
 
 
@@ -162,8 +162,7 @@ def _dragged(
         "friction of one height", lasted_s, "<=", DRAGGED_S,
         f"{axis} is held back by {level:.3g} {unit} more in both directions from "
         f"{float(t[rows.start]):.2f} to {float(t[rows.stop - 1]):.2f} s, where it usually takes "
-        f"{abs(usual):.3g} {unit}: a brake that is closed or a clamp; moves with it open would "
-        "work",
+        f"{abs(usual):.3g} {unit}, as by a closed brake or a clamp; open it and repeat the moves",
     )  # fmt: skip
 
 

@@ -114,10 +114,8 @@ def _level(table: CutTable, axis: str) -> float:
 def _sentence(table: CutTable, axis: str, others: list[str]) -> str:
     where = "in air, in light and" if _has_air(table, axis) else "in light and"
     stated = any(table.texts.get("operation", ()))
-    stands = (
-        "" if stated else f"; or {axis} stands still in these cuts, which 'operation' would say"
-    )
+    stands = "" if stated else f"; if {axis} stands still in these cuts, state it by 'operation'"
     return (
         f"{axis}.current: the same {where} in heavy cuts, while {' and '.join(others)} respond: "
-        f"the sensor gives nothing; is it plugged in?{stands}"
+        f"the sensor gives nothing; check its plug{stands}"
     )

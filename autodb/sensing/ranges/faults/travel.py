@@ -12,7 +12,7 @@ TOLERANCE = 0.15
 """Relative difference to two up to which a ratio is two."""
 STANDS = 0.1
 """Share of the feed below which a slide stands."""
-REMEDY = "diameter = true under [recording] in the side file would work"
+REMEDY = "set diameter = true under [recording] in the side file"
 
 
 def x_travels(recording: Recording, cut: slice) -> list[DataCheck]:

@@ -47,12 +47,12 @@ def units(
 def _sentence(broken: list[Relation], mends: list[Mistake]) -> str:
     if not mends:
         return (
-            f"{'; '.join(map(str, broken[:3]))}: several channels are in another unit, or no cut "
-            "was made; their units in the side file would work"
+            f"{'; '.join(map(str, broken[:3]))}: several channels are in another unit, or no "
+            "cut was made; state their units in the side file"
         )
     what = " or ".join(str(m) for m in mends)
     remedy = mends[0].remedy if len(mends) == 1 else "its unit in the side file"
-    return f"{broken[0]}, as if {what}; {remedy} would work"
+    return f"{broken[0]}, as if {what}; {remedy}"
 
 
 def mistakes(table: CutTable, axes: Sequence[str]) -> list[Mistake]:
