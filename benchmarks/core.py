@@ -18,7 +18,7 @@ from pyarrow import parquet
 from sqlalchemy import select
 
 from autodb import fitting, records
-from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.answer.predicting import predict_job
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.operate.refreshing import refresh
@@ -150,9 +150,9 @@ def _looked_up(folder: Path) -> Pair:
 
     def ours() -> None:
         with store.reading() as session:
-            shelf = Shelf(session, MACHINE)
+            pair_reader = PairReader(session, MACHINE)
             for _ in range(LOOK_UPS):
-                shelf.look_up(material, tool, cut)
+                pair_reader.look_up(material, tool, cut)
 
     def rows() -> None:
         for _ in range(LOOK_UPS):

@@ -45,11 +45,11 @@ def made(count: int) -> tuple[Columns, Columns, Columns]:
     depth, area = table["cutting.depth"], table["cutting.depth"] * table["cutting.feed"]
     simulated = {n: k * area + EDGE_N_MM[n] * depth for n, k in STRENGTH_N_MM2.items()}
     wear = WEAR_N_MM_S * depth * worn_s
-    felt = {
+    sensed = {
         name: force + wear + np.hypot(SCATTER_N, SCATTER * force) * rng.normal(size=count)
         for name, force in simulated.items()
     }
-    return table, felt, simulated
+    return table, sensed, simulated
 
 
 def explained(count: int) -> None:
@@ -57,8 +57,8 @@ def explained(count: int) -> None:
     from autodb.explain import explain
     from autodb.records import CutTable
 
-    table, felt, simulated = made(count)
-    recording = CutTable(Path("recording"), {**table, **felt})
+    table, sensed, simulated = made(count)
+    recording = CutTable(Path("recording"), {**table, **sensed})
     simulation = CutTable(Path("simulation"), {"cut": table["cut"], **simulated})
     begun_s = time.process_time()
     done = explain(recording, simulation)

@@ -29,8 +29,8 @@ def explained(rows: int) -> None:
     simulated = 0.6 * np.tanh(v / 0.1) + 8e-4 * v + 6e-4 * a
     fresh = np.random.default_rng(0).normal(0.0, 0.02 * np.sqrt(1.0 - CORRELATION**2), rows)
     noise = np.asarray(lfilter([1.0], [1.0, -CORRELATION], fresh))
-    felt = simulated + 0.03 * np.sin(2.0 * np.pi * x / 20.0) + noise
-    moves = {"t": t, "x.position": x, "x.velocity": v, "x.acceleration": a, "x.current": felt}
+    sensed = simulated + 0.03 * np.sin(2.0 * np.pi * x / 20.0) + noise
+    moves = {"t": t, "x.position": x, "x.velocity": v, "x.acceleration": a, "x.current": sensed}
     recording = Recording(path=Path("recording"), channels=moves)
     simulation = Recording(path=Path("simulation"), channels={"t": t, "x.current": simulated})
     begun = time.perf_counter()

@@ -1,9 +1,9 @@
 """`python -m benchmarks.fleet_lookups [ROWS]`: look-ups among 10⁶ versions of parameters, while a
 refresh writes, on SQLite and on PostgreSQL.
 
-1000 machines have 20 pairs of 50 versions each; beliefs are dense and with all digits, drawn from
-seeds, a few of them kept over and over. Each look-up opens the database's state, finds the newest
-version of a machine's pair and predicts a turned cut, as a request does. Beside it the same
+1000 machines have 20 pairs of 50 versions each; posteriors are dense and with all digits, drawn
+from seeds, a few of them kept over and over. Each look-up opens the database's state, finds the
+newest version of a machine's pair and predicts a turned cut, as a request does. Beside it the same
 row is read by its primary key. A forked process adds cuts to other machines and refreshes them the
 whole time. 10⁶ rows take about 15 GB in TMPDIR for each database, and minutes to fill.
 """
@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import select
 
-from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.machines import add_machine
 from autodb.agent.rows.posteriors import posterior_columns
@@ -52,9 +52,9 @@ Row = dict[str, Any]
 
 
 def drawn(rng: np.random.Generator) -> PairPosterior:
-    """Return a belief as one that has met turning and the calibrations of two axes."""
-    felt = tuple(Shared(f"calibration {k}", 1e-4 * np.eye(2)) for k in range(2))
-    known = any_metal().also((law_error("turn"), *felt, Shared("references y", np.eye(1))))
+    """Return a posterior as one that has met turning and the calibrations of two axes."""
+    sensed = tuple(Shared(f"calibration {k}", 1e-4 * np.eye(2)) for k in range(2))
+    known = any_metal().also((law_error("turn"), *sensed, Shared("references y", np.eye(1))))
     sd = 0.1 * np.sqrt(np.diag(known.state.covariance))
     loads = rng.normal(size=(len(sd), len(sd)))
     covariance = loads @ loads.T
@@ -164,7 +164,7 @@ def measure(store: Store, versions: int, *, what: str) -> None:
         machine, pair = int(rng.integers(MACHINES)), int(rng.integers(PAIRS))
         start = time.perf_counter()
         with store.reading() as session:
-            Shelf(session, f"lathe-{machine}").look_up(f"material {pair}", "insert", CUT)
+            PairReader(session, f"lathe-{machine}").look_up(f"material {pair}", "insert", CUT)
         between = time.perf_counter()
         with store.reading() as session:
             number = ((versions - 1) * MACHINES + machine) * PAIRS + pair + 1

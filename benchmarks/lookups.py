@@ -1,6 +1,6 @@
 """`python -m benchmarks.lookups`: a look-up in a database of 100 000 pairs, on one core.
 
-Every pair has a belief of coordinates and shared errors, dense and with all digits, drawn from
+Every pair has a posterior of coordinates and shared errors, dense and with all digits, drawn from
 seeds; a few of them are kept over and over, as text, because drawing them is not what is timed. The
 database takes about 4 GB in a temporary folder (TMPDIR), and some minutes to fill. Beside each
 look-up the same row is read by its primary key and nothing done with it. Timed are an insert whose
@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.rows.machines import add_machine
 from autodb.agent.rows.posteriors import posterior_columns
 from autodb.files.job import JobCut
@@ -69,10 +69,10 @@ KINDS = (
 
 
 def drawn(rng: np.random.Generator) -> PairPosterior:
-    """Return a belief as one that has met three operations and three calibrations."""
+    """Return a posterior as one that has met three operations and three calibrations."""
     met = tuple(law_error(name) for name in ("turn", "face", "drill"))
-    felt = tuple(Shared(f"calibration {k}", 1e-4 * np.eye(4)) for k in range(3))
-    known = any_metal().also((*met, *felt, Shared("references", np.eye(2))))
+    sensed = tuple(Shared(f"calibration {k}", 1e-4 * np.eye(4)) for k in range(3))
+    known = any_metal().also((*met, *sensed, Shared("references", np.eye(2))))
     size = len(known.state.mean)
     sd = 0.1 * np.sqrt(np.diag(known.state.covariance))
     loads = rng.normal(size=(size, size))
@@ -153,18 +153,18 @@ def measure(path: Path) -> None:
     rng = np.random.default_rng(2)
     of_kind = np.arange(PAIRS) % len(KINDS)
     with store.reading() as session, closing(sqlite3.connect(path)) as plain:
-        shelf = Shelf(session, MACHINE)
+        pair_reader = PairReader(session, MACHINE)
         for number, kind in enumerate(KINDS):
             rows = rng.choice(np.flatnonzero(of_kind == number), LOOK_UPS + WARM_UPS)
-            ours, busy = times_s([_look_up(shelf, int(row), kind.cut) for row in rows])
+            ours, busy = times_s([_look_up(pair_reader, int(row), kind.cut) for row in rows])
             peer, _ = times_s([_select(plain, int(row) + 1) for row in rows])
             _say(kind.name, ours, busy, peer, target_ms=P50_MS if number == 0 else None)
     store.close()
 
 
-def _look_up(shelf: Shelf, pair: int, cut: JobCut) -> Callable[[], object]:
+def _look_up(pair_reader: PairReader, pair: int, cut: JobCut) -> Callable[[], object]:
     material, tool = _material(pair // TOOLS), _tool(pair % TOOLS)
-    return lambda: shelf.look_up(material, tool, cut)
+    return lambda: pair_reader.look_up(material, tool, cut)
 
 
 def _select(connection: sqlite3.Connection, number: int) -> Callable[[], object]:

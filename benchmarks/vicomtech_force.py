@@ -77,15 +77,15 @@ def on_tool(table: CutTable, tool: float) -> OnTool:
     own = table["tool.edge"] == tool
     others, left = _rows(table, ~own), _rows(table, own)
     found = calibration.calibrate(others, "z")
-    felt = calibration.sense(left, found)
-    shared = np.einsum("ij,jk,ik->i", felt.common, found.shared_covariance, felt.common)
-    error = left["force.z"] - felt.force_N
+    sensed = calibration.sense(left, found)
+    shared = np.einsum("ij,jk,ik->i", sensed.common, found.shared_covariance, sensed.common)
+    error = left["force.z"] - sensed.force_N
     return OnTool(
         tool,
         _errors(LINE, others, left),
         _errors(OF_CURRENT, others, left),
         error,
-        np.abs(error) <= HALF_WIDTH * np.sqrt(felt.sd_N**2 + shared),
+        np.abs(error) <= HALF_WIDTH * np.sqrt(sensed.sd_N**2 + shared),
     )
 
 
@@ -94,11 +94,11 @@ def _rows(table: CutTable, kept: Mask) -> CutTable:
 
 
 def _errors(form: CurrentForm, others: CutTable, left: CutTable) -> Array:
-    law = form.fit(_felt(others), others["force.z"])
-    return left["force.z"] - law.form.value(law.coefficients, _felt(left))
+    law = form.fit(_sensed(others), others["force.z"])
+    return left["force.z"] - law.form.value(law.coefficients, _sensed(left))
 
 
-def _felt(table: CutTable) -> MeasuredCuts:
+def _sensed(table: CutTable) -> MeasuredCuts:
     unknown = np.full(len(table), np.nan)
     return MeasuredCuts(table["z.current"], *[unknown] * 5)
 

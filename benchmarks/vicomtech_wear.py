@@ -128,7 +128,7 @@ def flank_wear(table: CutTable) -> FlankWear:
     z = COMPONENTS.index("force.z")
     worn = np.zeros(len(table))
     for part, choice in zip(fitted.parts[len(looked.own) :], choices, strict=True):
-        if choice.suspect.term == "tool_wear":
+        if choice.candidate.term == "tool_wear":
             worn += part[z]
     rise = table["force.z"] - simulation["force.z"]
     return FlankWear(
@@ -163,7 +163,7 @@ def scores(looked: FoundInCuts) -> tuple[float, float]:
 def terms(looked: FoundInCuts) -> list[str]:
     """Return what was found, in the order of its evidence."""
     pairs = zip(looked.found.evidence, looked.found.choices, strict=True)
-    return [c.suspect.key for _, c in sorted(pairs, key=lambda pair: -pair[0])]
+    return [c.candidate.key for _, c in sorted(pairs, key=lambda pair: -pair[0])]
 
 
 def main(path: Path) -> None:

@@ -44,12 +44,12 @@ class View:
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    belief: Gaussian
+    posterior: Gaussian
     off: float
 
 
-def kienzle(belief: Gaussian, at: ViewRange) -> View:
-    """Return k_c1.1 and m_c of a belief about the law's coordinates (p,)."""
+def kienzle(posterior: Gaussian, at: ViewRange) -> View:
+    """Return k_c1.1 and m_c of a posterior about the law's coordinates (p,)."""
     design = np.column_stack([np.ones(NODES), -np.log(at.edge.thickness_mm)])
 
     def fitted(theta: Values) -> Values:
@@ -57,14 +57,14 @@ def kienzle(belief: Gaussian, at: ViewRange) -> View:
         line = np.log(specific) @ np.linalg.pinv(design).T
         return np.stack([np.exp(line[..., 0]), line[..., 1]], axis=-1)
 
-    tangential = shear.per_width(belief.mean, at.edge)[0] / at.edge.thickness_mm
-    number = fitted(belief.mean)
+    tangential = shear.per_width(posterior.mean, at.edge)[0] / at.edge.thickness_mm
+    number = fitted(posterior.mean)
     off = number[0] * at.edge.thickness_mm ** -number[1] / tangential - 1.0
-    return _view(("k_c1.1", "m_c"), ("N/mm²", "1"), fitted, belief, off)
+    return _view(("k_c1.1", "m_c"), ("N/mm²", "1"), fitted, posterior, off)
 
 
-def linear_edge(belief: Gaussian, at: ViewRange) -> View:
-    """Return K_tc, K_te, K_rc, K_re of a belief about the law's coordinates (p,)."""
+def linear_edge(posterior: Gaussian, at: ViewRange) -> View:
+    """Return K_tc, K_te, K_rc, K_re of a posterior about the law's coordinates (p,)."""
     design = np.column_stack([at.edge.thickness_mm, np.ones(NODES)])
 
     def fitted(theta: Values) -> Values:
@@ -72,18 +72,18 @@ def linear_edge(belief: Gaussian, at: ViewRange) -> View:
         tangential, thrust, _ = shear.per_width(theta, at.edge)
         return np.concatenate([tangential @ inverse, thrust @ inverse], axis=-1)
 
-    number = fitted(belief.mean)
-    tangential, thrust, _ = shear.per_width(belief.mean, at.edge)
+    number = fitted(posterior.mean)
+    tangential, thrust, _ = shear.per_width(posterior.mean, at.edge)
     off = np.append(design @ number[:2] / tangential, design @ number[2:] / thrust) - 1.0
     units = ("N/mm²", "N/mm", "N/mm²", "N/mm")
-    return _view(("K_tc", "K_te", "K_rc", "K_re"), units, fitted, belief, off)
+    return _view(("K_tc", "K_te", "K_rc", "K_re"), units, fitted, posterior, off)
 
 
 def _view(
-    names: tuple[str, ...], units: tuple[str, ...], fitted: object, belief: Gaussian, off: Values
+    names: tuple[str, ...], units: tuple[str, ...], fitted: object, posterior: Gaussian, off: Values
 ) -> View:
     assert callable(fitted)
-    slope = shear.gradient(fitted, belief.mean, axes=1).T
-    number = np.real(fitted(belief.mean))
-    covariance = slope @ belief.covariance @ slope.T
+    slope = shear.gradient(fitted, posterior.mean, axes=1).T
+    number = np.real(fitted(posterior.mean))
+    covariance = slope @ posterior.covariance @ slope.T
     return View(names, units, Gaussian(number, covariance), float(np.max(np.abs(off))))

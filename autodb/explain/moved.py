@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.answer.answer import Cause, IntervalValue
 from autodb.explain.cuts.again import made_again
-from autodb.explain.cuts.answers import FELT
+from autodb.explain.cuts.answers import SENSED
 from autodb.explain.cuts.candidates import moved_words
 from autodb.explain.cuts.candidates.currents import (
     AIR,
@@ -78,7 +78,7 @@ def explain_moved(run: StandardRun, ends: Ends) -> tuple[Cause, ...]:
         return tuple(_open(run, ends, component, None) for component in ends.beyond)
     looked = look_for(stack_of_run(run), run_candidates(measured=run.measured))
     told = _Told(run, looked)
-    left = [component for component in ends.beyond if not told.felt(component)]
+    left = [component for component in ends.beyond if not told.sensed(component)]
     return (*told.causes(), *(_unnamed(run, ends, component, looked) for component in left))
 
 
@@ -94,10 +94,10 @@ class _Told:
         """The columns that are free anyhow and the effects, fitted together."""
         return fit_cuts(self.stack, self.looked.own, self.choices)
 
-    def felt(self, component: int) -> bool:
-        """Whether what was found is felt in a component."""
+    def sensed(self, component: int) -> bool:
+        """Whether what was found is sensed in a component."""
         parts = [part[component] for part in self.fit.parts[len(self.looked.own) :]]
-        return any(np.sum((part / self.stack.sd[component]) ** 2) > FELT for part in parts)
+        return any(np.sum((part / self.stack.sd[component]) ** 2) > SENSED for part in parts)
 
     def causes(self) -> tuple[Cause, ...]:
         """Return a cause for each effect that was found."""
@@ -105,7 +105,7 @@ class _Told:
 
     def _cause(self, number: int) -> Cause:
         choice = self.choices[number]
-        term, acts = choice.suspect.term, _acts_on(choice)
+        term, acts = choice.candidate.term, _acts_on(choice)
         sure = of_missing(self.looked.search, self.looked.found, choice)
         near = (*sure.near, *self._alike(term, acts))
         named = not sure.near or sure.confidence >= SURE
@@ -125,7 +125,7 @@ class _Told:
             statement=f"{said if named else unsure} {self._left_out(acts[0])}",
             parameters={"change": change},
             alternatives=near if named else (term, *near),
-            variables=choice.suspect.variables,
+            variables=choice.candidate.variables,
             to_tell_apart=self._told_apart(choice, sure.near),
         )
 
@@ -141,13 +141,13 @@ class _Told:
         """Return by how much an effect moved a component from the first cut to the last."""
         choice, at = self.choices[number], self.fit.places[len(self.looked.own) + number]
         law = choice.shape.law
-        assert isinstance(law, LawColumns)  # every suspect of a cut table is made of laws
+        assert isinstance(law, LawColumns)  # every candidate of a cut table is made of laws
         course = law.of(component)
-        if choice.suspect.term == GAIN:
+        if choice.candidate.term == GAIN:
             course = course / self.stack.simulation[component][:, None]
         step = course[-1] - course[0]
         half = NORMAL_95 * float(np.sqrt(max(step @ self.fit.covariance[at, at] @ step, 0.0)))
-        unit = "1" if choice.suspect.term == GAIN else self.run.unit
+        unit = "1" if choice.candidate.term == GAIN else self.run.unit
         return profiled_value(float(step @ self.fit.coefficients[at]), half, unit)
 
     def _left_out(self, component: int) -> str:
@@ -160,8 +160,8 @@ class _Told:
 
     def _told_apart(self, choice: Choice, rivals: tuple[str, ...]) -> str | None:
         teller = made_again(self.looked, own_of_run, unit=self.run.unit)
-        cuts = teller.told_apart(choice, choice.suspect.term, rivals)
-        force = FORCE in self._alike(choice.suspect.term, _acts_on(choice))
+        cuts = teller.told_apart(choice, choice.candidate.term, rivals)
+        force = FORCE in self._alike(choice.candidate.term, _acts_on(choice))
         lines = [
             line for line in (cuts, moved_words.MEASURED if force else None) if line is not None
         ]

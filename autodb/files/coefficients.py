@@ -58,7 +58,7 @@ class OrthogonalEdge(Section):
 
 
 class LawCoefficients(Section):
-    """The law's numbers as a normal belief: mean (p,) and covariance (p, p) of their coordinates.
+    """The law's numbers as a normal posterior: mean (p,), covariance (p, p) of their coordinates.
 
     ``coordinates``: ``plain`` is the number in its unit, ``ln`` its logarithm, ``ln tan`` that of
     an angle's tangent.

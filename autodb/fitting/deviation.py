@@ -184,8 +184,8 @@ def _restricted_likelihood(rows: _Rows, at: Array) -> tuple[float, Array]:
     rss = float(beyond**2 + white[:, -1] @ white[:, -1] + rounding)
     misfit = rows.freedom * np.log(rss) + 2.0 * float(np.sum(np.log(np.abs(np.diag(root)))))
     misfit += float(np.sum((at / VAST) ** 2))
-    felt = white[:, :-1].T @ white[:, -1]
-    each = np.einsum("ij,ij->j", white[:, :-1], white[:, :-1]) - rows.freedom / rss * felt**2
+    sensed = white[:, :-1].T @ white[:, -1]
+    each = np.einsum("ij,ij->j", white[:, :-1], white[:, :-1]) - rows.freedom / rss * sensed**2
     gradient = 2.0 * size * slope * np.bincount(group, each, len(size)) + 2.0 * at / VAST**2
     return float(misfit), np.asarray(gradient)
 

@@ -1,4 +1,4 @@
-"""Normal beliefs about parameters and how data change them."""
+"""Normal posteriors about parameters and how data change them."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ NORMAL_95 = 1.959964
 
 @dataclass(frozen=True)
 class Gaussian:
-    """A normal belief about parameters: mean (p,), covariance (p, p)."""
+    """A normal posterior about parameters: mean (p,), covariance (p, p)."""
 
     mean: Array
     covariance: Array

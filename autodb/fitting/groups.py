@@ -170,19 +170,19 @@ class _Rows:
         left = solved[:, p] - solved[:, :p] @ law
         sizes = np.log(variance).sum() + np.linalg.slogdet(kernel)[1].sum()
         misfit = float(sizes + np.linalg.slogdet(fixed)[1] + self.values @ left)
-        felt = self._by_group(self.shared * left[:, None])
+        sensed = self._by_group(self.shared * left[:, None])
         gone = root @ np.linalg.solve(kernel, root.T @ inner)
         through = cross - inner @ taken
         spread = inner - inner @ gone
         spread = spread - through[:, :, :p] @ np.linalg.solve(fixed, through[:, :, :p].mT)
-        by_root = 2.0 * (spread.sum(axis=0) - felt.T @ felt) @ root
+        by_root = 2.0 * (spread.sum(axis=0) - sensed.T @ sensed) @ root
         squared = self._by_group(weighed[:, :, None] * weighed[:, None, :])
         lost = np.linalg.solve(kernel, root.T @ squared @ root)
         trace = np.sum(1.0 / variance) - np.trace(lost, axis1=1, axis2=2).sum()
         trace -= np.trace(np.linalg.solve(fixed, solved[:, :p].T @ solved[:, :p]))
         by_own = 2.0 * at[0] * (trace - left @ left)
         gradient = np.concatenate([[by_own], by_root[np.tril_indices(q)]])
-        return _Point(misfit, gradient, float(own), root, felt @ root @ root.T)
+        return _Point(misfit, gradient, float(own), root, sensed @ root @ root.T)
 
     def _by_group(self, values: Array) -> Array:
         return np.asarray(np.add.reduceat(values, self.first))

@@ -52,9 +52,10 @@ class Separable:
 class ProjectionProblem:
     """What is fitted: ``design`` gives (n, p) of a shape (q,); ``root`` (n,) weighs the rows.
 
-    ``typical`` (q,): the size of change that matters in each shape parameter. ``prior``: a belief
-    about (coefficients, shape), in units in which a weighted row has variance ``noise``. The search
-    ends where three steps in a row lower the sum of squares by less than ``smallest_gain`` of it.
+    ``typical`` (q,): the size of change that matters in each shape parameter. ``prior``: a
+    posterior about (coefficients, shape), in units in which a weighted row has variance ``noise``.
+    The search ends where three steps in a row lower the sum of squares by less than
+    ``smallest_gain`` of it.
     """
 
     design: Design

@@ -53,7 +53,7 @@ class ProgramLine:
 
 
 def predict_lines(
-    belief: PairPosterior, tool: ToolOf, lines: Sequence[ProgramLine], *, source: str
+    posterior: PairPosterior, tool: ToolOf, lines: Sequence[ProgramLine], *, source: str
 ) -> tuple[PredictedCut, ...]:
     """Predict the lines of a program.
 
@@ -62,7 +62,7 @@ def predict_lines(
     found: dict[int, PredictedCut] = {}
     for name in dict.fromkeys(line.operation for line in lines):
         some = [line for line in lines if line.operation == name]
-        means, peaks = _expected(belief, tool, some, source)
+        means, peaks = _expected(posterior, tool, some, source)
         passive = COLUMNS.get(PASSIVE_AXIS.get(name, ""))
         largest = intervals(peaks, passive=passive)
         for at, (line, mean) in enumerate(
@@ -75,23 +75,23 @@ def predict_lines(
 
 
 def _expected(
-    belief: PairPosterior, tool: ToolOf, lines: Sequence[ProgramLine], source: str
+    posterior: PairPosterior, tool: ToolOf, lines: Sequence[ProgramLine], source: str
 ) -> tuple[Forecast, Forecast]:
     """Return means of lines (n,), and steps (4 n,), where each quantity is largest in its line."""
     begins = np.cumsum([0, *(len(line.steps) for line in lines)])
     share = np.concatenate([line.time_s / line.time_s.sum() for line in lines])
     steps = _cuts(tool, lines, [row for line in lines for row in line.steps], source)
-    means = forecast(belief, steps, Shares(begins[:-1], share))
+    means = forecast(posterior, steps, Shares(begins[:-1], share))
 
     deepest = [row for line in lines for row in line.deepest]
-    size = np.abs(expected_means(belief, _cuts(tool, lines, deepest, source)))
+    size = np.abs(expected_means(posterior, _cuts(tool, lines, deepest, source)))
     largest = [
         begin + int(np.argmax(size[begin:end, quantity]))
         for begin, end in pairwise(begins.tolist())
         for quantity in range(QUANTITIES)
     ]
     at_peak = _cuts(tool, lines, [deepest[row] for row in largest], source)
-    return means, forecast(belief, at_peak)
+    return means, forecast(posterior, at_peak)
 
 
 def _cuts(

@@ -1,4 +1,4 @@
-"""Forward: a belief about a pair becomes forces, torque and power of cuts not yet made."""
+"""Forward: a posterior about a pair becomes forces, torque and power of cuts not yet made."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ COLUMNS = {"x": 0, "y": 1, "z": 2}
 STEPS = 360
 """Moments of a turn among which a milling cut's peaks are looked for."""
 PASSIVE_RAD = 0.2
-"""Standard deviation of the thrust's direction, which no force that is felt tells where one of its
+"""Standard deviation of the thrust's direction, which no sensed force tells where one of its
 components is passive. Chosen: laws of chip flow over a nose are off by 5 to 10° (Young, Mathew and
 Oxley 1987), and breakers and inclinations of inserts turn the chip further."""
 ALL = 0.999
@@ -98,23 +98,23 @@ class ToolOf:
 
 
 def predict(
-    belief: PairPosterior, tool: ToolOf, cuts: Sequence[JobCut]
+    posterior: PairPosterior, tool: ToolOf, cuts: Sequence[JobCut]
 ) -> tuple[PredictedCut, ...]:
     """Predict a job's cuts. Raises UnusableInput where the tool cannot make one."""
     found: dict[int, PredictedCut] = {}
     for name in dict.fromkeys(cut.operation for cut in cuts):
         some = {k: cut for k, cut in enumerate(cuts) if cut.operation == name}
         rows = [cut.conditions(tool.diameter_mm) for cut in some.values()]
-        expected = forecast(belief, BY_NAME[name].cuts(tool.numbers, rows, called=tool.name))
+        expected = forecast(posterior, BY_NAME[name].cuts(tool.numbers, rows, called=tool.name))
         passive = COLUMNS.get(PASSIVE_AXIS.get(name, ""))
         means = intervals(expected, passive=passive)
         for at, (k, cut) in enumerate(some.items()):
-            found[k] = _predicted(belief, tool, cut, rows[at], means[at])
+            found[k] = _predicted(posterior, tool, cut, rows[at], means[at])
     return tuple(found[k] for k in range(len(cuts)))
 
 
 def _predicted(
-    belief: PairPosterior,
+    posterior: PairPosterior,
     tool: ToolOf,
     cut: JobCut,
     conditions: Conditions,
@@ -131,16 +131,16 @@ def _predicted(
         force_z_N=means[2],
         torque_N_m=means[3],
         power_W=means[4],
-        peaks=_peaks(belief, tool, cut.operation, conditions) if mills else None,
+        peaks=_peaks(posterior, tool, cut.operation, conditions) if mills else None,
         passive=PASSIVE_AXIS.get(cut.operation),
     )
 
 
-def _peaks(belief: PairPosterior, tool: ToolOf, operation: str, conditions: Conditions) -> Peaks:
+def _peaks(posterior: PairPosterior, tool: ToolOf, operation: str, conditions: Conditions) -> Peaks:
     """Return a mill's peaks: each component at the moment where it is largest."""
     assumed = tools.end_mill_of(tool.numbers)
     cut = stated_milling(assumed.tool, Stated([conditions]), BANDS[operation])
-    theta = belief.law.mean
+    theta = posterior.law.mean
     turn = endmill.turn(theta, assumed.tool, cut, steps=STEPS, slice_mm=SLICE_MM)
     moments = turn.angle_rad[np.argmax(np.abs(turn.forces.all[:, :4]), axis=0)]
 
@@ -152,7 +152,7 @@ def _peaks(belief: PairPosterior, tool: ToolOf, operation: str, conditions: Cond
     )
     worn_s = conditions.get(CUTTING_TIME, 0.0)
     worn = np.full(len(moments), worn_s) if worn_s else None
-    expected = forecast(belief, PairCuts(operation, there(assumed.tool), variants, worn))
+    expected = forecast(posterior, PairCuts(operation, there(assumed.tool), variants, worn))
     x, y, z, torque = (one[k] for k, one in enumerate(intervals(expected)[:4]))
     return Peaks(x, y, z, torque)
 
@@ -160,7 +160,7 @@ def _peaks(belief: PairPosterior, tool: ToolOf, operation: str, conditions: Cond
 def intervals(expected: Forecast, *, passive: int | None = None) -> list[list[Interval]]:
     """Return force x, y, z, torque and power of each cut with their 95 % intervals.
 
-    ``passive``: the force that is not felt, wider by what is not known of the thrust's direction.
+    ``passive``: the force that is not sensed, wider by what is not known of the thrust's direction.
     Torque and power, and a force that is all along the cutting speed, have one sign: their
     logarithm is taken as normal, so that what is hardly known is not said to pull.
     """

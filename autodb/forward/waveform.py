@@ -1,4 +1,4 @@
-"""Forward over time: a pair's belief becomes the forces of a mill at every angle of its spindle."""
+"""Forward over time: a pair's posterior becomes a mill's forces at every angle of its spindle."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +21,12 @@ MOMENTS = 2048
 
 
 def waves_N(
-    belief: PairPosterior, tool: ToolOf, operation: str, conditions: Conditions, angle_rad: Array
+    posterior: PairPosterior, tool: ToolOf, operation: str, conditions: Conditions, angle_rad: Array
 ) -> Array:
     """Return force x, y, z [N], (n, 3), of one milled cut at angles (n,) of tooth 0's tip.
 
-    All of the arc is in the work, the edge is fresh. With what the belief has learnt of the law's
-    error in the operation and of what is assumed of its tool.
+    All of the arc is in the work, the edge is fresh. With what the posterior has learnt of the
+    law's error in the operation and of what is assumed of its tool.
 
     Raises UnusableInput where the operation does not mill, or the cut lacks what it needs.
     """
@@ -45,7 +45,7 @@ def waves_N(
         variants = tuple(
             Variant(f"{tool.name}: {usual.name}", at(other)) for usual, other in assumed.variants()
         )
-        return expected_means(belief, PairCuts(operation, at(assumed.tool), variants))[:, :3]
+        return expected_means(posterior, PairCuts(operation, at(assumed.tool), variants))[:, :3]
 
     return np.concatenate(
         [some(angle_rad[k : k + MOMENTS]) for k in range(0, len(angle_rad), MOMENTS)]

@@ -1,8 +1,9 @@
-"""A material card: Kienzle's two numbers and where they hold, as a belief's start and of a belief.
+"""A material card: Kienzle's two numbers and where they hold, as a prior or of a posterior.
 
 A card says k_c = k_c1.1 h^-m_c (h in mm) of an edge with a normal rake, at a speed, over a range of
-chips. Read, it is where a belief starts; made of a belief, it is what the belief says there, with
-95 % bounds, and so are the four coefficients of a linear edge (`autodb.cutting.kienzle`).
+chips. Read, it is where a posterior starts; made of a posterior, it is what the posterior says
+there, with 95 % bounds, and so are the four coefficients of a linear edge
+(`autodb.cutting.kienzle`).
 """
 
 from dataclasses import dataclass
@@ -94,12 +95,12 @@ def _shape(chips_mm: Array, bounds: tuple[float, float]) -> float:
     return (bounds[1] - bounds[0]) / (2.0 * NORMAL_95) * spread
 
 
-def kienzle_card(material: str, belief: Gaussian, at: ViewRange, *, source: str) -> KienzleCard:
-    """Return the card that a belief about the law's coordinates makes.
+def kienzle_card(material: str, posterior: Gaussian, at: ViewRange, *, source: str) -> KienzleCard:
+    """Return the card that a posterior about the law's coordinates makes.
 
     Raises UnusableInput where k_c grows with the chip there, which no card says.
     """
-    numbers = _bounded(kienzle(belief, at))
+    numbers = _bounded(kienzle(posterior, at))
     m_c = numbers["m_c"]
     if not 0.0 <= m_c.value <= STEEPEST:
         raise UnusableInput(
@@ -110,9 +111,9 @@ def kienzle_card(material: str, belief: Gaussian, at: ViewRange, *, source: str)
     return KienzleCard(material, numbers["k_c1.1"], m_c.value, bounds, at, source)
 
 
-def linear_card(material: str, belief: Gaussian, at: ViewRange, *, source: str) -> LinearCard:
-    """Return the linear edge that a belief about the law's coordinates makes."""
-    return LinearCard(material, _bounded(linear_edge(belief, at)), at, source)
+def linear_card(material: str, posterior: Gaussian, at: ViewRange, *, source: str) -> LinearCard:
+    """Return the linear edge that a posterior about the law's coordinates makes."""
+    return LinearCard(material, _bounded(linear_edge(posterior, at)), at, source)
 
 
 def _bounded(view: View) -> dict[str, Bounded]:
@@ -121,9 +122,11 @@ def _bounded(view: View) -> dict[str, Bounded]:
     A force is not negative however little is known of it; an exponent may be, and so may the
     intercept of a line, which then has the bounds of a plain number.
     """
-    far = NORMAL_95 * np.sqrt(np.diag(view.belief.covariance))
+    far = NORMAL_95 * np.sqrt(np.diag(view.posterior.covariance))
     numbers = {}
-    for name, unit, value, off in zip(view.names, view.units, view.belief.mean, far, strict=True):
+    for name, unit, value, off in zip(
+        view.names, view.units, view.posterior.mean, far, strict=True
+    ):
         v, d = float(value), float(off)
         sized = unit != "1" and v > 0.0
         low, high = (v * np.exp(-d / v), v * np.exp(d / v)) if sized else (v - d, v + d)

@@ -1,4 +1,4 @@
-"""What handbooks and papers say of a work material, and the belief about its pairs that it leaves.
+"""What handbooks and papers say of a work material, and the posterior of its pairs from it.
 
 Specific forces become a `CardForces`, a reading of an orthogonal edge; their bounds say how far the
 material at hand may be off all of them alike. The five numbers of the law are its own coordinates:
@@ -78,12 +78,12 @@ def plain_name(name: str) -> str:
 
 
 def posterior_of_material(name: str, folder: Path | None = None) -> PairPosterior:
-    """Return the belief about pairs of a material; it counts as no cut."""
+    """Return the posterior about pairs of a material; it counts as no cut."""
     return posterior_of_values(material_named(name, folder))
 
 
 def posterior_of_values(material: StatedMaterial) -> PairPosterior:
-    """Return the belief that a material's values leave."""
+    """Return the posterior that a material's values leave."""
     if material.shear is not None:
         return along_lines(material.shear)
     return of_card(card_of_material(material))
@@ -163,7 +163,7 @@ def _linear(edge: LinearEdge) -> CardForces:
 
 
 def along_lines(stated: Shear) -> PairPosterior:
-    """Return the belief that the law's own numbers leave."""
+    """Return the posterior that the law's own numbers leave."""
     start, places = any_metal(), np.array(PLACES)
     value = np.array([one.value for one in stated.read])
     sd = np.array([one.upper - one.lower for one in stated.read]) / (2.0 * NORMAL_95)

@@ -3,7 +3,8 @@
 A number of the law is open where the cuts left more than OPEN of the standard deviation that it had
 before them. Two are tied where either is open and their errors go together: forces see only what
 both make. What would help is tried, not looked up: each measurement that a shop can make is added
-to the belief as if it had been made, and named where it would take away a quarter of what is open.
+to the posterior as if it had been made, and named where it would take away a quarter of what is
+open.
 """
 
 from collections.abc import Sequence
@@ -58,13 +59,13 @@ class PossibleMeasurement:
 
 
 def undetermined(
-    prior: PairPosterior, belief: PairPosterior, trials: Sequence[PossibleMeasurement]
+    prior: PairPosterior, posterior: PairPosterior, trials: Sequence[PossibleMeasurement]
 ) -> tuple[UndeterminedNumbers, ...]:
-    """Return what cuts leave open of a belief that began as ``prior``."""
-    before, after = (np.sqrt(np.diag(one.law.covariance)) for one in (prior, belief))
+    """Return what cuts leave open of a posterior that began as ``prior``."""
+    before, after = (np.sqrt(np.diag(one.law.covariance)) for one in (prior, posterior))
     left = np.divide(after, before, out=np.zeros_like(after), where=before > 0)
     size = np.where(after > 0, after, 1.0)
-    together = belief.law.covariance / np.outer(size, size)
+    together = posterior.law.covariance / np.outer(size, size)
     open_ = [k for k in np.argsort(-left) if left[k] > OPEN]
     found, told = [], set[int]()
     for k in open_:
@@ -73,38 +74,38 @@ def undetermined(
         others = [j for j in range(OWN) if j != k and abs(together[k, j]) > TIED]
         group = (int(k), *others)
         told.update(group)
-        helps = tuple(one.called for one in trials if _left_after(belief, one, k) < HELPS)
+        helps = tuple(one.called for one in trials if _left_after(posterior, one, k) < HELPS)
         found.append(UndeterminedNumbers(tuple(NAMES[j] for j in group), float(left[k]), helps))
     return tuple(found)
 
 
-def _left_after(belief: PairPosterior, trial: PossibleMeasurement, k: int) -> float:
+def _left_after(posterior: PairPosterior, trial: PossibleMeasurement, k: int) -> float:
     """Return which share of a number's sd a trial would leave."""
     observed = trial.observed
-    theta = belief.law.mean
+    theta = posterior.law.mean
     noise = np.sqrt(
-        observed.sd**2 + own_variance(belief.scatter, belief.off_law, observed.off(theta))
+        observed.sd**2 + own_variance(posterior.scatter, posterior.off_law, observed.off(theta))
     )
     expected = observed.parts(theta).sum(axis=1)
-    after = posterior_after(belief.law, observed.slopes(theta), expected, noise)
-    return float(np.sqrt(after.covariance[k, k] / belief.law.covariance[k, k]))
+    after = posterior_after(posterior.law, observed.slopes(theta), expected, noise)
+    return float(np.sqrt(after.covariance[k, k] / posterior.law.covariance[k, k]))
 
 
-def chip_thickness(belief: PairPosterior, cuts: PairCuts) -> PossibleMeasurement:
+def chip_thickness(posterior: PairPosterior, cuts: PairCuts) -> PossibleMeasurement:
     """Return the trial of measuring the chips of cuts."""
     count = cuts.elements.count
     readings = Observed(
         (cuts,), np.arange(count), np.full(count, CHIP), np.zeros(count), np.ones(count),
         np.zeros((count, 0)),
     )  # fmt: skip
-    expected = readings.parts(belief.law.mean).sum(axis=1)
+    expected = readings.parts(posterior.law.mean).sum(axis=1)
     return PossibleMeasurement(
         "a measured chip thickness", replace(readings, value=expected, sd=CHIP_SHARE * expected)
     )
 
 
 def repeated_trial(
-    called: str, felt: Observed, changed: Elements, operation: str
+    called: str, sensed: Observed, changed: Elements, operation: str
 ) -> PossibleMeasurement:
     """Return the trial of making the cuts of readings again, otherwise."""
-    return PossibleMeasurement(called, replace(felt, cuts=(PairCuts(operation, changed),)))
+    return PossibleMeasurement(called, replace(sensed, cuts=(PairCuts(operation, changed),)))

@@ -1,8 +1,8 @@
 """Which machine's pair is not what the others lead to expect, and whether its calibration or its
 cutting is the cause.
 
-What a pair's own cuts told (Λ, Λθ̂), its calibrations taken as they are, is compared with the belief
-of the others, N(m, V), in the directions in which it tells something beside them:
+What a pair's own cuts told (Λ, Λθ̂), its calibrations taken as they are, is compared with the
+posterior of the others, N(m, V), in the directions in which it tells something beside them:
 
     z_k = b_k / √(l_k (1 + l_k)),   b = V^½ (Λθ̂ − Λm),   l eigenvalues of V^½ Λ V^½
 
@@ -14,7 +14,7 @@ calibration states how far off it may be, N(0, S). Three accounts of a machine a
     calibration    g ~ N(0, S + FAR²)
     cutting        g ~ N(0, S), and a pair's own N(0, FAR²) beside it: other work, another edge
 
-A machine is named where what it felt is improbable as stated. The cause is the account that odds
+A machine is named where what it sensed is improbable as stated. The cause is the account that odds
 favour, where the machine shares three pairs with others or has cuts of known force, which are
 readings of g; without these, or without such odds, either may be.
 """
@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 ODD = 0.01
 """Probability of naming any pair of a fleet where none disagrees. Chosen."""
 TELLS = 0.25
-"""Information, of that in the others' belief, from which on a direction is compared. Chosen."""
+"""Information, of that in the others' posterior, from which on a direction is compared. Chosen."""
 FAR = 0.3
 """Share by which a calibration or a pair's cutting is off where it is. Chosen."""
 SURE = 20.0
@@ -73,8 +73,8 @@ class ComparedPair:
 
 
 @dataclass(frozen=True)
-class FeltStandardCut:
-    """What a machine felt of cuts whose force is known: the gain's errors (k,), their sd.
+class SensedStandardCut:
+    """What a machine sensed of cuts whose force is known: the gain's errors (k,), their sd.
 
     ``along`` (k, 2): which gain, of the force along or across the cutting speed, each tells.
     """
@@ -87,7 +87,7 @@ class FeltStandardCut:
 def compared(
     own: InformationOfCuts, *, as_stated: InformationOfCuts, others: Gaussian, rake_rad: float = 0.0
 ) -> ComparedPair:
-    """Compare what a pair's cuts told with the belief about them from all others (OWN,).
+    """Compare what a pair's cuts told with the posterior about them from all others (OWN,).
 
     ``own``: with the machine's calibrations taken as they are; ``as_stated``: with their errors.
     """
@@ -155,7 +155,10 @@ class Disagrees:
 
 
 def disagrees(
-    pairs: Sequence[ComparedPair], *, compared_in_all: int, standard: FeltStandardCut | None = None
+    pairs: Sequence[ComparedPair],
+    *,
+    compared_in_all: int,
+    standard: SensedStandardCut | None = None,
 ) -> Disagrees | None:
     """Say whether a machine's pairs disagree with the others, and why; None: they do not.
 
@@ -197,7 +200,7 @@ def disagrees(
 class _Machine:
     """All readings of a machine's gain: the z of its pairs, and its cuts of known force."""
 
-    def __init__(self, pairs: Sequence[ComparedPair], standard: FeltStandardCut | None) -> None:
+    def __init__(self, pairs: Sequence[ComparedPair], standard: SensedStandardCut | None) -> None:
         self._pairs = pairs
         self._stated = np.mean([one.stated for one in pairs], axis=0)
         self._z = np.concatenate([one.z for one in pairs])

@@ -1,4 +1,4 @@
-"""Forward: what a pair's belief expects of cuts not yet made, and how sure it is of that.
+"""Forward: what a pair's posterior expects of cuts not yet made, and how sure it is of that.
 
 The variance of the next cut's force holds what is open of the law's numbers (and with them of the
 calibrations), the share by which the law may be off in the operation, and what cuts scatter by.
@@ -33,9 +33,10 @@ class Forecast:
     """Of cuts (n,): force x, y, z [N], torque [N·m] and power [W], columns of mean and sd (n, 5).
 
     ``own`` (n, 5): what of the variance is one cut's own, never to be learnt; ``slopes`` (n, 5, p):
-    derivatives of the means by the belief's state and, behind it, the law's error in the operation
-    and those of what is assumed of the cuts. ``along`` (n, 3): share of each force that is along
-    the cutting speed; ``turned`` (n, 3): what a radian of the direction of the rest changes.
+    derivatives of the means by the posterior's state and, behind it, the law's error in the
+    operation and those of what is assumed of the cuts. ``along`` (n, 3): share of each force that
+    is along the cutting speed; ``turned`` (n, 3): what a radian of the direction of the rest
+    changes.
     """
 
     mean: Array
@@ -62,10 +63,10 @@ class Shares:
         return np.asarray(np.add.reduceat(weighted, self.begins, axis=0))
 
 
-def expected_means(belief: PairPosterior, cuts: PairCuts) -> Array:
+def expected_means(posterior: PairPosterior, cuts: PairCuts) -> Array:
     """Return the means alone of a forecast (n, 5), without its derivatives."""
-    error = belief.law_error(cuts.operation)
-    known = belief.also((error, *cuts.assumed, *belief.open_terms))
+    error = posterior.law_error(cuts.operation)
+    known = posterior.also((error, *cuts.assumed, *posterior.open_terms))
     theta = known.state.mean[:OWN]
     parts = force_parts(theta, cuts.elements)
     whole = parts[..., 0] + parts[..., 1]
@@ -91,16 +92,16 @@ class Worn:
     turned: Array
 
 
-def worn(belief: PairPosterior, cuts: PairCuts) -> Worn:
+def worn(posterior: PairPosterior, cuts: PairCuts) -> Worn:
     """Return what wear adds to cuts; nothing to fresh edges, or where none was told."""
     count = cuts.elements.count
-    if belief.wear is None or cuts.worn_s is None:
+    if posterior.wear is None or cuts.worn_s is None:
         none = np.zeros((count, 5))
         return Worn(none, none, np.zeros((count, 5, 2)), none[:, :3])
-    grown = edge_parts(cuts.elements) * belief.wear.grown(cuts.worn_s)[:, None, None]
-    size = belief.state.mean[belief.columns(WEAR)]
+    grown = edge_parts(cuts.elements) * posterior.wear.grown(cuts.worn_s)[:, None, None]
+    size = posterior.state.mean[posterior.columns(WEAR)]
     mean = grown[..., :2] @ size
-    own = (belief.wear.between * (grown[..., :2] @ np.array(belief.wear.size))) ** 2
+    own = (posterior.wear.between * (grown[..., :2] @ np.array(posterior.wear.size))) ** 2
     return Worn(mean, own, grown[..., :2], grown[:, :3, 2] * size[1])
 
 
@@ -122,13 +123,13 @@ def _linear(theta: Array, cuts: PairCuts, off: Array) -> tuple[Array, Array, Arr
     return mean, parts[0], slopes, np.moveaxis(whole[1:] - whole[0], 0, -1)
 
 
-def forecast(belief: PairPosterior, cuts: PairCuts, over: Shares | None = None) -> Forecast:
+def forecast(posterior: PairPosterior, cuts: PairCuts, over: Shares | None = None) -> Forecast:
     """Return what is expected of cuts; with ``over`` of the means over steps, which ``cuts`` are.
 
     The steps of a cut share all errors, what is its own too.
     """
-    error = belief.law_error(cuts.operation)
-    known = belief.also((error, *cuts.assumed, *belief.open_terms))
+    error = posterior.law_error(cuts.operation)
+    known = posterior.also((error, *cuts.assumed, *posterior.open_terms))
     place = known.columns(error.key)
     theta = known.state.mean[:OWN]
     at = [known.columns(one.key).start for one in cuts.variants]
@@ -141,14 +142,16 @@ def forecast(belief: PairPosterior, cuts: PairCuts, over: Shares | None = None) 
     mean = mean + parts @ known.state.mean[place]
     wear = worn(known, cuts)
     mean = mean + wear.mean
-    if belief.wear is not None:
+    if posterior.wear is not None:
         slopes[:, :, known.columns(WEAR)] = wear.slopes
     if over is not None:
         if cuts.worn_s is not None:
             raise TypeError("wear along the steps of a cut is not worked out")
         mean, slopes, parts = (over.means(values) for values in (mean, slopes, parts))
     open_ = np.vecdot(slopes @ known.state.covariance, slopes)
-    own = own_variance(belief.scatter, belief.off_law, parts) + (wear.own if over is None else 0.0)
+    own = own_variance(posterior.scatter, posterior.off_law, parts) + (
+        wear.own if over is None else 0.0
+    )
     along, across = np.abs(parts[:, :3, 0]), np.abs(parts[:, :3, 1])
     along = along / np.maximum(along + across, TINY_N)
     turned = parts[:, :3, 2] + (wear.turned if over is None else 0.0)

@@ -5,9 +5,9 @@
 θ coordinates of the law of machine m's pair with tool t; T and E how far any two metals are apart,
 but for an edge's own numbers, of which half of that is the tool's whatever a is. a and b are told
 by the pairs themselves: the mean of their posterior on a grid of both (empirical Bayes; Efron and
-Morris 1975), where between its points beliefs are averaged.
+Morris 1975), where between its points posteriors are averaged.
 
-Of each pair counts only what its own cuts told, as information, Λ and Λθ: what its belief holds
+Of each pair counts only what its own cuts told, as information, Λ and Λθ: what its posterior holds
 less what it began with, so that one that began from the others is not told twice. Everything else
 is sums of these, for each tool and each b of the grid: a pair is added, taken out or replaced at
 the cost of that pair alone, and the result is the same in any order.
@@ -181,36 +181,36 @@ class KnownMaterial:
         return np.asarray(log + 0.5 * told_of)
 
     def material(self) -> Gaussian:
-        """Return the belief about μ (a,) from all tools."""
+        """Return the posterior about μ (a,) from all tools."""
         return _mixed([(self._material(a, b), weight) for a, b, weight in self._corners()])
 
     def pair(self, tool: str) -> Gaussian:
-        """Return the belief about the pair of a machine that has not cut it, all coordinates."""
+        """Return the posterior about the pair of a machine that has not cut it, all coordinates."""
         return whole_law(_mixed([(self._pair(tool, a, b), w) for a, b, w in self._corners()]))
 
     def _material(self, a: int, b: int, *, but: str | None = None) -> Gaussian:
-        """Return the belief about μ at a point of the grid, from all tools or all but one."""
-        belief = _active(self.start)
+        """Return the posterior about μ at a point of the grid, from all tools or all but one."""
+        posterior = _active(self.start)
         for name, tool in self.tools.items():
             if name != but:
                 one = InformationOfCuts(
                     tool.told.precision[b : b + 1], tool.told.weighted[b : b + 1]
                 )
                 _, passed = _beyond(one, OF_TOOLS[a : a + 1])
-                belief = _posterior(belief, passed.precision[0], passed.weighted[0])
-        return belief
+                posterior = _posterior(posterior, passed.precision[0], passed.weighted[0])
+        return posterior
 
     def _pair(self, tool: str, a: int, b: int) -> Gaussian:
         others = self._material(a, b, but=tool)
-        belief = Gaussian(others.mean, others.covariance + np.diag(OF_TOOLS[a]))
+        posterior = Gaussian(others.mean, others.covariance + np.diag(OF_TOOLS[a]))
         if tool in self.tools:
             of_tool = self.tools[tool].told
-            belief = _posterior(belief, of_tool.precision[b], of_tool.weighted[b])
-        return Gaussian(belief.mean, belief.covariance + np.diag(OF_MACHINES[b]))
+            posterior = _posterior(posterior, of_tool.precision[b], of_tool.weighted[b])
+        return Gaussian(posterior.mean, posterior.covariance + np.diag(OF_MACHINES[b]))
 
 
 def _mixed(some: list[tuple[Gaussian, float]]) -> Gaussian:
-    """Return the normal belief with mean and covariance of beliefs averaged with weights."""
+    """Return the normal posterior with mean and covariance of posteriors averaged with weights."""
     mean = sum((weight * one.mean for one, weight in some), np.zeros_like(some[0][0].mean))
     covariance = np.zeros_like(some[0][0].covariance)
     for one, weight in some:
@@ -220,7 +220,7 @@ def _mixed(some: list[tuple[Gaussian, float]]) -> Gaussian:
 
 
 def information_of_cuts(after: Gaussian, before: Gaussian) -> InformationOfCuts:
-    """Return what readings told: the belief after them less that before, (OWN,) both.
+    """Return what readings told: the posterior after them less that before, (OWN,) both.
 
     What linearising makes negative is nothing.
     """
@@ -237,7 +237,7 @@ def information_of_cuts(after: Gaussian, before: Gaussian) -> InformationOfCuts:
 
 
 def whole_law(active: Gaussian) -> Gaussian:
-    """Return a belief about the active coordinates as one about all."""
+    """Return a posterior about the active coordinates as one about all."""
     mean, covariance = ANY.mean.copy(), np.zeros((OWN, OWN))
     mean[ACTIVE] = active.mean
     covariance[np.ix_(ACTIVE, ACTIVE)] = active.covariance

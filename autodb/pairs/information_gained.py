@@ -1,9 +1,9 @@
-"""What a batch of cuts told of a pair, to be added to another belief or taken back.
+"""What a batch of cuts told of a pair, to be added to another posterior or taken back.
 
-A normal belief in information form is a sum: precision and precision times mean of the prior, and
-of each batch as it was linearised. So two machines' beliefs from one prior merge by adding what
-either's cuts told, and a batch is undone by taking away what it told. Exact for what is linear in
-the state; what the law bends between is as close as the linearisation (a test says how close).
+A normal posterior in information form is a sum: precision and precision times mean of the prior,
+and of each batch as it was linearised. So two machines' posteriors from one prior merge by adding
+what either's cuts told, and a batch is undone by taking away what it told. Exact for what is linear
+in the state; what the law bends between is as close as the linearisation (a test says how close).
 """
 
 from dataclasses import dataclass, replace
@@ -31,7 +31,7 @@ class InformationGained:
 
 
 def information_gained(before: PairPosterior, after: PairPosterior) -> InformationGained:
-    """Return what made a belief out of the one before."""
+    """Return what made a posterior out of the one before."""
     start = before.also(after.shared)
     sure, pull = _information(start.state)
     surer, pulled = _information(after.state)
@@ -44,18 +44,18 @@ def information_gained(before: PairPosterior, after: PairPosterior) -> Informati
     )
 
 
-def merged(belief: PairPosterior, other: InformationGained) -> PairPosterior:
-    """Return a belief that also knows what other cuts told."""
-    return _changed(belief, other, 1.0)
+def merged(posterior: PairPosterior, other: InformationGained) -> PairPosterior:
+    """Return a posterior that also knows what other cuts told."""
+    return _changed(posterior, other, 1.0)
 
 
-def without_batch(belief: PairPosterior, batch: InformationGained) -> PairPosterior:
-    """Return a belief that no longer knows what a batch of its cuts told."""
-    return _changed(belief, batch, -1.0)
+def without_batch(posterior: PairPosterior, batch: InformationGained) -> PairPosterior:
+    """Return a posterior that no longer knows what a batch of its cuts told."""
+    return _changed(posterior, batch, -1.0)
 
 
-def _changed(belief: PairPosterior, batch: InformationGained, sign: float) -> PairPosterior:
-    known = belief.also(batch.shared)
+def _changed(posterior: PairPosterior, batch: InformationGained, sign: float) -> PairPosterior:
+    known = posterior.also(batch.shared)
     place = np.arange(len(known.state.mean) - sum(len(s.covariance) for s in known.shared))
     where = [place, *(np.r_[known.columns(one.key)] for one in batch.shared)]
     rows = np.concatenate(where)
@@ -86,7 +86,7 @@ def _information(state: Gaussian) -> tuple[Array, Array]:
 
 
 def _normal(precision: Array, weighted: Array, was: Gaussian) -> Gaussian:
-    """Return the normal belief of an information; what was sure stays as it was."""
+    """Return the normal posterior of an information; what was sure stays as it was."""
     open_ = np.flatnonzero(np.diag(was.covariance) > 0.0)
     mean, covariance = was.mean.copy(), np.zeros_like(was.covariance)
     inside = np.linalg.inv(precision[np.ix_(open_, open_)])

@@ -1,4 +1,4 @@
-"""Semi-inverse: sensed forces change the belief about a pair, by iterated Gauss-Newton.
+"""Semi-inverse: sensed forces change the posterior about a pair, by iterated Gauss-Newton.
 
 Maximum of the posterior of law and shared errors, readings linearised anew at every step:
 
@@ -45,15 +45,15 @@ SHUT = 1e-13
 
 
 def posterior_of_readings(
-    belief: PairPosterior, observed: Observed, *, near: PairPosterior | None = None
+    posterior: PairPosterior, observed: Observed, *, near: PairPosterior | None = None
 ) -> PairPosterior:
-    """Return the belief after readings.
+    """Return the posterior after readings.
 
     ``near``: one that is close to it, from which the maximum is looked for; it tells nothing else.
 
     Raises UnusableInput where learning does not come to rest.
     """
-    prior, model = _met(belief, observed)
+    prior, model = _met(posterior, observed)
     begun = (
         prior if near is None else replace(prior, scatter=near.scatter, state=_begun(prior, near))
     )
@@ -70,7 +70,7 @@ def posterior_of_readings(
 
 
 def _begun(prior: PairPosterior, near: PairPosterior) -> Gaussian:
-    """Return the state of a prior, with the numbers that a belief near has of it."""
+    """Return the state of a prior, with the numbers that a posterior near has of it."""
     mean = prior.state.mean.copy()
     mean[:OWN] = near.state.mean[:OWN]
     known = {one.key for one in near.shared}
@@ -81,27 +81,27 @@ def _begun(prior: PairPosterior, near: PairPosterior) -> Gaussian:
 
 
 def learn_averaging(
-    belief: PairPosterior, observed: Observed, *, near: PairPosterior | None = None
+    posterior: PairPosterior, observed: Observed, *, near: PairPosterior | None = None
 ) -> PairPosterior:
-    """Return the belief after a pair's first readings, over laws that are near and FAR off.
+    """Return the posterior after a pair's first readings, over laws that are near and FAR off.
 
-    Each law is learnt, and their beliefs are averaged by their posterior odds (Hoeting, Madigan,
-    Raftery, Volinsky 1999, Statistical Science 14:382): the normal belief with the mean and
+    Each law is learnt, and their posteriors are averaged by their posterior odds (Hoeting, Madigan,
+    Raftery, Volinsky 1999, Statistical Science 14:382): the normal posterior with the mean and
     covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn.
     """
-    far = replace(belief, off_law=FAR)
-    held = posterior_of_readings(belief, observed, near=near)
+    far = replace(posterior, off_law=FAR)
+    held = posterior_of_readings(posterior, observed, near=near)
     let_go = posterior_of_readings(far, observed, near=near or held)
     odds = (
         log_evidence(far, let_go, observed)
-        - log_evidence(belief, held, observed)
+        - log_evidence(posterior, held, observed)
         + np.log(FAR_ODDS)
     )
     return _averaged(held, let_go, float(0.5 * (1.0 + np.tanh(0.5 * odds))))
 
 
 def _averaged(one: PairPosterior, other: PairPosterior, weight: float) -> PairPosterior:
-    """Return the normal belief with mean and covariance of a mixture, ``weight`` of the other."""
+    """Return the normal posterior of a mixture's mean and covariance, ``weight`` of the other."""
     shares = np.array([1.0 - weight, weight])
     off = other.state.mean - one.state.mean
     covariance = shares[0] * one.state.covariance + shares[1] * other.state.covariance
@@ -148,19 +148,19 @@ def _open(covariance: Array) -> Array:
     return np.asarray((ways / size[:, None])[:, spread > SHUT * spread[-1]])
 
 
-def expected_of(belief: PairPosterior, observed: Observed) -> tuple[Array, Array]:
-    """Return what a belief expects of readings before they are learnt: (m,), covariance (m, m)."""
-    known, model = _met(belief, observed)
+def expected_of(posterior: PairPosterior, observed: Observed) -> tuple[Array, Array]:
+    """Return what is expected of readings before they are learnt: (m,), covariance (m, m)."""
+    known, model = _met(posterior, observed)
     seen, design = model.steep(known.state.mean)
     own = model.noise(seen, known.scatter)
     covariance = design @ known.state.covariance @ design.T + np.diag(own**2)
     return seen.expected, covariance
 
 
-def _met(belief: PairPosterior, observed: Observed) -> tuple[PairPosterior, Modelled]:
-    """Return a belief that has met what readings share, and the readings as its functions."""
-    laws = tuple(belief.law_error(operation) for operation in observed.operations)
-    known = belief.also((*observed.shared, *laws, *observed.assumed))
+def _met(posterior: PairPosterior, observed: Observed) -> tuple[PairPosterior, Modelled]:
+    """Return a posterior that has met what readings share, and the readings as its functions."""
+    laws = tuple(posterior.law_error(operation) for operation in observed.operations)
+    known = posterior.also((*observed.shared, *laws, *observed.assumed))
     return known, Modelled(known, observed)
 
 
@@ -176,7 +176,7 @@ class _Rounds:
         self._root = root_of(prior.state.covariance)
 
     def settled(self, begun: PairPosterior) -> tuple[Gaussian, Scatter]:
-        """Return the normal belief at the maximum of the posterior, and what cuts scatter by."""
+        """Return the normal posterior at the maximum of the posterior, and what cuts scatter by."""
         weight, triangle = self._prior.scatter.weight, np.eye(self._root.shape[1])
 
         def moved(place: Array) -> tuple[Array, Array]:
@@ -253,9 +253,9 @@ class _Rounds:
         parts = seen.parts[:, :FORCE] ** 2
         variances = parts * now.share**2
         share = variances / self._model.noise(seen, now)[:, None] ** 2
-        felt = share**2 * square[:, None] + variances * (1.0 - share)
+        sensed = share**2 * square[:, None] + variances * (1.0 - share)
         counts = parts / np.maximum(parts.sum(axis=1, keepdims=True), TINY)
-        each = np.where(counts > 0.0, felt / np.maximum(parts, TINY), 0.0)
+        each = np.where(counts > 0.0, sensed / np.maximum(parts, TINY), 0.0)
         weight = prior.weight + counts.sum(axis=0)
         total = prior.weight * prior.share**2 + (counts * each).sum(axis=0)
         return Scatter(np.sqrt(total / weight), weight)

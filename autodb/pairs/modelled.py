@@ -1,4 +1,4 @@
-"""Readings as functions of a belief's state: what is expected of them, and how it changes.
+"""Readings as functions of a posterior's state: what is expected of them, and how it changes.
 
     y = F(θ) (1 + C δ) + L(θ) λ,   L(θ) λ of the law's errors and of what is assumed
 
@@ -47,29 +47,29 @@ class _Worked:
 
 
 class Modelled:
-    """Readings as functions of the state of a belief that has met what they share."""
+    """Readings as functions of the state of a posterior that has met what they share."""
 
-    def __init__(self, belief: PairPosterior, observed: Observed) -> None:
+    def __init__(self, posterior: PairPosterior, observed: Observed) -> None:
         self.observed = observed
-        self._off_law = belief.off_law
-        self._gains = np.zeros((len(observed.value), len(belief.state.mean) - OWN))
+        self._off_law = posterior.off_law
+        self._gains = np.zeros((len(observed.value), len(posterior.state.mean) - OWN))
         self._shifts = np.zeros_like(self._gains)
         begin = 0
         for one in observed.shared:
             columns = slice(begin, begin + len(one.covariance))
-            place = _behind(belief, one.key)
+            place = _behind(posterior, one.key)
             self._gains[:, place] = observed.common[:, columns]
             if observed.shift is not None:
                 self._shifts[:, place] = observed.shift[:, columns]
             begin = columns.stop
         self._keys = [one.key for one in observed.assumed]
-        self._assumed = [_behind(belief, key).start for key in self._keys]
+        self._assumed = [_behind(posterior, key).start for key in self._keys]
         self._laws = [
-            (_behind(belief, belief.law_error(name).key), observed.within(name)[:, None])
+            (_behind(posterior, posterior.law_error(name).key), observed.within(name)[:, None])
             for name in observed.operations
         ]
         self._law_of_batch = [
-            _behind(belief, belief.law_error(one.operation).key) for one in observed.cuts
+            _behind(posterior, posterior.law_error(one.operation).key) for one in observed.cuts
         ]
         several = [[one.elements, *(v.elements for v in one.variants)] for one in observed.cuts]
         self._joined = [joined_elements(one) for one in several]
@@ -174,7 +174,7 @@ def own_variance(scatter: Scatter, law: LawDiscrepancy, off: Array) -> Array:
     return np.asarray(off[..., : len(share)] ** 2 @ share)
 
 
-def _behind(belief: PairPosterior, key: str) -> slice:
+def _behind(posterior: PairPosterior, key: str) -> slice:
     """Return where errors stand behind the law's coordinates."""
-    columns = belief.columns(key)
+    columns = posterior.columns(key)
     return slice(columns.start - OWN, columns.stop - OWN)

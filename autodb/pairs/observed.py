@@ -1,4 +1,4 @@
-"""What was felt of cuts: force x, y, z, torque, power, chip thickness, any of them, with errors."""
+"""What was sensed of cuts: any of force x, y, z, torque, power, chip thickness, with errors."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace

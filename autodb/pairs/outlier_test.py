@@ -1,10 +1,10 @@
 """Whether a cut is one of the same pair: how far its readings are from what was expected of them.
 
 The same inputs can cut in another state: a built-up edge, an inclusion, a worn edge. Readings that
-are farther off than the belief, the law's error, scatter and sensing leave room for are not to be
-averaged into the pair. Of a batch the statistic is Mahalanobis' distance of its readings, whose
-square is chi-squared with as many degrees of freedom (what the belief leaves open they share, and
-the distance knows it); a single cut's is that of its own readings.
+are farther off than the posterior, the law's error, scatter and sensing leave room for are not to
+be averaged into the pair. Of a batch the statistic is Mahalanobis' distance of its readings, whose
+square is chi-squared with as many degrees of freedom (what the posterior leaves open they share,
+and the distance knows it); a single cut's is that of its own readings.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ IMPLAUSIBLE = 1e-3
 
 
 @dataclass(frozen=True)
-class Surprise:
+class OutlierTest:
     """Of readings (m,): how many standard deviations each is off, and how probable it is, or a
     farther one, of each cut (n,) and of all together.
     """
@@ -35,17 +35,17 @@ class Surprise:
 
     @property
     def implausible(self) -> NDArray[np.bool_]:
-        """Which cuts (n,) are not of the state that the belief is of."""
+        """Which cuts (n,) are not of the state that the posterior is of."""
         return self.cuts < IMPLAUSIBLE
 
 
-def surprise(belief: PairPosterior, observed: Observed) -> Surprise:
+def outlier_test(posterior: PairPosterior, observed: Observed) -> OutlierTest:
     """Return how surprising readings are."""
-    expected, covariance = expected_of(belief, observed)
+    expected, covariance = expected_of(posterior, observed)
     left = observed.value - expected
     cuts = np.unique(observed.cut)
     rows = [np.flatnonzero(observed.cut == cut) for cut in cuts]
-    return Surprise(
+    return OutlierTest(
         off=left / np.sqrt(np.diag(covariance)),
         cuts=np.array([_probability(left[r], covariance[np.ix_(r, r)]) for r in rows]),
         together=_probability(left, covariance),

@@ -1,9 +1,9 @@
 """Which cut to make next: the one that leaves least open of what is to be predicted.
 
-Of each cut that may be made it is known beforehand by how much its readings will narrow the belief
-(the linearised update does not need their values): P⁺ = P - P Hᵀ (H P Hᵀ + R)⁻¹ H P, with R of
-sensing, of the law from chip to chip, of what repeats scatter by, and H also by the errors that its
-calibrations share with the cuts before. Cuts that may go beyond a limit are left out.
+Of each cut that may be made it is known beforehand by how much its readings will narrow the
+posterior (the linearised update does not need their values): P⁺ = P - P Hᵀ (H P Hᵀ + R)⁻¹ H P, with
+R of sensing, of the law from chip to chip, of what repeats scatter by, and H also by the errors
+that its calibrations share with the cuts before. Cuts that may go beyond a limit are left out.
 Source: Bayesian experimental design for a linear model (Chaloner and Verdinelli 1995, Stat. Sci.
 10:273), the I-optimal cut one at a time.
 """
@@ -28,7 +28,7 @@ MAY_EXCEED = 0.05
 @dataclass(frozen=True)
 class SharedError:
     """An error that readings share: by which share of them, and by how much beyond (k,), it moves
-    them; under the key that cuts felt before have.
+    them; under the key that cuts sensed before have.
     """
 
     error: Shared
@@ -74,7 +74,7 @@ class Proposal:
 
 
 def propose(
-    belief: PairPosterior,
+    posterior: PairPosterior,
     candidates: PairCuts,
     targets: PairCuts,
     *,
@@ -88,14 +88,14 @@ def propose(
     where every candidate may exceed a limit.
     """
     left, worth = target_sds(
-        belief, candidates, targets, sensed=sensed, quantities=quantities, limits=limits
+        posterior, candidates, targets, sensed=sensed, quantities=quantities, limits=limits
     )
     best = int(np.argmin(worth))
     return Proposal(best, left[best]) if np.isfinite(worth[best]) else None
 
 
 def target_sds(
-    belief: PairPosterior,
+    posterior: PairPosterior,
     candidates: PairCuts,
     targets: PairCuts,
     *,
@@ -108,10 +108,10 @@ def target_sds(
     Worth (candidates,) is the mean over targets and quantities of the variance over the force's
     square; infinite of a cut that may exceed a limit.
     """
-    laws = (belief.law_error(candidates.operation), belief.law_error(targets.operation))
+    laws = (posterior.law_error(candidates.operation), posterior.law_error(targets.operation))
     assumed = (*candidates.assumed, *targets.assumed)
     shared = (moved.error for one in sensed for moved in one.errors)
-    known = belief.also((*shared, *laws, *assumed))
+    known = posterior.also((*shared, *laws, *assumed))
     tried, asked = forecast(known, candidates), forecast(known, targets)
     left = np.sqrt(_variance_left(known, tried, asked, sensed))
     size = np.maximum(np.abs(asked.mean), TINY_N)
@@ -126,15 +126,15 @@ def _variance_left(
     known: PairPosterior, tried: Forecast, asked: Forecast, sensed: tuple[SensedComponent, ...]
 ) -> Array:
     """Return the targets' variances (candidates, targets, 5) after each of the candidates."""
-    felt = [one.quantity for one in sensed]
-    slopes = tried.slopes[:, felt].copy()
+    measured = [one.quantity for one in sensed]
+    slopes = tried.slopes[:, measured].copy()
     for k, one in enumerate(sensed):
         for moved in one.errors:
             by = moved.share * tried.mean[:, one.quantity, None] + moved.shift
             slopes[:, k, known.columns(moved.error.key)] = by
-    noise = np.array([one.sd for one in sensed]) ** 2 + tried.own[:, felt]
+    noise = np.array([one.sd for one in sensed]) ** 2 + tried.own[:, measured]
     spread = slopes @ known.state.covariance
-    sums = spread @ np.swapaxes(slopes, 1, 2) + noise[:, :, None] * np.eye(len(felt))
+    sums = spread @ np.swapaxes(slopes, 1, 2) + noise[:, :, None] * np.eye(len(measured))
     seen = np.einsum("tqp,ckp->ctqk", asked.slopes, spread)
     told = np.einsum("ctqk,ckl,ctql->ctq", seen, np.linalg.inv(sums), seen)
     return np.asarray(np.maximum(asked.sd**2 - told, asked.own))

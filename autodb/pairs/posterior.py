@@ -1,10 +1,10 @@
-"""Belief about one pair: the law's numbers, what its cuts scatter by, the errors they share.
+"""Posterior about one pair: the law's numbers, what its cuts scatter by, the errors they share.
 
-A normal belief about the coordinates of the thin-shear-zone law and, behind them, what many cuts
-share: the errors of the calibrations that felt them, and by what share the law is off in an
-operation. These stay in the belief, so that a later cut felt by the same calibration finds them as
-far known as they are: never taken for scatter, never averaged away (physics reference, section 7).
-Its size does not grow with the number of cuts.
+A normal posterior about the coordinates of the thin-shear-zone law and, behind them, what many cuts
+share: the errors of the calibrations that sensed them, and by what share the law is off in an
+operation. These stay in the posterior, so that a later cut sensed by the same calibration finds
+them as far known as they are: never taken for scatter, never averaged away (physics reference,
+section 7). Its size does not grow with the number of cuts.
 """
 
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ from autodb.fitting import Gaussian
 Array = NDArray[np.float64]
 
 OWN = len(NAMES)
-"""Coordinates of the law, the first of a belief's state."""
+"""Coordinates of the law, the first of a posterior's state."""
 ALONG, ACROSS = range(2)
 """Parts of a force that scatter on their own: along the cutting speed, and across it."""
 
@@ -117,9 +117,9 @@ WEAR, EDGE = "tool_wear", "wear of edge"
 class Wear:
     """Each mm of a worn edge takes w (T/T_r)^``power`` N more, of both force along and across.
 
-    T cutting time of the edge, T_r ``reference_s``. w, N/mm, stands in a belief's state under WEAR,
-    along the cutting speed and across the edge; edges differ by the share ``between`` of ``size``,
-    which is w as it was when that share was told.
+    T cutting time of the edge, T_r ``reference_s``. w, N/mm, stands in a posterior's state under
+    WEAR, along the cutting speed and across the edge; edges differ by the share ``between`` of
+    ``size``, which is w as it was when that share was told.
     """
 
     power: float
@@ -162,11 +162,11 @@ class PairPosterior:
 
     @property
     def law(self) -> Gaussian:
-        """Belief about the law's coordinates alone."""
+        """Posterior about the law's coordinates alone."""
         return Gaussian(self.state.mean[:OWN], self.state.covariance[:OWN, :OWN])
 
     def given(self, beginnings: tuple[str, ...]) -> Gaussian:
-        """Return the belief about the law's coordinates were the errors of some keys none.
+        """Return the posterior about the law's coordinates were the errors of some keys none.
 
         ``beginnings``: what those keys begin with.
         """
@@ -189,7 +189,7 @@ class PairPosterior:
         raise KeyError(key)
 
     def past(self) -> "PairPosterior":
-        """Return the belief without the errors of days and of edges: no later cut shares them."""
+        """Return the posterior without errors of days and edges: no later cut shares them."""
         kept = tuple(one for one in self.shared if not one.key.startswith((DAY, EDGE)))
         if len(kept) == len(self.shared):
             return self
@@ -198,7 +198,7 @@ class PairPosterior:
         return replace(self, state=state, shared=kept)
 
     def also(self, others: tuple[Shared, ...]) -> "PairPosterior":
-        """Return the belief with errors that it has not met yet."""
+        """Return the posterior with errors that it has not met yet."""
         known = {one.key for one in self.shared}
         new = tuple({one.key: one for one in others if one.key not in known}.values())
         if not new:

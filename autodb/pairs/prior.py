@@ -72,7 +72,7 @@ class CardForces:
 
 
 def any_metal() -> PairPosterior:
-    """Return the belief about a pair of which nothing is known."""
+    """Return the posterior about a pair of which nothing is known."""
     pairs = [ANY_METAL[parameter.name] for parameter in PARAMETERS]
     mean = np.array(
         [float(p.inside(middle)) for p, (middle, _) in zip(PARAMETERS, pairs, strict=True)]
@@ -81,21 +81,21 @@ def any_metal() -> PairPosterior:
 
 
 def of_card(card: CardForces, *, start: PairPosterior | None = None) -> PairPosterior:
-    """Return the belief that a card leaves; it counts as no cut."""
+    """Return the posterior that a card leaves; it counts as no cut."""
     known = posterior_of_readings(start or any_metal(), _as_readings(card))
     return PairPosterior(known.law, (), P1_SCATTER, 0)
 
 
-def of_relative(belief: PairPosterior) -> PairPosterior:
-    """Return what the belief about a pair says of one of the same material and another tool.
+def of_relative(posterior: PairPosterior) -> PairPosterior:
+    """Return what the posterior about a pair says of one of the same material and another tool.
 
     What belongs to the material is believed by RELATIVE more standard deviations of what any metal
     leaves open, what belongs to the tool's edge as of any metal. Errors of the machine's
     calibrations stay tied to it: they are the same ones, whatever the tool.
     """
-    kept = tuple(one for one in belief.shared if one.key.startswith((CALIBRATION, REFERENCES)))
-    rows = np.concatenate([np.arange(OWN), *(np.r_[belief.columns(one.key)] for one in kept)])
-    mean, wider = belief.state.mean[rows], belief.state.covariance[np.ix_(rows, rows)]
+    kept = tuple(one for one in posterior.shared if one.key.startswith((CALIBRATION, REFERENCES)))
+    rows = np.concatenate([np.arange(OWN), *(np.r_[posterior.columns(one.key)] for one in kept)])
+    mean, wider = posterior.state.mean[rows], posterior.state.covariance[np.ix_(rows, rows)]
     any_ = any_metal().law
     wider[:OWN, :OWN] += RELATIVE**2 * any_.covariance
     for name in OF_EDGE:
@@ -103,18 +103,18 @@ def of_relative(belief: PairPosterior) -> PairPosterior:
         mean[k] = any_.mean[k]
         wider[k], wider[:, k] = 0.0, 0.0
         wider[k, k] = any_.covariance[k, k]
-    return PairPosterior(Gaussian(mean, wider), kept, belief.scatter, 0, belief.off_law)
+    return PairPosterior(Gaussian(mean, wider), kept, posterior.scatter, 0, posterior.off_law)
 
 
-def of_state(belief: PairPosterior) -> PairPosterior:
-    """Return what the belief about a pair says of it in another process state.
+def of_state(posterior: PairPosterior) -> PairPosterior:
+    """Return what the posterior about a pair says of it in another process state.
 
     As of a relative, but for the edge, which is the same tool's: all numbers are believed by
     RELATIVE more standard deviations of what any metal leaves open.
     """
-    wider = belief.state.covariance.copy()
+    wider = posterior.state.covariance.copy()
     wider[:OWN, :OWN] += RELATIVE**2 * any_metal().law.covariance
-    return replace(belief, state=Gaussian(belief.state.mean, wider), cuts=0)
+    return replace(posterior, state=Gaussian(posterior.state.mean, wider), cuts=0)
 
 
 def _as_readings(card: CardForces) -> Observed:

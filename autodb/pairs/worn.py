@@ -3,7 +3,7 @@
 A worn edge rubs more: each mm of it takes w (T/T_r)^p N more along the cutting speed and across the
 edge, T its cutting time, which starts again at an edge change. Added as forces of the edge are, so
 that turning, milling and drilling, torque and power have it alike. w is learnt with the law, in one
-normal belief: what is wear is not taken for the material's force, nor the reverse. Edges wear
+normal posterior: what is wear is not taken for the material's force, nor the reverse. Edges wear
 differently: what one differs by is shared by its cuts and forgotten after them; of the next edge it
 is part of the interval.
 
@@ -73,7 +73,7 @@ def learn_worn(
     near: PairPosterior,
     progress: Callable[[str], None] = lambda _: None,
 ) -> PairPosterior:
-    """Return the belief after readings of edges that wear, from one that has no wear in it yet.
+    """Return the posterior after readings of edges that wear, from one that has no wear in it yet.
 
     Its law is as far off as ``start`` says; ``near``: what was believed without wear, where the
     search begins.

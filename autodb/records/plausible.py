@@ -27,7 +27,7 @@ LEAST_MOTION_MM = 0.05
 WIDEST_FACTOR = 3.0
 """Quantities that state the same thing may differ by this: a diameter is a factor of 2, the units
 that are mixed up (mm/min, m, rev/s) are factors of 60 and 1000."""
-ODD_SHARE = 0.1
+OUTLYING_SHARE = 0.1
 """Share of cuts whose speeds may be odd, before the table is."""
 SAME_SPEED = 0.2
 """Logarithm of a ratio of speeds that may be one: diameters differ by the depth of cut."""
@@ -119,7 +119,7 @@ def _in_metres(base: BaseSummary, side: SideFile) -> Iterator[str]:
 def _cuts_apart(base: BaseSummary) -> Iterator[str]:
     ratios = np.concatenate([np.zeros(0), *base.speed_ratios])
     odd = (ratios > WIDEST_FACTOR) | (ratios < 1 / WIDEST_FACTOR)
-    if odd.sum() > ODD_SHARE * len(ratios):
+    if odd.sum() > OUTLYING_SHARE * len(ratios):
         ratio = float(np.median(ratios[odd]))
         mends = [mistake for mistake in SPEEDS if _mends(mistake, ratio)]
         what = f"as if {' or '.join(map(str, mends))}" if mends else "one of them in another unit"

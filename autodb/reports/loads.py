@@ -22,7 +22,7 @@ MARKS = ("standing", "turned", "outside", "braking", "at_limit")
 PLOT_PX = 420
 
 
-def write_table(t_s: Array, felt: Sequence[ReconstructedLoad], path: Path) -> None:
+def write_table(t_s: Array, sensed: Sequence[ReconstructedLoad], path: Path) -> None:
     """Write t, and of each axis load, sd, state and force on the tool, as CSV; whole or not at all.
 
     Of sensors that were put together also by what weight each made a row; of a table dynamometer
@@ -31,7 +31,7 @@ def write_table(t_s: Array, felt: Sequence[ReconstructedLoad], path: Path) -> No
     ``t_s`` (n,). An earlier file of that name is replaced.
     """
     columns: dict[str, object] = {"t": t_s}
-    for one in felt:
+    for one in sensed:
         load = one.load
         columns[f"{load.axis}.load"] = load.value
         columns[f"{load.axis}.load.sd"] = load.sd
@@ -58,25 +58,25 @@ def _states(load: DriveLoad) -> list[str]:
     return [str(text).strip() for text in whole]
 
 
-def render_loads(name: str, t_s: Array, felt: Sequence[ReconstructedLoad]) -> str:
+def render_loads(name: str, t_s: Array, sensed: Sequence[ReconstructedLoad]) -> str:
     """Return the page: one HTML file that loads nothing."""
     return figures.whole_page(
         "loads.html.j2",
         title=f"{name}: load on the axes",
         name=name,
         version=__version__,
-        axes=[_shown(t_s, one) for one in felt],
+        axes=[_shown(t_s, one) for one in sensed],
     )
 
 
-def _shown(t_s: Array, felt: ReconstructedLoad) -> dict[str, object]:
-    load = felt.load
+def _shown(t_s: Array, sensed: ReconstructedLoad) -> dict[str, object]:
+    load = sensed.load
     sizes = (("Largest", np.max(np.abs(load.value))), ("Root mean square", load_rms(load.value)))
     return {
         "name": f"{load.axis.upper()} axis",
         "plot": _plot(t_s, load),
-        "model": felt.model,
-        "scale": scale_words(felt),
+        "model": sensed.model,
+        "scale": scale_words(sensed),
         "bandwidth": figures.quantity(load.bandwidth_hz, "Hz"),
         "figures": [(what, figures.quantity(float(size), load.unit)) for what, size in sizes],
         "sure": figures.quantity(NORMAL_95 * float(np.median(load.sd)), load.unit),
@@ -93,23 +93,23 @@ def load_rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def scale_words(felt: ReconstructedLoad) -> str:
+def scale_words(sensed: ReconstructedLoad) -> str:
     """Say what made newtons of amperes, and how sure that is; of no drive, what there is to say."""
-    if felt.said is not None:
-        return felt.said
-    if felt.scale is not None:
-        percent = 100.0 * NORMAL_95 * felt.scale.share
+    if sensed.said is not None:
+        return sensed.said
+    if sensed.scale is not None:
+        percent = 100.0 * NORMAL_95 * sensed.scale.share
         return (
-            f"force constant {felt.scale.per_ampere:.4g} {felt.scale.unit}/A ± {percent:.2g} % "
-            f"(95 %), by {felt.scale.source}; that error is common to all rows and not in their "
+            f"force constant {sensed.scale.per_ampere:.4g} {sensed.scale.unit}/A ± {percent:.2g} % "
+            f"(95 %), by {sensed.scale.source}; that error is common to all rows and not in their "
             "sd"
         )
-    if felt.load.unit == "A":
+    if sensed.load.unit == "A":
         return (
             "in amperes; for newtons, determine the force constant with 'autodb scale', state "
             "torque constant and screw pitch in the machine's file, or use --newtons-per-ampere"
         )
-    return f"the drive's effort is in {felt.load.unit}"
+    return f"the drive's effort is in {sensed.load.unit}"
 
 
 def _plot(t_s: Array, load: DriveLoad) -> object:

@@ -16,7 +16,7 @@ from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.machines import find_machine
-from autodb.agent.rows.posteriors import as_belief, pair_name, version_chain
+from autodb.agent.rows.posteriors import as_posterior, pair_name, version_chain
 from autodb.agent.sense.sensed import QUANTITY, as_cuts, as_observed
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.job import Job
@@ -92,7 +92,7 @@ def _calibration_plot(row: models.CalibrationVersion) -> CalibrationPlot:
     return CalibrationPlot(
         axis=f"{name} ({found.holds.words()})" if found.holds != ANY else name,
         component=row.component,
-        estimate=found.form.value(found.coefficients, points.felt),
+        estimate=found.form.value(found.coefficients, points.sensed),
         target=points.target,
         equation=found.form.equation(found.coefficients, row.unit, row.current_unit),
         unit=row.unit,
@@ -136,10 +136,10 @@ class _History:
         self._cuts = list(dict.fromkeys(force.cut_id for force in self._forces))
         self._pair = row.pair
         pair = row.pair
-        start = start_of(session, owner.id, pair.material.name, pair.tool.name).belief
-        newest = as_belief(row)
+        start = start_of(session, owner.id, pair.material.name, pair.tool.name).posterior
+        newest = as_posterior(row)
         self._start = replace(start, wear=newest.wear)
-        self._felt = sorted({force.component for force in forces})
+        self._sensed = sorted({force.component for force in forces})
         self._learnt = {len(self._cuts): newest}
 
     def _after(self, cuts: int) -> PairPosterior:
@@ -155,7 +155,7 @@ class _History:
         return self._learnt[cuts]
 
     def curves(self, job: Job) -> list[LearningCurve]:
-        """Return what was expected of the job's first cut, of each component that it lets be felt.
+        """Return what was expected of the job's first cut, of each component that it shows.
 
         A program has no cut of one condition, and so no curves.
         """
@@ -175,7 +175,7 @@ class _History:
                 mean=np.array([one.mean[0, QUANTITY[component]] for one in expected]),
                 sd=np.array([one.sd[0, QUANTITY[component]] for one in expected]),
             )
-            for component in self._felt
+            for component in self._sensed
             if component != PASSIVE_AXIS.get(cut.operation)
         ]
 
@@ -190,7 +190,7 @@ class _History:
         mean, sd = (np.concatenate([getattr(one, k) for one in expected]) for k in ("mean", "sd"))
         return [
             _check(component, some, mean[at, QUANTITY[component]], sd[at, QUANTITY[component]])
-            for component in self._felt
+            for component in self._sensed
             if (some := [force for force in rest if force.component == component])
             and (at := [number[force.cut_id] for force in some])
         ]
@@ -199,18 +199,18 @@ class _History:
 def _check(
     component: str, forces: list[models.SensedForce], mean: Array, sd: Array
 ) -> PredictedSensed:
-    """Return felt forces (n,) beside what was expected of them."""
-    felt_N = np.array([force.value_N for force in forces], dtype=np.float64)
-    felt_sd_N = np.array([force.sd_N for force in forces], dtype=np.float64)
-    half = NORMAL_95 * np.hypot(sd, felt_sd_N)
+    """Return sensed forces (n,) beside what was expected of them."""
+    sensed_N = np.array([force.value_N for force in forces], dtype=np.float64)
+    sensed_sd_N = np.array([force.sd_N for force in forces], dtype=np.float64)
+    half = NORMAL_95 * np.hypot(sd, sensed_sd_N)
     return PredictedSensed(
         component=component,
         label=[_cut_words(force.cut) for force in forces],
         predicted_N=mean,
         low_N=mean - half,
         high_N=mean + half,
-        sensed_N=felt_N,
-        sensed_sd_N=felt_sd_N,
+        sensed_N=sensed_N,
+        sensed_sd_N=sensed_sd_N,
     )
 
 

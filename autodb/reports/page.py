@@ -109,12 +109,10 @@ def learnt_words(curve: LearningCurve) -> str:
 
 
 def check_words(check: PredictedSensed) -> str:
-    """Return how many sensed forces lie in their predicted interval, and how many were not felt."""
-    felt = np.isfinite(check.sensed_N)
-    count = (
-        f"{np.sum(_inside(check))} of {np.sum(felt)} measured forces lie in the predicted interval"
-    )
-    blind = int(np.sum(~felt))
+    """Return how many sensed forces lie in their predicted interval; how many were not sensed."""
+    sensed = np.isfinite(check.sensed_N)
+    count = f"{np.sum(_inside(check))} of {np.sum(sensed)} measured forces lie in the interval"
+    blind = int(np.sum(~sensed))
     return count + (f"; {blind} {NOT_SENSED}." if blind else ".")
 
 
@@ -129,15 +127,15 @@ def calibration_plot(n: int, plot: CalibrationPlot) -> Markup:
     """Return the plot of a calibration, the n-th of a page."""
     tone = "corrected" if plot.offered else "recording"
     made = figures.figure(
-        [f"{_felt_as(plot)} from a reference [{plot.unit}]"],
-        x_title=f"{_felt_as(plot)} from the current [{plot.unit}]",
+        [f"{_sensed_as(plot)} from a reference [{plot.unit}]"],
+        x_title=f"{_sensed_as(plot)} from the current [{plot.unit}]",
     )
-    felt = np.isfinite(plot.estimate) & np.isfinite(plot.target)
+    sensed = np.isfinite(plot.estimate) & np.isfinite(plot.target)
     made.add_trace(
-        figures.points(plot.estimate[felt], plot.target[felt], tone=tone, name="standard cut")
+        figures.points(plot.estimate[sensed], plot.target[sensed], tone=tone, name="standard cut")
     )
-    if np.any(felt):
-        ends = np.array([np.min(plot.estimate[felt]), np.max(plot.estimate[felt])])
+    if np.any(sensed):
+        ends = np.array([np.min(plot.estimate[sensed]), np.max(plot.estimate[sensed])])
         dash = {"dash": "solid" if plot.offered else "dot", "width": 2}
         made.add_trace(
             figures.line_trace(ends, ends, tone="simulation", name="the same", line=dash)
@@ -146,7 +144,7 @@ def calibration_plot(n: int, plot: CalibrationPlot) -> Markup:
     return figures.as_html(made, f"calibration-{n}", height_px=320, label=label)
 
 
-def _felt_as(plot: CalibrationPlot) -> str:
+def _sensed_as(plot: CalibrationPlot) -> str:
     return "Torque" if plot.unit == "N·m" else f"Force {plot.component.upper()}"
 
 
@@ -191,16 +189,18 @@ def translucent(tone: str) -> str:
 def _check(n: int, check: PredictedSensed) -> Markup:
     force = f"Force {check.component.upper()}"
     made = figures.figure([f"{force} predicted [N]"], x_title=f"{force} measured [N]")
-    felt = np.isfinite(check.sensed_N)
+    sensed = np.isfinite(check.sensed_N)
     inside = _inside(check)
     for rows, tone, name in (
-        (felt & inside, "corrected", "inside"),
-        (felt & ~inside, "warn", "outside"),
+        (sensed & inside, "corrected", "inside"),
+        (sensed & ~inside, "warn", "outside"),
     ):
         if np.any(rows):
             made.add_trace(_intervals(check, rows, tone, name))
-    if np.any(felt):
-        everything = np.concatenate([check.low_N[felt], check.high_N[felt], check.sensed_N[felt]])
+    if np.any(sensed):
+        everything = np.concatenate(
+            [check.low_N[sensed], check.high_N[sensed], check.sensed_N[sensed]]
+        )
         ends = np.array([np.min(everything), np.max(everything)])
         dash = {"dash": "dash", "width": 1}
         made.add_trace(
@@ -235,7 +235,7 @@ def _intervals(check: PredictedSensed, rows: NDArray[np.bool_], tone: str, name:
 
 def _hover(check: PredictedSensed, row: np.intp) -> str:
     reach = figures.span(float(check.low_N[row]), float(check.high_N[row]), "N")
-    felt = figures.number(float(check.sensed_N[row]))
+    sensed = figures.number(float(check.sensed_N[row]))
     sd = figures.quantity(2.0 * float(check.sensed_sd_N[row]), "N")
-    lines = (f"predicted {reach}", f"measured {felt} ± {sd}")
+    lines = (f"predicted {reach}", f"measured {sensed} ± {sd}")
     return "<br>".join((figures.plain_text(check.label[row]), *lines))

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 REFINED = 2
 """So many of the starts that fit best are refined."""
 FLAT = 1e6
-"""Standard deviation, in sizes of the parameter, of a belief that says nothing."""
+"""Standard deviation, in sizes of the parameter, of a posterior that says nothing."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import JSONResponse, PlainTextResponse
 from starlette.concurrency import run_in_threadpool
 
-from autodb.agent.answer.lookup_cache import Shelves
+from autodb.agent.answer.lookup_cache import LookupCache
 from autodb.store import open_store
 from autodb.store.watched import Watched
 from autodb.web import pages
@@ -92,9 +92,11 @@ def make_app(settings: Settings) -> FastAPI:
     children = Children(settings.url)
     imports = Imports(settings, store, children, metrics)
     sends = Rate(settings.limits.a_minute, SENDS_S)
-    shelves = Shelves(store, watched)
+    lookup_cache = LookupCache(store, watched)
     reading = CapacityLimiter(settings.limits.at_once)
-    service = Service(settings, store, watched, shelves, metrics, children, imports, sends, reading)
+    service = Service(
+        settings, store, watched, lookup_cache, metrics, children, imports, sends, reading
+    )
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from anyio import CapacityLimiter, to_thread
 from fastapi import Depends, HTTPException, Request
 
-from autodb.agent.answer.lookup_cache import Shelves
+from autodb.agent.answer.lookup_cache import LookupCache
 from autodb.agent.operate.access import Access, Role, access_of, is_token
 from autodb.agent.rows.owner import owner_named
 from autodb.store import Store
@@ -53,7 +53,7 @@ class Service:
     settings: Settings
     store: Store
     watched: Watched
-    shelves: Shelves
+    lookup_cache: LookupCache
     metrics: Metrics
     children: Children
     imports: Imports

@@ -1,4 +1,4 @@
-"""What `explain` can name, read off the suspects that it builds."""
+"""What `explain` can name, read off the candidates that it builds."""
 
 from functools import cache
 from pathlib import Path
@@ -25,18 +25,18 @@ def names() -> frozenset[str]:
 
 
 def axis_names() -> frozenset[str]:
-    """Return the terms of the suspects of an axis that moves to and fro beside another."""
+    """Return the terms of the candidates of an axis that moves to and fro beside another."""
     recording = _moves()
     signals = axis_signals(recording, recording["x.current"], "x.current")
     inside = (recording.t_s > LOADED_S[0]) & (recording.t_s < LOADED_S[1])
     left = np.where(inside, 1.0, 0.0)
     field = AxisField(signals, WhiteRows(left, {}, 1))
-    suspects = [*field.standing(), *field.scanned(left, Whitener(np.zeros(1)), 0)]
-    return frozenset(suspect.term for suspect in suspects if suspect.named)
+    candidates = [*field.standing(), *field.scanned(left, Whitener(np.zeros(1)), 0)]
+    return frozenset(candidate.term for candidate in candidates if candidate.named)
 
 
 def _moves() -> Recording:
-    """Return a recording in which everything is excited that a suspect needs."""
+    """Return a recording in which everything is excited that a candidate needs."""
     t_s = np.arange(0.0, LASTS_S, 1.0 / RATE_HZ)
     channels = {
         "t": t_s,

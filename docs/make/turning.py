@@ -23,7 +23,7 @@ def draw(data: Path, columns: Path) -> None:
     table = records.read(data, columns=columns)
     assert isinstance(table, CutTable)
     points = calibration.calibration_points(table, "z")
-    sudden = transients(points.felt.current, points.target, points.groups)
+    sudden = transients(points.sensed.current, points.target, points.groups)
     _lines(points, sudden)
     _by_tool(points, sudden)
     _wear(table)
@@ -35,17 +35,17 @@ def _lines(points: calibration.Points, sudden: NDArray[np.bool_]) -> None:
     few = np.flatnonzero(kept)[::3]
     with drawn("turning-lines", height_in=3.6) as (axes,):
         cloud: Any = {"color": RECORDING, "ms": 3, "label": "rows, 1 in 3"}
-        axes.plot(points.felt.current[few], points.target[few], ".", **cloud)
-        ends = np.array([points.felt.current[kept].min(), points.felt.current[kept].max()])
+        axes.plot(points.sensed.current[few], points.target[few], ".", **cloud)
+        ends = np.array([points.sensed.current[kept].min(), points.sensed.current[kept].max()])
         for tool in np.unique(points.groups):
             used = kept & (points.groups != tool)
             c0, c1 = fitting.straight_line(
-                points.felt.current[used], points.target[used]
+                points.sensed.current[used], points.target[used]
             ).coefficients
             axes.plot(ends, c0 + c1 * ends, color=CORRECTED, lw=0.7)
         axes.plot([], [], color=CORRECTED, lw=0.7, label="fitted without one tool")
         crosses: Any = {"color": WARN, "ms": 6, "mew": 1.6, "label": "transient"}
-        axes.plot(points.felt.current[sudden], points.target[sudden], "x", **crosses)
+        axes.plot(points.sensed.current[sudden], points.target[sudden], "x", **crosses)
         axes.set(title="Feed force, N", xlabel="current of the z drive, raw counts", ylim=(0, None))
         legend(axes)
 
@@ -54,7 +54,7 @@ def _by_tool(points: calibration.Points, sudden: NDArray[np.bool_]) -> None:
     """Error of the force sensed on each tool by the line that never saw it."""
     kept = ~sudden
     groups = points.groups[kept]
-    errors = fitting.leave_group_out(points.felt.current[kept], points.target[kept], groups)
+    errors = fitting.leave_group_out(points.sensed.current[kept], points.target[kept], groups)
     tools = np.unique(groups)
     with drawn("turning-residuals", height_in=3.6) as (axes,):
         axes.axhline(0, color=MUTED, lw=0.8)

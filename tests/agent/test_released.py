@@ -158,7 +158,7 @@ def test_a_database_with_rows_that_lead_nowhere_is_not_upgraded(
 def test_what_the_lower_schema_cannot_hold_does_not_stay_behind(
     version: str, cli: Cli, tmp_path: Path
 ) -> None:
-    """Beliefs and what was predicted from them go; what the released version learnt stays."""
+    """Posteriors and what was predicted from them go; what the released version learnt stays."""
     del version
     path = tmp_path / "autodb.sqlite3"
     before = _content(path)

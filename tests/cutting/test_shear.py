@@ -135,10 +135,10 @@ def test_planners_views_are_of_the_same_law() -> None:
     exact = theta(chip_ratio_thickness=0.0, K_te=1e-9, K_re=1e-9, shear_stress_thickness=-0.22)
     view = kienzle.kienzle(Gaussian(exact, np.eye(len(exact)) * 1e-4), at)
     specific = float(shear.per_width(exact, edge(1.0))[0][0])
-    assert_allclose(view.belief.mean, [specific, 0.22], rtol=1e-6)
+    assert_allclose(view.posterior.mean, [specific, 0.22], rtol=1e-6)
     assert view.off < 1e-6
-    assert np.all(np.diag(view.belief.covariance) > 0.0)
+    assert np.all(np.diag(view.posterior.covariance) > 0.0)
     flat = theta(chip_ratio_thickness=0.0)
-    numbers = kienzle.linear_edge(Gaussian(flat, np.eye(len(flat)) * 1e-4), at).belief.mean
+    numbers = kienzle.linear_edge(Gaussian(flat, np.eye(len(flat)) * 1e-4), at).posterior.mean
     tangential, thrust, _ = (one[0] for one in shear.chip_coefficients(flat, edge(0.1)))
     assert_allclose(numbers, [tangential, 24.0, thrust, 43.0], rtol=1e-9)

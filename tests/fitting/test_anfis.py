@@ -275,12 +275,12 @@ def test_new_rows_can_be_added_in_any_order_and_taken_away(monotone: Monotone | 
     _alike(anfis.refreshed(model, parts[0] + parts[1] + parts[2]), onwards, x)
     _alike(anfis.without_rows(anfis.without_rows(onwards, parts[1]), parts[0] + parts[2]), model, x)
     whole = rule_columns(model.premises, model.scaling.inputs(x))
-    plane = model.belief.plane
+    plane = model.posterior.plane
     scaled = model.scaling.values(y)
     if monotone is None:  # the same as all rows at once, by another way
         p = whole.shape[1]
-        stacked = np.vstack([whole, np.sqrt(model.belief.ridge) * np.eye(p)])
-        pulled = np.sqrt(model.belief.ridge) * np.tile(plane, p // len(plane))
+        stacked = np.vstack([whole, np.sqrt(model.posterior.ridge) * np.eye(p)])
+        pulled = np.sqrt(model.posterior.ridge) * np.tile(plane, p // len(plane))
         best, *_ = np.linalg.lstsq(stacked, np.append(scaled, pulled), rcond=None)
         assert_allclose(onwards.consequents.ravel(), best, rtol=1e-6, atol=1e-8)
         left = float(np.sum((scaled - whole @ best) ** 2)) / onwards.freedom

@@ -1,4 +1,4 @@
-"""A belief about a pair becomes forces, torque and power of cuts not yet made."""
+"""A posterior about a pair becomes forces, torque and power of cuts not yet made."""
 
 import math
 from typing import Any
@@ -29,8 +29,8 @@ TURN = JobCut(name="a", diameter_mm=50, depth_mm=2.0, feed_mm_rev=0.2, speed_rpm
 SLOT = JobCut(name="s", operation="slot", depth_mm=2.0, feed_mm_tooth=0.05, speed_m_min=100)
 
 
-def one(belief: PairPosterior, tool: ToolOf, cut: JobCut) -> PredictedCut:
-    (found,) = prediction.predict(belief, tool, [cut])
+def one(posterior: PairPosterior, tool: ToolOf, cut: JobCut) -> PredictedCut:
+    (found,) = prediction.predict(posterior, tool, [cut])
     return found
 
 
@@ -97,7 +97,7 @@ def _half(interval: Interval) -> float:
     return 0.5 * (interval.high - interval.low)
 
 
-def test_intervals_narrow_as_the_belief_does() -> None:
+def test_intervals_narrow_as_the_posterior_does() -> None:
     wide, narrow = one(known(1.0), INSERT, TURN), one(known(0.01), INSERT, TURN)
     for name in ("force_y_N", "torque_N_m", "power_W"):
         assert _half(getattr(wide, name)) > 5.0 * _half(getattr(narrow, name))
@@ -163,7 +163,7 @@ def test_keys_that_an_operation_needs_or_has_not_are_named(
         JobCut(speed_rpm=1000, **given)
 
 
-def test_a_belief_of_nothing_predicts_within_what_metals_may_have() -> None:
+def test_a_posterior_of_nothing_predicts_within_what_metals_may_have() -> None:
     """Specific cutting force of metals, N/mm²: 500 (aluminium) to 4000 (nickel alloys)."""
     done = one(any_metal(), INSERT, TURN)
     area = 2.0 * 0.2

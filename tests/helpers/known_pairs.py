@@ -18,5 +18,7 @@ INSERT = ToolOf(
 
 def known(share: float = 0.1) -> PairPosterior:
     """Return any metal's numbers, known a share as far."""
-    belief = any_metal()
-    return replace(belief, state=Gaussian(belief.state.mean, share**2 * belief.state.covariance))
+    posterior = any_metal()
+    return replace(
+        posterior, state=Gaussian(posterior.state.mean, share**2 * posterior.state.covariance)
+    )

@@ -24,7 +24,7 @@ def cuts_of(count: int, seed: int) -> PairCuts:
     )
 
 
-def felt(cuts: PairCuts, value: Array, *, sd_N: float = 5.0) -> Observed:
+def sensed(cuts: PairCuts, value: Array, *, sd_N: float = 5.0) -> Observed:
     """Return readings (n, 3) of force x, y, z."""
     count = len(value)
     return Observed(

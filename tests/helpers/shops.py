@@ -1,4 +1,4 @@
-"""Machines of a virtual fleet as a database keeps them: cuts with forces felt, nothing learnt."""
+"""Machines of a virtual fleet as a database keeps them: cuts with forces sensed, nothing learnt."""
 
 from collections.abc import Mapping, Sequence
 
@@ -14,7 +14,7 @@ from autodb.proofs.runs.pairs.pair_cuts import TURN, draw_read_cuts, sensing
 from autodb.store import Store, models
 
 DIAMETER_MM = 50.0
-FELT = {"y": 1, "z": 2}
+SENSED = {"y": 1, "z": 2}
 """Components that a lathe's currents feel in turning, by place in a cut's forces."""
 
 
@@ -26,7 +26,7 @@ def add(
     cuts: int,
     rng: np.random.Generator,
 ) -> None:
-    """Add a machine, if it is not there, and what it felt of cuts of pairs."""
+    """Add a machine, if it is not there, and what it sensed of cuts of pairs."""
     add_machine(store, name, LATHE)
     with store.writing(name) as session:
         owner = find_machine(session, name)
@@ -43,8 +43,8 @@ def add(
         session.add(recording)
         for (material, tool), pair in pairs.items():
             row = _pair(session, material, tool, pair)
-            felt = draw_read_cuts(rng, pair, TURN, cuts)
-            for cut, read in zip(felt.cuts, felt.read, strict=True):
+            sensed = draw_read_cuts(rng, pair, TURN, cuts)
+            for cut, read in zip(sensed.cuts, sensed.read, strict=True):
                 number += 1
                 assert isinstance(cut, TurnedCut)
                 made = models.Cut(
@@ -53,7 +53,7 @@ def add(
                 )  # fmt: skip
                 session.add(made)
                 session.flush()
-                for (c, place), value in zip(FELT.items(), read, strict=True):
+                for (c, place), value in zip(SENSED.items(), read, strict=True):
                     session.add(
                         models.SensedForce(
                             cut_id=made.id, component=c, estimator="drive",
@@ -67,7 +67,7 @@ def _sensors(session: Session, machine_id: int) -> dict[str, models.Estimator]:
     """Return what feels a machine's forces, new where there is nothing yet."""
     rows = session.scalars(select(models.Estimator).filter_by(machine_id=machine_id))
     found = {row.component: row for row in rows}
-    for c in FELT.keys() - found.keys():
+    for c in SENSED.keys() - found.keys():
         found[c] = models.Estimator(
             machine_id=machine_id, kind="drive", component=c, version=1, model={}, scores={}
         )

@@ -40,7 +40,7 @@ def cuts_of(seed: int, count: int) -> PairCuts:
     )
 
 
-def felt(
+def sensed(
     theta: Array, cuts: PairCuts, seed: int, gains: tuple[float, float] = (1.0, 1.0)
 ) -> Observed:
     """Return readings of y and z of cuts whose truth is the law itself, scatter as of P1."""

@@ -1,4 +1,4 @@
-"""An agent beside virtual machines that run: what they cut is recorded, felt and learnt from."""
+"""An agent beside virtual machines that run: what they cut is recorded, sensed and learnt from."""
 
 import time
 from pathlib import Path
@@ -28,7 +28,7 @@ from tests.helpers.shifts import LATHE, MILL, SPEED, all_in, rows_recorded, serv
 def test_a_lathe_behind_mtconnect_teaches_its_database(
     lathe: Running, cli: Cli, sample_jobs: Path
 ) -> None:
-    """Phase currents at 1 kHz: what was said is recorded to the bit, felt, and learnt from."""
+    """Phase currents at 1 kHz: what was said is recorded to the bit, sensed, and learnt from."""
     table = sample_jobs / "stepped_shaft" / "recordings" / "standard-cuts.csv"
     assert cli("import", str(table), "--machine", MACHINE).code == 0
     assert cli("calibrate", "--machine", MACHINE).code == 0

@@ -49,8 +49,8 @@ def _edge(chips_mm: Array, rake_deg: float = 0.0) -> Edge:
     return Edge(chips_mm, 100.0 * one, np.radians(rake_deg) * one, 0.0 * one)
 
 
-def _tangential(belief: PairPosterior, chips_mm: Array, rake_deg: float = 0.0) -> Array:
-    return np.asarray(shear.per_width(belief.law.mean, _edge(chips_mm, rake_deg))[0])
+def _tangential(posterior: PairPosterior, chips_mm: Array, rake_deg: float = 0.0) -> Array:
+    return np.asarray(shear.per_width(posterior.law.mean, _edge(chips_mm, rake_deg))[0])
 
 
 def _at(chips_mm: Array, card: CardForces, forces: Array) -> Array:
@@ -59,12 +59,12 @@ def _at(chips_mm: Array, card: CardForces, forces: Array) -> Array:
     return np.asarray(np.exp(np.polyval(parabola, np.log(chips_mm))))
 
 
-def _share_95(belief: Gaussian, chips_mm: Array) -> Array:
-    """Return the half width of a belief's 95 % interval, a share of the tangential force."""
+def _share_95(posterior: Gaussian, chips_mm: Array) -> Array:
+    """Return the half width of a posterior's 95 % interval, a share of the tangential force."""
     edge = _edge(chips_mm)
-    slope = shear.gradient(lambda t: shear.per_width(t, edge)[0], belief.mean, axes=1)
-    variance = np.einsum("pn,pq,qn->n", slope, belief.covariance, slope)
-    return np.asarray(NORMAL_95 * np.sqrt(variance) / shear.per_width(belief.mean, edge)[0])
+    slope = shear.gradient(lambda t: shear.per_width(t, edge)[0], posterior.mean, axes=1)
+    variance = np.einsum("pn,pq,qn->n", slope, posterior.covariance, slope)
+    return np.asarray(NORMAL_95 * np.sqrt(variance) / shear.per_width(posterior.mean, edge)[0])
 
 
 def _stated(part: object) -> list[StatedValue | StatedColumn]:
@@ -130,21 +130,21 @@ def test_a_line_through_numbers_of_a_table_is_solved_by_hand() -> None:
 
 
 @pytest.mark.parametrize("name", WITH_FORCES)
-def test_a_belief_s_forces_lie_within_the_card_s_bounds(name: str) -> None:
-    card, belief = card_of_material(material_named(name)), posterior_of_material(name)
+def test_a_posterior_s_forces_lie_within_the_card_s_bounds(name: str) -> None:
+    card, posterior = card_of_material(material_named(name)), posterior_of_material(name)
     rake_deg = float(np.degrees(card.rake_rad))
-    off = np.log(_tangential(belief, CHIPS_MM, rake_deg) / _at(CHIPS_MM, card, card.tangential))
+    off = np.log(_tangential(posterior, CHIPS_MM, rake_deg) / _at(CHIPS_MM, card, card.tangential))
     assert np.all(np.abs(off) < NORMAL_95 * card.level)
     assert np.all(np.abs(off) < 0.05)  # and the law is no further off the card's mean
-    assert belief.cuts == 0
+    assert posterior.cuts == 0
     if card.thrust is not None and card.thrust_level is not None:
-        thrust = shear.per_width(belief.law.mean, _edge(CHIPS_MM))[1]
+        thrust = shear.per_width(posterior.law.mean, _edge(CHIPS_MM))[1]
         off = np.log(thrust / _at(CHIPS_MM, card, card.thrust))
         assert np.all(np.abs(off) < NORMAL_95 * card.thrust_level)
 
 
 @pytest.mark.parametrize("name", WITH_FORCES)
-def test_what_a_belief_leaves_open_is_what_the_card_does(name: str) -> None:
+def test_what_a_posterior_leaves_open_is_what_the_card_does(name: str) -> None:
     """Bounds come back but for what an orthogonal edge and scatter add: a half more at most."""
     card, share = (
         card_of_material(material_named(name)),
@@ -190,14 +190,14 @@ def test_titanium_s_bounds_are_those_of_its_numbers() -> None:
     sd = np.array([one.upper - one.lower for one in shear_.read]) / (2 * NORMAL_95)
     drawn = middle[:, None] + sd[:, None] * rng.standard_normal((len(middle), count))
     spread = np.std(conventional._coordinates(drawn), axis=0)
-    belief = posterior_of_material("Ti6Al4V").law
+    posterior = posterior_of_material("Ti6Al4V").law
     places = list(conventional.PLACES)
     # n = 4000: the estimate's own sd is 1.1 %, and numbers ± 15 % bend their logarithms by 1 %
-    assert_allclose(np.sqrt(np.diag(belief.covariance))[places], spread, rtol=0.06)
-    others = np.setdiff1d(np.arange(len(belief.mean)), places)
-    assert_allclose(belief.mean[others], any_metal().law.mean[others])
-    assert np.all(np.linalg.eigvalsh(belief.covariance) > -1e-12)
-    assert np.all(_share_95(belief, TITANIUM_MM[1:3]) < 0.2)
+    assert_allclose(np.sqrt(np.diag(posterior.covariance))[places], spread, rtol=0.06)
+    others = np.setdiff1d(np.arange(len(posterior.mean)), places)
+    assert_allclose(posterior.mean[others], any_metal().law.mean[others])
+    assert np.all(np.linalg.eigvalsh(posterior.covariance) > -1e-12)
+    assert np.all(_share_95(posterior, TITANIUM_MM[1:3]) < 0.2)
 
 
 @pytest.mark.parametrize("rake_deg", [-6.0, 0.0, 6.0])

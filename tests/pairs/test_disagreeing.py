@@ -15,7 +15,7 @@ from autodb.pairs.disagreeing import (
     ComparedPair,
     DisagreementCause,
     Disagrees,
-    FeltStandardCut,
+    SensedStandardCut,
     compared,
     disagrees,
     gain_directions,
@@ -34,7 +34,7 @@ ODD = 2
 
 @dataclass(frozen=True)
 class Fleet:
-    """What the pairs of each machine told, as stated and as felt; what is known of each pair."""
+    """What the pairs of each machine told, as stated and as sensed; what is known of each pair."""
 
     told: list[list[tuple[InformationOfCuts, InformationOfCuts]]]
     known: list[KnownMaterial]
@@ -42,11 +42,11 @@ class Fleet:
     def compared(self, machine: int) -> list[ComparedPair]:
         """Compare a machine's pairs with the others'."""
         return [
-            compared(felt, as_stated=stated, others=known.without("tool", stated).pair("tool"))
-            for known, (stated, felt) in zip(self.known, self.told[machine], strict=True)
+            compared(sensed, as_stated=stated, others=known.without("tool", stated).pair("tool"))
+            for known, (stated, sensed) in zip(self.known, self.told[machine], strict=True)
         ]
 
-    def named(self, machine: int, standard: FeltStandardCut | None = None) -> Disagrees | None:
+    def named(self, machine: int, standard: SensedStandardCut | None = None) -> Disagrees | None:
         """Say whether a machine disagrees."""
         every = MACHINES * len(self.known)
         return disagrees(self.compared(machine), compared_in_all=every, standard=standard)
@@ -68,10 +68,10 @@ def fleet(seed: int, *, pairs: int = 3, gain: float = 1.0, harder: float = 1.0) 
         some = []
         for k, key in enumerate(keys):
             start = pair_ours.prior(made[key].material)
-            felt = draw_read_cuts(rng, made[key], TURN, CUTS)
-            belief = posterior_of_readings(start, pair_ours.observed(made[key], felt)).past()
-            stated = information_of_cuts(belief.law, start.law)
-            some.append((stated, information_of_cuts(belief.given(("gain",)), start.law)))
+            sensed = draw_read_cuts(rng, made[key], TURN, CUTS)
+            posterior = posterior_of_readings(start, pair_ours.observed(made[key], sensed)).past()
+            stated = information_of_cuts(posterior.law, start.law)
+            some.append((stated, information_of_cuts(posterior.given(("gain",)), start.law)))
             known[k] = known[k].changed("tool", more=stated)
         every.append(some)
     return Fleet(every, known)
@@ -109,10 +109,10 @@ def test_two_pairs_do_not_tell_but_a_standard_cut_does(off: dict[str, float]) ->
     alone = found.named(ODD)
     assert alone is not None
     assert alone.cause is DisagreementCause.EITHER
-    felt = FeltStandardCut(
+    sensed = SensedStandardCut(
         gain=np.full(2, off.get("gain", 1.0) - 1.0), sd=np.full(2, 0.045), along=np.eye(2)
     )
-    told_by_it = found.named(ODD, felt)
+    told_by_it = found.named(ODD, sensed)
     assert told_by_it is not None
     assert told_by_it.cause is (
         DisagreementCause.CALIBRATION if "gain" in off else DisagreementCause.CUTTING

@@ -142,10 +142,10 @@ def test_how_far_machines_are_apart_is_told_by_them(b: float) -> None:
     assert abs(np.log(found.shares[1] / b)) < 0.375
 
 
-def test_beliefs_hold_the_next_machine() -> None:
+def test_posteriors_hold_the_next_machine() -> None:
     """Of 60 fleets the misfit of a next machine's pair, χ² with 16 degrees each, is within the
-    interval that correct beliefs leave once in a thousand, widened by a fifth for shares that six
-    machines told.
+    interval that correct posteriors leave once in a thousand, widened by a fifth for shares that
+    six machines told.
     """
     rng = np.random.default_rng(5)
     misfit = 0.0

@@ -1,4 +1,4 @@
-"""What a belief makes of a law that is off, of geometry that is assumed, and of errors of days."""
+"""What a posterior makes of a law that is off, of assumed geometry, and of errors of days."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from autodb.pairs.forecast import forecast
 from autodb.pairs.learning import learn_averaging, log_evidence, posterior_of_readings
 from autodb.pairs.observed import PairCuts, X
 from autodb.pairs.posterior import DAY, FAR, NEAR, OWN, PairPosterior, Shared
-from tests.helpers.law_off import PRIOR, Array, cuts_of, felt
+from tests.helpers.law_off import PRIOR, Array, cuts_of, sensed
 
 NUMBERS = {
     "nose_radius_mm": 0.8, "kappa_deg": 95.0, "rake_deg": -6.0, "inclination_deg": -6.0,
@@ -33,7 +33,7 @@ def _scattered(force_N: Array, seed: int) -> Array:
 def test_a_law_that_holds_is_taken_to_hold() -> None:
     cuts = cuts_of(24, 1)
     found = learn_averaging(
-        PRIOR, felt(cuts, _scattered(cut_forces(_true(2), cuts.elements).force_N, 3))
+        PRIOR, sensed(cuts, _scattered(cut_forces(_true(2), cuts.elements).force_N, 3))
     )
     assert found.off_law == NEAR
 
@@ -46,7 +46,7 @@ def test_a_thrust_that_turns_with_the_depth_speaks_for_a_law_far_off() -> None:
         whole, parts = cut_forces(theta, some.elements).force_N, force_parts(theta, some.elements)
         return whole + 0.5 * np.log(engaged_mm(some.elements))[:, None] * parts[:, :3, 2]
 
-    observed = felt(cuts, _scattered(turned(cuts), 3))
+    observed = sensed(cuts, _scattered(turned(cuts), 3))
     found = learn_averaging(PRIOR, observed)
     assert found.off_law == FAR
     assert log_evidence(replace(PRIOR, off_law=FAR), found, observed) > log_evidence(
@@ -61,7 +61,7 @@ def test_a_thrust_that_turns_with_the_depth_speaks_for_a_law_far_off() -> None:
 
 
 def test_geometry_that_is_assumed_is_learnt_with_the_pair() -> None:
-    """An entering angle 5° off what is assumed: after cuts the belief knows, and faces as it is."""
+    """An entering angle 5° off the assumed one: the posterior of cuts knows, and faces as it is."""
     theta = _true(4)
     rows = [
         {"cutting.feed": f, "cutting.depth": d, "cutting.speed": 100.0, "work.diameter": 40.0}
@@ -74,7 +74,7 @@ def test_geometry_that_is_assumed_is_learnt_with_the_pair() -> None:
     assumed = BY_NAME["turn"].cuts(bare, rows, called="tool")
     assert [one.key for one in assumed.variants] == ["tool: kappa_deg"]
     value = _scattered(cut_forces(theta, true.elements).force_N, 5)
-    found = posterior_of_readings(PRIOR, felt(assumed, value))
+    found = posterior_of_readings(PRIOR, sensed(assumed, value))
     place = found.columns("tool: kappa_deg").start
     sd = np.sqrt(found.state.covariance[place, place])
     assert sd < 0.8
@@ -92,7 +92,7 @@ def test_what_a_day_adds_is_forgotten_and_leaves_the_rest_as_it_was() -> None:
     value = 1.1 * cut_forces(_true(2), cuts.elements).force_N
     day = Shared(f"{DAY} 1", np.array([[0.05**2]]))
     gain = Shared("calibration 1", np.array([[0.03**2]]))
-    observed = replace(felt(cuts, value), common=np.ones((18, 2)), shared=(day, gain))
+    observed = replace(sensed(cuts, value), common=np.ones((18, 2)), shared=(day, gain))
     after = posterior_of_readings(PRIOR, observed)
     past = after.past()
     assert {one.key for one in after.shared} - {one.key for one in past.shared} == {day.key}
@@ -110,7 +110,10 @@ def test_an_offset_moves_a_reading_by_itself() -> None:
     true = cut_forces(_true(2), cuts.elements).force_N
     offset = Shared("calibration 1", np.array([[50.0**2]]))
     observed = replace(
-        felt(cuts, true + 40.0), common=np.zeros((90, 1)), shared=(offset,), shift=np.ones((90, 1))
+        sensed(cuts, true + 40.0),
+        common=np.zeros((90, 1)),
+        shared=(offset,),
+        shift=np.ones((90, 1)),
     )
     found = posterior_of_readings(PRIOR, observed)
     place = found.columns(offset.key).start

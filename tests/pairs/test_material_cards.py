@@ -1,4 +1,4 @@
-"""Material cards: tables are read and written, and a belief gives its card back."""
+"""Material cards: tables are read and written, and a posterior gives its card back."""
 
 import csv
 import io
@@ -19,7 +19,7 @@ from autodb.pairs.conventional import posterior_of_material
 from autodb.pairs.prior import any_metal, of_card
 
 K_SHARE = 0.02
-"""k_c1.1 of a card, of the belief it leaves, and of that belief's card: within this share."""
+"""k_c1.1 of a card, of the posterior it leaves, and of that posterior's card: within this share."""
 M_OFF = 0.02
 """m_c the same: the law's force bends a little over the chips of a card."""
 
@@ -87,7 +87,7 @@ def test_a_material_that_is_a_formula_is_written_as_text_and_reads_back(
 @pytest.mark.parametrize("k_c11", [600.0, 3500.0])
 @pytest.mark.parametrize("m_c", [0.05, 0.17, 0.3])
 @pytest.mark.parametrize("rake_deg", [-6.0, 10.0])
-def test_a_card_comes_back_from_the_belief_that_it_leaves(
+def test_a_card_comes_back_from_the_posterior_that_it_leaves(
     k_c11: float, m_c: float, rake_deg: float
 ) -> None:
     card = _card(k_c11, m_c, ViewRange(rake_rad=float(np.radians(rake_deg))))
@@ -102,15 +102,15 @@ def test_a_card_comes_back_from_the_belief_that_it_leaves(
     assert 1.0 < width < 1.5
 
 
-def test_a_belief_comes_back_from_the_card_that_it_makes() -> None:
-    belief, at = posterior_of_material("C45"), ViewRange()
-    card = kienzle_card("C45", belief.law, at, source="belief")
+def test_a_posterior_comes_back_from_the_card_that_it_makes() -> None:
+    posterior, at = posterior_of_material("C45"), ViewRange()
+    card = kienzle_card("C45", posterior.law, at, source="belief")
     again = kienzle_card("C45", of_card(card.card).law, at, source="card")
     assert_allclose(again.k_c11.value, card.k_c11.value, rtol=K_SHARE)
     assert_allclose(again.m_c, card.m_c, atol=M_OFF)
-    view = kienzle.kienzle(belief.law, at)
-    assert_allclose((card.k_c11.value, card.m_c), view.belief.mean)
-    sd = np.sqrt(view.belief.covariance[0, 0]) / view.belief.mean[0]
+    view = kienzle.kienzle(posterior.law, at)
+    assert_allclose((card.k_c11.value, card.m_c), view.posterior.mean)
+    sd = np.sqrt(view.posterior.covariance[0, 0]) / view.posterior.mean[0]
     assert_allclose(np.log(card.k_c11.upper / card.k_c11.value), NORMAL_95 * sd)
 
 

@@ -18,7 +18,7 @@ from autodb.pairs.posterior import OWN, WEAR
 from autodb.pairs.prior import of_relative
 from autodb.pairs.worn import learn_worn, with_wear
 from tests.helpers.turned_pairs import prior, truth, turn
-from tests.helpers.worn_pairs import WEARS, week, worn_belief
+from tests.helpers.worn_pairs import WEARS, week, worn_posterior
 
 Array = NDArray[np.float64]
 CUTS: tuple[tuple[str, Mapping[str, float], Conditions], ...] = (
@@ -54,15 +54,15 @@ def test_wear_adds_as_more_force_of_the_edge(
 
 def test_a_fresh_edge_takes_what_it_took_and_starts_again() -> None:
     operation, tool, cut = CUTS[0]
-    belief = worn_belief()
+    posterior = worn_posterior()
     plain = forecast(prior(), made(operation, tool, cut))
     for fresh in (
         made(operation, tool, cut),
         made(operation, tool, cut, **{"tool.cutting_time": 0}),
     ):
-        assert_allclose(forecast(belief, fresh).mean, plain.mean, rtol=1e-12)
-        assert_allclose(forecast(belief, fresh).sd, plain.sd, rtol=1e-12)
-    late = forecast(belief, made(operation, tool, cut, **{"tool.cutting_time": 1200.0}))
+        assert_allclose(forecast(posterior, fresh).mean, plain.mean, rtol=1e-12)
+        assert_allclose(forecast(posterior, fresh).sd, plain.sd, rtol=1e-12)
+    late = forecast(posterior, made(operation, tool, cut, **{"tool.cutting_time": 1200.0}))
     assert (
         late.mean[0, [1, 3, 4]] > plain.mean[0, [1, 3, 4]] + 10.0 * np.array([1, 0.01, 1])
     ).all()
@@ -71,14 +71,14 @@ def test_a_fresh_edge_takes_what_it_took_and_starts_again() -> None:
 def test_what_wear_adds_goes_with_time_and_what_edges_differ_by_is_in_the_interval() -> None:
     operation, tool, cut = CUTS[0]
     half, whole = (
-        worn(worn_belief(), made(operation, tool, cut, **{"tool.cutting_time": t}))
+        worn(worn_posterior(), made(operation, tool, cut, **{"tool.cutting_time": t}))
         for t in (600.0, 1200.0)
     )
     assert_allclose(half.mean, 0.25 * whole.mean, rtol=1e-12)
     assert_allclose(np.sqrt(whole.own), 0.2 * np.abs(whole.mean), rtol=1e-9)
     late = made(operation, tool, cut, **{"tool.cutting_time": 1200.0})
     alike, differ = (
-        forecast(worn_belief(replace(WEARS, between=share)), late) for share in (0.0, 0.2)
+        forecast(worn_posterior(replace(WEARS, between=share)), late) for share in (0.0, 0.2)
     )
     assert_allclose(differ.sd**2 - alike.sd**2, whole.own, rtol=1e-6, atol=1e-9)
 
@@ -99,7 +99,7 @@ def test_wear_is_told_from_the_law() -> None:
 
     # The next edge, never seen, half worn
     ahead = replace(turn(np.array([0.2]), np.array([2.0])), worn_s=np.array([800.0]))
-    real = cut_forces(truth(1), ahead.elements).all + worn(worn_belief(alike), ahead).mean
+    real = cut_forces(truth(1), ahead.elements).all + worn(worn_posterior(alike), ahead).mean
     expected = forecast(found.past(), ahead)
     assert (np.abs(real - expected.mean) < 4.0 * expected.sd)[0, 1:].all()
     blind = forecast(
@@ -114,9 +114,9 @@ def test_edges_that_differ_are_known_to_and_forgotten() -> None:
     assert [one.key for one in readings.shared[-4:]] == [
         "tool_wear", "wear of edge A", "wear of edge B", "wear of edge C",
     ]  # fmt: skip
-    belief = posterior_of_readings(replace(prior(), wear=WEARS), readings)
-    assert [one.key for one in belief.past().shared][-2:] == ["tool_wear", "law, turn"]
-    assert belief.past().columns(WEAR).stop <= OWN + 4
+    posterior = posterior_of_readings(replace(prior(), wear=WEARS), readings)
+    assert [one.key for one in posterior.past().shared][-2:] == ["tool_wear", "law, turn"]
+    assert posterior.past().columns(WEAR).stop <= OWN + 4
 
 
 def test_without_wear_readings_are_as_they_were() -> None:
@@ -125,6 +125,6 @@ def test_without_wear_readings_are_as_they_were() -> None:
 
 
 def test_another_tool_begins_without_wear() -> None:
-    relative = of_relative(worn_belief())
+    relative = of_relative(worn_posterior())
     assert relative.wear is None
     assert WEAR not in {one.key for one in relative.shared}

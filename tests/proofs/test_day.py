@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from autodb.errors import UnusableInput
 from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
 from autodb.explain.cuts.ahead import ahead
-from autodb.explain.cuts.candidates.warming import coldness, has_pause, warming_suspects
+from autodb.explain.cuts.candidates.warming import coldness, has_pause, warming_candidates
 from autodb.explain.cuts.look import FoundInCuts, look_in_cuts, stack_of
 from autodb.proofs.machines.lathe.day import CUTS, FORCES, HOURS, Day, draw_day
 from autodb.proofs.runs.found import markdown
@@ -206,7 +206,7 @@ def test_without_a_pause_no_warm_up_is_looked_for() -> None:
     stack = _looked(0.0, 40).stack
     even = replace(stack, known=replace(stack.known, t_s=100.0 * np.arange(40.0)))
     assert not has_pause(even.known)
-    assert warming_suspects(even) == []
+    assert warming_candidates(even) == []
 
 
 # Walking and summing up

@@ -50,10 +50,10 @@ def test_many_noisy_readings_under_one_gain_do_not_pull_the_force_down() -> None
     expected, _ = pair_ours.predicted_next(start, pair, TURN.name, (cut,))
     rng = np.random.default_rng(1)
     read = expected[:, [1, 2]] * (1.0 + 0.06 * rng.standard_normal((100, 2)))
-    belief = posterior_of_readings(
+    posterior = posterior_of_readings(
         start, pair_ours.observed(pair, ReadCuts(TURN, (cut,) * 100, read))
     )
-    after, _ = pair_ours.predicted_next(belief, pair, TURN.name, (cut,))
+    after, _ = pair_ours.predicted_next(posterior, pair, TURN.name, (cut,))
     assert_allclose(after[0, [1, 2]], expected[0, [1, 2]], rtol=4 * 0.06 / np.sqrt(100))
 
 
@@ -87,8 +87,10 @@ def test_five_cuts_teach_pairs_of_another_law() -> None:
     for seed in SEEDS:
         case = draw_case(seed)
         start = pair_ours.prior(case.pair.material)
-        belief = posterior_of_readings(start, pair_ours.observed(case.pair, some(case.felt, 0, 5)))
-        mean, _ = pair_ours.predicted_next(belief, case.pair, TURN.name, case.asked)
+        posterior = posterior_of_readings(
+            start, pair_ours.observed(case.pair, some(case.sensed, 0, 5))
+        )
+        mean, _ = pair_ours.predicted_next(posterior, case.pair, TURN.name, case.asked)
         errors.append(median_errors(mean[:, list(JUDGED)], case))
     assert np.all(np.mean(errors, axis=0) < 0.1)
 
@@ -96,8 +98,10 @@ def test_five_cuts_teach_pairs_of_another_law() -> None:
 def test_a_gain_is_no_part_of_what_lies_above_the_floor() -> None:
     case = draw_case(6001)
     start = pair_ours.prior(case.pair.material)
-    belief = posterior_of_readings(start, pair_ours.observed(case.pair, some(case.felt, 0, 12)))
-    before, after = judged_plan(start, case), judged_plan(belief, case)
+    posterior = posterior_of_readings(
+        start, pair_ours.observed(case.pair, some(case.sensed, 0, 12))
+    )
+    before, after = judged_plan(start, case), judged_plan(posterior, case)
     assert after[0] < 0.5 * before[0]
     assert after[1] < 0.25 * before[1]
     assert after[1] < Z * GAIN < after[0], "no cuts tell the gain"
@@ -116,19 +120,19 @@ def test_proposed_cuts_leave_less_open_than_as_many_at_random() -> None:
     rng = np.random.default_rng(3)
 
     def left(cuts: tuple[TurnedCut, ...]) -> float:
-        felt = made(np.random.default_rng(4), case.pair, TURN, cuts)
-        return judged_plan(posterior_of_readings(start, pair_ours.observed(case.pair, felt)), case)[
-            1
-        ]
+        sensed = made(np.random.default_rng(4), case.pair, TURN, cuts)
+        return judged_plan(
+            posterior_of_readings(start, pair_ours.observed(case.pair, sensed)), case
+        )[1]
 
-    belief = start
+    posterior = start
     cuts: tuple[TurnedCut, ...] = ()
     for _ in range(3):
-        cuts = (*cuts, proposed(belief, case, len(cuts)))
-        felt = made(np.random.default_rng(4), case.pair, TURN, cuts)
-        belief = posterior_of_readings(start, pair_ours.observed(case.pair, felt))
+        cuts = (*cuts, proposed(posterior, case, len(cuts)))
+        sensed = made(np.random.default_rng(4), case.pair, TURN, cuts)
+        posterior = posterior_of_readings(start, pair_ours.observed(case.pair, sensed))
     random = [tuple(CANDIDATES[k] for k in rng.integers(36, size=3)) for _ in range(4)]
-    assert judged_plan(belief, case)[1] < np.mean([left(plan) for plan in random])
+    assert judged_plan(posterior, case)[1] < np.mean([left(plan) for plan in random])
 
 
 def _run(

@@ -112,7 +112,7 @@ def test_estimates_are_of_cuts_left_out(cuts: Path) -> None:
         card = axis_card(found, table)
         assert_allclose(card.left_out_rmse, found.trials[found.form.label], rtol=1e-9)
         assert tuple(card.cut[card.sudden]) == found.transients
-        fitted = found.form.value(found.coefficients, card.felt)
+        fitted = found.form.value(found.coefficients, card.sensed)
         inside = np.sqrt(np.mean((card.target - fitted)[~card.sudden] ** 2))
         assert card.left_out_rmse > inside
 
@@ -121,11 +121,11 @@ def test_the_parts_of_one_cuts_error_add_up_to_what_is_sensed_with(cuts: Path) -
     table = table_of(cuts)
     for axis in calibration.COMPONENT_OF_AXIS:
         found = calibration.calibrate(table, axis, reference_share=0.03)
-        felt = calibration.calibration_points(table, axis).felt
-        cut = at_middle(found, felt)
+        sensed = calibration.calibration_points(table, axis).sensed
+        cut = at_middle(found, sensed)
         one = np.array([cut.current])
         rpm, feed, depth = (
-            np.array([np.median(v)]) for v in (felt.speed_rpm, felt.feed_mm, felt.depth_mm)
+            np.array([np.median(v)]) for v in (sensed.speed_rpm, sensed.feed_mm, sensed.depth_mm)
         )
         slopes = found.form.slopes(
             found.coefficients,
@@ -256,9 +256,9 @@ def test_rules_are_said_in_sentences() -> None:
     rng = np.random.default_rng(64)
     current, rpm = rng.uniform(2.0, 20.0, 120), rng.uniform(500.0, 2500.0, 120)
     nothing = np.full(120, np.nan)
-    felt = MeasuredCuts(current, nothing, rpm, nothing, nothing, nothing)
+    sensed = MeasuredCuts(current, nothing, rpm, nothing, nothing, nothing)
     torque = 2.0 * current * (1.0 - rpm / 5000.0) + 0.2 * rng.standard_normal(120)
-    law = OF_CURRENT_SPEED.fit(felt, torque)
+    law = OF_CURRENT_SPEED.fit(sensed, torque)
     made = rules(_calibration_with(law))
     assert len(made) == 4
     assert re.match(r"If current is low \(about .* A\) and spindle speed is low .*rpm", made[0])

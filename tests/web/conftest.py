@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from fastapi.testclient import TestClient
 
-from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.machines import add_machine
 from autodb.files.machine import LATHE
@@ -61,5 +61,5 @@ def client(url: str) -> Iterator[TestClient]:
 def pair(store: Store) -> dict[str, str]:
     """Return a pair that was learnt, as a query names it."""
     with store.reading() as session:
-        one = Shelf(session, "lathe-0").pairs()[0]
+        one = PairReader(session, "lathe-0").pairs()[0]
     return {"material": one.material, "tool": one.tool}

@@ -14,7 +14,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 
-from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.access import add_token
 from autodb.agent.operate.deciding import mismatches
 from autodb.store import Store, open_store
@@ -74,7 +74,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     store = open_store(url)
     token = add_token(store, "operator", "operate", days=1)
     with store.reading() as session:
-        one = Shelf(session, "lathe-1").pairs()[0]
+        one = PairReader(session, "lathe-1").pairs()[0]
     with served(Settings(url, writes=True)) as at:
         yield Site(at, store, token, {"material": one.material, "tool": one.tool})
     store.close()

@@ -22,7 +22,7 @@ from schemathesis import GenerationMode
 from schemathesis.checks import CHECKS, load_all_checks
 from schemathesis.core.failures import FailureGroup
 
-from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.access import add_token
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.machines import add_machine
@@ -68,7 +68,7 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
         )  # fmt: skip
         session.add(drifts)
     with store.reading() as session:
-        pair = Shelf(session, "lathe-0").pairs()[0]
+        pair = PairReader(session, "lathe-0").pairs()[0]
     token = add_token(store, "all", "admin", days=1)
     store.close()
     return {"url": url, "token": token, "material": pair.material, "tool": pair.tool}

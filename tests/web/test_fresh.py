@@ -8,7 +8,7 @@ import pytest
 from fastapi.testclient import TestClient
 from sqlalchemy import inspect, select
 
-from autodb.agent.answer.lookup_cache import Shelves
+from autodb.agent.answer.lookup_cache import LookupCache
 from autodb.agent.rows.machines import add_machine
 from autodb.files.machine import LATHE
 from autodb.store import Store, create_store, models, open_store
@@ -106,15 +106,15 @@ def test_what_is_kept_of_a_pair_outlives_other_changes(
     url: str, store: Store, pair: dict[str, str]
 ) -> None:
     watched = Watched(store)
-    shelves = Shelves(store, watched)
-    first = shelves.grounds("lathe-0", **pair)
+    lookup_cache = LookupCache(store, watched)
+    first = lookup_cache.basis("lathe-0", **pair)
     writer = open_store(url)
     add_machine(writer, "another", LATHE)
-    again = shelves.grounds("lathe-0", **pair)
+    again = lookup_cache.basis("lathe-0", **pair)
     assert again.mark != first.mark
-    assert again.grounds is first.grounds
-    _newer_version(writer, first.grounds.known.behind.parameters or 0)
-    assert shelves.grounds("lathe-0", **pair).grounds is not first.grounds
+    assert again.basis is first.basis
+    _newer_version(writer, first.basis.known.behind.parameters or 0)
+    assert lookup_cache.basis("lathe-0", **pair).basis is not first.basis
     writer.close()
     watched.close()
 

@@ -9,7 +9,7 @@ from fastapi.testclient import TestClient
 from numpy.testing import assert_allclose
 from pydantic import TypeAdapter
 
-from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.answer.predicting import JobAnswer
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.operate.access import add_token
@@ -27,7 +27,7 @@ def test_a_look_up_is_what_the_library_says(
     got = client.get(f"{API}/machines/lathe-0/lookup", params=pair | CUT)
     assert got.status_code == 200
     with store.reading() as session:
-        found = Shelf(session, "lathe-0").look_up(**pair, cut=JobCut.model_validate(CUT))
+        found = PairReader(session, "lathe-0").look_up(**pair, cut=JobCut.model_validate(CUT))
     assert TypeAdapter(LookedUp).validate_json(got.content) == found
 
 
@@ -130,9 +130,9 @@ def test_a_batch_answers_each_line_as_a_look_up_does(
     assert end == {"answered": 600, "refused": 0}
     assert [row["row"] for row in rows] == list(range(1, 601))
     with store.reading() as session:
-        shelf = Shelf(session, "lathe-0")
+        pair_reader = PairReader(session, "lathe-0")
         for k in (0, 299, 599):
-            one = asdict(shelf.look_up(**pair, cut=JobCut.model_validate(cuts[k])).cut)
+            one = asdict(pair_reader.look_up(**pair, cut=JobCut.model_validate(cuts[k])).cut)
             for name in ("force_y_N", "force_z_N", "torque_N_m"):
                 found, alone = rows[k]["cut"][name], one[name]
                 assert_allclose(list(found.values()), list(alone.values()), rtol=SIX_DIGITS)

@@ -10,7 +10,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.access import noted
 from autodb.cli import run
 from autodb.errors import NotThere, UnusableInput
@@ -29,9 +29,9 @@ def test_the_client_says_what_the_library_says(
     cuts = [JobCut.model_validate(CUT | {"depth_mm": depth}) for depth in (1.0, 2.0)]
     job = Job(name="j", material=pair["material"], tool=pair["tool"], cut=tuple(cuts))
     with store.reading() as session:
-        shelf = Shelf(session, "lathe-0")
-        alone = [shelf.look_up(**pair, cut=cut) for cut in cuts]
-        known = shelf.pairs()
+        pair_reader = PairReader(session, "lathe-0")
+        alone = [pair_reader.look_up(**pair, cut=cut) for cut in cuts]
+        known = pair_reader.pairs()
     with served(Settings(url)) as at, Client(at) as client:
         assert [one.name for one in client.machines()] == ["a/b c", "lathe-0"]
         assert client.machine("a/b c").recordings == 0

@@ -10,7 +10,7 @@ from urllib.parse import quote, urlencode
 import pytest
 from fastapi.testclient import TestClient
 
-from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.access import add_token
 from autodb.agent.operate.deciding import mismatches
 from autodb.store import Store, open_store
@@ -65,7 +65,7 @@ def client(url: str) -> Iterator[TestClient]:
 def pair(store: Store) -> dict[str, str]:
     """Return the pair that was learnt."""
     with store.reading() as session:
-        one = Shelf(session, "lathe-1").pairs()[0]
+        one = PairReader(session, "lathe-1").pairs()[0]
     return {"material": one.material, "tool": one.tool}
 
 
@@ -124,7 +124,7 @@ def test_the_planner_says_what_the_library_says(
     client: TestClient, store: Store, pair: dict[str, str]
 ) -> None:
     with store.reading() as session:
-        alone = Shelf(session, "lathe-1").look_up(**pair, cut=as_cut(CUT))
+        alone = PairReader(session, "lathe-1").look_up(**pair, cut=as_cut(CUT))
     text = _text(client.get(f"{MACHINE}/plan?{urlencode(pair | CUT)}").text)
     rounded = float(f"{alone.cut.force_y_N.value:.3g}")
     assert f"{rounded:.0f} N" in text

@@ -80,7 +80,7 @@ def test_the_tables_of_terms_are_the_terms() -> None:
     assert [terms.standstill(t) for t in TERMS[:7]] == ["0"] * 6 + ["acts"]
 
 
-def test_what_explain_can_name_is_read_off_its_suspects() -> None:
+def test_what_explain_can_name_is_read_off_its_candidates() -> None:
     assert {"cogging", "cross_coupling", "external_load", "backlash"} <= explained.axis_names()
     assert explained.names() <= VOCABULARY
     page = make.TERMS_PAGE.read_text("utf-8")

@@ -12,7 +12,7 @@ from autodb.pairs.learning import learn_averaging, posterior_of_readings
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import OWN, PairPosterior, Shared
 from autodb.pairs.worn import learn_worn
-from tests.helpers.law_off import PRIOR, cuts_of, felt
+from tests.helpers.law_off import PRIOR, cuts_of, sensed
 from tests.helpers.turned_pairs import prior
 from tests.helpers.worn_pairs import WEARS, week
 
@@ -29,13 +29,13 @@ def readings(turned: float) -> Observed:
     whole, parts = cut_forces(theta, cuts.elements).force_N, force_parts(theta, cuts.elements)
     whole = whole + turned * np.log(engaged_mm(cuts.elements))[:, None] * parts[:, :3, 2]
     rng = np.random.default_rng(3)
-    observed = felt(cuts, whole * (1.0 + 0.02 * rng.standard_normal(whole.shape)))
+    observed = sensed(cuts, whole * (1.0 + 0.02 * rng.standard_normal(whole.shape)))
     gain = Shared("calibration 1", np.array([[0.04**2]]))
     return replace(observed, common=np.ones((len(observed.value), 1)), shared=(gain,))
 
 
 def apart(one: PairPosterior, other: PairPosterior) -> float:
-    """Return by how many own standard deviations two beliefs differ, in mean, sd or scatter."""
+    """Return by how many own standard deviations two posteriors differ, in mean, sd or scatter."""
     sd = np.sqrt(np.diag(one.state.covariance))
     open_ = sd > 0
     mean = np.abs(one.state.mean - other.state.mean)[open_] / sd[open_]

@@ -6,7 +6,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.looking_up import Listed, Shelf
+from autodb.agent.answer.looking_up import Listed, PairReader
 from autodb.agent.answer.made_cards import rake_deg
 from autodb.agent.learn.learnt_from import learnt_from
 from autodb.agent.rows.posteriors import LAW
@@ -31,8 +31,8 @@ def machine_coefficients(
     Raises UnusableInput where the machine, or the material or tool, is not known, or it has learnt
     no pair.
     """
-    shelf = Shelf(session, machine)
-    listed = shelf.pairs(material, tool)
+    pair_reader = PairReader(session, machine)
+    listed = pair_reader.pairs(material, tool)
     if not listed:
         raise UnusableInput(
             f"machine '{machine}' has no fitted work-tool pair; run 'autodb refresh "
@@ -42,15 +42,17 @@ def machine_coefficients(
         autodb=version("autodb"),
         written_at=models.now(),
         machine=machine,
-        pairs=[_pair(session, shelf, one) for one in listed],
+        pairs=[_pair(session, pair_reader, one) for one in listed],
     )
 
 
-def _pair(session: Session, shelf: Shelf, listed: Listed) -> coefficients.PairCoefficients:
-    known = shelf.known(listed.material, listed.tool)
+def _pair(
+    session: Session, pair_reader: PairReader, listed: Listed
+) -> coefficients.PairCoefficients:
+    known = pair_reader.known(listed.material, listed.tool)
     behind = learnt_from(session, known.behind.parameters or 0)
     row = session.scalars(select(models.Tool).where(models.Tool.name == listed.tool)).one()
-    law = known.belief.law
+    law = known.posterior.law
     at = ViewRange(rake_rad=float(np.radians(rake_deg(session, known))))
     return coefficients.PairCoefficients(
         material=listed.material,

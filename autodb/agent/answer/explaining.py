@@ -14,7 +14,7 @@ from autodb.agent.ingest.as_imported import as_imported, signed
 from autodb.agent.ingest.importing import counted_cuts, cuts_as_table, import_file
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations
 from autodb.agent.rows.machines import find_machine
-from autodb.agent.rows.posteriors import as_belief, latest
+from autodb.agent.rows.posteriors import as_posterior, latest
 from autodb.agent.sense.sensed import QUANTITY, as_cuts, usable
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
@@ -102,8 +102,7 @@ def _over_time(session: Session, owner: models.Machine, recording: Recording) ->
 def expected_and_sensed(
     session: Session, owner: models.Machine, cuts: list[models.Cut]
 ) -> tuple[CutTable, CutTable, list[str]]:
-    """Return the sensed forces of cuts, those that the pairs' beliefs expect, and what terms these
-    have.
+    """Return the sensed forces of cuts, those that the pairs' posteriors expect, and these' terms.
 
     Both hold the components that are sensed in every cut; cuts of pairs not learnt yet, and those
     whose forces cannot be worked out, are left out. Raises UnusableInput when nothing is left.
@@ -143,7 +142,7 @@ def _expected(
 ) -> tuple[list[models.Cut], Array, list[str]]:
     """Return the cuts of pairs that the machine has learnt, and the forces x, y, z expected, N.
 
-    And the terms that these have: wear where a pair's belief has it.
+    And the terms that these have: wear where a pair's posterior has it.
     """
     has = ["shear", "edge_force"]
     kept: list[models.Cut] = []
@@ -151,11 +150,11 @@ def _expected(
     for pair_id in dict.fromkeys(cut.pair_id for cut in cuts if usable(cut)):
         row = None if pair_id is None else latest(session, owner.id, pair_id)
         if row is not None:
-            belief = as_belief(row)
-            if belief.wear is not None and WEAR not in has:
+            posterior = as_posterior(row)
+            if posterior.wear is not None and WEAR not in has:
                 has.append(WEAR)
             number, made = as_cuts([cut for cut in cuts if cut.pair_id == pair_id and usable(cut)])
-            means = np.concatenate([forecast(belief, some).mean[:, :3] for some in made])
+            means = np.concatenate([forecast(posterior, some).mean[:, :3] for some in made])
             for cut in cuts:
                 if cut.id in number:
                     kept.append(cut)
@@ -204,7 +203,7 @@ def _row(recording_id: int, channel: str, answer: ChannelAnswer, cause: Cause) -
 def open_mismatches(
     session: Session,
     owner: models.Machine,
-    odd_cuts: Sequence[int],
+    outlying_cuts: Sequence[int],
     *,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[str]:
@@ -212,7 +211,7 @@ def open_mismatches(
 
     A recording that has mismatches of forces already is left as it is. Returns what to say.
     """
-    cuts = session.scalars(select(models.Cut).where(models.Cut.id.in_(odd_cuts))).all()
+    cuts = session.scalars(select(models.Cut).where(models.Cut.id.in_(outlying_cuts))).all()
     recordings = {cut.recording_id: cut.recording for cut in cuts}
     known = set(
         session.scalars(
@@ -239,7 +238,7 @@ def open_mismatches(
 def _explained(
     session: Session, owner: models.Machine, recording: models.StoredRecording
 ) -> Explained | None:
-    """Explain all cuts of a recording against what was expected; None: too few, or none felt."""
+    """Explain all cuts of a recording against what was expected; None: too few, or none sensed."""
     cuts = counted_cuts(recording)
     if len(cuts) < EXPLAINED:
         return None

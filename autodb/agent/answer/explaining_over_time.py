@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 def explain_over_time(session: Session, owner: models.Machine, recording: Recording) -> Explained:
-    """Explain a recording's drives against their models, its forces against its pair's belief.
+    """Explain a recording's drives against their models, its forces against its pair's posterior.
 
     Raises UnusableInput where the machine has neither.
     """
@@ -47,7 +47,7 @@ def explain_over_time(session: Session, owner: models.Machine, recording: Record
 
 
 def _waves(known: KnownPair, recording: Recording) -> Explained:
-    """Explain a recording's forces against its pair's belief."""
+    """Explain a recording's forces against its pair's posterior."""
     waves = expected_waves(known, recording)
     made = _as_simulation(waves.measured, waves.forces_N)
     explained = explain(waves.measured, made, includes=list(HAS))

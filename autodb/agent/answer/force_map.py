@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.agent.answer.prediction_basis import Grounds
+from autodb.agent.answer.prediction_basis import PredictionBasis
 from autodb.files.job import KEYS, JobCut
 from autodb.forward.limits import probability_beyond
 from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
@@ -52,14 +52,14 @@ class ForceMap:
     cut_range: tuple[tuple[float, float], tuple[float, float]] | None
 
 
-def force_map(grounds: Grounds, cut: JobCut) -> ForceMap:
+def force_map(basis: PredictionBasis, cut: JobCut) -> ForceMap:
     """Return the map around a cut. Raises UnusableInput where the tool cannot make one of it."""
     needs = KEYS[cut.operation].needs
     feed_key = "feed_mm_tooth" if "feed_mm_tooth" in needs else "feed_mm_rev"
     speed_key = "speed_m_min" if cut.speed_m_min is not None else "speed_rpm"
     across_key = "depth_mm" if "depth_mm" in needs else speed_key
     learnt: Mapping[str, tuple[float, float]] = (
-        grounds.states.usual.ranges if grounds.states is not None else {}
+        basis.states.usual.ranges if basis.states is not None else {}
     )
     feeds = _around(getattr(cut, feed_key), learnt.get(FEED), FEEDS)
     depths = learnt.get(DEPTH) if across_key == "depth_mm" else None
@@ -69,9 +69,9 @@ def force_map(grounds: Grounds, cut: JobCut) -> ForceMap:
         for other in across
         for feed in feeds
     ]
-    found, _ = grounds.predict(asked)
+    found, _ = basis.predict(asked)
     shape = (len(across), len(feeds))
-    layers = tuple(_layer(one, found, shape, one.limit(grounds.limits)) for one in QUANTITIES)
+    layers = tuple(_layer(one, found, shape, one.limit(basis.limits)) for one in QUANTITIES)
     known = (learnt[FEED], learnt[DEPTH]) if depths is not None and FEED in learnt else None
     return ForceMap(cut, feed_key, across_key, feeds, across, layers, known)
 

@@ -11,7 +11,7 @@ from sqlalchemy import Select, bindparam, select
 from sqlalchemy.orm import Session, aliased
 
 from autodb.agent.learn.learnt_from import LearntFrom, learnt_from
-from autodb.agent.rows.posteriors import as_belief
+from autodb.agent.rows.posteriors import as_posterior
 from autodb.files.job import JobCut
 from autodb.forward import prediction
 from autodb.forward.prediction import PredictedCut, ToolOf
@@ -27,7 +27,7 @@ class OfState:
     """A learnt pair in another state than the usual: its newest version, and what its cuts were."""
 
     row: models.CuttingParameters
-    belief: PairPosterior
+    posterior: PairPosterior
     made: LearntFrom
 
 
@@ -48,27 +48,27 @@ def states_of_version(session: Session, parameters: int) -> States:
     numbers = others_of(session, parameters)
     rows = [session.get_one(models.CuttingParameters, number) for number in numbers]
     others = [
-        OfState(row, as_belief(row), learnt_from(session, row.id))
+        OfState(row, as_posterior(row), learnt_from(session, row.id))
         for row in sorted(rows, key=lambda row: (-row.n_cuts, row.id))
     ]
     return States(learnt_from(session, parameters), tuple(others))
 
 
 def predict_in_states(
-    belief: PairPosterior, tool: ToolOf, states: States | None, cuts: Sequence[JobCut]
+    posterior: PairPosterior, tool: ToolOf, states: States | None, cuts: Sequence[JobCut]
 ) -> tuple[tuple[PredictedCut, ...], list[models.CuttingParameters]]:
     """Predict cuts, each in the state that it implies; return them, and the states' parameters.
 
-    ``belief``: of the usual state; ``states``: None where the machine has not learnt the pair.
+    ``posterior``: of the usual state; ``states``: None where the machine has not learnt the pair.
     """
     if states is None or not states.others:
-        return prediction.predict(belief, tool, cuts), []
+        return prediction.predict(posterior, tool, cuts), []
     which = [states.implied(cut.conditions(tool.diameter_mm)) for cut in cuts]
     found: dict[int, PredictedCut] = {}
     used = list({id(one): one for one in which if one is not None}.values())
     for state in (None, *used):
         numbers = [k for k, one in enumerate(which) if one is state]
-        its = belief if state is None else state.belief
+        its = posterior if state is None else state.posterior
         name = None if state is None else state.row.state
         made = prediction.predict(its, tool, [cuts[k] for k in numbers])
         found |= {k: replace(one, state=name) for k, one in zip(numbers, made, strict=True)}

@@ -1,7 +1,7 @@
 """Look up: forces, torque and power of one cut of a pair, and which pairs a machine knows.
 
-Nothing is stored. A pair that the machine has learnt takes one query, by indices; of its belief the
-JSON text is read as it lies in the row. Every other pair is found as `autodb predict` finds it.
+Nothing is stored. A pair that the machine has learnt takes one query, by indices; of its posterior
+the JSON text is read as it lies in the row. Every other pair is found as `autodb predict` finds it.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,12 @@ from sqlalchemy import (
 from sqlalchemy.orm import Session, aliased
 
 from autodb.agent.answer.in_state import others_of
-from autodb.agent.answer.prediction_basis import Grounds, LookedUp, Stamp, grounds_of
+from autodb.agent.answer.prediction_basis import (
+    LookedUp,
+    PredictionBasis,
+    Stamp,
+    prediction_basis_of,
+)
 from autodb.agent.learn.known import Behind, KnownPair, known_of
 from autodb.agent.rows.catalogue import GEOMETRY
 from autodb.agent.rows.owner import owner_named
@@ -40,7 +45,7 @@ _NUMBERS = ("id", "version", "n_cuts", "started_from")
 
 @dataclass(frozen=True)
 class Listed:
-    """A pair that a machine knows: the newest version of its belief, cuts behind it, and when."""
+    """A pair that a machine knows: the newest version of its posterior, its cuts, and when."""
 
     material: str
     tool: str
@@ -49,7 +54,7 @@ class Listed:
     learnt_at: str
 
 
-class Shelf:
+class PairReader:
     """What one machine knows, read in one session. Raises UnusableInput for an unknown machine."""
 
     def __init__(self, session: Session, machine: str) -> None:
@@ -62,12 +67,12 @@ class Shelf:
         Raises UnusableInput where the tool cannot make it, or the pair was learnt under an earlier
         law only.
         """
-        return self.grounds(material, tool).look_up(cut)
+        return self.basis(material, tool).look_up(cut)
 
-    def grounds(self, material: str, tool: str) -> Grounds:
+    def basis(self, material: str, tool: str) -> PredictionBasis:
         """Return what answers about a pair rest on; raises UnusableInput as ``known`` does."""
         known = self.known(material, tool)
-        return grounds_of(self._session, self._owner, material, known)
+        return prediction_basis_of(self._session, self._owner, material, known)
 
     def stamp(self, material: str, tool: str) -> Stamp | None:
         """Return what answers about a pair depend on; None where the pair is not learnt."""
@@ -119,9 +124,9 @@ class Shelf:
 def _as_known(row: Row[Any], tool: str) -> KnownPair:
     number, version, cuts, started_from, *rest = tuple[Any, ...](row)
     kept: list[Any] = [None if text is None else from_json(text) for text in rest[: len(_JSON)]]
-    belief = posterior_of(*kept, cuts=cuts)
+    posterior = posterior_of(*kept, cuts=cuts)
     called = ToolOf(tool, _numbers(rest[len(_JSON) :]))
-    return KnownPair(belief, called, Behind(number, version, cuts, started_from), None)
+    return KnownPair(posterior, called, Behind(number, version, cuts, started_from), None)
 
 
 def _numbers(geometry: Sequence[float | None]) -> dict[str, float]:
@@ -131,7 +136,7 @@ def _numbers(geometry: Sequence[float | None]) -> dict[str, float]:
 
 
 def _usual(table: Any) -> Sequence[ColumnElement[bool]]:
-    """Return which versions are a machine's beliefs in the usual state of its pairs."""
+    """Return which versions are a machine's posteriors in the usual state of its pairs."""
     return (
         table.machine_id == bindparam("machine"),
         table.law == bindparam("law"),
@@ -141,7 +146,7 @@ def _usual(table: Any) -> Sequence[ColumnElement[bool]]:
 
 
 def _newest(*columns: Any) -> Select[Any]:
-    """Return the query of a pair's newest belief, with its tool's geometry."""
+    """Return the query of a pair's newest posterior, with its tool's geometry."""
     return (
         select(*columns, *(getattr(models.Tool, name) for name in GEOMETRY))
         .join(models.Pair, models.Pair.id == _Parameters.pair_id)
@@ -158,7 +163,7 @@ def _newest(*columns: Any) -> Select[Any]:
 
 
 def _listed() -> Executable:
-    """Return the query of the newest belief of every pair, by material and tool."""
+    """Return the query of the newest posterior of every pair, by material and tool."""
     other = aliased(_Parameters)
     newest = (
         select(func.max(other.version))

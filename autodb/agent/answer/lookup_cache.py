@@ -4,8 +4,8 @@ import threading
 from collections import OrderedDict
 from dataclasses import dataclass
 
-from autodb.agent.answer.looking_up import Shelf
-from autodb.agent.answer.prediction_basis import Grounds
+from autodb.agent.answer.looking_up import PairReader
+from autodb.agent.answer.prediction_basis import PredictionBasis
 from autodb.store import Store
 from autodb.store.watched import Watched, opening
 
@@ -19,10 +19,10 @@ class Marked:
     """Grounds, and the mark of the state of the database that they are of."""
 
     mark: str
-    grounds: Grounds
+    basis: PredictionBasis
 
 
-class Shelves:
+class LookupCache:
     """Grounds by machine, material and tool, as the database has them now.
 
     After any change of the database a pair that is kept costs a look at the numbers of its newest
@@ -35,7 +35,7 @@ class Shelves:
         self._opening = ""
         self._kept: OrderedDict[Key, Marked] = OrderedDict()
 
-    def grounds(self, machine: str, material: str, tool: str) -> Marked:
+    def basis(self, machine: str, material: str, tool: str) -> Marked:
         """Return what answers about a machine's pair rest on.
 
         Raises UnusableInput for a machine that is not there, or a pair that was learnt under an
@@ -47,11 +47,14 @@ class Shelves:
         if kept is not None and kept.mark == mark:
             return kept
         with self._store.reading() as session:
-            shelf = Shelf(session, machine)
-            if kept is not None and kept.grounds.stamp == shelf.stamp(material, tool) is not None:
-                found = kept.grounds
+            pair_reader = PairReader(session, machine)
+            if (
+                kept is not None
+                and kept.basis.stamp == pair_reader.stamp(material, tool) is not None
+            ):
+                found = kept.basis
             else:
-                found = shelf.grounds(material, tool)
+                found = pair_reader.basis(material, tool)
                 session.expunge_all()
         return self._keep(key, Marked(mark, found))
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.looking_up import Listed, Shelf
+from autodb.agent.answer.looking_up import Listed, PairReader
 from autodb.agent.learn.known import KnownPair
 from autodb.agent.learn.learnt_from import learnt_from
 from autodb.agent.rows.imported_cards import made_by
@@ -35,12 +35,12 @@ def made_cards(
     Raises UnusableInput where the machine, or the material or tool, is not known, it has learnt no
     pair, or no pair makes a card.
     """
-    shelf = Shelf(session, machine)
-    chosen, left_out = _most_cut(shelf.pairs(material, tool))
+    pair_reader = PairReader(session, machine)
+    chosen, left_out = _most_cut(pair_reader.pairs(material, tool))
     cards = []
     for pair in chosen:
         try:
-            cards.append(_card(session, shelf, machine, pair))
+            cards.append(_card(session, pair_reader, machine, pair))
         except UnusableInput as error:
             left_out.append(str(error))
     if not cards:
@@ -63,14 +63,14 @@ def _most_cut(pairs: Sequence[Listed]) -> tuple[list[Listed], list[str]]:
     return [pair for pair in pairs if chosen[pair.material] is pair], left_out
 
 
-def _card(session: Session, shelf: Shelf, machine: str, pair: Listed) -> KienzleCard:
-    known = shelf.known(pair.material, pair.tool)
+def _card(session: Session, pair_reader: PairReader, machine: str, pair: Listed) -> KienzleCard:
+    known = pair_reader.known(pair.material, pair.tool)
     source = (
         f"{made_by(machine)}{pair.tool}, {pair.cuts} cuts, version {pair.version}, "
         f"{pair.learnt_at[:10]}"
     )
     at = ViewRange(rake_rad=float(np.radians(rake_deg(session, known))))
-    return kienzle_card(pair.material, known.belief.law, at, source=source)
+    return kienzle_card(pair.material, known.posterior.law, at, source=source)
 
 
 def rake_deg(session: Session, known: KnownPair) -> float:

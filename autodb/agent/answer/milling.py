@@ -1,4 +1,4 @@
-"""A mill's forces over time as its work-tool pair's belief expects them."""
+"""A mill's forces over time as its work-tool pair's posterior expects them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -23,7 +23,7 @@ from autodb.store import models
 Array = NDArray[np.float64]
 
 HAS = ("shear", "edge_force")
-"""Terms that a belief's forces over time have."""
+"""Terms that a posterior's forces over time have."""
 CUTS = 0.25
 """Share of a turn's usual power of force above which its rows are taken as in the work. Chosen."""
 WHOLLY = 0.95
@@ -76,7 +76,7 @@ def known_pair(session: Session, owner: models.Machine, recording: Recording) ->
 
 
 def expected_waves(known: KnownPair, recording: Recording) -> ExpectedWaves:
-    """Return what the belief of a recording's pair expects of its forces.
+    """Return what the posterior of a recording's pair expects of its forces.
 
     Only where the mill is wholly in the work: on its way in and out the arc is another. Where the
     angle of the spindle was not recorded the passing of teeth tells it; where it was and the teeth
@@ -92,7 +92,7 @@ def expected_waves(known: KnownPair, recording: Recording) -> ExpectedWaves:
         )
     rows = _wholly_inside(recording, rpm, mill.feed_mm * mill.teeth * rpm / 60.0)
     inside = _at(recording, rows)
-    wave = _Wave(known.belief, known.tool, operation, _conditions(inside, rpm))
+    wave = _Wave(known.posterior, known.tool, operation, _conditions(inside, rpm))
     angle_rad, notes = _turned(inside, mill, wave)
     begin, *_, end = inside.t_s
     said = f"explained from {begin:.3g} to {end:.3g} s, where the mill is wholly in the work"
@@ -191,16 +191,16 @@ def _conditions(recording: Recording, rpm: float) -> Mapping[str, float]:
 
 @dataclass(frozen=True)
 class _Wave:
-    """A belief's forces of a cut over the spindle's angle."""
+    """A posterior's forces of a cut over the spindle's angle."""
 
-    belief: PairPosterior
+    posterior: PairPosterior
     tool: ToolOf
     operation: str
     conditions: Mapping[str, float]
 
     def at(self, recording: Recording, angle_rad: Array) -> dict[str, Array]:
         """Return the forces at angles (n,) in the recording's frame."""
-        forces = waves_N(self.belief, self.tool, self.operation, self.conditions, angle_rad).T
+        forces = waves_N(self.posterior, self.tool, self.operation, self.conditions, angle_rad).T
         a, c = recording.get("a.angle"), recording.get("c.angle")
         if a is not None or c is not None:
             still = np.zeros(len(recording))

@@ -130,9 +130,9 @@ def _seen(session: Session, rows: Sequence[models.Machine]) -> list[MachineSeen]
         count, newest = recordings.get(row.id, (0, None))
         refreshed, due = passes.get(row.id, (None, 0))
         axes = tuple(axis.name for axis in row.axes)
-        felt = tuple(sorted(feels.get(row.id, ())))
+        sensed = tuple(sorted(feels.get(row.id, ())))
         waiting = undecided.get(row.id, 0)
-        found.append(MachineSeen(row.name, axes, felt, count, newest, refreshed, due, waiting))
+        found.append(MachineSeen(row.name, axes, sensed, count, newest, refreshed, due, waiting))
     return found
 
 
@@ -191,8 +191,8 @@ def _feels(session: Session, numbers: Sequence[int]) -> dict[int, set[str]]:
         of_axes.setdefault((row.machine_id, row.axis), []).append(row)
     found: dict[int, set[str]] = {}
     for (machine, _), some in of_axes.items():
-        felt = {row.component for row in holding(some) if row.offered}
-        found.setdefault(machine, set()).update(felt)
+        sensed = {row.component for row in holding(some) if row.offered}
+        found.setdefault(machine, set()).update(sensed)
     return found
 
 

@@ -107,7 +107,7 @@ def plan_cuts(
         owner = owner_of(row)
         known = known_of(session, owner, job.material, job.tool)
         sensed = _sensed(session, row)
-        start = start_of(session, owner.id, job.material, job.tool).belief
+        start = start_of(session, owner.id, job.material, job.tool).posterior
     search = _Search(known, job, sensed)
     candidates = list(_candidates(job, ranges or {}))
     order, worth = search.ranked(candidates)
@@ -140,7 +140,7 @@ class _Search:
     """What is believed of a job's pair, what is asked, and what the machine feels."""
 
     def __init__(self, known: KnownPair, job: Job, sensed: dict[str, SensedComponent]) -> None:
-        self._belief, self._tool = known.belief, known.tool
+        self._posterior, self._tool = known.posterior, known.tool
         self._job, self._sensed = job, sensed
         self._asked = [self._cuts(cut.operation, [cut]) for cut in job.cut]
 
@@ -159,7 +159,7 @@ class _Search:
         tried, found, squares = self._cuts(cut.operation, [cut]), [], []
         for target, asked in zip(self._job.cut, self._asked, strict=True):
             left, _ = self._weighed(tried, asked)
-            expected = forecast(self._belief, asked)
+            expected = forecast(self._posterior, asked)
             for component in self._components(asked.operation):
                 k = QUANTITY[component]
                 size = abs(float(expected.mean[0, k]))
@@ -170,7 +170,7 @@ class _Search:
 
     def open(self, start: PairPosterior) -> tuple[UndeterminedNumbers, ...]:
         """Return what the pair's cuts leave undetermined, and what would help."""
-        if self._belief.cuts == 0:
+        if self._posterior.cuts == 0:
             return ()
         first = self._job.cut[0]
         changes = {
@@ -189,28 +189,28 @@ class _Search:
             self._trial(called, first.model_copy(update=changed))
             for called, changed in changes.items()
         ]
-        chip = chip_thickness(self._belief, self._cuts(first.operation, [first]))
-        return undetermined(start, self._belief, [chip, *trials])
+        chip = chip_thickness(self._posterior, self._cuts(first.operation, [first]))
+        return undetermined(start, self._posterior, [chip, *trials])
 
     def _trial(self, called: str, cut: JobCut) -> PossibleMeasurement:
-        felt = [self._sensed[c] for c in self._components(cut.operation)]
-        count = len(felt)
+        sensed = [self._sensed[c] for c in self._components(cut.operation)]
+        count = len(sensed)
         return PossibleMeasurement(
             called,
             Observed(
                 cuts=(self._cuts(cut.operation, [cut]),),
                 cut=np.zeros(count, dtype=np.intp),
-                quantity=np.array([one.quantity for one in felt], dtype=np.intp),
+                quantity=np.array([one.quantity for one in sensed], dtype=np.intp),
                 value=np.zeros(count),
-                sd=np.array([one.sd for one in felt]),
+                sd=np.array([one.sd for one in sensed]),
                 common=np.zeros((count, 0)),
             ),
         )
 
     def _weighed(self, tried: PairCuts, asked: PairCuts) -> tuple[Array, Array]:
-        felt = tuple(self._sensed[c] for c in self._components(tried.operation))
+        sensed = tuple(self._sensed[c] for c in self._components(tried.operation))
         asked_for = tuple(QUANTITY[c] for c in self._components(asked.operation))
-        return target_sds(self._belief, tried, asked, sensed=felt, quantities=asked_for)
+        return target_sds(self._posterior, tried, asked, sensed=sensed, quantities=asked_for)
 
     def _components(self, operation: str) -> list[str]:
         """Return the components that the machine feels in an operation."""
@@ -228,7 +228,7 @@ def _sensed(session: Session, owner: models.Machine) -> dict[str, SensedComponen
     """Return what the machine's offered calibrations feel, by component.
 
     Sensing errors and how a calibration's errors move a reading are those of its newest forces, in
-    the middle. Raises UnusableInput where none has felt anything yet.
+    the middle. Raises UnusableInput where none has sensed anything yet.
     """
     found = {}
     for axis in owner.axes:
@@ -257,21 +257,21 @@ def _usual(forces: Sequence[models.SensedForce]) -> SensedComponent:
     """Return how the newest of an axis' calibrations feels a cut: of a day of its own."""
     newest = [f for f in forces if f.calibration_id == forces[0].calibration_id]
     newest = [f for f in newest if f.cut.recording_id == newest[0].cut.recording_id]
-    felt = Readings(newest)
+    sensed = Readings(newest)
     errors, begin = [], 0
-    for one in felt.shared:
+    for one in sensed.shared:
         columns = slice(begin, begin + len(one.covariance))
         begin = columns.stop
         key = f"{DAY} to come" if one.key.startswith(DAY) else one.key
         errors.append(
             SharedError(
                 type(one)(key, one.covariance),
-                np.median(felt.share[:, columns], axis=0),
-                np.median(felt.shift[:, columns], axis=0),
+                np.median(sensed.share[:, columns], axis=0),
+                np.median(sensed.shift[:, columns], axis=0),
             )
         )
     return SensedComponent(
-        QUANTITY[newest[0].component], float(np.median(felt.sd_N)), tuple(errors)
+        QUANTITY[newest[0].component], float(np.median(sensed.sd_N)), tuple(errors)
     )
 
 
@@ -304,5 +304,5 @@ def _levels(what: str, stated: Sequence[float | None], ranges: Ranges) -> list[f
 
 
 def _may_exceed(known: KnownPair, cut: JobCut, limits: Mapping[str, AxisLimits]) -> bool:
-    done = prediction.predict(known.belief, known.tool, [cut])
+    done = prediction.predict(known.posterior, known.tool, [cut])
     return any(one.probability > MAY_EXCEED for one in exceeding(done, limits))

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from autodb.agent.answer.prediction_basis import Grounds, grounds_of
+from autodb.agent.answer.prediction_basis import PredictionBasis, prediction_basis_of
 from autodb.agent.learn.known import Behind, known_of
 from autodb.agent.learn.learnt_from import said_of_wear
 from autodb.agent.rows.machines import as_file, find_machine
@@ -51,7 +51,9 @@ def predict_job(store: Store, machine: str, job: Job, *, also: Also = nothing_el
     with store.writing(machine) as session:
         owner = owner_named(session, machine)
         known = known_of(session, owner, job.material, job.tool)
-        answer, states = _answer(grounds_of(session, owner, job.material, known), job, program)
+        answer, states = _answer(
+            prediction_basis_of(session, owner, job.material, known), job, program
+        )
         stored = models.Prediction(
             machine_id=owner.id,
             job=_stored(job, program),
@@ -66,9 +68,9 @@ def predict_job(store: Store, machine: str, job: Job, *, also: Also = nothing_el
         return Predicted(**vars(answer), prediction_id=stored.id)
 
 
-def answer_of(grounds: Grounds, job: Job) -> JobAnswer:
+def answer_of(basis: PredictionBasis, job: Job) -> JobAnswer:
     """Return the answer for a job of cuts; nothing is kept."""
-    return _answer(grounds, job, None)[0]
+    return _answer(basis, job, None)[0]
 
 
 def answer_job(store: Store, machine: str, job: Job) -> JobAnswer:
@@ -80,7 +82,7 @@ def answer_job(store: Store, machine: str, job: Job) -> JobAnswer:
     with store.reading() as session:
         owner = owner_named(session, machine)
         known = known_of(session, owner, job.material, job.tool)
-        return _answer(grounds_of(session, owner, job.material, known), job, program)[0]
+        return _answer(prediction_basis_of(session, owner, job.material, known), job, program)[0]
 
 
 def _followed(store: Store, machine: str, job: Job) -> "Followed | None":
@@ -95,25 +97,25 @@ def _followed(store: Store, machine: str, job: Job) -> "Followed | None":
 
 
 def _answer(
-    grounds: Grounds, job: Job, program: "Followed | None"
+    basis: PredictionBasis, job: Job, program: "Followed | None"
 ) -> tuple[JobAnswer, list[models.CuttingParameters]]:
     """Return the answer, and the parameters of other process states that were used.
 
     A program's lines are predicted in the usual state.
     """
-    known = grounds.known
+    known = basis.known
     if program is None:
-        cuts, states = grounds.predict(job.cut)
-        notes = grounds.said(job.cut, cuts)
+        cuts, states = basis.predict(job.cut)
+        notes = basis.said(job.cut, cuts)
     else:
         source, states = program.source, []
-        cuts = along.predict_lines(known.belief, known.tool, program.lines, source=source)
+        cuts = along.predict_lines(known.posterior, known.tool, program.lines, source=source)
         notes = (
-            *grounds.notes(program.lines),
-            *said_of_wear(known.belief, known.tool, (), cuts),
+            *basis.notes(program.lines),
+            *said_of_wear(known.posterior, known.tool, (), cuts),
             *_of_program(program, job.tool, cuts),
         )
-    return JobAnswer(job, cuts, known.behind, notes, grounds.exceeding(cuts)), states
+    return JobAnswer(job, cuts, known.behind, notes, basis.exceeding(cuts)), states
 
 
 def _stored(job: Job, program: "Followed | None") -> dict[str, Any]:

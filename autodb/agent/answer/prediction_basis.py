@@ -65,7 +65,7 @@ class Stamp:
 
 
 @dataclass(frozen=True)
-class Grounds:
+class PredictionBasis:
     """What a machine knows of a pair, what its cuts were, and the machine's limits by axis.
 
     ``states``: None where the pair is not learnt; ``learnt``: then the names of those that are.
@@ -94,7 +94,7 @@ class Grounds:
 
         Raises UnusableInput where the tool cannot make one.
         """
-        return in_state.predict_in_states(self.known.belief, self.known.tool, self.states, cuts)
+        return in_state.predict_in_states(self.known.posterior, self.known.tool, self.states, cuts)
 
     def look_up(self, cut: JobCut) -> LookedUp:
         """Return what one cut will take. Raises UnusableInput where the tool cannot make it."""
@@ -113,7 +113,7 @@ class Grounds:
         return (
             *self.notes(cuts),
             *said_of_states(found),
-            *said_of_wear(self.known.belief, self.known.tool, cuts, found),
+            *said_of_wear(self.known.posterior, self.known.tool, cuts, found),
         )
 
     def exceeding(self, found: Sequence[PredictedCut]) -> tuple[Exceeding, ...]:
@@ -135,10 +135,12 @@ class Grounds:
             yield from _outside(self.states.usual, cuts, self.known.tool)
 
 
-def grounds_of(session: Session, owner: Owner, material: str, known: KnownPair) -> Grounds:
+def prediction_basis_of(
+    session: Session, owner: Owner, material: str, known: KnownPair
+) -> PredictionBasis:
     """Read what else answers rest on about a pair of which this is known."""
     number = known.behind.parameters
-    return Grounds(
+    return PredictionBasis(
         machine=owner.name,
         limits=owner.limits,
         material=material,

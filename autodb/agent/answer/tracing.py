@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.learn.learnt_from import wear_words
 from autodb.agent.learn.together import RECORDINGS
 from autodb.agent.rows.calibrations import as_calibration
-from autodb.agent.rows.posteriors import LAW, as_belief, pair_name, version_chain
+from autodb.agent.rows.posteriors import LAW, as_posterior, pair_name, version_chain
 from autodb.cutting import shear
 from autodb.errors import NotThere, near
 from autodb.fitting import NORMAL_95
@@ -86,11 +86,11 @@ def _sensor(session: Session, row: models.Estimator) -> Node:
 def _parameters(session: Session, row: models.CuttingParameters) -> Node:
     node = Node(
         f"{_named(row)}, {row.n_cuts} cuts",
-        [Node(_belief(row) if row.law == LAW else _earlier_law(row))],
+        [Node(_posterior(row) if row.law == LAW else _earlier_law(row))],
     )
     causes = [_cause(session, mismatch) for mismatch in row.mismatches]
     if row.terms is not None:
-        node.sources.append(Node(wear_words(as_belief(row)), causes))
+        node.sources.append(Node(wear_words(as_posterior(row)), causes))
     elif row.state is not None:
         node.sources.append(Node(f"of the state '{row.state}'", causes))
     if row.started_from is not None:
@@ -106,8 +106,8 @@ def _parameters(session: Session, row: models.CuttingParameters) -> Node:
         cuts = ", ".join(dict.fromkeys(f"{force.cut.number:g}" for force in some))
         source.sources.append(Node(f"cuts {cuts}"))
         node.sources.append(source)
-    felt_by = {force.calibration.id: force.calibration for force in forces if force.calibration}
-    node.sources += [_calibration(session, calibration) for calibration in felt_by.values()]
+    sensed_by = {force.calibration.id: force.calibration for force in forces if force.calibration}
+    node.sources += [_calibration(session, calibration) for calibration in sensed_by.values()]
     sensors = {force.sensor.id: force.sensor for force in forces if force.sensor}
     node.sources += [_sensor(session, sensor) for sensor in sensors.values()]
     return node
@@ -117,9 +117,9 @@ def _named(row: models.CuttingParameters) -> str:
     return f"parameters {row.id}: {pair_name(row.pair)}, version {row.version}"
 
 
-def _belief(row: models.CuttingParameters) -> str:
+def _posterior(row: models.CuttingParameters) -> str:
     """Return the five numbers of the law with their 95 % intervals."""
-    law = as_belief(row).law
+    law = as_posterior(row).law
     half = NORMAL_95 * np.sqrt(np.diag(law.covariance))
     low, middle, high = (shear.law_values(law.mean + step * half) for step in (-1.0, 0.0, 1.0))
     units = {one.name: one.unit for one in shear.PARAMETERS}

@@ -39,7 +39,7 @@ Progress = Callable[[str], None]
 
 FLEET = "fleet "
 """Whose rows a pass writes: no machine's name ends with a blank."""
-MOST_ASIDE = 3
+MOST_EXCLUDED = 3
 """One in so many machines may be set aside of a material: most must agree. Chosen."""
 
 
@@ -129,7 +129,7 @@ class _Material:
         if one.id in self.inside:
             others = others.without(one.tool, own.as_stated)
         return compared(
-            own.as_felt,
+            own.as_sensed,
             as_stated=own.as_stated,
             others=others.pair(one.tool),
             rake_rad=float(np.radians(one.rake_deg or 0.0)),
@@ -168,7 +168,9 @@ class _Pass:
         row = self._session.get_one(models.Material, number)
         self._progress(f"what is known of {row.name}")
         prior, aside = newest_prior(self._session, number), set()
-        found = _Material(row, prior, KnownMaterial(of_material(row.name).belief.law), self._told)
+        found = _Material(
+            row, prior, KnownMaterial(of_material(row.name).posterior.law), self._told
+        )
         if prior is not None and prior.known is not None:
             found.known, aside = known_from(prior.known), set(prior.known["aside"])
             found.inside = {one.id: one for one in told_by(self._session, prior)}
@@ -241,7 +243,7 @@ class _Pass:
         for material in self._materials:
             some = [one for one in material.inside.values() if one.id in odd]
             aside = machines_of(material.aside.values()) + 1
-            if some and aside * MOST_ASIDE <= machines_of(material.every):
+            if some and aside * MOST_EXCLUDED <= machines_of(material.every):
                 for one in some:
                     material.take_out(one)
                     material.aside[one.id] = one
@@ -254,7 +256,7 @@ class _Pass:
                 material.put(one)
 
     def _kept(self, material: _Material, named: Mapping[int, DisagreeingMachine]) -> SharedVersion:
-        belief = whole_law(material.known.material())
+        posterior = whole_law(material.known.material())
         version = 1 if material.prior is None else material.prior.version + 1
         machines = {one.machine_id for one in material.every}
         row = models.FleetPrior(
@@ -263,8 +265,8 @@ class _Pass:
             component=EVERY,
             law=LAW,
             version=version,
-            mean=belief.mean.tolist(),
-            covariance=belief.covariance.tolist(),
+            mean=posterior.mean.tolist(),
+            covariance=posterior.covariance.tolist(),
             machines=machines_of(material.inside.values()),
             known={
                 **as_kept(material.known),
@@ -291,7 +293,7 @@ class _Found:
 
     named: DisagreeingMachine
     improbable: float
-    odd_pairs: tuple[int, ...]
+    outlying_pairs: tuple[int, ...]
     versions: Sequence[PairVersion]
 
     @property
@@ -299,4 +301,4 @@ class _Found:
         """The versions, by id, that stand aside: where the calibration may be off, all of them."""
         if self.named.cause == DisagreementCause.CALIBRATION.value:
             return {one.id for one in self.versions}
-        return {self.versions[k].id for k in self.odd_pairs}
+        return {self.versions[k].id for k in self.outlying_pairs}

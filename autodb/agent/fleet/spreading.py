@@ -1,5 +1,5 @@
-"""Machines spread over a Dask cluster: a task each for what comes in, parts of what is to be felt,
-and what is learnt of it.
+"""Machines spread over a Dask cluster: a task each for what comes in, for parts of what is
+sensed, and for what is learnt of it.
 
 A worker that is lost costs the time of the tasks that it had; another does them again, and what
 was written is not written twice. BLAS is held to one thread in every task: workers are processes,

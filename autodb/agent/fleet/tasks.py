@@ -58,12 +58,12 @@ def take_in_inbox(machine: MachineTask) -> list[list[int]]:
 def feel_machine(machine: MachineTask, cuts: list[int]) -> list[str]:
     """Feel some recorded cuts of a machine; return what is to be said of them."""
     with _opened(machine) as store:
-        felt = retried(lambda: feel_over_time(store, machine.name, only=set(cuts)))
-    return felt.notes
+        sensed = retried(lambda: feel_over_time(store, machine.name, only=set(cuts)))
+    return sensed.notes
 
 
 def learn_machine(machine: MachineTask, notes: list[str]) -> RefreshedMachine:
-    """Refresh a machine whose recordings are taken in and felt."""
+    """Refresh a machine whose recordings are taken in and sensed."""
     with _opened(machine) as store:
         done = refresh(store, machine.name)
     done.set_aside[:0] = notes

@@ -84,9 +84,9 @@ def _pair_names(table: CutTable, row: int) -> tuple[str, str]:
 
 
 def _refuse_unmeasured(table: CutTable) -> None:
-    """Raise UnusableInput where a table says how was cut, and nothing that was felt."""
-    felt = [name for name in table.channels if name != "cut" and not _is_condition(name)]
-    if not felt and CHIP not in table:
+    """Raise UnusableInput where a table says how was cut, and nothing that was sensed."""
+    sensed = [name for name in table.channels if name != "cut" and not _is_condition(name)]
+    if not sensed and CHIP not in table:
         raise UnusableInput(
             f"{table.path}: nothing was measured in its cuts; add a column like "
             f"y.current.range, force.z or {CHIP}{table.near('force.z')}"

@@ -23,15 +23,16 @@ def counted(session: Session, number: int) -> None:
 
 
 def anew(session: Session, row: models.StoredRecording, *, since: str) -> None:
-    """Have cuts of a recording count that do not since a moment, those that nobody has felt yet as
-    if they came in now.
+    """Have cuts of a recording count that do not since a moment.
+
+    Those that nobody has sensed yet count as if they came in now.
 
     Those that are there in another recording meanwhile stay with that. A cut that comes in is newer
     than all others, by its id: passes go on from the newest that the last one looked at.
     """
     resting = [cut for cut in row.cuts if cut.superseded_at == since]
     there = twins(session, row.machine_id, resting)
-    felt = set(
+    sensed = set(
         session.scalars(
             select(models.SensedForce.cut_id)
             .join(models.Cut)
@@ -40,9 +41,9 @@ def anew(session: Session, row: models.StoredRecording, *, since: str) -> None:
     )
     back = [cut for cut in resting if cut.content is None or cut.content not in there]
     for cut in back:
-        if cut.id in felt:
+        if cut.id in sensed:
             cut.superseded_at = None
-    _come_in(session, [cut for cut in back if cut.id not in felt])
+    _come_in(session, [cut for cut in back if cut.id not in sensed])
     session.expire(row, ["cuts"])
 
 

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.owner import Owner
-from autodb.agent.rows.posteriors import LAW, as_belief, latest
+from autodb.agent.rows.posteriors import LAW, as_posterior, latest
 from autodb.errors import UnusableInput
 from autodb.forward.prediction import ToolOf
 from autodb.pairs.posterior import PairPosterior
@@ -19,8 +19,8 @@ from autodb.store import models
 class Behind:
     """What a prediction rests on.
 
-    ``parameters``, ``version`` and ``cuts`` of the pair's own belief; None and 0 where the machine
-    has not cut it, and then it rests on what ``started_from`` says.
+    ``parameters``, ``version`` and ``cuts`` of the pair's own posterior; None and 0 where the
+    machine has not cut it, and then it rests on what ``started_from`` says.
     """
 
     parameters: int | None
@@ -31,13 +31,13 @@ class Behind:
 
 @dataclass(frozen=True)
 class KnownPair:
-    """What a machine knows of a pair: its belief, its tool, the rows that these are from.
+    """What a machine knows of a pair: its posterior, its tool, the rows that these are from.
 
     ``row``: the pair's newest parameters, or a related pair's; None: no machine's. ``prior``: what
-    other machines know, where the belief is from that.
+    other machines know, where the posterior is from that.
     """
 
-    belief: PairPosterior
+    posterior: PairPosterior
     tool: ToolOf
     behind: Behind
     row: models.CuttingParameters | None
@@ -60,11 +60,11 @@ def known_of(session: Session, owner: Owner, material: str, tool: str) -> KnownP
     row = latest(session, owner.id, pair.id) if pair is not None else None
     if row is not None:
         behind = Behind(row.id, row.version, row.n_cuts, row.started_from)
-        return KnownPair(as_belief(row), called, behind, row)
+        return KnownPair(as_posterior(row), called, behind, row)
     _refuse_earlier_law(session, owner, pair)
     start = start_of(session, owner.id, material, tool)
     behind = Behind(None, None, 0, start.said)
-    return KnownPair(start.belief, called, behind, start.row, start.prior)
+    return KnownPair(start.posterior, called, behind, start.row, start.prior)
 
 
 def _refuse_earlier_law(session: Session, owner: Owner, pair: models.Pair | None) -> None:

@@ -1,4 +1,4 @@
-"""What the newest forces of one pair change: its belief, its process states, what stands aside."""
+"""What the newest forces of a pair change: its posterior, its process states, what is excluded."""
 
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, field, replace
@@ -19,7 +19,7 @@ from autodb.agent.learn.states import (
 )
 from autodb.agent.rows.posteriors import (
     Start,
-    as_belief,
+    as_posterior,
     began,
     begins,
     latest,
@@ -42,10 +42,10 @@ LOOKED = 2
 second finds those that only others, which it leaves out, had made so. Chosen."""
 AT_ONCE = 200
 """Cuts of a pair up to which all of them are learnt at once when there are new ones; beyond, the
-new ones change the belief. Chosen: some seconds' work."""
+new ones change the posterior. Chosen: some seconds' work."""
 SETTLED = 50
-"""Cuts of a pair from which on a pass that goes on looks for its next belief near the last, which
-takes fewer rounds. Chosen."""
+"""Cuts of a pair from which on a pass that goes on looks for its next posterior near the last,
+which takes fewer rounds. Chosen."""
 IN_TURN = 1000
 """Cuts that are learnt at once where more are new: the equations grow with them. Chosen."""
 
@@ -147,9 +147,9 @@ class _Pair:
         if not worn:
             return
         start = self._start()
-        before = replace(start.belief, off_law=as_belief(last).off_law)
+        before = replace(start.posterior, off_law=as_posterior(last).off_law)
         observed = as_observed(worn)
-        learnt = learn_worn(before, observed, near=as_belief(last), progress=self._progress)
+        learnt = learn_worn(before, observed, near=as_posterior(last), progress=self._progress)
         before, kept = replace(before, wear=learnt.wear), worn
         for _ in range(LOOKED):
             aside = implausible(learnt.past(), worn)
@@ -171,20 +171,20 @@ class _Pair:
         """
         last = self._latest()
         assert last is not None  # without a version no cut of a pair is old
-        belief, forces = as_belief(last), self._found.forces
-        if belief.wear is not None:
+        posterior, forces = as_posterior(last), self._found.forces
+        if posterior.wear is not None:
             forces = self._of_known_wear(forces)
-        parted = sorted_forces(belief, forces)
+        parted = sorted_forces(posterior, forces)
         if parted.usual:
             start = began(last)
-            learnt = self._in_turn(belief, parted.usual)
+            learnt = self._in_turn(posterior, parted.usual)
             self._keep(start, last, parted.usual, learnt, causes=last.mismatches)
         return parted.odd
 
     def _usual_state(self) -> Forces:
         """Learn what is of the usual state; return the forces of no state yet."""
         last = self._latest()
-        wear = None if last is None else as_belief(last).wear
+        wear = None if last is None else as_posterior(last).wear
         forces = self._but_of_states(but=None if wear is None else WEAR)
         if wear is not None:
             forces = self._of_known_wear(forces)
@@ -194,15 +194,15 @@ class _Pair:
         if not fresh:
             return []
         start = self._start()
-        start = replace(start, belief=replace(start.belief, wear=wear))
+        start = replace(start, posterior=replace(start.posterior, wear=wear))
         looked = looked_at(
             self._session,
             [force for force in forces if force.id in seen],
             worn=wear is not None,
             old=self._old,
         )
-        belief = start.belief if base is None else as_belief(base)
-        parted = sorted_forces(belief, fresh, looked=looked)
+        posterior = start.posterior if base is None else as_posterior(base)
+        parted = sorted_forces(posterior, fresh, looked=looked)
         self._add(start, base, parted.usual, causes=[] if last is None else last.mismatches)
         return parted.odd
 
@@ -227,12 +227,12 @@ class _Pair:
         """Learn states from cuts whose cause was confirmed; note the cuts that stand aside."""
         usual = self._latest()
         states = named_states(self._session, odd) if usual is not None else {}
-        if usual is not None and as_belief(usual).wear is not None:
+        if usual is not None and as_posterior(usual).wear is not None:
             states.pop(WEAR, None)
         for name, fresh in states.items():
             assert usual is not None  # without one there is no other state
             start = begins(
-                of_state(as_belief(usual)), f"the normal cutting state, version {usual.version}"
+                of_state(as_posterior(usual)), f"the normal cutting state, version {usual.version}"
             )
             base = self._still_counting(self._latest(name), self._found.forces)
             known = seen_by(base)
@@ -263,33 +263,35 @@ class _Pair:
         known = {force.cut_id for force in before}
         if base is not None and len(known) >= AT_ONCE:
             start = began(base)
-            learnt = self._in_turn(start.belief, fresh, known=known)
+            learnt = self._in_turn(start.posterior, fresh, known=known)
         elif len({force.cut_id for force in fresh}) > IN_TURN:
             every = sorted([*before, *fresh], key=lambda force: force.cut_id)
-            learnt = self._in_turn(start.belief, every)
+            learnt = self._in_turn(start.posterior, every)
         else:
-            observed = as_observed([*before, *fresh], wear=start.belief.wear)
-            last = None if start.belief.wear is None else base or self._latest(state)
+            observed = as_observed([*before, *fresh], wear=start.posterior.wear)
+            last = None if start.posterior.wear is None else base or self._latest(state)
             if self._goes_on and len(known) >= SETTLED:
                 last = base
-            near = None if last is None else as_belief(last)
-            learnt = learn_averaging(start.belief, observed, near=near).past()
+            near = None if last is None else as_posterior(last)
+            learnt = learn_averaging(start.posterior, observed, near=near).past()
         self._keep(start, base, fresh, learnt, state=state, causes=causes)
 
     def _in_turn(
-        self, belief: PairPosterior, forces: Forces, *, known: Container[int] = ()
+        self, posterior: PairPosterior, forces: Forces, *, known: Container[int] = ()
     ) -> PairPosterior:
-        """Return a belief after forces, IN_TURN cuts at once; ``known``: as in as_observed."""
+        """Return a posterior after forces, IN_TURN cuts at once; ``known``: as in as_observed."""
         cuts = list(dict.fromkeys(force.cut_id for force in forces))
         for begin in range(0, len(cuts), IN_TURN):
             some = set(cuts[begin : begin + IN_TURN])
             observed = as_observed(
-                [force for force in forces if force.cut_id in some], wear=belief.wear, known=known
+                [force for force in forces if force.cut_id in some],
+                wear=posterior.wear,
+                known=known,
             )
-            taught = posterior_of_readings if belief.cuts else learn_averaging
-            belief = taught(belief, observed).past()
+            taught = posterior_of_readings if posterior.cuts else learn_averaging
+            posterior = taught(posterior, observed).past()
             self._progress(f"{self._name}: cut {begin + len(some)} of {len(cuts)}")
-        return belief
+        return posterior
 
     def _keep(
         self,
@@ -304,7 +306,7 @@ class _Pair:
         name = self._name if state is None else f"{self._name}, {state}"
         before = self._latest(state)
         if before is not None:
-            self._done.shifts += shifts(name, as_belief(before), learnt, fresh)
+            self._done.shifts += shifts(name, as_posterior(before), learnt, fresh)
         version = newest_version(self._session, self._machine_id, self._found.pair.id) + 1
         self._session.add(
             models.CuttingParameters(

@@ -1,6 +1,6 @@
-"""What the cuts behind a belief were: their operations, and the ranges of what they state.
+"""What the cuts behind a posterior were: their operations, and the ranges of what they state.
 
-Wear that a pair's belief holds, in words: how much, and what it is of a cut asked for.
+Wear that a pair's posterior holds, in words: how much, and what it is of a cut asked for.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -72,15 +72,15 @@ def learnt_from(session: Session, parameters_id: int) -> LearntFrom:
     return LearntFrom(frozenset(row[0] for row in rows), ranges)
 
 
-def wear_words(belief: PairPosterior) -> str:
-    """Return how a belief says that edges wear."""
-    wear = belief.wear
+def wear_words(posterior: PairPosterior) -> str:
+    """Return how a posterior says that edges wear."""
+    wear = posterior.wear
     assert wear is not None
-    place = belief.columns(WEAR)
-    half = NORMAL_95 * np.sqrt(np.diag(belief.state.covariance)[place])
+    place = posterior.columns(WEAR)
+    half = NORMAL_95 * np.sqrt(np.diag(posterior.state.covariance)[place])
     along, across = (
         f"{value:.3g} ({value - one:.3g} to {value + one:.3g})"
-        for value, one in zip(belief.state.mean[place], half, strict=True)
+        for value, one in zip(posterior.state.mean[place], half, strict=True)
     )
     differ = f"edges differ by {100 * wear.between:.0f} %" if wear.between else "edges alike"
     return (
@@ -90,13 +90,13 @@ def wear_words(belief: PairPosterior) -> str:
 
 
 def said_of_wear(
-    belief: PairPosterior, tool: ToolOf, asked: Sequence[JobCut], found: Sequence[PredictedCut]
+    posterior: PairPosterior, tool: ToolOf, asked: Sequence[JobCut], found: Sequence[PredictedCut]
 ) -> Iterator[str]:
     """Say what wear is of the forces predicted, and which cuts count as made with a fresh edge.
 
     ``asked``: none for the lines of a program, which state nothing of their edge.
     """
-    if belief.wear is None:
+    if posterior.wear is None:
         return
     fresh = [k for k, cut in enumerate(asked, start=1) if cut.cutting_time_s is None]
     if fresh or not asked:
@@ -108,23 +108,23 @@ def said_of_wear(
     for number, cut in enumerate(asked, start=1):
         if cut.cutting_time_s and found[number - 1].state is None:
             name = f" '{cut.name}'" if cut.name else ""
-            yield f"cut {number}{name}: {_of_cut(belief, tool, cut)}"
+            yield f"cut {number}{name}: {_of_cut(posterior, tool, cut)}"
 
 
-def _of_cut(belief: PairPosterior, tool: ToolOf, cut: JobCut) -> str:
+def _of_cut(posterior: PairPosterior, tool: ToolOf, cut: JobCut) -> str:
     """Return what wear is of each force of a cut, with 95 % intervals."""
-    assert belief.wear is not None
+    assert posterior.wear is not None
     assert cut.cutting_time_s is not None
     conditions = [cut.conditions(tool.diameter_mm)]
-    added = worn(belief, BY_NAME[cut.operation].cuts(tool.numbers, conditions, called=tool.name))
-    place, by = belief.columns(WEAR), added.slopes[0, :3]
-    covariance = belief.state.covariance[place, place]
+    added = worn(posterior, BY_NAME[cut.operation].cuts(tool.numbers, conditions, called=tool.name))
+    place, by = posterior.columns(WEAR), added.slopes[0, :3]
+    covariance = posterior.state.covariance[place, place]
     half = NORMAL_95 * np.sqrt(np.einsum("qi,ij,qj->q", by, covariance, by) + added.own[0, :3])
     forces = ", ".join(
         f"force.{component} {value:.0f} N ({value - one:.0f} to {value + one:.0f})"
         for component, value, one in zip("xyz", added.mean[0, :3], half, strict=True)
     )
-    longest_s = belief.wear.reference_s
+    longest_s = posterior.wear.reference_s
     beyond = (
         f"; no edge was seen beyond {longest_s:.0f} s" if cut.cutting_time_s > longest_s else ""
     )

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.rows.posteriors import LAW, as_belief, law_from_json
+from autodb.agent.rows.posteriors import LAW, as_posterior, law_from_json
 from autodb.agent.sense.sensed import QUANTITY
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.job import JobCut
@@ -43,7 +43,7 @@ def precision_history(
     own, which no cut would tighten.
     """
     rows = _versions(session, machine_id, material, tool.name)
-    known = [as_belief(row) for row in rows]
+    known = [as_posterior(row) for row in rows]
     if rows and rows[0].start is not None:
         known.insert(0, replace(known[0], state=law_from_json(rows[0].start), shared=(), cuts=0))
     stated = [cut.conditions(tool.diameter_mm)]

@@ -43,7 +43,7 @@ def shifts(
     """Return which mean forces of a usual cut moved by more than was open of them (95 %).
 
     ``forces``: those learnt since, whose cut nearest to the median of depth, feed and speed is the
-    usual one; of the components that were felt.
+    usual one; of the components that were sensed.
     """
     cuts = list({force.cut_id: force.cut for force in forces}.values())
     cut = nearest_to_median(cuts)

@@ -5,7 +5,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.learn.together import from_others
 from autodb.agent.rows.imported_cards import imported_card
-from autodb.agent.rows.posteriors import Start, as_belief, begins, latest, pair_name
+from autodb.agent.rows.posteriors import Start, as_posterior, begins, latest, pair_name
 from autodb.errors import UnusableInput
 from autodb.pairs import conventional
 from autodb.pairs.posterior import P1_SCATTER, PairPosterior
@@ -28,7 +28,9 @@ def start_of(session: Session, machine_id: int, material: str, tool: str) -> Sta
     related = _related(session, machine_id, material, tool)
     if related is not None:
         said = f"{pair_name(related.pair)}, the same material with another tool"
-        return begins(of_relative(as_belief(related)), f"{said} ({related.n_cuts} cuts)", related)
+        return begins(
+            of_relative(as_posterior(related)), f"{said} ({related.n_cuts} cuts)", related
+        )
     card = imported_card(session, machine_id, material)
     if card is not None:
         return begins(of_card(card.card), f"imported card of {card.material} ({card.source})")

@@ -3,7 +3,7 @@
 The same inputs can cut in another state: a built-up edge, a worn edge, an inclusion. A cut whose
 forces are less probable than 1 in 1000 (``autodb.pairs.outlier_test``) does not bend the pair. Its
 recording is explained against what was expected; where a person confirms the cause, and enough of
-its cuts stand aside, they become a state of the pair with a belief of its own.
+its cuts stand aside, they become a state of the pair with a posterior of its own.
 """
 
 from collections.abc import Collection, Sequence
@@ -17,12 +17,12 @@ from autodb.agent.sense.sensed import as_observed
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.pairs.engaged import CUTTING_TIME
 from autodb.pairs.learning import learn_averaging, posterior_of_readings
-from autodb.pairs.outlier_test import surprise
+from autodb.pairs.outlier_test import outlier_test
 from autodb.pairs.posterior import WEAR, PairPosterior
 from autodb.store import models
 
 ENOUGH = 8
-"""Cuts that a belief rests on before it takes others for surprising. Chosen."""
+"""Cuts that a posterior rests on before it takes others for surprising. Chosen."""
 PERSISTS = 5
 """Cuts that make a state. Chosen."""
 Forces = list[models.SensedForce]
@@ -71,7 +71,7 @@ def looked_at(
 ) -> LearntBefore:
     """Return what became of the recordings of forces that were learnt.
 
-    Where wear is in the belief (``worn``), those that it was confirmed for are looked at anew.
+    Where wear is in the posterior (``worn``), those that it was confirmed for are looked at anew.
     ``old``: the last cut, by id, that was looked at; None: all were.
     """
     recordings = {force.cut.recording_id for force in seen}
@@ -127,18 +127,18 @@ def sorted_forces(
     UnusableInput where the pair's tool cannot make the cuts.
     """
     known = looked or LearntBefore()
-    belief, kept, odd = start, Forces(), Forces()
+    posterior, kept, odd = start, Forces(), Forces()
     for some in _by_recording(forces):
         surprising = {force.cut_id for force in some if known.aside(force)}
         rest = [force for force in some if not known.decides(force)]
-        if rest and belief.cuts >= ENOUGH:
-            surprising |= implausible(belief, rest)
+        if rest and posterior.cuts >= ENOUGH:
+            surprising |= implausible(posterior, rest)
         usual = [force for force in some if force.cut_id not in surprising]
         odd += [force for force in some if force.cut_id in surprising]
         kept += usual
         if usual:
-            taught = posterior_of_readings if belief.cuts else learn_averaging
-            belief = taught(belief, as_observed(usual, wear=belief.wear)).past()
+            taught = posterior_of_readings if posterior.cuts else learn_averaging
+            posterior = taught(posterior, as_observed(usual, wear=posterior.wear)).past()
     return SortedForces(kept, odd)
 
 
@@ -149,11 +149,11 @@ def _by_recording(forces: Sequence[models.SensedForce]) -> list[Forces]:
     return list(found.values())
 
 
-def implausible(belief: PairPosterior, forces: Forces) -> set[int]:
-    """Return the cuts, by id, that are not of a belief's state."""
-    observed = as_observed(forces, wear=belief.wear)
+def implausible(posterior: PairPosterior, forces: Forces) -> set[int]:
+    """Return the cuts, by id, that are not of a posterior's state."""
+    observed = as_observed(forces, wear=posterior.wear)
     cut_ids = {int(at): force.cut_id for at, force in zip(observed.cut, forces, strict=False)}
-    found = surprise(belief, observed)
+    found = outlier_test(posterior, observed)
     return {cut_ids[k] for k, odd in enumerate(found.implausible) if odd}
 
 

@@ -53,7 +53,7 @@ class OwnCuts:
     """What a pair's own cuts told: with the errors of its machine's calibrations, and without."""
 
     as_stated: InformationOfCuts
-    as_felt: InformationOfCuts
+    as_sensed: InformationOfCuts
 
 
 _P = models.CuttingParameters
@@ -79,11 +79,11 @@ def own_cuts(session: Session, version: int) -> OwnCuts:
     """Return what the own cuts of a version told; it must say what it began with."""
     columns = (_P.mean, _P.covariance, _P.shared, _P.scatter, _P.terms, _P.n_cuts, _P.start)
     *kept, cuts, start = session.execute(select(*columns).where(_P.id == version)).one()
-    belief, before = posterior_of(*kept, cuts=cuts), law_from_json(start)
+    posterior, before = posterior_of(*kept, cuts=cuts), law_from_json(start)
     given = law_from_json(start["given"]) if "given" in start else before
     return OwnCuts(
-        information_of_cuts(belief.law, before),
-        information_of_cuts(belief.given(OF_CALIBRATIONS), given),
+        information_of_cuts(posterior.law, before),
+        information_of_cuts(posterior.given(OF_CALIBRATIONS), given),
     )
 
 

@@ -12,7 +12,7 @@ from autodb.agent.ingest.uncounted import counted
 from autodb.agent.learn.learnt_from import wear_words
 from autodb.agent.operate.refreshing import learn_confirmed
 from autodb.agent.rows.machines import find_machine
-from autodb.agent.rows.posteriors import as_belief, pair_name
+from autodb.agent.rows.posteriors import as_posterior, pair_name
 from autodb.agent.sense.identifying import (
     KeptModel,
     Refit,
@@ -127,7 +127,7 @@ def _in_pairs(versions: Sequence[models.CuttingParameters]) -> tuple[str, ...]:
         f"{pair_name(row.pair)}, {row.state}: version {row.version} from {row.n_cuts} cuts"
         if row.state is not None
         else f"{pair_name(row.pair)}: version {row.version} from {row.n_cuts} cuts: "
-        f"{wear_words(as_belief(row))}"
+        f"{wear_words(as_posterior(row))}"
         for row in versions
     )
 

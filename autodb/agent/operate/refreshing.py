@@ -42,7 +42,7 @@ def refresh(
 ) -> RefreshReport:
     """Sense the forces of every cut not sensed yet with the newest calibrations; update the pairs.
 
-    Cuts of recordings over time are felt by what the machine has beside calibrated ranges. Cuts
+    Cuts of recordings over time are sensed by what the machine has beside calibrated ranges. Cuts
     that are not of a pair's usual state are explained, and mismatches opened for them. Many new
     cuts are several passes. In the end recordings are compressed and dropped that the machine's
     file says are old.
@@ -89,14 +89,14 @@ class _Pass:
     def run(self) -> RefreshReport:
         """Sense, learn and explain; keep that it was done where there was anything to do."""
         done, session, owner = self._done, self._session, self._owner
-        felt = sense_cuts(session, owner, self.span, self._progress)
-        if not felt and not sensed_otherwise(session, owner.id):
+        sensed = sense_cuts(session, owner, self.span, self._progress)
+        if not sensed and not sensed_otherwise(session, owner.id):
             done.set_aside.append(
                 "no calibration is usable, so no force can be sensed; run 'autodb calibrate' first"
             )
         odd: list[int] = []
         for pair_id in self._pairs():
-            odd += self._learn(session.get_one(models.Pair, pair_id), felt)
+            odd += self._learn(session.get_one(models.Pair, pair_id), sensed)
         done.mismatches += open_mismatches(session, owner, odd, progress=self._progress)
         done.sensed, done.not_sensed = self._counted()
         done.due, done.waiting = calibrations_due(session, owner, self.span), self._waiting()
@@ -117,13 +117,13 @@ class _Pass:
         )
         return self._session.scalar(query) or 0
 
-    def _learn(self, pair: models.Pair, felt: list[Calibrations]) -> list[int]:
+    def _learn(self, pair: models.Pair, sensed: list[Calibrations]) -> list[int]:
         """Learn a pair; return the cuts that stand aside, by id."""
         span = self.span
         self._progress(f"updating {pair_name(pair)}")
         after = span.old if self._goes_on(pair) else 0
         cuts = (after, span.upto)
-        found = forces_of_pair(self._session, self._owner.id, pair, felt, cuts=cuts)
+        found = forces_of_pair(self._session, self._owner.id, pair, sensed, cuts=cuts)
         outcome = learn_pair(
             self._session,
             self._owner.id,
@@ -138,7 +138,7 @@ class _Pass:
         return outcome.odd
 
     def _goes_on(self, pair: models.Pair) -> bool:
-        """Say whether new cuts change a pair's belief, with all that was learnt left as it is."""
+        """Say whether new cuts change a pair's posterior; what was learnt is left as it is."""
         if self.span.anew or pair.id in self._stirred():
             return False
         last = latest(self._session, self._owner.id, pair.id)
@@ -189,12 +189,12 @@ def learn_confirmed(
     owner = session.get_one(models.Machine, row.recording.machine_id)
     newest_cut = session.scalar(select(func.max(models.Cut.id))) or 0
     every = Span(0, newest_cut, old=newest_cut, force=0, anew=True)
-    felt = sense_cuts(session, owner, every, progress)
+    sensed = sense_cuts(session, owner, every, progress)
     pairs = {cut.pair_id: cut.pair for cut in row.recording.cuts if cut.pair is not None}
     for _, pair in sorted(pairs.items(), key=lambda one: one[0] or 0):
         progress(f"updating {pair_name(pair)}")
         learn_pair(
-            session, owner.id, forces_of_pair(session, owner.id, pair, felt), progress=progress
+            session, owner.id, forces_of_pair(session, owner.id, pair, sensed), progress=progress
         )
     session.flush()
     session.refresh(row)

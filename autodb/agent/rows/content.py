@@ -17,7 +17,7 @@ SHARE_DIGITS = 8
 
 
 def of_cut(cut: models.Cut, material: str, tool: str) -> str:
-    """Return by what a cut of a table is known again: number, conditions, what was felt."""
+    """Return by what a cut of a table is known again: number, conditions, what was sensed."""
     return _digest(
         [
             *(_shown(cut.number), cut.operation, material, tool),

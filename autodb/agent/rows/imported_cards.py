@@ -46,7 +46,7 @@ def keep_cards(store: Store, cards: Sequence[KienzleCard]) -> list[ImportedCard]
 
 
 def made_by(machine: str) -> str:
-    """Return what the source of a card begins with that a machine's own belief made."""
+    """Return what the source of a card begins with that a machine's own posterior made."""
     return f"autodb: machine {machine}, "
 
 

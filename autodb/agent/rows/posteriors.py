@@ -1,4 +1,4 @@
-"""Beliefs about pairs as the database keeps them, and what each began with."""
+"""Posteriors about pairs as the database keeps them, and what each began with."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -29,8 +29,8 @@ OF_CALIBRATIONS = (CALIBRATION, REFERENCES, GAIN)
 """What keys of errors begin with that are of what feels a machine's forces."""
 
 
-def as_belief(row: models.CuttingParameters) -> PairPosterior:
-    """Return a stored version as a belief; raises UnusableInput for an earlier law's."""
+def as_posterior(row: models.CuttingParameters) -> PairPosterior:
+    """Return a stored version as a posterior; raises UnusableInput for an earlier law's."""
     if row.shared is None or row.scatter is None:
         raise UnusableInput(
             f"parameters {row.id} are of an earlier law ({row.law}); run 'autodb refresh' to "
@@ -49,7 +49,7 @@ def posterior_of(
     *,
     cuts: int,
 ) -> PairPosterior:
-    """Return the belief that a version's columns keep."""
+    """Return the posterior that a version's columns keep."""
     return PairPosterior(
         state=Gaussian(np.array(mean), np.array(covariance)),
         shared=tuple(Shared(one["key"], np.array(one["covariance"])) for one in shared),
@@ -65,31 +65,31 @@ def _wear(kept: Mapping[str, Any]) -> Wear:
     return Wear(kept["power"], kept["reference_s"], kept["between"], (along, across))
 
 
-def posterior_columns(belief: PairPosterior) -> dict[str, Any]:
-    """Return what a version keeps of a belief, by column."""
+def posterior_columns(posterior: PairPosterior) -> dict[str, Any]:
+    """Return what a version keeps of a posterior, by column."""
     return {
         "law": LAW,
         "operation": EVERY,
         "component": EVERY,
-        "mean": belief.state.mean.tolist(),
-        "covariance": belief.state.covariance.tolist(),
+        "mean": posterior.state.mean.tolist(),
+        "covariance": posterior.state.covariance.tolist(),
         "shared": [
-            {"key": one.key, "covariance": one.covariance.tolist()} for one in belief.shared
+            {"key": one.key, "covariance": one.covariance.tolist()} for one in posterior.shared
         ],
         "scatter": {
-            "share": belief.scatter.share.tolist(),
-            "weight": belief.scatter.weight.tolist(),
-            "off_law": asdict(belief.off_law),
+            "share": posterior.scatter.share.tolist(),
+            "weight": posterior.scatter.weight.tolist(),
+            "off_law": asdict(posterior.off_law),
         },
-        "terms": None if belief.wear is None else {WEAR: asdict(belief.wear)},
-        "n_cuts": belief.cuts,
+        "terms": None if posterior.wear is None else {WEAR: asdict(posterior.wear)},
+        "n_cuts": posterior.cuts,
     }
 
 
 def latest(
     session: Session, machine_id: int, pair_id: int, state: str | None = None
 ) -> models.CuttingParameters | None:
-    """Return the newest version of a pair's belief in a process state that was not taken back."""
+    """Return the newest version of a pair's posterior in a process state, none withdrawn."""
     return session.scalar(
         select(models.CuttingParameters)
         .where(
@@ -160,7 +160,7 @@ class Start:
     cuts, as it is kept; None: not known.
     """
 
-    belief: PairPosterior
+    posterior: PairPosterior
     said: str | None
     before: Mapping[str, Any] | None
     row: models.CuttingParameters | None = None
@@ -178,22 +178,22 @@ class Start:
 
 
 def kept_law(law: Gaussian) -> dict[str, Any]:
-    """Return a belief about the law's coordinates as JSON."""
+    """Return a posterior about the law's coordinates as JSON."""
     return {"mean": law.mean.tolist(), "covariance": law.covariance.tolist()}
 
 
 def law_from_json(kept: Mapping[str, Any]) -> Gaussian:
-    """Return a belief about the law's coordinates from JSON."""
+    """Return a posterior about the law's coordinates from JSON."""
     return Gaussian(np.array(kept["mean"]), np.array(kept["covariance"]))
 
 
 def began(row: models.CuttingParameters) -> Start:
     """Return a version as what the next one builds on, which began where it did."""
-    return Start(as_belief(row), row.started_from, row.start, row.relative, row.prior)
+    return Start(as_posterior(row), row.started_from, row.start, row.relative, row.prior)
 
 
 def begins(
-    belief: PairPosterior,
+    posterior: PairPosterior,
     said: str,
     row: models.CuttingParameters | None = None,
     prior: models.FleetPrior | None = None,
@@ -202,7 +202,7 @@ def begins(
 
     Where errors of the machine's calibrations are in it already, it is kept without them too.
     """
-    before = kept_law(belief.law)
-    if any(one.key.startswith(OF_CALIBRATIONS) for one in belief.shared):
-        before["given"] = kept_law(belief.given(OF_CALIBRATIONS))
-    return Start(belief, said, before, row, prior)
+    before = kept_law(posterior.law)
+    if any(one.key.startswith(OF_CALIBRATIONS) for one in posterior.shared):
+        before["given"] = kept_law(posterior.given(OF_CALIBRATIONS))
+    return Start(posterior, said, before, row, prior)

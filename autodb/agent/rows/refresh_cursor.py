@@ -17,11 +17,11 @@ from autodb.store import models
 
 CUTS_A_PASS = 2000
 """New cuts that one pass takes: as much as a kill may undo. Chosen: some ten seconds' work."""
-FELT_OVER_TIME = ("drive", "table", FUSION)
+SENSED_OVER_TIME = ("drive", "table", FUSION)
 """Kinds of estimators that feel cuts which were recorded over time, the surest last."""
 
 CALIBRATIONS, ESTIMATORS = SENSORS = ("calibrations", "estimators")
-"""Of a basis, what forces are felt with."""
+"""Of a basis, what forces are sensed with."""
 
 
 @dataclass(frozen=True)
@@ -65,10 +65,10 @@ def last_mark(session: Session, machine_id: int) -> Mark | None:
 
 
 def basis_of(session: Session, owner: models.Machine) -> dict[str, Any]:
-    """Return what forces are felt with now, and what was decided of them."""
+    """Return what forces are sensed with now, and what was decided of them."""
     axes = [axis.name for axis in owner.axes]
     ranges = [row.id for name in axes for row in current_calibrations(session, owner.id, name)]
-    others = [row.id for kind in FELT_OVER_TIME for row in newest(session, owner.id, kind)]
+    others = [row.id for kind in SENSED_OVER_TIME for row in newest(session, owner.id, kind)]
     return {
         CALIBRATIONS: ranges,
         ESTIMATORS: others,
@@ -125,7 +125,7 @@ def next_span(
 ) -> Span:
     """Return what the next pass looks at: at most CUTS_A_PASS new cuts, or all where it must.
 
-    Of cuts behind ``newest_cut`` none: they came in after those over time were felt.
+    Of cuts behind ``newest_cut`` none: they came in after those over time were sensed.
     """
     if mark is None and _has_learnt(session, machine_id):  # by a version that left no marks
         return Span(0, newest_cut, old=newest_cut, force=last_force(session), anew=True)

@@ -40,7 +40,7 @@ DRIVE_HZ = 10.0
 class FusedComponents:
     """Forces put together, a component each; ``not_heard``: which sensors told nothing, and why."""
 
-    felt: list[ReconstructedLoad]
+    sensed: list[ReconstructedLoad]
     not_heard: tuple[str, ...]
 
 
@@ -69,12 +69,12 @@ def fused_on_machine(
     with store.reading() as session:
         rows = newest(session, find_machine(session, machine).id, FUSION)
         learnt = {row.component: Fusion.of_json(row.model or {}) for row in rows}
-    felt = []
+    sensed = []
     for c in components:
         by_name = {name: one[c] for name, one in heard.items() if c in one}
         progress(f"fusing the sensors of force.{c}")
-        felt.append(fuse_component(recording, c, by_name, learnt.get(c)))
-    return FusedComponents(felt, tuple(not_heard))
+        sensed.append(fuse_component(recording, c, by_name, learnt.get(c)))
+    return FusedComponents(sensed, tuple(not_heard))
 
 
 ByAxis = dict[str, ReconstructedLoad]
@@ -128,7 +128,7 @@ def fuse_component(
     by_name: Mapping[str, ReconstructedLoad],
     learnt: Fusion | None,
 ) -> ReconstructedLoad:
-    """Return one component's force of what each sensor felt, by the sensors' names.
+    """Return one component's force of what each sensor sensed, by the sensors' names.
 
     ``learnt``: how some of them go together. A sensor that does not agree counts less.
     """

@@ -7,7 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.pairs.conventional import plain_name
-from autodb.pairs.disagreeing import FeltStandardCut
+from autodb.pairs.disagreeing import SensedStandardCut
 from autodb.standard import read_protocol, shipped
 from autodb.standard.matching import MATCH
 from autodb.standard.protocol import CutProtocol
@@ -25,23 +25,23 @@ HALF_95 = 3.92
 
 def standard_cut(
     session: Session, machine_id: int, protocols: Sequence[CutProtocol] = ()
-) -> FeltStandardCut | None:
-    """Return what a machine felt of standard cuts in turning beside those it was calibrated with.
+) -> SensedStandardCut | None:
+    """Return what a machine sensed of standard cuts in turning beside those it was calibrated with.
 
     Those of the kit and of ``protocols``, by material, operation, speed, feed and depth; None where
     there is none. Cuts that a calibration was fitted to agree with it whatever it is worth.
     """
-    felt: dict[str, list[tuple[float, float]]] = {}
+    sensed: dict[str, list[tuple[float, float]]] = {}
     for protocol in (*map(read_protocol, shipped()), *protocols):
         for cut in protocol.cut:
             if cut.reference and cut.operation in TURNING:
-                for force in _felt(session, machine_id, protocol, cut):
-                    felt.setdefault(force.component, []).append(_gain(force, cut))
-    if not felt:
+                for force in _sensed(session, machine_id, protocol, cut):
+                    sensed.setdefault(force.component, []).append(_gain(force, cut))
+    if not sensed:
         return None
-    gains = {name: np.array(some) for name, some in felt.items()}
+    gains = {name: np.array(some) for name, some in sensed.items()}
     own = [np.sqrt(np.sum(g[:, 1] ** 2)) / len(g) for g in gains.values()]
-    return FeltStandardCut(
+    return SensedStandardCut(
         gain=np.array([np.mean(g[:, 0]) for g in gains.values()]),
         sd=np.hypot(own, TRUTH_SHARE),
         along=np.array([ALONG[name] for name in gains]),
@@ -49,14 +49,16 @@ def standard_cut(
 
 
 def _gain(force: models.SensedForce, cut: CutOfKnownForce) -> tuple[float, float]:
-    """Return by what share a force was felt too large, and its sd for one cut."""
+    """Return by what share a force was sensed too large, and its sd for one cut."""
     known = cut.reference[force.component]
     scatter = (known.upper - known.lower) / HALF_95
-    felt = float(force.value_N or 0.0)
-    return felt / known.value - 1.0, float(np.hypot(scatter, force.sd_N or 0.0)) / abs(known.value)
+    sensed = float(force.value_N or 0.0)
+    return sensed / known.value - 1.0, float(np.hypot(scatter, force.sd_N or 0.0)) / abs(
+        known.value
+    )
 
 
-def _felt(
+def _sensed(
     session: Session, machine_id: int, protocol: CutProtocol, cut: CutOfKnownForce
 ) -> Iterable[models.SensedForce]:
     """Return the forces that were sensed of a standard cut, each by its newest calibration."""

@@ -15,7 +15,7 @@ from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.records import Recording
 from autodb.sensing.drives.feed_axis import cross_test, identify
-from autodb.sensing.drives.fit.axis_model import Beliefs, Identified, IdentifiedTerm
+from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, Posteriors
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.moves.prepared import SPINDLE, effort_axis, effort_channel
 from autodb.sensing.drives.moves.protocol import default_protocol
@@ -203,8 +203,8 @@ def refitted(
     ``identify`` does.
     """
     parent = _unseen(newest, sha256)
-    beliefs = _beliefs(parent) if parent else None
-    model = identify(moves, axis=axis, terms=terms, beliefs=beliefs)
+    posteriors = _posteriors(parent) if parent else None
+    model = identify(moves, axis=axis, terms=terms, posteriors=posteriors)
     same = newest is not None and _same(newest, model, sha256)
     return Refit(model, parent.version if parent else None, same)
 
@@ -232,12 +232,12 @@ def _unseen(row: models.ChannelModel | None, sha256: str) -> models.ChannelModel
     return None
 
 
-def _beliefs(row: models.ChannelModel) -> Beliefs | None:
+def _posteriors(row: models.ChannelModel) -> Posteriors | None:
     terms = stored_terms(row)
     known, others = terms[: len(row.covariance)], terms[len(row.covariance) :]
     if not known:
         return None
-    return Beliefs(
+    return Posteriors(
         names=tuple((t.key, t.parameter) for t in known),
         mean=np.array([t.value for t in known]),
         covariance=np.array(row.covariance),

@@ -45,11 +45,11 @@ def keep_inspected(store: Store, part: PartFile, found: Inspected, of: OfCut) ->
     with store.writing(of.machine) as session:
         cut = _cut(session, of)
         row = _estimator(session, cut.recording.machine_id, part, cut.recording)
-        felt = found.why_not is None
+        measured = found.why_not is None
         sensed = {
-            "value_N": found.force_N if felt else None,
-            "sd_N": found.own_sd_N if felt else None,
-            "common": [part.bar.share] if felt else None,
+            "value_N": found.force_N if measured else None,
+            "sd_N": found.own_sd_N if measured else None,
+            "common": [part.bar.share] if measured else None,
             "reason": found.why_not,
         }
         before = session.scalar(

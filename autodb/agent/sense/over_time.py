@@ -1,8 +1,8 @@
 """Forces of cuts that were recorded over time, as a machine's drives, network and table feel them.
 
-Each cut is read and felt before anything is written: it takes seconds; then it is kept at once, so
-that a pass that was killed goes on behind it. What a cut's force was felt with is kept with it; a
-new version of that feels it anew.
+Each cut is read and sensed before anything is written: it takes seconds; then it is kept at once,
+so that a pass that was killed goes on behind it. What a cut's force was sensed with is kept with
+it; a new version of that feels it anew.
 """
 
 from collections.abc import Callable, Container, Mapping
@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.ingest.importing import files_of
 from autodb.agent.rows.estimators import FittedComponent, keep_estimator, newest
 from autodb.agent.rows.machines import find_machine
-from autodb.agent.rows.refresh_cursor import ESTIMATORS, FELT_OVER_TIME, last_mark
+from autodb.agent.rows.refresh_cursor import ESTIMATORS, SENSED_OVER_TIME, last_mark
 from autodb.agent.sense.fusing import fused_on_machine
 from autodb.agent.sense.identifying import newest_model
 from autodb.agent.sense.reconstructing import ReconstructedLoad, known_scale
@@ -34,8 +34,8 @@ DRIVE = "drive"
 
 
 @dataclass(frozen=True)
-class FeltMean:
-    """A component of a cut as a sensor felt it, or why it did not; rows of the database by id."""
+class SensedMean:
+    """A component of a cut as a sensor sensed it, or why it did not; rows of the database by id."""
 
     cut_id: int
     component: str
@@ -61,8 +61,8 @@ class FeltMean:
 
 
 @dataclass(frozen=True)
-class FeltOverTime:
-    """What came of feeling cuts: forces felt and not, and what is to be said of it: why some was
+class SensedOverTime:
+    """What came of feeling cuts: forces sensed and not, and what is to be said of it: why some was
     not, who did not agree. ``last_cut``: the newest cut there was, by id.
     """
 
@@ -73,7 +73,7 @@ class FeltOverTime:
 
 
 def cuts_to_feel(store: Store, machine: str) -> list[int]:
-    """Return the cuts of recordings over time, by id, that are not felt yet.
+    """Return the cuts of recordings over time, by id, that are not sensed yet.
 
     Raises UnusableInput for an unknown machine.
     """
@@ -86,23 +86,23 @@ def feel_over_time(
     *,
     only: Container[int] | None = None,
     progress: Callable[[str], None] = lambda _: None,
-) -> FeltOverTime:
-    """Feel the cuts of recordings over time that what the machine has now has not felt yet.
+) -> SensedOverTime:
+    """Feel the cuts of recordings over time that what the machine has now has not sensed yet.
 
     ``only``: of these alone, by id. Raises UnusableInput for an unknown machine.
     """
     sensors, waiting, last_cut = _to_feel(store, machine)
     if only is not None:
         waiting = [one for one in waiting if one.cut_id in only]
-    felt: list[FeltMean] = []
+    sensed: list[SensedMean] = []
     notes: list[str] = []
     for one in waiting:
         found, said = _feel(store, machine, one, sensors, progress)
-        felt += _kept(store, machine, found)
+        sensed += _kept(store, machine, found)
         notes += said
-    notes += dict.fromkeys(one.reason for one in felt if one.reason is not None)
-    without = sum(one.reason is not None for one in felt)
-    return FeltOverTime(len(felt) - without, without, notes, last_cut)
+    notes += dict.fromkeys(one.reason for one in sensed if one.reason is not None)
+    without = sum(one.reason is not None for one in sensed)
+    return SensedOverTime(len(sensed) - without, without, notes, last_cut)
 
 
 def _to_feel(
@@ -123,29 +123,29 @@ def _feel(
     one: "WaitingCut",
     sensors: Mapping[str, tuple[int, str]],
     progress: Callable[[str], None],
-) -> tuple[list[FeltMean], list[str]]:
-    """Return the components of a cut as they were felt, or why not; and who did not agree."""
+) -> tuple[list[SensedMean], list[str]]:
+    """Return the components of a cut as they were sensed, or why not; and who did not agree."""
     try:
         recording = one.recording()
         progress(f"sensing forces in {recording.path.name}")
         told = fused_on_machine(store, machine, recording, progress=progress)
-        felt = {component.load.axis: component for component in told.felt}
+        sensed = {component.load.axis: component for component in told.sensed}
         notes = [
             f"{recording.path.name}: force.{c}: {told_of.disagrees}"
-            for c, told_of in felt.items()
+            for c, told_of in sensed.items()
             if told_of.disagrees is not None
         ]
-        return _means(one.cut_id, recording, felt, sensors), notes
+        return _means(one.cut_id, recording, sensed, sensors), notes
     except UnusableInput as error:
         found = [
-            FeltMean(one.cut_id, c, kind, number, None, None, None, str(error))
+            SensedMean(one.cut_id, c, kind, number, None, None, None, str(error))
             for c, (number, kind) in sensors.items()
         ]
         return found, []
 
 
-def _kept(store: Store, machine: str, found: list[FeltMean]) -> list[FeltMean]:
-    """Keep what was felt of a cut, but what another agent kept meanwhile; return what was new."""
+def _kept(store: Store, machine: str, found: list[SensedMean]) -> list[SensedMean]:
+    """Keep what was sensed of a cut, but what another agent kept meanwhile; return what was new."""
     new = []
     with store.writing(machine) as session:
         for one in found:
@@ -165,21 +165,21 @@ def _kept(store: Store, machine: str, found: list[FeltMean]) -> list[FeltMean]:
 def _means(
     cut_id: int,
     recording: Recording,
-    felt: Mapping[str, ReconstructedLoad],
+    sensed: Mapping[str, ReconstructedLoad],
     sensors: Mapping[str, tuple[int, str]],
-) -> list[FeltMean]:
-    forces = np.array([-one.load.value for one in felt.values()])
+) -> list[SensedMean]:
+    forces = np.array([-one.load.value for one in sensed.values()])
     rows = steady_rows(forces, rate_hz=recording.rate_hz, where=str(recording.path))
     found = []
     for c, (number, kind) in sensors.items():
-        if c not in felt:
+        if c not in sensed:
             reason = f"{recording.path.name}: no sensor of force.{c} was recorded"
-            found.append(FeltMean(cut_id, c, kind, number, None, None, None, reason))
+            found.append(SensedMean(cut_id, c, kind, number, None, None, None, reason))
             continue
-        load = felt[c].load
+        load = sensed[c].load
         mean = mean_of(-load.value, load.sd, rows)
         found.append(
-            FeltMean(cut_id, c, kind, number, mean.force_N, mean.sd_N, felt[c].share, None)
+            SensedMean(cut_id, c, kind, number, mean.force_N, mean.sd_N, sensed[c].share, None)
         )
     return found
 
@@ -207,9 +207,9 @@ def _keep_drives(session: Session, owner: models.Machine) -> None:
 
 
 def _sensors(session: Session, owner: models.Machine) -> dict[str, models.Estimator]:
-    """Return by component what its force is kept as felt with: all together, a table, a drive."""
+    """Return by component what its force is kept as sensed with: all together, a table, a drive."""
     found: dict[str, models.Estimator] = {}
-    for kind in FELT_OVER_TIME:
+    for kind in SENSED_OVER_TIME:
         found |= {row.component: row for row in newest(session, owner.id, kind)}
     return found
 

@@ -24,7 +24,7 @@ def sense_cuts(
 
     Return the calibrations of each axis that feels force.
     """
-    felt: dict[str, Calibrations] = {}
+    sensed: dict[str, Calibrations] = {}
     cuts = _cuts(owner.id, span)
     for axis in owner.axes:
         current = current_calibrations(session, owner.id, axis.name)
@@ -32,14 +32,14 @@ def sense_cuts(
             component = current[0].component
             progress(f"sensing force.{component} from {axis.name}")
             _sense(session, cuts, current)
-            felt[component] = current
-    _note_unsensed(session, cuts, felt)
+            sensed[component] = current
+    _note_unsensed(session, cuts, sensed)
     session.flush()
-    return list(felt.values())
+    return list(sensed.values())
 
 
 def sensed_otherwise(session: Session, machine_id: int) -> bool:
-    """Say whether something beside calibrated ranges has felt a force of the machine's cuts."""
+    """Say whether something beside calibrated ranges has sensed a force of the machine's cuts."""
     own = select(models.Estimator.id).where(models.Estimator.machine_id == machine_id)
     query = select(models.SensedForce.id).where(
         models.SensedForce.estimator_id.in_(own), models.SensedForce.value_N.is_not(None)
@@ -94,9 +94,9 @@ def _sense(session: Session, among: Select[models.Cut], current: Calibrations) -
         )
 
 
-def _note_unsensed(session: Session, among: Select[models.Cut], felt: Iterable[str]) -> None:
+def _note_unsensed(session: Session, among: Select[models.Cut], sensed: Iterable[str]) -> None:
     """Say once for every cut which components no offered calibration feels."""
-    for component in sorted({"x", "y", "z"} - set(felt)):
+    for component in sorted({"x", "y", "z"} - set(sensed)):
         noted = exists().where(
             models.SensedForce.cut_id == models.Cut.id,
             models.SensedForce.component == component,

@@ -80,7 +80,7 @@ def reconstruct_on_machine(
         owner = find_machine(session, machine)
         own = signed(recording, owner)
         channels = efforts_of(recording, axis)
-        felt, without = [], []
+        sensed, without = [], []
         for channel in channels:
             row = newest_model(session, owner.id, channel)
             if row is None or row.errors is None:
@@ -91,13 +91,13 @@ def reconstruct_on_machine(
             said = f"version {row.version} of machine '{machine}'"
             known = scale or (known_scale(session, stated) if stated else None)
             load = _load(own, drive_model(row), bandwidth_hz=bandwidth_hz, observer=observer)
-            felt.append(_felt(load, said, known))
-    if not felt:
+            sensed.append(_sensed(load, said, known))
+    if not sensed:
         raise UnusableInput(
             f"{recording.path}: machine '{machine}' has no model of {', '.join(without)}; make "
             f"one with 'autodb identify MOVES --machine {machine}'"
         )
-    return felt
+    return sensed
 
 
 def reconstruct_with(
@@ -113,7 +113,7 @@ def reconstruct_with(
     if model.errors is None:
         raise UnusableInput(f"{moves}: {model.axis} has no load to reconstruct; use an axis")
     load = _load(recording, DriveModel.of(model), bandwidth_hz=bandwidth_hz, observer=observer)
-    return _felt(load, f"identified from {moves}", scale)
+    return _sensed(load, f"identified from {moves}", scale)
 
 
 def efforts_of(recording: Recording, axis: str | None = None) -> Sequence[str]:
@@ -145,7 +145,7 @@ def _load(
     return how(recording, model, bandwidth_hz=bandwidth_hz)
 
 
-def _felt(load: DriveLoad, model: str, scale: Scale | None) -> ReconstructedLoad:
+def _sensed(load: DriveLoad, model: str, scale: Scale | None) -> ReconstructedLoad:
     if scale is None or load.unit != "A":
         return ReconstructedLoad(load, model, None)
     return ReconstructedLoad(

@@ -1,4 +1,4 @@
-"""Stored cuts and their sensed forces as readings that a pair's belief learns from."""
+"""Stored cuts and their sensed forces as readings that a pair's posterior learns from."""
 
 from collections.abc import Container, Sequence
 from dataclasses import dataclass
@@ -51,22 +51,22 @@ def forces_of_pair(
     session: Session,
     machine_id: int,
     pair: models.Pair,
-    felt: Sequence[Calibrations],
+    measured: Sequence[Calibrations],
     *,
     cuts: tuple[int, int] | None = None,
 ) -> PairForces:
-    """Return the forces that axes and other sensors felt on a pair.
+    """Return the forces that axes and other sensors sensed on a pair.
 
     ``cuts``: of those alone with an id above the first, up to the second.
 
-    ``felt``: the calibrations of each axis. A force counts where the one that felt it is still the
-    one that holds for the cut: of a cut that did not state what, a later calibration may say
+    ``sensed``: the calibrations of each axis. A force counts where the one that sensed it is still
+    the one that holds for the cut: of a cut that did not state what, a later calibration may say
     otherwise. Of several sensors of a force the surest counts.
     """
     sensed = _sensed(machine_id, pair.id)
     if cuts is not None:
         sensed = sensed.where(models.Cut.id > cuts[0], models.Cut.id <= cuts[1])
-    forces = [f for current in felt for f in _of_axis(session, sensed, current)]
+    forces = [f for current in measured for f in _of_axis(session, sensed, current)]
     forces = _surest([*forces, *_of_others(session, sensed)])
     reasons = {force.cut_id: _unusable(force.cut) for force in forces}
     left_out: dict[str, int] = {}
@@ -96,22 +96,22 @@ def _of_axis(
     session: Session, sensed: Select[models.SensedForce], current: Calibrations
 ) -> list[models.SensedForce]:
     by_these = models.SensedForce.calibration_id.in_([row.id for row in current])
-    felt = list(session.scalars(sensed.where(by_these).order_by(models.Cut.id)))
-    if len(current) == 1 or not felt:
-        return felt
-    cuts = [force.cut for force in felt]
+    measured = list(session.scalars(sensed.where(by_these).order_by(models.Cut.id)))
+    if len(current) == 1 or not measured:
+        return measured
+    cuts = [force.cut for force in measured]
     table = cuts_as_table(cuts, path=Path(cuts[0].recording.path))
     chosen = choose(table, [as_calibration(row) for row in current])
     ids = [row.id for row in current]
     return [
         force
-        for force, by in zip(felt, chosen, strict=True)
+        for force, by in zip(measured, chosen, strict=True)
         if isinstance(by, int) and force.calibration_id == ids[by]
     ]
 
 
 def _of_others(session: Session, sensed: Select[models.SensedForce]) -> list[models.SensedForce]:
-    """Return what sensors that are no calibrated ranges felt; of each kind its newest version."""
+    """Return what sensors that are no calibrated ranges sensed; of each kind its newest version."""
     sensor = models.SensedForce.estimator_id
     query = sensed.where(sensor.is_not(None)).order_by(sensor)
     return list({(f.cut_id, f.component, f.estimator): f for f in session.scalars(query)}.values())
@@ -134,7 +134,7 @@ def _whole_sd_N(force: models.SensedForce) -> float:
 
 
 def gain_share(force: models.SensedForce) -> float:
-    """Return the relative sd of the gain of what felt a force, where it is no calibrated range."""
+    """Return the relative sd of the gain of what sensed a force, if it is no calibrated range."""
     return float(force.common[0]) if force.common else 0.0
 
 
@@ -158,26 +158,26 @@ def as_observed(
     wear: Wear | None = None,
     known: Container[int] = (),
 ) -> Observed:
-    """Return forces of one pair's cuts, felt by calibrations, as readings of it.
+    """Return forces of one pair's cuts, sensed by calibrations, as readings of it.
 
     With the chips that were measured of the cuts, but of those ``known`` before, by id; ``wear``:
     how the pair's edges wear. Raises UnusableInput where the pair's tool cannot make the cuts.
     """
     cuts = list({force.cut_id: force.cut for force in forces}.values())
     number, made = as_cuts(cuts)
-    felt = Readings(forces)
+    sensed = Readings(forces)
     thick = [c for c in cuts if CHIP_THICKNESS in c.conditions and c.id not in known]
     chip_mm = np.array([c.conditions[CHIP_THICKNESS] for c in thick], dtype=np.float64)
-    none = np.zeros((len(thick), felt.share.shape[1]))
+    none = np.zeros((len(thick), sensed.share.shape[1]))
     observed = Observed(
         cuts=made,
         cut=np.array([number[f.cut_id] for f in forces] + [number[c.id] for c in thick], np.intp),
         quantity=np.array([QUANTITY[f.component] for f in forces] + [CHIP] * len(thick), np.intp),
-        value=np.concatenate([felt.value_N, chip_mm]),
-        sd=np.concatenate([felt.sd_N, CHIP_SHARE * chip_mm]),
-        common=np.vstack([felt.share, none]),
-        shared=felt.shared,
-        shift=np.vstack([felt.shift, none]),
+        value=np.concatenate([sensed.value_N, chip_mm]),
+        sd=np.concatenate([sensed.sd_N, CHIP_SHARE * chip_mm]),
+        common=np.vstack([sensed.share, none]),
+        shared=sensed.shared,
+        shift=np.vstack([sensed.shift, none]),
     )
     return with_wear(observed, wear)
 
@@ -198,11 +198,11 @@ def as_cuts(cuts: Sequence[models.Cut]) -> tuple[dict[int, int], tuple[PairCuts,
 
 
 class Readings:
-    """Forces (m,) felt by calibrations and other sensors, and how the errors of these move them.
+    """Forces (m,) sensed by calibrations and other sensors, and how the errors of these move them.
 
     What the reference forces have in a calibration is an error of its own, which all calibrations
     of a component on them share; and what is a day's, each recording has for itself. Any other
-    sensor has a gain, which all that it felt share.
+    sensor has a gain, which all that it sensed share.
     """
 
     def __init__(self, forces: Sequence[models.SensedForce]) -> None:
@@ -212,43 +212,43 @@ class Readings:
         self._moved: dict[str, tuple[Shared, Array, Array]] = {}
         rows = {f.calibration.id: f.calibration for f in forces if f.calibration is not None}
         for row in rows.values():
-            felt = np.array([f.calibration_id == row.id for f in forces])
+            sensed = np.array([f.calibration_id == row.id for f in forces])
             common = np.array([f.common for f in forces if f.calibration_id == row.id])
-            self._add_calibration(row, felt, common)
+            self._add_calibration(row, sensed, common)
         for number in sorted({f.estimator_id for f in forces if f.estimator_id is not None}):
-            felt = np.array([f.estimator_id == number for f in forces])
+            sensed = np.array([f.estimator_id == number for f in forces])
             share = np.array([[gain_share(f)] for f in forces if f.estimator_id == number])
             error = Shared(f"{GAIN} of sensor {number}", np.eye(1))
-            self._add(error, felt, np.zeros_like(share), share)
+            self._add(error, sensed, np.zeros_like(share), share)
         self.shared = tuple(one for one, _, _ in self._moved.values())
         self.shift = np.column_stack([shift for _, shift, _ in self._moved.values()])
         self.share = np.column_stack([share for _, _, share in self._moved.values()])
 
     def _add_calibration(
-        self, row: models.CalibrationVersion, felt: NDArray[np.bool_], common: Array
+        self, row: models.CalibrationVersion, sensed: NDArray[np.bool_], common: Array
     ) -> None:
         calibration = as_calibration(row)
         coefficients, form = calibration.coefficients, calibration.form
         kinds, scaling, p = calibration.errors, form.scaling(coefficients), len(coefficients)
-        shift, share = form.moves(coefficients, common[:, :p], self.value_N[felt])
+        shift, share = form.moves(coefficients, common[:, :p], self.value_N[sensed])
         own = calibration.covariance + kinds.standing(scaling)
-        self._add(Shared(f"{CALIBRATION} {row.id}", own), felt, shift, share)
+        self._add(Shared(f"{CALIBRATION} {row.id}", own), sensed, shift, share)
         if kinds.reference_share > 0.0:
             references = kinds.reference_share * scaling
             error = Shared(f"{REFERENCES} {row.component}", np.eye(1))
-            self._add(error, felt, *((one @ references)[:, None] for one in (shift, share)))
+            self._add(error, sensed, *((one @ references)[:, None] for one in (shift, share)))
 
         # A day's offset and gain: the offset moves what was read by the derivative kept with it
         offset = common[:, p:] if common.shape[1] > p else np.zeros((len(common), 1))
         shift = np.column_stack([shift, offset]) @ day_moves(scaling)
         share = np.column_stack([share, 0.0 * offset]) @ day_moves(scaling)
-        for recording in sorted(set(self._recordings[felt].tolist())):
-            there = felt & (self._recordings == recording)
+        for recording in sorted(set(self._recordings[sensed].tolist())):
+            there = sensed & (self._recordings == recording)
             error = Shared(f"{DAY} of calibration {row.id}, recording {recording}", kinds.of_a_day)
-            self._add(error, there, shift[there[felt]], share[there[felt]])
+            self._add(error, there, shift[there[sensed]], share[there[sensed]])
 
-    def _add(self, error: Shared, felt: NDArray[np.bool_], shift: Array, share: Array) -> None:
-        none = np.zeros((len(felt), len(error.covariance)))
+    def _add(self, error: Shared, sensed: NDArray[np.bool_], shift: Array, share: Array) -> None:
+        none = np.zeros((len(sensed), len(error.covariance)))
         _, shifts, shares = self._moved.setdefault(error.key, (error, none, none.copy()))
-        shifts[felt] += shift
-        shares[felt] += share
+        shifts[sensed] += shift
+        shares[sensed] += share

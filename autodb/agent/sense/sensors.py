@@ -52,8 +52,8 @@ def sensors_of(session: Session, machine: str) -> tuple[list[Sensor], list[str]]
         *_others(session, owner),
     ]
     found.sort(key=lambda one: one.force)
-    felt = {one.force for one in found if one.why_not is None}
-    return found, [f"force.{c}" for c in "xyz" if f"force.{c}" not in felt]
+    sensed = {one.force for one in found if one.why_not is None}
+    return found, [f"force.{c}" for c in "xyz" if f"force.{c}" not in sensed]
 
 
 def _ranges(session: Session, owner: models.Machine) -> Iterator[Sensor]:

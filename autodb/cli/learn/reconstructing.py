@@ -148,10 +148,10 @@ def reconstruct_command(
             with opened_store(db) as store:
                 told = TELLERS[estimator](store, str(machine), cut, how, progress)
         progress(f"writing {out.name}")
-        write_table(cut.t_s, told.felt, out)
+        write_table(cut.t_s, told.sensed, out)
         if page is not None:
-            write_text(page, render_loads(recording.name, cut.t_s, told.felt))
-    _show(told.felt)
+            write_text(page, render_loads(recording.name, cut.t_s, told.sensed))
+    _show(told.sensed)
     for sentence in told.not_heard:
         say(f"not used: {sentence}")
     say(f"load: {out}")
@@ -218,7 +218,7 @@ class _How:
 class _Told:
     """What sensors told, and which told nothing and why."""
 
-    felt: "list[ReconstructedLoad]"
+    sensed: "list[ReconstructedLoad]"
     not_heard: tuple[str, ...] = ()
 
 
@@ -227,11 +227,11 @@ def _by_drives(
 ) -> _Told:
     from autodb.agent.sense.reconstructing import reconstruct_on_machine
 
-    felt = reconstruct_on_machine(
+    sensed = reconstruct_on_machine(
         store, machine, cut, axis=how.axis, bandwidth_hz=how.bandwidth_hz or DRIVE_HZ,
         observer=how.observer, scale=how.scale, progress=progress,
     )  # fmt: skip
-    return _Told(felt)
+    return _Told(sensed)
 
 
 def _by_network(
@@ -247,10 +247,10 @@ def _by_table(
 ) -> _Told:
     from autodb.agent.sense.dynamometers import forces_on_table
 
-    felt = forces_on_table(
+    sensed = forces_on_table(
         store, machine, cut, bandwidth_hz=how.bandwidth_hz, removed_kg=how.removed_kg
     )
-    return _Told(felt)
+    return _Told(sensed)
 
 
 def _by_all(
@@ -259,7 +259,7 @@ def _by_all(
     from autodb.agent.sense.fusing import fused_on_machine
 
     made = fused_on_machine(store, machine, cut, bandwidth_hz=how.bandwidth_hz, progress=progress)
-    return _Told(made.felt, made.not_heard)
+    return _Told(made.sensed, made.not_heard)
 
 
 TELLERS = {
@@ -295,18 +295,18 @@ def _scale(newtons_per_ampere: float | None) -> "Scale | None":
     return Scale(newtons_per_ampere, "N", LEAST_SHARE / NORMAL_95, "--newtons-per-ampere")
 
 
-def _show(felt: "list[ReconstructedLoad]") -> None:
+def _show(sensed: "list[ReconstructedLoad]") -> None:
     import numpy as np
 
     from autodb.reports.loads import MARKS, load_rms, scale_words
 
-    marks = MARKS if any(one.said is None for one in felt) else ()
+    marks = MARKS if any(one.said is None for one in sensed) else ()
     rows = table(
         "Load", "axis", "unit", ">rms", ">largest", ">median sd",
         *(f">{mark.replace('_', ' ')}" for mark in marks),
     )  # fmt: skip
     words: dict[str, list[str]] = {}
-    for one in felt:
+    for one in sensed:
         load = one.load
         sizes = (load_rms(load.value), float(np.max(np.abs(load.value))), float(np.median(load.sd)))
         shares = [f"{100.0 * float(np.mean(getattr(load, mark))):.1f} %" for mark in marks]

@@ -89,7 +89,7 @@ def lookup(
     db: Database = None,
 ) -> None:
     """Predict one cut of a work-tool pair; without a cut, list the machine's pairs."""
-    from autodb.agent.answer.looking_up import Shelf
+    from autodb.agent.answer.looking_up import PairReader
     from autodb.errors import UnusableInput
 
     given = {
@@ -104,11 +104,11 @@ def lookup(
     if cut is not None and (material is None or tool is None):
         raise UnusableInput("a cut needs --material and --tool")
     with opened_store(db) as store, store.reading() as session:
-        shelf = Shelf(session, machine)
+        pair_reader = PairReader(session, machine)
         if cut is None:
-            _list(machine, shelf.pairs(material, tool), json=json)
+            _list(machine, pair_reader.pairs(material, tool), json=json)
         else:
-            _answer(shelf.look_up(str(material), str(tool), cut), json=json)
+            _answer(pair_reader.look_up(str(material), str(tool), cut), json=json)
 
 
 def _cut(stated: dict[str, Any]) -> "JobCut":

@@ -67,9 +67,9 @@ def _row(cut: "StandardCut") -> list[str]:
     depth_mm = cut.length_mm if cut.depth_mm is None else cut.depth_mm
     known = (f"{c} {r.value:g} ({r.lower:g} to {r.upper:g})" for c, r in cut.reference.items())
     still = PASSIVE.get(cut.operation)
-    felt = f"{what}, {still} stands still" if still else what
+    sensed = f"{what}, {still} stands still" if still else what
     return [
-        cut.name, felt, f"{cut.speed_rpm:g}", f"{cut.feed_mm:g}{per}", f"{depth_mm:g}",
+        cut.name, sensed, f"{cut.speed_rpm:g}", f"{cut.feed_mm:g}{per}", f"{depth_mm:g}",
         str(cut.repeats), "; ".join(known) or "none",
     ]  # fmt: skip
 

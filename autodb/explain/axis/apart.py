@@ -66,7 +66,7 @@ def move_that_tells(
     """
     if not rivals and not never:
         return None
-    term = term_called(reading.choices[number].suspect.term)
+    term = term_called(reading.choices[number].candidate.term)
     level = noise(reading)
     found = {name: _from_rival(reading, number, name) for name in rivals[:NEAREST]}
     best = {**dict.fromkeys(never), **found}
@@ -90,15 +90,15 @@ def _line(best: Separation | None, names: tuple[str, str], level: float, unit: s
 def instead(reading: AxisReading, number: int, name: str) -> tuple[Choice, ...] | None:
     """Return the best set in which a term stands in for a found effect; its shape is tuned."""
     inquiry = reading.inquiry
-    key = inquiry.found.choices[number].suspect.key
+    key = inquiry.found.choices[number].candidate.key
     swap = stand_in(inquiry.search, inquiry.found, key, called(inquiry.search, name, but=key))
-    return _with_tuned(reading, swap[0], swap[1].suspect.key) if swap else None
+    return _with_tuned(reading, swap[0], swap[1].candidate.key) if swap else None
 
 
 def _with_tuned(reading: AxisReading, swapped: FoundSet, key: str) -> tuple[Choice, ...]:
     others = swapped.without(key)
     beside = BesideShapes(reading.bench, others, reading.inquiry.noise)
-    rival = next(c for c in swapped.choices if c.suspect.key == key)
+    rival = next(c for c in swapped.choices if c.candidate.key == key)
     return (*others, tuned(rival, beside).choice)
 
 
@@ -115,7 +115,7 @@ def account_distances(
     reading: AxisReading, accounts: tuple[AxisAccount, AxisAccount]
 ) -> list[Separation]:
     """Return how far two accounts differ on every move that the axis can run."""
-    warm = any(c.suspect.term == "warmup" for of in accounts for c in of.choices)
+    warm = any(c.candidate.term == "warmup" for of in accounts for c in of.choices)
     made = possible_runs(reading.signals, reading.bench.factor, history=warm)
     return [accounts_apart(reading, accounts, run) for run in made]
 

@@ -58,12 +58,12 @@ def _merged(entries: list[Cause]) -> list[Cause]:
 def _effect(reading: AxisReading, number: int) -> Cause:
     choice = reading.inquiry.found.choices[number]
     size = _size(reading, number)
-    always = INDISTINCT.get(choice.suspect.term, ())
+    always = INDISTINCT.get(choice.candidate.term, ())
     stands = of_missing(reading.inquiry.search, reading.inquiry.found, choice, but=always)
     others, sure = list(stands.near), stands.confidence
-    if not choice.suspect.named:
+    if not choice.candidate.named:
         return _unknown(reading, number, size, others, sure)
-    term = term_called(choice.suspect.term)
+    term = term_called(choice.candidate.term)
     alternatives = tuple(dict.fromkeys([*always, *others]))
     kind: Literal["missing", "mistuned"] = "mistuned" if term.name in reading.had else "missing"
     return Cause(
@@ -73,7 +73,7 @@ def _effect(reading: AxisReading, number: int) -> Cause:
         statement=f"{term.statement} {_size_words(size, kind)}",
         parameters={"size": size, **best_law_values(reading, choice, term)},
         alternatives=alternatives,
-        variables=choice.suspect.variables,
+        variables=choice.candidate.variables,
         to_tell_apart=move_that_tells(reading, number, others, always),
     )
 
@@ -99,16 +99,18 @@ def best_law_values(reading: AxisReading, choice: Choice, term: Term) -> dict[st
     """Return the values of the plain law that fits best beside the other effects, tuned."""
     found = reading.inquiry.found
     products = reading.inquiry.search.products
-    given = products.given([c.key for c in found.choices if c.suspect.key != choice.suspect.key])
+    given = products.given(
+        [c.key for c in found.choices if c.candidate.key != choice.candidate.key]
+    )
     plain = [
-        Choice(choice.suspect, i)
-        for i, rung in enumerate(choice.suspect.rungs)
-        if rung.names and (choice.suspect.key, i) in products.places
+        Choice(choice.candidate, i)
+        for i, form in enumerate(choice.candidate.forms)
+        if form.names and (choice.candidate.key, i) in products.places
     ]
     if not plain:
         return {}
     law = max(plain, key=lambda c: given.gain(c.key).full)
-    others = found.without(choice.suspect.key)
+    others = found.without(choice.candidate.key)
     noise = weighing(reading.bench, [*others, law], reading.inquiry.noise, of=law)
     beside = BesideShapes(reading.bench, others, noise, reading.fitted.retuned)
     units = {p.name: p.unit.replace("U", reading.unit) for p in term.parameters}
@@ -118,15 +120,15 @@ def best_law_values(reading: AxisReading, choice: Choice, term: Term) -> dict[st
 def _values(
     law: Tuned, beside: BesideShapes, units: Mapping[str, str], reading: AxisReading
 ) -> dict[str, IntervalValue]:
-    rung = law.choice.shape
-    coefficients, covariance = beside.fit(rung)
+    form = law.choice.shape
+    coefficients, covariance = beside.fit(form)
     linear = {
         name: value_of(float(c), float(np.sqrt(v)), units.get(name, reading.unit))
-        for name, c, v in zip(rung.names, coefficients, np.diag(covariance), strict=True)
+        for name, c, v in zip(form.names, coefficients, np.diag(covariance), strict=True)
     }
     shape = {
         name: value_of(value, law.sd.get(name, 0.0), units.get(name, ""))
-        for name, value in rung.shape.items()
+        for name, value in form.shape.items()
     }
     found = {**linear, **shape}
     for wanted, change in CHANGES:
@@ -233,7 +235,7 @@ def _unknown(
     choice, effect = reading.inquiry.found.choices[number], reading.fitted.effects[number]
     left = reading.bench.difference - (reading.fitted.correction - effect)
     share = 1.0 - float(np.sum((left - effect) ** 2) / np.sum(left**2))
-    words = choice.suspect.key.rstrip("0123456789 ")
+    words = choice.candidate.key.rstrip("0123456789 ")
     short = short_form(reading, number)
     values = _values(short.law, short.beside, short.form.units, reading) if short else {}
     return Cause(
@@ -247,7 +249,7 @@ def _unknown(
         ),
         parameters={"size": size, **values},
         alternatives=tuple(others),
-        variables=choice.suspect.variables,
+        variables=choice.candidate.variables,
     )
 
 

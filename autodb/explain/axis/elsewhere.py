@@ -9,12 +9,12 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.axis.friction import friction_suspects
-from autodb.explain.axis.loads import load_suspects, sensor_candidates_of_axis
+from autodb.explain.axis.friction import friction_candidates
+from autodb.explain.axis.loads import load_candidates, sensor_candidates_of_axis
 from autodb.explain.axis.moves import AxisPath
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import ACTING, AxisSignals, own_terms, simulated_friction
-from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.telling import held_coefficients
 from autodb.terms.friction import since_reversal
 
@@ -107,9 +107,9 @@ def account_columns(of: AxisAccount, signals: AxisSignals) -> Array:
     blocks = {
         number: _columns(choice, signals, of.widths[number])
         for number, choice in enumerate(of.choices)
-        if choice.suspect.term not in ACTING
+        if choice.candidate.term not in ACTING
     }
-    parts = [(of.choices[i].suspect.term, b @ of.of(i)) for i, b in blocks.items()]
+    parts = [(of.choices[i].candidate.term, b @ of.of(i)) for i, b in blocks.items()]
     now = signals.beside(own @ of.coefficients[: len(of.own)], parts)
     for number, choice in enumerate(of.choices):
         if number not in blocks:
@@ -120,42 +120,42 @@ def account_columns(of: AxisAccount, signals: AxisSignals) -> Array:
 def _recorded(of: AxisAccount, own: Array, blocks: list[Array], now: AxisSignals) -> Array:
     """Return all columns as what clips, shifts or signs them lets them be recorded."""
     through = [(n, _shape(c, now)) for n, c in enumerate(of.choices) if c.shape.through is not None]
-    for at, rung in through:
-        if rung is not None:
-            own = rung.seen(own)
-            blocks = [b if n == at else rung.seen(b) for n, b in enumerate(blocks)]
+    for at, form in through:
+        if form is not None:
+            own = form.seen(own)
+            blocks = [b if n == at else form.seen(b) for n, b in enumerate(blocks)]
     return np.column_stack([own, *blocks])
 
 
 def _columns(choice: Choice, signals: AxisSignals, width: int) -> Array:
-    rung = _shape(choice, signals)
-    return np.zeros((len(signals.t_s), width)) if rung is None else rung.build()
+    form = _shape(choice, signals)
+    return np.zeros((len(signals.t_s), width)) if form is None else form.build()
 
 
-def _shape(choice: Choice, signals: AxisSignals) -> Rung | None:
+def _shape(choice: Choice, signals: AxisSignals) -> CandidateForm | None:
     """Return a choice's shape over other signals, with its values; None where it has none."""
-    suspect = _anew(choice.suspect, signals)
-    if suspect is None:
+    candidate = _anew(choice.candidate, signals)
+    if candidate is None:
         return None
     law = _formula(choice.shape)
-    same = next(rung for rung in suspect.rungs if _formula(rung) == law)
+    same = next(form for form in candidate.forms if _formula(form) == law)
     return replace(same, shape=choice.shape.shape)
 
 
-def _anew(suspect: Suspect, signals: AxisSignals) -> Suspect | None:
-    if suspect.scanned:
-        return None if suspect.anew is None else suspect.anew(signals)
+def _anew(candidate: Candidate, signals: AxisSignals) -> Candidate | None:
+    if candidate.scanned:
+        return None if candidate.anew is None else candidate.anew(signals)
     made = [
-        *friction_suspects(signals),
-        *load_suspects(signals),
+        *friction_candidates(signals),
+        *load_candidates(signals),
         *sensor_candidates_of_axis(signals),
     ]
-    return next((s for s in made if s.key == suspect.key), None)
+    return next((s for s in made if s.key == candidate.key), None)
 
 
-def _formula(rung: Rung) -> tuple[object, tuple[object, ...]]:
+def _formula(form: CandidateForm) -> tuple[object, tuple[object, ...]]:
     """Return what two shapes have in common whose law is the same function of other signals."""
-    law = rung.law
+    law = form.law
     fixed = law.args if isinstance(law, partial) else ()
     function = law.func if isinstance(law, partial) else law
     return cast(FunctionType, function).__code__, fixed

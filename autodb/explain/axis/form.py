@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import AxisSignals
-from autodb.explain.engine.candidates import UNKNOWN, Choice, Rung, Suspect
+from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm, Choice
 from autodb.explain.engine.fit import Folds
 from autodb.explain.engine.prior import coefficient_costs
 from autodb.explain.engine.search import MARGIN
@@ -61,7 +61,7 @@ def short_form(reading: AxisReading, number: int) -> Short | None:
     off it is 2·ln of the number of forms tried, times the variance of a row.
     """
     choice, (_, variance) = reading.choices[number], reading.noise
-    turned, variables = variables_of(reading.signals, choice.suspect.variables)
+    turned, variables = variables_of(reading.signals, choice.candidate.variables)
     tried = forms(variables, period=choice.shape.shape.get("period"))
     if not tried:
         return None
@@ -109,7 +109,7 @@ class _Left:
         self.number = number
         self.values = [v.values for v in variables]
         self.turned = turned
-        self.key = f"{reading.choices[number].suspect.key}, short"
+        self.key = f"{reading.choices[number].candidate.key}, short"
         self.carrier = reading.signals.sense if turned else np.ones_like(reading.signals.t_s)
         self.others = (*reading.choices[:number], *reading.choices[number + 1 :])
 
@@ -129,8 +129,8 @@ class _Left:
         def law(**shape: float) -> Array:
             return form.columns(self.carrier, self.values, **shape)
 
-        rung = Rung(law, form.shape, form.within, form.names)
-        return Choice(Suspect(self.key, UNKNOWN, (rung,)), 0)
+        rung_ones = CandidateForm(law, form.shape, form.within, form.names)
+        return Choice(Candidate(self.key, UNKNOWN, (rung_ones,)), 0)
 
     def scored(self, choices: Sequence[Choice | None]) -> list[float]:
         """Return white squares on stretches left out, with each choice in the effect's place."""

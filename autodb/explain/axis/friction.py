@@ -1,12 +1,12 @@
-"""Suspects that are friction of an axis, or change it."""
+"""Candidates that are friction of an axis, or change it."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.candidates import (
-    Rung,
-    Suspect,
+    Candidate,
+    CandidateForm,
     grid_forms,
     has_positive_first,
     negative,
@@ -28,8 +28,8 @@ FALLS = 0.7
 """Friction warms when this share of the changes of its factor over time are falls. Chosen."""
 
 
-def friction_suspects(signals: AxisSignals) -> list[Suspect]:
-    """Return the suspects that act on friction; those that need reversals only where there are."""
+def friction_candidates(signals: AxisSignals) -> list[Candidate]:
+    """Return the candidates that act on friction; some need reversals in the recording."""
     made = [
         coulomb_candidate(signals),
         viscous_candidate(signals),
@@ -42,17 +42,17 @@ def friction_suspects(signals: AxisSignals) -> list[Suspect]:
     return made
 
 
-def coulomb_candidate(s: AxisSignals) -> Suspect:
+def coulomb_candidate(s: AxisSignals) -> Candidate:
     """Dry friction, turning over one of several widths of speed."""
-    rungs = [Rung(lambda: s.sense, names=("level",), tries=4, allowed=has_positive_first)]
-    rungs += grid_forms(
+    forms = [CandidateForm(lambda: s.sense, names=("level",), tries=4, allowed=has_positive_first)]
+    forms += grid_forms(
         lambda width: np.tanh(s.velocity / width),
         [{"width": width} for width in TURNING_MM_S],
         names=(),
         allowed=has_positive_first,
     )
-    return Suspect(
-        "coulomb", "coulomb", tuple(rungs), (s.channel("direction"),),
+    return Candidate(
+        "coulomb", "coulomb", tuple(forms), (s.channel("direction"),),
         detail=lambda: around_standstill(s.sense, s.velocity),
         loose=lambda: around_standstill(s.sense, s.velocity),
     )  # fmt: skip
@@ -72,13 +72,15 @@ def around_standstill(sense: Array, velocity: Array) -> Array:
     return np.column_stack(columns)
 
 
-def viscous_candidate(s: AxisSignals) -> Suspect:
+def viscous_candidate(s: AxisSignals) -> Candidate:
     """Friction that grows with speed, in proportion or slower."""
     scale = max(float(np.abs(s.frame.velocity).max()), 1e-9)
-    rungs = (
-        Rung(lambda: s.velocity, names=("coefficient",), tries=3, allowed=has_positive_first),
+    forms = (
+        CandidateForm(
+            lambda: s.velocity, names=("coefficient",), tries=3, allowed=has_positive_first
+        ),
         *(
-            Rung(
+            CandidateForm(
                 lambda power: s.sense * (np.abs(s.velocity) / scale) ** power,
                 shape={"power": power},
                 tries=3,
@@ -87,62 +89,62 @@ def viscous_candidate(s: AxisSignals) -> Suspect:
             for power in (0.7, 0.5)
         ),
     )
-    return Suspect(
-        "viscous", "viscous", rungs, (s.channel("velocity"),),
+    return Candidate(
+        "viscous", "viscous", forms, (s.channel("velocity"),),
         detail=lambda: s.sense[:, None] * spline(np.abs(s.velocity), 8),
     )  # fmt: skip
 
 
-def stribeck_dip(s: AxisSignals) -> Suspect:
+def stribeck_dip(s: AxisSignals) -> Candidate:
     """Extra friction at low speed that falls with speed."""
     top = float(np.quantile(np.abs(s.frame.velocity), 0.99))
-    rungs = grid_forms(
+    forms = grid_forms(
         lambda speed, exponent: stribeck(s.sense, s.velocity, speed_mm_s=speed, exponent=exponent),
         [{"speed": v, "exponent": e} for v in DIP_SPEEDS_MM_S if v < 0.5 * top for e in (1.0, 2.0)],
         names=("level",),
         allowed=has_positive_first,
     )
-    return Suspect(
-        "stribeck", "stribeck", tuple(rungs), (s.channel("velocity"),),
+    return Candidate(
+        "stribeck", "stribeck", tuple(forms), (s.channel("velocity"),),
         detail=lambda: s.sense[:, None] * spline(np.abs(s.velocity), 8),
     )  # fmt: skip
 
 
-def asymmetry_candidate(s: AxisSignals) -> Suspect:
+def asymmetry_candidate(s: AxisSignals) -> Candidate:
     """Friction that differs by direction: the same sign both ways, gone at standstill."""
     moving, speed = np.abs(s.sense), np.abs(s.velocity)
     like = np.abs(s.frame.velocity)
-    rungs = (
-        Rung(lambda: moving, names=("level",), tries=2),
-        Rung(lambda: speed, names=("coefficient",), tries=2),
-        Rung(lambda: np.column_stack([moving, speed]), names=("level", "coefficient")),
-        Rung(lambda: moving[:, None] * spline(speed, 7, like)),
+    forms = (
+        CandidateForm(lambda: moving, names=("level",), tries=2),
+        CandidateForm(lambda: speed, names=("coefficient",), tries=2),
+        CandidateForm(lambda: np.column_stack([moving, speed]), names=("level", "coefficient")),
+        CandidateForm(lambda: moving[:, None] * spline(speed, 7, like)),
     )
-    return Suspect(
-        "asymmetry", "asymmetry", rungs, (s.channel("direction"), s.channel("velocity")),
+    return Candidate(
+        "asymmetry", "asymmetry", forms, (s.channel("direction"), s.channel("velocity")),
         detail=lambda: moving[:, None] * spline(speed, 10),
     )  # fmt: skip
 
 
-def position_friction_candidate(s: AxisSignals) -> Suspect:
+def position_friction_candidate(s: AxisSignals) -> Candidate:
     """Friction that changes along the travel, alike in both directions."""
     like = s.frame.position
     middle = 0.5 * float(like.min() + like.max())
-    rungs = (
-        Rung(lambda: s.sense * (s.position - middle), names=("slope",)),
-        Rung(lambda: s.sense[:, None] * swings(s.position, 8, like)),
-        Rung(lambda: s.sense[:, None] * swings(s.position, 16, like)),
+    forms = (
+        CandidateForm(lambda: s.sense * (s.position - middle), names=("slope",)),
+        CandidateForm(lambda: s.sense[:, None] * swings(s.position, 8, like)),
+        CandidateForm(lambda: s.sense[:, None] * swings(s.position, 16, like)),
     )
-    return Suspect(
+    return Candidate(
         "position_friction",
         "position_friction",
-        rungs,
+        forms,
         (s.channel("position"), s.channel("direction")),
         detail=lambda: s.sense[:, None] * spline(s.position, FINER),
     )
 
 
-def warmup_candidate(s: AxisSignals) -> Suspect:
+def warmup_candidate(s: AxisSignals) -> Candidate:
     """Friction that falls as the lubricant warms: with the way run, with the clock, or freely."""
     span = float(s.frame.t_s[-1] - s.frame.t_s[0])
     times = [time for time in WARM_TIMES_S if time < 3.0 * span]
@@ -153,7 +155,7 @@ def warmup_candidate(s: AxisSignals) -> Suspect:
     def clocked(time_constant: float) -> Array:
         return np.asarray(s.friction * np.expm1(-(s.t_s - s.t_s[0]) / time_constant))
 
-    rungs = [
+    forms = [
         *grid_forms(driven, _times(times), names=("drop",), allowed=has_positive_first),
         *grid_forms(
             clocked,
@@ -161,10 +163,10 @@ def warmup_candidate(s: AxisSignals) -> Suspect:
             names=("drop",),
             allowed=has_positive_first,
         ),
-        Rung(lambda: s.friction[:, None] * swings(s.t_s, 8, s.frame.t_s), allowed=_falls),
+        CandidateForm(lambda: s.friction[:, None] * swings(s.t_s, 8, s.frame.t_s), allowed=_falls),
     ]
-    return Suspect(
-        "warmup", "warmup", tuple(rungs), ("t", s.channel("velocity")),
+    return Candidate(
+        "warmup", "warmup", tuple(forms), ("t", s.channel("velocity")),
         detail=lambda: _warm_detail(s, times), excludes=frozenset({"gain"}),
     )  # fmt: skip
 
@@ -190,30 +192,30 @@ def _falls(factor: Array) -> bool:
     return down > FALLS * float(np.abs(steps).sum())
 
 
-def soft_start(s: AxisSignals) -> Suspect:
+def soft_start(s: AxisSignals) -> Candidate:
     """After a reversal friction builds up over a small way."""
-    rungs = grid_forms(
+    forms = grid_forms(
         lambda distance: s.direction - presliding(s.direction, s.position, distance_mm=distance),
         [{"distance": distance} for distance in PRESLIDING_MM],
         names=("share",),
         allowed=negative,
     )
-    return Suspect(
-        "presliding", "presliding", tuple(rungs), (s.channel("position"), s.channel("direction")),
+    return Candidate(
+        "presliding", "presliding", tuple(forms), (s.channel("position"), s.channel("direction")),
         detail=lambda: reversal_columns(s), excludes=frozenset({"backlash"}),
     )  # fmt: skip
 
 
-def play(s: AxisSignals) -> Suspect:
+def play(s: AxisSignals) -> Candidate:
     """After a reversal the load's friction is absent over a fixed way."""
-    rungs = grid_forms(
+    forms = grid_forms(
         lambda gap: backlash(s.direction, s.position, gap_mm=gap),
         [{"gap": gap} for gap in PLAY_MM],
         names=("level",),
         allowed=has_positive_first,
     )
-    return Suspect(
-        "backlash", "backlash", tuple(rungs), (s.channel("position"), s.channel("direction")),
+    return Candidate(
+        "backlash", "backlash", tuple(forms), (s.channel("position"), s.channel("direction")),
         detail=lambda: reversal_columns(s), excludes=frozenset({"presliding"}),
     )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Suspects that load an axis, and those that the motor, the sensor or the clock make."""
+"""Candidates that load an axis, and those that the motor, the sensor or the clock make."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,8 +9,8 @@ from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.axis.unknown import BAR
 from autodb.explain.engine.candidates import (
     UNKNOWN,
-    Rung,
-    Suspect,
+    Candidate,
+    CandidateForm,
     grid_forms,
     has_positive_first,
     near_one,
@@ -41,13 +41,13 @@ LOWEST_CLIP = 0.6
 """A limit is looked for from this quantile of the simulated effort on."""
 
 
-def load_suspects(s: AxisSignals) -> list[Suspect]:
+def load_candidates(s: AxisSignals) -> list[Candidate]:
     """Return the loads that an axis may have beside friction."""
     return [
-        Suspect(
+        Candidate(
             "gravity",
             "gravity",
-            (Rung(lambda: np.ones_like(s.t_s), names=("level",)),),
+            (CandidateForm(lambda: np.ones_like(s.t_s), names=("level",)),),
             excludes=frozenset({"spring"}),
         ),
         inertia_candidate(s),
@@ -57,12 +57,16 @@ def load_suspects(s: AxisSignals) -> list[Suspect]:
     ]
 
 
-def inertia_candidate(s: AxisSignals) -> Suspect:
+def inertia_candidate(s: AxisSignals) -> Candidate:
     """Mass that must be accelerated."""
-    return Suspect(
+    return Candidate(
         "inertia",
         "inertia",
-        (Rung(lambda: s.acceleration, names=("coefficient",), allowed=has_positive_first),),
+        (
+            CandidateForm(
+                lambda: s.acceleration, names=("coefficient",), allowed=has_positive_first
+            ),
+        ),
         (s.channel("acceleration"),),
         detail=lambda: _neighbours(s.acceleration),
     )
@@ -73,22 +77,24 @@ def _neighbours(values: Array) -> Array:
     return np.column_stack([np.roll(values, 1) - values, np.roll(values, -1) - values])
 
 
-def spring_candidate(s: AxisSignals) -> Suspect:
+def spring_candidate(s: AxisSignals) -> Candidate:
     """A load that grows along the travel with the same sign both ways, straight or hardening."""
     like = s.frame.position
     middle = 0.5 * float(like.min() + like.max())
     half = max(0.5 * float(np.ptp(like)), 1e-9)
     along, here = (s.position - middle) / half, np.ones_like(s.position)
-    return Suspect(
+    return Candidate(
         "spring",
         "spring",
         (
-            Rung(
+            CandidateForm(
                 lambda middle: np.column_stack([s.position - middle, here]),
                 shape={"middle": middle},
                 names=("stiffness", "constant"),
             ),
-            Rung(lambda: np.column_stack([along, along**2, along**3, here]), allowed=_monotone),
+            CandidateForm(
+                lambda: np.column_stack([along, along**2, along**3, here]), allowed=_monotone
+            ),
         ),
         (s.channel("position"),),
         detail=lambda: spline(s.position, 10),
@@ -105,41 +111,41 @@ def _monotone(cubic: Array) -> bool:
     return min(forth, back) < 0.15 * max(forth, back)
 
 
-def swing(s: AxisSignals) -> Suspect:
+def swing(s: AxisSignals) -> Candidate:
     """The load swings behind the motor on a springy drive train."""
     rate_hz = 1.0 / float(np.median(np.diff(s.t_s)))
 
     def law(frequency: float, damping: float) -> Array:
         return compliance(s.acceleration, s.t_s, frequency_hz=frequency, damping=damping)
 
-    rungs = grid_forms(
+    forms = grid_forms(
         law,
         [{"frequency": f, "damping": z} for f in SWINGS_HZ if f < 0.3 * rate_hz for z in DAMPINGS],
         names=("coefficient",),
         ratio=1.5,
         allowed=has_positive_first,
     )
-    return Suspect(
-        "compliance", "compliance", tuple(rungs), (s.channel("acceleration"),),
+    return Candidate(
+        "compliance", "compliance", tuple(forms), (s.channel("acceleration"),),
         detail=lambda: np.column_stack([law(f, 0.1) for f in (9.0, 18.0, 35.0)]),
         excludes=frozenset({"lag"}),
     )  # fmt: skip
 
 
-def cross_couplings(s: AxisSignals) -> list[Suspect]:
+def cross_couplings(s: AxisSignals) -> list[Candidate]:
     """The acceleration of each other axis, at once or a little late."""
     return [
         cross_coupling_candidate(s, name) for name in s.others if name.endswith(".acceleration")
     ]
 
 
-def cross_coupling_candidate(s: AxisSignals, name: str) -> Suspect:
+def cross_coupling_candidate(s: AxisSignals, name: str) -> Candidate:
     """The acceleration of one other axis."""
     other = s.others[name]
-    return Suspect(
+    return Candidate(
         f"cross_coupling {name}",
         "cross_coupling",
-        (Rung(lambda: other, names=("coefficient",)),),
+        (CandidateForm(lambda: other, names=("coefficient",)),),
         (name,),
         detail=lambda: np.column_stack([_neighbours(other), _late(s, other)]),
     )
@@ -150,7 +156,7 @@ def _late(s: AxisSignals, values: Array) -> Array:
     return np.column_stack([lag(values, s.t_s, delay_s=d) for d in (0.015, 0.04)])
 
 
-def sensor_candidates_of_axis(s: AxisSignals) -> list[Suspect]:
+def sensor_candidates_of_axis(s: AxisSignals) -> list[Candidate]:
     """Return what the motor's constant, the sensor and the clock may do.
 
     Where no effort is known there is nothing to scale, shift, clip or lose the sign of.
@@ -160,7 +166,7 @@ def sensor_candidates_of_axis(s: AxisSignals) -> list[Suspect]:
     return [gain_candidate(s), drift(s), shift(s), clipping(s), lost_sign_candidate(s), braking(s)]
 
 
-def gain_candidate(s: AxisSignals) -> Suspect:
+def gain_candidate(s: AxisSignals) -> Candidate:
     """Every contribution scales alike with a factor that changes: steadily, settling, in a step."""
     run = _run(s)
 
@@ -171,10 +177,10 @@ def gain_candidate(s: AxisSignals) -> Suspect:
         return s.effort * np.clip((run - start) * len(s.frame.t_s) / 10.0 + 0.5, 0.0, 1.0)
 
     tries = 1 + len(SETTLING) + STEPS
-    rungs = [Rung(lambda: s.effort * run, names=("share_of_all",), tries=tries)]
-    rungs += grid_forms(settling, [{"time_constant": T} for T in SETTLING], names=("share_of_all",))
-    rungs += [
-        Rung(
+    forms = [CandidateForm(lambda: s.effort * run, names=("share_of_all",), tries=tries)]
+    forms += grid_forms(settling, [{"time_constant": T} for T in SETTLING], names=("share_of_all",))
+    forms += [
+        CandidateForm(
             stepping,
             shape={"start": float(at)},
             within={"start": (float(at) - 1.0 / STEPS, float(at) + 1.0 / STEPS)},
@@ -183,28 +189,28 @@ def gain_candidate(s: AxisSignals) -> Suspect:
         )
         for at in np.linspace(0.0, 1.0, STEPS + 2)[1:-1]
     ]
-    rungs.append(Rung(lambda: s.effort[:, None] * swings(run, 7, _run(s.frame))))
-    return Suspect(
-        "gain", "gain", tuple(rungs), ("t",),
+    forms.append(CandidateForm(lambda: s.effort[:, None] * swings(run, 7, _run(s.frame))))
+    return Candidate(
+        "gain", "gain", tuple(forms), ("t",),
         detail=lambda: s.effort[:, None] * spline(run, 14), excludes=frozenset({"warmup"}),
     )  # fmt: skip
 
 
-def braking(s: AxisSignals) -> Suspect:
+def braking(s: AxisSignals) -> Candidate:
     """While the drive brakes, power flows back, and another share of the effort is recorded.
 
     Losses add to what a motor draws and take away from what it gives back, and a meter that knows
     one direction shows nothing then.
     """
     brakes = s.effort * s.velocity < 0.0
-    less = Rung(lambda: s.effort * brakes, names=("share_while_braking",))
-    nothing = Rung(
+    less = CandidateForm(lambda: s.effort * brakes, names=("share_while_braking",))
+    nothing = CandidateForm(
         lambda: -s.simulation * brakes,
         names=("share",),
         allowed=near_one,
         through=lambda columns: columns * ~brakes[:, None],
     )
-    return Suspect(
+    return Candidate(
         "braking, with effort against the motion",
         UNKNOWN,
         (less, nothing),
@@ -219,38 +225,38 @@ def _run(s: AxisSignals) -> Array:
     return np.asarray((s.t_s - like[0]) / (like[-1] - like[0]))
 
 
-def drift(s: AxisSignals) -> Suspect:
+def drift(s: AxisSignals) -> Candidate:
     """The sensor's zero point follows the clock: straight, bent, settling, or freely and slowly."""
     run = _run(s)
-    rungs = [
-        Rung(lambda: run, names=("change",)),
-        Rung(lambda: np.column_stack([run, run**2]), names=("change", "bend")),
+    forms = [
+        CandidateForm(lambda: run, names=("change",)),
+        CandidateForm(lambda: np.column_stack([run, run**2]), names=("change", "bend")),
         *grid_forms(
             lambda time_constant: -np.expm1(-run / time_constant),
             [{"time_constant": time} for time in SETTLING],
             names=(),
         ),
-        Rung(lambda: spline(run, 8, _run(s.frame))),
+        CandidateForm(lambda: spline(run, 8, _run(s.frame))),
     ]
-    return Suspect(
+    return Candidate(
         "sensor_drift",
         "sensor_drift",
-        tuple(rungs),
+        tuple(forms),
         ("t",),
         detail=lambda: spline(run, 16),
         bar=RICHER,
     )
 
 
-def shift(s: AxisSignals) -> Suspect:
+def shift(s: AxisSignals) -> Candidate:
     """Recording and simulation are shifted in time, either way."""
     least = DELAYS_S[0]
-    slightly = Rung(
+    slightly = CandidateForm(
         lambda: lag(s.simulation, s.t_s, delay_s=least) - s.simulation,
         names=("slight",),
         allowed=lambda c: bool(abs(c[0]) < 1.0),
     )
-    rungs = grid_forms(
+    forms = grid_forms(
         lambda delay: lag(s.simulation, s.t_s, delay_s=delay) - s.simulation,
         [{"delay": sign * d} for sign in (1.0, -1.0) for d in DELAYS_S],
         names=("share",),
@@ -258,8 +264,8 @@ def shift(s: AxisSignals) -> Suspect:
         allowed=near_one,
         through=lambda columns, delay: _late_columns(columns, s.t_s, delay),
     )
-    return Suspect(
-        "lag", "lag", (slightly, *rungs), (), detail=lambda: _shifted(s),
+    return Candidate(
+        "lag", "lag", (slightly, *forms), (), detail=lambda: _shifted(s),
         excludes=frozenset({"compliance"}), mistaken=lambda: turning_columns(s),
     )  # fmt: skip
 
@@ -275,13 +281,13 @@ def _shifted(s: AxisSignals) -> Array:
     )
 
 
-def clipping(s: AxisSignals) -> Suspect:
+def clipping(s: AxisSignals) -> Candidate:
     """The effort is clipped at a limit that the simulation exceeds: both ways, or one way only."""
-    rungs = [rung for sides in SIDES for rung in _limits(s, sides)]
-    return Suspect("saturation", "saturation", tuple(rungs), ())
+    forms = [form for sides in SIDES for form in _limits(s, sides)]
+    return Candidate("saturation", "saturation", tuple(forms), ())
 
 
-def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[Rung]:
+def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[CandidateForm]:
     """Return sharp and soft limits on these sides."""
     size, sign = _beyond(s.effort, sides), np.sign(s.effort)
     like = _beyond(s.frame.effort, sides)
@@ -308,7 +314,7 @@ def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[Rung]:
         return np.asarray(columns * expit((limit - size) / (SOFT * limit))[:, None])
 
     return [
-        Rung(
+        CandidateForm(
             law,
             shape={"limit": at},
             within={"limit": (at - step, at + step)},
@@ -327,13 +333,13 @@ def _beyond(effort: Array, sides: tuple[float, ...]) -> Array:
     return np.asarray(np.max([side * effort for side in (*sides, 0.0)], axis=0))
 
 
-def lost_sign_candidate(s: AxisSignals) -> Suspect:
+def lost_sign_candidate(s: AxisSignals) -> Candidate:
     """A magnitude was recorded."""
     sign = np.where(s.effort < 0, -1.0, 1.0)
-    rung = Rung(
+    form = CandidateForm(
         lambda: sign * s.simulation - s.simulation,
         names=("share",),
         allowed=near_one,
         through=lambda columns: columns * sign[:, None],
     )
-    return Suspect("lost_sign", "lost_sign", (rung,), ())
+    return Candidate("lost_sign", "lost_sign", (form,), ())

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Considered, Where
 from autodb.explain.axis.causes import causes
-from autodb.explain.axis.friction import friction_suspects, warmup_candidate
-from autodb.explain.axis.loads import load_suspects, sensor_candidates_of_axis
+from autodb.explain.axis.friction import friction_candidates, warmup_candidate
+from autodb.explain.axis.loads import load_candidates, sensor_candidates_of_axis
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.scan import Left, proposals_of_axis
 from autodb.explain.axis.signals import NO_PARTS, READ_OFF, AxisSignals, axis_signals
-from autodb.explain.axis.unknown import unknown_suspects
+from autodb.explain.axis.unknown import unknown_candidates
 from autodb.explain.engine.bench import WhiteRows, reduced
-from autodb.explain.engine.candidates import Choice, Suspect
+from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.fit import SAME, no_difference, quality, rms
 from autodb.explain.engine.fitted import fit_white_rows
 from autodb.explain.engine.inquiry import Inquiry, inquire
@@ -89,7 +89,7 @@ def explain_axis(
 
 @dataclass(frozen=True)
 class AxisField:
-    """The suspects of an axis; those that the simulation has as own terms are left out.
+    """The candidates of an axis; those that the simulation has as own terms are left out.
 
     One that it has as a known part is none of them: it may be there in another form.
     """
@@ -97,24 +97,24 @@ class AxisField:
     signals: AxisSignals
     bench: WhiteRows
 
-    def standing(self) -> list[Suspect]:
-        """Return every suspect but those that scans find."""
+    def standing(self) -> list[Candidate]:
+        """Return every candidate but those that scans find."""
         s = self.signals
         return self._open(
             [
-                *friction_suspects(s),
-                *load_suspects(s),
+                *friction_candidates(s),
+                *load_candidates(s),
                 *sensor_candidates_of_axis(s),
-                *unknown_suspects(s),
+                *unknown_candidates(s),
             ]
         )
 
-    def beside(self, retuned: Array, parts: list[tuple[str, Array]]) -> list[Suspect]:
+    def beside(self, retuned: Array, parts: list[tuple[str, Array]]) -> list[Candidate]:
         """Return warm-up and what motor and sensor do, acting on all that has been found."""
         now = self.signals.beside(retuned, parts)
         return self._open([warmup_candidate(now), *sensor_candidates_of_axis(now)])
 
-    def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Suspect]:
+    def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Candidate]:
         """Return what scans of the residual at the bench's working rate point to."""
         s, factor = self.signals, self.bench.factor
         t_s, position, velocity, sense = (
@@ -124,9 +124,9 @@ class AxisField:
         rows = Left(t_s, position, velocity, sense, left, whitener, factor, step_s)
         return proposals_of_axis(s, rows, number)
 
-    def _open(self, suspects: list[Suspect]) -> list[Suspect]:
+    def _open(self, candidates: list[Candidate]) -> list[Candidate]:
         own = self.bench.own.keys() & READ_OFF
-        return [suspect for suspect in suspects if suspect.term not in own]
+        return [candidate for candidate in candidates if candidate.term not in own]
 
 
 def _factor(recording: Recording) -> int:
@@ -151,7 +151,7 @@ def _answer(reading: AxisReading, trace: ChannelTrace) -> tuple[ChannelAnswer, C
     fitted, choices = reading.fitted, reading.choices
     before = trace.recording - trace.simulation
     correction = fitted.correction if found else np.zeros_like(before)
-    intervals = tuple(_interval(c) for c in choices if c.suspect.interval is not None)
+    intervals = tuple(_interval(c) for c in choices if c.candidate.interval is not None)
     narrow = regimes(correction, trace.regime_signals) if found and not intervals else []
     answer = ChannelAnswer(
         unit=reading.unit,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.axis.unknown import BAR, over_place_and_speed
-from autodb.explain.engine.candidates import UNKNOWN, Rung, Suspect
+from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm
 from autodb.explain.engine.locate import strongest_interval
 from autodb.explain.engine.noise import Whitener
 from autodb.terms.drive import external_load_edged
@@ -67,8 +67,8 @@ class Left:
         return np.asarray(self.whitener.power(frequency_hz * self.step_s) * blur**2)
 
 
-def proposals_of_axis(signals: AxisSignals, left: Left, number: int) -> list[Suspect]:
-    """Return the suspects that what is left points to; ``number`` makes their keys unique."""
+def proposals_of_axis(signals: AxisSignals, left: Left, number: int) -> list[Candidate]:
+    """Return the candidates that what is left points to; ``number`` makes their keys unique."""
     made = [
         _periodic_travel(signals, left, number, along=False),
         _periodic_travel(signals, left, number, along=True),
@@ -78,7 +78,7 @@ def proposals_of_axis(signals: AxisSignals, left: Left, number: int) -> list[Sus
         _corner(signals, left, number, turned=True),
         _corner(signals, left, number, turned=False),
     ]
-    return [replace(suspect, scanned=True) for suspect in made if suspect is not None]
+    return [replace(candidate, scanned=True) for candidate in made if candidate is not None]
 
 
 def _strongest_wave(
@@ -120,7 +120,7 @@ def _spread(at: Array, weight: Array, bins: int) -> Array:
     )
 
 
-def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) -> Suspect | None:
+def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) -> Candidate | None:
     """A ripple over position: cogging, or friction's ripple where it flips with the direction."""
     travel = float(np.ptp(s.position))
     speeds = np.abs(left.velocity)
@@ -139,8 +139,10 @@ def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) ->
     return travel_ripple(s, number, waves, tries, along=along)
 
 
-def travel_ripple(s: AxisSignals, number: int, waves: float, tries: int, *, along: bool) -> Suspect:
-    """Return the suspect of a ripple with so many waves over the travel of the recording."""
+def travel_ripple(
+    s: AxisSignals, number: int, waves: float, tries: int, *, along: bool
+) -> Candidate:
+    """Return the candidate of a ripple with so many waves over the travel of the recording."""
     start, travel = float(s.frame.position.min()), float(np.ptp(s.frame.position))
     period = travel / waves
 
@@ -154,11 +156,11 @@ def travel_ripple(s: AxisSignals, number: int, waves: float, tries: int, *, alon
         return np.column_stack([ripple((1, 2, 3, 4), period), ripple((1,), period) * slow[:, None]])
 
     name = "position_friction" if along else "cogging"
-    return Suspect(
+    return Candidate(
         f"{name} periodic {number}",
         name,
         tuple(
-            Rung(
+            CandidateForm(
                 partial(ripple, o),
                 shape={"period": period},
                 within={"period": (period * (1 - 0.2 / waves), period * (1 + 0.2 / waves))},
@@ -173,7 +175,7 @@ def travel_ripple(s: AxisSignals, number: int, waves: float, tries: int, *, alon
     )
 
 
-def _periodic_time(s: AxisSignals, left: Left, number: int) -> Suspect | None:
+def _periodic_time(s: AxisSignals, left: Left, number: int) -> Candidate | None:
     """A load periodic in time, whatever the axis does."""
     span = float(np.ptp(left.t_s))
 
@@ -190,8 +192,8 @@ def _periodic_time(s: AxisSignals, left: Left, number: int) -> Suspect | None:
         return np.column_stack([f(k * angle) for k in orders for f in (np.cos, np.sin)])
 
     period = span / waves
-    rungs = tuple(
-        Rung(
+    forms = tuple(
+        CandidateForm(
             partial(ripple, orders),
             shape={"period": period},
             within={"period": (period * (1 - 0.2 / waves), period * (1 + 0.2 / waves))},
@@ -199,10 +201,10 @@ def _periodic_time(s: AxisSignals, left: Left, number: int) -> Suspect | None:
         )
         for orders in ((1,), (1, 2), (1, 2, 3))
     )
-    return Suspect(f"periodic in time {number}", UNKNOWN, rungs, ("t",), bar=BAR)
+    return Candidate(f"periodic in time {number}", UNKNOWN, forms, ("t",), bar=BAR)
 
 
-def _load(s: AxisSignals, left: Left, number: int) -> Suspect | None:
+def _load(s: AxisSignals, left: Left, number: int) -> Candidate | None:
     """The stretch of time in which a constant explains most."""
     white = left.whitener(left.left)
     start, end, _ = strongest_interval(white)
@@ -214,8 +216,8 @@ def _load(s: AxisSignals, left: Left, number: int) -> Suspect | None:
     return load_candidate(s, low, high, key=f"external_load {number}")
 
 
-def load_candidate(s: AxisSignals, low: float, high: float, *, key: str) -> Suspect:
-    """Return the suspect of a load from ``low`` to ``high`` [s], constant or not, sudden or not."""
+def load_candidate(s: AxisSignals, low: float, high: float, *, key: str) -> Candidate:
+    """Return the candidate of a load from ``low`` to ``high`` [s], constant or abrupt or not."""
     ramp = min(0.5, 0.15 * (high - low))
     give = min(1.0, 0.2 * (high - low))
 
@@ -234,11 +236,11 @@ def load_candidate(s: AxisSignals, low: float, high: float, *, key: str) -> Susp
         return np.column_stack([shaped(low, high), _flanks(s.t_s, low, high, ramp)])
 
     within = {"start": (low - give, low + give), "end": (high - give, high + give)}
-    return Suspect(
+    return Candidate(
         key,
         "external_load",
         tuple(
-            Rung(law, {"start": low, "end": high}, within, names=names, tries=LOAD_TRIES)
+            CandidateForm(law, {"start": low, "end": high}, within, names=names, tries=LOAD_TRIES)
             for law, names in ((inside, ("level",)), (soft, ("level",)), (shaped, ()))
         ),
         ("t",),
@@ -256,7 +258,7 @@ def _flanks(t_s: Array, low: float, high: float, ramp: float) -> Array:
     return np.column_stack(columns)
 
 
-def _rough_place(s: AxisSignals, left: Left, number: int) -> Suspect | None:
+def _rough_place(s: AxisSignals, left: Left, number: int) -> Candidate | None:
     """A stretch of the travel with other friction: the interval where sgn(v) explains most."""
     span = float(np.ptp(left.position))
     if span <= 0:
@@ -270,8 +272,8 @@ def _rough_place(s: AxisSignals, left: Left, number: int) -> Suspect | None:
     return rough_place(s, number, first + start / bins * span, first + end / bins * span)
 
 
-def rough_place(s: AxisSignals, number: int, low: float, high: float) -> Suspect:
-    """Return the suspect of other friction between two places [mm]."""
+def rough_place(s: AxisSignals, number: int, low: float, high: float) -> Candidate:
+    """Return the candidate of other friction between two places [mm]."""
     span = float(np.ptp(s.frame.position))
     half = 0.5 * (high - low) + span / PLACES
 
@@ -289,10 +291,10 @@ def rough_place(s: AxisSignals, number: int, low: float, high: float) -> Suspect
         return s.sense * np.maximum(high - s.position, 0.0) / span
 
     tries = PLACES * 6
-    return Suspect(
+    return Candidate(
         f"position_friction at {number}",
         "position_friction",
-        tuple(Rung(law, tries=tries) for law in (bump, box, beyond, before)),
+        tuple(CandidateForm(law, tries=tries) for law in (bump, box, beyond, before)),
         (s.channel("position"), s.channel("direction")),
         detail=lambda: np.column_stack([bump(), box(), beyond(), before()]),
         anew=lambda other: rough_place(other, number, low, high),
@@ -313,7 +315,7 @@ def _best_run(total: NDArray[Any], count: NDArray[Any]) -> tuple[int, int]:
     return int(start), int(end)
 
 
-def _corner(s: AxisSignals, left: Left, number: int, *, turned: bool) -> Suspect | None:
+def _corner(s: AxisSignals, left: Left, number: int, *, turned: bool) -> Candidate | None:
     """A rectangle of position and speed in which a constant, or sgn(v), explains most."""
     carrier = left.sense if turned else np.ones_like(left.sense)
     speed = np.abs(left.velocity)
@@ -345,10 +347,10 @@ def _corner(s: AxisSignals, left: Left, number: int, *, turned: bool) -> Suspect
         return np.asarray(shape * (s.sense if turned else np.abs(s.sense)))
 
     names = (s.channel("position"), s.channel("velocity"))
-    return Suspect(
+    return Candidate(
         f"{'direction in a ' if turned else ''}corner of position × speed {number}",
         UNKNOWN,
-        tuple(Rung(law, tries=sums.size * 12) for law in (box, bump)),
+        tuple(CandidateForm(law, tries=sums.size * 12) for law in (box, bump)),
         (s.channel("direction"), *names) if turned else names,
         detail=lambda: over_place_and_speed(s, turned=turned),
         bar=BAR,

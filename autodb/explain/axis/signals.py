@@ -1,4 +1,4 @@
-"""What an axis' suspects are built from: its motion, its simulated effort, and the other axes."""
+"""What an axis' candidates are built from: its motion, its simulated effort, and the other axes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

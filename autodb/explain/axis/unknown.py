@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.axis.signals import AxisSignals
-from autodb.explain.engine.candidates import UNKNOWN, Rung, Suspect, product, spline
+from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm, product, spline
 
 Array = NDArray[np.float64]
 
@@ -15,7 +15,7 @@ BAR = 14.0
 """Further evidence asked of a family without a name: a name says more. Chosen."""
 
 
-def unknown_suspects(s: AxisSignals) -> list[Suspect]:
+def unknown_candidates(s: AxisSignals) -> list[Candidate]:
     """Return families over position, speed, time and the other axes, alone and in pairs."""
     speed, sense = np.abs(s.velocity), s.sense
     place, way, v = s.channel("position"), s.channel("direction"), s.channel("velocity")
@@ -49,11 +49,11 @@ def _turned_spline(sense: Array, values: Array) -> Array:
     return np.asarray(sense[:, None] * spline(values, 6))
 
 
-def _family(key: str, variables: tuple[str, ...], law: Callable[[], Array]) -> Suspect:
-    return Suspect(key, UNKNOWN, (Rung(law),), variables, bar=BAR)
+def _family(key: str, variables: tuple[str, ...], law: Callable[[], Array]) -> Candidate:
+    return Candidate(key, UNKNOWN, (CandidateForm(law),), variables, bar=BAR)
 
 
-def _over_other_axes(s: AxisSignals) -> list[Suspect]:
+def _over_other_axes(s: AxisSignals) -> list[Candidate]:
     """Return families over the other axes' position and velocity, and friction over them."""
     made = []
     for name, values in s.others.items():

@@ -69,7 +69,7 @@ def ahead(looked: FoundInCuts, table: CutTable, simulation: dict[str, Array]) ->
 def _believed(looked: FoundInCuts, found: CutsFit) -> tuple[Array, Array]:
     """Return coefficients (p,) and covariance (p, p) of a fit with what is believed beforehand.
 
-    With C the covariance of the fit and Λ the precision of the belief, whose mean costs nothing:
+    With C the covariance of the fit and Λ the precision of the posterior, whose mean costs nothing:
     (1 + CΛ)⁻¹ of both.
     """
     precision = np.zeros_like(found.covariance)

@@ -35,8 +35,8 @@ Array = NDArray[np.float64]
 
 THIN_CHIP_MM = 0.03
 """Uncut chip thickness below which edge force and size effect differ (physics of section 8)."""
-FELT = 9.0
-"""Fall of the sum of squares by an effect in one component, above which it is felt there."""
+SENSED = 9.0
+"""Fall of the sum of squares by an effect in one component, above which it is sensed there."""
 
 
 def explain_cuts(
@@ -69,7 +69,7 @@ class _Told:
         self.choices, self.own = looked.found.choices, looked.own
         self.fit: CutsFit = fit_cuts(self.stack, self.own, self.choices)
         self.standing = {
-            c.suspect.key: _limited(self.stack, c, of_missing(looked.search, looked.found, c))
+            c.candidate.key: _limited(self.stack, c, of_missing(looked.search, looked.found, c))
             for c in self.choices
         }
         self.own_terms = mistuned_of_cuts(looked)
@@ -80,37 +80,37 @@ class _Told:
         """Return the contribution of an effect, (C, n) [N]."""
         return self.fit.parts[len(self.own) + number]
 
-    def felt(self, number: int, component: int) -> bool:
-        """Whether an effect is felt in a component."""
+    def sensed(self, number: int, component: int) -> bool:
+        """Whether an effect is sensed in a component."""
         part = self.part(number)[component] / self.stack.sd[component]
-        return bool(np.sum(part**2) > FELT)
+        return bool(np.sum(part**2) > SENSED)
 
     def causes(self, component: int) -> tuple[Cause, ...]:
         """Return the causes seen in one component: named ones, unnamed ones, re-tuned own terms."""
-        felt = [(n, c) for n, c in enumerate(self.choices) if self.felt(n, component)]
-        causes = [self._cause(n, c, component) for n, c in felt]
+        sensed = [(n, c) for n, c in enumerate(self.choices) if self.sensed(n, component)]
+        causes = [self._cause(n, c, component) for n, c in sensed]
         causes.sort(key=lambda cause: cause.term == UNKNOWN)
         again = retuned_of_cuts(self.looked, self.own_terms, self.fit, component, beside=causes)
         return (*causes, *again)
 
     def _cause(self, number: int, choice: Choice, component: int) -> Cause:
-        sure = self.standing[choice.suspect.key]
+        sure = self.standing[choice.candidate.key]
         size = self._size(number, component)
-        if not choice.suspect.named:
+        if not choice.candidate.named:
             return _unnamed(self, number, choice, component, size)
         if is_undecided(choice, sure):
             return undecided_entry(choice, sure, size, where="These cuts", apart=self.apart(choice))
         others = tuple(c for c in self.choices if c is not choice)
         effect = EffectInCuts(self.stack, self.own, choice, others)
         values = {"size": size, **effect_parameters(effect, component)}
-        statement = next(t.statement for t in TERMS if t.name == choice.suspect.term)
+        statement = next(t.statement for t in TERMS if t.name == choice.candidate.term)
         return named_entry(
             choice, sure, statement, values, includes=self.includes, apart=self.apart(choice)
         )
 
     def apart(self, choice: Choice) -> str | None:
         """Return the cuts that would tell an effect from its nearest rivals."""
-        key, rivals = choice.suspect.key, self.standing[choice.suspect.key].near
+        key, rivals = choice.candidate.key, self.standing[choice.candidate.key].near
         if key not in self._apart:
             self._apart[key] = self.teller.told_apart(choice, _name(choice), rivals)
         return self._apart[key]
@@ -160,9 +160,9 @@ class _Told:
 
     def _intervals(self, component: int) -> tuple[tuple[float, float], ...]:
         return tuple(
-            choice.suspect.interval
+            choice.candidate.interval
             for number, choice in enumerate(self.choices)
-            if choice.suspect.interval is not None and self.felt(number, component)
+            if choice.candidate.interval is not None and self.sensed(number, component)
         )
 
     def trace(self, component: int) -> ChannelTrace:
@@ -181,7 +181,7 @@ class _Told:
             considered=tuple(
                 Considered(key, o.worth, "accepted" if key in taken else "not needed")
                 for o in sorted(offers, key=lambda offer: -offer.worth)
-                for key in [o.choice.suspect.key]
+                for key in [o.choice.candidate.key]
             ),
         )
 
@@ -195,20 +195,20 @@ def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
     """Return the standing with what no table of this kind tells apart added to it."""
     known, also = stack.known, []
     thin = known.thickness_mm is not None and float(known.thickness_mm.min()) <= THIN_CHIP_MM
-    if choice.suspect.term == "edge_force" and not thin:
+    if choice.candidate.term == "edge_force" and not thin:
         also = ["size_effect"]
-    if choice.suspect.term == "size_effect" and not thin:
+    if choice.candidate.term == "size_effect" and not thin:
         also = ["edge_force"]
-    if choice.suspect.term == "tool_wear" and len(known.edges) < 2:
+    if choice.candidate.term == "tool_wear" and len(known.edges) < 2:
         also = ["sensor_drift"]
     return replace(sure, near=tuple(dict.fromkeys([*sure.near, *also])))
 
 
 def _name(choice: Choice) -> str:
     """Return the effect's name, or what one without a name depends on."""
-    if choice.suspect.named:
-        return choice.suspect.term
-    return f"what depends on {' and '.join(choice.suspect.variables)}"
+    if choice.candidate.named:
+        return choice.candidate.term
+    return f"what depends on {' and '.join(choice.candidate.variables)}"
 
 
 def _unnamed(
@@ -218,8 +218,8 @@ def _unnamed(
     part = told.part(number)[component]
     difference = (stack.recording - stack.simulation)[component]
     share = 1.0 - float(np.sum((difference - part) ** 2) / np.sum(difference**2))
-    variables = choice.suspect.variables
-    sure = told.standing[choice.suspect.key]
+    variables = choice.candidate.variables
+    sure = told.standing[choice.candidate.key]
     return Cause(
         term=UNKNOWN,
         kind="missing",

@@ -133,14 +133,14 @@ class Teller:
 
     def instead(self, choice: Choice, rival: str) -> FoundSet | None:
         """Return the best set in which a term stands in for an effect, in each component it may."""
-        search, key = self.looked.search, choice.suspect.key
-        suspects = called(search, rival, but=key)
-        swap = stand_in(search, self.looked.found, key, suspects)
+        search, key = self.looked.search, choice.candidate.key
+        candidates = called(search, rival, but=key)
+        swap = stand_in(search, self.looked.found, key, candidates)
         if swap is None:
             return None
         found = swap[0]
-        for _ in suspects[1:]:
-            more = [offer for offer in search.offers(found.choices, suspects) if offer.worth > 0]
+        for _ in candidates[1:]:
+            more = [offer for offer in search.offers(found.choices, candidates) if offer.worth > 0]
             if not more:
                 break
             best = max(more, key=lambda offer: offer.worth)

@@ -14,7 +14,7 @@ from autodb.explain.cuts.candidates.families import families, named_effects
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.look import FoundInCuts, own_columns_of_cuts
 from autodb.explain.cuts.table import Conditions, Stack
-from autodb.explain.engine.candidates import Choice, Suspect
+from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.telling import held_coefficients
 
 Array = NDArray[np.float64]
@@ -29,7 +29,7 @@ class Elsewhere:
 
     stack: Stack
     own: dict[str, LawColumns]
-    suspects: dict[str, Suspect]
+    candidates: dict[str, Candidate]
 
     def columns(self, choices: tuple[Choice, ...]) -> Array:
         """Return the columns (C, m, p) of own terms and of a set [N per coefficient]."""
@@ -37,10 +37,12 @@ class Elsewhere:
         return np.concatenate([*(c.raw() for c in self.own.values()), *built], axis=2)
 
     def _law(self, choice: Choice) -> LawColumns:
-        suspect = choice.suspect
-        anew = self.suspects[suspect.key] if suspect.anew is None else suspect.anew(self.stack)
-        law = anew.rungs[choice.rung].law
-        assert isinstance(law, LawColumns)  # every suspect of a cut table is made of laws
+        candidate = choice.candidate
+        anew = (
+            self.candidates[candidate.key] if candidate.anew is None else candidate.anew(self.stack)
+        )
+        law = anew.forms[choice.form].law
+        assert isinstance(law, LawColumns)  # every candidate of a cut table is made of laws
         return law
 
 
@@ -70,7 +72,7 @@ def fit_cuts_account(
     looked: FoundInCuts, choices: tuple[Choice, ...], there: Elsewhere
 ) -> CutsAccount:
     """Fit a set to the table and carry it to other cuts; shapes are held."""
-    here = Elsewhere(looked.stack, looked.own, {c.suspect.key: c.suspect for c in choices})
+    here = Elsewhere(looked.stack, looked.own, {c.candidate.key: c.candidate for c in choices})
     built = [c.shape.law.raw() for c in choices if isinstance(c.shape.law, LawColumns)]
     raw = np.concatenate([*(c.raw() for c in here.own.values()), *built], axis=2)
     stack = looked.stack

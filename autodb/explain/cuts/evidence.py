@@ -15,7 +15,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.candidates import Choice, Suspect
+from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.evidence import NOTHING, ExplainedShare, Given, Keys, Products
 from autodb.explain.engine.search import CandidateSearch, FoundSet
 
@@ -101,8 +101,8 @@ class TableGiven(Given):
 class TableSearch(CandidateSearch):
     """The search over sets, with the likelihood of a table."""
 
-    def __init__(self, products: TableProducts, suspects: tuple[Suspect, ...]) -> None:
-        super().__init__(products, suspects)
+    def __init__(self, products: TableProducts, candidates: tuple[Candidate, ...]) -> None:
+        super().__init__(products, candidates)
         self.products: TableProducts = products
 
     def scored(self, choices: tuple[Choice, ...]) -> FoundSet:

@@ -85,7 +85,7 @@ def _solve(inner: Array, widths: list[int], own: int, *, norm: Array) -> tuple[A
     """Return coefficients and covariance by inner products with the difference first.
 
     Effects are shrunk by their own mean square: an effect's columns get the precision p/d², d² what
-    they explain together: hardly felt where the rows hold them, and holding where they do not.
+    they explain together: hardly sensed where the rows hold them, and holding where they do not.
     """
     right, inner = inner[1:, 0] / norm, inner[1:, 1:] / np.outer(norm, norm)
     precision = np.full(len(norm), OWN_PRIOR)

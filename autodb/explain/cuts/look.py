@@ -21,7 +21,7 @@ from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_square
 from autodb.explain.cuts.noise import with_noise
 from autodb.explain.cuts.products import products
 from autodb.explain.cuts.table import Stack, edge_read_off, recorded_and_simulated, table_conditions
-from autodb.explain.engine.candidates import Choice, Suspect
+from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.search import FoundSet, settled_set
 from autodb.records import CutTable
 
@@ -52,8 +52,8 @@ class Library:
     """
 
     own: Callable[[Stack], dict[str, LawColumns]]
-    suspects: Callable[[Stack], list[Suspect]]
-    proposals: Callable[[Stack, Array, int], list[Suspect]]
+    candidates: Callable[[Stack], list[Candidate]]
+    proposals: Callable[[Stack, Array, int], list[Candidate]]
     levels: tuple[str, ...] = ()
 
 
@@ -96,11 +96,11 @@ def own_columns_of_cuts(stack: Stack, includes: list[str] | None) -> dict[str, L
 def of_forces(includes: list[str] | None) -> Library:
     """Return what forces may hold beside a simulation that has the terms ``includes``."""
 
-    def suspects(stack: Stack) -> list[Suspect]:
+    def candidates(stack: Stack) -> list[Candidate]:
         own = frozenset(own_columns_of_cuts(stack, includes))
         return [*named_effects(stack, own), *families(stack)]
 
-    return Library(lambda stack: own_columns_of_cuts(stack, includes), suspects, _proposals)
+    return Library(lambda stack: own_columns_of_cuts(stack, includes), candidates, _proposals)
 
 
 def look_in_cuts(stack: Stack, includes: list[str] | None) -> FoundInCuts:
@@ -133,8 +133,8 @@ def _strong(found: FoundSet) -> tuple[Choice, ...]:
 
 
 def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> FoundInCuts:
-    own, fixed = library.own(stack), library.suspects(stack)
-    proposed: list[Suspect] = []
+    own, fixed = library.own(stack), library.candidates(stack)
+    proposed: list[Candidate] = []
     found, search = FoundSet(), None
     for number in range(ROUNDS):
         more = _looked_for(stack, library, own, found, number)
@@ -142,9 +142,9 @@ def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> F
             break
         proposed += more
         bar = BAR + SHORT / freedom
-        suspects = [replace(s, bar=s.bar + bar) for s in (*fixed, *proposed)]
-        made = products(stack, list(own.values()), suspects, freedom=freedom, known=known)
-        search = TableSearch(made, tuple(suspects))
+        candidates = [replace(s, bar=s.bar + bar) for s in (*fixed, *proposed)]
+        made = products(stack, list(own.values()), candidates, freedom=freedom, known=known)
+        search = TableSearch(made, tuple(candidates))
         best = search.best() if number == 0 else _longer(search, found)
         now = search.cleared(settled_set(search, best))
         same = now.keys == found.keys and number > 0
@@ -157,50 +157,51 @@ def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> F
 
 def _looked_for(
     stack: Stack, library: Library, own: dict[str, LawColumns], found: FoundSet, number: int
-) -> list[Suspect]:
+) -> list[Candidate]:
     """Return what is looked for in what a set leaves, and in what it leaves without scanned ones.
 
     Scans of the first round see slow effects too: a run or a step found beside them may be another.
     """
     more = library.proposals(stack, fit_cuts(stack, own, found.choices).left, number)
-    standing = tuple(choice for choice in found.choices if choice.suspect.anew is None)
+    standing = tuple(choice for choice in found.choices if choice.candidate.anew is None)
     if 0 < len(standing) < len(found.choices):
         more += library.proposals(stack, fit_cuts(stack, own, standing).left, ROUNDS + number)
     return more
 
 
 def _helps(
-    stack: Stack, own: dict[str, LawColumns], found: FoundSet, more: list[Suspect], freedom: float,
+    stack: Stack, own: dict[str, LawColumns], found: FoundSet, more: list[Candidate],
+    freedom: float,
     *, known: bool,
 ) -> bool:  # fmt: skip
-    """Return whether a further suspect may join what was found, or stand in for one of it.
+    """Return whether a further candidate may join what was found, or stand in for one of it.
 
     All others are left aside.
     """
-    suspects = [*(choice.suspect for choice in found.choices), *more]
-    made = products(stack, list(own.values()), suspects, freedom=freedom, known=known)
-    search = TableSearch(made, tuple(suspects))
+    candidates = [*(choice.candidate for choice in found.choices), *more]
+    made = products(stack, list(own.values()), candidates, freedom=freedom, known=known)
+    search = TableSearch(made, tuple(candidates))
     same = search.settled(found.choices)
     return (
-        bool(search.grown(found, tuple(suspects))) or settled_set(search, same).score > same.score
+        bool(search.grown(found, tuple(candidates))) or settled_set(search, same).score > same.score
     )
 
 
 def _longer(search: TableSearch, found: FoundSet) -> FoundSet:
     """Return the best of a set and those with one more effect."""
     found = search.settled(found.choices)
-    longer = [search.cleared(f) for f in search.grown(found, search.suspects)]
+    longer = [search.cleared(f) for f in search.grown(found, search.candidates)]
     return max([found, *longer], key=lambda f: f.score)
 
 
-def _proposals(stack: Stack, left: Array, number: int) -> list[Suspect]:
+def _proposals(stack: Stack, left: Array, number: int) -> list[Candidate]:
     found = [
         run_of_cuts(stack, left, number),
         *(comes_round(stack, left, over, number) for over in ROUND),
     ]
     steps = [step_of_gain(stack, left, i, number) for i in range(len(stack.names))]
     several = steps if len(steps) > 1 else []
-    return [*several, *(suspect for suspect in found if suspect is not None)]
+    return [*several, *(candidate for candidate in found if candidate is not None)]
 
 
 def _plainer(looked: FoundInCuts) -> FoundSet:
@@ -209,20 +210,22 @@ def _plainer(looked: FoundInCuts) -> FoundSet:
     for choice in found.choices:
         if search.products.places[choice.key].size <= RICH:
             continue
-        others = found.without(choice.suspect.key)
+        others = found.without(choice.candidate.key)
         given = search.products.given([c.key for c in others])
         widths = [
-            search.products.places[choice.suspect.key, i].size
-            for i in range(len(choice.suspect.rungs))
+            search.products.places[choice.candidate.key, i].size
+            for i in range(len(choice.candidate.forms))
         ]
         numbers = [i for i, width in enumerate(widths) if width <= RICH]
         if not numbers:
             continue
         worth = {
-            i: given.gain((choice.suspect.key, i), allowed=choice.suspect.rungs[i].allowed).evidence
+            i: given.gain(
+                (choice.candidate.key, i), allowed=choice.candidate.forms[i].allowed
+            ).evidence
             for i in numbers
         }
-        plainer = (*others, Choice(choice.suspect, max(worth, key=lambda i: worth[i])))
+        plainer = (*others, Choice(choice.candidate, max(worth, key=lambda i: worth[i])))
         stack, own = looked.stack, looked.own
         if held_out_square(stack, own, plainer) < held_out_square(stack, own, found.choices):
             found = search.scored(plainer)

@@ -9,7 +9,7 @@ from scipy import sparse
 from autodb.explain.cuts.candidates.laws import LawColumns, SpreadLaw
 from autodb.explain.cuts.evidence import TableProducts
 from autodb.explain.cuts.table import Stack
-from autodb.explain.engine.candidates import Suspect
+from autodb.explain.engine.candidates import Candidate
 from autodb.explain.engine.search import DETAIL
 
 Array = NDArray[np.float64]
@@ -18,18 +18,18 @@ Array = NDArray[np.float64]
 def products(
     stack: Stack,
     own: Sequence[LawColumns],
-    suspects: Sequence[Suspect],
+    candidates: Sequence[Candidate],
     *,
     freedom: float,
     known: bool,
 ) -> TableProducts:
-    """Return the inner products of own columns, all suspects in all shapes, and the difference."""
+    """Return inner products of own columns, all candidates in all shapes, and the difference."""
     blocks: dict[tuple[str, int], LawColumns] = {}
-    for suspect in suspects:
-        for number, rung in enumerate(suspect.rungs):
-            blocks[suspect.key, number] = _of(rung.law)
-        if suspect.detail is not None:
-            blocks[suspect.key, DETAIL] = _of(suspect.detail)
+    for candidate in candidates:
+        for number, form in enumerate(candidate.forms):
+            blocks[candidate.key, number] = _of(form.law)
+        if candidate.detail is not None:
+            blocks[candidate.key, DETAIL] = _of(candidate.detail)
     inner = _inner(stack, [*own, *blocks.values()])
     widths = [columns.mix.shape[2] for columns in blocks.values()]
     return TableProducts(
@@ -43,7 +43,7 @@ def products(
 
 
 def _of(build: object) -> LawColumns:
-    assert isinstance(build, LawColumns)  # every suspect of a cut table is made of laws
+    assert isinstance(build, LawColumns)  # every candidate of a cut table is made of laws
     return build
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.evidence import Products
 from autodb.explain.engine.noise import Noise, Whitener, fitted_whitener
 from autodb.explain.engine.normal import columns_side_by_side, solved
@@ -40,9 +40,9 @@ def fewest_first(blocks: Sequence[Array], room: int) -> list[Array]:
 
 
 class WhiteRows:
-    """A difference (n,) = recording − simulation, the simulation's own columns, and suspects.
+    """A difference (n,) = recording − simulation, the simulation's own columns, and candidates.
 
-    Columns of suspects are built at every row, reduced to the working rate and kept so. The first
+    Columns of candidates are built at every row, reduced to the working rate and kept so. The first
     ``firm`` own columns are the simulation's; those that ``loosen`` adds follow.
     """
 
@@ -52,7 +52,7 @@ class WhiteRows:
         self.firm = len(own)
         self.factor = factor
         self.through: tuple[Choice, ...] = ()
-        self._kept: dict[tuple[str, int], tuple[Rung | None, Array]] = {}
+        self._kept: dict[tuple[str, int], tuple[CandidateForm | None, Array]] = {}
         self._own = self.reduce(self.own_columns())
         self._difference = reduced(difference, factor)
 
@@ -70,9 +70,9 @@ class WhiteRows:
     def loosen(self, choices: Sequence[Choice]) -> None:
         """Take the choices' loose columns among the own ones, which are always free."""
         for choice in choices:
-            if choice.suspect.loose is not None:
-                for number, column in enumerate(choice.suspect.loose().T):
-                    self.own[f"{choice.suspect.key} loose {number}"] = column
+            if choice.candidate.loose is not None:
+                for number, column in enumerate(choice.candidate.loose().T):
+                    self.own[f"{choice.candidate.key} loose {number}"] = column
         self._own = self.reduce(self.own_columns())
 
     def _seen(self, columns: Array) -> Array:
@@ -85,9 +85,9 @@ class WhiteRows:
         empty = np.empty((len(self.difference), 0))
         return self._seen(columns_side_by_side(empty, *self.own.values()))
 
-    def built(self, rung: Rung) -> Array:
+    def built(self, form: CandidateForm) -> Array:
         """Return the columns of a shape at every row, (n, p)."""
-        return rung.build() if rung.through is not None else self._seen(rung.build())
+        return form.build() if form.through is not None else self._seen(form.build())
 
     def parts(self, choices: Sequence[Choice], whitener: Whitener) -> tuple[Array, list[Array]]:
         """Return the own terms' re-tuning and each choice's contribution at every row, (n,)."""
@@ -103,14 +103,14 @@ class WhiteRows:
             at += built.shape[1]
         return retuned, parts
 
-    def everything(self, suspects: Sequence[Suspect]) -> Array:
-        """Return own columns and the richest shape of every suspect, (m, p), p ≤ m/10.
+    def everything(self, candidates: Sequence[Candidate]) -> Array:
+        """Return own columns and the richest shape of every candidate, (m, p), p ≤ m/10.
 
-        Where the rows are few, so are the columns: suspects with the fewest come first.
+        Where the rows are few, so are the columns: candidates with the fewest come first.
         """
         rich = [
-            self.detail(s) if s.detail else self.columns((s.key, len(s.rungs) - 1), s.rungs[-1])
-            for s in suspects
+            self.detail(s) if s.detail else self.columns((s.key, len(s.forms) - 1), s.forms[-1])
+            for s in candidates
         ]
         room = len(self._difference) // ROWS_A_COLUMN - self._own.shape[1]
         return columns_side_by_side(self._own, *fewest_first(rich, room))
@@ -119,41 +119,41 @@ class WhiteRows:
         """Return columns (n,) or (n, p) at the working rate, (m, p), each contiguous in memory."""
         return np.asfortranarray(reduced(values.reshape(len(values), -1), self.factor))
 
-    def columns(self, key: tuple[str, int], rung: Rung) -> Array:
+    def columns(self, key: tuple[str, int], form: CandidateForm) -> Array:
         """Return a shape's columns at the working rate, built once.
 
         A place on a ladder is built anew where another shape stands in it: one tuned elsewhere.
         """
         shape, columns = self._kept.get(key, (None, np.empty(0)))
-        if shape != rung:
-            columns = self.reduce(self.built(rung))
-            self._kept[key] = (rung, columns)
+        if shape != form:
+            columns = self.reduce(self.built(form))
+            self._kept[key] = (form, columns)
         return columns
 
-    def detail(self, suspect: Suspect) -> Array:
-        """Return a suspect's detail columns at the working rate, (m, p), p = 0 if it has none."""
-        key = (suspect.key, DETAIL)
+    def detail(self, candidate: Candidate) -> Array:
+        """Return a candidate's detail columns at the working rate, (m, p), p = 0 if it has none."""
+        key = (candidate.key, DETAIL)
         if key not in self._kept:
             columns = np.empty((len(self.difference), 0))
-            if suspect.detail is not None:
-                columns = self._seen(suspect.detail())
+            if candidate.detail is not None:
+                columns = self._seen(candidate.detail())
             self._kept[key] = (None, self.reduce(columns))
         return self._kept[key][1]
 
-    def blocks(self, suspects: Iterable[Suspect]) -> dict[tuple[str, int], Array]:
-        """Return the columns of every shape of the suspects, and their details."""
+    def blocks(self, candidates: Iterable[Candidate]) -> dict[tuple[str, int], Array]:
+        """Return the columns of every shape of the candidates, and their details."""
         found: dict[tuple[str, int], Array] = {}
-        for suspect in suspects:
-            for number, rung in enumerate(suspect.rungs):
-                found[suspect.key, number] = self.columns((suspect.key, number), rung)
-            found[suspect.key, DETAIL] = self.detail(suspect)
-            if suspect.mistaken is not None:
-                rung = Rung(suspect.mistaken)
-                found[suspect.key, MISTAKEN] = self.columns((suspect.key, MISTAKEN), rung)
+        for candidate in candidates:
+            for number, form in enumerate(candidate.forms):
+                found[candidate.key, number] = self.columns((candidate.key, number), form)
+            found[candidate.key, DETAIL] = self.detail(candidate)
+            if candidate.mistaken is not None:
+                form = CandidateForm(candidate.mistaken)
+                found[candidate.key, MISTAKEN] = self.columns((candidate.key, MISTAKEN), form)
         return found
 
     def forget(self, keys: Iterable[str]) -> None:
-        """Drop the columns of suspects that are looked for anew."""
+        """Drop the columns of candidates that are looked for anew."""
         gone = set(keys)
         self._kept = {key: value for key, value in self._kept.items() if key[0] not in gone}
 
@@ -161,7 +161,7 @@ class WhiteRows:
         """Return own and chosen columns at the working rate, (m, p)."""
         parts = [self._own, *(self.columns(c.key, c.shape) for c in choices)]
         if detail:
-            parts += [self.detail(c.suspect) for c in choices]
+            parts += [self.detail(c.candidate) for c in choices]
         return columns_side_by_side(*parts)
 
     def left(self, columns: Array, whitener: Whitener | None = None) -> Array:

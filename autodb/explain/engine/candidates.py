@@ -1,7 +1,7 @@
-"""A suspect: one effect that a simulation may have left out, and the shapes that it may have.
+"""A candidate: one effect that a simulation may have left out, and the shapes that it may have.
 
-A suspect's shapes form a ladder from the plain law to a smooth curve of its kind, so that an effect
-is named by what it acts on and not by the formula that it happens to follow.
+A candidate's shapes form a ladder from the plain law to a smooth curve of its kind, so that an
+effect is named by what it acts on and not by the formula that it happens to follow.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -17,15 +17,15 @@ UNKNOWN = "unknown"
 
 
 @dataclass(frozen=True)
-class Rung:
-    """One shape of a suspect, linear in its coefficients.
+class CandidateForm:
+    """One shape of a candidate, linear in its coefficients.
 
     ``law`` gives its columns (n, p) or (n,) at every row from ``shape``, its values by keyword;
-    ``within`` the limits between which a value may be tuned once the suspect is found;
-    ``names`` what its coefficients are called where it is a plain law; ``tries`` how many shapes
-    were looked through for this one; ``allowed`` says whether fitted coefficients (p,) are of the
-    suspect's kind: friction falls as it warms. ``through`` gives what is recorded of other effects'
-    columns (n, p) where this one changes all that is recorded: it clips, shifts, signs.
+    ``within`` the limits between which a value may be tuned once the candidate is found; ``names``
+    what its coefficients are called where it is a plain law; ``tries`` how many shapes were looked
+    through for this one; ``allowed`` says whether fitted coefficients (p,) are of the candidate's
+    kind: friction falls as it warms. ``through`` gives what is recorded of other effects' columns
+    (n, p) where this one changes all that is recorded: it clips, shifts, signs.
     """
 
     law: Callable[..., Array]
@@ -49,11 +49,11 @@ class Rung:
 
 
 @dataclass(frozen=True)
-class Suspect:
+class Candidate:
     """An effect with its ladder of shapes.
 
     ``key`` is unique; ``term`` a name of the vocabulary or `unknown`; ``detail`` gives columns that
-    take up what every rung may get wrong, freed while further effects are sought; ``bar`` is
+    take up what every form may get wrong, freed while further effects are sought; ``bar`` is
     further evidence asked of it; ``excludes`` the terms that it is not named together with;
     ``interval`` the stretch that it is confined to, where it is; ``scanned``: found by a scan of
     what was left, and dropped with it; ``loose`` gives columns that hold no level of the effect and
@@ -66,7 +66,7 @@ class Suspect:
 
     key: str
     term: str
-    rungs: tuple[Rung, ...]
+    forms: tuple[CandidateForm, ...]
     variables: tuple[str, ...] = ()
     detail: Callable[[], Array] | None = None
     bar: float = 0.0
@@ -74,7 +74,7 @@ class Suspect:
     interval: tuple[float, float] | None = None
     scanned: bool = False
     loose: Callable[[], Array] | None = None
-    anew: Callable[[Any], "Suspect"] | None = None
+    anew: Callable[[Any], "Candidate"] | None = None
     mistaken: Callable[[], Array] | None = None
     sure: bool = False
 
@@ -91,20 +91,20 @@ class Suspect:
 
 @dataclass(frozen=True)
 class Choice:
-    """A suspect in one of its shapes."""
+    """A candidate in one of its shapes."""
 
-    suspect: Suspect
-    rung: int
+    candidate: Candidate
+    form: int
 
     @property
     def key(self) -> tuple[str, int]:
         """What tells it from every other choice."""
-        return self.suspect.key, self.rung
+        return self.candidate.key, self.form
 
     @property
-    def shape(self) -> Rung:
+    def shape(self) -> CandidateForm:
         """Its shape."""
-        return self.suspect.rungs[self.rung]
+        return self.candidate.forms[self.form]
 
 
 def grid_forms(
@@ -115,10 +115,10 @@ def grid_forms(
     ratio: float = 2.0,
     allowed: Callable[[Array], bool] | None = None,
     through: Callable[..., Array] | None = None,
-) -> list[Rung]:
-    """Return one rung a point of a grid; each value may be tuned by a factor of ``ratio``."""
+) -> list[CandidateForm]:
+    """Return one form a point of a grid; each value may be tuned by a factor of ``ratio``."""
     return [
-        Rung(
+        CandidateForm(
             law,
             shape=point,
             within={

@@ -86,24 +86,24 @@ def of_missing(
     Its rivals leave the own terms free as it does; one without a name may also stand beside a
     simulation that is right as it is, where the name needs own terms that are not.
     """
-    term = {s.key: s.term for s in search.suspects}
-    falls = search.rivals(found, choice.suspect.key)
+    term = {s.key: s.term for s in search.candidates}
+    falls = search.rivals(found, choice.candidate.key)
     found_by = [(term[key], fall) for key, fall in falls.items()]
-    if choice.suspect.named:
+    if choice.candidate.named:
         held = _Held(search, found, range(len(search.products.own)))
         found_by += held.swaps(choice, UNKNOWN, asked=True)
-    off = DISCREPANCY * _explained(search, found, choice) if choice.suspect.named else 0.0
+    off = DISCREPANCY * _explained(search, found, choice) if choice.candidate.named else 0.0
     by_name: dict[str, float] = {}
     for name, fall in found_by:
-        if name not in (choice.suspect.term, *but):
+        if name not in (choice.candidate.term, *but):
             beyond = fall + off if name == UNKNOWN else fall
             by_name[name] = min(beyond, by_name.get(name, np.inf))
-    return standing(by_name, nothing=found.evidence[found.keys.index(choice.suspect.key)])
+    return standing(by_name, nothing=found.evidence[found.keys.index(choice.candidate.key)])
 
 
 def _explained(search: CandidateSearch, found: FoundSet, choice: Choice) -> float:
     """Return by how much an effect lets the sum of squares fall beside the others of its set."""
-    others = [c.key for c in found.without(choice.suspect.key)]
+    others = [c.key for c in found.without(choice.candidate.key)]
     return search.products.given(others).gain(choice.key).full
 
 
@@ -147,15 +147,17 @@ class _Held:
         offers = [
             offer
             for offer in self.search.offers(others)
-            if offer.choice.suspect.key != choice.suspect.key
-            and name in (None, offer.choice.suspect.term)
+            if offer.choice.candidate.key != choice.candidate.key
+            and name in (None, offer.choice.candidate.term)
         ]
         offers.sort(key=lambda offer: -offer.worth)
         falls = []
         for offer in offers[:SWAPS]:
-            suspect = offer.choice.suspect
+            candidate = offer.choice.candidate
             fall = self._best - self.search.settled((*others, offer.choice)).score
-            falls.append((suspect.term, fall if suspect.named or asked else fall - suspect.bar))
+            falls.append(
+                (candidate.term, fall if candidate.named or asked else fall - candidate.bar)
+            )
         return falls
 
     def joined(self) -> list[tuple[str, float]]:
@@ -166,11 +168,11 @@ class _Held:
         """
         return [
             (
-                suspect.term,
-                self.worth - offer.worth + (-suspect.bar if not suspect.named else RARER),
+                candidate.term,
+                self.worth - offer.worth + (-candidate.bar if not candidate.named else RARER),
             )
             for offer in self.search.offers(self.kept)
-            for suspect in [offer.choice.suspect]
+            for candidate in [offer.choice.candidate]
         ]
 
 
@@ -207,13 +209,13 @@ def of_mistuned(
 
     ``own``: numbers of the columns among the simulation's; ``ways``: places of further columns of
     the same term among the products, which a choice holds. Without the change the set is kept, its
-    families free to take it up; or every other suspect is added; or an effect of the set, which
+    families free to take it up; or every other candidate is added; or an effect of the set, which
     may be there only with the change, is swapped.
     """
     held = _Held(search, found, own, ways)
     found_by = held.joined()
     for choice in held.kept:
-        if choice.suspect.named:
+        if choice.candidate.named:
             found_by += held.swaps(choice)
     by_name: dict[str, float] = {}
     for name, fall in found_by:

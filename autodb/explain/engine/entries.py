@@ -16,7 +16,7 @@ LEAST = 0.3
 
 def is_undecided(choice: Choice, sure: Standing) -> bool:
     """Say whether several names are about as likely."""
-    like = sure.of(alike_terms(choice.suspect.term))
+    like = sure.of(alike_terms(choice.candidate.term))
     return bool(sure.near) and (like < LIKELY or sure.confidence < LEAST)
 
 
@@ -33,7 +33,7 @@ def named_entry(
 
     ``statement``: what it is in shop words; ``apart``: what would tell it from its alternatives.
     """
-    term, size = choice.suspect.term, values["size"]
+    term, size = choice.candidate.term, values["size"]
     kind: Literal["missing", "mistuned"] = "mistuned" if term in includes else "missing"
     left_out = {
         "mistuned": "The simulation has it with another size",
@@ -49,7 +49,7 @@ def named_entry(
         ),
         parameters=values,
         alternatives=sure.near,
-        variables=choice.suspect.variables,
+        variables=choice.candidate.variables,
         to_tell_apart=apart,
     )
 
@@ -121,7 +121,7 @@ def undecided_entry(
     choice: Choice, sure: Standing, size: IntervalValue, *, where: str, apart: str | None
 ) -> Cause:
     """Return an entry without a name; ``where``: what does not tell which it is, in the plural."""
-    names = (choice.suspect.term, *sure.near)
+    names = (choice.candidate.term, *sure.near)
     words = ", ".join(name.replace("_", " ") for name in names)
     return Cause(
         term=UNKNOWN,
@@ -133,6 +133,6 @@ def undecided_entry(
         ),
         parameters={"size": size},
         alternatives=names,
-        variables=choice.suspect.variables,
+        variables=choice.candidate.variables,
         to_tell_apart=apart,
     )

@@ -1,7 +1,7 @@
 """Evidence that white rows hold an effect: how much likelier they are with it than without.
 
 Own columns are free without a prior: a simulation may have been refitted to the very recording. A
-suspect's p columns have coefficients of size τ (normal, each column scaled to one size), and τ is
+candidate's p columns have coefficients of size τ (normal, each column scaled to one size), and τ is
 the one that makes the rows likeliest (empirical Bayes). Twice the gain of the log-likelihood is
 
     max over τ of Σᵢ [τ²bᵢ²/(1 + τ²λᵢ) − ln(1 + τ²λᵢ)]
@@ -31,7 +31,7 @@ SPANNED = 1e-6
 
 @dataclass(frozen=True)
 class ExplainedShare:
-    """What a suspect's columns explain.
+    """What a candidate's columns explain.
 
     ``full``: fall of the sum of squares over the noise variance with free coefficients;
     ``evidence``: the same less what its freedom costs; ``coefficients`` (p,) free, and ``sd``;

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.bench import WhiteRows
-from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.noise import Noise
 from autodb.explain.engine.normal import columns_side_by_side, normal
 from autodb.explain.engine.prior import coefficient_costs, evidence_of
@@ -75,7 +75,7 @@ def fit_white_rows(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) ->
     design = columns_side_by_side(bench.own_columns()[:, retuned], *built)
     places = _places(len(retuned), built)
     parts = {
-        choice.suspect.key: block @ values[at]
+        choice.candidate.key: block @ values[at]
         for choice, block, at in zip(shaped, built, places, strict=True)
     }
     return FittedEffects(
@@ -117,23 +117,23 @@ def _places(first: int, blocks: Sequence[Array]) -> list[slice]:
 
 def _whole(choice: Choice, parts: dict[str, Array]) -> Array:
     """Return an effect's law and what it deviates from it by."""
-    law = parts[choice.suspect.key]
+    law = parts[choice.candidate.key]
     return law + parts.get(_deviation_key(choice), np.zeros_like(law))
 
 
 def _deviation_key(choice: Choice) -> str:
-    return f"{choice.suspect.key}, shape"
+    return f"{choice.candidate.key}, shape"
 
 
 def deviations(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> list[Choice]:
     """Return what plain laws get wrong in shape, each where there is evidence of it."""
     found: list[Choice] = []
     for choice in choices:
-        detail = choice.suspect.detail
+        detail = choice.candidate.detail
         if detail is None or not choice.shape.names or choice.shape.through is not None:
             continue
         key = _deviation_key(choice)
-        shape = Choice(Suspect(key, choice.suspect.term, (Rung(detail),)), 0)
+        shape = Choice(Candidate(key, choice.candidate.term, (CandidateForm(detail),)), 0)
         if evidence_of(bench, shape, [*choices, *found], noise) > DEVIATES:
             found.append(shape)
     return found

@@ -1,8 +1,8 @@
-"""The inquiry into one channel: noise, suspects, scans of what is left, and the set that stands.
+"""The inquiry into one channel: noise, candidates, scans of what is left, and the set that stands.
 
-The noise comes first from a model that holds every suspect at once, so that nothing that is missing
-is taken for noise; then from what the accepted set leaves, so that nothing that is noise is taken
-for missing. A set is accepted when it stands before both, and predicts stretches left out.
+The noise comes first from a model that holds every candidate at once, so that nothing that is
+missing is taken for noise; then from what the accepted set leaves, so that nothing that is noise is
+taken for missing. A set is accepted when it stands before both, and predicts stretches left out.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.bench import WhiteRows
-from autodb.explain.engine.candidates import Choice, Suspect
+from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.noise import Noise, Whitener, fitted_whitener
 from autodb.explain.engine.normal import normal
 from autodb.explain.engine.prior import coefficient_costs
@@ -31,18 +31,18 @@ HARM = 1.02
 
 
 class CandidateSource(Protocol):
-    """Where suspects come from."""
+    """Where candidates come from."""
 
-    def standing(self) -> list[Suspect]:
+    def standing(self) -> list[Candidate]:
         """Return those that every inquiry begins with."""
 
-    def beside(self, retuned: Array, parts: list[tuple[str, Array]]) -> list[Suspect]:
+    def beside(self, retuned: Array, parts: list[tuple[str, Array]]) -> list[Candidate]:
         """Return those that act on other effects, built anew beside what has been found.
 
         ``retuned`` (n,): the change of the simulation's own terms; ``parts``: term and (n,) each.
         """
 
-    def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Suspect]:
+    def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Candidate]:
         """Return those that what is left (m,) at the working rate points to."""
 
 
@@ -63,35 +63,35 @@ class Inquiry:
 
 
 def inquire(bench: WhiteRows, field: CandidateSource) -> Inquiry:
-    """Return the set of suspects that the bench's rows hold."""
-    suspects = {s.key: s for s in field.standing()}
-    whitener, variance = _saturated(bench, field, suspects)
+    """Return the set of candidates that the bench's rows hold."""
+    candidates = {s.key: s for s in field.standing()}
+    whitener, variance = _saturated(bench, field, candidates)
     found = FoundSet()
     considered: dict[str, float] = {}
     accounts: list[tuple[Inquiry, tuple[Choice, ...]]] = []
     for number in range(ROUNDS):
         if found.choices:
-            found = _renewed(bench, field, found, suspects, (whitener, variance))
+            found = _renewed(bench, field, found, candidates, (whitener, variance))
         left = bench.left(bench.chosen(found.choices), whitener)
-        _take(bench, suspects, field.scanned(left, whitener, number))
-        products = bench.products(bench.blocks(suspects.values()), (whitener, variance))
-        search = CandidateSearch(products, suspects.values())
-        considered = considered or {o.choice.suspect.key: o.worth for o in search.offers(())}
+        _take(bench, candidates, field.scanned(left, whitener, number))
+        products = bench.products(bench.blocks(candidates.values()), (whitener, variance))
+        search = CandidateSearch(products, candidates.values())
+        considered = considered or {o.choice.candidate.key: o.worth for o in search.offers(())}
         before, found = found, _predicting(bench, search, (whitener, variance))
         account = Inquiry(found, search, whitener, variance, considered)
         accounts.append((account, bench.through))
         if not found.choices or (number and found.keys == before.keys):
             accounts = accounts[-1:]
             break
-        for key in [k for k, s in suspects.items() if s.scanned and k not in found.keys]:
-            del suspects[key]
+        for key in [k for k, s in candidates.items() if s.scanned and k not in found.keys]:
+            del candidates[key]
         whitener, variance = bench.noise(bench.chosen(found.choices, detail=True))
     seen_alike = [account for account, through in accounts if through == bench.through]
     standing = [replace(one, found=stands(bench, one.found, one.search)) for one in seen_alike]
-    return min(standing, key=lambda one: _surprise(bench, one))
+    return min(standing, key=lambda one: _outlier_test(bench, one))
 
 
-def _surprise(bench: WhiteRows, account: Inquiry) -> float:
+def _outlier_test(bench: WhiteRows, account: Inquiry) -> float:
     """Return N·ln of the innovations' variance that an account leaves, and its costs.
 
     It tells accounts apart that were reached with different noise, where rounds do not settle.
@@ -102,28 +102,28 @@ def _surprise(bench: WhiteRows, account: Inquiry) -> float:
     return search.products.rows * float(np.log(left)) + cost
 
 
-def _saturated(bench: WhiteRows, field: CandidateSource, suspects: dict[str, Suspect]) -> Noise:
+def _saturated(bench: WhiteRows, field: CandidateSource, candidates: dict[str, Candidate]) -> Noise:
     """Return the noise that a model of everything leaves, of what scans point to as well.
 
     A ripple in time would else be taken for noise of its colour.
     """
-    whitener = fitted_whitener(bench.left(bench.everything(list(suspects.values()))))
+    whitener = fitted_whitener(bench.left(bench.everything(list(candidates.values()))))
     left = bench.left(bench.chosen(()), whitener)
-    _take(bench, suspects, field.scanned(left, whitener, 0))
-    return bench.noise(bench.everything(list(suspects.values())))
+    _take(bench, candidates, field.scanned(left, whitener, 0))
+    return bench.noise(bench.everything(list(candidates.values())))
 
 
-def _take(bench: WhiteRows, suspects: dict[str, Suspect], new: Sequence[Suspect]) -> None:
-    """Put suspects in the place of those of their keys."""
+def _take(bench: WhiteRows, candidates: dict[str, Candidate], new: Sequence[Candidate]) -> None:
+    """Put candidates in the place of those of their keys."""
     bench.forget(s.key for s in new)
-    suspects.update({s.key: s for s in new})
+    candidates.update({s.key: s for s in new})
 
 
 def _renewed(
     bench: WhiteRows,
     field: CandidateSource,
     found: FoundSet,
-    suspects: dict[str, Suspect],
+    candidates: dict[str, Candidate],
     noise: Noise,
 ) -> FoundSet:
     """Return the set with effects that change others built anew on what has been found.
@@ -132,23 +132,23 @@ def _renewed(
     through it.
     """
     retuned, parts = bench.parts(found.choices, noise[0])
-    terms = [c.suspect.term for c in found.choices]
+    terms = [c.candidate.term for c in found.choices]
     held = [_held(bench, found, c, noise) for c in found.choices if c.shape.through is not None]
-    _take(bench, suspects, field.beside(retuned, list(zip(terms, parts, strict=True))))
+    _take(bench, candidates, field.beside(retuned, list(zip(terms, parts, strict=True))))
     if held or bench.through:
         bench.look_through(held)
-    _take(bench, suspects, [choice.suspect for choice in held])
-    at = {choice.suspect.key: choice for choice in held}
+    _take(bench, candidates, [choice.candidate for choice in held])
+    at = {choice.candidate.key: choice for choice in held}
     choices = (
-        at.get(c.suspect.key, Choice(suspects[c.suspect.key], c.rung)) for c in found.choices
+        at.get(c.candidate.key, Choice(candidates[c.candidate.key], c.form)) for c in found.choices
     )
     return replace(found, choices=tuple(choices))
 
 
 def _held(bench: WhiteRows, found: FoundSet, choice: Choice, noise: Noise) -> Choice:
-    """Return a choice tuned beside the others, of a suspect that has this one shape only."""
-    beside = BesideShapes(bench, found.without(choice.suspect.key), noise)
-    return Choice(replace(choice.suspect, rungs=(tuned(choice, beside).choice.shape,)), 0)
+    """Return a choice tuned beside the others, of a candidate that has this one shape only."""
+    beside = BesideShapes(bench, found.without(choice.candidate.key), noise)
+    return Choice(replace(choice.candidate, forms=(tuned(choice, beside).choice.shape,)), 0)
 
 
 def stands(bench: WhiteRows, found: FoundSet, search: CandidateSearch) -> FoundSet:
@@ -162,14 +162,14 @@ def stands(bench: WhiteRows, found: FoundSet, search: CandidateSearch) -> FoundS
         weakest = int(np.argmin(worth))
         if worth[weakest] > MARGIN:
             return found
-        found = search.settled(found.without(found.choices[weakest].suspect.key))
+        found = search.settled(found.without(found.choices[weakest].candidate.key))
     return found
 
 
 def _beside_noise(
     bench: WhiteRows, found: FoundSet, choice: Choice, search: CandidateSearch
 ) -> float:
-    others = found.without(choice.suspect.key)
+    others = found.without(choice.candidate.key)
     with_it = _innovation(bench, bench.chosen(found.choices))
     without = _innovation(bench, bench.chosen(others))
     gain = search.products.given([c.key for c in others]).gain(choice.key)
@@ -196,7 +196,7 @@ def _predicting(bench: WhiteRows, search: CandidateSearch, noise: Noise) -> Foun
             return found
         whole = held_out_sums(bench, found.choices, noise)
         worth = [
-            _helped(held_out_sums(bench, found.without(c.suspect.key), noise), whole)
+            _helped(held_out_sums(bench, found.without(c.candidate.key), noise), whole)
             for c in found.choices
         ]
         weakest = int(np.argmin(worth))
@@ -231,7 +231,7 @@ def held_out_sums(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> 
     size = reduce(add, folds).solved()
     weight = float(np.var(target - white @ size)) / np.maximum(size**2, 1e-300)
     widths = [bench.columns(c.key, c.shape).shape[1] for c in choices]
-    named = np.repeat([c.suspect.named for c in choices], widths).astype(bool)
+    named = np.repeat([c.candidate.named for c in choices], widths).astype(bool)
     weight[: bench.firm] = 0.0
     family = ~np.concatenate([np.ones(len(bench.own), dtype=bool), named])
     if family.any():

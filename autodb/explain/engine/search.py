@@ -1,8 +1,8 @@
-"""Which effects do white rows hold? Sets of suspects, compared by their evidence.
+"""Which effects do white rows hold? Sets of candidates, compared by their evidence.
 
 Effects overlap, so sets are grown side by side (a beam) and compared as wholes: the effect that
 looks best alone need not be in the best pair. A set's score is what it explains less what its
-freedom costs and less 2·ln of the shapes and suspects that were looked through.
+freedom costs and less 2·ln of the shapes and candidates that were looked through.
 
 Effects that stand in for others: swaps that make a set likelier, and terms that look alike.
 """
@@ -15,14 +15,14 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.candidates import Choice, Suspect
+from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.evidence import Given, Products
 from autodb.terms import TERMS
 
 Array = NDArray[np.float64]
 
 MARGIN = 8.0
-"""Evidence above which a suspect is taken: a factor e⁴ against the odds of all suspects. Chosen."""
+"""Evidence above which a candidate is taken: a factor e⁴ against the odds of all. Chosen."""
 BEAM = 5
 CLEARED = 8
 """Sets that weak members are taken out of: the best set left is not always of the best grown."""
@@ -34,7 +34,7 @@ constant has none) is put down to the shape of the others, which no ladder holds
 SIMPLE_ENOUGH = 0.8
 """Names come before families when they explain this share of what a set with families does."""
 DETAIL, MISTAKEN = -1, -2
-"""Rung numbers under which a suspect's detail, and what it may be mistaken for, are kept."""
+"""Rung numbers under which a candidate's detail, and what it may be mistaken for, are kept."""
 
 
 @dataclass(frozen=True)
@@ -47,47 +47,47 @@ class FoundSet:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The suspects' keys."""
-        return tuple(choice.suspect.key for choice in self.choices)
+        """The candidates' keys."""
+        return tuple(choice.candidate.key for choice in self.choices)
 
     def without(self, key: str) -> tuple[Choice, ...]:
-        """Return the choices but that of one suspect."""
-        return tuple(c for c in self.choices if c.suspect.key != key)
+        """Return the choices but that of one candidate."""
+        return tuple(c for c in self.choices if c.candidate.key != key)
 
 
 @dataclass(frozen=True)
 class Offer:
-    """A suspect in its best shape beside a set, and its evidence after all penalties."""
+    """A candidate in its best shape beside a set, and its evidence after all penalties."""
 
     choice: Choice
     worth: float
 
 
 class CandidateSearch:
-    """The suspects, and the products of their columns in every shape.
+    """The candidates, and the products of their columns in every shape.
 
     ``faint``: share of what a set explains below which an effect of it is put down to the others.
     """
 
     def __init__(
-        self, products: Products, suspects: Iterable[Suspect], *, faint: float = FAINT
+        self, products: Products, candidates: Iterable[Candidate], *, faint: float = FAINT
     ) -> None:
         self.products = products
-        self.suspects = tuple(suspects)
+        self.candidates = tuple(candidates)
         self.faint = faint
         self._barred: set[tuple[str, int]] = set()
         self._settled: dict[frozenset[str], FoundSet] = {}
-        self._singles = {s.key: self._of_one_column(s) for s in self.suspects}
+        self._singles = {s.key: self._of_one_column(s) for s in self.candidates}
         self._curves = {
-            s.key: [i for i in range(len(s.rungs)) if len(products.places[s.key, i]) != 1]
-            for s in self.suspects
+            s.key: [i for i in range(len(s.forms)) if len(products.places[s.key, i]) != 1]
+            for s in self.candidates
         }
 
     def _of_one_column(
-        self, suspect: Suspect
+        self, candidate: Candidate
     ) -> tuple[list[Choice], NDArray[np.intp], NDArray[np.float64]]:
-        """Return a suspect's shapes of one column, their places, and their penalties."""
-        choices = [Choice(suspect, i) for i in range(len(suspect.rungs))]
+        """Return a candidate's shapes of one column, their places, and their penalties."""
+        choices = [Choice(candidate, i) for i in range(len(candidate.forms))]
         choices = [c for c in choices if len(self.products.places[c.key]) == 1]
         places = [int(self.products.places[c.key][0]) for c in choices]
         penalties = np.array([self.penalty(c) for c in choices])
@@ -105,11 +105,11 @@ class CandidateSearch:
         self._barred.add(choice.key)
         self._settled = {}
 
-    def best_shape(self, given: Given, suspect: Suspect) -> Offer | None:
-        """Return a suspect in the shape with most evidence, or None when none explains anything."""
-        best = self._best_single(given, suspect)
-        for number in self._curves[suspect.key]:
-            choice = Choice(suspect, number)
+    def best_shape(self, given: Given, candidate: Candidate) -> Offer | None:
+        """Return a candidate in its shape with most evidence; None when none explains anything."""
+        best = self._best_single(given, candidate)
+        for number in self._curves[candidate.key]:
+            choice = Choice(candidate, number)
             if choice.key in self._barred:
                 continue
             gain = given.gain(choice.key, allowed=choice.shape.allowed)
@@ -118,9 +118,9 @@ class CandidateSearch:
                 best = Offer(choice, worth)
         return best
 
-    def _best_single(self, given: Given, suspect: Suspect) -> Offer | None:
+    def _best_single(self, given: Given, candidate: Candidate) -> Offer | None:
         """Return the best allowed of the shapes of one column, all worked out at once."""
-        choices, places, penalties = self._singles[suspect.key]
+        choices, places, penalties = self._singles[candidate.key]
         evidence, coefficients = given.single(places)
         worth = evidence - penalties
         for at in np.argsort(-worth, kind="stable"):
@@ -132,27 +132,27 @@ class CandidateSearch:
         return None
 
     def offers(
-        self, choices: tuple[Choice, ...], suspects: Sequence[Suspect] | None = None
+        self, choices: tuple[Choice, ...], candidates: Sequence[Candidate] | None = None
     ) -> list[Offer]:
-        """Return every suspect, or of some, that may join a set, each in its best shape."""
+        """Return every candidate, or of some, that may join a set, each in its best shape."""
         given = self.products.given([c.key for c in choices])
-        taken = {c.suspect.key for c in choices}
-        barred = frozenset().union(*(c.suspect.excludes for c in choices)) if choices else set()
+        taken = {c.candidate.key for c in choices}
+        barred = frozenset().union(*(c.candidate.excludes for c in choices)) if choices else set()
         open_ones = [
-            s for s in suspects or self.suspects if s.key not in taken and s.term not in barred
+            s for s in candidates or self.candidates if s.key not in taken and s.term not in barred
         ]
-        found = (self.best_shape(given, suspect) for suspect in open_ones)
+        found = (self.best_shape(given, candidate) for candidate in open_ones)
         return [offer for offer in found if offer is not None]
 
-    def grown(self, found: FoundSet, suspects: Sequence[Suspect]) -> list[FoundSet]:
+    def grown(self, found: FoundSet, candidates: Sequence[Candidate]) -> list[FoundSet]:
         """Return the sets with one more effect, worth it also where the others' shape is free."""
         free = self.with_detail(found.choices)
         sets = []
-        for offer in self.offers(found.choices, suspects):
+        for offer in self.offers(found.choices, candidates):
             if offer.worth < MARGIN:
                 continue
-            rung = offer.choice.shape
-            beside = free.gain(offer.choice.key, allowed=rung.allowed).evidence
+            form = offer.choice.shape
+            beside = free.gain(offer.choice.key, allowed=form.allowed).evidence
             if beside - self.penalty(offer.choice) > MARGIN or not found.choices:
                 sets.append((found.score + offer.worth, (*found.choices, offer.choice)))
         sets.sort(key=lambda scored: -scored[0])
@@ -160,13 +160,13 @@ class CandidateSearch:
 
     def with_detail(self, choices: tuple[Choice, ...]) -> Given:
         """Return the products with what the choices' shapes may get wrong projected out too."""
-        details = [(c.suspect.key, DETAIL) for c in choices]
+        details = [(c.candidate.key, DETAIL) for c in choices]
         held = [key for key in details if key in self.products.places]
         return self.products.given([*(c.key for c in choices), *held])
 
     def settled(self, choices: tuple[Choice, ...]) -> FoundSet:
         """Return the set with each effect in the shape that is best beside the others."""
-        known = frozenset(choice.suspect.key for choice in choices)
+        known = frozenset(choice.candidate.key for choice in choices)
         if known not in self._settled:
             self._settled[known] = self._shaped(choices)
         return self._settled[known]
@@ -175,7 +175,7 @@ class CandidateSearch:
         for number, choice in enumerate(choices):
             others = (*choices[:number], *choices[number + 1 :])
             given = self.products.given([c.key for c in others])
-            offer = self.best_shape(given, choice.suspect)
+            offer = self.best_shape(given, choice.candidate)
             if offer is not None:
                 choices = (*choices[:number], offer.choice, *choices[number + 1 :])
         return self.scored(choices)
@@ -198,13 +198,13 @@ class CandidateSearch:
         Families over several signals hold many laws at once: a set of names that does nearly as
         well as one with families comes first, and families then only take what it leaves.
         """
-        named = self._best_of([s for s in self.suspects if s.named])
-        free = self._best_of(self.suspects)
-        if all(c.suspect.named for c in free.choices):
+        named = self._best_of([s for s in self.candidates if s.named])
+        free = self._best_of(self.candidates)
+        if all(c.candidate.named for c in free.choices):
             return max(named, free, key=lambda f: f.score)
         if self.explained(named) < SIMPLE_ENOUGH * self.explained(free):
             return free
-        grown = [self.cleared(found) for found in self.grown(named, self.suspects)]
+        grown = [self.cleared(found) for found in self.grown(named, self.candidates)]
         beside = [found for found in grown if set(found.keys) > set(named.keys)]
         return max([named, *beside], key=lambda f: f.score)
 
@@ -213,11 +213,11 @@ class CandidateSearch:
         none, all_ = self.products.given([]), self.products.given([c.key for c in found.choices])
         return none.rss - all_.rss
 
-    def _best_of(self, suspects: Sequence[Suspect]) -> FoundSet:
+    def _best_of(self, candidates: Sequence[Candidate]) -> FoundSet:
         beam, seen = [FoundSet()], [FoundSet()]
         for _ in range(MOST):
             longer = {
-                tuple(sorted(f.keys)): f for found in beam for f in self.grown(found, suspects)
+                tuple(sorted(f.keys)): f for found in beam for f in self.grown(found, candidates)
             }
             beam = sorted(longer.values(), key=lambda f: -f.score)[:BEAM]
             seen += beam
@@ -231,16 +231,16 @@ class CandidateSearch:
             weakest = int(np.argmin(worth))
             if worth[weakest] > 0:
                 return found
-            found = self.settled(found.without(found.choices[weakest].suspect.key))
+            found = self.settled(found.without(found.choices[weakest].candidate.key))
         return found
 
     def _standing(self, found: FoundSet) -> list[float]:
         """Return how far each effect is above its limits, over all shapes of the others."""
         worth = []
         held = zip(found.choices, found.evidence, strict=True)
-        total = found.score - sum(worth for choice, worth in held if choice.suspect.exact)
+        total = found.score - sum(worth for choice, worth in held if choice.candidate.exact)
         for choice in found.choices:
-            free = self.with_detail(found.without(choice.suspect.key))
+            free = self.with_detail(found.without(choice.candidate.key))
             gain = free.gain(choice.key)
             limit = max(MARGIN + self.penalty(choice), self.faint * total)
             worth.append(self._not_mistaken(found, choice, gain.evidence) - limit)
@@ -250,7 +250,7 @@ class CandidateSearch:
         """Return an effect's evidence, beside what it may be mistaken for where that explains more
         beside it than it does itself.
         """
-        key = (choice.suspect.key, MISTAKEN)
+        key = (choice.candidate.key, MISTAKEN)
         if key not in self.products.places:
             return evidence
         if self.products.given([c.key for c in found.choices]).gain(key).evidence < evidence:
@@ -259,19 +259,19 @@ class CandidateSearch:
         return min(evidence, self.products.given([*others, key]).gain(choice.key).evidence)
 
     def rivals(self, found: FoundSet, key: str) -> dict[str, float]:
-        """Return, by suspect, by how much the set's score falls when it stands in for ``key``."""
+        """Return, by candidate, by how much the set's score falls when it stands in for ``key``."""
         others = found.without(key)
         fall: dict[str, float] = {}
         for offer in self.offers(others):
-            if offer.choice.suspect.key != key:
+            if offer.choice.candidate.key != key:
                 swapped = self.settled((*others, offer.choice))
-                fall[offer.choice.suspect.key] = found.score - swapped.score
+                fall[offer.choice.candidate.key] = found.score - swapped.score
         return fall
 
     def penalty(self, choice: Choice) -> float:
-        """Return what looking through the choice's shapes and all suspects costs."""
-        looked = choice.shape.tries * len(self.suspects)
-        return 2.0 * float(np.log(looked)) + choice.suspect.bar
+        """Return what looking through the choice's shapes and all candidates costs."""
+        looked = choice.shape.tries * len(self.candidates)
+        return 2.0 * float(np.log(looked)) + choice.candidate.bar
 
 
 MOST_SWAPS = 3
@@ -288,7 +288,7 @@ def settled_set(search: CandidateSearch, found: FoundSet) -> FoundSet:
 
 
 def _better(search: CandidateSearch, found: FoundSet) -> FoundSet | None:
-    by_key = {s.key: s for s in search.suspects}
+    by_key = {s.key: s for s in search.candidates}
     for key in found.keys:
         falls = search.rivals(found, key)
         if not falls:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.candidates import Choice, Suspect
+from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.search import CandidateSearch, FoundSet
 
 Array = NDArray[np.float64]
@@ -81,15 +81,15 @@ def sentence(best: Separation, names: tuple[str, str], unit: str, noise: str) ->
     )
 
 
-def called(search: CandidateSearch, name: str, *, but: str) -> list[Suspect]:
-    """Return the suspects of a term, but the one with a key."""
-    return [s for s in search.suspects if s.term == name and s.key != but]
+def called(search: CandidateSearch, name: str, *, but: str) -> list[Candidate]:
+    """Return the candidates of a term, but the one with a key."""
+    return [s for s in search.candidates if s.term == name and s.key != but]
 
 
 def stand_in(
-    search: CandidateSearch, found: FoundSet, key: str, instead: Sequence[Suspect]
+    search: CandidateSearch, found: FoundSet, key: str, instead: Sequence[Candidate]
 ) -> tuple[FoundSet, Choice] | None:
-    """Return the best set with one of some suspects in place of a found effect, and which."""
+    """Return the best set with one of some candidates in place of a found effect, and which."""
     others = found.without(key)
     offers = search.offers(others, instead) if instead else []
     if not offers:

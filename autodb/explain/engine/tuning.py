@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from autodb.explain.engine.bench import WhiteRows
-from autodb.explain.engine.candidates import Choice, Rung
+from autodb.explain.engine.candidates import CandidateForm, Choice
 from autodb.explain.engine.noise import Noise
 from autodb.fitting import NotSettled, stationary
 
@@ -67,39 +67,39 @@ class BesideShapes:
     def _left(self, values: Array) -> Array:
         return np.asarray(values - self.basis @ (self.basis.T @ values))
 
-    def gain(self, rung: Rung) -> float:
+    def gain(self, form: CandidateForm) -> float:
         """Return what a shape explains, over the noise variance.
 
         An effect whose size its shape already fixes is taken at that size.
         """
-        columns = self._left(self.whitener(self.bench.reduce(self.bench.built(rung))))
-        if rung.through is not None:
+        columns = self._left(self.whitener(self.bench.reduce(self.bench.built(form))))
+        if form.through is not None:
             at_size = 2.0 * columns[:, 0] @ self.target - columns[:, 0] @ columns[:, 0]
             return float(at_size) / self.variance
         q, r = np.linalg.qr(columns)
         held = np.abs(np.diag(r)) > 1e-9 * max(float(np.abs(r).max()), 1e-300)
         return float(np.sum((q[:, held].T @ self.target) ** 2)) / self.variance
 
-    def fit(self, rung: Rung) -> tuple[Array, Array]:
+    def fit(self, form: CandidateForm) -> tuple[Array, Array]:
         """Return a shape's coefficients (p,) and their covariance (p, p)."""
-        columns = self._left(self.whitener(self.bench.reduce(self.bench.built(rung))))
+        columns = self._left(self.whitener(self.bench.reduce(self.bench.built(form))))
         inverse = np.linalg.pinv(columns.T @ columns, rcond=1e-9, hermitian=True)
         return np.asarray(inverse @ (columns.T @ self.target)), np.asarray(inverse * self.variance)
 
 
 def tuned(choice: Choice, beside: BesideShapes) -> Tuned:
     """Return a choice with every value that may be tuned at its best."""
-    rung = choice.shape
-    if not rung.within:
+    form = choice.shape
+    if not form.within:
         return Tuned(choice, {})
-    for _ in range(ROUNDS if len(rung.within) > 1 else 1):
-        for name, limits in rung.within.items():
-            rung = _best(rung, name, limits, beside)
-    if beside.gain(rung) < beside.gain(choice.shape):
-        rung = choice.shape
-    rung, _ = _settled(rung, beside)
-    sd = {name: _sd(rung, name, limits, beside) for name, limits in rung.within.items()}
-    return Tuned(_with(choice, rung), sd)
+    for _ in range(ROUNDS if len(form.within) > 1 else 1):
+        for name, limits in form.within.items():
+            form = _best(form, name, limits, beside)
+    if beside.gain(form) < beside.gain(choice.shape):
+        form = choice.shape
+    form, _ = _settled(form, beside)
+    sd = {name: _sd(form, name, limits, beside) for name, limits in form.within.items()}
+    return Tuned(_with(choice, form), sd)
 
 
 def tuned_together(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> tuple[Choice, ...]:
@@ -118,8 +118,8 @@ def tuned_together(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) ->
         sizes = []
         for number in shaped:
             beside = _beside(bench, found, number, noise)
-            rung, size = _settled(found[number].shape, beside)
-            found[number] = _instead(found[number], rung)
+            form, size = _settled(found[number].shape, beside)
+            found[number] = _instead(found[number], form)
             sizes.append(size)
         return _values(found, shaped), np.concatenate(sizes)
 
@@ -140,32 +140,32 @@ def _beside(bench: WhiteRows, choices: Sequence[Choice], number: int, noise: Noi
 
 
 def _placed(choice: Choice, values: Array) -> Choice:
-    rung = choice.shape
-    limits = np.array(list(rung.within.values())).T
-    return _instead(choice, _shaped(rung, list(rung.within), np.clip(values, *limits)))
+    form = choice.shape
+    limits = np.array(list(form.within.values())).T
+    return _instead(choice, _shaped(form, list(form.within), np.clip(values, *limits)))
 
 
-def _with(choice: Choice, rung: Rung) -> Choice:
+def _with(choice: Choice, form: CandidateForm) -> Choice:
     """Return a choice of a further shape, at the top of its ladder."""
-    suspect = replace(choice.suspect, rungs=(*choice.suspect.rungs, rung))
-    return Choice(suspect, len(choice.suspect.rungs))
+    candidate = replace(choice.candidate, forms=(*choice.candidate.forms, form))
+    return Choice(candidate, len(choice.candidate.forms))
 
 
-def _instead(choice: Choice, rung: Rung) -> Choice:
+def _instead(choice: Choice, form: CandidateForm) -> Choice:
     """Return a choice with a shape in the place of the one at the top of its ladder."""
-    suspect = replace(choice.suspect, rungs=(*choice.suspect.rungs[:-1], rung))
-    return replace(choice, suspect=suspect)
+    candidate = replace(choice.candidate, forms=(*choice.candidate.forms[:-1], form))
+    return replace(choice, candidate=candidate)
 
 
-def _settled(rung: Rung, beside: BesideShapes) -> tuple[Rung, Array]:
+def _settled(form: CandidateForm, beside: BesideShapes) -> tuple[CandidateForm, Array]:
     """Return a shape from which no step explains more, and its values' standard errors (p,)."""
-    names = list(rung.within)
-    lower, upper = np.array(list(rung.within.values())).T
+    names = list(form.within)
+    lower, upper = np.array(list(form.within.values())).T
     width, size = CURVED * (upper - lower), upper - lower
-    at = np.array([rung.shape[name] for name in names])
+    at = np.array([form.shape[name] for name in names])
 
     def gain(values: Array) -> float:
-        return beside.gain(_shaped(rung, names, values))
+        return beside.gain(_shaped(form, names, values))
 
     height = gain(at)
     for _ in range(STEPS):
@@ -182,7 +182,7 @@ def _settled(rung: Rung, beside: BesideShapes) -> tuple[Rung, Array]:
             at, height = there, reached
         elif np.all(width == wide):
             break
-    return _shaped(rung, names, at), size
+    return _shaped(form, names, at), size
 
 
 def _derivatives(
@@ -200,29 +200,31 @@ def _derivatives(
     return slope, curvature
 
 
-def _shaped(rung: Rung, names: Sequence[str], values: Array) -> Rung:
-    return replace(rung, shape={**rung.shape, **dict(zip(names, values.tolist(), strict=True))})
+def _shaped(form: CandidateForm, names: Sequence[str], values: Array) -> CandidateForm:
+    return replace(form, shape={**form.shape, **dict(zip(names, values.tolist(), strict=True))})
 
 
-def _at(rung: Rung, name: str, value: float) -> Rung:
-    return replace(rung, shape={**rung.shape, name: value})
+def _at(form: CandidateForm, name: str, value: float) -> CandidateForm:
+    return replace(form, shape={**form.shape, name: value})
 
 
-def _best(rung: Rung, name: str, limits: tuple[float, float], beside: BesideShapes) -> Rung:
+def _best(
+    form: CandidateForm, name: str, limits: tuple[float, float], beside: BesideShapes
+) -> CandidateForm:
     width = limits[1] - limits[0]
     found = minimize_scalar(
-        lambda value: -beside.gain(_at(rung, name, float(value))),
+        lambda value: -beside.gain(_at(form, name, float(value))),
         bounds=limits,
         method="bounded",
         options={"xatol": FINE * width, "maxiter": 25},
     )
-    return _at(rung, name, float(found.x))
+    return _at(form, name, float(found.x))
 
 
-def _sd(rung: Rung, name: str, limits: tuple[float, float], beside: BesideShapes) -> float:
+def _sd(form: CandidateForm, name: str, limits: tuple[float, float], beside: BesideShapes) -> float:
     """Return the standard deviation of a value from the curvature of what the shape explains."""
     half = CURVED * (limits[1] - limits[0])
-    value = rung.shape[name]
-    around = [beside.gain(_at(rung, name, value + step)) for step in (-half, 0.0, half)]
+    value = form.shape[name]
+    around = [beside.gain(_at(form, name, value + step)) for step in (-half, 0.0, half)]
     curvature = (2.0 * around[1] - around[0] - around[2]) / half**2
     return float(np.sqrt(2.0 / curvature)) if curvature > 0 else limits[1] - limits[0]

@@ -31,8 +31,8 @@ from autodb.records import Recording
 
 Array = NDArray[np.float64]
 
-FELT = 9.0
-"""Sum of squares of white rows that an effect adds to a component, above which it is felt there."""
+SENSED = 9.0
+"""Sum of squares of white rows that an effect adds to a component, above which it acts there."""
 TURNS = 3.0
 """Turns of the spindle that are drawn close up."""
 
@@ -73,9 +73,9 @@ class _Told:
     @cached_property
     def fit(self) -> WavesFit:
         """Own terms and effects fitted together."""
-        ways = [one for one in self.looked.search.suspects if one.key == OWN_WAYS]
+        ways = [one for one in self.looked.search.candidates if one.key == OWN_WAYS]
         known = OWN_WAYS in self.looked.found.keys
-        beside = [] if known else [Choice(one, len(one.rungs) - 1) for one in ways]
+        beside = [] if known else [Choice(one, len(one.forms) - 1) for one in ways]
         looked = self.looked
         choices = as_one(looked.world, looked.bench, looked.found, looked.quiet)
         return fit_waves(looked.bench, choices, looked.quiet, beside=beside)
@@ -97,7 +97,7 @@ class _Told:
         looked = self.looked
         return [
             EffectInWaves(
-                looked.world, looked.bench, looked.quiet, c, looked.found.without(c.suspect.key)
+                looked.world, looked.bench, looked.quiet, c, looked.found.without(c.candidate.key)
             )
             for c in self.choices
         ]
@@ -113,18 +113,18 @@ class _Told:
         return self.looked.bench.held_out(self.choices, self.looked.quiet)[0]
 
     @cached_property
-    def felt(self) -> Array:
-        """Whether each effect is felt in each component (effects, C)."""
+    def sensed(self) -> Array:
+        """Whether each effect is sensed in each component (effects, C)."""
         parts = np.array([self.fit.part(number) for number in range(len(self.choices))])
         white = [self.looked.quiet.each(part) for part in parts]
-        return np.array([[np.sum(one**2) > FELT for one in part] for part in white])
+        return np.array([[np.sum(one**2) > SENSED for one in part] for part in white])
 
     def _causes(self, component: int) -> tuple[Cause, ...]:
         """Return the causes seen in one component: named ones, unnamed ones, re-tuned own terms."""
         causes = [
             self._cause(number, component)
             for number, choice in enumerate(self.choices)
-            if choice.suspect.key != OWN_WAYS and self.felt[number, component]
+            if choice.candidate.key != OWN_WAYS and self.sensed[number, component]
         ]
         causes.sort(key=lambda cause: cause.term == UNKNOWN)
         again = retuned_of_waves(self.looked, self.own_terms, self.fit, component, beside=causes)
@@ -133,13 +133,13 @@ class _Told:
     def _cause(self, number: int, component: int) -> Cause:
         choice, sure = self.choices[number], self.standing[number]
         size = self._size(number, component)
-        if not choice.suspect.named:
+        if not choice.candidate.named:
             return self._unnamed(number, component, size)
-        apart = words_that_tell(choice.suspect.term, sure.near)
+        apart = words_that_tell(choice.candidate.term, sure.near)
         if is_undecided(choice, sure):
             return undecided_entry(choice, sure, size, where="These turns", apart=apart)
         values = {**self.shared[number], **of_one(self.effects[number], component)}
-        statement = STATEMENTS[choice.suspect.term]
+        statement = STATEMENTS[choice.candidate.term]
         return named_entry(
             choice, sure, statement, {"size": size, **values}, includes=self.includes, apart=apart
         )
@@ -148,7 +148,7 @@ class _Told:
         choice, part = self.choices[number], self.fit.part(number)[component]
         difference = self.looked.bench.difference[component]
         share = 1.0 - float(np.sum((difference - part) ** 2) / np.sum(difference**2))
-        over = " and ".join(choice.suspect.variables)
+        over = " and ".join(choice.candidate.variables)
         return Cause(
             term=UNKNOWN,
             kind="missing",
@@ -160,7 +160,7 @@ class _Told:
             ),
             parameters={"size": size},
             alternatives=self.standing[number].near,
-            variables=choice.suspect.variables,
+            variables=choice.candidate.variables,
         )
 
     def _size(self, number: int, component: int) -> IntervalValue:
@@ -197,9 +197,9 @@ class _Told:
 
     def _intervals(self, component: int) -> tuple[tuple[float, float], ...]:
         return tuple(
-            choice.suspect.interval
+            choice.candidate.interval
             for number, choice in enumerate(self.choices)
-            if choice.suspect.interval is not None and self.felt[number, component]
+            if choice.candidate.interval is not None and self.sensed[number, component]
         )
 
     def _trace(
@@ -226,7 +226,7 @@ class _Told:
         return tuple(
             Considered(key, o.worth, "accepted" if key in taken else "not needed")
             for o in sorted(offers, key=lambda offer: -offer.worth)
-            for key in [o.choice.suspect.key]
+            for key in [o.choice.candidate.key]
         )
 
 

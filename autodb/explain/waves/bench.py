@@ -1,4 +1,4 @@
-"""Rows of all force components, made white, and the columns of suspects beside them.
+"""Rows of all force components, made white, and the columns of candidates beside them.
 
 Noise of a force whose waveform is full of lines: read off a running median of its periodogram.
 
@@ -18,7 +18,7 @@ from scipy.linalg import solve_toeplitz
 from scipy.ndimage import median_filter
 
 from autodb.explain.engine.bench import ROWS_A_COLUMN, fewest_first
-from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.evidence import Products
 from autodb.explain.engine.noise import ORDER, Whitener
 from autodb.explain.engine.normal import Normal, normal
@@ -83,35 +83,35 @@ class WhitenedNoise:
 
 
 class WhiteWaves:
-    """A difference (C, n), the simulation's own columns, and suspects' columns at every row.
+    """A difference (C, n), the simulation's own columns, and candidates' columns at every row.
 
-    A rung's columns are (C, n, p); those of ``own`` (C, n), by term.
+    A form's columns are (C, n, p); those of ``own`` (C, n), by term.
     """
 
     def __init__(self, difference: Array, own: dict[str, Array]) -> None:
         self.difference = difference
         self.own = own
         self._own = np.stack(list(own.values()), axis=-1)
-        self._kept: dict[tuple[str, int], tuple[Rung | None, Array]] = {}
+        self._kept: dict[tuple[str, int], tuple[CandidateForm | None, Array]] = {}
 
-    def columns(self, key: tuple[str, int], rung: Rung) -> Array:
+    def columns(self, key: tuple[str, int], form: CandidateForm) -> Array:
         """Return a shape's columns (C, n, p), built once."""
         shape, columns = self._kept.get(key, (None, np.empty(0)))
-        if shape != rung:
-            columns = shape_columns(rung)
-            self._kept[key] = (rung, columns)
+        if shape != form:
+            columns = shape_columns(form)
+            self._kept[key] = (form, columns)
         return columns
 
-    def detail(self, suspect: Suspect) -> Array:
-        """Return what a suspect's shapes may get wrong (C, n, p), p = 0 if nothing."""
-        key = (suspect.key, DETAIL)
+    def detail(self, candidate: Candidate) -> Array:
+        """Return what a candidate's shapes may get wrong (C, n, p), p = 0 if nothing."""
+        key = (candidate.key, DETAIL)
         if key not in self._kept:
             none = np.empty((*self.difference.shape, 0))
-            self._kept[key] = (None, none if suspect.detail is None else suspect.detail())
+            self._kept[key] = (None, none if candidate.detail is None else candidate.detail())
         return self._kept[key][1]
 
     def forget(self, keys: Iterable[str]) -> None:
-        """Drop the columns of suspects that are built anew."""
+        """Drop the columns of candidates that are built anew."""
         gone = set(keys)
         self._kept = {key: value for key, value in self._kept.items() if key[0] not in gone}
 
@@ -119,16 +119,16 @@ class WhiteWaves:
         """Return own and chosen columns (C, n, p)."""
         parts = [self._own, *(self.columns(c.key, c.shape) for c in choices)]
         if detail:
-            parts += [self.detail(c.suspect) for c in choices]
+            parts += [self.detail(c.candidate) for c in choices]
         return np.concatenate(parts, axis=-1)
 
-    def everything(self, suspects: Iterable[Suspect]) -> Array:
-        """Return own columns and the richest shape of every suspect, those with fewest first."""
+    def everything(self, candidates: Iterable[Candidate]) -> Array:
+        """Return own columns and the richest shape of every candidate, those with fewest first."""
         rich = [
             self.detail(s)
             if s.detail is not None
-            else self.columns((s.key, len(s.rungs) - 1), s.rungs[-1])
-            for s in suspects
+            else self.columns((s.key, len(s.forms) - 1), s.forms[-1])
+            for s in candidates
         ]
         room = self.difference.size // ROWS_A_COLUMN - self._own.shape[-1]
         return np.concatenate([self._own, *fewest_first(rich, room)], axis=-1)
@@ -160,13 +160,13 @@ class WhiteWaves:
             return normal(columns.reshape(-1, columns.shape[-1]), self.difference.ravel())
         return normal(quiet(columns), quiet(self.difference[:, :, None])[:, 0])
 
-    def products(self, suspects: Sequence[Suspect], quiet: WhitenedNoise) -> Products:
+    def products(self, candidates: Sequence[Candidate], quiet: WhitenedNoise) -> Products:
         """Return the inner products of the white difference, own columns and all shapes."""
         blocks: dict[tuple[str, int], Array] = {}
-        for suspect in suspects:
-            for number, rung in enumerate(suspect.rungs):
-                blocks[suspect.key, number] = self.columns((suspect.key, number), rung)
-            blocks[suspect.key, DETAIL] = self.detail(suspect)
+        for candidate in candidates:
+            for number, form in enumerate(candidate.forms):
+                blocks[candidate.key, number] = self.columns((candidate.key, number), form)
+            blocks[candidate.key, DETAIL] = self.detail(candidate)
         return self.inner(blocks, quiet)
 
     def inner(self, blocks: dict[tuple[str, int], Array], quiet: WhitenedNoise) -> Products:

@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.candidates import Suspect, has_positive_first, negative, spline
-from autodb.explain.waves.forms import keep_shape, rung
+from autodb.explain.engine.candidates import Candidate, has_positive_first, negative, spline
+from autodb.explain.waves.forms import form, keep_shape
 from autodb.explain.waves.sensors import sensor_candidates_of_waves
 from autodb.explain.waves.teeth import Law, StandsOut
 from autodb.explain.waves.world import SimulatedWaves
@@ -36,8 +36,8 @@ UNKNOWN_BAR = 6.0
 """Evidence asked of an effect without a name beyond that of a named one. Chosen."""
 
 
-def suspects(world: SimulatedWaves) -> list[Suspect]:
-    """Return every suspect but those that scans find."""
+def candidates_of_waves(world: SimulatedWaves) -> list[Candidate]:
+    """Return every candidate but those that scans find."""
     found = [
         own_ways(world),
         None if world.has_edge else _edge_force(world),
@@ -52,7 +52,7 @@ def suspects(world: SimulatedWaves) -> list[Suspect]:
     return [one for one in found if one is not None]
 
 
-def own_ways(world: SimulatedWaves) -> Suspect:
+def own_ways(world: SimulatedWaves) -> Candidate:
     """The simulation's own terms are off by another factor one way than the others.
 
     It is a choice of the search, not always free: most simulations have the ways of a term in
@@ -63,31 +63,31 @@ def own_ways(world: SimulatedWaves) -> Suspect:
     of: list[tuple[tuple[int, ...], tuple[int, ...]]] = [(kept, ()) for kept in WAYS_OFF]
     if world.has_edge:
         of += [((), kept) for kept in WAYS_OFF] + [(WAYS_OFF[-1], WAYS_OFF[-1])]
-    rungs = [
-        rung(
+    forms = [
+        form(
             np.concatenate([ways[0][..., list(shear)], ways[1][..., list(edge)]], axis=-1),
             {"shear": len(shear), "edge_force": len(edge)},
             tries=len(of),
         )
         for shear, edge in of
     ]
-    return Suspect(OWN_WAYS, "shear", tuple(rungs))
+    return Candidate(OWN_WAYS, "shear", tuple(forms))
 
 
-def _edge_force(world: SimulatedWaves) -> Suspect:
+def _edge_force(world: SimulatedWaves) -> Candidate:
     names = ("coefficient", "radial", "axial")
-    rungs = [
-        rung(ways, names=names, tries=len(world.edges), allowed=has_positive_first)
+    forms = [
+        form(ways, names=names, tries=len(world.edges), allowed=has_positive_first)
         for ways in world.edges
     ]
-    return Suspect("edge_force", "edge_force", tuple(rungs), ("spindle.angle",))
+    return Candidate("edge_force", "edge_force", tuple(forms), ("spindle.angle",))
 
 
-def _size_effect(world: SimulatedWaves) -> Suspect:
+def _size_effect(world: SimulatedWaves) -> Candidate:
     """Thin chips take more: by a plain law, by the logarithm of the chip, by any smooth curve."""
     law = world.shear
-    rungs = [
-        rung(
+    forms = [
+        form(
             world.cut(partial(_thin, law=law, thin_mm=thin, fades=fades))[:, :, None],
             names=("size",),
             tries=2 * len(THIN_MM),
@@ -96,18 +96,18 @@ def _size_effect(world: SimulatedWaves) -> Suspect:
         for thin in THIN_MM
         for fades in (True, False)
     ]
-    rungs += [
-        rung(
+    forms += [
+        form(
             world.cut(partial(_logarithm, law=law))[:, :, None],
             names=("exponent",),
             allowed=negative,
         ),
-        rung(world.bumps),
+        form(world.bumps),
     ]
-    return Suspect(
+    return Candidate(
         "size_effect",
         "size_effect",
-        tuple(rungs),
+        tuple(forms),
         ("spindle.angle",),
         detail=keep_shape(world.bumps),
     )
@@ -126,11 +126,11 @@ def _logarithm(chip_mm: Array, *, law: Law) -> tuple[Array, Array, Array]:
     return t * grown, r * grown, a * grown
 
 
-def _wear(world: SimulatedWaves) -> Suspect:
+def _wear(world: SimulatedWaves) -> Candidate:
     """The edge's force grows while the mill cuts: evenly, faster at first, or at last."""
     names, tries = ("rate", "radial", "axial"), len(world.edges) * len(GROWTHS)
-    rungs = [
-        rung(
+    forms = [
+        form(
             ways * (world.worn**power)[:, None],
             {"power": power},
             names=names,
@@ -143,17 +143,17 @@ def _wear(world: SimulatedWaves) -> Suspect:
     curve = spline(world.worn, 4)[:, 1:]
     for ways in world.edges:
         grown = (ways[..., None] * curve[:, None, :]).reshape(*world.simulated.shape, -1)
-        rungs.append(rung(grown, tries=len(world.edges)))
-    return Suspect(
+        forms.append(form(grown, tries=len(world.edges)))
+    return Candidate(
         "tool_wear",
         "tool_wear",
-        tuple(rungs),
+        tuple(forms),
         ("t", "spindle.angle"),
         detail=keep_shape(world.bumps * world.worn[:, None]),
     )
 
 
-def _runout(world: SimulatedWaves) -> Suspect | None:
+def _runout(world: SimulatedWaves) -> Candidate | None:
     """How far teeth stand out: an axis that is off, or each tooth by itself.
 
     A tooth that stands out takes from the one behind it what it cuts itself. Where some is known
@@ -172,10 +172,10 @@ def _runout(world: SimulatedWaves) -> Suspect | None:
     shapes = [
         shape for shape in (off_axis(z), directions_standing_out(z)) if shape.shape[1] <= z - 1
     ]
-    rungs = [
-        rung(np.concatenate([*known, more @ shape], axis=-1), tries=len(shapes)) for shape in shapes
+    forms = [
+        form(np.concatenate([*known, more @ shape], axis=-1), tries=len(shapes)) for shape in shapes
     ]
-    return Suspect("runout", "runout", tuple(rungs), ("spindle.angle",))
+    return Candidate("runout", "runout", tuple(forms), ("spindle.angle",))
 
 
 def off_axis(teeth: int) -> Array:
@@ -203,7 +203,7 @@ def nudged(world: SimulatedWaves, out: StandsOut) -> Array:
     return np.stack(made, axis=-1)
 
 
-def _depth(world: SimulatedWaves) -> Suspect:
+def _depth(world: SimulatedWaves) -> Candidate:
     """Another depth: what a little more adds at the top, and what the slices of one much off do.
 
     Slices that a simulation cuts an edge into come into the work and leave it one by one.
@@ -212,11 +212,11 @@ def _depth(world: SimulatedWaves) -> Suspect:
     depth_mm = world.waves.teeth.mill.depth_mm
     errors = [e for one in DEEPER_MM for e in (-one, one) if abs(e) < 0.5 * depth_mm]
     errors += [] if world.deeper_mm is None else [world.deeper_mm]
-    rungs = [rung(top[:, :, None], names=("error",), tries=len(errors))]
+    forms = [form(top[:, :, None], names=("error",), tries=len(errors))]
     for error in errors:
         column = deeper(world, error)[:, :, None] / error
-        rungs.append(rung(column, {"error": error}, names=("error",), tries=len(errors)))
-    return Suspect("depth_error", "depth_error", tuple(rungs), ("spindle.angle",))
+        forms.append(form(column, {"error": error}, names=("error",), tries=len(errors)))
+    return Candidate("depth_error", "depth_error", tuple(forms), ("spindle.angle",))
 
 
 def deeper(world: SimulatedWaves, error_mm: float) -> Array:
@@ -226,12 +226,12 @@ def deeper(world: SimulatedWaves, error_mm: float) -> Array:
     return world.waves.seen(more.forces(law, world.out)) - world.cut(law)
 
 
-def _deflection(world: SimulatedWaves) -> Suspect:
+def _deflection(world: SimulatedWaves) -> Candidate:
     """The mill gives way: the relative error grows with the force across it."""
     across = np.sqrt(np.sum(world.simulated[:2] ** 2, axis=0))
     u = across / max(float(np.max(across)), 1e-300)
-    rungs = tuple(
-        rung(
+    forms = tuple(
+        form(
             (world.simulated * (u if half is None else u / (u + half)))[:, :, None],
             tries=len(GIVES),
             names=("share",),
@@ -239,28 +239,28 @@ def _deflection(world: SimulatedWaves) -> Suspect:
         )
         for half in GIVES
     )
-    return Suspect("deflection", "deflection", rungs, world.waves.names)
+    return Candidate("deflection", "deflection", forms, world.waves.names)
 
 
-def _unknown(world: SimulatedWaves) -> Sequence[Suspect]:
+def _unknown(world: SimulatedWaves) -> Sequence[Candidate]:
     """The force depends smoothly on time; something turns with the spindle."""
     angle = world.waves.teeth.angle_rad
     turns = np.column_stack([f(k * angle) for k in (1, 2) for f in (np.cos, np.sin)])
     courses = (turns, turns * world.engaged[:, None])
     with_spindle = [
-        rung(np.einsum("cd,np->cndp", np.eye(world.components), one).reshape(
+        form(np.einsum("cd,np->cndp", np.eye(world.components), one).reshape(
             world.components, len(angle), -1
         ))
         for one in courses
     ]  # fmt: skip
     over_time = world.simulated[:, :, None] * spline(world.worn, 9)[:, 1:]
     return (
-        Suspect(
+        Candidate(
             "unknown spindle.angle",
             "unknown",
             tuple(with_spindle),
             ("spindle.angle",),
             bar=UNKNOWN_BAR,
         ),
-        Suspect("unknown t", "unknown", (rung(over_time),), ("t",), bar=2.0 * UNKNOWN_BAR),
+        Candidate("unknown t", "unknown", (form(over_time),), ("t",), bar=2.0 * UNKNOWN_BAR),
     )

@@ -1,4 +1,4 @@
-"""Shapes of suspects whose columns are there already."""
+"""Shapes of candidates whose columns are there already."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.candidates import Rung
+from autodb.explain.engine.candidates import CandidateForm
 
 Array = NDArray[np.float64]
 
 
-def rung(columns: Array, shape: Mapping[str, float] | None = None, **options: Any) -> Rung:
+def form(columns: Array, shape: Mapping[str, float] | None = None, **options: Any) -> CandidateForm:
     """Return a shape of columns (C, n, p), with what is known of it by name."""
-    return Rung(keep_shape(columns), shape or {}, **options)
+    return CandidateForm(keep_shape(columns), shape or {}, **options)
 
 
 def keep_shape(columns: Array) -> Callable[..., Array]:
@@ -27,6 +27,6 @@ def _as_is(columns: Array, **shape: float) -> Array:
     return columns
 
 
-def shape_columns(shape: Rung) -> Array:
+def shape_columns(shape: CandidateForm) -> Array:
     """Return a shape's columns (C, n, p)."""
     return np.asarray(shape.law(**shape.shape))

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.candidates import Choice, Suspect
+from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.search import FAINT, CandidateSearch, FoundSet, settled_set
 from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
-from autodb.explain.waves.candidates import deeper, suspects
+from autodb.explain.waves.candidates import candidates_of_waves, deeper
 from autodb.explain.waves.fit import BesideWaves
 from autodb.explain.waves.runout import fitted_out
 from autodb.explain.waves.scans import proposals_of_waves
@@ -130,13 +130,13 @@ def _scanned(
     choices: Sequence[Choice],
     quiet: WhitenedNoise,
     number: int,
-) -> list[Suspect]:
+) -> list[Candidate]:
     """Return what scans find in what choices leave, and in what those with a name alone leave.
 
     Families follow a stretch that was not seen beside other effects, and nothing is left of it.
     """
     found = proposals_of_waves(world, bench.left(bench.chosen(choices), quiet), quiet, number)
-    known = [choice for choice in choices if choice.suspect.named]
+    known = [choice for choice in choices if choice.candidate.named]
     if len(known) < len(choices):
         left = bench.left(bench.chosen(known), quiet)
         found += proposals_of_waves(world, left, quiet, ROUNDS + number)
@@ -144,25 +144,25 @@ def _scanned(
 
 
 def _searched(
-    world: SimulatedWaves, bench: WhiteWaves, quiet: WhitenedNoise, every: Sequence[Suspect]
+    world: SimulatedWaves, bench: WhiteWaves, quiet: WhitenedNoise, every: Sequence[Candidate]
 ) -> FoundInWaves:
-    """Return the best set of suspects on a bench."""
+    """Return the best set of candidates on a bench."""
     asked = [replace(one, bar=one.bar + BAR) for one in every]
     faint = float(np.clip(1.0 - world.waves.fits, FAINTEST, FAINT))
     search = CandidateSearch(bench.products(asked, quiet), asked, faint=faint)
     return FoundInWaves(world, bench, search, _predicting(bench, search, quiet), quiet)
 
 
-def _anew(choices: Sequence[Choice], standing: Sequence[Suspect]) -> tuple[Choice, ...]:
-    """Return choices of suspects that were made anew, in the shapes that they have now."""
+def _anew(choices: Sequence[Choice], standing: Sequence[Candidate]) -> tuple[Choice, ...]:
+    """Return choices of candidates that were made anew, in the shapes that they have now."""
     known = {one.key: one for one in standing}
-    now = [Choice(known.get(c.suspect.key, c.suspect), c.rung) for c in choices]
-    return tuple(one for one in now if one.rung < len(one.suspect.rungs))
+    now = [Choice(known.get(c.candidate.key, c.candidate), c.form) for c in choices]
+    return tuple(one for one in now if one.form < len(one.candidate.forms))
 
 
-def _laid_out(world: SimulatedWaves, measured: Array) -> tuple[WhiteWaves, list[Suspect]]:
+def _laid_out(world: SimulatedWaves, measured: Array) -> tuple[WhiteWaves, list[Candidate]]:
     difference = measured - world.waves.simulation
-    return WhiteWaves(difference, own_columns_of_waves(world)), suspects(world)
+    return WhiteWaves(difference, own_columns_of_waves(world)), candidates_of_waves(world)
 
 
 def _predicting(bench: WhiteWaves, search: CandidateSearch, quiet: WhitenedNoise) -> FoundSet:
@@ -170,7 +170,7 @@ def _predicting(bench: WhiteWaves, search: CandidateSearch, quiet: WhitenedNoise
     found = search.cleared(settled_set(search, search.best()))
     while found.choices:
         whole = _squares(bench, found.choices, quiet)
-        without = [_squares(bench, found.without(c.suspect.key), quiet) for c in found.choices]
+        without = [_squares(bench, found.without(c.candidate.key), quiet) for c in found.choices]
         weakest = int(np.argmin(without))
         if without[weakest] > whole:
             return found
@@ -226,7 +226,7 @@ def fitted_error(
     it is tried step by step, then by finer steps about the best.
     """
     beside = BesideWaves(bench, found.without(DEPTH), quiet)
-    choice = next(c for c in found.choices if c.suspect.key == DEPTH)
+    choice = next(c for c in found.choices if c.candidate.key == DEPTH)
     about = float(beside.fitted(bench.columns(choice.key, choice.shape))[0][0])
     if "error" in choice.shape.shape:
         about = choice.shape.shape["error"]

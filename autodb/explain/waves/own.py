@@ -51,7 +51,7 @@ def _judged(looked: FoundInWaves, terms: Collection[str]) -> Mistuned:
     own = [number for number, term in enumerate(looked.bench.own) if term in terms]
     places = None
     for choice in looked.found.choices:
-        if choice.suspect.key == OWN_WAYS:
+        if choice.candidate.key == OWN_WAYS:
             at = looked.search.products.places[choice.key]
             names = [name for name, count in choice.shape.shape.items() for _ in range(int(count))]
             places = at[[name in terms for name in names]]
@@ -62,7 +62,7 @@ def _places(looked: FoundInWaves, fitted: WavesFit, term: str) -> list[int]:
     """Return where the factor of an own term is among the coefficients, then those of its ways."""
     places = [k for k, name in enumerate(looked.bench.own) if name == term]
     for choice, at in zip(looked.found.choices, fitted.places, strict=True):
-        if choice.suspect.key == OWN_WAYS and places:
+        if choice.candidate.key == OWN_WAYS and places:
             start = at.start
             for name, count in choice.shape.shape.items():
                 places += range(start, start + int(count)) if name == term else []

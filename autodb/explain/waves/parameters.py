@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from autodb.explain.answer.answer import IntervalValue
-from autodb.explain.engine.candidates import Choice, Rung
+from autodb.explain.engine.candidates import CandidateForm, Choice
 from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
 from autodb.explain.waves.candidates import directions_standing_out, nudged, off_axis
 from autodb.explain.waves.fit import BesideWaves
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 WIDE = 0.05
 """Half width, as a share of the range looked through, over which a curvature is taken."""
-FELT = 0.2
+SENSED = 0.2
 """Share of its largest force above which a component is looked at for its scale."""
 
 
@@ -49,14 +49,14 @@ class EffectInWaves:
         inside = self.world.waves.t_s[self.world.engaged > 0.0]
         return float(inside[-1] - inside[0])
 
-    def plain(self, name: str, **shape: float) -> Rung:
+    def plain(self, name: str, **shape: float) -> CandidateForm:
         """Return the plain law with a first parameter, of some shape, that fits best."""
-        rungs = [
+        forms = [
             one
-            for one in self.choice.suspect.rungs
+            for one in self.choice.candidate.forms
             if one.names[:1] == (name,) and shape.items() <= one.shape.items()
         ]
-        return max(rungs, key=lambda one: self.beside.gain(shape_columns(one)))
+        return max(forms, key=lambda one: self.beside.gain(shape_columns(one)))
 
 
 Read = Callable[[EffectInWaves], dict[str, IntervalValue]]
@@ -65,13 +65,13 @@ ReadOne = Callable[[EffectInWaves, int], dict[str, IntervalValue]]
 
 def shared(effect: EffectInWaves) -> dict[str, IntervalValue]:
     """Return the parameters that an effect has in all components alike."""
-    read = SHARED.get(effect.choice.suspect.term)
+    read = SHARED.get(effect.choice.candidate.term)
     return read(effect) if read else {}
 
 
 def of_one(effect: EffectInWaves, component: int) -> dict[str, IntervalValue]:
     """Return the parameters that it has in one component by itself."""
-    read = OF_ONE.get(effect.choice.suspect.term)
+    read = OF_ONE.get(effect.choice.candidate.term)
     return read(effect, component) if read else {}
 
 
@@ -102,22 +102,22 @@ def _profiled(gain: Callable[[float], float], low: float, high: float, unit: str
 
 
 def _edge_force(effect: EffectInWaves) -> dict[str, IntervalValue]:
-    rung = effect.plain("coefficient")
-    return _values(effect, shape_columns(rung), rung.names, "N/mm")
+    form = effect.plain("coefficient")
+    return _values(effect, shape_columns(form), form.names, "N/mm")
 
 
 def _wear(effect: EffectInWaves) -> dict[str, IntervalValue]:
     """Return how fast the force on the engaged edge of a tooth grows, evenly over the work."""
-    rung = effect.plain("rate", power=1.0)
+    form = effect.plain("rate", power=1.0)
     scale = effect.world.waves.teeth.mill.depth_mm / effect.work_s
     names = ("rate", "radial_rate", "axial_rate")
-    return _values(effect, shape_columns(rung), names, "N/s", scale=scale)
+    return _values(effect, shape_columns(form), names, "N/s", scale=scale)
 
 
 def _size_effect(effect: EffectInWaves) -> dict[str, IntervalValue]:
     """Return m of a force that goes with h^(1 − m) where the simulation's goes with h."""
-    rung = effect.plain("exponent")
-    return _values(effect, shape_columns(rung), rung.names, "1", scale=-1.0)
+    form = effect.plain("exponent")
+    return _values(effect, shape_columns(form), form.names, "1", scale=-1.0)
 
 
 def _runout(effect: EffectInWaves) -> dict[str, IntervalValue]:
@@ -155,7 +155,7 @@ def _chatter(effect: EffectInWaves) -> dict[str, IntervalValue]:
 
 def _hard_spot(effect: EffectInWaves) -> dict[str, IntervalValue]:
     world, shape = effect.world, effect.choice.shape.shape
-    number = effect.choice.rung
+    number = effect.choice.form
     start, end = shape["start"], shape["end"]
     near = 0.2 * (end - start)
 
@@ -177,20 +177,20 @@ def _hard_spot(effect: EffectInWaves) -> dict[str, IntervalValue]:
 
 
 def _depth(effect: EffectInWaves) -> dict[str, IntervalValue]:
-    rung = effect.choice.shape
-    return _values(effect, shape_columns(rung), rung.names, "mm")
+    form = effect.choice.shape
+    return _values(effect, shape_columns(form), form.names, "mm")
 
 
 def _deflection(effect: EffectInWaves) -> dict[str, IntervalValue]:
     """Return the share of the force that is lost where it is greatest, by a spring."""
-    spring = shape_columns(effect.choice.suspect.rungs[0])
+    spring = shape_columns(effect.choice.candidate.forms[0])
     return _values(effect, spring, ("share",), "1", scale=-1.0)
 
 
 def _mass(effect: EffectInWaves) -> dict[str, IntervalValue]:
-    rung = effect.choice.shape
-    unit = "kg" if len(rung.names) == 1 else "kg m"
-    return _values(effect, shape_columns(rung), rung.names, unit)
+    form = effect.choice.shape
+    unit = "kg" if len(form.names) == 1 else "kg m"
+    return _values(effect, shape_columns(form), form.names, unit)
 
 
 def _heat(effect: EffectInWaves) -> dict[str, IntervalValue]:
@@ -219,7 +219,7 @@ def _gain(effect: EffectInWaves, component: int) -> dict[str, IntervalValue]:
     columns = shape_columns(effect.choice.shape)
     found, covariance = effect.beside.fitted(columns)
     force = effect.world.simulated[component]
-    rows = np.flatnonzero(np.abs(force) > FELT * np.max(np.abs(force)))
+    rows = np.flatnonzero(np.abs(force) > SENSED * np.max(np.abs(force)))
     factor = columns[component, rows] / force[rows, None]
     change = factor @ found
     at = int(np.argmax(np.abs(change)))

@@ -1,13 +1,13 @@
-"""Suspects that must be looked for in what a fit leaves: other material, tones, bands."""
+"""Candidates that must be looked for in what a fit leaves: other material, tones, bands."""
 
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.candidates import Rung, Suspect, spline
+from autodb.explain.engine.candidates import Candidate, CandidateForm, spline
 from autodb.explain.waves.bench import WhitenedNoise
-from autodb.explain.waves.forms import keep_shape, rung
+from autodb.explain.waves.forms import form, keep_shape
 from autodb.explain.waves.world import SimulatedWaves
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ BANDS = (2.5, 40.0)
 
 def proposals_of_waves(
     world: SimulatedWaves, left: Array, quiet: WhitenedNoise, number: int
-) -> list[Suspect]:
+) -> list[Candidate]:
     """Return what a residual (C, n) points to."""
     white = quiet(left[:, :, None]).reshape(world.components, -1)
     forced = quiet(world.simulated[:, :, None]).reshape(white.shape)
@@ -47,7 +47,7 @@ def _at_work(world: SimulatedWaves, white: Array) -> NDArray[np.intp]:
     return np.flatnonzero(world.waves.teeth.engaged[-white.shape[1] :] > 0.0)
 
 
-def _stretch(world: SimulatedWaves, forced: Array, white: Array, number: int) -> Suspect:
+def _stretch(world: SimulatedWaves, forced: Array, white: Array, number: int) -> Candidate:
     """Return the stretch in which a factor on all forces, white rows (C, m), explains most."""
     rows = _at_work(world, white)
     force, rest = forced[:, rows], white[:, rows]
@@ -73,21 +73,21 @@ def _strongest(product: Array, power: Array, edges: NDArray[np.intp], n: int) ->
     return int(edges[i]), int(edges[j])
 
 
-def hard_spot_of_waves(world: SimulatedWaves, start_s: float, end_s: float, key: str) -> Suspect:
-    """Return the suspect of harder or softer material from one time to another."""
+def hard_spot_of_waves(world: SimulatedWaves, start_s: float, end_s: float, key: str) -> Candidate:
+    """Return the candidate of harder or softer material from one time to another."""
     u = _along(world, start_s, end_s)
     shape = {"start": start_s, "end": end_s}
-    rungs = tuple(
-        rung(
+    forms = tuple(
+        form(
             harder_stretch(world, start_s, end_s, number), shape, names=("factor",), tries=BINS * 4
         )
         for number in range(len(SOFT) + 1)
     )
     knots = spline(np.clip(u, -0.2, 1.2), 9) * ((u > -0.2) & (u < 1.2))[:, None]
-    return Suspect(
+    return Candidate(
         key,
         "hard_spot",
-        rungs,
+        forms,
         ("t",),
         detail=keep_shape(world.simulated[:, :, None] * knots),
         interval=(start_s, end_s),
@@ -115,7 +115,7 @@ def harder_stretch(world: SimulatedWaves, start_s: float, end_s: float, number: 
     return np.asarray((world.simulated * course)[:, :, None])
 
 
-def _tones(world: SimulatedWaves, white: Array, number: int) -> list[Suspect]:
+def _tones(world: SimulatedWaves, white: Array, number: int) -> list[Candidate]:
     """Return the strongest tones that are no multiple of the spindle's turn."""
     n = white.shape[1]
     rate = (len(world.waves.t_s) - 1) / (world.waves.t_s[-1] - world.waves.t_s[0])
@@ -133,7 +133,7 @@ def _tones(world: SimulatedWaves, white: Array, number: int) -> list[Suspect]:
     power = np.where(
         (first < ALONG * turns) | (near < 1.5 / (n / rate)) | (frequency < LOWEST_HZ), 0.0, power
     )
-    found: list[Suspect] = []
+    found: list[Candidate] = []
     for k, widths in enumerate((*TONES * (LINE,), WIDE)):
         at, width = standing_out(power, len(white), widths)
         if power[at] <= 0.0:
@@ -181,25 +181,27 @@ def _sharpened(white: Array, rate_Hz: float, near_Hz: float) -> float:
     return float(tried[int(np.argmax(power))])
 
 
-def tone(world: SimulatedWaves, frequency_Hz: float, number: str, *, tries: int) -> list[Suspect]:
-    """Return the suspects of a tone: chatter, in the work only, or a hum that air holds too."""
+def tone(world: SimulatedWaves, frequency_Hz: float, number: str, *, tries: int) -> list[Candidate]:
+    """Return the candidates of a tone: chatter, in the work only, or a hum that air holds too."""
     t, engaged = world.waves.t_s, world.waves.teeth.engaged
     angle = 2.0 * np.pi * frequency_Hz * t
     waves = np.column_stack([np.cos(angle), np.sin(angle)])
 
-    def ladder(over: Array, inside: Array) -> list[Rung]:
-        rungs = []
+    def ladder(over: Array, inside: Array) -> list[CandidateForm]:
+        forms = []
         for knots in ENVELOPES:
             slow = spline(over, knots) if knots > 3 else np.ones((len(t), 1))
             course = (waves[:, :, None] * (slow * inside[:, None])[:, None, :]).reshape(len(t), -1)
-            rungs.append(rung(on_each(world, course), {"frequency": frequency_Hz}, tries=tries))
-        return rungs
+            forms.append(form(on_each(world, course), {"frequency": frequency_Hz}, tries=tries))
+        return forms
 
     chatter = ladder(world.worn, engaged)
     hum = ladder(world.time, np.ones(len(t)))
     return [
-        Suspect(f"chatter {number}", "chatter", tuple(chatter), ("t",), scanned=True),
-        Suspect(f"unknown tone {number}", "unknown", tuple(hum[:1]), ("t",), bar=6.0, scanned=True),
+        Candidate(f"chatter {number}", "chatter", tuple(chatter), ("t",), scanned=True),
+        Candidate(
+            f"unknown tone {number}", "unknown", tuple(hum[:1]), ("t",), bar=6.0, scanned=True
+        ),
     ]
 
 
@@ -212,7 +214,7 @@ def on_each(world: SimulatedWaves, course: Array) -> Array:
     return made.reshape(count, n, -1)
 
 
-def _bands(world: SimulatedWaves, forced: Array, white: Array, number: int) -> Suspect:
+def _bands(world: SimulatedWaves, forced: Array, white: Array, number: int) -> Candidate:
     """Return the factor on all forces, white rows, that comes round and explains most."""
     rows = _at_work(world, white)
     product = np.sum((forced * white)[:, rows], axis=0)
@@ -232,14 +234,14 @@ def _bands(world: SimulatedWaves, forced: Array, white: Array, number: int) -> S
         wave = np.exp(2j * np.pi * k * found * world.worn)
         course[:, 2 * k - 2], course[:, 2 * k - 1] = wave.real, wave.imag
     shape = {"turns": found}
-    rungs = tuple(
-        rung(
+    forms = tuple(
+        form(
             world.simulated[:, :, None] * course[:, :width],
             shape,
             tries=int((BANDS[1] - BANDS[0]) / 0.125),
         )
         for width in (2, 4)
     )
-    return Suspect(
-        f"unknown bands {number}", "unknown", rungs, ("x.position",), bar=6.0, scanned=True
+    return Candidate(
+        f"unknown bands {number}", "unknown", forms, ("x.position",), bar=6.0, scanned=True
     )

@@ -1,4 +1,4 @@
-"""Suspects of what senses a milled waveform: gains, drifts, heat, crosstalk, a table that tilts."""
+"""Candidates of what senses a milled waveform: gains, drifts, heat, crosstalk, a tilted table."""
 
 from collections.abc import Iterator
 
@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import constants
 
-from autodb.explain.engine.candidates import Suspect, spline
-from autodb.explain.waves.forms import keep_shape, rung
+from autodb.explain.engine.candidates import Candidate, spline
+from autodb.explain.waves.forms import form, keep_shape
 from autodb.explain.waves.waves import FORCES
 from autodb.explain.waves.world import SimulatedWaves, Tilted
 
@@ -21,8 +21,8 @@ HEATED = (0.1, 0.2, 0.4, 0.8, 1.6)
 """Times in which a sensor takes up heat, over the time in the work."""
 
 
-def sensor_candidates_of_waves(world: SimulatedWaves) -> Iterator[Suspect]:
-    """Give every suspect that sits in what senses the force."""
+def sensor_candidates_of_waves(world: SimulatedWaves) -> Iterator[Candidate]:
+    """Give every candidate that sits in what senses the force."""
     yield from _gains(world)
     yield _drift(world)
     yield _heat(world)
@@ -32,20 +32,20 @@ def sensor_candidates_of_waves(world: SimulatedWaves) -> Iterator[Suspect]:
         yield from _table(world, world.tilted)
 
 
-def _gains(world: SimulatedWaves) -> Iterator[Suspect]:
+def _gains(world: SimulatedWaves) -> Iterator[Candidate]:
     """One component scales: by one factor, or by one that changes."""
     one = np.ones((len(world.time), 1))
     curve = spline(world.time, KNOTS)[:, 1:]
     for i, name in enumerate(world.waves.names):
         course = world.simulated[i][:, None]
-        rungs = (
-            rung(in_one(world, course, i), names=("factor",)),
-            rung(in_one(world, course * world.time[:, None], i)),
-            rung(in_one(world, course * curve, i)),
-            rung(in_one(world, course * np.column_stack([one, curve]), i)),
+        forms = (
+            form(in_one(world, course, i), names=("factor",)),
+            form(in_one(world, course * world.time[:, None], i)),
+            form(in_one(world, course * curve, i)),
+            form(in_one(world, course * np.column_stack([one, curve]), i)),
         )
         detail = keep_shape(in_one(world, course * curve, i))
-        yield Suspect(f"gain {name}", "gain", rungs, ("t",), detail=detail)
+        yield Candidate(f"gain {name}", "gain", forms, ("t",), detail=detail)
 
 
 def in_one(world: SimulatedWaves, course: Array, component: int) -> Array:
@@ -61,7 +61,7 @@ def _in_some(world: SimulatedWaves, course: Array) -> list[Array]:
     return [*each, np.concatenate(each, axis=-1)] if len(each) > 1 else each
 
 
-def _drift(world: SimulatedWaves) -> Suspect:
+def _drift(world: SimulatedWaves) -> Candidate:
     """An offset that follows the clock, in air too: straight, bent, to a level, by any curve."""
     one = np.ones(len(world.time))
     bent = [world.time**power for power in BENT]
@@ -69,25 +69,25 @@ def _drift(world: SimulatedWaves) -> Suspect:
     plain = [np.column_stack([one, world.time])]
     plain += [course[:, None] for course in (one, world.time, *bent, *levelled)]
     curve = spline(world.time, KNOTS)
-    rungs = [
-        rung(columns, tries=len(plain))
+    forms = [
+        form(columns, tries=len(plain))
         for course in (*plain, curve)
         for columns in _in_some(world, course)
     ]
     detail = keep_shape(_in_some(world, curve)[-1])
-    return Suspect("sensor_drift", "sensor_drift", tuple(rungs), ("t",), detail=detail)
+    return Candidate("sensor_drift", "sensor_drift", tuple(forms), ("t",), detail=detail)
 
 
-def _heat(world: SimulatedWaves) -> Suspect:
+def _heat(world: SimulatedWaves) -> Candidate:
     """An offset that rises while chips heat the sensor and relaxes when cutting stops."""
-    rungs = [
-        rung(columns, tries=len(HEATED), names=("level",))
+    forms = [
+        form(columns, tries=len(HEATED), names=("level",))
         for share in HEATED
         for columns in _in_some(
             world, heated_sensor(world.waves.t_s, world.engaged, share)[:, None]
         )
     ]
-    return Suspect("thermal_drift", "thermal_drift", tuple(rungs), ("t", "cut"))
+    return Candidate("thermal_drift", "thermal_drift", tuple(forms), ("t", "cut"))
 
 
 def heated_sensor(t_s: Array, engaged: Array, share: float) -> Array:
@@ -99,7 +99,7 @@ def heated_sensor(t_s: Array, engaged: Array, share: float) -> Array:
     return np.asarray(rise * np.exp(-np.maximum(t_s - end, 0.0) / seconds))
 
 
-def _crosstalk(world: SimulatedWaves) -> Suspect:
+def _crosstalk(world: SimulatedWaves) -> Candidate:
     """A component takes a share of another: one way, both ways, or all of all."""
     count = world.components
     pairs = [(i, j) for i in range(count) for j in range(count) if i != j]
@@ -107,25 +107,25 @@ def _crosstalk(world: SimulatedWaves) -> Suspect:
         [in_one(world, world.simulated[j][:, None], i) for i, j in pairs], axis=-1
     )
     both = [[k for k, pair in enumerate(pairs) if set(pair) == {i, j}] for i, j in pairs if i < j]
-    rungs = [
-        *(rung(made[..., [k]], tries=len(pairs)) for k in range(len(pairs))),
-        *(rung(made[..., two], tries=len(both)) for two in both),
-        rung(made),
+    forms = [
+        *(form(made[..., [k]], tries=len(pairs)) for k in range(len(pairs))),
+        *(form(made[..., two], tries=len(both)) for two in both),
+        form(made),
     ]
-    return Suspect("crosstalk", "crosstalk", tuple(rungs), world.waves.names, sure=True)
+    return Candidate("crosstalk", "crosstalk", tuple(forms), world.waves.names, sure=True)
 
 
-def _table(world: SimulatedWaves, tilted: Tilted) -> Iterator[Suspect]:
+def _table(world: SimulatedWaves, tilted: Tilted) -> Iterator[Candidate]:
     """A mass on the tilted table weighs, and pulls where it is swung. Physics reference 5."""
     kept = [FORCES.index(name) for name in world.waves.names]
     weight = constants.g * (tilted.rotation[:, 2] - np.array([[0.0], [0.0], [1.0]]))
     if np.ptp(weight) > 0.0:
-        shape = rung(weight[kept][:, :, None], names=("mass",))
-        yield Suspect("table_gravity", "table_gravity", (shape,), TILTS, sure=True)
+        shape = form(weight[kept][:, :, None], names=("mass",))
+        yield Candidate("table_gravity", "table_gravity", (shape,), TILTS, sure=True)
     swung = np.stack([_swung(tilted, at)[kept] for at in np.eye(3)], axis=-1)
     if np.ptp(swung) > 0.0:
-        shape = rung(swung, names=("mass_x", "mass_y", "mass_z"))
-        yield Suspect("table_inertia", "table_inertia", (shape,), TILTS, sure=True)
+        shape = form(swung, names=("mass_x", "mass_y", "mass_z"))
+        yield Candidate("table_inertia", "table_inertia", (shape,), TILTS, sure=True)
 
 
 def _swung(tilted: Tilted, at: Array) -> Array:

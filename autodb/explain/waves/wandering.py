@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.search import FoundSet
 from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
 from autodb.explain.waves.fit import BesideWaves
-from autodb.explain.waves.forms import rung
+from autodb.explain.waves.forms import form
 from autodb.explain.waves.scans import on_each
 from autodb.explain.waves.world import SimulatedWaves
 
@@ -28,12 +28,12 @@ def as_one(
     return tuple(
         _one(
             world,
-            BesideWaves(bench, found.without(choice.suspect.key), quiet),
+            BesideWaves(bench, found.without(choice.candidate.key), quiet),
             bench,
             choice,
             quiet,
         )
-        if choice.suspect.term == "chatter"
+        if choice.candidate.term == "chatter"
         else choice
         for choice in found.choices
     )
@@ -46,18 +46,18 @@ def _one(
     choice: Choice,
     quiet: WhitenedNoise,
 ) -> Choice:
-    suspect, made = choice.suspect, []
-    for number, shape in enumerate(suspect.rungs):
-        columns = bench.columns((suspect.key, number), shape)
+    candidate, made = choice.candidate, []
+    for number, shape in enumerate(candidate.forms):
+        columns = bench.columns((candidate.key, number), shape)
         course = shared_course(columns, beside.fitted(columns)[0], np.array(quiet.sd))
         both = on_each(world, course)
         freedom = columns.shape[-1] // len(columns) + 2 * (len(columns) - 1)
-        made.append((beside.gain(both) - AIC * freedom, rung(both, shape.shape)))
-    return Choice(_steadied(suspect, max(made, key=lambda one: one[0])[1]), 0)
+        made.append((beside.gain(both) - AIC * freedom, form(both, shape.shape)))
+    return Choice(_steadied(candidate, max(made, key=lambda one: one[0])[1]), 0)
 
 
-def _steadied(suspect: Suspect, shape: Rung) -> Suspect:
-    return Suspect(f"{suspect.key} as one", suspect.term, (shape,), suspect.variables)
+def _steadied(candidate: Candidate, shape: CandidateForm) -> Candidate:
+    return Candidate(f"{candidate.key} as one", candidate.term, (shape,), candidate.variables)
 
 
 def shared_course(columns: Array, coefficients: Array, sd: Array) -> Array:

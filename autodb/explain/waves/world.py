@@ -1,4 +1,4 @@
-"""What suspects of a milled waveform are built from: a simulation's waves and how teeth cut."""
+"""What candidates of a milled waveform are built from: a simulation's waves and how teeth cut."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

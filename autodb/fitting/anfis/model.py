@@ -89,7 +89,7 @@ class Anfis:
 
     premises: Premises
     scaling: Scaling
-    belief: ConsequentPrior
+    posterior: ConsequentPrior
     sums: Sums
     hull: Hull
     learned: int
@@ -120,7 +120,7 @@ class TooFewRows(ValueError):  # noqa: N818 - the data's state, not a program er
 def with_best_consequents(
     premises: Premises,
     scaling: Scaling,
-    belief: ConsequentPrior,
+    before: ConsequentPrior,
     rows: Sums,
     *,
     hull: Hull,
@@ -131,7 +131,7 @@ def with_best_consequents(
 
     Raises TooFewRows where no degree of freedom is left for the residual.
     """
-    found = posterior(rows, belief.ridge)
+    found = posterior(rows, before.ridge)
     freedom = found.freedom - learned
     if freedom <= 0:
         raise TooFewRows(
@@ -139,11 +139,11 @@ def with_best_consequents(
         )
     mode = found.mode
     if monotone is not None:
-        mode = constrained(premises, belief.plane, found, monotone)
+        mode = constrained(premises, before.plane, found, monotone)
     variance = rows.left(mode) / freedom * scaling.output_size**2
-    consequents = mode.reshape(len(premises.rules), -1) + belief.plane
+    consequents = mode.reshape(len(premises.rules), -1) + before.plane
     return Anfis(
-        premises, scaling, belief, rows, hull, learned, monotone,
+        premises, scaling, before, rows, hull, learned, monotone,
         consequents, found.root, variance, freedom,
     )  # fmt: skip
 
@@ -192,7 +192,7 @@ def _scaled(model: Anfis, inputs: Array) -> Array:
 def tally(model: Anfis, inputs: Array, values: Array) -> Sums:
     """Return what rows, inputs (n, d) and values (n,), say to a model with these premises."""
     x = model.scaling.inputs(inputs)
-    plane = model.belief.plane
+    plane = model.posterior.plane
     left = model.scaling.values(values) - (plane[0] + x @ plane[1:])
     return consequent_sums(rule_columns(model.premises, x), left)
 
@@ -212,6 +212,6 @@ def without_rows(model: Anfis, rows: Sums) -> Anfis:
 
 def _with(model: Anfis, rows: Sums) -> Anfis:
     return with_best_consequents(
-        model.premises, model.scaling, model.belief, rows,
+        model.premises, model.scaling, model.posterior, rows,
         hull=model.hull, learned=model.learned, monotone=model.monotone,
     )  # fmt: skip

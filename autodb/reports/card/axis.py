@@ -78,7 +78,7 @@ class AxisCard:
     calibration: Calibration
     cut: Array
     order: Array
-    felt: MeasuredCuts
+    sensed: MeasuredCuts
     target: Array
     estimate: Array
     sudden: NDArray[np.bool_]
@@ -110,26 +110,26 @@ def axis_card(
     ``force_N`` (n,) as ``calibration.calibrate`` took it; ``what_moved``: sentences on what it was.
     """
     points, row = by_row(table, calibration.axis, force_N)
-    sudden = transients(points.felt.current, points.target, points.groups)
+    sudden = transients(points.sensed.current, points.target, points.groups)
     sound, rest = points.at(~sudden), points.at(sudden)
     errors = groups_left_out(
-        calibration.form, sound.felt, sound.target, sound.groups, folds=min(FOLDS, len(sound.cut))
+        calibration.form, sound.sensed, sound.target, sound.groups, folds=min(FOLDS, len(sound.cut))
     )
     estimate = np.empty_like(points.target)
     estimate[~sudden] = sound.target - errors
-    estimate[sudden] = calibration.form.value(calibration.coefficients, rest.felt)
+    estimate[sudden] = calibration.form.value(calibration.coefficients, rest.sensed)
     said = conditions_of(calibration, table, protocol, row[~sudden])
     run = cuts_of_run(sudden)
     return AxisCard(
         calibration=calibration,
         cut=table.cut[row],
         order=row.astype(np.float64) + 1.0,
-        felt=points.felt,
+        sensed=points.sensed,
         target=points.target,
         estimate=estimate,
         sudden=sudden,
         trueness=trueness(sound.target, estimate[~sudden], sound.groups),
-        middle=at_middle(calibration, sound.felt),
+        middle=at_middle(calibration, sound.sensed),
         rules=rules(calibration),
         repeats=conditions.condition_scatter(
             said, sound.target, estimate[~sudden], calibration.unit
@@ -190,7 +190,7 @@ def _signals(
     air: Array | None,
 ) -> dict[str, tuple[Array, str]]:
     """Return what may have moved: current, that in air, and a force measured in each cut."""
-    found = {calibration.channel: (sound.felt.current, calibration.current_unit)}
+    found = {calibration.channel: (sound.sensed.current, calibration.current_unit)}
     if air is not None:
         found[air_channel(calibration) or ""] = (air, calibration.current_unit)
     if protocol is None:
@@ -216,11 +216,11 @@ def trueness(target: Array, estimate: Array, groups: NDArray[np.generic]) -> Tru
     return Trueness(float(whole[1]), float(errors[1]), float(whole[0]), float(errors[0]))
 
 
-def at_middle(calibration: Calibration, felt: MeasuredCuts) -> OneCut:
+def at_middle(calibration: Calibration, sensed: MeasuredCuts) -> OneCut:
     """Return what one cut at the middle of the current's range tells, all else at its median."""
     form, coefficients = calibration.form, calibration.coefficients
     current = 0.5 * (calibration.current_low + calibration.current_high)
-    middle = _medians(felt, current)
+    middle = _medians(sensed, current)
     slopes = form.slopes(coefficients, middle)[0]
     whole = float(slopes @ form.scaling(coefficients))
     by_share = abs(whole)
@@ -241,15 +241,15 @@ def at_middle(calibration: Calibration, felt: MeasuredCuts) -> OneCut:
 
 
 def _of_group(kinds: ErrorKinds, whole: float) -> float:
-    """Return the standard deviation of what a new group has of its own where ``whole`` is felt."""
+    """Return the standard deviation of a new group's own part where ``whole`` is sensed."""
     if kinds.group is None:
         return 0.0
     moves = np.array([1.0, whole])
     return float(np.sqrt(moves @ kinds.group @ moves))
 
 
-def _medians(felt: MeasuredCuts, current: float) -> MeasuredCuts:
-    known = (felt.speed_rpm, felt.feed_mm, felt.depth_mm, felt.temperature_C)
+def _medians(sensed: MeasuredCuts, current: float) -> MeasuredCuts:
+    known = (sensed.speed_rpm, sensed.feed_mm, sensed.depth_mm, sensed.temperature_C)
     speed, feed, depth, temperature = (np.array([np.median(one)]) for one in known)
     return MeasuredCuts(np.array([current]), feed * speed / 60.0, speed, feed, depth, temperature)
 

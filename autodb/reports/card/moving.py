@@ -42,7 +42,7 @@ def what_moved(
     cuts does not repeat the first, or moved no more than repeats scatter.
     """
     points, rows = axis.by_row(table, calibration.axis, force_N)
-    kept = axis.cuts_of_run(transients(points.felt.current, points.target, points.groups))
+    kept = axis.cuts_of_run(transients(points.sensed.current, points.target, points.groups))
     points, rows = points.at(kept), rows[kept]
     alike = codes(axis.conditions_of(calibration, table, protocol, rows))
     if alike is None:
@@ -51,7 +51,7 @@ def what_moved(
     measured = protocol is None
     moved = Ends(
         conditions=alike,
-        rise=last_less_first(points.felt.current, alike),
+        rise=last_less_first(points.sensed.current, alike),
         air=None if air is None else last_less_first(air, alike),
         force=last_less_first(points.target, alike) if measured else None,
         force_unit=calibration.unit,
@@ -69,15 +69,15 @@ def _run(
     *,
     measured: bool,
 ) -> StandardRun:
-    felt = points.felt
-    expected = current_of(calibration.form, calibration.coefficients, felt, points.target)
+    sensed = points.sensed
+    expected = current_of(calibration.form, calibration.coefficients, sensed, points.target)
     return StandardRun(
         table=table,
         conditions=conditions,
-        rise=felt.current,
+        rise=sensed.current,
         expected=expected,
         air=air,
-        speed=felt.feed_mm_s if calibration.axis in FEED_AXES else felt.speed_rpm,
+        speed=sensed.feed_mm_s if calibration.axis in FEED_AXES else sensed.speed_rpm,
         measured=measured,
         unit=calibration.current_unit,
     )

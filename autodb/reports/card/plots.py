@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 PLOT_PX, SMALL_PX = 310, 210
 
 
-def felt_as(axis: AxisCard) -> str:
+def sensed_as(axis: AxisCard) -> str:
     """Return what the axis tells: a torque, or which force."""
     c = axis.calibration
     return "Torque" if c.unit == "N·m" else f"Force {c.component.upper()}"
@@ -26,8 +26,8 @@ def reference_over_estimate(axis: AxisCard, *, id_: str) -> Markup:
     """
     c = axis.calibration
     made = figures.figure(
-        [f"{felt_as(axis)}, reference [{c.unit}]"],
-        x_title=f"{felt_as(axis)}, estimate of held-out cuts [{c.unit}]",
+        [f"{sensed_as(axis)}, reference [{c.unit}]"],
+        x_title=f"{sensed_as(axis)}, estimate of held-out cuts [{c.unit}]",
     )
     everything = np.concatenate([axis.estimate, axis.target])
     ends = np.array([np.min(everything), np.max(everything)])
@@ -43,14 +43,14 @@ def residuals(axis: AxisCard, *, id_: str) -> tuple[list[Markup], list[str]]:
 
     Those are not known in all cuts, or the same in all.
     """
-    c, felt = axis.calibration, axis.felt
+    c, sensed = axis.calibration, axis.sensed
     inputs = (
-        (f"Current [{c.current_unit}]", felt.current),
-        ("Feed speed [mm/s]", felt.feed_mm_s),
-        ("Spindle speed [rpm]", felt.speed_rpm),
-        ("Feed [mm/rev]", felt.feed_mm),
-        ("Depth of cut [mm]", felt.depth_mm),
-        ("Spindle temperature [°C]", felt.temperature_C),
+        (f"Current [{c.current_unit}]", sensed.current),
+        ("Feed speed [mm/s]", sensed.feed_mm_s),
+        ("Spindle speed [rpm]", sensed.speed_rpm),
+        ("Feed [mm/rev]", sensed.feed_mm),
+        ("Depth of cut [mm]", sensed.depth_mm),
+        ("Spindle temperature [°C]", sensed.temperature_C),
         ("Cut, in the order of the table", axis.order),
     )
     drawn, still = [], []

@@ -43,7 +43,7 @@ def _shown(card: CalibrationCard, number: int) -> dict[str, object]:
         "id": id_,
         "name": AXIS_NAMES[c.axis],
         "holds": c.holds.words(),
-        "felt_as": plots.felt_as(axis),
+        "felt_as": plots.sensed_as(axis),
         "calibration": c,
         "version": f"version {card.versions[number]}" if card.versions else "not stored",
         "equation": c.form.equation(c.coefficients, c.unit, c.current_unit),

@@ -15,10 +15,10 @@ from autodb.files.channels import ROTARY_AXES
 from autodb.records import Recording
 from autodb.sensing.drives.fit.axis_fit import fit_axis, plain_fit
 from autodb.sensing.drives.fit.axis_model import (
-    Beliefs,
     Identified,
     IdentifiedTerm,
     PlainFit,
+    Posteriors,
     predicted_effort,
 )
 from autodb.sensing.drives.fit.cogging import TriedCogging, with_best_cogging
@@ -80,7 +80,7 @@ def identify(
     axis: str | None = None,
     protocol: FilterProtocol | None = None,
     terms: Sequence[str] | None = None,
-    beliefs: Beliefs | None = None,
+    posteriors: Posteriors | None = None,
     by_way: bool | None = None,
 ) -> Identified:
     """Identify the terms of one axis' effort; the symmetric four if ``terms`` are not given.
@@ -90,14 +90,15 @@ def identify(
     Shape parameters by variable projection on ordinary least squares; then all parameters again, on
     means of as many rows as the protocol keeps one of, with friction free to deviate from its law
     over speed and with coloured noise (``fitting.deviation``), which is what their values and
-    covariance come from. ``beliefs``: what an earlier version knows, its given shape included: the
-    other numbers are about that shape. ``by_way``: the moves are a sweep over speeds, whose slow
-    passes count by the way gone (``means_by_way``); None: where their passes say so (``is_sweep``).
+    covariance come from. ``posteriors``: what an earlier version knows, its given shape included:
+    the other numbers are about that shape. ``by_way``: the moves are a sweep over speeds, whose
+    slow passes count by the way gone (``means_by_way``); None: where their passes say so
+    (``is_sweep``).
 
     Raises UnusableInput for names that cannot be identified, without effort or position, or when
     no term is excited.
     """
-    given = beliefs.others if beliefs else {}
+    given = posteriors.others if posteriors else {}
     begun = _begun(recording, axis, protocol, terms, given)
     rows = begun.rows
     way = is_sweep(recording, rows.axis) if by_way is None else by_way
@@ -105,7 +106,7 @@ def identify(
     parts, tried = shaped(means, begun.parts), tuple[TriedCogging, ...]()
     if begun.ripple is not None and begun.ripple.term is COGGING:
         parts, tried = with_best_cogging(means, parts, begun.ripple)
-    found = fit_axis(means, parts, beliefs, published=rows, uneven=way)
+    found = fit_axis(means, parts, posteriors, published=rows, uneven=way)
     return replace(found, cogging=tried)
 
 

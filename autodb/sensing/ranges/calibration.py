@@ -165,7 +165,7 @@ class Points:
     channel: str
     unit: str
     cut: Array
-    felt: MeasuredCuts
+    sensed: MeasuredCuts
     target: Array
     groups: NDArray[np.generic]
     grouped_by: str
@@ -175,7 +175,7 @@ class Points:
         return replace(
             self,
             cut=self.cut[rows],
-            felt=self.felt.at(rows),
+            sensed=self.sensed.at(rows),
             target=self.target[rows],
             groups=self.groups[rows],
         )
@@ -205,7 +205,7 @@ def calibration_points(table: CutTable, axis: str, *, force_N: Array | None = No
         channel=signal[0],
         unit=unit,
         cut=table.cut[used],
-        felt=_felt(table, axis, signal[1]).at(used),
+        sensed=_sensed(table, axis, signal[1]).at(used),
         target=target[used],
         groups=groups,
         grouped_by=grouped_by,
@@ -223,15 +223,15 @@ def calibrate(
     Raises UnusableInput when the current, the force or enough independent groups are missing.
     """
     points = calibration_points(table, axis, force_N=force_N)
-    sudden = transients(points.felt.current, points.target, points.groups)
+    sudden = transients(points.sensed.current, points.target, points.groups)
     sound = points.at(~sudden)
     forms = _forms(table, axis, points.unit)
-    trials = try_forms(forms, sound.felt, sound.target, sound.groups, folds=FOLDS)
+    trials = try_forms(forms, sound.sensed, sound.target, sound.groups, folds=FOLDS)
     form = best(trials, sound.groups).form
-    law = form.fit(sound.felt, sound.target)
+    law = form.fit(sound.sensed, sound.target)
     scores = _scores(assessed(trials, sound.groups), sound)
-    estimate = law.form.value(law.coefficients, sound.felt)
-    slopes, off = law.form.slopes(law.coefficients, sound.felt), sound.target - estimate
+    estimate = law.form.value(law.coefficients, sound.sensed)
+    slopes, off = law.form.slopes(law.coefficients, sound.sensed), sound.target - estimate
     order = np.argsort(sound.cut)
     errors, covariance = error_kinds_of(
         FittedCuts(
@@ -240,8 +240,8 @@ def calibrate(
             slopes[order],
             law.covariance,
             None if sound.grouped_by == CONDITION else sound.groups[order],
-            sound.felt.at(order).current_sd,
-            by_current(law.form, law.coefficients, sound.felt.at(order))[0],
+            sound.sensed.at(order).current_sd,
+            by_current(law.form, law.coefficients, sound.sensed.at(order))[0],
         ),
         rmse=scores.rmse,
         day_share=DAY_SHARE[axis],
@@ -263,14 +263,14 @@ def calibrate(
         outliers=outliers(law, slopes, off, sound.cut),
         trials={trial.form.label: trial.rmse for trial in trials},
         close=tuple(one.label for one in close(trials, sound.groups)),
-        current_low=float(sound.felt.current.min()),
-        current_high=float(sound.felt.current.max()),
+        current_low=float(sound.sensed.current.min()),
+        current_high=float(sound.sensed.current.max()),
     )
 
 
 def _of_all(form: CurrentForm, points: Points) -> Array:
     """Return the errors (m,) on groups left out of one form, transients among them."""
-    return groups_left_out(form, points.felt, points.target, points.groups, folds=FOLDS)
+    return groups_left_out(form, points.sensed, points.target, points.groups, folds=FOLDS)
 
 
 def _forms(table: CutTable, axis: str, unit: str) -> tuple[CurrentForm, ...]:
@@ -287,8 +287,8 @@ def _forms(table: CutTable, axis: str, unit: str) -> tuple[CurrentForm, ...]:
     return (*SPINDLE_FORMS, *(SPINDLE_SETS if learned else ()))
 
 
-def _felt(table: CutTable, axis: str, current: Array) -> MeasuredCuts:
-    """Return what an axis felt in every row."""
+def _sensed(table: CutTable, axis: str, current: Array) -> MeasuredCuts:
+    """Return what an axis sensed in every row."""
     names = ("spindle.speed", "cutting.feed", "cutting.depth", "spindle.temperature")
     speed_rpm, feed_mm, depth_mm, temperature_C = (
         np.full(len(table), np.nan) if known is None else known for known in map(table.get, names)
@@ -350,11 +350,11 @@ def sense(table: CutTable, calibration: Calibration) -> SensedForces:
         why: list[str | None] = [f"no {calibration.axis} current recorded"] * n
         common = np.zeros((n, len(calibration.shared_covariance)))
         return SensedForces(np.full(n, np.nan), np.full(n, np.nan), common, why)
-    felt_there, form = _felt(table, calibration.axis, signal[1]), calibration.form
-    target = form.value(calibration.coefficients, felt_there)
+    sensed_there, form = _sensed(table, calibration.axis, signal[1]), calibration.form
+    target = form.value(calibration.coefficients, sensed_there)
     to_N = _newtons_per_target(table, calibration)
     moves, known = moving(table, calibration.axis), np.isfinite(target * to_N)
-    felt = moves & known
+    sensed = moves & known
     still = f"{calibration.axis} stands still: a passive force shows in no current"
     unknown = (
         f"no {calibration.axis} current, or no speed, diameter, depth or spindle temperature that "
@@ -362,19 +362,19 @@ def sense(table: CutTable, calibration: Calibration) -> SensedForces:
     )
     reason = [
         None if ok else still if not moved else unknown
-        for ok, moved in zip(felt, moves, strict=True)
+        for ok, moved in zip(sensed, moves, strict=True)
     ]
-    force = np.where(felt, target * to_N, np.nan)
-    spread = np.hypot(calibration.errors.cut_sd, form.beyond(felt_there))
-    spread = np.hypot(spread, of_current(calibration, felt_there))
-    sd = np.where(felt, spread * np.abs(to_N), np.nan)
-    slopes = form.slopes(calibration.coefficients, felt_there)
+    force = np.where(sensed, target * to_N, np.nan)
+    spread = np.hypot(calibration.errors.cut_sd, form.beyond(sensed_there))
+    spread = np.hypot(spread, of_current(calibration, sensed_there))
+    sd = np.where(sensed, spread * np.abs(to_N), np.nan)
+    slopes = form.slopes(calibration.coefficients, sensed_there)
     if calibration.errors.group is not None:
         slopes = np.column_stack([slopes, np.ones(n)])
     return SensedForces(force, sd, slopes * to_N[:, None], reason)
 
 
-def of_current(calibration: Calibration, felt: MeasuredCuts) -> Array:
+def of_current(calibration: Calibration, sensed: MeasuredCuts) -> Array:
     """Return the standard deviation (n,) that the currents' own error gives the target.
 
     A cut that does not state its error has that of the calibration's cuts; where these stated none
@@ -382,9 +382,9 @@ def of_current(calibration: Calibration, felt: MeasuredCuts) -> Array:
     """
     usual = calibration.errors.current_sd
     if not usual:
-        return np.zeros_like(felt.current)
-    stated = np.full_like(felt.current, np.nan) if felt.stated_sd is None else felt.stated_sd
-    rising, _ = by_current(calibration.form, calibration.coefficients, felt)
+        return np.zeros_like(sensed.current)
+    stated = np.full_like(sensed.current, np.nan) if sensed.stated_sd is None else sensed.stated_sd
+    rising, _ = by_current(calibration.form, calibration.coefficients, sensed)
     return np.asarray(np.abs(rising) * np.where(np.isfinite(stated), stated, usual))
 
 

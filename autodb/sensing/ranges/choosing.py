@@ -74,14 +74,14 @@ class TriedForm:
 
 
 def try_forms(
-    forms: Sequence[CurrentForm], felt: MeasuredCuts, target: Array, groups: Groups, *, folds: int
+    forms: Sequence[CurrentForm], sensed: MeasuredCuts, target: Array, groups: Groups, *, folds: int
 ) -> list[TriedForm]:
     """Return the errors on cuts left out of each form that the cuts (n,) can hold."""
     trials = []
     for form in forms:
-        if form.fits(felt):
+        if form.fits(sensed):
             try:
-                errors = groups_left_out(form, felt, target, groups, folds=folds)
+                errors = groups_left_out(form, sensed, target, groups, folds=folds)
             except Undetermined:
                 errors = None
             trials.append(TriedForm(form, errors))
@@ -116,7 +116,7 @@ def close(trials: Sequence[TriedForm], groups: Groups) -> list[CurrentForm]:
 
 
 def groups_left_out(
-    form: CurrentForm, felt: MeasuredCuts, target: Array, groups: Groups, *, folds: int
+    form: CurrentForm, sensed: MeasuredCuts, target: Array, groups: Groups, *, folds: int
 ) -> Array:
     """Return target − estimate (n,), each group estimated without its fold.
 
@@ -124,14 +124,16 @@ def groups_left_out(
     """
     errors = np.empty_like(target)
     for held in _folds(groups, folds):
-        errors[held] = _errors(form, felt, target, held)
+        errors[held] = _errors(form, sensed, target, held)
     return errors
 
 
-def _errors(form: CurrentForm, felt: MeasuredCuts, target: Array, held: NDArray[np.bool_]) -> Array:
+def _errors(
+    form: CurrentForm, sensed: MeasuredCuts, target: Array, held: NDArray[np.bool_]
+) -> Array:
     """Return target − estimate of the rows held out, estimated from the others."""
-    law = form.fit(felt.at(~held), target[~held])
-    return target[held] - law.form.value(law.coefficients, felt.at(held))
+    law = form.fit(sensed.at(~held), target[~held])
+    return target[held] - law.form.value(law.coefficients, sensed.at(held))
 
 
 def assessed(trials: Sequence[TriedForm], groups: Groups) -> Array:

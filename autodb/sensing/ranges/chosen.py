@@ -18,10 +18,10 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class FeltCut:
+class SensedCut:
     """One cut: force and its own sd, N, the derivatives ``common`` (p,), or the reason why none.
 
-    ``by``: which calibration felt it.
+    ``by``: which calibration sensed it.
     """
 
     by: int | None
@@ -31,7 +31,7 @@ class FeltCut:
     reason: str | None
 
 
-def sense_each(table: CutTable, calibrations: Sequence[Calibration]) -> list[FeltCut]:
+def sense_each(table: CutTable, calibrations: Sequence[Calibration]) -> list[SensedCut]:
     """Return what an axis feels in each cut of a table, with the calibration that holds for it.
 
     Of the calibrations, of one axis, no two hold for the same cut; one that is refused feels
@@ -40,24 +40,24 @@ def sense_each(table: CutTable, calibrations: Sequence[Calibration]) -> list[Fel
     axis = calibrations[0].axis
     sensed = [sense(table, one) for one in calibrations]
     chosen = choose(table, calibrations)
-    felt = []
+    measured = []
     for row, by in enumerate(chosen):
         reason = by if isinstance(by, str) else sensed[by].not_sensed[row]
         if isinstance(by, str):
-            felt.append(FeltCut(None, None, None, None, f"{axis} was {reason}"))
+            measured.append(SensedCut(None, None, None, None, f"{axis} was {reason}"))
         elif not calibrations[by].offered:
-            felt.append(
-                FeltCut(
+            measured.append(
+                SensedCut(
                     None, None, None, None, f"{calibrations[by].called}: {calibrations[by].verdict}"
                 )
             )
         elif reason is not None:
-            felt.append(FeltCut(by, None, None, None, reason))
+            measured.append(SensedCut(by, None, None, None, reason))
         else:
             one = sensed[by]
             force_N, sd_N = float(one.force_N[row]), float(one.sd_N[row])
-            felt.append(FeltCut(by, force_N, sd_N, one.common[row].tolist(), None))
-    return felt
+            measured.append(SensedCut(by, force_N, sd_N, one.common[row].tolist(), None))
+    return measured
 
 
 def choose(table: CutTable, calibrations: Sequence[Calibration]) -> list[int | str]:
@@ -68,8 +68,8 @@ def choose(table: CutTable, calibrations: Sequence[Calibration]) -> list[int | s
 
 def sensed_force_N(table: CutTable, calibrations: Sequence[Calibration]) -> NDArray[np.float64]:
     """Return the force (n,) that an axis feels, N; NaN where it feels none."""
-    felt = [one.force_N for one in sense_each(table, calibrations)]
-    return np.array([np.nan if force is None else force for force in felt])
+    sensed = [one.force_N for one in sense_each(table, calibrations)]
+    return np.array([np.nan if force is None else force for force in sensed])
 
 
 BEYOND = 0.5
@@ -77,18 +77,20 @@ BEYOND = 0.5
 HALVINGS = 50
 
 
-def current_of(form: CurrentForm, coefficients: Array, felt: MeasuredCuts, target: Array) -> Array:
-    """Return the current (n,) at which a form gives ``target`` (n,), all else as ``felt`` has it.
+def current_of(
+    form: CurrentForm, coefficients: Array, sensed: MeasuredCuts, target: Array
+) -> Array:
+    """Return the current (n,) at which a form gives ``target`` (n,), all else as ``sensed`` has it.
 
     Every form goes one way in the current (``ranges.forms``), so that halving finds it. A target
-    that no current within the span of ``felt`` and half of it to either side gives has the end.
+    that no current within the span of ``sensed`` and half of it to either side gives has the end.
     """
-    span = float(np.ptp(felt.current))
-    low = np.full_like(target, felt.current.min() - BEYOND * span)
-    high = np.full_like(target, felt.current.max() + BEYOND * span)
+    span = float(np.ptp(sensed.current))
+    low = np.full_like(target, sensed.current.min() - BEYOND * span)
+    high = np.full_like(target, sensed.current.max() + BEYOND * span)
 
     def at(current: Array) -> Array:
-        return form.value(coefficients, replace(felt, current=current))
+        return form.value(coefficients, replace(sensed, current=current))
 
     rising = at(high) > at(low)
     for _ in range(HALVINGS):

@@ -215,7 +215,7 @@ def _segments(found: _Signals, recording: Recording) -> signals.CutSegments:
         seen = seen or short
     _set_aside(recording, seen)
     raise SetAside(
-        f"{recording.path}: no air approach followed by a cut in the {_felt(found)}; start the "
+        f"{recording.path}: no air approach followed by a cut in the {_sensed(found)}; start the "
         "recording 1 s before the tool enters"
     )
 
@@ -237,7 +237,7 @@ def _quick(force_N: Array, rate_hz: float) -> Array:
     return signals.moving_average(force_N, rate_hz=rate_hz, window_s=QUICK_S)
 
 
-def _felt(found: _Signals) -> str:
+def _sensed(found: _Signals) -> str:
     if found.loads and found.forces:
         return "currents and forces"
     return "forces" if found.forces else "currents"

@@ -77,7 +77,7 @@ def table_forces(
     if removed_kg is not None:
         # What left the sensor weighs no more, upright neither
         known -= removed_kg * (columns[:, :, 0] + G_M_S2 * UP[:, None])
-    left = model.felt_N(readings(recording, cutoff_hz=cutoff_hz)) - known
+    left = model.sensed_N(readings(recording, cutoff_hz=cutoff_hz)) - known
     heat = heat_of(left, cutting, recording.t_s)
     process = left - heat.drift_N
     share = np.sqrt(max(1.0, cutoff_hz / model.cutoff_hz))

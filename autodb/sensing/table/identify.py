@@ -107,7 +107,7 @@ def air_left_N(model: TableModel, recordings: Sequence[Recording]) -> Array:
     squares, rows = np.zeros(3), 0
     for one in recordings:
         columns = table_motion(one, model.kinematics, cutoff_hz=model.cutoff_hz).columns()
-        left = model.felt_N(readings(one, cutoff_hz=model.cutoff_hz)) - model.added_N(columns)
+        left = model.sensed_N(readings(one, cutoff_hz=model.cutoff_hz)) - model.added_N(columns)
         squares += np.sum(left**2, axis=1)
         rows += left.shape[1]
     return np.asarray(np.sqrt(squares / rows))
@@ -158,8 +158,8 @@ def _moments(
     blocks = []
     for one in seen:
         columns = one.motion.columns()
-        felt = np.linalg.solve(matrix, one.read_N - zero_N[:, None])
-        left = felt - mass_kg * columns[:, :, 0]
+        sensed = np.linalg.solve(matrix, one.read_N - zero_N[:, None])
+        left = sensed - mass_kg * columns[:, :, 0]
         length = max(1, round(BLOCK_S * one.recording.rate_hz))
         for begin in range(0, left.shape[1], length):
             rows = slice(begin, begin + length)

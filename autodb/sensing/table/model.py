@@ -66,8 +66,8 @@ class TableModel:
         """Standard deviation (3,) of the lever arm."""
         return np.asarray(np.sqrt(np.diag(self.swung)) / self.mass_kg)
 
-    def felt_N(self, reading_N: Array) -> Array:
-        """Return what the sensor felt (3, n) of what it read: without zero, through its matrix."""
+    def sensed_N(self, reading_N: Array) -> Array:
+        """Return the forces (3, n) of what the sensor read: without zero, through its matrix."""
         return np.asarray(np.linalg.solve(self.matrix, reading_N - self.zero_N[:, None]))
 
     def added_N(self, columns: Array) -> Array:
@@ -75,7 +75,7 @@ class TableModel:
         return np.asarray(columns @ np.concatenate([[self.mass_kg], self.moment_kg_m]))
 
     def variance(self, columns: Array, process_N: Array) -> Array:
-        """Return the variance (3, n) of what was felt less what was added, of what was identified.
+        """Return the variance (3, n) of what was sensed less what was added, by identification.
 
         ``process_N`` (3, n): the force of the cut in the dynamometer's frame.
         """

@@ -56,7 +56,7 @@ class ChannelModel(Base):
 
 
 class CuttingParameters(Base):
-    """One version of a machine's belief about a pair: coordinates of ``law``, and their covariance.
+    """One version of a pair's posterior on a machine: coordinates of ``law``, their covariance.
 
     ``operation`` and ``component`` are EVERY: a law of edge elements holds for all of them; earlier
     versions of autodb kept a law for each, with its ``process_share`` and ``misfit_N``. ``state``:

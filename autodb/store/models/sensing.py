@@ -1,4 +1,4 @@
-"""From current to force: calibrations, estimators, and the forces they felt."""
+"""From current to force: calibrations, estimators, and the forces they sensed."""
 
 from typing import Any
 
@@ -84,7 +84,7 @@ class CalibrationVersion(Base):
 class DriveScale(Base):
     """One version of what an ampere of a feed axis' drive is, N, told by a known load.
 
-    ``share``: its relative standard deviation, common to all loads that are felt with it.
+    ``share``: its relative standard deviation, common to all loads that are sensed with it.
     ``recording``: of the load; ``source``: which it was.
     """
 
@@ -135,7 +135,7 @@ class Estimator(Base):
 
 
 class SensedForce(Base):
-    """One force component of one cut as one estimator felt it, or why it did not.
+    """One force component of one cut as one estimator sensed it, or why it did not.
 
     ``common`` is the derivative by the calibration's coefficients, and by an offset where it has
     ``group_covariance``: the error shared by all cuts. Of another estimator: the relative standard
@@ -168,7 +168,7 @@ class SensedForce(Base):
 
 
 class SensedWaveform(Base):
-    """A force over time as an estimator felt it: where its file lies; the sd holds at every row."""
+    """A force over time as an estimator sensed it: where its file lies; its sd at every row."""
 
     __tablename__ = "sensed_waveform"
     __table_args__ = (

@@ -72,7 +72,9 @@ def drive(request: Request, _access: Reads, machine: str, channel: str) -> Respo
 @router.get("/machines/{machine:path}")
 def machine_page_of(request: Request, _access: Reads, machine: str) -> Response:
     """Show one machine."""
-    said, felt, blind, plots, channels = read_state(request, lambda session: _of(session, machine))
+    said, sensed, blind, plots, channels = read_state(
+        request, lambda session: _of(session, machine)
+    )
     return service_page(
         request,
         "machine.html.j2",
@@ -81,7 +83,7 @@ def machine_page_of(request: Request, _access: Reads, machine: str) -> Response:
         here="machine",
         said=said,
         limits={name: _limits(one) for name, one in said.limits.items()},
-        sensors=[(one, _error(one)) for one in felt],
+        sensors=[(one, _error(one)) for one in sensed],
         blind=[name.removeprefix("force.").upper() for name in blind],
         calibrations=[
             (one, calibration_plot(n, one), equation_words(one)) for n, one in enumerate(plots)
@@ -96,9 +98,9 @@ def _of(
 ) -> tuple[MachineSaid, list[Sensor], list[str], list[CalibrationPlot], list[str]]:
     said = machine_said(session, machine)
     owner = session.scalars(select(models.Machine).where(models.Machine.name == machine)).one()
-    felt, blind = sensors_of(session, machine)
+    sensed, blind = sensors_of(session, machine)
     plots = calibration_plots(session, owner)
-    return said, felt, blind, plots, modelled_channels(session, owner.id)
+    return said, sensed, blind, plots, modelled_channels(session, owner.id)
 
 
 def _limits(one: AxisLimits) -> str:

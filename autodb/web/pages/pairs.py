@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer.coefficients import machine_coefficients
 from autodb.agent.answer.force_map import force_map
-from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.learn.precision_history import precision_history
 from autodb.agent.learn.usual_cut import usual_cut
 from autodb.agent.rows.owner import owner_named
@@ -39,7 +39,7 @@ router = APIRouter()
 @router.get("/machines/{machine:path}/pairs")
 def pairs_page(request: Request, _access: Reads, machine: str) -> Response:
     """Show the pairs that a machine has learnt."""
-    listed = read_state(request, lambda session: Shelf(session, machine).pairs())
+    listed = read_state(request, lambda session: PairReader(session, machine).pairs())
     return service_page(
         request,
         "pairs.html.j2",
@@ -59,15 +59,15 @@ def pair(
     tool: Annotated[str, Query(max_length=200)],
 ) -> Response:
     """Show what a pair takes: of one cut, over feed and depth, and how well that is known."""
-    grounds = service_of(request).shelves.grounds(machine, material, tool).grounds
+    basis = service_of(request).lookup_cache.basis(machine, material, tool).basis
     stated = read_cuts(stated_rows(request.query_params))
     asked = stated[0] if stated else _usual(request, machine, material, tool)
-    known = grounds.look_up(asked)
-    drawn = force_map(grounds, asked)
+    known = basis.look_up(asked)
+    drawn = force_map(basis, asked)
     curves = read_state(
         request,
         lambda session: precision_history(
-            session, owner_named(session, machine).id, material, grounds.known.tool, asked
+            session, owner_named(session, machine).id, material, basis.known.tool, asked
         ),
     )
     return service_page(
@@ -91,7 +91,7 @@ def pair(
         coefficients=read_state(
             request, lambda session: _coefficients(session, machine, material, tool)
         )
-        if grounds.known.own
+        if basis.known.own
         else [],
     )
 

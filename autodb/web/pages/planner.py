@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request, Response
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.looking_up import Listed, Shelf
+from autodb.agent.answer.looking_up import Listed, PairReader
 from autodb.agent.answer.planning import ProposedCuts, plan_cuts
 from autodb.agent.answer.predicting import JobAnswer, answer_of
 from autodb.agent.learn.usual_cut import usual_cut
@@ -42,7 +42,7 @@ def planner(
     cut_next: Annotated[bool, Query(alias="next")] = False,
 ) -> Response:
     """Show the form of a job, and what the job takes once it is stated."""
-    known = read_state(request, lambda session: Shelf(session, machine).pairs())
+    known = read_state(request, lambda session: PairReader(session, machine).pairs())
     said = ""
     rows: list[dict[str, str]] = []
     answered: JobAnswer | None = None
@@ -57,7 +57,7 @@ def planner(
             )
             job = Job(name=NAME, material=material, tool=tool, cut=named)
             service = service_of(request)
-            answered = answer_of(service.shelves.grounds(machine, material, tool).grounds, job)
+            answered = answer_of(service.lookup_cache.basis(machine, material, tool).basis, job)
             proposed = plan_cuts(service.store, machine, job) if cut_next else None
     except UnusableInput as error:
         said = str(error)

@@ -10,7 +10,7 @@ from fastapi import APIRouter, Request
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
-from autodb.agent.answer.prediction_basis import Grounds
+from autodb.agent.answer.prediction_basis import PredictionBasis
 from autodb.errors import UnusableInput
 from autodb.files.job import JobCut
 from autodb.web.http.answers import adapter, tag_of
@@ -67,7 +67,7 @@ async def look_up_many(request: Request, _access: Reads, machine: MachineName) -
     """Say what each of many cuts of one pair will take; a line of JSON each, as a job's cut."""
     material, tool = pair_of(dict(request.query_params))
     service = service_of(request)
-    found = await run_in_threadpool(service.shelves.grounds, machine, material, tool)
+    found = await run_in_threadpool(service.lookup_cache.basis, machine, material, tool)
     lines = tempfile.SpooledTemporaryFile(IN_MEMORY)  # noqa: SIM115 - closed when answered
     try:
         async for part in request.stream():
@@ -82,7 +82,7 @@ async def look_up_many(request: Request, _access: Reads, machine: MachineName) -
         with lines:
             numbered = enumerate(_lines(lines), start=1)
             while some := list(islice(numbered, AT_ONCE)):
-                rows = await run_in_threadpool(_rows, found.grounds, some)
+                rows = await run_in_threadpool(_rows, found.basis, some)
                 refused += sum(row.problem is not None for row in rows)
                 answered += sum(row.problem is None for row in rows)
                 service.metrics.cuts.inc(len(rows))
@@ -104,7 +104,7 @@ def _lines(file: IO[bytes]) -> Iterator[bytes]:
             yield line
 
 
-def _rows(grounds: Grounds, lines: Sequence[tuple[int, bytes]]) -> list[BatchLine]:
+def _rows(basis: PredictionBasis, lines: Sequence[tuple[int, bytes]]) -> list[BatchLine]:
     """Return the answers to some lines: together, or each by itself where one cannot be made."""
     asked: list[tuple[int, JobCut]] = []
     rows: dict[int, BatchLine] = {}
@@ -113,20 +113,20 @@ def _rows(grounds: Grounds, lines: Sequence[tuple[int, bytes]]) -> list[BatchLin
             asked.append((number, _cut(line)))
         except UnusableInput as error:
             rows[number] = BatchLine(number, problem=str(error))
-    rows |= _predicted(grounds, asked)
+    rows |= _predicted(basis, asked)
     return [rows[number] for number, _ in lines]
 
 
-def _predicted(grounds: Grounds, asked: Sequence[tuple[int, JobCut]]) -> dict[int, BatchLine]:
+def _predicted(basis: PredictionBasis, asked: Sequence[tuple[int, JobCut]]) -> dict[int, BatchLine]:
     try:
-        found, _ = grounds.predict([cut for _, cut in asked])
+        found, _ = basis.predict([cut for _, cut in asked])
     except UnusableInput as error:
         if len(asked) == 1:
             return {asked[0][0]: BatchLine(asked[0][0], problem=str(error))}
-        alone = [_predicted(grounds, [one]) for one in asked]
+        alone = [_predicted(basis, [one]) for one in asked]
         return {number: row for some in alone for number, row in some.items()}
     return {
-        number: BatchLine(number, cut, grounds.exceeding([cut]))
+        number: BatchLine(number, cut, basis.exceeding([cut]))
         for (number, _), cut in zip(asked, found, strict=True)
     }
 

@@ -49,9 +49,9 @@ async def look_up(request: Request, _access: Reads, machine: MachineName) -> Res
     query = dict(request.query_params)
     material, tool = pair_of(query)
     cut = cut_of_query(query)
-    found = service.shelves.grounds(machine, material, tool)
+    found = service.lookup_cache.basis(machine, material, tool)
     service.metrics.cuts.inc()
-    return answers.conditional(request, LookedUp, found.grounds.look_up(cut), found.mark)
+    return answers.conditional(request, LookedUp, found.basis.look_up(cut), found.mark)
 
 
 AJob = Annotated[Job, Body(openapi_examples=JOB)]
@@ -67,9 +67,9 @@ def predict_route(request: Request, _access: Reads, machine: MachineName, job: A
     """Say what each cut of a job will take; nothing is kept."""
     _refuse_a_program(job)
     service = service_of(request)
-    found = service.shelves.grounds(machine, job.material, job.tool)
+    found = service.lookup_cache.basis(machine, job.material, job.tool)
     service.metrics.cuts.inc(len(job.cut))
-    return json_answer(JobAnswer, answer_of(found.grounds, job), found.mark)
+    return json_answer(JobAnswer, answer_of(found.basis, job), found.mark)
 
 
 @router.post(

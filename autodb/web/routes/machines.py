@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Path, Query, Request, Response
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.looking_up import Listed, Shelf
+from autodb.agent.answer.looking_up import Listed, PairReader
 from autodb.agent.answer.overview import (
     CalibrationSaid,
     MachineSaid,
@@ -103,7 +103,7 @@ def pairs_route(
 ) -> Response:
     """List the work-tool pairs that a machine has learnt, all or of a material or a tool."""
     return answer_from_state(
-        request, list[Listed], lambda session: Shelf(session, machine).pairs(material, tool)
+        request, list[Listed], lambda session: PairReader(session, machine).pairs(material, tool)
     )
 
 

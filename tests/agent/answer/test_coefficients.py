@@ -9,7 +9,7 @@ from jsonschema import Draft202012Validator
 from numpy.testing import assert_allclose
 
 from autodb.agent.answer.coefficients import tool_of
-from autodb.agent.rows.posteriors import as_belief, latest
+from autodb.agent.rows.posteriors import as_posterior, latest
 from autodb.assets import kit
 from autodb.cutting.kienzle import ViewRange, linear_edge
 from autodb.cutting.shear import NAMES, PARAMETERS
@@ -35,16 +35,18 @@ def test_another_program_gets_the_numbers_that_the_machine_believes(standard_lea
     with store.reading() as session:
         row = latest(session, 1, 1)
         assert row is not None
-        belief = as_belief(row)
+        posterior = as_posterior(row)
     store.close()
     assert pair.law.numbers == list(NAMES)
     law = Gaussian(np.array(pair.law.mean), np.array(pair.law.covariance))
-    assert_allclose(law.mean, belief.law.mean, rtol=0, atol=0)
-    assert_allclose(law.covariance, belief.law.covariance, rtol=0, atol=0)
+    assert_allclose(law.mean, posterior.law.mean, rtol=0, atol=0)
+    assert_allclose(law.covariance, posterior.law.covariance, rtol=0, atol=0)
     edge = pair.orthogonal_edge
     at = ViewRange(edge.thinnest_mm, edge.thickest_mm, edge.speed_m_min, np.radians(edge.rake_deg))
     view = linear_edge(law, at)
-    assert_allclose([edge.linear[name].value for name in view.names], view.belief.mean, rtol=1e-9)
+    assert_allclose(
+        [edge.linear[name].value for name in view.names], view.posterior.mean, rtol=1e-9
+    )
     assert all(one.lower <= one.value <= one.upper for one in edge.linear.values())
     assert (pair.learnt_from.cuts, pair.learnt_from.operations) == (32, ["face", "turn"])
 

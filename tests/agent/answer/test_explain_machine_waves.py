@@ -1,4 +1,4 @@
-"""explain --machine on a mill's forces over time: the pair's own belief is the simulation."""
+"""explain --machine on a mill's forces over time: the pair's own posterior is the simulation."""
 
 import json
 from pathlib import Path
@@ -141,15 +141,15 @@ def _answer(ran: Any) -> dict[str, Any]:
     return found
 
 
-def test_waves_of_a_belief_have_the_means_that_it_learnt_and_come_back_each_pitch() -> None:
-    belief = _learnt()
+def test_waves_of_a_posterior_have_the_means_that_it_learnt_and_come_back_each_pitch() -> None:
+    posterior = _learnt()
     angle = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
-    waves = waves_N(belief, ToolOf("mill-10", TOOL), "side-up", CUT, angle)
+    waves = waves_N(posterior, ToolOf("mill-10", TOOL), "side-up", CUT, angle)
     truth = _sent(_mill(0.06, 2.0, 3.0), angle, angle >= 0.0).T
     assert waves.shape == (720, 3)
     assert_allclose(waves[:180], waves[180:360], atol=1e-6)
     assert_allclose(waves.mean(axis=0), truth.mean(axis=0), rtol=0.03, atol=1.0)
-    # The belief's edge fades under chips as thin as it is round; this truth's does not
+    # The posterior's edge fades under chips as thin as it is round; this truth's does not
     assert np.sqrt(np.mean((waves - truth) ** 2)) < 0.08 * np.sqrt(np.mean(truth**2))
 
 
@@ -169,7 +169,7 @@ def test_run_out_is_found_and_kept_as_a_mismatch(milled: Cli) -> None:
     for channel, answer in _answer(ran).items():
         missing = {c["term"]: c for c in answer["missing"] if c["kind"] == "missing"}
         if channel != "force.z":
-            # The belief's edge fades under thin chips, this truth's does not: that may be said too
+            # The posterior's edge fades under thin chips, the truth's does not: that may be said
             assert "runout" in missing
             assert set(missing) <= {"runout", "size_effect"}
             out = missing["runout"]["parameters"]

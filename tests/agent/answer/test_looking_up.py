@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.answer.predicting import predict_job
 from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.imported_cards import imported_card, keep_cards
@@ -61,15 +61,15 @@ SIX_DIGITS = 1e-5
 FORCES = ("force_x_N", "force_y_N", "force_z_N", "torque_N_m", "power_W")
 
 
-def _belief(scale: float = 1.0) -> PairPosterior:
+def _posterior(scale: float = 1.0) -> PairPosterior:
     start = any_metal().also((law_error("turn"),))
     state = Gaussian(start.state.mean, 0.04 * scale * start.state.covariance)
     return replace(start, state=state, cuts=12)
 
 
-def _row(machine: int, pair: int, version: int, belief: PairPosterior, **more: Any) -> Any:
+def _row(machine: int, pair: int, version: int, posterior: PairPosterior, **more: Any) -> Any:
     return models.CuttingParameters(
-        machine_id=machine, pair_id=pair, version=version, **posterior_columns(belief), **more
+        machine_id=machine, pair_id=pair, version=version, **posterior_columns(posterior), **more
     )
 
 
@@ -90,11 +90,11 @@ def database(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pairs = [models.Pair(material=steel, tool=tool) for tool in (insert, mill)]
         session.add_all(pairs)
         session.flush()
-        session.add(_row(1, pairs[0].id, 1, _belief(2.0)))
-        session.add(_row(1, pairs[0].id, 2, _belief()))
-        session.add(_row(1, pairs[0].id, 3, _belief(9.0), undone_at="2026-01-01"))
-        session.add(_row(1, pairs[0].id, 4, _belief(9.0), state="built_up_edge"))
-        session.add(_row(1, pairs[1].id, 1, replace(_belief(), cuts=3)))
+        session.add(_row(1, pairs[0].id, 1, _posterior(2.0)))
+        session.add(_row(1, pairs[0].id, 2, _posterior()))
+        session.add(_row(1, pairs[0].id, 3, _posterior(9.0), undone_at="2026-01-01"))
+        session.add(_row(1, pairs[0].id, 4, _posterior(9.0), state="built_up_edge"))
+        session.add(_row(1, pairs[1].id, 1, replace(_posterior(), cuts=3)))
     opened.close()
     return path
 
@@ -122,7 +122,7 @@ def _elements(operation: str) -> Elements:
 
 @pytest.mark.parametrize("operation", OPERATIONS)
 def test_forces_parts_and_derivatives_together_are_those_alone(operation: str) -> None:
-    theta, elements = _belief().law.mean, _elements(operation)
+    theta, elements = _posterior().law.mean, _elements(operation)
     whole, parts, slopes = linearised_forces(theta, elements)
     for found, alone in (
         (whole, cut_forces(theta, elements).all),
@@ -135,7 +135,7 @@ def test_forces_parts_and_derivatives_together_are_those_alone(operation: str) -
 def test_a_look_up_says_what_predict_says_and_stores_nothing(store: Store) -> None:
     job = Job(name="j", material="steel", tool="insert", cut=(CUT,))
     with store.reading() as session:
-        found = Shelf(session, "m").look_up("steel", "insert", CUT)
+        found = PairReader(session, "m").look_up("steel", "insert", CUT)
     predicted = predict_job(store, "m", job)
     assert asdict(found.cut) == asdict(predicted.cuts[0])
     assert (found.behind, found.notes) == (predicted.behind, predicted.notes)
@@ -143,7 +143,7 @@ def test_a_look_up_says_what_predict_says_and_stores_nothing(store: Store) -> No
     assert found.exceeds == predicted.exceeds
     assert {one.axis for one in found.exceeds} == {"z", "spindle"}
     with store.reading() as session:
-        Shelf(session, "m").look_up("steel", "insert", CUT)
+        PairReader(session, "m").look_up("steel", "insert", CUT)
         assert len(session.query(models.Prediction).all()) == 1
 
 
@@ -245,9 +245,9 @@ def test_a_new_pair_starts_from_a_relative_then_a_card_then_what_ships(store: St
             for material in ("steel", "steel 42crmo4", "aisi 1045", "unobtainium")
         )
     assert str(related.said).startswith("steel / insert, the same material with another tool")
-    assert_allclose(related.belief.law.mean, of_relative(_belief()).law.mean)
+    assert_allclose(related.posterior.law.mean, of_relative(_posterior()).law.mean)
     assert card.said == "imported card of steel 42CrMo4 (shop)"
-    assert_allclose(card.belief.law.mean, of_card(read_cards(path)[1].card).law.mean, rtol=1e-9)
+    assert_allclose(card.posterior.law.mean, of_card(read_cards(path)[1].card).law.mean, rtol=1e-9)
     assert str(ships.said).startswith("conventional values of")
     assert str(metal.said).startswith("what any metal may have")
 
@@ -258,7 +258,7 @@ def test_cards_of_a_machine_read_back_and_tell_it_nothing(store: Store, cli: Cli
     (card,) = read_cards(Path("own.csv"))
     assert card.source.startswith("autodb: machine m, insert, 12 cuts, version 2, ")
     assert_allclose(np.degrees(card.at.rake_rad), INSERT["rake_deg"])
-    law, at = _belief().law, card.at
+    law, at = _posterior().law, card.at
     true = shear.per_width(law.mean, at.edge)[0]
     off = kienzle(law, at).off  # what Kienzle's line leaves of the law
     assert_allclose(card.card.tangential, true, rtol=off + SIX_DIGITS)

@@ -148,10 +148,10 @@ def test_units_and_diameter_are_the_jobs_else_the_machines_else_mm(tmp_path: Pat
 def test_the_largest_is_what_is_expected_there_not_what_the_law_says(tmp_path: Path) -> None:
     """Where the pair's law was learnt to be off by the engaged edge: a forecast's means, alone."""
     found = _follow(tmp_path, PROFILE)
-    belief = known().also((law_error("turn"), law_error("contour")))
-    mean = belief.state.mean.copy()
-    mean[belief.columns(law_error("turn").key)] = [0.1, -0.2, 0.1, 0.05, -0.4, 0.3]
-    off = replace(belief, state=Gaussian(mean, belief.state.covariance))
+    posterior = known().also((law_error("turn"), law_error("contour")))
+    mean = posterior.state.mean.copy()
+    mean[posterior.columns(law_error("turn").key)] = [0.1, -0.2, 0.1, 0.05, -0.4, 0.3]
+    off = replace(posterior, state=Gaussian(mean, posterior.state.covariance))
     for tool in (INSERT, ToolOf("unknown", {})):
         rows = found.lines[0].steps + found.lines[1].steps
         cuts = BY_NAME["turn"].cuts(tool.numbers, rows, called=tool.name)

@@ -12,9 +12,9 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer.explaining import explain_recording, explain_with_machine
 from autodb.agent.answer.force_map import force_map
-from autodb.agent.answer.looking_up import Shelf
+from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.answer.overview import machines_seen
-from autodb.agent.answer.prediction_basis import Grounds
+from autodb.agent.answer.prediction_basis import PredictionBasis
 from autodb.agent.learn.precision_history import precision_history
 from autodb.agent.learn.usual_cut import OTHERWISE, usual_cut
 from autodb.agent.rows.machines import find_machine
@@ -60,23 +60,23 @@ def session(store: Store) -> Iterator[Session]:
 
 
 @pytest.fixture
-def grounds(session: Session) -> Grounds:
+def basis(session: Session) -> PredictionBasis:
     """Return what is known of the pair."""
-    shelf = Shelf(session, MACHINE)
-    one = shelf.pairs()[0]
-    return shelf.grounds(one.material, one.tool)
+    pair_reader = PairReader(session, MACHINE)
+    one = pair_reader.pairs()[0]
+    return pair_reader.basis(one.material, one.tool)
 
 
 # Maps
 
 
-def test_a_cell_of_a_map_is_the_cut_that_it_stands_for(grounds: Grounds) -> None:
-    found = force_map(grounds, CUT)
+def test_a_cell_of_a_map_is_the_cut_that_it_stands_for(basis: PredictionBasis) -> None:
+    found = force_map(basis, CUT)
     row, column = 3, 5
     there = CUT.model_copy(
         update={"feed_mm_rev": found.feeds[column], "depth_mm": found.across[row]}
     )
-    (alone,), _ = grounds.predict([there])
+    (alone,), _ = basis.predict([there])
     by_field = {layer.quantity.field: layer for layer in found.layers}
     assert_allclose(by_field["force_y_N"].mean[row, column], alone.force_y_N.value, rtol=1e-9)
     torque = by_field["torque_N_m"]
@@ -88,11 +88,11 @@ def test_a_cell_of_a_map_is_the_cut_that_it_stands_for(grounds: Grounds) -> None
     assert not by_field["power_W"].chance.any()
 
 
-def test_a_map_holds_what_was_cut_and_the_cut(grounds: Grounds) -> None:
-    assert grounds.states is not None
-    ranges = grounds.states.usual.ranges
+def test_a_map_holds_what_was_cut_and_the_cut(basis: PredictionBasis) -> None:
+    assert basis.states is not None
+    ranges = basis.states.usual.ranges
     for cut in (CUT, CUT.model_copy(update={"depth_mm": 9.0})):
-        found = force_map(grounds, cut)
+        found = force_map(basis, cut)
         assert found.cut_range == (ranges[FEED], ranges[DEPTH])
         for values, own, (low, high) in (
             (found.feeds, cut.feed_mm_rev, ranges[FEED]),
@@ -104,7 +104,7 @@ def test_a_map_holds_what_was_cut_and_the_cut(grounds: Grounds) -> None:
 
 
 def test_a_map_of_a_drill_goes_over_speed(session: Session) -> None:
-    unknown = Shelf(session, MACHINE).grounds("C45", "twist drill")
+    unknown = PairReader(session, MACHINE).basis("C45", "twist drill")
     drilled = replace(unknown, known=replace(unknown.known, tool=_drill()))
     found = force_map(drilled, OTHERWISE["drill"])
     assert (found.across_key, found.feed_key) == ("speed_m_min", "feed_mm_rev")
@@ -116,9 +116,9 @@ def _drill() -> ToolOf:
     return ToolOf("twist drill", {"diameter_mm": 8.0, "teeth": 2.0, "point_angle_deg": 118.0})
 
 
-def test_limits_that_no_cut_of_a_map_reaches_are_not_drawn(grounds: Grounds) -> None:
-    near = force_map(grounds, CUT)
-    far = force_map(replace(grounds, limits={"spindle": AxisLimits(torque_N_m=1e6)}), CUT)
+def test_limits_that_no_cut_of_a_map_reaches_are_not_drawn(basis: PredictionBasis) -> None:
+    near = force_map(basis, CUT)
+    far = force_map(replace(basis, limits={"spindle": AxisLimits(torque_N_m=1e6)}), CUT)
     assert sum("chance to exceed the limit" in str(plot) for _, plot in force_map_plots(near)) >= 1
     assert not any("chance to exceed the limit" in str(plot) for _, plot in force_map_plots(far))
 
@@ -126,30 +126,32 @@ def test_limits_that_no_cut_of_a_map_reaches_are_not_drawn(grounds: Grounds) -> 
 # How a pair tightened
 
 
-def test_what_is_open_of_a_cut_falls_from_the_start_on(session: Session, grounds: Grounds) -> None:
+def test_what_is_open_of_a_cut_falls_from_the_start_on(
+    session: Session, basis: PredictionBasis
+) -> None:
     owner = find_machine(session, MACHINE)
-    curves = precision_history(session, owner.id, grounds.material, grounds.known.tool, CUT)
+    curves = precision_history(session, owner.id, basis.material, basis.known.tool, CUT)
     assert [one.component for one in curves] == ["y", "z"]
-    (expected,), _ = grounds.predict([CUT])
+    (expected,), _ = basis.predict([CUT])
     for curve, own in zip(curves, (expected.force_y_N, expected.force_z_N), strict=True):
-        assert (curve.n[0], curve.n[-1]) == (0.0, grounds.known.behind.cuts)
+        assert (curve.n[0], curve.n[-1]) == (0.0, basis.known.behind.cuts)
         assert curve.sd[-1] < 0.2 * curve.sd[0]
         assert_allclose(curve.mean[-1], own.value, rtol=1e-9)
 
 
-def test_a_pair_that_is_not_learnt_has_no_curve(session: Session, grounds: Grounds) -> None:
+def test_a_pair_that_is_not_learnt_has_no_curve(session: Session, basis: PredictionBasis) -> None:
     owner = find_machine(session, MACHINE)
-    assert precision_history(session, owner.id, "C45", grounds.known.tool, CUT) == ()
+    assert precision_history(session, owner.id, "C45", basis.known.tool, CUT) == ()
 
 
 # Usual cuts
 
 
 def test_a_usual_cut_is_one_that_was_made_near_the_middle(
-    session: Session, grounds: Grounds
+    session: Session, basis: PredictionBasis
 ) -> None:
     owner = find_machine(session, MACHINE)
-    found = usual_cut(session, owner.id, grounds.material, grounds.known.tool.name)
+    found = usual_cut(session, owner.id, basis.material, basis.known.tool.name)
     feeds, depths = (
         [cut.conditions[name] for cut in session.scalars(select(models.Cut)) if cut.pair_id]
         for name in (FEED, DEPTH)

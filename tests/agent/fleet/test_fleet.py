@@ -94,7 +94,7 @@ def test_a_machine_that_never_cut_it_starts_from_the_others(shop: Store, cli: Cl
         == f"{others} other machines that cut the material, {others} of them with this tool"
     )
     assert without.said == f"{others} other machines that cut the material, with other tools"
-    narrow, wide = (np.diag(one.belief.law.covariance) for one in (with_it, without))
+    narrow, wide = (np.diag(one.posterior.law.covariance) for one in (with_it, without))
     assert np.all(narrow <= wide * (1.0 + 1e-9))
     assert np.sum(narrow < 0.9 * wide) >= 4
     done = cli("refresh", "--machine", "new")
@@ -128,13 +128,13 @@ def test_a_pair_s_own_cuts_are_not_told_to_it_again(shop: Store) -> None:
     learn_fleet(shop)
     with shop.reading() as session:
         first = find_machine(session, "lathe-0").id
-        held = start_of(session, first, material, FIRST).belief.law
+        held = start_of(session, first, material, FIRST).posterior.law
     with shop.reading() as session:
         file = as_file(find_machine(session, "lathe-0"))
     update_machine(shop, "lathe-0", file.model_copy(update={"shares": "nothing"}))
     learn_fleet(shop)
     with shop.reading() as session:
-        alone = start_of(session, first, material, FIRST).belief.law
+        alone = start_of(session, first, material, FIRST).posterior.law
     assert_allclose(held.mean, alone.mean, rtol=1e-6, atol=1e-8)
     assert_allclose(held.covariance, alone.covariance, rtol=1e-5, atol=1e-9)
 
@@ -202,7 +202,7 @@ def test_one_that_agrees_again_comes_back(shop: Store) -> None:
 
 
 def test_a_standard_cut_says_how_a_machine_feels(shop: Store) -> None:
-    """The published cut of the kit, 485.78 N along and 325.78 N across, felt a fifth too large."""
+    """The published cut of the kit, 485.78 N along, 325.78 N across, sensed a fifth too large."""
     with shop.reading() as session:
         assert standard_cut(session, find_machine(session, "lathe-0").id) is None
     published = {"y": 485.78, "z": 325.78}

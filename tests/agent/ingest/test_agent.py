@@ -202,7 +202,7 @@ def test_an_axis_current_takes_the_sign_of_its_axis(cli: Cli, recordings: Path) 
     assert coulomb["value"] > 0.5
 
 
-def test_machine_show_lists_what_is_felt(learnt: Cli) -> None:
+def test_machine_show_lists_what_is_sensed(learnt: Cli) -> None:
     done = learnt("machine", "show", "lathe-1")
     assert "force.z: offered" in done.out
     assert "lathe-1" in learnt("machine", "list").out

@@ -21,7 +21,7 @@ from autodb.agent.learn.shifted import ForceShift, shifts
 from autodb.agent.operate import refreshing
 from autodb.agent.operate.refreshing import refresh, watch
 from autodb.agent.rows import refresh_cursor
-from autodb.agent.rows.posteriors import as_belief, latest
+from autodb.agent.rows.posteriors import as_posterior, latest
 from autodb.assets import kit
 from autodb.errors import UnusableInput
 from autodb.pairs.posterior import PairPosterior
@@ -84,20 +84,20 @@ def _reading() -> Iterator[Session]:
         yield session
 
 
-def _belief() -> PairPosterior:
+def _posterior() -> PairPosterior:
     with _reading() as session:
         row = latest(session, 1, 1)
         assert row is not None
-        return as_belief(row)
+        return as_posterior(row)
 
 
-def _shifted(belief: PairPosterior) -> list[ForceShift]:
+def _shifted(posterior: PairPosterior) -> list[ForceShift]:
     """Return what is believed now of as many cuts, where it is not what was believed."""
     with _reading() as session:
         now = latest(session, 1, 1)
         assert now is not None
-        assert now.n_cuts == belief.cuts
-        return shifts("pair", belief, as_belief(now), now.forces)
+        assert now.n_cuts == posterior.cuts
+        return shifts("pair", posterior, as_posterior(now), now.forces)
 
 
 def _counting() -> list[tuple[float, str]]:
@@ -112,11 +112,11 @@ def _counting() -> list[tuple[float, str]]:
 
 
 def _undisturbed() -> tuple[list[tuple[float, str]], PairPosterior]:
-    """Return the cuts and the belief of a database that the whole week came to, once."""
+    """Return the cuts and the posterior of a database that the whole week came to, once."""
     before = Path("autodb.sqlite3").read_bytes()
     _deliver(WEEK, _week())
     _take()
-    known = _counting(), _belief()
+    known = _counting(), _posterior()
     for one in Path().glob("autodb.sqlite3*"):
         one.unlink()
     Path("autodb.sqlite3").write_bytes(before)
@@ -167,29 +167,29 @@ def test_a_refused_file_is_read_again_once_its_side_file_says_more() -> None:
 
 @pytest.mark.usefixtures("calibrated")
 def test_a_file_that_comes_twice_counts_once() -> None:
-    known, belief = _undisturbed()
+    known, posterior = _undisturbed()
     for name in (WEEK, "copy.csv", WEEK):
         _deliver(name, _week())
         _take()
     assert _counting() == known
-    assert_allclose(_belief().state.mean, belief.state.mean, rtol=0, atol=0)
+    assert_allclose(_posterior().state.mean, posterior.state.mean, rtol=0, atol=0)
     assert [path.name for path in Path("in").rglob("*.csv")] == [WEEK]
 
 
 @pytest.mark.usefixtures("calibrated")
 def test_a_table_that_grows_adds_what_is_new() -> None:
-    known, belief = _undisturbed()
+    known, posterior = _undisturbed()
     for rows in (6, 12, WEEK_ROWS, 10):  # the last is cut off
         _deliver(WEEK, _week(slice(0, rows)))
         done = _take()
         assert [one.status for one in done.came_in] == ["imported"]
     assert _counting() == known
-    assert not _shifted(belief)
+    assert not _shifted(posterior)
 
 
 @pytest.mark.usefixtures("calibrated")
 def test_a_mended_row_takes_the_place_of_the_damaged_one() -> None:
-    known, belief = _undisturbed()
+    known, posterior = _undisturbed()
     damaged = _week()
     damaged.loc[damaged.index[7], "z.current.range"] *= 1.9
     _deliver(WEEK, damaged)
@@ -198,7 +198,7 @@ def test_a_mended_row_takes_the_place_of_the_damaged_one() -> None:
     (one,) = _take().came_in
     assert (one.status, one.cuts) == ("imported", 1)
     assert _counting() == known
-    assert_allclose(_belief().state.mean, belief.state.mean, rtol=1e-6)
+    assert_allclose(_posterior().state.mean, posterior.state.mean, rtol=1e-6)
 
 
 @pytest.mark.usefixtures("calibrated")
@@ -280,8 +280,8 @@ def test_older_recordings_come_first() -> None:
 
 @pytest.mark.usefixtures("calibrated")
 def test_passes_that_go_on_learn_what_one_would(monkeypatch: pytest.MonkeyPatch) -> None:
-    """New cuts change a belief that many are behind; old ones are not even read."""
-    known, belief = _undisturbed()
+    """New cuts change a posterior that many are behind; old ones are not even read."""
+    known, posterior = _undisturbed()
     monkeypatch.setattr(learning, "AT_ONCE", 3)
     monkeypatch.setattr(refreshing, "AT_ONCE", 3)
     loaded: set[int] = set()
@@ -300,7 +300,7 @@ def test_passes_that_go_on_learn_what_one_would(monkeypatch: pytest.MonkeyPatch)
     finally:
         event.remove(models.Cut, "load", count)
     assert _counting() == known
-    assert not _shifted(belief)
+    assert not _shifted(posterior)
 
 
 @pytest.mark.usefixtures("calibrated")

@@ -63,7 +63,7 @@ def test_the_torque_arm_in_facing_is_the_radius_itself(learnt: Cli) -> None:
     assert_allclose(turned["torque_N_m"]["value"], turned["force_y_N"]["value"] * arm_mm / 1000.0)
 
 
-def test_what_stands_still_is_not_sensed_and_one_belief_learns_from_all(learnt: Cli) -> None:
+def test_what_stands_still_is_not_sensed_and_one_posterior_learns_from_all(learnt: Cli) -> None:
     del learnt
     store = open_store("sqlite:///autodb.sqlite3")
     with store.reading() as session:

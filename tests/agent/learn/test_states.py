@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pyarrow import csv
 from sqlalchemy import select
 
-from autodb.agent.rows.posteriors import as_belief
+from autodb.agent.rows.posteriors import as_posterior
 from autodb.fitting import NORMAL_95
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
@@ -273,7 +273,7 @@ def test_confirmed_wear_is_in_the_next_prediction(
 
 
 def _of_unseen_edges() -> tuple[Array, Array]:
-    """Compare worn cuts of six edges, past 900 s, with the newest belief: force y and z.
+    """Compare worn cuts of six edges, past 900 s, with the newest posterior: force y and z.
 
     Returns by what share it is off in the mean, and the share inside the 95 % intervals, (2,).
     """
@@ -293,9 +293,9 @@ def _of_unseen_edges() -> tuple[Array, Array]:
     store = open_store(URL)
     with store.reading() as session:
         newest = select(models.CuttingParameters).order_by(models.CuttingParameters.id.desc())
-        belief = as_belief(session.scalars(newest.limit(1)).one())
+        posterior = as_posterior(session.scalars(newest.limit(1)).one())
     store.close()
-    found = forecast(belief, BY_NAME["turn"].cuts({}, rows, called="carbide insert"))
+    found = forecast(posterior, BY_NAME["turn"].cuts({}, rows, called="carbide insert"))
     off = found.mean[:, 1:3] - np.array(true)
     bias = (off / np.array(true)).mean(axis=0)
     return bias, (np.abs(off) < NORMAL_95 * found.sd[:, 1:3]).mean(axis=0)

@@ -23,7 +23,7 @@ from autodb.errors import UnusableInput
 from autodb.explain.answer.advice import advice
 from autodb.records import Recording, read
 from autodb.sensing.drives import feed_axis
-from autodb.sensing.drives.fit.axis_model import Beliefs, Identified
+from autodb.sensing.drives.fit.axis_model import Identified, Posteriors
 from autodb.store import Store, models, open_store
 from tests.conftest import Cli, Once
 from tests.helpers.trapezoids import COULOMB, INERTIA, NOISE, VISCOUS, WEIGHT, moves
@@ -187,7 +187,7 @@ def test_a_version_that_lacked_a_term_does_not_hold_the_fit_back(seed: int) -> N
         for n, m in ((seed, moves(seed)), (seed + 50, moves(seed + 50)))
     )
     lacked = feed_axis.identify(first)
-    with_it = feed_axis.identify(second, terms=terms, beliefs=beliefs(lacked))
+    with_it = feed_axis.identify(second, terms=terms, posteriors=posteriors(lacked))
     truth = {"coulomb": COULOMB, "gravity": WEIGHT, "inertia": INERTIA, "viscous": VISCOUS}
     swallowed = abs(lacked.value("gravity") - WEIGHT)
     for term in (t for t in with_it.fitted if t.term in truth):
@@ -196,9 +196,9 @@ def test_a_version_that_lacked_a_term_does_not_hold_the_fit_back(seed: int) -> N
     assert with_it.moved == ()
 
 
-def beliefs(model: Identified) -> Beliefs:
+def posteriors(model: Identified) -> Posteriors:
     names = tuple((t.key, t.parameter) for t in model.fitted)
-    return Beliefs(names, np.array([t.value for t in model.fitted]), model.covariance)
+    return Posteriors(names, np.array([t.value for t in model.fitted]), model.covariance)
 
 
 def test_given_shapes_stay_those_of_the_version_believed() -> None:
@@ -209,9 +209,9 @@ def test_given_shapes_stay_those_of_the_version_believed() -> None:
     terms = (*feed_axis.SYMMETRIC, "position_friction")
     one = feed_axis.identify(first, terms=terms)
     given = {(t.key, t.parameter): t.value for t in one.terms if t.sd == 0}
-    known = beliefs(one)
+    known = posteriors(one)
     both = feed_axis.identify(
-        second, terms=terms, beliefs=Beliefs(known.names, known.mean, known.covariance, given)
+        second, terms=terms, posteriors=Posteriors(known.names, known.mean, known.covariance, given)
     )
     middle = next(t.value for t in both.terms if t.parameter == "middle")
     assert middle == given["position_friction", "middle"]

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.operate.withdrawing import take_again, withdraw
 from autodb.agent.rows.calibrations import current_calibrations
-from autodb.agent.rows.posteriors import as_belief, latest
+from autodb.agent.rows.posteriors import as_posterior, latest
 from autodb.assets import kit
 from autodb.store import models, open_store
 from tests.conftest import Cli, Once
@@ -58,13 +58,13 @@ def _reading() -> Iterator[Session]:
         store.close()
 
 
-def _belief() -> tuple[np.ndarray, np.ndarray, int]:
+def _posterior() -> tuple[np.ndarray, np.ndarray, int]:
     """Return mean and covariance of the pair's law, and how many cuts it rests on."""
     with _reading() as session:
         row = latest(session, 1, session.scalars(select(models.Pair.id)).one())
         assert row is not None
-        belief = as_belief(row)
-        return belief.law.mean, belief.law.covariance, row.n_cuts
+        posterior = as_posterior(row)
+        return posterior.law.mean, posterior.law.covariance, row.n_cuts
 
 
 def _counting() -> int:
@@ -74,7 +74,7 @@ def _counting() -> int:
 
 
 def _same(before: tuple[np.ndarray, np.ndarray, int]) -> None:
-    mean, covariance, cuts = _belief()
+    mean, covariance, cuts = _posterior()
     assert cuts == before[2]
     sd = np.maximum(np.sqrt(np.diag(before[1])), 1e-9)
     assert_allclose((mean - before[0]) / sd, 0.0, atol=1e-6)
@@ -82,7 +82,7 @@ def _same(before: tuple[np.ndarray, np.ndarray, int]) -> None:
 
 
 def test_what_is_explained_teaches_nothing(there: Cli) -> None:
-    counted, before = _counting(), _belief()
+    counted, before = _counting(), _posterior()
     assert there("explain", "tuesday.csv", *MACHINE, "--out", "ex").code == 0
     assert _counting() == counted
     assert "nothing new" in there("refresh", *MACHINE).out
@@ -109,10 +109,10 @@ def test_a_recording_that_counts_is_not_counted_again_as_it_is_explained(there: 
 
 
 def test_withdrawn_it_is_as_if_it_had_never_come_in(there: Cli) -> None:
-    before = _belief()
+    before = _posterior()
     there("import", "tuesday.csv", *MACHINE)
     there("refresh", *MACHINE)
-    assert _belief()[2] == 16
+    assert _posterior()[2] == 16
     done = there("withdraw", TUESDAY, *MACHINE, "--why", "another tool was in the turret")
     assert done.code == 0, done.err
     assert "recording 3: 8 cuts count no more" in done.out
@@ -130,7 +130,7 @@ def test_withdrawn_it_is_as_if_it_had_never_come_in(there: Cli) -> None:
 def test_withdrawn_by_mistake_it_comes_back(there: Cli) -> None:
     there("import", "tuesday.csv", *MACHINE)
     there("refresh", *MACHINE)
-    both = _belief()
+    both = _posterior()
     there("withdraw", TUESDAY, *MACHINE, "--why", "a mistake")
     again = there("withdraw", TUESDAY, *MACHINE, "--undo")
     assert "recording 3: 8 cuts count again" in again.out
@@ -238,7 +238,7 @@ def test_a_retired_machine_takes_nothing_in_and_answers_on(there: Cli) -> None:
 
 
 def test_a_machine_is_called_otherwise_and_knows_what_it_knew(there: Cli) -> None:
-    before = _belief()
+    before = _posterior()
     there("machine", "add", "lathe-2")
     assert (
         "there is a machine 'lathe-2' already"

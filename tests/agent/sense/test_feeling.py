@@ -1,4 +1,4 @@
-"""Milled cuts recorded over time: felt by a table dynamometer, and learnt from by refresh."""
+"""Milled cuts recorded over time: sensed by a table dynamometer, and learnt from by refresh."""
 
 import json
 from pathlib import Path
@@ -137,7 +137,7 @@ def test_a_slot_never_cut_is_predicted_from_recorded_ones(milled: Cli) -> None:
     assert told["behind"]["cuts"] == len(CUTS)
 
 
-def test_nothing_is_felt_twice(milled: Cli) -> None:
+def test_nothing_is_sensed_twice(milled: Cli) -> None:
     again = milled("refresh", "--machine", "mill")
     assert again.code == 0
     assert "nothing new" in again.out
@@ -157,7 +157,7 @@ def test_a_new_version_of_the_sensor_feels_all_cuts_anew(milled: Cli) -> None:
     assert "table of force.x, version 1" not in traced.out
 
 
-def test_a_recording_that_is_gone_is_said_not_to_be_felt(milled: Cli) -> None:
+def test_a_recording_that_is_gone_is_said_not_to_be_sensed(milled: Cli) -> None:
     path = _cut(9, 0.05, 1.2)
     assert milled("import", path, "--machine", "mill").code == 0
     path.unlink()
@@ -206,5 +206,5 @@ def test_a_drive_in_newtons_feels_recorded_cuts_too(cli: Cli) -> None:
     assert done.code == 0, done.err
     assert "1 forces sensed" in done.out
     traced = cli("trace", "force", "1")
-    felt_N = float(traced.out.split("force.x of cut 1: ")[1].split(" ")[0])
-    assert felt_N == pytest.approx(mean[0], rel=0.1)
+    sensed_N = float(traced.out.split("force.x of cut 1: ")[1].split(" ")[0])
+    assert sensed_N == pytest.approx(mean[0], rel=0.1)

@@ -28,7 +28,7 @@ COEFFICIENTS = {
 }
 
 
-def _felt(rng: np.random.Generator, n: int) -> MeasuredCuts:
+def _sensed(rng: np.random.Generator, n: int) -> MeasuredCuts:
     return MeasuredCuts(
         current=rng.uniform(1.0, 6.0, n),
         feed_mm_s=rng.uniform(2.0, 9.0, n),
@@ -50,12 +50,12 @@ def test_shift_and_share_are_what_the_coefficients_errors_do(form: CurrentForm) 
 
     A current read 10 % high moves neither what a gain's error is of, nor an offset's.
     """
-    felt = _felt(np.random.default_rng(3), 6)
+    sensed = _sensed(np.random.default_rng(3), 6)
     coefficients = _coefficients(form)
-    slopes, value = form.slopes(coefficients, felt), form.value(coefficients, felt)
+    slopes, value = form.slopes(coefficients, sensed), form.value(coefficients, sensed)
     shift, share = form.moves(coefficients, slopes, value)
     assert_allclose(shift + share * value[:, None], slopes, rtol=1e-9)
-    noisy = felt.moved(0.1 * felt.current)
+    noisy = sensed.moved(0.1 * sensed.current)
     read = form.value(coefficients, noisy)
     shift, share = form.moves(coefficients, form.slopes(coefficients, noisy), read)
     plain = form.kind.startswith("line")

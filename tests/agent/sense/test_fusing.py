@@ -22,7 +22,7 @@ FORCE_N = 80.0 * ((T > 4.0) & (T < 20.0)) * (1.0 + 0.3 * np.sin(2.0 * np.pi * T 
 RECORDING = Recording(Path("cut.csv"), {"t": T, "x.position": X, "x.velocity": np.gradient(X, T)})
 
 
-def _felt(force_N: Array, sd_N: float, seed: int) -> ReconstructedLoad:
+def _sensed(force_N: Array, sd_N: float, seed: int) -> ReconstructedLoad:
     rng = np.random.default_rng([seed, 60])
     none = np.zeros(len(T), dtype=np.bool_)
     load = DriveLoad(
@@ -35,14 +35,14 @@ def _felt(force_N: Array, sd_N: float, seed: int) -> ReconstructedLoad:
 
 def _sensors(drive_N: Array = FORCE_N) -> dict[str, ReconstructedLoad]:
     return {
-        DRIVE: _felt(drive_N, 4.0, 1),
-        NETWORK: _felt(FORCE_N, 4.0, 2),
-        TABLE: _felt(FORCE_N, 4.0, 3),
+        DRIVE: _sensed(drive_N, 4.0, 1),
+        NETWORK: _sensed(FORCE_N, 4.0, 2),
+        TABLE: _sensed(FORCE_N, 4.0, 3),
     }
 
 
-def _off_N(felt: ReconstructedLoad) -> float:
-    return float(np.sqrt(np.mean((-felt.load.value - FORCE_N) ** 2)))
+def _off_N(sensed: ReconstructedLoad) -> float:
+    return float(np.sqrt(np.mean((-sensed.load.value - FORCE_N) ** 2)))
 
 
 def test_sensors_that_agree_are_one_answer() -> None:

@@ -1,4 +1,4 @@
-"""The passive force of a cut from its finished part, from file to belief."""
+"""The passive force of a cut from its finished part, from file to posterior."""
 
 import json
 from pathlib import Path

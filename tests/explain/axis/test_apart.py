@@ -14,7 +14,7 @@ from autodb.explain.axis.apart import account_distances, instead, move_that_tell
 from autodb.explain.axis.elsewhere import account_columns, fit_axis_account
 from autodb.explain.axis.friction import (
     asymmetry_candidate,
-    friction_suspects,
+    friction_candidates,
     play,
     position_friction_candidate,
     soft_start,
@@ -25,7 +25,7 @@ from autodb.explain.axis.loads import (
     drift,
     gain_candidate,
     inertia_candidate,
-    load_suspects,
+    load_candidates,
     sensor_candidates_of_axis,
     spring_candidate,
 )
@@ -34,7 +34,7 @@ from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.scan import rough_place, travel_ripple
 from autodb.explain.axis.signals import AxisSignals, axis_signals
 from autodb.explain.engine.bench import WhiteRows
-from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.fitted import fit_white_rows
 from autodb.explain.engine.inquiry import Inquiry
 from autodb.explain.engine.noise import Whitener
@@ -45,7 +45,7 @@ from autodb.records import Recording
 from autodb.terms.friction import backlash, direction
 
 Array = NDArray[np.float64]
-Pair = Callable[[AxisSignals], list[Suspect]]
+Pair = Callable[[AxisSignals], list[Candidate]]
 
 RATE_HZ = 100.0
 NOISE_A = 0.02
@@ -64,7 +64,7 @@ def _one_way() -> Array:
 def _reading(
     position: Array, known: Array, left_out: Array, pair: Pair, **further: Array
 ) -> AxisReading:
-    """Return a recording explained by the first of a pair of suspects, the others its rivals."""
+    """Return a recording explained by the first of a pair of candidates, the others its rivals."""
     velocity = np.gradient(position, T_S)
     rng = np.random.default_rng(7)
     channels = {
@@ -78,9 +78,9 @@ def _reading(
     recording = Recording(path=Path("recording.csv"), channels=channels)
     signals = axis_signals(recording, known, "x.current")
     bench = WhiteRows(channels["x.current"] - known, signals.own, 1)
-    white, suspects = (Whitener(np.zeros(1)), NOISE_A**2), pair(signals)
-    search = CandidateSearch(bench.products(bench.blocks(suspects), white), suspects)
-    found = search.settled((Choice(suspects[0], 0),))
+    white, candidates = (Whitener(np.zeros(1)), NOISE_A**2), pair(signals)
+    search = CandidateSearch(bench.products(bench.blocks(candidates), white), candidates)
+    found = search.settled((Choice(candidates[0], 0),))
     inquiry = Inquiry(found, search, *white, {})
     choices = tuned_together(bench, found.choices, white)
     fitted = fit_white_rows(bench, choices, white)
@@ -98,7 +98,7 @@ def _gravity_or_asymmetry() -> AxisReading:
         position,
         _friction(position),
         np.full_like(T_S, 0.3),
-        lambda s: [load_suspects(s)[0], asymmetry_candidate(s)],
+        lambda s: [load_candidates(s)[0], asymmetry_candidate(s)],
     )
 
 
@@ -154,7 +154,7 @@ def _standing() -> AxisReading:
         np.full_like(T_S, 80.0),
         np.zeros_like(T_S),
         0.3 * (1.0 - np.exp(-T_S / 9.0)),
-        lambda s: [drift(s), load_suspects(s)[0]],
+        lambda s: [drift(s), load_candidates(s)[0]],
     )
 
 
@@ -290,9 +290,9 @@ def test_what_no_move_separates_is_said() -> None:
     assert "drive disabled" in said
 
 
-def _same_as_recorded(rungs: tuple[Rung, ...], again: tuple[Rung, ...]) -> None:
-    assert len(rungs) == len(again)
-    for one, other in zip(rungs, again, strict=True):
+def _same_as_recorded(forms: tuple[CandidateForm, ...], again: tuple[CandidateForm, ...]) -> None:
+    assert len(forms) == len(again)
+    for one, other in zip(forms, again, strict=True):
         assert one.shape == other.shape
         assert_allclose(other.build(), one.build(), atol=1e-12)
 
@@ -305,9 +305,9 @@ def test_shapes_carried_to_part_of_the_recording_are_the_recording_s() -> None:
         name: value[rows] for name, value in vars(s).items() if isinstance(value, np.ndarray)
     }
     part = replace(s, **arrays, own={n: c[rows] for n, c in s.own.items()}, like=s)
-    for make in (friction_suspects, load_suspects, sensor_candidates_of_axis):
+    for make in (friction_candidates, load_candidates, sensor_candidates_of_axis):
         for whole, again in zip(make(s), make(part), strict=True):
-            for one, other in zip(whole.rungs, again.rungs, strict=True):
+            for one, other in zip(whole.forms, again.forms, strict=True):
                 assert one.shape == other.shape
                 assert_allclose(
                     other.build()[5:-5], one.build()[rows][5:-5], atol=1e-9, err_msg=whole.key
@@ -318,7 +318,7 @@ def test_what_scans_found_is_built_anew_with_its_values() -> None:
     s = _gravity_or_asymmetry().signals
     for found in (travel_ripple(s, 0, 17.3, 9, along=True), rough_place(s, 0, 100.0, 180.0)):
         assert found.anew is not None
-        _same_as_recorded(found.rungs, found.anew(replace(s, like=s)).rungs)
+        _same_as_recorded(found.forms, found.anew(replace(s, like=s)).forms)
 
 
 def test_an_account_on_its_own_recording_is_its_fit() -> None:

@@ -200,14 +200,14 @@ def _cuts(seed: int, wear: float, edge: float, n: int = 80) -> tuple[CutTable, C
     }  # fmt: skip
     share = {"force.y": 0.5, "force.z": 1.0}
     grown = wear * depth * (time_s / 600.0) ** 1.3
-    felt: dict[str, NDArray[np.float64]] = {
+    sensed: dict[str, NDArray[np.float64]] = {
         name: (force + share[name] * (grown + edge * depth)) * (1 + rng.normal(0, 0.03, n))
         + rng.normal(0, 10.0, n)
         for name, force in base.items()
     }
     path = Path("cuts.csv")
     return (
-        CutTable(path=path, channels={**known, **felt}),
+        CutTable(path=path, channels={**known, **sensed}),
         CutTable(path=path, channels={"cut": known["cut"], **base}),
     )
 

@@ -12,7 +12,7 @@ from autodb.explain.answer.answer import Cause
 from autodb.explain.axis.form import Short, short_form
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import axis_signals
-from autodb.explain.axis.unknown import unknown_suspects
+from autodb.explain.axis.unknown import unknown_candidates
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Choice
 from autodb.explain.engine.fit import Folds, held_out_residual
@@ -41,10 +41,10 @@ def _reading(seed: int, key: str, effect: Array | float) -> AxisReading:
     recording, simulation = _recording(seed)
     signals = axis_signals(recording, simulation, "x.current")
     bench = WhiteRows(recording["x.current"] + effect - simulation, signals.own, 1)
-    choice = next(Choice(s, 0) for s in unknown_suspects(signals) if s.key == key)
+    choice = next(Choice(s, 0) for s in unknown_candidates(signals) if s.key == key)
     noise = bench.noise(bench.chosen([choice]))
-    products = bench.products(bench.blocks([choice.suspect]), noise)
-    search = CandidateSearch(products, [choice.suspect])
+    products = bench.products(bench.blocks([choice.candidate]), noise)
+    search = CandidateSearch(products, [choice.candidate])
     inquiry = Inquiry(FoundSet((choice,)), search, *noise, {})
     fitted = fit_white_rows(bench, [choice], noise)
     return AxisReading(bench, inquiry, noise, (choice,), fitted, signals, frozenset(), "A")
@@ -52,11 +52,11 @@ def _reading(seed: int, key: str, effect: Array | float) -> AxisReading:
 
 def _values(short: Short) -> dict[str, tuple[float, float]]:
     """Return coefficients and shape values of a form with their standard deviations."""
-    rung = short.law.choice.shape
-    found, covariance = short.beside.fit(rung)
-    linear = zip(rung.names, found, np.sqrt(np.diag(covariance)), strict=True)
+    form = short.law.choice.shape
+    found, covariance = short.beside.fit(form)
+    linear = zip(form.names, found, np.sqrt(np.diag(covariance)), strict=True)
     values = {name: (float(value), float(sd)) for name, value, sd in linear}
-    return values | {name: (value, short.law.sd[name]) for name, value in rung.shape.items()}
+    return values | {name: (value, short.law.sd[name]) for name, value in form.shape.items()}
 
 
 @pytest.mark.parametrize("seed", [4, 5])

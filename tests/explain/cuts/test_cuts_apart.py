@@ -129,12 +129,12 @@ def _pair(case: Case, table: Table, *, seed: int = 3) -> tuple[CutTable, CutTabl
     rng = np.random.default_rng([seed, 5])
     simulated = {n: f for n, f in _chip(table).items() if n in case.names}
     effect = case.truth(table)
-    felt = {
+    sensed = {
         n: f + effect[n] + np.hypot(SCATTER_N, SCATTER * f) * rng.normal(size=len(f))
         for n, f in simulated.items()
     }
     path = Path("cuts.csv")
-    return CutTable(path, {**table, **felt}), CutTable(path, {"cut": table["cut"], **simulated})
+    return CutTable(path, {**table, **sensed}), CutTable(path, {"cut": table["cut"], **simulated})
 
 
 def _looked(case: Case) -> FoundInCuts:
@@ -146,7 +146,7 @@ def _looked(case: Case) -> FoundInCuts:
 def _as_named(case: Case) -> tuple[FoundInCuts, Choice]:
     """Return a table as looked through, explained by the effect that it was made with alone."""
     looked = _looked(case)
-    offers = looked.search.offers((), [s for s in looked.search.suspects if s.term == case.term])
+    offers = looked.search.offers((), [s for s in looked.search.candidates if s.term == case.term])
     best = max(offers, key=lambda offer: offer.worth)
     found = looked.search.settled((best.choice,))
     return replace(looked, found=found), found.choices[0]
@@ -276,19 +276,19 @@ def test_the_table_s_own_cuts_carried_to_themselves_are_the_fit() -> None:
         assert_allclose(carried[:, rows], fitted[:, rows], rtol=1e-3, atol=0.1)
 
 
-def test_every_suspect_is_carried_as_it_is() -> None:
+def test_every_candidate_is_carried_as_it_is() -> None:
     """In every shape the columns of the table's own cuts are those that the table has."""
     looked = _looked(CASES["depth or edge"])
     there = elsewhere(looked, looked.stack.known, usual(looked.stack.known))
-    for suspect in looked.search.suspects:
-        if suspect.anew is not None:  # those that a scan found are of rows, which go on
+    for candidate in looked.search.candidates:
+        if candidate.anew is not None:  # those that a scan found are of rows, which go on
             continue
-        for rung in range(len(suspect.rungs)):
-            choice = Choice(suspect, rung)
+        for form in range(len(candidate.forms)):
+            choice = Choice(candidate, form)
             own = there.columns(())
             columns = there.columns((choice,))[:, :, own.shape[2] :]
-            here = suspect.rungs[rung].law().reshape(columns.shape)
-            if "turns" in suspect.key:
+            here = candidate.forms[form].law().reshape(columns.shape)
+            if "turns" in candidate.key:
                 continue
             white = looked.stack.white(columns).reshape(columns.shape)
             assert_allclose(white, here, rtol=1e-6, atol=1e-6 * np.abs(here).max() + 1e-12)
@@ -300,14 +300,14 @@ def test_runs_and_steps_go_on_where_they_reached_the_end() -> None:
     (trial, *_) = plain_trials(stack.known)
     there = elsewhere(looked, trial.known, usual(stack.known)).stack
     for end, share in ((count, 1.0), (count - 5, 0.0)):
-        suspect = hard_spot_of_cuts(stack, 10, end, 0, tries=1)
-        assert suspect.anew is not None
-        law = suspect.anew(there).rungs[0].law
+        candidate = hard_spot_of_cuts(stack, 10, end, 0, tries=1)
+        assert candidate.anew is not None
+        law = candidate.anew(there).forms[0].law
         assert isinstance(law, LawColumns)
         assert_allclose(law.raw()[:, :, 0], share * there.simulation)
     step = gain_step(stack, 0, 30, 0)
     assert step.anew is not None
-    law = step.anew(there).rungs[0].law
+    law = step.anew(there).forms[0].law
     assert isinstance(law, LawColumns)
     assert_allclose(law.raw()[0, :, 0], there.simulation[0])
 
@@ -345,9 +345,9 @@ def test_a_table_that_nothing_can_follow_asks_for_nothing() -> None:
         "cut": np.arange(1.0, 41.0), "feed": feed, "depth": depth, "speed": np.full(40, 180.0),
     }  # fmt: skip
     plain = 1800.0 * depth * feed
-    felt = plain + 60.0 * depth + rng.normal(0.0, 5.0, 40)
+    sensed = plain + 60.0 * depth + rng.normal(0.0, 5.0, 40)
     texts = {"operation": ["turn"] * 40}
-    recording = CutTable(Path("cuts.csv"), {**held, "force.y": felt}, texts)
+    recording = CutTable(Path("cuts.csv"), {**held, "force.y": sensed}, texts)
     simulation = CutTable(Path("simulation.csv"), {**held, "force.y": plain}, texts)
     channel = explain(recording, simulation).explanation.channels["force.y"]
     assert channel.missing

@@ -27,7 +27,7 @@ from autodb.explain.cuts.look import look_in_cuts, stack_of
 from autodb.explain.cuts.noise import with_noise
 from autodb.explain.cuts.products import products
 from autodb.explain.cuts.table import edge_read_off
-from autodb.explain.engine.candidates import Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm
 from autodb.explain.engine.search import alike_terms
 from autodb.records import CutTable
 from tests.helpers.campaigns import first
@@ -157,13 +157,13 @@ def _pair(
     """Return the table with scattered forces, and its simulation."""
     rng = np.random.default_rng([seed, 2])
     true = _plus(_simulated(table), effect)
-    felt = {
+    sensed = {
         name: force + np.hypot(SCATTER_N, SCATTER * force) * rng.normal(size=len(force))
         for name, force in true.items()
     }
     path = Path("cuts.csv")
     made = _simulated(table) if simulation is None else simulation
-    return CutTable(path, {**table, **felt}), CutTable(path, {"cut": table["cut"], **made})
+    return CutTable(path, {**table, **sensed}), CutTable(path, {"cut": table["cut"], **made})
 
 
 def _answers(pair: tuple[CutTable, CutTable], includes: list[str]) -> dict[str, ChannelAnswer]:
@@ -300,9 +300,9 @@ def test_heavy_tails_name_nothing() -> None:
     table = _table(8)
     rng = np.random.default_rng(8)
     simulation = _simulated(table)
-    felt = {n: f * (1.0 + 0.03 * rng.standard_t(3, len(f))) for n, f in simulation.items()}
+    sensed = {n: f * (1.0 + 0.03 * rng.standard_t(3, len(f))) for n, f in simulation.items()}
     path = Path("cuts.csv")
-    pair = CutTable(path, {**table, **felt}), CutTable(path, {"cut": table["cut"], **simulation})
+    pair = CutTable(path, {**table, **sensed}), CutTable(path, {"cut": table["cut"], **simulation})
     assert _missing(_answers(pair, BOTH)) == set()
 
 
@@ -327,10 +327,13 @@ def test_products_are_those_of_the_white_columns() -> None:
     stack = type(stack)(**{**vars(stack), "mixing": mixed})
     one = values_of(table["t"])
     own = [each(stack, per_depth(stack, values_of(np.ones(60))))]
-    rungs = (Rung(each(stack, relative(stack, one))), Rung(only(stack, added(stack, one), 2)))
-    suspect = Suspect("s", "unknown", rungs)
-    made = products(stack, own, [suspect], freedom=50.0, known=True)
-    columns = [stack.difference[:, None], own[0](), *(suspect.rungs[i].law() for i in (0, 1))]
+    forms = (
+        CandidateForm(each(stack, relative(stack, one))),
+        CandidateForm(only(stack, added(stack, one), 2)),
+    )
+    candidate = Candidate("s", "unknown", forms)
+    made = products(stack, own, [candidate], freedom=50.0, known=True)
+    columns = [stack.difference[:, None], own[0](), *(candidate.forms[i].law() for i in (0, 1))]
     matrix = np.column_stack(columns)
     assert_allclose(made.inner * np.outer(made.norm, made.norm), matrix.T @ matrix, rtol=1e-9,
                     atol=1e-9 * float(made.norm.max()) ** 2)  # fmt: skip

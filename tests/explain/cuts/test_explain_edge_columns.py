@@ -111,11 +111,11 @@ def test_names_of_edges_do_not_matter() -> None:
     """The answer is one whichever edge is called the first."""
     table = _table(5)
     force, rng = _force(table), np.random.default_rng(6)
-    felt: Array = force + _worn(table) + np.hypot(6.0, 0.02 * force) * rng.normal(size=COUNT)
+    sensed: Array = force + _worn(table) + np.hypot(6.0, 0.02 * force) * rng.normal(size=COUNT)
     found = []
     for names in ([1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [5.0, 3.0, 6.0, 1.0, 2.0, 4.0]):
         edge: Array = np.repeat(names, COUNT // EDGES)
-        recording = CutTable(Path("cuts"), {**table, "tool.edge": edge, "force.y": felt})
+        recording = CutTable(Path("cuts"), {**table, "tool.edge": edge, "force.y": sensed})
         stack = stack_of(recording, {"force.y": force}, SHEAR)
         seen, freedom = with_noise(stack)
         looked = look_in_cuts(stack, SHEAR)

@@ -186,14 +186,14 @@ def test_too_few_cuts_name_nothing_and_say_what_it_may_be() -> None:
 def test_a_calibration_turned_round_gives_the_current_back(form: CurrentForm) -> None:
     rng = np.random.default_rng(71)
     current, rpm = rng.uniform(1.0, 8.0, 60), rng.uniform(500.0, 2500.0, 60)
-    felt = MeasuredCuts(
+    sensed = MeasuredCuts(
         current, 0.2 * rpm / 60.0, rpm, np.full(60, 0.2), np.full(60, 2.0), np.full(60, 30.0)
     )
     for sign in (1.0, -1.0) if form in FEED_FORMS else (1.0,):
         target = sign * 20.0 * current**0.95 * (1500.0 / np.maximum(rpm, 1500.0))
-        law = form.fit(felt, target)
-        exact = law.form.value(law.coefficients, felt)
-        assert_allclose(current_of(law.form, law.coefficients, felt, exact), current, rtol=1e-6)
+        law = form.fit(sensed, target)
+        exact = law.form.value(law.coefficients, sensed)
+        assert_allclose(current_of(law.form, law.coefficients, sensed, exact), current, rtol=1e-6)
 
 
 def test_it_is_said_by_the_command_and_on_the_card(cli: Cli) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from autodb.explain.engine.candidates import Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm
 from autodb.explain.engine.evidence import Products
 from autodb.explain.engine.search import FAINT, CandidateSearch
 from autodb.explain.waves.scans import LINE, WIDE, standing_out
@@ -13,8 +13,8 @@ STRONG, WEAK = 300.0, 20.0
 """Clarities: squares are what columns explain."""
 
 
-def _suspect(key: str, *, sure: bool = False) -> Suspect:
-    return Suspect(key, key, (Rung(np.ones),), ("t",), sure=sure)
+def _candidate(key: str, *, sure: bool = False) -> Candidate:
+    return Candidate(key, key, (CandidateForm(np.ones),), ("t",), sure=sure)
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ def test_a_weak_effect_beside_a_strong_one(faint: float, sure: bool, named: set[
     inner = np.array([[1e5, STRONG, WEAK], [STRONG, 1.0, 0.0], [WEAK, 0.0, 1.0]])
     widths = {("strong", 0): 1, ("weak", 0): 1}
     products = Products(inner, own=0, widths=widths, rows=10_000, variance=1.0)
-    both = [_suspect("strong", sure=sure), _suspect("weak")]
+    both = [_candidate("strong", sure=sure), _candidate("weak")]
     assert set(CandidateSearch(products, both, faint=faint).best().keys) == named
 
 

@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 from autodb.explain import explain
 from autodb.explain.answer.answer import ChannelAnswer
 from autodb.explain.engine.bench import WhiteRows
-from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.noise import Whitener
 from autodb.explain.engine.normal import solved
 from autodb.explain.engine.prior import coefficient_costs
@@ -43,7 +43,7 @@ def _rows(truth: np.ndarray, rng: np.random.Generator, *, slow: float) -> np.nda
 
 
 def _law(column: np.ndarray) -> Choice:
-    return Choice(Suspect("law", "viscous", (Rung(lambda: column, names=("size",)),)), 0)
+    return Choice(Candidate("law", "viscous", (CandidateForm(lambda: column, names=("size",)),)), 0)
 
 
 def test_white_rows_are_taken_where_the_law_is_exact_and_plain_ones_where_it_is_not() -> None:
@@ -70,7 +70,7 @@ def test_white_rows_are_taken_where_the_law_is_exact_and_plain_ones_where_it_is_
 def test_a_curve_is_drawn_to_none_in_noise_and_not_where_it_is_clear() -> None:
     rng = np.random.default_rng(4)
     columns = rng.standard_normal((2000, 12))
-    curve = Choice(Suspect("curve", "unknown", (Rung(lambda: columns),)), 0)
+    curve = Choice(Candidate("curve", "unknown", (CandidateForm(lambda: columns),)), 0)
     noise = Whitener(np.zeros(1)), 1.0
     weak = coefficient_costs(WhiteRows(rng.standard_normal(2000), {}, 1), [curve], noise)
     clear = coefficient_costs(WhiteRows(10.0 * columns.sum(axis=1), {}, 1), [curve], noise)

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain.engine.bench import WhiteRows
-from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.noise import Noise, Whitener
 from autodb.explain.engine.tuning import BesideShapes, tuned_together
 
@@ -22,13 +22,13 @@ def _settling(time_s: float) -> Array:
 
 
 def _decaying(name: str, start_s: float) -> Choice:
-    rung = Rung(
+    form = CandidateForm(
         _settling,
         shape={"time_s": start_s},
         within={"time_s": (start_s / 2.0, start_s * 2.0)},
         names=("level",),
     )
-    return Choice(Suspect(name, "unknown", (rung,)), 0)
+    return Choice(Candidate(name, "unknown", (form,)), 0)
 
 
 @pytest.fixture
@@ -55,8 +55,8 @@ def test_two_effects_end_where_neither_moves(bench: WhiteRows) -> None:
 
 
 def _gain(beside: BesideShapes, found: Choice, time_s: float) -> float:
-    rung = found.shape
-    return beside.gain(Rung(rung.law, shape={"time_s": time_s}, names=rung.names))
+    form = found.shape
+    return beside.gain(CandidateForm(form.law, shape={"time_s": time_s}, names=form.names))
 
 
 def _sd(beside: BesideShapes, found: Choice, here: float) -> float:

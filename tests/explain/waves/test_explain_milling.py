@@ -109,7 +109,7 @@ def _looked(case: MillCase) -> FoundInWaves:
 def _named(looked: FoundInWaves) -> list[str]:
     """Return what was named; that an own term's ways are off by unlike factors is no name."""
     choices = looked.found.choices
-    return [c.suspect.term for c in choices if c.suspect.key != OWN_WAYS]
+    return [c.candidate.term for c in choices if c.candidate.key != OWN_WAYS]
 
 
 @pytest.mark.parametrize("seed", [4105, 4108, 4201])

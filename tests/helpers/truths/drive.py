@@ -89,7 +89,7 @@ def inertia() -> Truth:
 
 
 def cross_coupling() -> Truth:
-    """The carried axis is felt a little later than it accelerates."""
+    """The carried axis is sensed a little later than it accelerates."""
     m = creep()
     t = m["t"]
 

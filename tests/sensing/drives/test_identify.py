@@ -14,7 +14,12 @@ from pyarrow import csv
 from autodb.errors import UnusableInput
 from autodb.records import Recording
 from autodb.sensing.drives import feed_axis
-from autodb.sensing.drives.fit.axis_model import Beliefs, Identified, amplitudes, predicted_effort
+from autodb.sensing.drives.fit.axis_model import (
+    Identified,
+    Posteriors,
+    amplitudes,
+    predicted_effort,
+)
 from autodb.sensing.drives.moves.motion import axis_motion, motion_blocks, term_inputs
 from tests.conftest import Cli
 from tests.helpers.trapezoids import (
@@ -164,16 +169,16 @@ def test_no_ripple_is_invented(seed: int) -> None:
         )
 
 
-def _beliefs(model: Identified) -> Beliefs:
+def _posteriors(model: Identified) -> Posteriors:
     names = tuple((t.key, t.parameter) for t in model.fitted)
-    return Beliefs(names, np.array([t.value for t in model.fitted]), model.covariance)
+    return Posteriors(names, np.array([t.value for t in model.fitted]), model.covariance)
 
 
 def test_a_version_starts_from_the_last_and_gets_surer() -> None:
     first, second = moves(7), moves(8)
     one = feed_axis.identify(recorded(first, current(first, 7)))
     alone = feed_axis.identify(recorded(second, current(second, 8)))
-    both = feed_axis.identify(recorded(second, current(second, 8)), beliefs=_beliefs(one))
+    both = feed_axis.identify(recorded(second, current(second, 8)), posteriors=_posteriors(one))
     assert both.moved == ()
     sd = [np.sqrt(np.diag(m.covariance))[0] for m in (one, alone, both)]
     assert_allclose(sd[2], (sd[0] ** -2 + sd[1] ** -2) ** -0.5, rtol=0.3)
@@ -183,7 +188,7 @@ def test_what_changed_on_the_machine_is_said_and_followed() -> None:
     first, second = moves(9), moves(10)
     one = feed_axis.identify(recorded(first, current(first, 9)))
     later = recorded(second, current(second, 10, coulomb=0.8))
-    both = feed_axis.identify(later, beliefs=_beliefs(one))
+    both = feed_axis.identify(later, posteriors=_posteriors(one))
     assert "coulomb" in [m.key for m in both.moved]
     assert "inertia" not in [m.key for m in both.moved]
     alone = feed_axis.identify(later)
@@ -197,7 +202,9 @@ def test_what_new_moves_do_not_excite_is_kept_from_the_last_version() -> None:
     kept = {name: values[moving] for name, values in second.items()}
     kept["t"] = np.arange(moving.sum()) / RATE_HZ
     one = feed_axis.identify(recorded(first, current(first, 11)))
-    both = feed_axis.identify(recorded(kept, current(second, 12)[moving]), beliefs=_beliefs(one))
+    both = feed_axis.identify(
+        recorded(kept, current(second, 12)[moving]), posteriors=_posteriors(one)
+    )
     assert {"coulomb", "gravity"} <= {t.term for t in both.fitted}
     assert_allclose(both.value("gravity"), WEIGHT, atol=0.02)
 

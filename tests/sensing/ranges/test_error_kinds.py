@@ -177,12 +177,12 @@ def _named(seed: int, *, off_N: float, lone_A: float | None) -> tuple[Outlier, .
     if lone_A is not None:
         current[7] = lone_A
     nothing = np.full(40, np.nan)
-    felt = MeasuredCuts(current, nothing, nothing, nothing, nothing, nothing)
+    sensed = MeasuredCuts(current, nothing, nothing, nothing, nothing, nothing)
     target = 30.0 + 200.0 * current + 10.0 * rng.standard_normal(40)
     target[7] += off_N
-    law = LINE.fit(felt, target)
-    error = target - LINE.value(law.coefficients, felt)
-    return outliers(law, LINE.slopes(law.coefficients, felt), error, np.arange(1.0, 41.0))
+    law = LINE.fit(sensed, target)
+    error = target - LINE.value(law.coefficients, sensed)
+    return outliers(law, LINE.slopes(law.coefficients, sensed), error, np.arange(1.0, 41.0))
 
 
 def test_a_cut_off_the_law_is_named_with_its_residual() -> None:

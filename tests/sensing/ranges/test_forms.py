@@ -46,7 +46,7 @@ TRUTH = {
 }
 
 
-def _felt(seed: int = 1) -> MeasuredCuts:
+def _sensed(seed: int = 1) -> MeasuredCuts:
     rng = np.random.default_rng(seed)
     rpm = rng.uniform(800.0, 2400.0, N)
     current, feed_mm = rng.uniform(1.0, 20.0, N), rng.uniform(0.1, 0.4, N)
@@ -56,26 +56,28 @@ def _felt(seed: int = 1) -> MeasuredCuts:
 
 @pytest.mark.parametrize("form", LAWS, ids=lambda form: form.kind)
 def test_known_coefficients_come_back(form: CurrentForm) -> None:
-    felt, truth = _felt(), np.array(TRUTH[form.kind])
-    target = form.value(truth, felt)
-    exact = form.fit(felt, target).coefficients
+    sensed, truth = _sensed(), np.array(TRUTH[form.kind])
+    target = form.value(truth, sensed)
+    exact = form.fit(sensed, target).coefficients
     assert_allclose(exact, truth, rtol=1e-4, atol=1e-6)
     noise = 0.02 * float(np.std(target)) * np.random.default_rng(2).standard_normal(N)
-    law = form.fit(felt, target + noise)
+    law = form.fit(sensed, target + noise)
     sd = np.sqrt(np.diag(law.covariance))
     assert np.all(np.abs(law.coefficients - truth) < 4.5 * sd)
 
 
 @pytest.mark.parametrize("form", LAWS, ids=lambda form: form.kind)
 def test_slopes_are_derivatives(form: CurrentForm) -> None:
-    felt, truth = _felt(), np.array(TRUTH[form.kind])
+    sensed, truth = _sensed(), np.array(TRUTH[form.kind])
     steps = 1e-6 * np.eye(len(truth))
     numeric = np.array(
-        [(form.value(truth + h, felt) - form.value(truth - h, felt)) / 2e-6 for h in steps]
+        [(form.value(truth + h, sensed) - form.value(truth - h, sensed)) / 2e-6 for h in steps]
     ).T
-    assert_allclose(form.slopes(truth, felt), numeric, rtol=1e-4, atol=1e-5)
+    assert_allclose(form.slopes(truth, sensed), numeric, rtol=1e-4, atol=1e-5)
     scaled = truth + 1e-6 * form.scaling(truth)
-    assert_allclose(form.value(scaled, felt), (1.0 + 1e-6) * form.value(truth, felt), rtol=1e-10)
+    assert_allclose(
+        form.value(scaled, sensed), (1.0 + 1e-6) * form.value(truth, sensed), rtol=1e-10
+    )
 
 
 def test_every_form_can_be_kept() -> None:
@@ -84,31 +86,31 @@ def test_every_form_can_be_kept() -> None:
 
 def test_a_current_that_does_not_rise_tells_no_torque() -> None:
     still = np.ones(4)
-    felt = MeasuredCuts(
+    sensed = MeasuredCuts(
         np.array([-1.0, 0.0, 5.0, np.nan]), still, 1000.0 * still, still, still, still
     )
-    torque = POWER.value(np.array(TRUTH["power"]), felt)
+    torque = POWER.value(np.array(TRUTH["power"]), sensed)
     assert torque[:2].tolist() == [0.0, 0.0]
     assert_allclose(torque[2], np.exp(0.4) * 5.0**0.92)
     assert np.isnan(torque[3])
 
 
 def test_what_is_not_known_or_does_not_vary_takes_the_line() -> None:
-    felt = _felt()
+    sensed = _sensed()
     nothing, same = np.full(N, np.nan), np.full(N, 1000.0)
     for theta in (nothing, np.full(N, 30.0)):
-        assert not WARMED_LINE.fits(replace(felt, temperature_C=theta))
+        assert not WARMED_LINE.fits(replace(sensed, temperature_C=theta))
     for rpm in (nothing, same):
-        assert not POWER.fits(replace(felt, speed_rpm=rpm))
-        assert not LINE_OF_SPEED.fits(replace(felt, feed_mm_s=rpm))
-        assert LINE.fits(replace(felt, feed_mm_s=rpm, speed_rpm=rpm))
+        assert not POWER.fits(replace(sensed, speed_rpm=rpm))
+        assert not LINE_OF_SPEED.fits(replace(sensed, feed_mm_s=rpm))
+        assert LINE.fits(replace(sensed, feed_mm_s=rpm, speed_rpm=rpm))
 
 
 def test_five_torques_hold_no_power_law() -> None:
-    felt = _felt()
-    torque = np.where(np.arange(N) < 5, 1.5 * felt.current**0.9, -1.0)
+    sensed = _sensed()
+    torque = np.where(np.arange(N) < 5, 1.5 * sensed.current**0.9, -1.0)
     with pytest.raises(Undetermined):
-        POWER.fit(felt, torque)
+        POWER.fit(sensed, torque)
 
 
 @pytest.mark.parametrize(
@@ -124,17 +126,17 @@ def test_five_torques_hold_no_power_law() -> None:
 def test_the_true_form_is_chosen_and_errors_left_out_are_those_of_the_noise(
     truth: CurrentForm, forms: tuple[CurrentForm, ...]
 ) -> None:
-    felt = _felt(3)
-    target = truth.value(np.array(TRUTH[truth.kind]), felt)
+    sensed = _sensed(3)
+    target = truth.value(np.array(TRUTH[truth.kind]), sensed)
     noise = 0.02 * float(np.std(target))
     groups = np.repeat(np.arange(20), 6)
     target = target + noise * np.random.default_rng(4).standard_normal(N)
-    trials = try_forms(forms, felt, target, groups, folds=FOLDS)
+    trials = try_forms(forms, sensed, target, groups, folds=FOLDS)
     assert best(trials, groups).form is truth
     errors = assessed(trials, groups)
     assert 0.8 * noise < float(np.sqrt(np.mean(errors**2))) < 1.3 * noise
     if truth is not LINE:
-        worse = groups_left_out(LINE, felt, target, groups, folds=20)
+        worse = groups_left_out(LINE, sensed, target, groups, folds=20)
         assert np.mean(worse**2) > 2.0 * np.mean(errors**2)
 
 

@@ -64,7 +64,7 @@ def _reasons(name: str) -> dict[str, set[str]]:
     return found
 
 
-def test_another_gear_range_is_not_felt_by_the_spindle_only(lathe: Cli, recordings: Path) -> None:
+def test_another_gear_range_is_not_sensed_by_the_spindle_only(lathe: Cli, recordings: Path) -> None:
     _import(lathe, recordings, "standard-cuts.csv", 'gear_range = "high"')
     _import(lathe, recordings, "shop-week-1.csv", 'gear_range = "low"')
     _import(lathe, recordings, "shop-week-2.csv")
@@ -76,7 +76,7 @@ def test_another_gear_range_is_not_felt_by_the_spindle_only(lathe: Cli, recordin
     assert _reasons("shop-week-2.csv")["y"] == {""}, "a recording that states none goes with any"
 
 
-def test_another_coolant_is_felt_by_no_axis(lathe: Cli, recordings: Path) -> None:
+def test_another_coolant_is_sensed_by_no_axis(lathe: Cli, recordings: Path) -> None:
     _import(lathe, recordings, "standard-cuts.csv", 'coolant = "flood"')
     _import(lathe, recordings, "shop-week-1.csv", 'coolant = "dry"')
     assert lathe("calibrate", "--machine", "lathe-1").code == 0
@@ -112,8 +112,8 @@ def test_two_gear_ranges_are_two_calibrations_and_each_cut_takes_its_own(
     }
     assert "nothing new" in lathe("refresh", "--machine", "lathe-1").out
     newest = _newest_parameters()
-    felt_by = [force.calibration for force in newest.forces if force.component == "y"]
-    assert {row.gear_range for row in felt_by if row} == {"high", "low"}
+    sensed_by = [force.calibration for force in newest.forces if force.component == "y"]
+    assert {row.gear_range for row in sensed_by if row} == {"high", "low"}
     why = lathe("trace", "parameters", str(newest.id)).out
     assert "gear range 'high'" in why
     assert "gear range 'low'" in why
@@ -134,7 +134,7 @@ def _newest_parameters() -> models.CuttingParameters:
     return row
 
 
-def test_a_gear_range_calibrated_later_takes_back_what_was_felt_without_one(
+def test_a_gear_range_calibrated_later_takes_back_what_was_sensed_without_one(
     lathe: Cli, recordings: Path
 ) -> None:
     """Cuts that state none go with the only calibration there is, until there are two."""

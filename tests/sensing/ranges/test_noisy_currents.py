@@ -23,21 +23,21 @@ TRUTH: tuple[tuple[CurrentForm, Array, int], ...] = (
 )
 
 
-def _felt(rng: np.random.Generator, n: int) -> MeasuredCuts:
+def _sensed(rng: np.random.Generator, n: int) -> MeasuredCuts:
     current, feed_mm_s = rng.uniform(2.0, 20.0, n), rng.uniform(1.0, 15.0, n)
     rpm, some = rng.uniform(800.0, 2400.0, n), np.ones(n)
     return MeasuredCuts(current, feed_mm_s, rpm, some, some, 30.0 * some)
 
 
-def _read(rng: np.random.Generator, felt: MeasuredCuts, share: float) -> MeasuredCuts:
+def _read(rng: np.random.Generator, sensed: MeasuredCuts, share: float) -> MeasuredCuts:
     """Currents read with an error, of each cut another, ``share`` of their spread on average."""
-    sd = share * float(np.std(felt.current)) * rng.uniform(0.4, 1.5, len(felt.current))
+    sd = share * float(np.std(sensed.current)) * rng.uniform(0.4, 1.5, len(sensed.current))
     off = sd * rng.standard_normal(len(sd))
-    return replace(felt, current=felt.current + off, stated_sd=sd)
+    return replace(sensed, current=sensed.current + off, stated_sd=sd)
 
 
-def _exact(felt: MeasuredCuts) -> MeasuredCuts:
-    return replace(felt, stated_sd=None)
+def _exact(sensed: MeasuredCuts) -> MeasuredCuts:
+    return replace(sensed, stated_sd=None)
 
 
 @pytest.mark.parametrize(("form", "truth", "which"), TRUTH)
@@ -47,7 +47,7 @@ def test_slope_and_exponent_are_not_flattened(form: CurrentForm, truth: Array, w
     """
     rng, plain, ours, z = np.random.default_rng(5), [], [], []
     for _ in range(200):
-        true = _felt(rng, CUTS)
+        true = _sensed(rng, CUTS)
         force = form.value(truth, true)
         target = force + 0.1 * np.std(force) * rng.standard_normal(CUTS)
         read = _read(rng, true, 0.15)
@@ -65,12 +65,12 @@ def test_slope_and_exponent_are_not_flattened(form: CurrentForm, truth: Array, w
 def test_without_errors_it_is_least_squares(form: CurrentForm, truth: Array, which: int) -> None:
     del which
     rng = np.random.default_rng(6)
-    felt = _felt(rng, CUTS)
-    target = form.value(truth, felt) * rng.normal(1.0, 0.05, CUTS)
-    least = form.fit(felt, target)
+    sensed = _sensed(rng, CUTS)
+    target = form.value(truth, sensed) * rng.normal(1.0, 0.05, CUTS)
+    least = form.fit(sensed, target)
     for sd in (0.0, 1e-7, np.nan):
         stated = MeasuredCuts(
-            felt.current, felt.feed_mm_s, felt.speed_rpm, felt.feed_mm, felt.depth_mm,
+            sensed.current, sensed.feed_mm_s, sensed.speed_rpm, sensed.feed_mm, sensed.depth_mm,
             np.full(CUTS, sd),
         )  # fmt: skip
         law = form.fit(stated, target)
@@ -82,15 +82,15 @@ def test_currents_that_are_all_error_hold_no_line() -> None:
     rng = np.random.default_rng(7)
     current = 5.0 + rng.standard_normal(CUTS)
     some = np.ones(CUTS)
-    felt = MeasuredCuts(current, some, some, some, some, some, np.full(CUTS, 0.95))
+    sensed = MeasuredCuts(current, some, some, some, some, some, np.full(CUTS, 0.95))
     with pytest.raises(Undetermined):
-        LINE.fit(felt, 30.0 + 200.0 * current + rng.standard_normal(CUTS))
+        LINE.fit(sensed, 30.0 + 200.0 * current + rng.standard_normal(CUTS))
 
 
 def test_a_cut_without_an_error_of_its_own_has_the_others() -> None:
     some = np.ones(3)
-    felt = MeasuredCuts(some, some, some, some, some, some, np.array([0.3, np.nan, 0.4]))
-    assert_allclose(felt.current_sd, [0.3, np.sqrt(0.125), 0.4])
+    sensed = MeasuredCuts(some, some, some, some, some, some, np.array([0.3, np.nan, 0.4]))
+    assert_allclose(sensed.current_sd, [0.3, np.sqrt(0.125), 0.4])
 
 
 def test_intervals_of_cuts_hold_whatever_their_currents_errors() -> None:
@@ -100,10 +100,10 @@ def test_intervals_of_cuts_hold_whatever_their_currents_errors() -> None:
         known = _table(rng, np.tile([0.02, 0.05, 0.1], 9))
         found = calibration.calibrate(known, "z")
         new = _table(rng, np.array([0.02, 2.0]))
-        felt = calibration.sense(new, found)
-        shared = np.einsum("ij,jk,ik->i", felt.common, found.shared_covariance, felt.common)
-        held += np.abs(felt.force_N - new["force.z"]) < 1.96 * np.sqrt(felt.sd_N**2 + shared)
-        assert felt.sd_N[1] > 150.0
+        sensed = calibration.sense(new, found)
+        shared = np.einsum("ij,jk,ik->i", sensed.common, found.shared_covariance, sensed.common)
+        held += np.abs(sensed.force_N - new["force.z"]) < 1.96 * np.sqrt(sensed.sd_N**2 + shared)
+        assert sensed.sd_N[1] > 150.0
     low, high = (int(binom.ppf(p, 200, 0.95)) for p in (0.0005, 0.9995))
     assert np.all((low <= held) & (held <= high)), held
 

@@ -13,7 +13,7 @@ from autodb.explain.cuts.candidates.laws import (
 )
 from autodb.explain.cuts.candidates.signs import grows, monotone, mostly_positive
 from autodb.explain.cuts.table import Conditions, Stack
-from autodb.explain.engine.candidates import Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm
 from autodb.terms.chip import size_effect, speed_softening
 
 Array = NDArray[np.float64]
@@ -44,22 +44,22 @@ def _thickness_varies(frame: Stack) -> bool:
     return thickness is not None and bool(np.ptp(thickness) > 0)
 
 
-def edge_force_suspects(stack: Stack, own: frozenset[str]) -> list[Suspect]:
+def edge_force_candidates(stack: Stack, own: frozenset[str]) -> list[Candidate]:
     """Return the edge's own force, per depth of cut; none where the thickness does not vary."""
     thickness = stack.known.thickness_mm
     if "edge_force" in own or thickness is None or not _thickness_varies(stack.frame):
         return []
     shapes: list[tuple[Array, dict[str, float]]] = [(np.ones_like(thickness), {})]
     shapes += [(-np.expm1(-thickness / h), {"rounding": h}) for h in EDGE_ROUNDING_MM]
-    rungs = []
+    forms = []
     for values, shape in shapes:
         columns = each(stack, per_depth(stack, values_of(values)))
-        rungs.append(Rung(columns, shape, allowed=mostly_positive(columns)))
+        forms.append(CandidateForm(columns, shape, allowed=mostly_positive(columns)))
     variables = ("cutting.feed", "cutting.depth")
-    return [Suspect("edge_force", "edge_force", tuple(rungs), variables)]
+    return [Candidate("edge_force", "edge_force", tuple(forms), variables)]
 
 
-def size_suspects(stack: Stack) -> list[Suspect]:
+def size_candidates(stack: Stack) -> list[Candidate]:
     """Return the chip that costs more the thinner it is; none where the thickness does not vary."""
     thickness = stack.known.thickness_mm
     if thickness is None or not _thickness_varies(stack.frame):
@@ -67,7 +67,7 @@ def size_suspects(stack: Stack) -> list[Suspect]:
     laws = [
         chip_factor(stack, values_of(size_effect(thickness, exponent=m) - 1.0)) for m in EXPONENTS
     ]
-    rungs = [
+    forms = [
         grows(spread(stack, law), {"exponent": m})
         for m, law in zip(EXPONENTS, laws, strict=True)
         for spread in (alike, each)
@@ -75,28 +75,28 @@ def size_suspects(stack: Stack) -> list[Suspect]:
     curve = curve_of(stack, _log_thickness, CURVE)
     columns = alike(stack, chip_factor(stack, curve, curve.width))
     falls = monotone(curve, columns, direction=-1.0)
-    rungs.append(Rung(columns, allowed=falls))
+    forms.append(CandidateForm(columns, allowed=falls))
     detail = each(stack, chip_factor(stack, curve, curve.width))
     variables = ("cutting.feed",)
-    return [Suspect("size_effect", "size_effect", tuple(rungs), variables, detail=detail)]
+    return [Candidate("size_effect", "size_effect", tuple(forms), variables, detail=detail)]
 
 
-def speed_suspects(stack: Stack) -> list[Suspect]:
+def speed_candidates(stack: Stack) -> list[Candidate]:
     """Return the chip that costs less or more the faster it is cut, one way over all speeds."""
     speed, seen = stack.known.speed_m_min, stack.frame.known.speed_m_min
     if speed is None or seen is None or np.ptp(seen) == 0:
         return []
-    rungs = []
+    forms = []
     for e in (-0.4, 0.05, 0.5):
         law = chip_factor(stack, values_of(speed_softening(speed, exponent=e) - 1.0))
-        rungs += [Rung(spread(stack, law), {"exponent": e}) for spread in (alike, each)]
+        forms += [CandidateForm(spread(stack, law), {"exponent": e}) for spread in (alike, each)]
     curve = curve_of(stack, _log_speed, CURVE)
     law = chip_factor(stack, curve, curve.width)
     if curve.width > 2:
         for columns in (alike(stack, law), each(stack, law)):
-            rungs.append(Rung(columns, allowed=monotone(curve, columns)))
+            forms.append(CandidateForm(columns, allowed=monotone(curve, columns)))
     variables, detail = ("cutting.speed",), each(stack, law)
-    return [Suspect("speed_softening", "speed_softening", tuple(rungs), variables, detail=detail)]
+    return [Candidate("speed_softening", "speed_softening", tuple(forms), variables, detail=detail)]
 
 
 def bell(speed_m_min: Array, centre_m_min: float, width: float) -> Array:
@@ -105,13 +105,13 @@ def bell(speed_m_min: Array, centre_m_min: float, width: float) -> Array:
     return np.asarray(np.exp(-0.5 * off**2), dtype=np.float64)
 
 
-def band_suspects(stack: Stack) -> list[Suspect]:
+def band_candidates(stack: Stack) -> list[Candidate]:
     """Return a band of speeds in which the chip costs other force: a built-up edge."""
     speed, seen = stack.known.speed_m_min, stack.frame.known.speed_m_min
     if speed is None or seen is None or len(np.unique(seen)) < 4:
         return []
     low, high = np.log(seen.min()), np.log(seen.max())
-    rungs = []
+    forms = []
     for width in BAND_WIDTHS:
         for centre in np.exp(np.arange(low + 0.5 * width, high, BAND_STEP * width)):
             flanks = bell(np.exp([low, high]), centre, width)
@@ -119,8 +119,8 @@ def band_suspects(stack: Stack) -> list[Suspect]:
                 continue
             law = chip_factor(stack, values_of(bell(speed, centre, width)))
             shape = {"centre": float(centre), "width": width}
-            rungs += [Rung(s(stack, law), shape, tries=6) for s in (alike, each)]
+            forms += [CandidateForm(s(stack, law), shape, tries=6) for s in (alike, each)]
     curve = curve_of(stack, _log_speed, 2 * CURVE)
     detail = each(stack, chip_factor(stack, curve, curve.width))
     variables = ("cutting.speed",)
-    return [Suspect("built_up_edge", "built_up_edge", tuple(rungs), variables, detail=detail)]
+    return [Candidate("built_up_edge", "built_up_edge", tuple(forms), variables, detail=detail)]

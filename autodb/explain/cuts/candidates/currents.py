@@ -27,7 +27,7 @@ from autodb.explain.cuts.candidates.sensors import drift_courses
 from autodb.explain.cuts.candidates.signs import grows
 from autodb.explain.cuts.look import Library
 from autodb.explain.cuts.table import FEWEST, Conditions, Stack, table_conditions
-from autodb.explain.engine.candidates import Choice, Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]
@@ -111,13 +111,13 @@ def _known(run: StandardRun) -> Conditions:
 def run_candidates(*, measured: bool) -> Library:
     """Return what the currents of a run may hold; ``measured`` as in ``StandardRun``."""
 
-    def suspects(stack: Stack) -> list[Suspect]:
+    def candidates(stack: Stack) -> list[Candidate]:
         found = [current_gain(stack), offset(stack)]
         if len(stack.names) > 1:
             found.append(friction(stack))
         return found if measured else [*found, *wear(stack)]
 
-    return Library(own_of_run, suspects, lambda *_: [], levels=(LEVELS,))
+    return Library(own_of_run, candidates, lambda *_: [], levels=(LEVELS,))
 
 
 def own_of_run(stack: Stack) -> dict[str, LawColumns]:
@@ -159,35 +159,35 @@ def _powers(stack: Stack) -> Array:
     return np.column_stack([scaled**k for k in range(degree + 1)])
 
 
-def current_gain(stack: Stack) -> Suspect:
+def current_gain(stack: Stack) -> Candidate:
     """Return a change of current over force: of the rise, or of rise and air by one share."""
-    rungs = [_rung(stack, relative, course, RISE) for course in _courses(stack)]
+    forms = [_form(stack, relative, course, RISE) for course in _courses(stack)]
     if len(stack.names) > 1:
-        rungs += [_rung(stack, relative, course, None) for course in _courses(stack)]
-    return _suspect(stack, GAIN, relative, rungs, current_gain)
+        forms += [_form(stack, relative, course, None) for course in _courses(stack)]
+    return _candidate(stack, GAIN, relative, forms, current_gain)
 
 
-def offset(stack: Stack) -> Suspect:
+def offset(stack: Stack) -> Candidate:
     """Return a change of the rise that is the same whatever the force."""
-    rungs = [_rung(stack, added, course, RISE) for course in _courses(stack)]
-    return _suspect(stack, OFFSET, added, rungs, offset)
+    forms = [_form(stack, added, course, RISE) for course in _courses(stack)]
+    return _candidate(stack, OFFSET, added, forms, offset)
 
 
-def friction(stack: Stack) -> Suspect:
+def friction(stack: Stack) -> Candidate:
     """Return a change of the current in air that leaves the rise over it as it is."""
-    rungs = [_rung(stack, added, course, AIR) for course in _courses(stack)]
-    return _suspect(stack, FRICTION, added, rungs, friction, component=AIR)
+    forms = [_form(stack, added, course, AIR) for course in _courses(stack)]
+    return _candidate(stack, FRICTION, added, forms, friction, component=AIR)
 
 
-def wear(stack: Stack) -> list[Suspect]:
+def wear(stack: Stack) -> list[Candidate]:
     """Return a force that grows with the cutting time of an edge, where that is recorded."""
     time, seen = stack.known.cutting_time_s, stack.frame.known.cutting_time_s
     if time is None or seen is None or np.ptp(seen) == 0:
         return []
     law = per_depth(stack, values_of(time / float(seen.max())))
-    rung = grows(only(stack, law, RISE), {})
+    form = grows(only(stack, law, RISE), {})
     names = ("tool.cutting_time", "tool.edge")
-    return [Suspect(WEAR, WEAR, (rung,), names, anew=lambda other: wear(other)[0])]
+    return [Candidate(WEAR, WEAR, (form,), names, anew=lambda other: wear(other)[0])]
 
 
 def at_the_end(stack: Stack, term: str, component: int | None) -> Choice:
@@ -196,26 +196,26 @@ def at_the_end(stack: Stack, term: str, component: int | None) -> Choice:
     ``component``: of which it is; None: of rise and air alike.
     """
 
-    def made(other: Stack) -> Suspect:
+    def made(other: Stack) -> Candidate:
         course = _step(other, len(other.frame.known) - 1, 1)
-        rung = _rung(other, relative if term == GAIN else added, course, component)
-        return Suspect(f"{term} at the end", term, (rung,), ("t",), anew=made)
+        form = _form(other, relative if term == GAIN else added, course, component)
+        return Candidate(f"{term} at the end", term, (form,), ("t",), anew=made)
 
     return Choice(made(stack), 0)
 
 
-def _suspect(
+def _candidate(
     stack: Stack,
     term: str,
     make: Make,
-    rungs: list[Rung],
-    anew: Callable[[Stack], Suspect],
+    forms: list[CandidateForm],
+    anew: Callable[[Stack], Candidate],
     *,
     component: int = RISE,
-) -> Suspect:
+) -> Candidate:
     free = _curve(stack)
     detail = only(stack, make(stack, *free), component)
-    return Suspect(term, term, tuple(rungs), ("t",), detail=detail, anew=anew)
+    return Candidate(term, term, tuple(forms), ("t",), detail=detail, anew=anew)
 
 
 def _curve(stack: Stack) -> tuple[Callable[[Rows], Array], int]:
@@ -240,9 +240,9 @@ def _step(stack: Stack, start: int, tries: int) -> Course:
     return values_of(after), 1, {"at": start + 1.0}, tries
 
 
-def _rung(stack: Stack, make: Make, course: Course, component: int | None) -> Rung:
+def _form(stack: Stack, make: Make, course: Course, component: int | None) -> CandidateForm:
     """Return a course of one component, or of all alike (None)."""
     shape, width, told, tries = course
     law = make(stack, shape, width)
     columns = alike(stack, law) if component is None else only(stack, law, component)
-    return Rung(columns, told, tries=tries)
+    return CandidateForm(columns, told, tries=tries)

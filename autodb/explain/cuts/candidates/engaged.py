@@ -15,7 +15,7 @@ from autodb.explain.cuts.candidates.laws import (
 )
 from autodb.explain.cuts.candidates.signs import mostly_negative, turns_away
 from autodb.explain.cuts.table import Conditions, Stack
-from autodb.explain.engine.candidates import Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm
 from autodb.terms.nose import nose_axial, nose_length
 
 Array = NDArray[np.float64]
@@ -28,26 +28,26 @@ def _log_depth(known: Conditions) -> Array:
     return np.log(known.depth_mm)
 
 
-def depth_suspects(stack: Stack) -> list[Suspect]:
+def depth_candidates(stack: Stack) -> list[Candidate]:
     """Return a depth that is off by a constant; none where the depth does not vary."""
     depth = stack.known.depth_mm
     if np.ptp(stack.frame.known.depth_mm) == 0:
         return []
     laws = [(values_of(depth**-p), {"power": p}) for p in (1.0, 0.8, 1.25)]
-    rungs = [Rung(alike(stack, relative(stack, shape)), at) for shape, at in laws]
+    forms = [CandidateForm(alike(stack, relative(stack, shape)), at) for shape, at in laws]
     curve = curve_of(stack, _log_depth, CURVE)
     detail = each(stack, relative(stack, curve, curve.width))
     variables = ("cutting.depth",)
-    return [Suspect("depth_error", "depth_error", tuple(rungs), variables, detail=detail)]
+    return [Candidate("depth_error", "depth_error", tuple(forms), variables, detail=detail)]
 
 
-def nose_suspects(stack: Stack) -> list[Suspect]:
+def nose_candidates(stack: Stack) -> list[Candidate]:
     """A nose takes from the axial chip force and gives to the radial; the tangential stays."""
     depth = stack.known.depth_mm
     if np.ptp(stack.frame.known.depth_mm) == 0 or "force.z" not in stack.names:
         return []
-    rungs = [
-        Rung(columns, {"radius": radius}, allowed=turns_away(columns))
+    forms = [
+        CandidateForm(columns, {"radius": radius}, allowed=turns_away(columns))
         for radius in NOSE_MM
         for columns in (
             nose_columns(stack, radius, longer=False),
@@ -59,7 +59,7 @@ def nose_suspects(stack: Stack) -> list[Suspect]:
     curve = curve_of(stack, _log_depth, CURVE)
     detail = each(stack, relative(stack, curve, curve.width))
     variables = ("cutting.depth",)
-    return [Suspect("nose_radius", "nose_radius", tuple(rungs), variables, detail=detail)]
+    return [Candidate("nose_radius", "nose_radius", tuple(forms), variables, detail=detail)]
 
 
 def nose_columns(stack: Stack, radius_mm: float, *, longer: bool) -> LawColumns:
@@ -128,19 +128,19 @@ def _giving_way(values: Array, most: float) -> dict[float, Array]:
     return shapes | {less: values / (most / less + values) for less in (1.0, 4.0)}
 
 
-def deflection_suspects(stack: Stack) -> list[Suspect]:
+def deflection_candidates(stack: Stack) -> list[Candidate]:
     """Return force that falls where tool or work bends; none where the load hardly varies."""
     seen = normal_force(stack.frame)
     if np.ptp(seen) <= 0.02 * seen.max():
         return []
     bending, most = _bending(stack), _bending(stack.frame)
-    rungs = []
+    forms = []
     for name, values in bending.items():
         for less, share in _giving_way(values, float(most[name].max())).items():
             for spread in (alike, each):
                 columns = spread(stack, relative(stack, values_of(share)))
-                rungs.append(Rung(columns, {name: less}, allowed=mostly_negative(columns)))
+                forms.append(CandidateForm(columns, {name: less}, allowed=mostly_negative(columns)))
     curve = SmoothCurve(bending["whole"], CURVE, most["whole"])
     detail = each(stack, relative(stack, curve, curve.width))
     variables = tuple(n for n in stack.names if n == "force.x")
-    return [Suspect("deflection", "deflection", tuple(rungs), variables, detail=detail)]
+    return [Candidate("deflection", "deflection", tuple(forms), variables, detail=detail)]

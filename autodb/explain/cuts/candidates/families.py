@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.chip import (
-    band_suspects,
-    edge_force_suspects,
-    size_suspects,
-    speed_suspects,
+    band_candidates,
+    edge_force_candidates,
+    size_candidates,
+    speed_candidates,
 )
 from autodb.explain.cuts.candidates.engaged import (
-    deflection_suspects,
-    depth_suspects,
-    nose_suspects,
+    deflection_candidates,
+    depth_candidates,
+    nose_candidates,
 )
 from autodb.explain.cuts.candidates.laws import (
     SmoothCurve,
@@ -30,11 +30,11 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cuts.candidates.sensors import drift_suspects, gain_suspects
-from autodb.explain.cuts.candidates.warming import warming_suspects
-from autodb.explain.cuts.candidates.worn import wear_suspects
+from autodb.explain.cuts.candidates.sensors import drift_candidates, gain_candidates
+from autodb.explain.cuts.candidates.warming import warming_candidates
+from autodb.explain.cuts.candidates.worn import wear_candidates
 from autodb.explain.cuts.table import Stack
-from autodb.explain.engine.candidates import UNKNOWN, Rung, Suspect
+from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ MOST_PAIRED = 6
 """Variables that are paired at most."""
 
 
-def families(stack: Stack) -> list[Suspect]:
+def families(stack: Stack) -> list[Candidate]:
     """Return the unnamed effects: of one variable, of two together, of every other cut."""
     singles = [n for n, values in _seen(stack.frame).items() if len(np.unique(values)) > 2]
     found = [_single(stack, name) for name in singles]
@@ -70,32 +70,32 @@ def _over(stack: Stack, name: str, count: int) -> SmoothCurve:
     return SmoothCurve(values, count, like)
 
 
-def _single(stack: Stack, name: str) -> Suspect:
+def _single(stack: Stack, name: str) -> Candidate:
     curve = _over(stack, name, SINGLE)
     factor, offset = relative(stack, curve, curve.width), added(stack, curve, curve.width)
-    rungs = (
-        Rung(alike(stack, factor)),
-        Rung(each(stack, factor)),
-        Rung(each(stack, offset)),
+    forms = (
+        CandidateForm(alike(stack, factor)),
+        CandidateForm(each(stack, factor)),
+        CandidateForm(each(stack, offset)),
     )
     detail = each(stack, factor)
-    return Suspect(f"unknown {name}", UNKNOWN, rungs, (name,), detail=detail, bar=BAR)
+    return Candidate(f"unknown {name}", UNKNOWN, forms, (name,), detail=detail, bar=BAR)
 
 
-def _turns(stack: Stack) -> Suspect:
+def _turns(stack: Stack) -> Candidate:
     """Return what differs from cut to cut and comes back after two, three or four: pallets, say."""
     number = stack.row
-    rungs = []
+    forms = []
     for every in (2, 3, 4):
         member = 1.0 * (number[:, None] % every == np.arange(every - 1)[None, :])
         for make in (relative, added):
             law = make(stack, values_of(member), every - 1)
             shape = {"every": float(every)}
-            rungs += [Rung(spread(stack, law), shape) for spread in (alike, each)]
-    return Suspect("unknown in turns", UNKNOWN, tuple(rungs), ("cut",), bar=BAR)
+            forms += [CandidateForm(spread(stack, law), shape) for spread in (alike, each)]
+    return Candidate("unknown in turns", UNKNOWN, tuple(forms), ("cut",), bar=BAR)
 
 
-def _pair(stack: Stack, first: str, second: str) -> Suspect:
+def _pair(stack: Stack, first: str, second: str) -> Candidate:
     one, two = _over(stack, first, COARSE + 1), _over(stack, second, COARSE + 1)
 
     def shape(rows: slice) -> Array:
@@ -104,15 +104,17 @@ def _pair(stack: Stack, first: str, second: str) -> Suspect:
 
     law: SpreadLaw = relative(stack, shape, one.width * two.width)
     key = f"unknown {first} × {second}"
-    return Suspect(key, UNKNOWN, (Rung(alike(stack, law)),), (first, second), bar=PAIR_BAR)
+    return Candidate(
+        key, UNKNOWN, (CandidateForm(alike(stack, law)),), (first, second), bar=PAIR_BAR
+    )
 
 
-def named_effects(stack: Stack, own: frozenset[str]) -> list[Suspect]:
+def named_effects(stack: Stack, own: frozenset[str]) -> list[Candidate]:
     """Return the named effects that a table can tell of; ``own``: terms that are re-tuned."""
     found = [
-        *edge_force_suspects(stack, own), *size_suspects(stack), *speed_suspects(stack),
-        *band_suspects(stack), *wear_suspects(stack, own), *depth_suspects(stack),
-        *nose_suspects(stack), *deflection_suspects(stack), *drift_suspects(stack),
-        *gain_suspects(stack), *warming_suspects(stack),
+        *edge_force_candidates(stack, own), *size_candidates(stack), *speed_candidates(stack),
+        *band_candidates(stack), *wear_candidates(stack, own), *depth_candidates(stack),
+        *nose_candidates(stack), *deflection_candidates(stack), *drift_candidates(stack),
+        *gain_candidates(stack), *warming_candidates(stack),
     ]  # fmt: skip
-    return [suspect for suspect in found if suspect.rungs]
+    return [candidate for candidate in found if candidate.forms]

@@ -59,7 +59,7 @@ LATER = 4
 
 def effect_parameters(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
     """Return the effect's own parameters in one component, beside the other effects."""
-    return READ[effect.choice.suspect.term](effect, component)
+    return READ[effect.choice.candidate.term](effect, component)
 
 
 def _one(
@@ -236,7 +236,7 @@ def _warmup(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
     half = NORMAL_95 * float(np.sqrt(np.sum((share[at] * sd) ** 2)))
 
     def make(log_time: float) -> LawColumns:
-        return warming_columns(stack, choice.rung, float(np.exp(log_time)))
+        return warming_columns(stack, choice.form, float(np.exp(log_time)))
 
     low, high = np.log(TIMES_S[0] / 3.0), np.log(TIMES_S[-1] * 3.0)
     log = effect.beside.profile(make, low, high, "1")
@@ -266,7 +266,7 @@ def shape_words(stack: Stack, choice: Choice, part: Array, component: int) -> st
     shape = choice.shape.shape
     if "period" in shape:
         return f"it comes round every {shape['period']:.3g} of it."
-    variable = choice.suspect.variables[0]
+    variable = choice.candidate.variables[0]
     values = {**stack.known.other, "cut": stack.known.number, "t": stack.known.t_s}[variable]
     if "every" in shape:
         return f"it differs from cut to cut and comes back after {shape['every']:.0f}."

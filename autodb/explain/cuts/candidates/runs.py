@@ -1,4 +1,4 @@
-"""Suspects that must be looked for: a run of cuts in other material, and what comes round again.
+"""Candidates that must be looked for: a run of cuts in other material, and what comes round again.
 
 The scans work on what a fit leaves, by cumulative sums over bins of cuts; each edge of a run is
 then refined cut by cut between its neighbours.
@@ -21,7 +21,7 @@ from autodb.explain.cuts.candidates.laws import (
     values_of,
 )
 from autodb.explain.cuts.table import Stack
-from autodb.explain.engine.candidates import UNKNOWN, Rung, Suspect
+from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm
 
 Array = NDArray[np.float64]
 Allowed = Callable[[Array], bool]
@@ -47,7 +47,7 @@ class Over:
 ROUND = (Over("cut", lambda stack: stack.row), Over("t", lambda stack: stack.known.t_s))
 
 
-def run_of_cuts(stack: Stack, left: Array, number: int) -> Suspect | None:
+def run_of_cuts(stack: Stack, left: Array, number: int) -> Candidate | None:
     """Return the run in which a factor on all forces explains most of what a fit leaves (C, n)."""
     n = len(stack.known)
     weight = stack.mixing.T @ stack.mixing
@@ -60,8 +60,8 @@ def run_of_cuts(stack: Stack, left: Array, number: int) -> Suspect | None:
     return hard_spot_of_cuts(stack, start, end, number, tries=min(n, BINS))
 
 
-def hard_spot_of_cuts(stack: Stack, start: int, end: int, number: int, *, tries: int) -> Suspect:
-    """Return the suspect of harder or softer material in the rows from start to before end.
+def hard_spot_of_cuts(stack: Stack, start: int, end: int, number: int, *, tries: int) -> Candidate:
+    """Return the candidate of harder or softer material in the rows from start to before end.
 
     In cuts that follow the table it goes on where it reached the table's end.
     """
@@ -73,10 +73,10 @@ def hard_spot_of_cuts(stack: Stack, start: int, end: int, number: int, *, tries:
         for course, make in ((inside, relative), (hump, relative), (inside, chip_factor))
         for spread in (alike, each)
     ]
-    rungs = tuple(Rung(c, shape, tries=tries, allowed=_on_all(c)) for c in made)
+    forms = tuple(CandidateForm(c, shape, tries=tries, allowed=_on_all(c)) for c in made)
     free = np.column_stack([inside, hump, ends])
-    return Suspect(
-        f"hard_spot {number}", "hard_spot", rungs, ("cut",),
+    return Candidate(
+        f"hard_spot {number}", "hard_spot", forms, ("cut",),
         detail=each(stack, relative(stack, values_of(free), 3)),
         interval=(shape["first"], shape["last"]),
         anew=lambda other: hard_spot_of_cuts(other, start, end, number, tries=tries),
@@ -93,7 +93,7 @@ def _courses(stack: Stack, start: int, end: int) -> tuple[Array, Array, Array]:
     return inside.astype(np.float64), np.asarray(hump), ends.astype(np.float64)
 
 
-def step_of_gain(stack: Stack, left: Array, component: int, number: int) -> Suspect:
+def step_of_gain(stack: Stack, left: Array, component: int, number: int) -> Candidate:
     """Return the step of one component's factor that explains most of what a fit leaves (C, n)."""
     force = stack.simulation[component] / stack.sd[component]
     rest = left[component] / stack.sd[component]
@@ -105,16 +105,16 @@ def step_of_gain(stack: Stack, left: Array, component: int, number: int) -> Susp
     return gain_step(stack, component, start, number)
 
 
-def gain_step(stack: Stack, component: int, start: int, number: int) -> Suspect:
-    """Return the suspect of another factor on one component from a row of the table on."""
+def gain_step(stack: Stack, component: int, start: int, number: int) -> Candidate:
+    """Return the candidate of another factor on one component from a row of the table on."""
     t = stack.frame.known.t_s
     after = np.asarray(stack.row >= start, dtype=np.float64)
     columns = only(stack, relative(stack, values_of(after)), component)
     shape = {"at": float((t[start] - t[0]) / max(float(t[-1] - t[0]), 1e-300))}
-    rungs = (Rung(columns, shape, tries=min(len(t), BINS)),)
+    forms = (CandidateForm(columns, shape, tries=min(len(t), BINS)),)
     key = f"gain {stack.names[component]} {number}"
-    return Suspect(
-        key, "gain", rungs, ("t",), anew=lambda other: gain_step(other, component, start, number)
+    return Candidate(
+        key, "gain", forms, ("t",), anew=lambda other: gain_step(other, component, start, number)
     )
 
 
@@ -157,7 +157,7 @@ def _fall(product: Array, power: Array, start: NDArray[np.intp], end: NDArray[np
     return np.asarray((product[end] - product[start]) ** 2 / rest)
 
 
-def comes_round(stack: Stack, left: Array, over: Over, number: int) -> Suspect | None:
+def comes_round(stack: Stack, left: Array, over: Over, number: int) -> Candidate | None:
     """Return the factor on all forces that is periodic in a variable and explains most."""
     n, values = len(stack.known), over.of(stack)
     if n < 24:
@@ -179,16 +179,16 @@ def comes_round(stack: Stack, left: Array, over: Over, number: int) -> Suspect |
     return periodic(stack, over, found, number)
 
 
-def periodic(stack: Stack, over: Over, turns: float, number: int) -> Suspect:
-    """Return the suspect of a factor that comes round so many times in the table."""
+def periodic(stack: Stack, over: Over, turns: float, number: int) -> Candidate:
+    """Return the candidate of a factor that comes round so many times in the table."""
     seen = over.of(stack.frame)
     span = float(np.ptp(seen))
     angle = 2.0 * np.pi * turns * (over.of(stack) - seen.min()) / span
     law = relative(stack, values_of(np.column_stack([np.cos(angle), np.sin(angle)])), 2)
     shape = {"period": span / turns}
-    rungs = tuple(Rung(s(stack, law), shape, tries=len(seen)) for s in (alike, each))
+    forms = tuple(CandidateForm(s(stack, law), shape, tries=len(seen)) for s in (alike, each))
     key = f"unknown periodic {over.name} {number}"
-    return Suspect(
-        key, UNKNOWN, rungs, (over.name,), bar=BAR,
+    return Candidate(
+        key, UNKNOWN, forms, (over.name,), bar=BAR,
         anew=lambda other: periodic(other, over, turns, number),
     )  # fmt: skip

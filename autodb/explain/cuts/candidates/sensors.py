@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.laws import Rows, SmoothCurve, added, only, relative, values_of
 from autodb.explain.cuts.table import Conditions, Stack
-from autodb.explain.engine.candidates import Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm
 
 Array = NDArray[np.float64]
 
@@ -38,27 +38,29 @@ def drift_courses(stack: Stack) -> list[tuple[Callable[[Rows], Array], int]]:
     return shapes
 
 
-def drift_suspects(stack: Stack) -> list[Suspect]:
+def drift_candidates(stack: Stack) -> list[Candidate]:
     """Return a force of one component that is there whatever the cut, and changes with the time."""
     found = []
     for i, name in enumerate(stack.names):
         laws = [added(stack, shape, width) for shape, width in drift_courses(stack)]
-        rungs = tuple(Rung(only(stack, law, i)) for law in laws)
+        forms = tuple(CandidateForm(only(stack, law, i)) for law in laws)
         free = _curve(stack, 2 * CURVE)
         detail = only(stack, added(stack, free, free.width), i)
         key = f"sensor_drift {name}"
-        found.append(Suspect(key, "sensor_drift", rungs, ("t",), detail=detail))
+        found.append(Candidate(key, "sensor_drift", forms, ("t",), detail=detail))
     return found
 
 
-def gain_suspects(stack: Stack) -> list[Suspect]:
+def gain_candidates(stack: Stack) -> list[Candidate]:
     """Return a factor on one component that changes with the time; none where there is but one."""
     if len(stack.names) < 2:
         return []
     found = []
     for i, name in enumerate(stack.names):
-        rungs = tuple(Rung(only(stack, relative(stack, s, w), i)) for s, w in drift_courses(stack))
+        forms = tuple(
+            CandidateForm(only(stack, relative(stack, s, w), i)) for s, w in drift_courses(stack)
+        )
         free = _curve(stack, 2 * CURVE)
         detail = only(stack, relative(stack, free, free.width), i)
-        found.append(Suspect(f"gain {name}", "gain", rungs, ("t",), detail=detail))
+        found.append(Candidate(f"gain {name}", "gain", forms, ("t",), detail=detail))
     return found

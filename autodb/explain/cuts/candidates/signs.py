@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.laws import LawColumns, SmoothCurve
-from autodb.explain.engine.candidates import Rung
+from autodb.explain.engine.candidates import CandidateForm
 
 Array = NDArray[np.float64]
 Allowed = Callable[[Array], bool]
@@ -48,12 +48,12 @@ def turns_away(columns: LawColumns) -> Allowed:
     """Return whether thrust goes from the axial into the radial force, but for scatter."""
 
     def allowed(coefficients: Array) -> bool:
-        felt = coefficients * columns.strength
-        return bool(felt.min() > -0.25 * felt.max())
+        sensed = coefficients * columns.strength
+        return bool(sensed.min() > -0.25 * sensed.max())
 
     return allowed
 
 
-def grows(columns: LawColumns, shape: dict[str, float]) -> Rung:
+def grows(columns: LawColumns, shape: dict[str, float]) -> CandidateForm:
     """Return a shape that is the effect's where it adds force."""
-    return Rung(columns, shape, allowed=mostly_positive(columns))
+    return CandidateForm(columns, shape, allowed=mostly_positive(columns))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from autodb.explain.cuts.candidates.laws import LawColumns, SpreadLaw, each
 from autodb.explain.cuts.candidates.signs import grows
 from autodb.explain.cuts.table import Conditions, Stack
-from autodb.explain.engine.candidates import Suspect
+from autodb.explain.engine.candidates import Candidate
 
 Array = NDArray[np.float64]
 
@@ -27,25 +27,25 @@ LAWS = 2
 """Laws of ``cold_laws``."""
 
 
-def warming_suspects(stack: Stack) -> list[Suspect]:
+def warming_candidates(stack: Stack) -> list[Candidate]:
     """Return what a cold machine adds to the sensed forces; none where the table has no pause."""
     if not has_pause(stack.frame.known):
         return []
-    rungs = []
+    forms = []
     for time_s in TIMES_S:
         for levelling in LEVELLING:
             cold = coldness(stack, time_s, levelling=levelling)
             shape = {"time_constant": time_s, "levelling": levelling}
-            rungs += [grows(each(stack, law), shape) for law in cold_laws(stack, cold)]
+            forms += [grows(each(stack, law), shape) for law in cold_laws(stack, cold)]
     slow = np.column_stack([coldness(stack, time_s) for time_s in (TIMES_S[0], TIMES_S[-1])])
     detail = each(stack, _added(stack, slow))
-    return [Suspect("warmup", "warmup", tuple(rungs), ("t",), detail=detail)]
+    return [Candidate("warmup", "warmup", tuple(forms), ("t",), detail=detail)]
 
 
-def warming_columns(stack: Stack, rung: int, time_s: float) -> LawColumns:
-    """Return the columns of one of the suspect's shapes at another time constant."""
-    levelling = LEVELLING[rung // LAWS % len(LEVELLING)]
-    return each(stack, cold_laws(stack, coldness(stack, time_s, levelling=levelling))[rung % LAWS])
+def warming_columns(stack: Stack, form: int, time_s: float) -> LawColumns:
+    """Return the columns of one of the candidate's shapes at another time constant."""
+    levelling = LEVELLING[form // LAWS % len(LEVELLING)]
+    return each(stack, cold_laws(stack, coldness(stack, time_s, levelling=levelling))[form % LAWS])
 
 
 def has_pause(known: Conditions) -> bool:

@@ -67,5 +67,5 @@ def _without_others(looked: FoundInCuts) -> Array:
     """Return the difference without the parts of effects that no course of time is put down to."""
     stack, choices = looked.stack, looked.found.choices
     parts = fit_cuts(stack, looked.own, choices).parts[len(looked.own) :]
-    taken = [p for p, c in zip(parts, choices, strict=True) if c.suspect.term not in SLOW]
+    taken = [p for p, c in zip(parts, choices, strict=True) if c.candidate.term not in SLOW]
     return np.asarray(stack.recording - stack.simulation - np.sum(taken, axis=0))

@@ -15,7 +15,7 @@ from autodb.explain.cuts.candidates.laws import (
 )
 from autodb.explain.cuts.candidates.signs import grows, monotone
 from autodb.explain.cuts.table import Conditions, Stack
-from autodb.explain.engine.candidates import Rung, Suspect
+from autodb.explain.engine.candidates import Candidate, CandidateForm
 
 Array = NDArray[np.float64]
 
@@ -30,29 +30,29 @@ def _cutting_time(known: Conditions) -> Array:
     return known.cutting_time_s
 
 
-def wear_suspects(stack: Stack, own: frozenset[str]) -> list[Suspect]:
+def wear_candidates(stack: Stack, own: frozenset[str]) -> list[Candidate]:
     """Return what grows with the cutting time of an edge; none where no such time is known."""
     time, seen = stack.known.cutting_time_s, stack.frame.known.cutting_time_s
     if "tool_wear" in own or time is None or seen is None or np.ptp(seen) == 0:
         return []
     spent = time / float(seen.max())
-    rungs = []
+    forms = []
     for power in (1.0, *WEAR_POWERS):
         shape = {} if power == 1.0 else {"power": power}
         law = per_depth(stack, values_of(spent**power))
-        rungs.append(grows(each(stack, law), shape))
-        rungs.append(grows(each(stack, relative(stack, values_of(spent**power))), shape))
+        forms.append(grows(each(stack, law), shape))
+        forms.append(grows(each(stack, relative(stack, values_of(spent**power))), shape))
     curve = curve_of(stack, _cutting_time, CURVE)
     if curve.levels is None:
         fresh = _fresh(curve)
         law = per_depth(stack, lambda rows: curve(rows) - fresh, curve.width)
         columns = each(stack, law)
-        rungs.append(Rung(columns, allowed=monotone(curve, columns, direction=1.0)))
-        rungs += _edge_rungs(stack, spent, curve)
+        forms.append(CandidateForm(columns, allowed=monotone(curve, columns, direction=1.0)))
+        forms += _edge_forms(stack, spent, curve)
     bow = np.column_stack([spent, spent**2, spent**3])
     detail = each(stack, per_depth(stack, values_of(bow), 3))
     variables = ("tool.cutting_time", "tool.edge")
-    return [Suspect("tool_wear", "tool_wear", tuple(rungs), variables, detail=detail)]
+    return [Candidate("tool_wear", "tool_wear", tuple(forms), variables, detail=detail)]
 
 
 def _fresh(curve: SmoothCurve) -> Array:
@@ -69,16 +69,16 @@ def _members(stack: Stack) -> Array:
     return member
 
 
-def _edge_rungs(stack: Stack, spent: Array, curve: SmoothCurve) -> list[Rung]:
+def _edge_forms(stack: Stack, spent: Array, curve: SmoothCurve) -> list[CandidateForm]:
     """Return shapes with a rate for each edge, the components in the ratio of the common rate."""
     cuts, edges = len(stack.frame.known), len(stack.frame.known.edges)
     if not 2 <= edges <= min(MOST_EDGES, cuts // 4):
         return []
     ratio, member = wear_ratio(stack.frame), _members(stack)
-    rungs = []
+    forms = []
     for power in (1.0, *WEAR_POWERS):
         law = per_depth(stack, values_of(member * spent[:, None] ** power), edges)
-        rungs.append(grows(tied(stack, law, ratio), {"power": power, "edges": float(edges)}))
+        forms.append(grows(tied(stack, law, ratio), {"power": power, "edges": float(edges)}))
     if cuts > 30 * edges:
         fresh = _fresh(curve)
 
@@ -88,8 +88,8 @@ def _edge_rungs(stack: Stack, spent: Array, curve: SmoothCurve) -> list[Rung]:
             return np.asarray(columns.reshape(-1, edges * curve.width))
 
         law = per_depth(stack, shape, edges * curve.width)
-        rungs.append(grows(tied(stack, law, ratio), {"curved": 1.0, "edges": float(edges)}))
-    return rungs
+        forms.append(grows(tied(stack, law, ratio), {"curved": 1.0, "edges": float(edges)}))
+    return forms
 
 
 def wear_ratio(stack: Stack) -> Array:

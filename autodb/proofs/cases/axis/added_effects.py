@@ -109,7 +109,7 @@ class HiddenCogging(HiddenEffect):
 
 @dataclass(frozen=True)
 class CrossCoupling(HiddenEffect):
-    """Another axis' acceleration, felt through the frame: a first-order lag or a moving mean."""
+    """Another axis' acceleration, sensed through the frame: a first-order lag or a moving mean."""
 
     cutoff_hz: float  # 0: mean over `mean` samples
     mean: int

@@ -289,7 +289,7 @@ class ForceGain(CutEffect):
 
 
 @dataclass(frozen=True)
-class OddCuts(Relative):
+class OutlyingCuts(Relative):
     """A change of the force that no identifier stands for."""
 
     term = "unknown"

@@ -227,20 +227,22 @@ def _coin(rng: Generator) -> bool:
 
 def _whip(rng: Generator, cuts: CaseCuts) -> CutEffect:
     del cuts
-    return cutting.OddCuts(_shares(rng), partial(cutting.whip, power=rng.uniform(1.5, 3.0)), False)
+    return cutting.OutlyingCuts(
+        _shares(rng), partial(cutting.whip, power=rng.uniform(1.5, 3.0)), False
+    )
 
 
 def _by_hour(rng: Generator, cuts: CaseCuts) -> CutEffect:
     period_s = float(cuts.t_s[-1]) / rng.uniform(3.0, 9.0)
     phase = rng.uniform(-np.pi, np.pi)
     law = partial(cutting.by_hour, period_s=period_s, phase=phase)
-    return cutting.OddCuts(_shares(rng), law, False)
+    return cutting.OutlyingCuts(_shares(rng), law, False)
 
 
 def _by_turns(rng: Generator, cuts: CaseCuts) -> CutEffect:
     del cuts
     law = partial(cutting.by_turns, every=int(rng.integers(2, 4)))
-    return cutting.OddCuts(_shares(rng), law, False)
+    return cutting.OutlyingCuts(_shares(rng), law, False)
 
 
 def _none(cuts: CaseCuts) -> Iterator[CutEffect]:

@@ -221,8 +221,8 @@ def _events(
     low = size * READS_LOW * rng.uniform(*READS_LOW_BY, 3)
     lost = rng.uniform(*LOST)
     friction = size * np.array(FRICTION_N) * lost / (1.0 - lost)
-    felt = (low[:, None] * force + friction[:, None]) * cold
-    warm = Event("warm-up", "warmup", 1, count, felt)
+    sensed = (low[:, None] * force + friction[:, None]) * cold
+    warm = Event("warm-up", "warmup", 1, count, sensed)
     return (warm, *wear, hard, _drift(rng, world.cuts, size))
 
 

@@ -87,7 +87,7 @@ def disturbed_cut(
     phase = process.uniform(0.0, 2.0 * np.pi)
     chatter = what.chatter_share * grown * np.sin(2.0 * np.pi * what.chatter_hz * t + phase)
     load_N = mean_N[:, None] * engaged * (1.0 + wander + CURRENT_FOLLOWS * chatter)
-    felt_N = engaged * (1.0 + wander + chatter)
+    sensed_N = engaged * (1.0 + wander + chatter)
 
     # Ranges, and what they are expected to be without wander
     def ranges(force_N: Array) -> dict[str, Array]:
@@ -114,7 +114,7 @@ def disturbed_cut(
         three = phases(waves, range_A, hertz[axis], rate_hz, harmonic)
         channels |= {f"{axis}.current.{name}": current for name, current in three.items()}
     turns = np.cumsum(rpm) / 60.0 / rate_hz
-    signal_N = dynamometer_N(reading, mean_N, felt_N, turns, rate_hz)
+    signal_N = dynamometer_N(reading, mean_N, sensed_N, turns, rate_hz)
     channels |= {f"force.{name}": signal_N[k] for k, name in enumerate("xyz")}
     as_float = ({axis: float(v) for axis, v in part.items()} for part in (in_cut, in_air))
     return Disturbed(channels, *as_float)

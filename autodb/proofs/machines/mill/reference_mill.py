@@ -108,8 +108,8 @@ class Logged:
 @dataclass(frozen=True)
 class RecordedMilledCut:
     """A recorded cut: each axis, spindle speed rpm and current A; the load that each axis truly
-    felt from the cut, N, positive where the motor pushes against it in the positive direction; and
-    what its drive would take in air if friction were that of the sweep, N; all (n,). The feed
+    sensed from the cut, N, positive where the motor pushes against it in the positive direction;
+    and what its drive would take in air if friction were that of the sweep, N; all (n,). The feed
     begins at ``begins_s``, after the approach, and leaves the work at ``ends_s``.
     """
 
@@ -201,7 +201,7 @@ def mill_cut(
     found = orders(_engagement(rng, cut, work))
     hz = np.arange(float(ORDERS + 1)) * (cut.speed_rpm / 60.0)
     drive = _drive_gain(rng, hz)
-    felt_N, true_N = (
+    sensed_N, true_N = (
         _loads_N(cut, path, waves(found, theta, gain) * varied) for gain in (drive, _truth_gain(hz))
     )
     motions, swung_N = _shaken(rng, cut, path, mill)
@@ -210,7 +210,7 @@ def mill_cut(
     for k, name in enumerate(AXES):
         axis, motion = mill[name], motions[name]
         swing_N = swung_N.get(name, 0.0)
-        effort_N = axis.air_N(motion, float(rubs[k])) + felt_N[k] + swing_N
+        effort_N = axis.air_N(motion, float(rubs[k])) + sensed_N[k] + swing_N
         axes[name] = _logged(rng, axis, motion, effort_N)
         loads[name] = np.asarray(true_N[k] + swing_N)
         air[name] = axis.air_N(motion)

@@ -58,7 +58,7 @@ class EventTold:
 class Invented:
     """A name that no event stands for: where, at how many explained cuts, from the first of them.
 
-    ``double``: each time an event that is felt there was among its alternatives.
+    ``double``: each time an event that is sensed there was among its alternatives.
     """
 
     term: str
@@ -161,7 +161,7 @@ def names_it(answers_now: Answers, event: Event, count: int) -> bool:
         cause.kind == "missing"
         and cause.term == event.term
         and _this_one(cause, answer, event, count)
-        for answer in _felt(answers_now, event, count)
+        for answer in _sensed(answers_now, event, count)
         for cause in answer.missing
     )
 
@@ -170,15 +170,15 @@ def covers_it(answers_now: Answers, event: Event, count: int) -> bool:
     """Say whether an answer names an event, or has its term among the alternatives to a name."""
     return names_it(answers_now, event, count) or any(
         event.term in cause.alternatives
-        for answer in _felt(answers_now, event, count)
+        for answer in _sensed(answers_now, event, count)
         for cause in answer.missing
     )
 
 
-def _felt(answers_now: Answers, event: Event, count: int) -> list[ChannelAnswer]:
+def _sensed(answers_now: Answers, event: Event, count: int) -> list[ChannelAnswer]:
     """Return the answers of the components that feel an event in the first cuts."""
-    felt = np.any(event.part[:, :count] != 0.0, axis=1)
-    return [answers_now[name] for name, there in zip(FORCES, felt, strict=True) if there]
+    sensed = np.any(event.part[:, :count] != 0.0, axis=1)
+    return [answers_now[name] for name, there in zip(FORCES, sensed, strict=True) if there]
 
 
 def _this_one(cause: Cause, answer: ChannelAnswer, event: Event, count: int) -> bool:

@@ -81,12 +81,12 @@ def _joined(rng: np.random.Generator, fleet: fleets.Fleet) -> list[Joined]:
     found = []
     for tool in (first, third):
         pair = fleets.on_machine(rng, fleet, [(material, tool)])[material, tool]
-        felt = draw_read_cuts(rng, pair, TURN, LEARNT[-1])
+        sensed = draw_read_cuts(rng, pair, TURN, LEARNT[-1])
         asked = tuple(TURN.draw(rng, pair) for _ in range(ASKED))
         others = PairPosterior(known.pair(tool), (), P1_SCATTER, 0)
         ways = {WAYS[1]: others} if tool == first else {WAYS[2]: others}
         for way, start in ({WAYS[0]: _start(pair), **ways} if tool == first else ways).items():
-            found.append(Joined(way, *_course(start, pair, felt, asked)))
+            found.append(Joined(way, *_course(start, pair, sensed, asked)))
     return found
 
 
@@ -95,17 +95,19 @@ def _start(pair: PowerPair) -> PairPosterior:
 
 
 def _course(
-    start: PairPosterior, pair: PowerPair, felt: ReadCuts, asked: tuple[Cut, ...]
+    start: PairPosterior, pair: PowerPair, sensed: ReadCuts, asked: tuple[Cut, ...]
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return errors and shares held after each number of cuts."""
     truth = np.array([true_forces(pair, cut) for cut in asked])[:, :COMPONENTS]
     size = np.linalg.norm(truth, axis=1)
     errors, held = [], []
     for count in LEARNT:
-        belief = start
+        posterior = start
         if count:
-            belief = posterior_of_readings(start, pair_ours.observed(pair, some(felt, 0, count)))
-        mean, sd = pair_ours.predicted_next(belief, pair, TURN.name, asked)
+            posterior = posterior_of_readings(
+                start, pair_ours.observed(pair, some(sensed, 0, count))
+            )
+        mean, sd = pair_ours.predicted_next(posterior, pair, TURN.name, asked)
         off = mean[:, :COMPONENTS] - truth
         errors.append(float(np.sqrt(np.mean((np.linalg.norm(off, axis=1) / size) ** 2))))
         held.append(float(np.mean(np.abs(off) <= Z * sd[:, :COMPONENTS])))
@@ -117,11 +119,11 @@ def _learnt(
 ) -> tuple[InformationOfCuts, InformationOfCuts]:
     """Return what a pair's cuts told: with the errors of its machine's gains, and without."""
     start = _start(pair)
-    belief = posterior_of_readings(
+    posterior = posterior_of_readings(
         start, pair_ours.observed(pair, draw_read_cuts(rng, pair, TURN, CUTS))
     ).past()
-    return information_of_cuts(belief.law, start.law), information_of_cuts(
-        belief.given(OWN_GAINS), start.law
+    return information_of_cuts(posterior.law, start.law), information_of_cuts(
+        posterior.given(OWN_GAINS), start.law
     )
 
 
@@ -162,7 +164,9 @@ def _look(
 ) -> Disagrees | None:
     """Compare a machine with the others."""
     sides = [
-        compared(as_felt, as_stated=stated, others=known[key].without(key[1], stated).pair(key[1]))
-        for key, (stated, as_felt) in own.items()
+        compared(
+            as_sensed, as_stated=stated, others=known[key].without(key[1], stated).pair(key[1])
+        )
+        for key, (stated, as_sensed) in own.items()
     ]
     return disagrees(sides, compared_in_all=MACHINES * (len(known) + 1))

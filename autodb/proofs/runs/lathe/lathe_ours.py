@@ -33,16 +33,16 @@ def sensed(made: Campaign, axis: str) -> SensedTestForces:
     known, tested = rows_in_tables(made, axis)
     calibration, test = _table(made.calibration, known), _table(made.test, tested)
     found = ranges.calibrate(calibration, axis)
-    felt = ranges.sense(test, found)
-    shared = np.einsum("ij,jk,ik->i", felt.common, found.shared_covariance, felt.common)
-    sd_N = np.sqrt(felt.sd_N**2 + shared)
+    sensed = ranges.sense(test, found)
+    shared = np.einsum("ij,jk,ik->i", sensed.common, found.shared_covariance, sensed.common)
+    sd_N = np.sqrt(sensed.sd_N**2 + shared)
     points = ranges.calibration_points(calibration, axis)
     rules = OF_CURRENT_SPEED if axis == "spindle" else OF_CURRENT_FEED
-    if not rules.fits(points.felt):
-        return SensedTestForces(felt.force_N, sd_N, None)
-    law = rules.fit(points.felt, points.target)
+    if not rules.fits(points.sensed):
+        return SensedTestForces(sensed.force_N, sd_N, None)
+    law = rules.fit(points.sensed, points.target)
     by_rules = ranges.sense(test, replace(found, **vars(law)))
-    return SensedTestForces(felt.force_N, sd_N, by_rules.force_N)
+    return SensedTestForces(sensed.force_N, sd_N, by_rules.force_N)
 
 
 def _table(table: Table, rows: NDArray[np.bool_]) -> CutTable:

@@ -1,7 +1,7 @@
-"""A pair to be learnt in turning: cuts felt, the next cuts asked for, and their true forces.
+"""A pair to be learnt in turning: cuts sensed, the next cuts asked for, and their true forces.
 
 The truth is the mean force of the next cuts, without scatter and without the machine's gains, which
-every way has felt with its cuts and none can know.
+every way has sensed with its cuts and none can know.
 """
 
 from dataclasses import dataclass, replace
@@ -23,43 +23,43 @@ from autodb.proofs.runs.pairs.pair_cuts import (
 
 Array = NDArray[np.float64]
 
-FELT = 40
+SENSED = 40
 ASKED = 25
 """Next cuts of a pair: chosen."""
 JUDGED = TURN.sensed
-"""Components that are felt and predicted: tangential and along the axis."""
+"""Components that are sensed and predicted: tangential and along the axis."""
 
 
 @dataclass(frozen=True)
 class CurveCase:
-    """A seed's pair, cuts felt, the next cuts, and their true forces (m, components)."""
+    """A seed's pair, cuts sensed, the next cuts, and their true forces (m, components)."""
 
     seed: int
     pair: PowerPair
-    felt: ReadCuts
+    sensed: ReadCuts
     asked: tuple[Cut, ...]
     truth_N: Array
 
     @property
     def read_N(self) -> Array:
-        """Forces felt (n, components), fit for a logarithm: a reading below its sensing's own
+        """Forces sensed (n, components), fit for a logarithm: a reading below its sensing's own
         noise counts as that.
         """
-        return np.maximum(self.felt.read, sensing(self.pair)[list(JUDGED)])
+        return np.maximum(self.sensed.read, sensing(self.pair)[list(JUDGED)])
 
 
 def draw_case(seed: int) -> CurveCase:
-    """Draw a seed's pair, the cuts that are felt and those that are asked for."""
+    """Draw a seed's pair, the cuts that are sensed and those that are asked for."""
     rng, pair = draw_pair(seed)
-    felt = draw_read_cuts(rng, pair, TURN, FELT)
+    sensed = draw_read_cuts(rng, pair, TURN, SENSED)
     asked = tuple(TURN.draw(rng, pair) for _ in range(ASKED))
     truth_N = np.array([true_forces(pair, cut) for cut in asked])[:, list(JUDGED)]
-    return CurveCase(seed, pair, felt, asked, truth_N)
+    return CurveCase(seed, pair, sensed, asked, truth_N)
 
 
-def some(felt: ReadCuts, begin: int, end: int) -> ReadCuts:
-    """Return cuts felt from one on and before another."""
-    return replace(felt, cuts=felt.cuts[begin:end], read=felt.read[begin:end])
+def some(sensed: ReadCuts, begin: int, end: int) -> ReadCuts:
+    """Return cuts sensed from one on and before another."""
+    return replace(sensed, cuts=sensed.cuts[begin:end], read=sensed.read[begin:end])
 
 
 def settings(cuts: tuple[Cut, ...]) -> Array:

@@ -1,4 +1,4 @@
-"""Other ways to predict a cut's force from cuts felt: the nearest of them, and Kienzle's line.
+"""Other ways to predict a cut's force from cuts sensed: the nearest of them, and Kienzle's line.
 
 Each sees the same readings as autodb does: of cuts (n, 3), the logarithms of feed [mm], depth of
 cut a_p [mm] and speed [m/min], one component's forces (n,), N. None knows a gain's uncertainty, a

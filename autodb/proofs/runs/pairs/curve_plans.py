@@ -3,7 +3,7 @@
 All plans take their cuts from one grid, and cuts that are proposed are learnt before the next is.
 Two widths of the 95 % interval are followed, over the force, mean of the next cuts and components:
 that of the next cut's force, and that of its mean given the machine's gain. The first has a floor,
-which no cuts lower: what cuts scatter by, and the error of the gain that all were felt with. The
+which no cuts lower: what cuts scatter by, and the error of the gain that all were sensed with. The
 second is what lies above the floor.
 """
 
@@ -84,7 +84,7 @@ def learn_by_plans(case: CurveCase) -> list[PlannedPair]:
     ]
 
 
-def proposed(belief: PairPosterior, case: CurveCase, _: int) -> TurnedCut:
+def proposed(posterior: PairPosterior, case: CurveCase, _: int) -> TurnedCut:
     """Return the cut that `propose` takes."""
     noise = sensing(case.pair)
     sensed = tuple(
@@ -92,7 +92,7 @@ def proposed(belief: PairPosterior, case: CurveCase, _: int) -> TurnedCut:
         for c, error in zip(JUDGED, GAINS, strict=True)
     )
     may_be = PairCuts(TURN.name, pair_ours.elements(case.pair, CANDIDATES))
-    found = propose(belief, may_be, _asked(case), sensed=sensed, quantities=QUANTITIES)
+    found = propose(posterior, may_be, _asked(case), sensed=sensed, quantities=QUANTITIES)
     if found is None:
         raise ValueError("without limits no cut exceeds one")
     return CANDIDATES[found.candidate]
@@ -105,30 +105,34 @@ def _at_random(rng: np.random.Generator) -> Plan:
 def _followed(case: CurveCase, name: str, plan: Plan, rng: np.random.Generator) -> PlannedPair:
     """Make the cuts of a plan, and learn all that were made where it is judged."""
     start = pair_ours.prior(case.pair.material)
-    belief, felt, seen = start, _felt_nothing(), []
+    posterior, sensed, seen = start, _sensed_nothing(), []
     for done in range(AT[name][-1] + 1):
         if done in AT[name]:
-            belief = (
-                posterior_of_readings(start, pair_ours.observed(case.pair, felt)) if done else start
+            posterior = (
+                posterior_of_readings(start, pair_ours.observed(case.pair, sensed))
+                if done
+                else start
             )
-            seen.append(judged_plan(belief, case))
+            seen.append(judged_plan(posterior, case))
         if done < AT[name][-1]:
-            felt = _and(felt, made(rng, case.pair, TURN, (plan(belief, case, done),)))
+            sensed = _and(sensed, made(rng, case.pair, TURN, (plan(posterior, case, done),)))
     whole, given_gain, errors = zip(*seen, strict=True)
     return PlannedPair(name, whole, given_gain, errors)
 
 
-def _felt_nothing() -> ReadCuts:
+def _sensed_nothing() -> ReadCuts:
     return ReadCuts(TURN, (), np.zeros((0, len(JUDGED))))
 
 
-def _and(felt: ReadCuts, more: ReadCuts) -> ReadCuts:
-    return replace(felt, cuts=(*felt.cuts, *more.cuts), read=np.vstack([felt.read, more.read]))
+def _and(sensed: ReadCuts, more: ReadCuts) -> ReadCuts:
+    return replace(
+        sensed, cuts=(*sensed.cuts, *more.cuts), read=np.vstack([sensed.read, more.read])
+    )
 
 
-def judged_plan(belief: PairPosterior, case: CurveCase) -> tuple[float, float, float]:
+def judged_plan(posterior: PairPosterior, case: CurveCase) -> tuple[float, float, float]:
     """Return both widths (half, over the force) and the error of the next cuts."""
-    known = belief.also((*GAINS, law_error(TURN.name)))
+    known = posterior.also((*GAINS, law_error(TURN.name)))
     expected = forecast(known, _asked(case))
     open_ = _given_gains(known)
     sd = np.sqrt(np.einsum("nqi,ij,nqj->nq", expected.slopes, open_, expected.slopes))
@@ -140,10 +144,10 @@ def judged_plan(belief: PairPosterior, case: CurveCase) -> tuple[float, float, f
     return half(expected.sd), half(sd), error
 
 
-def _given_gains(belief: PairPosterior) -> Array:
-    """Return the covariance of a belief's state were the gains known."""
-    whole = belief.state.covariance
-    gains = np.r_[tuple(belief.columns(one.key) for one in GAINS)]
+def _given_gains(posterior: PairPosterior) -> Array:
+    """Return the covariance of a posterior's state were the gains known."""
+    whole = posterior.state.covariance
+    gains = np.r_[tuple(posterior.columns(one.key) for one in GAINS)]
     told = np.linalg.solve(whole[np.ix_(gains, gains)], whole[gains])
     return np.asarray(whole - whole[:, gains] @ told)
 

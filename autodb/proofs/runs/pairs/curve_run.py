@@ -1,4 +1,4 @@
-"""How fast a pair is learnt: errors of the next turned cuts after so many cuts felt."""
+"""How fast a pair is learnt: errors of the next turned cuts after so many cuts sensed."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ from autodb.proofs.runs.pairs.pair_cuts import COMPONENTS, TURN
 Array = NDArray[np.float64]
 
 LEARNT = (0, 1, 2, 3, 5, 8, 12, 20, 40)
-"""Cuts felt before the next are predicted."""
+"""Cuts sensed before the next are predicted."""
 OURS = "autodb"
 ADDED = "autodb, bit by bit"
 """The cuts between two of LEARNT are learnt from what was believed before them, not all anew."""
@@ -55,7 +55,7 @@ def run_curve(seed: int) -> list[LearningErrors | PlannedPair]:
 
 def learnt(peer: Peer, case: CurveCase) -> list[LearningErrors]:
     """Return another way's errors on the same readings."""
-    known, read, asked = settings(case.felt.cuts), case.read_N, settings(case.asked)
+    known, read, asked = settings(case.sensed.cuts), case.read_N, settings(case.asked)
     errors = np.full((len(LEARNT), len(JUDGED)), np.nan)
     for row, n in enumerate(LEARNT):
         if n >= peer.needs:
@@ -74,25 +74,27 @@ def errors_listed(method: str, errors: Array) -> list[LearningErrors]:
 
 
 def _anew(case: CurveCase) -> Iterator[PairPosterior]:
-    """Return the beliefs after each number of cuts, learnt together."""
+    """Return the posteriors after each number of cuts, learnt together."""
     start = pair_ours.prior(case.pair.material)
     yield start
     for count in LEARNT[1:]:
-        yield posterior_of_readings(start, pair_ours.observed(case.pair, some(case.felt, 0, count)))
+        yield posterior_of_readings(
+            start, pair_ours.observed(case.pair, some(case.sensed, 0, count))
+        )
 
 
 def _added(case: CurveCase) -> Iterator[PairPosterior]:
-    """Return the beliefs after each number of cuts, each learnt from the one before."""
-    belief = pair_ours.prior(case.pair.material)
-    yield belief
+    """Return the posteriors after each number of cuts, each learnt from the one before."""
+    posterior = pair_ours.prior(case.pair.material)
+    yield posterior
     for begin, end in pairwise(LEARNT):
-        belief = posterior_of_readings(
-            belief, pair_ours.observed(case.pair, some(case.felt, begin, end))
+        posterior = posterior_of_readings(
+            posterior, pair_ours.observed(case.pair, some(case.sensed, begin, end))
         )
-        yield belief
+        yield posterior
 
 
-def _errors(case: CurveCase, beliefs: Iterator[PairPosterior]) -> Array:
-    """Return the errors of beliefs (numbers of cuts, components)."""
-    means = (pair_ours.predicted_next(b, case.pair, TURN.name, case.asked)[0] for b in beliefs)
+def _errors(case: CurveCase, posteriors: Iterator[PairPosterior]) -> Array:
+    """Return the errors of posteriors (numbers of cuts, components)."""
+    means = (pair_ours.predicted_next(b, case.pair, TURN.name, case.asked)[0] for b in posteriors)
     return np.array([median_errors(mean[:, list(JUDGED)], case) for mean in means])

@@ -43,18 +43,20 @@ class OracleKnowledge:
         return at(self.mean), float(np.sqrt(slope @ self.covariance @ slope + scatter**2))
 
 
-def oracle_fit(pair: PowerPair, felt: ReadCuts) -> OracleKnowledge:
+def oracle_fit(pair: PowerPair, measured: ReadCuts) -> OracleKnowledge:
     """Return what the oracle knows after cuts; of ``pair`` only tool and material are looked at."""
-    sensed = list(felt.operation.sensed)
+    sensed = list(measured.operation.sensed)
     begun = _pair(pair, np.zeros(len(SPREADS)))
     noise = np.array([
-        np.hypot(sensing(pair)[sensed], _scatter(begun, cut)[sensed]) for cut in felt.cuts
+        np.hypot(sensing(pair)[sensed], _scatter(begun, cut)[sensed]) for cut in measured.cuts
     ])  # fmt: skip
 
     def error(p: Array) -> Array:
         made = _pair(pair, p)
-        read = np.array([true_forces(made, cut)[sensed] for cut in felt.cuts]) * made.gains[sensed]
-        return np.concatenate([((felt.read - read) / noise).ravel(), p / SPREADS])
+        read = (
+            np.array([true_forces(made, cut)[sensed] for cut in measured.cuts]) * made.gains[sensed]
+        )
+        return np.concatenate([((measured.read - read) / noise).ravel(), p / SPREADS])
 
     found = least_squares(error, np.zeros(len(SPREADS)))
     slopes = np.asarray(found.jac, dtype=np.float64)

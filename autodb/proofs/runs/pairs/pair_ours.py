@@ -25,28 +25,28 @@ CARD_SHAPE = 0.1
 
 @lru_cache
 def prior(material: str) -> PairPosterior:
-    """Return the belief that a card of what a shop expects of the material leaves."""
+    """Return the posterior that a card of what a shop expects of the material leaves."""
     chip_t, chip_r, rub_t, rub_r = as_expected(material).per_width(CARD_MM, np.full(5, 100.0))
     return of_card(
         CardForces(CARD_MM, chip_t + rub_t, chip_r + rub_r, level=SPREAD, shape=CARD_SHAPE)
     )
 
 
-def observed(pair: PowerPair, felt: ReadCuts) -> Observed:
+def observed(pair: PowerPair, measured: ReadCuts) -> Observed:
     """Return readings as the semi-inverse takes them: a gain common to each component's."""
-    count, sensed = felt.read.shape
-    value = felt.read.T.ravel()
+    count, sensed = measured.read.shape
+    value = measured.read.T.ravel()
     common = np.zeros((count * sensed, sensed))
     for k in range(sensed):
         common[k * count : (k + 1) * count, k] = 1.0
     return Observed(
-        cuts=(PairCuts(felt.operation.name, elements(pair, felt.cuts)),),
+        cuts=(PairCuts(measured.operation.name, elements(pair, measured.cuts)),),
         cut=np.tile(np.arange(count), sensed),
-        quantity=np.repeat([QUANTITY[c] for c in felt.operation.sensed], count),
+        quantity=np.repeat([QUANTITY[c] for c in measured.operation.sensed], count),
         value=value,
-        sd=np.repeat(sensing(pair)[list(felt.operation.sensed)], count),
+        sd=np.repeat(sensing(pair)[list(measured.operation.sensed)], count),
         common=common,
-        shared=known_gains(felt.operation.sensed),
+        shared=known_gains(measured.operation.sensed),
     )
 
 
@@ -56,10 +56,10 @@ def known_gains(components: tuple[int, ...]) -> tuple[Shared, ...]:
 
 
 def predicted_next(
-    belief: PairPosterior, pair: PowerPair, operation: str, cuts: tuple[DrawnCut, ...]
+    posterior: PairPosterior, pair: PowerPair, operation: str, cuts: tuple[DrawnCut, ...]
 ) -> tuple[Array, Array]:
     """Return force x, y, z and torque of the next cuts (n, 4), and their sd."""
-    known = forecast(belief, PairCuts(operation, elements(pair, cuts)))
+    known = forecast(posterior, PairCuts(operation, elements(pair, cuts)))
     return known.mean[:, :4], known.sd[:, :4]
 
 

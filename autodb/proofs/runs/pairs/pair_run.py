@@ -25,14 +25,16 @@ def run_pair(seed: int) -> list[Judged]:
 
 
 def _family(rng: np.random.Generator, pair: PowerPair, family: OperationFamily) -> list[Judged]:
-    felt = draw_read_cuts(rng, pair, family.known, KNOWN)
-    belief = posterior_of_readings(pair_ours.prior(pair.material), pair_ours.observed(pair, felt))
-    best = pair_oracle.oracle_fit(pair, felt)
+    sensed = draw_read_cuts(rng, pair, family.known, KNOWN)
+    posterior = posterior_of_readings(
+        pair_ours.prior(pair.material), pair_ours.observed(pair, sensed)
+    )
+    best = pair_oracle.oracle_fit(pair, sensed)
     judged = []
     for operation in family.predicted:
         cut = operation.draw(rng, pair)
         truth = true_forces(pair, cut, scattered(rng))
-        mean, sd = pair_ours.predicted_next(belief, pair, operation.name, (cut,))
+        mean, sd = pair_ours.predicted_next(posterior, pair, operation.name, (cut,))
         for c in operation.judged:
             value, half = float(mean[0, c]), Z * float(sd[0, c])
             middle, spread = best.interval(cut, c)

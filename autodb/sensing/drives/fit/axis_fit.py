@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from autodb import fitting
 from autodb.errors import UnusableInput
 from autodb.sensing.drives.fit.axis_model import (
-    Beliefs,
     Identified,
     IdentifiedTerm,
     PlainFit,
+    Posteriors,
     predicted_effort,
 )
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
@@ -55,7 +55,7 @@ STAYS = 0.1
 def fit_axis(
     rows: Prepared,
     parts: tuple[ChannelPart, ...],
-    beliefs: Beliefs | None,
+    posteriors: Posteriors | None,
     *,
     published: Prepared,
     uneven: bool,
@@ -65,7 +65,7 @@ def fit_axis(
     Fitted on ``rows``, scored on the ``published`` ones of the same recording. ``uneven``: rows
     count by how much they scatter.
 
-    ``beliefs``: what an earlier version knows; it is combined with what these moves say. A part
+    ``posteriors``: what an earlier version knows; it is combined with what these moves say. A part
     whose shape neither shows is left out, and said.
 
     Raises UnusableInput when no term is excited.
@@ -73,11 +73,11 @@ def fit_axis(
     dropped: list[Name] = []
     while True:
         solved, moving = _settled(rows, parts, uneven=uneven)
-        if beliefs is not None:
-            solved = combined_with_prior(solved, beliefs, rows)
+        if posteriors is not None:
+            solved = combined_with_prior(solved, posteriors, rows)
         vague = [solved.problem.names[i] for i in _vague(solved, rows)]
         shapeless = {part.key for part, p in vague if part.free and _told_by(part, p)}
-        if beliefs is None:
+        if posteriors is None:
             shapeless |= {key for key, step in moving.items() if step > STAYS}
         if not shapeless:
             break

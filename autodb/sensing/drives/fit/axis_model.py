@@ -128,7 +128,7 @@ class ChangedParameter:
 
 
 @dataclass(frozen=True)
-class Beliefs:
+class Posteriors:
     """What an earlier version knows: (key, parameter) of each, mean (k,), covariance (k, k).
 
     ``others``: values of its parameters that have no covariance: given, or known in the sum only.
@@ -144,10 +144,10 @@ class Beliefs:
         """The terms that the version has."""
         return frozenset(key for key, _ in (*self.names, *self.others))
 
-    def of(self, names: Sequence[tuple[str, str]]) -> "Beliefs":
-        """Return the beliefs about these parameters, in this order."""
+    def of(self, names: Sequence[tuple[str, str]]) -> "Posteriors":
+        """Return the posteriors about these parameters, in this order."""
         at = [self.names.index(name) for name in names]
-        return Beliefs(tuple(names), self.mean[at], self.covariance[np.ix_(at, at)], self.others)
+        return Posteriors(tuple(names), self.mean[at], self.covariance[np.ix_(at, at)], self.others)
 
 
 def terms_with(values: Mapping[str, float], effort_unit: str) -> tuple[IdentifiedTerm, ...]:

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.sensing.drives.fit.axis_model import (
-    Beliefs,
     ChangedParameter,
+    Posteriors,
     predicted_effort,
     unit_in,
 )
@@ -18,25 +18,25 @@ SURE_SDS = 1.96
 """Standard deviations of a difference beyond which a parameter has moved (95 %)."""
 
 
-def combined_with_prior(solved: Solved, beliefs: Beliefs, rows: Prepared) -> Solved:
-    """Return the fit combined with beliefs, both weighted by their information.
+def combined_with_prior(solved: Solved, posteriors: Posteriors, rows: Prepared) -> Solved:
+    """Return the fit combined with posteriors, both weighted by their information.
 
-    What moved by more than 1.96 sd of the difference changed on the machine: the belief about it is
-    widened by the move, so that the new moves decide. A version that lacked a term is believed less
-    (``_swallowed``).
+    What moved by more than 1.96 sd of the difference changed on the machine: the posterior about it
+    is widened by the move, so that the new moves decide. A version that lacked a term is believed
+    less (``_swallowed``).
     """
     names = [(part.key, p.name) for part, p in solved.problem.names]
-    known = [i for i, name in enumerate(names) if name in beliefs.names]
+    known = [i for i, name in enumerate(names) if name in posteriors.names]
     if not known:
         return solved
-    prior = beliefs.of([names[i] for i in known])
+    prior = posteriors.of([names[i] for i in known])
     here, own = solved.values[known], solved.covariance[np.ix_(known, known)]
     change = here - prior.mean
-    doubted = prior.covariance + np.diag(_swallowed(solved, beliefs, rows)[known] ** 2)
+    doubted = prior.covariance + np.diag(_swallowed(solved, posteriors, rows)[known] ** 2)
     far = np.abs(change) > SURE_SDS * np.sqrt(np.diag(own) + np.diag(doubted))
-    belief = doubted + np.diag(np.where(far, change**2, 0.0))
-    covariance = _combined(solved.covariance, belief, known)
-    gain = covariance[:, known] @ np.linalg.inv(belief)
+    posterior = doubted + np.diag(np.where(far, change**2, 0.0))
+    covariance = _combined(solved.covariance, posterior, known)
+    gain = covariance[:, known] @ np.linalg.inv(posterior)
     moved = [
         ChangedParameter(
             key=names[known[k]][0],
@@ -61,18 +61,18 @@ def combined_with_prior(solved: Solved, beliefs: Beliefs, rows: Prepared) -> Sol
     )
 
 
-def _swallowed(solved: Solved, beliefs: Beliefs, rows: Prepared) -> Array:
+def _swallowed(solved: Solved, posteriors: Posteriors, rows: Prepared) -> Array:
     """Return how far off each parameter may be in a version that lacked some of the terms, (p,).
 
     Its values are not about the same parameters: fitted without a term, they took up what that term
     gave, in shares that depend on moves which are not at hand any more. One parameter with column x
     can at most have taken up all of a contribution z, which moved it by rms(z)/rms(x) (Cauchy and
     Schwarz: |⟨x, z⟩|/⟨x, x⟩). z is what the terms give on these moves, with 1.96 sd on top: a term
-    that these moves do not excite must not get a number from beliefs that never knew it. So these
-    moves decide whatever they excite, and what they do not show is kept, with its doubt.
+    that these moves do not excite must not get a number from posteriors that never knew it. So
+    these moves decide whatever they excite, and what they do not show is kept, with its doubt.
     """
     names = solved.problem.names
-    new = np.array([part.key not in beliefs.keys for part, _ in names])
+    new = np.array([part.key not in posteriors.keys for part, _ in names])
     if not new.any():
         return np.zeros(len(names))
     terms = [
@@ -80,7 +80,7 @@ def _swallowed(solved: Solved, beliefs: Beliefs, rows: Prepared) -> Array:
         for name, value in zip(names, solved.values, strict=True)
     ]
     terms += given_shape(solved.problem.parts, rows)
-    had = [term for term in terms if term.key in beliefs.keys]
+    had = [term for term in terms if term.key in posteriors.keys]
     given = rows.reduced(predicted_effort(terms, rows.inputs) - predicted_effort(had, rows.inputs))
     size = np.sqrt(np.mean(solved.problem.columns**2, axis=0))
     doubt = np.sqrt(np.sum(np.diag(solved.covariance)[new] * size[new] ** 2))
@@ -89,11 +89,11 @@ def _swallowed(solved: Solved, beliefs: Beliefs, rows: Prepared) -> Array:
     return moved
 
 
-def _combined(covariance: Array, belief: Array, known: list[int]) -> Array:
+def _combined(covariance: Array, posterior: Array, known: list[int]) -> Array:
     """Return (C⁻¹ + Σ⁻¹)⁻¹ with Σ⁻¹ on ``known``; scaled, because C spans many powers of ten."""
     scale = np.sqrt(np.diag(covariance))
     information = np.linalg.inv(covariance / np.outer(scale, scale))
-    inner = np.linalg.inv(belief) * np.outer(scale[known], scale[known])
+    inner = np.linalg.inv(posterior) * np.outer(scale[known], scale[known])
     information[np.ix_(known, known)] += inner
     combined = np.linalg.inv(information) * np.outer(scale, scale)
     return np.asarray(0.5 * (combined + combined.T), dtype=np.float64)

@@ -72,19 +72,19 @@ def _operations(
     operations = np.array(table.texts.get("operation", [""] * len(table)))
     arm = torque_arm_mm(table)
     for operation in np.unique(operations):
-        felt = []
+        sensed = []
         rows = operations == operation
         for axis in axes:
             signal, force = current_signal(table, axis), forces.get(COMPONENT_OF_AXIS[axis])
             if signal is None or force is None or not moving(table, axis)[rows].all():
                 continue
             own_arm = arm if axis == "spindle" and arm is not None else np.ones(len(table))
-            felt.append((signal[1], force, own_arm))
-        for parts in felt:
+            sensed.append((signal[1], force, own_arm))
+        for parts in sensed:
             rows &= np.isfinite(np.array(parts)).all(axis=0)
-        if len(felt) >= LEAST_AXES and rows.sum() >= LEAST_CUTS:
+        if len(sensed) >= LEAST_AXES and rows.sum() >= LEAST_CUTS:
             chosen = np.flatnonzero(rows)
-            yield chosen, [(i[chosen], f[chosen], r[chosen]) for i, f, r in felt]
+            yield chosen, [(i[chosen], f[chosen], r[chosen]) for i, f, r in sensed]
 
 
 def _furthest(lines: list[Line]) -> NDArray[np.intp]:

@@ -1,4 +1,4 @@
-"""What every form of current to force or torque can do, and what an axis felt."""
+"""What every form of current to force or torque can do, and what an axis sensed."""
 
 from dataclasses import dataclass, fields, replace
 from typing import Any, Protocol
@@ -14,9 +14,10 @@ NARROWEST = 1.15
 
 @dataclass(frozen=True)
 class MeasuredCuts:
-    """What an axis felt in cuts (n,): current, A; feed speed, mm/s, spindle speed, rpm, feed, mm a
-    revolution, depth of cut, mm, the spindle's temperature, °C (NaN: not known). ``stated_sd``:
-    standard error of the current, A, where it is known (NaN: not of that cut; None: of none).
+    """What an axis sensed in cuts (n,): current, A; feed speed, mm/s, spindle speed, rpm, feed,
+    mm a revolution, depth of cut, mm, the spindle's temperature, °C (NaN: not known).
+    ``stated_sd``: standard error of the current, A, where it is known (NaN: not of that cut; None:
+    of none).
     """
 
     current: Array
@@ -77,16 +78,16 @@ class CurrentForm(Protocol):
         trees), and of rules, which nobody can check by hand, two.
         """
 
-    def fits(self, felt: MeasuredCuts) -> bool:
+    def fits(self, sensed: MeasuredCuts) -> bool:
         """Say whether the cuts have what the form depends on, and vary in it."""
 
-    def fit(self, felt: MeasuredCuts, target: Array) -> FittedForm:
+    def fit(self, sensed: MeasuredCuts, target: Array) -> FittedForm:
         """Fit it to a target (n,); raises Undetermined where the cuts do not hold it."""
 
-    def value(self, coefficients: Array, felt: MeasuredCuts) -> Array:
+    def value(self, coefficients: Array, sensed: MeasuredCuts) -> Array:
         """Return the target (n,)."""
 
-    def slopes(self, coefficients: Array, felt: MeasuredCuts) -> Array:
+    def slopes(self, coefficients: Array, sensed: MeasuredCuts) -> Array:
         """Return the target's derivatives by the coefficients, (n, p)."""
 
     def scaling(self, coefficients: Array) -> Array:
@@ -100,7 +101,7 @@ class CurrentForm(Protocol):
         scatter would put every scatter down to the calibration.
         """
 
-    def beyond(self, felt: MeasuredCuts) -> Array:
+    def beyond(self, sensed: MeasuredCuts) -> Array:
         """Return the standard deviation (n,) to add where the cuts never were."""
 
     def parameters(self) -> dict[str, Any] | None:
@@ -123,7 +124,7 @@ def form_moves(slopes: Array, value: Array, *, idle: Array, first: int) -> tuple
     """
     above = value - idle
     shift, share = slopes.copy(), np.zeros_like(slopes)
-    felt = above != 0
-    share[felt, first:] = slopes[felt, first:] / above[felt, None]
-    shift[felt, first:] = -share[felt, first:] * idle[felt, None]
+    sensed = above != 0
+    share[sensed, first:] = slopes[sensed, first:] / above[sensed, None]
+    shift[sensed, first:] = -share[sensed, first:] * idle[sensed, None]
     return shift, share

@@ -59,9 +59,9 @@ class Fuzzy:
         """What it is called among the forms compared."""
         return f"ANFIS {{{', '.join(one.name for one in self.inputs)}}}"
 
-    def fits(self, felt: MeasuredCuts) -> bool:
+    def fits(self, sensed: MeasuredCuts) -> bool:
         """Say whether all inputs are known, differ, and cuts are enough for the parameters."""
-        columns = _columns(self.inputs, felt)
+        columns = _columns(self.inputs, sensed)
         d = len(self.inputs)
         parameters = SETS**d * (d + 1) + d * SETS * PARAMETERS_A_SET
         return bool(
@@ -70,14 +70,14 @@ class Fuzzy:
             and np.all(np.ptp(columns, axis=0) > 0)
         )
 
-    def fit(self, felt: MeasuredCuts, target: Array) -> FittedForm:
+    def fit(self, sensed: MeasuredCuts, target: Array) -> FittedForm:
         """Fit by variable projection, monotone in the current in the direction of the cuts.
 
         Raises Undetermined where the cuts do not hold it.
         """
         from autodb.fitting import anfis
 
-        columns = _columns(self.inputs, felt)
+        columns = _columns(self.inputs, sensed)
         falling = float(np.cov(columns[:, 0], target)[0, 1]) < 0.0
         rule = anfis.Monotone(0, falling=falling)
         start = anfis.premise_grid((SETS,) * len(self.inputs))
@@ -94,14 +94,14 @@ class Fuzzy:
         form = Fuzzy(self.inputs, learned)
         return FittedForm(model.consequents.ravel(), model.covariance, form)
 
-    def value(self, coefficients: Array, felt: MeasuredCuts) -> Array:
+    def value(self, coefficients: Array, sensed: MeasuredCuts) -> Array:
         """Return the target (n,)."""
         learned = self._learned()
-        return learned.scaling.outputs(self._design(felt) @ coefficients)
+        return learned.scaling.outputs(self._design(sensed) @ coefficients)
 
-    def slopes(self, coefficients: Array, felt: MeasuredCuts) -> Array:  # noqa: ARG002 - it is linear
+    def slopes(self, coefficients: Array, sensed: MeasuredCuts) -> Array:  # noqa: ARG002 - it is linear
         """Return the target's derivatives by the consequents, (n, p)."""
-        return np.asarray(self._learned().scaling.output_size * self._design(felt))
+        return np.asarray(self._learned().scaling.output_size * self._design(sensed))
 
     def scaling(self, coefficients: Array) -> Array:
         """Return the change of the consequents: the rules' constants also hold the mean."""
@@ -113,12 +113,12 @@ class Fuzzy:
         """Return shift and share (n, p): every rule follows the current, so all is a share."""
         return form_moves(slopes, value, idle=np.zeros_like(value), first=0)
 
-    def beyond(self, felt: MeasuredCuts) -> Array:
+    def beyond(self, sensed: MeasuredCuts) -> Array:
         """Return the standard deviation (n,) to add outside the box: the output's for each one of
         the inputs'.
         """
         learned = self._learned()
-        columns = _columns(self.inputs, felt)
+        columns = _columns(self.inputs, sensed)
         over = np.maximum(learned.low - columns, columns - learned.high)
         distance = np.sqrt(np.sum((np.maximum(over, 0.0) / learned.spread) ** 2, axis=1))
         return np.asarray(learned.scaling.output_size * distance)
@@ -163,11 +163,11 @@ class Fuzzy:
             raise fitting.Undetermined([])
         return self.learned
 
-    def _design(self, felt: MeasuredCuts) -> Array:
+    def _design(self, sensed: MeasuredCuts) -> Array:
         from autodb.fitting.anfis.premises import rule_columns
 
         learned = self._learned()
-        return rule_columns(learned.premises, learned.scaling.inputs(_columns(self.inputs, felt)))
+        return rule_columns(learned.premises, learned.scaling.inputs(_columns(self.inputs, sensed)))
 
 
 @dataclass(frozen=True)
@@ -181,8 +181,8 @@ class LearnedRules:
     spread: NDArray[np.float64]
 
 
-def _columns(inputs: tuple[Input, ...], felt: MeasuredCuts) -> Array:
-    return np.column_stack([getattr(felt, one.attribute) for one in inputs])
+def _columns(inputs: tuple[Input, ...], sensed: MeasuredCuts) -> Array:
+    return np.column_stack([getattr(sensed, one.attribute) for one in inputs])
 
 
 OF_CURRENT = Fuzzy((CURRENT,))

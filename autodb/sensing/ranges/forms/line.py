@@ -23,26 +23,26 @@ class StraightLine:
     margin = 1.0
     label = "line"
 
-    def columns(self, felt: MeasuredCuts) -> Array:
+    def columns(self, sensed: MeasuredCuts) -> Array:
         """Return the columns (n, p)."""
-        return np.column_stack([np.ones_like(felt.current), felt.current])
+        return np.column_stack([np.ones_like(sensed.current), sensed.current])
 
-    def fits(self, felt: MeasuredCuts) -> bool:
+    def fits(self, sensed: MeasuredCuts) -> bool:
         """Say whether there is a current."""
-        return bool(np.isfinite(felt.current).all())
+        return bool(np.isfinite(sensed.current).all())
 
-    def fit(self, felt: MeasuredCuts, target: Array) -> FittedForm:
+    def fit(self, sensed: MeasuredCuts, target: Array) -> FittedForm:
         """Fit by least squares, freed of the currents' errors where these are known."""
-        found = fitting.least_squares(self.columns(felt), target)
-        return freed(FittedForm(found.coefficients, found.covariance, self), felt, target)
+        found = fitting.least_squares(self.columns(sensed), target)
+        return freed(FittedForm(found.coefficients, found.covariance, self), sensed, target)
 
-    def value(self, coefficients: Array, felt: MeasuredCuts) -> Array:
+    def value(self, coefficients: Array, sensed: MeasuredCuts) -> Array:
         """Return the target (n,)."""
-        return np.asarray(self.columns(felt) @ coefficients)
+        return np.asarray(self.columns(sensed) @ coefficients)
 
-    def slopes(self, coefficients: Array, felt: MeasuredCuts) -> Array:  # noqa: ARG002 - it is linear
+    def slopes(self, coefficients: Array, sensed: MeasuredCuts) -> Array:  # noqa: ARG002 - it is linear
         """Return the columns."""
-        return self.columns(felt)
+        return self.columns(sensed)
 
     def scaling(self, coefficients: Array) -> Array:
         """Return the coefficients: all of them scale."""
@@ -52,9 +52,9 @@ class StraightLine:
         """Return shift and share (n, p): the constant shifts, what the current makes is a share."""
         return form_moves(slopes, value, idle=coefficients[0] * slopes[:, 0], first=1)
 
-    def beyond(self, felt: MeasuredCuts) -> Array:
+    def beyond(self, sensed: MeasuredCuts) -> Array:
         """Return zeros: a law holds as far as it goes."""
-        return np.zeros_like(felt.current)
+        return np.zeros_like(sensed.current)
 
     def parameters(self) -> dict[str, Any] | None:
         """Return None: the coefficients say all."""
@@ -72,13 +72,13 @@ class LineOfSpeed(StraightLine):
     kind = "line-of-speed"
     label = "line, slope by feed speed"
 
-    def columns(self, felt: MeasuredCuts) -> Array:
+    def columns(self, sensed: MeasuredCuts) -> Array:
         """Return the columns (n, 3)."""
-        return np.column_stack([super().columns(felt), felt.current * np.log(felt.feed_mm_s)])
+        return np.column_stack([super().columns(sensed), sensed.current * np.log(sensed.feed_mm_s)])
 
-    def fits(self, felt: MeasuredCuts) -> bool:
+    def fits(self, sensed: MeasuredCuts) -> bool:
         """Say whether feed speeds are known and differ."""
-        return super().fits(felt) and varies(felt.feed_mm_s)
+        return super().fits(sensed) and varies(sensed.feed_mm_s)
 
     def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
         """Return it as people write it; v is the feed speed."""

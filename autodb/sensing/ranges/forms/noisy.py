@@ -51,16 +51,16 @@ class _Round:
     covariance: Array
 
 
-def freed(law: FittedForm, felt: MeasuredCuts, target: Array) -> FittedForm:
+def freed(law: FittedForm, sensed: MeasuredCuts, target: Array) -> FittedForm:
     """Return a law fitted by least squares, fitted anew for the error of the currents (n,).
 
     Raises Undetermined where the currents hardly vary beyond their error, or no law is settled on.
     """
-    if not felt.current_sd.any():
+    if not sensed.current_sd.any():
         return law
     coefficients = law.coefficients
     for k in range(ROUNDS):
-        found = _round(law.form, coefficients, felt, target)
+        found = _round(law.form, coefficients, sensed, target)
         step = np.linalg.solve(found.products, found.score)
         size = float(np.max(np.abs(step) / np.sqrt(np.diag(found.covariance))))
         part = min(1.0 / (1.0 + k / SHORTER), LONGEST / size) if size else 1.0
@@ -70,19 +70,19 @@ def freed(law: FittedForm, felt: MeasuredCuts, target: Array) -> FittedForm:
     raise fitting.Undetermined([])
 
 
-def by_current(form: CurrentForm, coefficients: Array, felt: MeasuredCuts) -> tuple[Array, Array]:
+def by_current(form: CurrentForm, coefficients: Array, sensed: MeasuredCuts) -> tuple[Array, Array]:
     """Return the derivatives of target (n,) and of slopes (n, p) by the current, central."""
-    step = STEP * (np.abs(felt.current) + STEP)
-    up, down = felt.moved(step), felt.moved(-step)
+    step = STEP * (np.abs(sensed.current) + STEP)
+    up, down = sensed.moved(step), sensed.moved(-step)
     values = form.value(coefficients, up) - form.value(coefficients, down)
     slopes = form.slopes(coefficients, up) - form.slopes(coefficients, down)
     return values / (2.0 * step), slopes / (2.0 * step)[:, None]
 
 
-def _round(form: CurrentForm, coefficients: Array, felt: MeasuredCuts, target: Array) -> _Round:
-    slopes, residual = form.slopes(coefficients, felt), target - form.value(coefficients, felt)
-    rising, bending = by_current(form, coefficients, felt)
-    square = felt.current_sd**2
+def _round(form: CurrentForm, coefficients: Array, sensed: MeasuredCuts, target: Array) -> _Round:
+    slopes, residual = form.slopes(coefficients, sensed), target - form.value(coefficients, sensed)
+    rising, bending = by_current(form, coefficients, sensed)
+    square = sensed.current_sd**2
     from_current = square * rising**2
     freedom = max(1, len(target) - len(coefficients))
     variance = float(residual @ residual) / freedom
@@ -107,21 +107,21 @@ def _refuse_noise(whole: Array, errors: Array) -> None:
         raise fitting.Undetermined([1])
 
 
-def fit_curved(form: CurrentForm, start: Array, felt: MeasuredCuts, target: Array) -> FittedForm:
+def fit_curved(form: CurrentForm, start: Array, sensed: MeasuredCuts, target: Array) -> FittedForm:
     """Return the law of a form from a start (p,), freed of the currents' errors where known.
 
     Raises Undetermined where the cuts (n,) do not hold it.
     """
 
     def error(values: Array) -> Array:
-        return form.value(values, felt) - target
+        return form.value(values, sensed) - target
 
     def slopes(values: Array) -> Array:
-        return form.slopes(values, felt)
+        return form.slopes(values, sensed)
 
     found = least_squares(error, start, jac=slopes, x_scale="jac")
     at_end = slopes(found.x)
     fitting.check_rank(fitting.triangle(at_end, target))
     variance = 2.0 * float(found.cost) / max(1, len(target) - len(found.x))
     law = FittedForm(found.x, np.asarray(np.linalg.inv(at_end.T @ at_end) * variance), form)
-    return freed(law, felt, target)
+    return freed(law, sensed, target)

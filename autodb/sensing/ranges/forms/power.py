@@ -33,23 +33,27 @@ class Power:
     margin = 1.0
     label = "power of the current"
 
-    def fits(self, felt: MeasuredCuts) -> bool:
+    def fits(self, sensed: MeasuredCuts) -> bool:
         """Say whether speeds are known and differ."""
-        return bool(np.isfinite(felt.current).all()) and varies(felt.speed_rpm)
+        return bool(np.isfinite(sensed.current).all()) and varies(sensed.speed_rpm)
 
-    def fit(self, felt: MeasuredCuts, target: Array) -> FittedForm:
+    def fit(self, sensed: MeasuredCuts, target: Array) -> FittedForm:
         """Fit by least squares on the torque, freed of the currents' errors where these are known.
 
         Raises Undetermined where the cuts hold no n_b.
         """
-        return fit_curved(self, self._start(felt, target), felt, target)
+        return fit_curved(self, self._start(sensed, target), sensed, target)
 
-    def _start(self, felt: MeasuredCuts, target: Array) -> Array:
+    def _start(self, sensed: MeasuredCuts, target: Array) -> Array:
         """Return the best line of ln T over ln ΔI over base speeds among those of the cuts."""
-        held = (felt.current > 0) & (target > 0)
+        held = (sensed.current > 0) & (target > 0)
         if held.sum() < FEWEST:
             raise fitting.Undetermined([0])
-        rise, torque, rpm = np.log(felt.current[held]), np.log(target[held]), felt.speed_rpm[held]
+        rise, torque, rpm = (
+            np.log(sensed.current[held]),
+            np.log(target[held]),
+            sensed.speed_rpm[held],
+        )
         found = []
         for base_rpm in np.quantile(rpm, STARTS):
             level = torque + np.maximum(np.log(rpm / base_rpm), 0.0)
@@ -57,25 +61,25 @@ class Power:
             found.append((float(squares.sum()), ln_a, b, np.log(base_rpm)))
         return np.array(min(found)[1:])
 
-    def value(self, coefficients: Array, felt: MeasuredCuts) -> Array:
+    def value(self, coefficients: Array, sensed: MeasuredCuts) -> Array:
         """Return the torque (n,); a current that does not rise tells none (P1 section 9)."""
-        still = felt.current <= 0
-        logarithm = self._parts(coefficients, felt) @ self._weights(coefficients)
+        still = sensed.current <= 0
+        logarithm = self._parts(coefficients, sensed) @ self._weights(coefficients)
         return np.where(still, 0.0, np.exp(np.minimum(np.where(still, 0.0, logarithm), LARGEST)))
 
     def _weights(self, coefficients: Array) -> Array:
         return np.array([coefficients[0], coefficients[1], -1.0])
 
-    def _parts(self, coefficients: Array, felt: MeasuredCuts) -> Array:
+    def _parts(self, coefficients: Array, sensed: MeasuredCuts) -> Array:
         """Return the columns of ln T (n, 3): one, ln ΔI, and how far above the base speed."""
-        above = np.maximum(np.log(felt.speed_rpm) - coefficients[2], 0.0)
-        return np.column_stack([np.ones_like(above), _ln(felt.current), above])
+        above = np.maximum(np.log(sensed.speed_rpm) - coefficients[2], 0.0)
+        return np.column_stack([np.ones_like(above), _ln(sensed.current), above])
 
-    def slopes(self, coefficients: Array, felt: MeasuredCuts) -> Array:
+    def slopes(self, coefficients: Array, sensed: MeasuredCuts) -> Array:
         """Return the torque's derivatives by the coefficients, (n, p)."""
-        parts = self._parts(coefficients, felt)
+        parts = self._parts(coefficients, sensed)
         by_logarithm = self._of_logarithm(coefficients, parts)
-        return np.asarray(self.value(coefficients, felt)[:, None] * by_logarithm)
+        return np.asarray(self.value(coefficients, sensed)[:, None] * by_logarithm)
 
     def _of_logarithm(self, coefficients: Array, parts: Array) -> Array:  # noqa: ARG002 - g is 1
         return np.column_stack([parts[:, 0], parts[:, 1], (parts[:, 2] > 0).astype(np.float64)])
@@ -88,9 +92,9 @@ class Power:
         """Return shift and share (n, p): without a current there is nothing, so all is a share."""
         return form_moves(slopes, value, idle=np.zeros_like(value), first=0)
 
-    def beyond(self, felt: MeasuredCuts) -> Array:
+    def beyond(self, sensed: MeasuredCuts) -> Array:
         """Return zeros: a law holds as far as it goes."""
-        return np.zeros_like(felt.current)
+        return np.zeros_like(sensed.current)
 
     def parameters(self) -> dict[str, Any] | None:
         """Return None: the coefficients say all."""
@@ -118,16 +122,16 @@ class PowerOfSpeed(Power):
     kind = "power-of-speed"
     label = "power of the current, exponent by speed"
 
-    def _start(self, felt: MeasuredCuts, target: Array) -> Array:
-        return np.append(super()._start(felt, target), [0.0, 1.0])
+    def _start(self, sensed: MeasuredCuts, target: Array) -> Array:
+        return np.append(super()._start(sensed, target), [0.0, 1.0])
 
     def _weights(self, coefficients: Array) -> Array:
         ln_a, b, _, change, falls = coefficients
         return np.array([ln_a, b, -falls, change])
 
-    def _parts(self, coefficients: Array, felt: MeasuredCuts) -> Array:
-        krpm = (felt.speed_rpm - MIDDLE_RPM) / 1000.0
-        return np.column_stack([super()._parts(coefficients, felt), krpm * _ln(felt.current)])
+    def _parts(self, coefficients: Array, sensed: MeasuredCuts) -> Array:
+        krpm = (sensed.speed_rpm - MIDDLE_RPM) / 1000.0
+        return np.column_stack([super()._parts(coefficients, sensed), krpm * _ln(sensed.current)])
 
     def _of_logarithm(self, coefficients: Array, parts: Array) -> Array:
         plain = super()._of_logarithm(coefficients, parts)

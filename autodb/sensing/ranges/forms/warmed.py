@@ -30,28 +30,30 @@ class Warmed:
         self.kind = f"{form.kind}-warmed"
         self.label = f"{form.label}, gain by temperature"
 
-    def fits(self, felt: MeasuredCuts) -> bool:
+    def fits(self, sensed: MeasuredCuts) -> bool:
         """Say whether the temperature is known and differs."""
-        known = bool(np.isfinite(felt.temperature_C).all())
-        return known and float(np.ptp(felt.temperature_C)) > LEAST_SPAN_C and self.form.fits(felt)
+        known = bool(np.isfinite(sensed.temperature_C).all())
+        return (
+            known and float(np.ptp(sensed.temperature_C)) > LEAST_SPAN_C and self.form.fits(sensed)
+        )
 
-    def fit(self, felt: MeasuredCuts, target: Array) -> FittedForm:
+    def fit(self, sensed: MeasuredCuts, target: Array) -> FittedForm:
         """Fit by least squares, freed of the currents' errors where these are known.
 
         Raises Undetermined where the cuts do not hold it.
         """
-        start = np.append(self.form.fit(felt, target).coefficients, 0.0)
-        return fit_curved(self, start, felt, target)
+        start = np.append(self.form.fit(sensed, target).coefficients, 0.0)
+        return fit_curved(self, start, sensed, target)
 
-    def value(self, coefficients: Array, felt: MeasuredCuts) -> Array:
+    def value(self, coefficients: Array, sensed: MeasuredCuts) -> Array:
         """Return the target (n,); NaN where the temperature is not known."""
-        return self.form.value(coefficients[:-1], felt) * _gain(coefficients, felt)
+        return self.form.value(coefficients[:-1], sensed) * _gain(coefficients, sensed)
 
-    def slopes(self, coefficients: Array, felt: MeasuredCuts) -> Array:
+    def slopes(self, coefficients: Array, sensed: MeasuredCuts) -> Array:
         """Return the target's derivatives by the coefficients, (n, p)."""
-        gain = _gain(coefficients, felt)[:, None]
-        by_k = self.value(coefficients, felt) * (felt.temperature_C - REFERENCE_C)
-        return np.column_stack([self.form.slopes(coefficients[:-1], felt) * gain, by_k])
+        gain = _gain(coefficients, sensed)[:, None]
+        by_k = self.value(coefficients, sensed) * (sensed.temperature_C - REFERENCE_C)
+        return np.column_stack([self.form.slopes(coefficients[:-1], sensed) * gain, by_k])
 
     def scaling(self, coefficients: Array) -> Array:
         """Return how the form's coefficients scale; k does not."""
@@ -63,9 +65,9 @@ class Warmed:
         of_k = form_moves(slopes[:, -1:], value, idle=np.zeros_like(value), first=0)
         return np.column_stack([shift, of_k[0]]), np.column_stack([share, of_k[1]])
 
-    def beyond(self, felt: MeasuredCuts) -> Array:
+    def beyond(self, sensed: MeasuredCuts) -> Array:
         """Return what the form adds where the cuts never were."""
-        return self.form.beyond(felt)
+        return self.form.beyond(sensed)
 
     def parameters(self) -> dict[str, Any] | None:
         """Return None: the coefficients say all."""
@@ -78,5 +80,5 @@ class Warmed:
         return f"({plain}) · exp({percent:+.2g} %/K · (θ − {REFERENCE_C:.0f} °C))"
 
 
-def _gain(coefficients: Array, felt: MeasuredCuts) -> Array:
-    return np.asarray(np.exp(coefficients[-1] * (felt.temperature_C - REFERENCE_C)))
+def _gain(coefficients: Array, sensed: MeasuredCuts) -> Array:
+    return np.asarray(np.exp(coefficients[-1] * (sensed.temperature_C - REFERENCE_C)))
