@@ -1,8 +1,9 @@
 """How wide must an interval be where the law of friction is not known?
 
-`python -m benchmarks.free_law`: widths as a ratio to the oracle's of docs/proofs.md, for an oracle
-that knows noise and reversal of the drawn axes but has a free spline in each direction in place of
-the law. No estimator that must find the law can be narrower and right. 60 axes, seeds of their own.
+`python -m benchmarks.free_law`: widths as a ratio to the oracle's of docs/proofs/axes.md, for an
+oracle that knows noise and reversal of the drawn axes but has a free spline in each direction in
+place of the law. No estimator that must find the law can be narrower and right. 60 axes, seeds of
+their own.
 """
 
 import numpy as np

@@ -8,7 +8,6 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from autodb.proofs.catalogue import PROOFS
 from docs.make import (
     blocks,
     commands,
@@ -39,16 +38,20 @@ REAL_PAGE = DOCS / "tutorial.md"
 SAMPLE_PAGES = tuple(sorted((DOCS / "how-to").glob("*.md")))
 COMMANDS_PAGE = DOCS / "commands.md"
 TERMS_PAGE = DOCS / "terms.md"
-PROOFS_PAGE = DOCS / "proofs.md"
-PROVED = [proof.name for proof in PROOFS]
 
 
 def main() -> None:
     """Make everything whose data are here, and say what was left."""
     COMMANDS_PAGE.write_text(commands.filled(COMMANDS_PAGE.read_text("utf-8")), "utf-8")
     TERMS_PAGE.write_text(terms.filled(TERMS_PAGE.read_text("utf-8")), "utf-8")
-    proved = proofs.filled(PROOFS_PAGE.read_text("utf-8"), PROVED)
-    PROOFS_PAGE.write_text(pair_peers.filled(peers.filled(proved)), "utf-8")
+    for page in proofs.PAGES:
+        page.write_text(proofs.filled(page.read_text("utf-8")), "utf-8")
+    for page, filled in (
+        (peers.PAGE, peers.filled),
+        (pair_peers.PAGE, pair_peers.filled),
+        (proofs.INDEX, proofs.index_filled),
+    ):
+        page.write_text(filled(page.read_text("utf-8")), "utf-8")
     frames.draw()
     house.draw()
     day.draw()

@@ -7,6 +7,7 @@ from autodb.proofs.runs.pairs.curve_run import LEARNT
 from benchmarks.pair_peers import ROWS
 
 KEPT = Path(__file__).parent / "pair-peers.json"
+PAGE = KEPT.parent.parent / "proofs" / "pairs.md"
 BEGIN, END = "<!-- pair peers -->\n", "<!-- end of pair peers -->\n"
 
 

@@ -256,6 +256,6 @@ def test_the_table_counts_and_says_what_is_missing() -> None:
 
 
 def test_the_page_of_proofs_has_the_tables_of_the_lines_kept() -> None:
-    text = (Path(page.__file__).parent.parent / "proofs.md").read_text("utf-8")
+    text = page.PAGE.read_text("utf-8")
     assert page.filled(text) == text
     assert {one.method for one in kept(page.KEPT)} <= set(METHODS)

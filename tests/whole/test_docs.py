@@ -159,7 +159,8 @@ def test_figures_are_small_shown_and_follow_the_colour_scheme(figure: Path) -> N
     assert len(text) < 150_000
     assert "prefers-color-scheme:dark" in text
     assert not re.search(r"<image|href=\"http|<dc:date>", text)
-    pages = "".join(page.read_text("utf-8") for page in DOCS.glob("*.md"))
+    pages = "".join(page.read_text("utf-8") for page in DOCS.rglob("*.md"))
+    pages = pages.replace("(../figures/", "(figures/")
     assert f"(figures/{figure.name})" in pages
     if figure.stem.startswith("turning-"):
         caption = pages.split(f"(figures/{figure.name})")[1].split("</figcaption>")[0]
@@ -216,28 +217,47 @@ def test_citation_agrees_with_the_package() -> None:
     assert citation["title"] == project["name"]
 
 
-def test_the_proofs_page_is_its_tables_of_this_version_and_generator() -> None:
-    page = make.PROOFS_PAGE.read_text("utf-8")
-    assert proofs.filled(page, make.PROVED) == page
+@pytest.mark.parametrize("page", proofs.PAGES, ids=lambda page: page.stem)
+def test_a_page_of_proofs_has_their_tables(page: Path) -> None:
+    text = page.read_text("utf-8")
+    assert proofs.filled(text) == text
+
+
+def test_every_proof_is_on_one_page_of_this_version_and_generator() -> None:
+    text = "".join(page.read_text("utf-8") for page in proofs.PAGES)
+    assert sorted(proofs.PROOF.findall(text)) == sorted(proof.name for proof in PROOFS)
     for proof in PROOFS:
         kept, origin = proofs.kept(proof.name), proof.origin()
         assert kept.origin.version == origin.version
         assert kept.origin.generator == origin.generator  # else run `make prove` again
-        assert origin_line(kept) in page
+        assert origin_line(kept) in text
 
 
-def test_the_proofs_page_has_the_table_of_boosted_trees() -> None:
-    page = make.PROOFS_PAGE.read_text("utf-8")
+def test_the_first_page_of_proofs_has_every_answer() -> None:
+    text = proofs.INDEX.read_text("utf-8")
+    assert proofs.index_filled(text) == text
+
+
+@pytest.mark.parametrize("page", proofs.PAGES, ids=lambda page: page.stem)
+def test_what_a_proof_answers_stands_in_its_tables(page: Path) -> None:
+    for one in proofs.sections(page.read_text("utf-8")):
+        said = {number for number in NUMBER.findall(one.answer) if "." in number}
+        assert said <= set(NUMBER.findall(one.rest)), one.title
+
+
+def test_the_page_of_pairs_has_the_table_of_boosted_trees() -> None:
+    page = pair_peers.PAGE.read_text("utf-8")
     assert pair_peers.filled(page) == page
 
 
-def test_the_page_has_every_quantity_of_all_axes() -> None:
-    page, kept = make.PROOFS_PAGE.read_text("utf-8"), proofs.kept("axis-intervals")
+def test_the_page_of_axes_has_every_quantity_of_all_axes() -> None:
+    (page, *_), kept = proofs.PAGES, proofs.kept("axis-intervals")
+    text = page.read_text("utf-8")
     assert isinstance(kept, IntervalsSummary)
     assert kept.seeds == (1, PROOFS[0].runs)
     assert {row.name for row in kept.rows} == {*NAMES, POOLED}
     assert kept.rows[-1].runs == PROOFS[0].runs
     for row in kept.rows:
-        assert f"| {row.name} | {row.runs} |" in page
+        assert f"| {row.name} | {row.runs} |" in text
         assert row.limits == coverage_limits(row.runs)
         assert (row.share_low, row.share_high) == exact_interval(row.share * row.runs, row.runs)
