@@ -1,11 +1,7 @@
 """The proofs there are, and running one: seeds 1 to n, each run kept as soon as it is finished."""
 
-import os
-import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Generic, TypeVar
@@ -93,7 +89,7 @@ from autodb.proofs.runs.mill import (
 )
 from autodb.proofs.runs.pairs import curve_run, curve_summary, pair_run
 from autodb.proofs.runs.pairs.curve_plans import PlannedPair
-from autodb.proofs.runs.runs import Finished, Origin, append, digest, resume
+from autodb.proofs.runs.runs import Finished, Origin, digest
 from autodb.proofs.runs.score import Judged
 from autodb.sensing.network import need_torch
 
@@ -374,67 +370,3 @@ def proof(name: str) -> Proof[Any]:
     if found is None:
         raise UnusableInput(f"no proof '{name}'{near(name, [one.name for one in PROOFS])}")
     return found
-
-
-@dataclass(frozen=True)
-class Begun:
-    """A proof in a folder: the file of its runs, those finished, why it began anew or nothing."""
-
-    proof: Proof[Any]
-    origin: Origin
-    path: Path
-    finished: dict[int, Finished[Any]]
-    note: str
-
-
-def begin_runs(asked: Proof[Any], folder: Path) -> Begun:
-    """Open or make the file of a proof's runs in ``folder``.
-
-    Raises UnusableInput when the folder is a file, or the file in it no runs of a proof.
-    """
-    if folder.exists() and not folder.is_dir():
-        raise UnusableInput(f"{folder}: is a file; --out needs a folder")
-    folder.mkdir(parents=True, exist_ok=True)
-    path, origin = folder / f"{asked.name}.jsonl", asked.origin()
-    finished, note = resume(path, origin, asked.kept)
-    return Begun(asked, origin, path, finished, note)
-
-
-def carry_out(
-    begun: Begun, runs: int, *, progress: Callable[[int], None], workers: int = 1
-) -> ProofResult:
-    """Run the seeds of 1 to ``runs`` that are not finished, and sum up all of them.
-
-    ``progress`` is told how many are finished. Several ``workers`` are processes of their own; a
-    run is kept when it is finished, whatever others do. The summary is written beside the runs as
-    JSON; it does not depend on how many worked.
-    """
-    finished = {seed: run for seed, run in begun.finished.items() if seed <= runs}
-    progress(len(finished))
-    missing = [seed for seed in range(1, runs + 1) if seed not in finished]
-    for run in _finished(begun.proof, missing, workers):
-        finished[run.seed] = append(begun.path, run, begun.proof.kept)
-        progress(len(finished))
-    found = begun.proof.score([finished[seed] for seed in range(1, runs + 1)], begun.origin)
-    begun.path.with_suffix(".json").write_text(found.to_json(), encoding="utf-8")
-    return found
-
-
-def _finished(asked: Proof[Any], seeds: list[int], workers: int) -> Iterator[Finished[Any]]:
-    if workers == 1 or len(seeds) < 2:
-        yield from (Finished(seed, tuple(asked.run(seed))) for seed in seeds)
-        return
-    # Each worker has a core for itself; linear algebra reads this before it starts
-    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ[name] = "1"
-    with get_context("spawn").Pool(workers, _leave_interrupts) as pool:
-        yield from pool.imap_unordered(partial(_run, asked.name), seeds)
-
-
-def _run(name: str, seed: int) -> Finished[Any]:
-    return Finished(seed, tuple(proof(name).run(seed)))
-
-
-def _leave_interrupts() -> None:
-    """A keyboard's interrupt is the parent's, who ends the workers."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -5,12 +5,8 @@ from pathlib import Path
 from autodb.explain.answer.answer import IntervalValue
 from autodb.explain.together import FACTORS, ExplainedTogether, Located
 from autodb.reports import figures
-from autodb.reports.explanation import (
-    certainty_words,
-    channel_words,
-    parameter_words,
-    term_words,
-)
+from autodb.reports.explanation import certainty_words, parameter_words, term_words
+from autodb.reports.explanation_plots import channel_words
 
 
 def recording_folders(found: ExplainedTogether) -> list[str]:

@@ -10,14 +10,13 @@ from types import ModuleType
 import pytest
 
 from autodb.proofs import catalogue
+from autodb.proofs.carrying_out import begin_runs, carry_out
 from autodb.proofs.cases.plan import PlannedCase, draw_concealed
 from autodb.proofs.catalogue import (
     CONCEALED,
     CONCEALED_MILLS,
     PROOFS,
     Proof,
-    begin_runs,
-    carry_out,
     proof,
 )
 from autodb.proofs.runs.explain import left_out

@@ -17,7 +17,8 @@ from scipy.stats import binom
 import autodb
 from autodb.errors import UnusableInput
 from autodb.proofs import catalogue
-from autodb.proofs.catalogue import PROOFS, Proof, begin_runs, carry_out
+from autodb.proofs.carrying_out import begin_runs, carry_out
+from autodb.proofs.catalogue import PROOFS, Proof
 from autodb.proofs.machines.axis.axes import draw_run
 from autodb.proofs.machines.axis.quantities import NAMES, quantities
 from autodb.proofs.runs.axis import axis_intervals

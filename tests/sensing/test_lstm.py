@@ -124,7 +124,7 @@ def test_p0s_network_has_three_layers_of_twenty_cells() -> None:
     published = pytest.importorskip("autodb.proofs.runs.mill.published_lstm")
     rng = np.random.default_rng(1)
     rows = [np.column_stack([rng.uniform(3.0, 9.0, 50), rng.uniform(-4.0, 2.0, 50)])]
-    scaled = published.Scaled.of(rows)(rows[0])
+    scaled = published.ScaledChannels.of(rows)(rows[0])
     assert scaled[:, 0].min() == 0.0
     assert scaled[:, 0].max() == 1.0
     assert scaled[:, 1].min() == -1.0

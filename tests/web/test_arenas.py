@@ -9,7 +9,7 @@ import pytest
 COUNTED = """
 import threading
 from pathlib import Path
-from autodb.web import arenas
+from autodb.web.http import arenas
 assert {first}
 threads = threading.Barrier(9)
 def take():

@@ -30,7 +30,8 @@ Out = Annotated[
 def prove(name: Name = None, runs: Runs = None, out: Out = None, workers: Workers = None) -> None:
     """Prove on virtual machines that autodb's answers hold; exit 1 when a check fails."""
     from autodb.errors import UnusableInput
-    from autodb.proofs.catalogue import begin_runs, carry_out, proof
+    from autodb.proofs.carrying_out import begin_runs, carry_out
+    from autodb.proofs.catalogue import proof
     from autodb.proofs.runs.found import origin_line
 
     if name is None:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
+from autodb.explain.waves.frames import frames
 from autodb.explain.waves.law import (
     DRAWN,
     NOTHING,
@@ -101,7 +102,7 @@ def waves_of(recording: Recording, simulation: Mapping[str, Array], *, edged: bo
             )
         )
         for reach in _reaches(recording, mill, engaged)
-        for frames in _frames(recording, mill, names)
+        for frames in frames(recording, mill, names)
     ]
     if recording.get("spindle.angle") is None:
         heard = max((_listened(one) for one in found), key=lambda waves: waves.fits)
@@ -214,33 +215,6 @@ def _reaches(recording: Recording, mill: Mill, engaged: Array) -> list[Array]:
     low, high = mill.arc
     furthest = 1.0 if low < 0.5 * np.pi < high else max(np.sin(low), np.sin(high))
     return [at_once, 1.0 - furthest + way]
-
-
-def _frames(recording: Recording, mill: Mill, names: tuple[str, ...]) -> list[Array]:
-    """Return frames (C, 3, n): machine axes, and where a table tilts also as it sees them."""
-    sin, cos = np.sin(mill.direction_rad), np.cos(mill.direction_rad)
-    machine = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    kept = [FORCES.index(name) for name in names]
-    n = len(recording)
-    found = [np.broadcast_to(machine[kept][:, :, None], (len(kept), 3, n))]
-    a, c = recording.get("a.angle"), recording.get("c.angle")
-    zero = np.zeros(n)
-    tilt, turn = np.radians(zero if a is None else a), np.radians(zero if c is None else c)
-    if np.ptp(tilt) > 0.0 or np.ptp(turn) > 0.0:
-        found.append(np.einsum("ijn,jk->ikn", tilted_table(tilt, turn), machine)[kept])
-    return found
-
-
-def tilted_table(tilt_rad: Array, turn_rad: Array) -> Array:
-    """Return T_z(θ_z) T_x(θ_x), from the machine to a tilted table's frame, (3, 3, n).
-
-    Source: physics reference, section 5.
-    """
-    one, zero = np.ones_like(tilt_rad), np.zeros_like(tilt_rad)
-    sx, cx, sz, cz = np.sin(tilt_rad), np.cos(tilt_rad), np.sin(turn_rad), np.cos(turn_rad)
-    about_x = np.array([[one, zero, zero], [zero, cx, -sx], [zero, sx, cx]])
-    about_z = np.array([[cz, -sz, zero], [sz, cz, zero], [zero, zero, one]])
-    return np.asarray(np.einsum("ijn,jkn->ikn", about_z, about_x))
 
 
 def _fitted(waves: Waves) -> Waves:

@@ -16,8 +16,7 @@ NARROWEST = 1.15
 class MeasuredCuts:
     """What an axis sensed in cuts (n,): current, A; feed speed, mm/s, spindle speed, rpm, feed,
     mm a revolution, depth of cut, mm, the spindle's temperature, °C (NaN: not known).
-    ``stated_sd``: standard error of the current, A, where it is known (NaN: not of that cut; None:
-    of none).
+    ``stated_sd``: standard error of the current, A (NaN: not known of that cut; None: of none).
     """
 
     current: Array
