@@ -150,7 +150,8 @@ def test_speed_and_diameter_must_fit(tmp_path: Path) -> None:
     assert "as if cutting.speed in mm/min or work.diameter in m; state its unit" in line
     cuts["work.diameter"] = [2.0, 2.36]
     assert (
-        'as if work.diameter in inch; unit = "inch"' in _doubts(write(tmp_path / "a.csv", cuts))[0]
+        'as if work.diameter in inch; state unit = "inch"'
+        in _doubts(write(tmp_path / "a.csv", cuts))[0]
     )
     cuts["work.diameter"] = [7.0, 9.0]
     assert "one of them in another unit" in _doubts(write(tmp_path / "a.csv", cuts))[0]

@@ -163,8 +163,8 @@ def test_a_refused_axis_is_said_and_one_without_current_too(cli: Cli, cuts: Path
     done = cli("calibrate", changed(cuts, spoil), "--card", "card.html")
     assert done.code == 0
     said = text_of(Path("card.html"))
-    assert "force.x, in any cut axis x is refused: R²" in said
-    assert "X axis: refused" in said
+    assert "force.x, in any cut axis x is not usable: R²" in said
+    assert "X axis: not usable" in said
     assert "an axis left out, in any cut no channel 'spindle.current'" in said
     assert "force.x, where" not in said
     assert "not stored" in said
@@ -212,7 +212,7 @@ def test_many_cuts_are_named_by_number() -> None:
 def test_one_reference_for_all_repeats_splits_nothing() -> None:
     estimate = np.array([98.0, 101.0, 103.0])
     ((_, (line,)),) = condition_scatter(["a"] * 3, np.full(3, 100.0), estimate, "N")
-    assert f"sd {np.std(estimate, ddof=1):.3g} N" in line
+    assert f"standard deviation of {np.std(estimate, ddof=1):.3g} N" in line
     assert condition_scatter(["a", "a", ""], np.arange(3.0), estimate, "N") == ()
 
 
@@ -220,7 +220,7 @@ def test_a_move_without_other_repeats_has_no_interval() -> None:
     signals = {"current": (np.array([1.0, 2.0, 1.2]), "A")}
     (line,) = movement(["a", "b", "a"], signals)
     assert "moved by +0.2 A" in line
-    assert "what is chance is not known" in line
+    assert "the scatter is not known" in line
     assert movement(["a", "b", "c"], signals) == ()
 
 

@@ -162,7 +162,7 @@ def test_the_report_says_what_how_much_and_how_sure() -> None:
 
 def test_the_card_of_a_cause_says_what_else_it_may_be_and_how_to_find_out() -> None:
     card = readable(explanation_fragment(explained(channel(friction())))).split("where it shows")[0]
-    assert "It could also be: drift of the sensor . This recording cannot tell." in card
+    assert "It could also be: drift of the sensor . This recording does not separate them." in card
     assert "To find out: pass the travel in both directions" in card
     assert "0.420 A at its largest 0.400 to 0.440 A (95 %)" in card
     off = friction(kind="mistuned", to_tell_apart="Run X: there position_friction and sensor_drift")
@@ -174,7 +174,7 @@ def test_the_card_of_a_cause_says_what_else_it_may_be_and_how_to_find_out() -> N
     assert "could also be" not in readable(explanation_fragment(explained(channel(sole))))
     undecided = friction(to_tell_apart=None)
     text = readable(explanation_fragment(explained(channel(undecided))))
-    assert "No simple move or cut is known that would tell." in text
+    assert "No simple move or cut is known that separates them." in text
 
 
 def test_candidates_that_were_not_taken_show_their_evidence() -> None:
@@ -253,8 +253,8 @@ def test_what_was_read_is_escaped() -> None:
 def test_a_force_that_drives_cannot_feel_is_not_sensed() -> None:
     text = readable(whole())
     assert "cut 1 not sensed 480 N" in text
-    assert "11 of 11 felt forces lie in the predicted interval; 1 not sensed." in text
-    assert "X axis: refused" in text
+    assert "11 of 11 measured forces lie in the predicted interval; 1 not sensed." in text
+    assert "X axis: not usable" in text
 
 
 def test_a_page_without_content_has_no_empty_sections() -> None:

@@ -178,7 +178,7 @@ def test_a_model_that_remembers_time_is_refused() -> None:
     warm = (*TERMS[:3], IdentifiedTerm("backlash", "level", 0.1, 0.0, "A"),
             IdentifiedTerm("backlash", "gap", 0.1, 0.0, "mm"))  # fmt: skip
     seen = SeenAxis.of("x", [_recorded(1).channels])
-    with pytest.raises(UnusableInput, match=r"x\.current: backlash remembers"):
+    with pytest.raises(UnusableInput, match=r"x\.current: backlash needs a longer history"):
         AxisTables(LoadedDrive(replace(MODEL, terms=warm), 1.0), seen)
 
 

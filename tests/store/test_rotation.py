@@ -152,7 +152,7 @@ def test_the_doctor_restores_the_newest_and_says_its_age(cli: Cli) -> None:
     spoilt = cli("doctor", "--backups", "kept")
     assert spoilt.code == 1
     assert "restore of the newest backup" in spoilt.out
-    assert "axis, rows of id 1 to 255: not as they were written" in spoilt.out
+    assert "axis, rows of id 1 to 255 changed after they were written" in spoilt.out
     with closing(connect(Path("autodb.sqlite3"))) as file:
         file.execute("CREATE VIEW foreign_to_it AS SELECT 1")
     assert "restore of the newest backup" in cli("doctor", "--backups", "kept").out

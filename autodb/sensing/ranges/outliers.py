@@ -79,20 +79,23 @@ class Outlier:
 
 
 def outlier_sentences(named: Sequence[Outlier]) -> list[str]:
-    """Return one sentence on cuts off the law, and one on cuts that hold a part of it alone."""
+    """Return one sentence on outliers of the fit, and one on cuts that dominate it."""
     off = [one for one in named if one.off]
     alone = [one for one in named if one.alone]
     said = []
     if off:
         most = max(abs(one.studentised) for one in off)
+        deviate = "deviates" if len(off) == 1 else "deviate"
         said.append(
-            f"{_cuts(off)} deviate from the fit of the others by more than chance, by up to "
+            f"{_cuts(off)} {deviate} from the fit of the others by more than chance, by up to "
             f"{most:.1f} standard deviations; all cuts stay in the fit"
         )
     if alone:
+        leverage = max(one.leverage for one in alone)
+        dominate = "dominates" if len(alone) == 1 else "dominate"
         said.append(
-            f"{_cuts(alone)} dominate the fit (leverage up to "
-            f"{max(one.leverage for one in alone):.2f}); add cuts in this range"
+            f"{_cuts(alone)} {dominate} the fit (leverage up to {leverage:.2f}); add cuts in this "
+            "range"
         )
     return said
 

@@ -96,7 +96,7 @@ def test_a_machine_that_has_learnt_nothing_says_so(cli: Cli) -> None:
     cli("machine", "add", "lathe-1")
     done = cli("export", "--coefficients", FILE, "--machine", "lathe-1")
     assert done.code == 2
-    assert "has learnt no pair" in done.err
+    assert "has no fitted work-tool pair" in done.err
 
 
 @pytest.mark.parametrize(

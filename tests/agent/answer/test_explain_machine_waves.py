@@ -200,7 +200,7 @@ def test_nothing_missing_where_nothing_is(milled: Cli, angle_deg: Array | None) 
     ("side", "said"),
     [
         (SIDE.replace('work = "C45"', ""), "a side file with [recording] work and [tool] name"),
-        (SIDE.replace("C45", "Ti6Al4V"), "has not learnt Ti6Al4V / mill-10"),
+        (SIDE.replace("C45", "Ti6Al4V"), "has no parameters of Ti6Al4V / mill-10"),
         (SIDE.replace('operation = "side-up"', ""), "state [cut] operation in a side file"),
         (SIDE.replace("depth_mm = 2.0", ""), "depth_mm"),
         (SIDE.replace("width_mm = 3.0", ""), "cutting.width"),

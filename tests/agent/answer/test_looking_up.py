@@ -164,7 +164,7 @@ def test_without_a_cut_the_pairs_are_listed(store: Store, cli: Cli) -> None:
     assert re.search(r"steel +insert +12 +2 .*\n +steel +mill +3 +1 ", cli(*ASKED[:3]).out)
     only = cli(*ASKED[:3], "--tool", "mill", "--json").out
     assert [(row["tool"], row["cuts"]) for row in json.loads(only)] == [("mill", 3)]
-    assert "has learnt no pair yet" in cli("lookup", "--machine", "other").out
+    assert "has no fitted pair yet" in cli("lookup", "--machine", "other").out
 
 
 MILLED = ("--operation", "slot", "--depth", 2, "--rpm", 3000)
@@ -179,7 +179,10 @@ MILLED = ("--operation", "slot", "--depth", 2, "--rpm", 3000)
         (("--operation", "trun"), "--operation 'trun': there is none (did you mean turn"),
         (("--diameter", 5, "--depth", -1, "--feed", 1), "--depth: Input should be greater than 0"),
         (("--diameter", 5, "--depth", 1, "--feed", 1), "give either --rpm or --speed"),
-        (("--tool", "insrt"), "has learnt no pair of tool 'insrt' (did you mean insert?)"),
+        (
+            ("--tool", "insrt"),
+            "has no parameters of a pair with tool 'insrt' (did you mean insert?)",
+        ),
         ((*MILLED, "--feed", 0.05), "a cut needs --material and --tool"),
     ],
     ids=lambda asked: asked if isinstance(asked, str) else "",
@@ -254,7 +257,7 @@ def test_a_new_pair_starts_from_a_relative_then_a_card_then_what_ships(store: St
 
 def test_cards_of_a_machine_read_back_and_tell_it_nothing(store: Store, cli: Cli) -> None:
     done = cli("export", "--cards", "own.csv", "--machine", "m")
-    assert "left out: steel / mill (3 cuts): the card is of insert (12 cuts)" in done.out
+    assert "excluded: steel / mill (3 cuts): the card is of insert (12 cuts)" in done.out
     (card,) = read_cards(Path("own.csv"))
     assert card.source.startswith("autodb: machine m, insert, 12 cuts, version 2, ")
     assert_allclose(np.degrees(card.at.rake_rad), INSERT["rake_deg"])

@@ -107,4 +107,4 @@ def test_a_machine_that_feels_nothing_says_so(cli: Cli) -> None:
     Path("job.toml").write_text(JOB, encoding="utf-8")
     done = cli("plan", "job.toml", "--machine", "lathe-1")
     assert done.code == 2
-    assert "has felt no force yet" in done.err
+    assert "has no sensed forces yet" in done.err

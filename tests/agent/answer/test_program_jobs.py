@@ -169,10 +169,10 @@ def test_the_largest_is_what_is_expected_there_not_what_the_law_says(tmp_path: P
 
 REFUSED = {
     "word": ({}, "G0 X56 Z2\nG1 Z-30 F.2 Q9\n", r"p\.nc: line 3: 'Q9': "),
-    "rapid": ({}, "G0 X56 Z2\nG1 Z-3 F.2\nG0 X50\n", r"p\.nc: rapid through the stock at line 4"),
-    "air": ({}, "G0 X66 Z2\nG1 Z-30 F.2\n", r"p\.nc: cuts nothing of the stock; "),
-    "axis": ({}, "G0 X0 Z2\nG1 Z-3 F.2\n", r"p\.nc: line 3: cuts with the tool's tip on the spin"),
-    "sha256": ({"sha256": "0" * 64}, "G0 X56 Z2\nG1 Z-30 F.2\n", r"p\.nc: not the program of this"),
+    "rapid": ({}, "G0 X56 Z2\nG1 Z-3 F.2\nG0 X50\n", r"p\.nc: line 4: this rapid goes"),
+    "air": ({}, "G0 X66 Z2\nG1 Z-30 F.2\n", r"p\.nc: the program cuts no stock; "),
+    "axis": ({}, "G0 X0 Z2\nG1 Z-3 F.2\n", r"p\.nc: line 3: the tool's tip cuts on the spin"),
+    "sha256": ({"sha256": "0" * 64}, "G0 X56 Z2\nG1 Z-30 F.2\n", r"p\.nc: is not the program of"),
 }  # fmt: skip
 
 

@@ -214,7 +214,10 @@ def test_what_is_not_there_any_more_is_not_explained(store: Store) -> None:
         row = session.scalars(select(models.StoredRecording)).first()
         assert row is not None
         row.path, number = "/nowhere/cuts.csv", row.id
-    with store.reading() as session, pytest.raises(UnusableInput, match="not there as it was"):
+    with (
+        store.reading() as session,
+        pytest.raises(UnusableInput, match="missing or has changed since its"),
+    ):
         explain_recording(session, session.get_one(models.StoredRecording, number))
 
 

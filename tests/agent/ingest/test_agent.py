@@ -194,7 +194,7 @@ def test_an_axis_current_takes_the_sign_of_its_axis(cli: Cli, recordings: Path) 
     Path("turned.csv").write_text("\n".join([sound[0], *map(",".join, turned)]) + "\n")
     refused = cli("identify", recordings / "air-moves.csv", "--machine", "mirrored")
     assert refused.code == 2
-    assert "its sign is turned round" in " ".join(refused.err.split())
+    assert "its sign is reversed" in " ".join(refused.err.split())
     assert cli("identify", "turned.csv", "--machine", "mirrored").code == 0
     (row,) = _rows(models.ChannelModel)
     assert isinstance(row, models.ChannelModel)

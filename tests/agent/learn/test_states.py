@@ -99,7 +99,7 @@ def _may_also_be(term: str) -> None:
 def test_cuts_stand_aside_are_named_and_once_confirmed_are_a_state(set_aside: Cli) -> None:
     worn = set_aside
     done = Path("said.txt").read_text()
-    assert "are not of its usual state" in done
+    assert "are outliers from its normal cutting state" in done
     assert "force.y: tool_wear (missing)" in done
     usual = _rows()[-1]
     assert (usual["version"], usual["state"]) == (2, None)
@@ -107,7 +107,7 @@ def test_cuts_stand_aside_are_named_and_once_confirmed_are_a_state(set_aside: Cl
     # Left alone they stay aside, and nothing is explained again
     again = worn("refresh", "--machine", "lathe-1").out
     assert "nothing new" in again
-    assert "2 mismatches wait to be decided on" in again
+    assert "2 mismatches are undecided" in again
     assert "tool_wear" not in again
     assert len(_rows()) == 2
 
@@ -267,7 +267,7 @@ def test_confirmed_wear_is_in_the_next_prediction(
     worn("import", tmp_path / "unsaid.csv", "--machine", "lathe-1")
     said = worn("refresh", "--machine", "lathe-1").out
     assert (
-        "36 cuts not learnt from: its edges wear, and they do not state tool.cutting_time" in said
+        "36 cuts are not used: its edges wear, and the cuts do not state tool.cutting_time" in said
     )
     assert len(_rows()) == 2
 
@@ -308,7 +308,7 @@ def _without_time(name: Path, to: Path) -> None:
 
 def test_a_cause_that_too_few_cuts_show_changes_no_pair(learnt: Cli) -> None:
     done = learnt("mismatch", "confirm", _kept("shop-week-1.csv", term="hard_spot")).out
-    assert "no pair changes: fewer than five of its cuts stand aside" in done
+    assert "no pair changes: fewer than five of its cuts are outliers" in done
     assert len(_rows()) == 1
 
 

@@ -110,7 +110,9 @@ def test_a_force_while_the_axis_stands_tells_nothing(model: DriveModel) -> None:
 def _told(out: str) -> tuple[float, float]:
     """Return newtons an ampere and percent of the first line that tells them."""
     said = " ".join(out.split())
-    return float(said.split("1 A is ")[1].split(" N")[0]), float(said.split("± ")[1].split(" %")[0])
+    return float(said.split("force constant ")[1].split(" N")[0]), float(
+        said.split("± ")[1].split(" %")[0]
+    )
 
 
 def test_the_machine_keeps_what_a_known_load_told_and_uses_the_surest(cli: Cli) -> None:
@@ -151,7 +153,7 @@ def test_the_machine_keeps_what_a_known_load_told_and_uses_the_surest(cli: Cli) 
     for words, line in (
         (("scale", "hardly.csv", "--machine", "m", "--added-mass", "0.5"),
          "too little to weigh by"),
-        (("scale", "turned.csv", "--machine", "m"), "a sign is turned round"),
+        (("scale", "turned.csv", "--machine", "m"), "a sign is reversed"),
         (("scale", "light.csv", "--machine", "m"), "'force.z' beside the current"),
         (("scale", "light.csv", "--machine", "m", "--standard-cut", "turning-aluminium:published"),
          "begins in air"),

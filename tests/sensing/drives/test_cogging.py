@@ -149,7 +149,7 @@ def test_the_command_says_which_form_was_kept_and_what_each_leaves(cli: Cli) -> 
     effort = _recorded(_teeth(channels["x.position"]), channels)["x.current"]
     csv.write_csv(pa.table({**channels, "x.current": effort}), "moves.csv")
     out = cli("identify", "moves.csv", "--terms", ",".join(TERMS)).out
-    said = re.search(r"cogging: a table of 36 nodes over (\S+) mm kept; on blocks left out:", out)
+    said = re.search(r"cogging: a table of 36 nodes over (\S+) mm kept; on held-out blocks:", out)
     assert said is not None
     assert_allclose(float(said.group(1)), POLE_MM, rtol=0.01)
     assert re.search(r"one sine \S+ %, 6 harmonics \S+ %, a table of\s+36 nodes \S+ %", out)

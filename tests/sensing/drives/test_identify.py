@@ -88,7 +88,7 @@ def test_an_axis_that_stands_is_refused() -> None:
 def test_a_turned_sign_is_doubted() -> None:
     channels = moves(4)
     model = feed_axis.identify(recorded(channels, -current(channels, 4)))
-    assert any("coulomb level is -0." in s and "turned round" in s for s in model.doubts)
+    assert any("coulomb level is -0." in s and "reversed" in s for s in model.doubts)
 
 
 def test_encoder_noise_makes_no_friction() -> None:
@@ -281,7 +281,7 @@ def test_versions_follow_each_other(machine: Cli) -> None:
 def test_a_model_is_tested_on_a_second_recording(cli: Cli) -> None:
     done = cli("identify", _written("a.csv", 1), "--also", _written("b.csv", 2))
     assert "on b.csv: relative error" in done.out
-    assert "on blocks of motion left out" in " ".join(done.out.split())
+    assert "on held-out blocks of motion" in " ".join(done.out.split())
 
 
 TERMS_REFUSED = [

@@ -61,7 +61,7 @@ def test_spindle_current_is_refused_with_its_figure(vicomtech: Path, sample_jobs
     found = calibration.calibrate(_turning(vicomtech, sample_jobs), "spindle")
     assert_allclose(found.scores.r_squared, -0.04, atol=0.005)
     assert not found.offered
-    assert found.verdict.startswith("refused: R² -0.04")
+    assert found.verdict.startswith("not usable: R² -0.04")
 
 
 def test_calibrate_command_on_the_real_table(cli: Cli, vicomtech: Path, sample_jobs: Path) -> None:
@@ -76,7 +76,7 @@ def test_calibrate_command_on_the_real_table(cli: Cli, vicomtech: Path, sample_j
     assert re.search(r"RMSE 71\.7 N line \(taken\), 67(\.\d)? ANFIS \{current\}", done.out)
     assert "cut 371, 452, 1563, 1564" in done.out
     assert "With them: RMSE 81.5 N" in " ".join(done.out.split())
-    assert "refused: R² -0.04" in done.out
+    assert "not usable: R² -0.04" in done.out
 
 
 def test_axis_identified_within_two_published_sd(emps: Path, sample_jobs: Path) -> None:

@@ -122,7 +122,7 @@ def test_the_load_pulses_of_a_real_axis_are_rebuilt(emps: Path, pulses: Path) ->
 
 
 def test_a_machines_model_gives_newtons_on_the_tool(cli: Cli) -> None:
-    """1 A is 0.8 · 2π · 1000/10 = 502.7 N; its ± 10 % are said, and not in the rows' sd."""
+    """The force constant is 0.8 · 2π · 1000/10 = 502.7 N/A; its ± 10 % are not in the rows' sd."""
     from autodb import records
 
     cut = screw_moves(40, _steps(len(screw_moves(40))))
@@ -138,7 +138,9 @@ def test_a_machines_model_gives_newtons_on_the_tool(cli: Cli) -> None:
     done = cli("reconstruct", "cut.csv", "--machine", "m", "--page", "page.html")
     assert done.code == 0, done.err
     said = " ".join(done.out.split())
-    assert "1 A is 502.7 N ± 10 % (95 %), by torque constant 0.8 N·m/A (data sheet)" in said
+    assert (
+        "force constant 502.7 N/A ± 10 % (95 %), by torque constant 0.8 N·m/A (data sheet)" in said
+    )
     assert "version 1 of machine 'm'; up to 10 Hz" in said
     table = records.read(Path("cut-load.csv"))
     load, force = np.loadtxt(
@@ -150,7 +152,7 @@ def test_a_machines_model_gives_newtons_on_the_tool(cli: Cli) -> None:
     assert float(np.corrcoef(load, truth)[0, 1]) > 0.98
     assert "load of z over time" in Path("page.html").read_text("utf-8")
     other = cli("reconstruct", "cut.csv", "--machine", "m", "--newtons-per-ampere", "100")
-    assert "1 A is 100 N ± 5 %" in " ".join(other.out.split())
+    assert "force constant 100 N/A ± 5 %" in " ".join(other.out.split())
 
 
 def test_moves_stand_in_for_a_machine(cli: Cli) -> None:
@@ -158,7 +160,9 @@ def test_moves_stand_in_for_a_machine(cli: Cli) -> None:
     write_moves(Path("cut.csv"), screw_moves(41, moves=6))
     done = cli("reconstruct", "cut.csv", "--moves", "air.csv", "--observer", "--out", "o.csv")
     assert done.code == 0, done.err
-    assert "in amperes: newtons need a known load ('autodb scale')" in " ".join(done.out.split())
+    assert "in amperes; for newtons, determine the force constant with 'autodb scale'" in " ".join(
+        done.out.split()
+    )
     assert Path("o.csv").read_text("utf-8").startswith('"t","z.load","z.load.sd","z.state"\n')
 
 
@@ -237,6 +241,6 @@ def test_a_table_in_amperes_has_newton_metres_by_its_gear(cli: Cli) -> None:
     assert cli("identify", "table.csv", "--machine", "m").code == 0
     done = cli("reconstruct", "table.csv", "--machine", "m")
     assert done.code == 0, done.err
-    assert "1 A is 72 N·m ± 10 % (95 %)" in " ".join(done.out.split())
+    assert "force constant 72 N·m/A ± 10 % (95 %)" in " ".join(done.out.split())
     assert "force.a" not in Path("table-load.csv").read_text("utf-8").splitlines()[0]
     assert cli("identify", "table.csv", "--machine", "m").out.endswith("already there\n")

@@ -272,7 +272,7 @@ def test_passes_that_tell_no_stage_are_refused(moves: Recording) -> None:
     with pytest.raises(UnusableInput, match="passed twice in one direction"):
         staged(one_round, pitch_mm=None, cold=False)
     wave = {**moves.channels, "z.position": 50.0 * np.sin(np.arange(len(x)) / 100.0)}
-    with pytest.raises(UnusableInput, match="constant speeds both ways; the staged"):
+    with pytest.raises(UnusableInput, match="constant speeds in both directions, and the staged"):
         staged(prepared(Recording(path=Path("w.csv"), channels=wave)), pitch_mm=None, cold=False)
 
 
@@ -324,7 +324,7 @@ def test_options_that_do_not_go_together(refused: Callable[..., str], moves: Rec
     few = {name: values[:3000] for name, values in moves.channels.items()}
     write(Path("few.csv"), few)
     assert "--pitch goes with --staged" in refused("identify", "few.csv", "--pitch", "10")
-    assert "constant speeds both ways" in refused("identify", "few.csv", "--staged")
+    assert "constant speeds in both directions" in refused("identify", "few.csv", "--staged")
 
 
 def test_ramps_that_are_over_before_the_filter_follows_tell_no_inertia() -> None:

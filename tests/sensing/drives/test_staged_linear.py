@@ -204,7 +204,7 @@ def test_which_routine_runs_follows_from_the_terms_and_the_screw(
 
 
 def test_passes_that_tell_no_load_are_refused(rows: Prepared) -> None:
-    with pytest.raises(UnusableInput, match="there and back 0 times; the four steps"):
+    with pytest.raises(UnusableInput, match="there and back 0 times, and the four steps"):
         four_steps(rows, pole_mm=90.0, cold=False)
     few = prepared(recorded(AXIS, 2, repeats=1, speeds=(4.0, 16.0, 30.0, 60.0, 120.0)))
     with pytest.raises(UnusableInput, match="each once, so that nothing tells"):

@@ -139,10 +139,10 @@ def test_what_a_sweep_needs_is_asked_for() -> None:
     whole = MachineFile.model_validate(MILL)
     for machine, axis, more, line in (
         (whole, "y", {}, "no axis 'y'"),
-        (whole, "z", {}, "axis z bears weight: --safe MM"),
+        (whole, "z", {}, "axis z bears weight; state its lowest safe place with --safe MM"),
         (whole, "z", {"safe_mm": 900.0}, "--safe: 900 mm is not between 1 and 399 mm"),
         (whole, "x", {"between_mm": (10.0, 600.0)}, "--between: 10 to 600 mm is no stretch"),
-        (_without("axes", "x", "limits", "speed_mm_min"), "x", {}, "speed_mm_min would be needed"),
+        (_without("axes", "x", "limits", "speed_mm_min"), "x", {}, "speed_mm_min is missing"),
         (_without("axes", "x", "limits", "travel_low_mm"), "x", {}, "travel_low_mm and"),
     ):
         with pytest.raises(UnusableInput, match=line):
@@ -150,7 +150,7 @@ def test_what_a_sweep_needs_is_asked_for() -> None:
     on = sweep_stretch(whole, "x", source="m.toml")
     way = [SweepWay(1.0, 400.0, 5000.0, 0.5)]
     refused: tuple[tuple[dict[str, float], list[SweepWay], str], ...] = (
-        ({}, way, "--park z=MM would be needed"),
+        ({}, way, "axis z is not parked; use --park z=MM"),
         ({"z": 500.0}, way, "z = 500 mm is not known to lie in its travel"),
         ({"z": 300.0, "x": 1.0}, way, "--park: x is no other axis"),
         ({"z": 300.0}, [SweepWay(1.0, 600.0, 5000.0, 0.5)], "a pass to 600 mm is outside"),
@@ -236,7 +236,7 @@ def test_a_sweep_of_a_machine_and_then_one_that_its_model_chooses(cli: Cli) -> N
     assert "G0 G53 X380.000" in printed.out, "X counts in diameters"
     refused = cli(*sweep, "--within", "2")
     assert refused.code == 2
-    assert "nothing is known of axis z yet" in " ".join(refused.err.split())
+    assert "axis z has no model yet" in " ".join(refused.err.split())
     write_moves(Path("air.csv"), screw_moves(1))
     assert cli("identify", "air.csv", "--machine", "m").code == 0
     done = cli(*sweep, "--within", "2", "--between", "50", "350", "--out", "z.nc")
@@ -261,7 +261,7 @@ def test_a_sweep_of_a_machine_and_then_one_that_its_model_chooses(cli: Cli) -> N
         ((), "give either --machine NAME or --machine-file FILE"),
         (("--machine-file", "m.toml", "--park", "x"), "'x' is not AXIS=MM"),
         (("--machine-file", "m.toml", "--park", "x=300"), "x = 300 mm is not known to lie"),
-        (("--machine-file", "m.toml"), "--park x=MM would be needed"),
+        (("--machine-file", "m.toml"), "axis x is not parked; use --park x=MM"),
         (("--machine-file", "none.toml"), "none.toml"),
     ],
 )

@@ -190,7 +190,7 @@ def test_a_cut_off_the_law_is_named_with_its_residual() -> None:
         named = [one for one in _named(seed, off_N=70.0, lone_A=None) if one.off]
         assert [one.cut for one in named] == [8.0]
         assert named[0].studentised > 4.0
-        assert outlier_sentences(named)[0].startswith("1 cut (8) more than chance off")
+        assert outlier_sentences(named)[0].startswith("1 cut (8) deviates from the fit")
 
 
 def test_a_cut_that_holds_the_slope_alone_is_named_though_it_fits() -> None:

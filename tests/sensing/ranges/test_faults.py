@@ -91,7 +91,7 @@ def test_calibrate_says_which_sensor_is_unplugged(cli: Cli, tmp_path: Path) -> N
     done = cli("calibrate", tmp_path / "cuts.csv")
     assert done.code == 0
     assert "cuts.csv: x.current: the same in air, in light and in heavy" in done.out
-    assert "is it plugged in?" in " ".join(done.out.split())
+    assert "check its plug" in " ".join(done.out.split())
 
 
 def test_exchanged_cuts_of_several_files_are_named_with_their_file(

@@ -63,9 +63,9 @@ def _of_x(recording: Recording) -> Recording:
 
 
 FAULTS: list[tuple[Callable[[Recording], Recording], str]] = [
-    (_turned, "its sign is turned round; the other current_sign"),
+    (_turned, "its sign is reversed; change current_sign"),
     (_dragging, "A more in both directions from"),
-    (_holding, "a brake is closed, or something is in the way"),
+    (_holding, "a brake is closed or something is in the way"),
     (_of_x, "z.current follows x, not z"),
 ]
 

@@ -94,7 +94,7 @@ def test_where_nothing_is_told_it_is_not_sensed_and_says_why() -> None:
 
 
 def test_what_cannot_be_used_is_refused() -> None:
-    with pytest.raises(UnusableInput, match="2 measured diameters; 3 places"):
+    with pytest.raises(UnusableInput, match="2 measured diameters are too few; measure 3 places"):
         passive_force(MeasuredPart(np.zeros(2), np.ones(2), 0.0, 0.01), range_N=1.0)
     with pytest.raises(UnusableInput, match="no finite number"):
         passive_force(

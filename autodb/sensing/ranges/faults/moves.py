@@ -1,4 +1,4 @@
-"""Faults of an axis' moves in air: a sign turned round, another axis' effort, a closed brake.
+"""Faults of an axis' moves in air: a sign reversed, another axis' effort, a closed brake.
 
 All from what must hold of any axis. Friction takes work out, never puts it in. Effort follows its
 own axis. A brake opposes the motion in both directions, and holds what the drive cannot move.
