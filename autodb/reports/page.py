@@ -111,9 +111,11 @@ def learnt_words(curve: LearningCurve) -> str:
 def check_words(check: PredictedSensed) -> str:
     """Return how many sensed forces lie in their predicted interval; how many were not sensed."""
     sensed = np.isfinite(check.sensed_N)
-    count = f"{np.sum(_inside(check))} of {np.sum(sensed)} measured forces lie in the interval"
+    inside = f"{np.sum(_inside(check))} of {np.sum(sensed)} measured forces"
     blind = int(np.sum(~sensed))
-    return count + (f"; {blind} {NOT_SENSED}." if blind else ".")
+    return f"{inside} lie in the predicted interval" + (
+        f"; {blind} {NOT_SENSED}." if blind else "."
+    )
 
 
 def _inside(check: PredictedSensed) -> NDArray[np.bool_]:

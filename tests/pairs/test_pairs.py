@@ -30,7 +30,7 @@ from autodb.proofs.runs.pairs.pair_cuts import (
     true_forces,
 )
 from autodb.proofs.runs.score import Z as NORMAL_95
-from tests.helpers.turned_pairs import GAIN, SD_N, Array, cuts_of, sensed, prior, truth, turn
+from tests.helpers.turned_pairs import GAIN, SD_N, Array, cuts_of, prior, sensed, truth, turn
 
 
 def some(observed: Observed, keep: NDArray[np.intp]) -> Observed:
@@ -161,14 +161,14 @@ def test_what_was_not_determined_is_said_by_name() -> None:
 
 def test_the_cut_proposed_is_the_best_and_within_limits() -> None:
     """The cut that is proposed leaves less open than any other, and none beyond a limit is."""
-    posterior = posterior_of_readings(prior(), measured(truth(1), cuts_of(2, 2), seed=3))
+    posterior = posterior_of_readings(prior(), sensed(truth(1), cuts_of(2, 2), seed=3))
     grid = np.stack(np.meshgrid([0.1, 0.2, 0.4], [1.0, 3.0], [80.0, 250.0]), -1).reshape(-1, 3)
     candidates = turn(grid[:, 0], grid[:, 1], grid[:, 2])
     targets = cuts_of(9, 3)
-    sensed = tuple(
+    components = tuple(
         SensedComponent(q, SD_N, (gain_error(g),)) for q, g in zip((Y, Z), GAIN, strict=True)
     )
-    best = propose(posterior, candidates, targets, sensed=sensed, quantities=(Y, Z))
+    best = propose(posterior, candidates, targets, sensed=components, quantities=(Y, Z))
     assert best is not None
     left = []
     for k in range(len(grid)):
@@ -178,12 +178,15 @@ def test_the_cut_proposed_is_the_best_and_within_limits() -> None:
     assert_allclose(left[best.candidate], min(left), rtol=0.05)
     deep = forecast(posterior, candidates).mean[:, Y].max()
     limits = PlanLimits(np.array([1e9, 0.5 * deep, 1e9, 1e9, 1e9]))
-    light = propose(posterior, candidates, targets, sensed=sensed, quantities=(Y,), limits=limits)
+    light = propose(
+        posterior, candidates, targets, sensed=components, quantities=(Y,), limits=limits
+    )
     assert light is not None
     assert limits.exceeded(forecast(posterior, candidates))[light.candidate, Y] <= 0.05
     none = PlanLimits(np.full(5, 1.0))
     assert (
-        propose(posterior, candidates, targets, sensed=sensed, quantities=(Y,), limits=none) is None
+        propose(posterior, candidates, targets, sensed=components, quantities=(Y,), limits=none)
+        is None
     )
 
 
