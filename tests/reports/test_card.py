@@ -165,7 +165,7 @@ def test_a_refused_axis_is_said_and_one_without_current_too(cli: Cli, cuts: Path
     said = text_of(Path("card.html"))
     assert "force.x, in any cut axis x is not usable: R²" in said
     assert "X axis: not usable" in said
-    assert "an axis left out, in any cut no channel 'spindle.current'" in said
+    assert "an axis without a calibration, in any cut no channel 'spindle.current'" in said
     assert "force.x, where" not in said
     assert "not stored" in said
 
