@@ -44,7 +44,7 @@ def test_the_sample_is_what_the_virtual_lathe_writes(
 def test_the_demo_runs_twice_and_its_report_needs_no_network(cli: Cli) -> None:
     done = cli("demo", "--out", "out")
     assert done.code == 0
-    for part in ("felt: ", "sensed: ", "predicted: rough Ø56", "tool_wear", "trace: ", "report: "):
+    for part in ("axis: ", "sensed: ", "predicted: rough Ø56", "tool_wear", "trace: ", "report: "):
         assert part in done.out
     report = Path("out/report.html").read_text()
     page = re.sub(r"<script.*?</script>", "", report, flags=re.DOTALL)

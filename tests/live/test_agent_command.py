@@ -32,7 +32,7 @@ def test_check_list_and_health(lathe: Running, cli: Cli) -> None:
     assert all(name in listed.out for name in [*LATHE.columns, *LATHE.states])
     unknown = cli("agent", "agent.toml", "--health")
     assert unknown.code == 2
-    assert "an agent that was started would have written it" in unknown.err
+    assert "start the agent, which writes it" in unknown.err
     Path("agent-journal").mkdir()
     Health(MACHINE, state="connected").write(health_of(Path("agent.toml")))
     assert cli("agent", "agent.toml", "--health").code == 0

@@ -88,12 +88,12 @@ def learn_from_samples(store: Store, source: Path, *, progress: Callable[[str], 
     calibrated = calibrate_machine(store, MACHINE, progress=progress)
     refreshed = refresh(store, MACHINE, progress=progress)
     lines = [
-        f"calibrated: axis {c.axis} → force.{c.component}, RMSE {c.scores.rmse:.3g} {c.unit}, "
+        f"axis:      {c.axis} → force.{c.component}, RMSE {c.scores.rmse:.3g} {c.unit}, "
         f"R² {c.scores.r_squared:.2f} on held-out cuts "
         f"({'usable' if c.offered else 'not usable'})"
         for c in calibrated.calibrations
     ]
-    lines.append(f"sensed:     {refreshed.sensed} forces, {refreshed.not_sensed} not sensed")
+    lines.append(f"sensed:    {refreshed.sensed} forces, {refreshed.not_sensed} not sensed")
     return lines
 
 
@@ -112,7 +112,7 @@ def _predicted(prediction: Predicted) -> list[str]:
     for cut in prediction.cuts:
         force = cut.force_y_N
         lines.append(
-            f"predicted:  {cut.name}: cutting force {force.value:.0f} N ({force.low:.0f} to "
+            f"predicted: {cut.name}: cutting force {force.value:.0f} N ({force.low:.0f} to "
             f"{force.high:.0f})"
         )
     return lines
@@ -120,7 +120,7 @@ def _predicted(prediction: Predicted) -> list[str]:
 
 def _explained(explained: Explained) -> list[str]:
     return [
-        f"left out:    {channel}: {cause.term}: {cause.statement}"
+        f"left out:  {channel}: {cause.term}: {cause.statement}"
         for channel, answer in explained.explanation.channels.items()
         for cause in answer.missing
     ]

@@ -71,13 +71,13 @@ def test_a_calibration_that_is_off_is_named_and_stays_out(cli: Cli) -> None:
     (named,) = [line for line in done.out.splitlines() if "disagrees" in line]
     assert named.startswith(f"{OFF} disagrees in ")
     assert "its calibration is off: force along +" in named
-    assert "told by 3 pairs shared with others" in named
+    assert "determined from 3 pairs shared with others" in named
     for material in FLEET.materials:
         assert f"{material}: version 1 from {MACHINES - 1} machines, 1 tool" in done.out
     shown = cli("fleet", "show").out
     assert named in shown
     again = cli("fleet", "learn").out.splitlines()
-    assert again == ["nothing new to know together", named]
+    assert again == ["nothing new for all machines together", named]
 
 
 def test_a_machine_that_never_cut_it_starts_from_the_others(shop: Store, cli: Cli) -> None:
@@ -145,7 +145,7 @@ def test_what_nobody_shares_is_known_together_no_more(shop: Store, cli: Cli) -> 
         with shop.reading() as session:
             file = as_file(find_machine(session, name))
         update_machine(shop, name, file.model_copy(update={"shares": "nothing"}))
-    assert learn_fleet(shop).lines() == ["nothing new to know together"]
+    assert learn_fleet(shop).lines() == ["nothing new for all machines together"]
     assert "know nothing together yet" in cli("fleet", "show").err
     with shop.reading() as session:
         owner = find_machine(session, "lathe-0")
@@ -257,7 +257,7 @@ def test_nothing_known_together_says_what_would(cli: Cli) -> None:
     done = cli("fleet", "show")
     assert (done.code, done.err) == (
         2,
-        "autodb: machines know nothing together yet; 'autodb fleet learn' would\n",
+        "autodb: nothing has been fitted for all machines yet; run 'autodb fleet learn'\n",
     )
-    assert cli("fleet", "learn").out == "nothing new to know together\n"
+    assert cli("fleet", "learn").out == "nothing new for all machines together\n"
     assert "add one with 'autodb machine add NAME'" in cli("fleet", "refresh").err

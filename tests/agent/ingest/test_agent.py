@@ -142,7 +142,7 @@ def test_new_cuts_build_on_the_last_version(learnt: Cli, recordings: Path) -> No
 def test_the_prediction_table_says_what_no_drive_feels(learnt: Cli, sample_jobs: Path) -> None:
     done = learnt("predict", sample_jobs / "stepped_shaft" / "job.toml", "--machine", "lathe-1")
     assert done.code == 0
-    assert "* passive: no drive feels it" in done.out
+    assert "* passive force: no drive senses it" in done.out
     assert "autodb trace prediction 1" in done.out
 
 
@@ -204,7 +204,7 @@ def test_an_axis_current_takes_the_sign_of_its_axis(cli: Cli, recordings: Path) 
 
 def test_machine_show_lists_what_is_sensed(learnt: Cli) -> None:
     done = learnt("machine", "show", "lathe-1")
-    assert "force.z: offered" in done.out
+    assert "force.z: usable" in done.out
     assert "lathe-1" in learnt("machine", "list").out
 
 
@@ -232,7 +232,7 @@ def test_a_pair_never_cut_is_predicted_from_what_is_nearest_and_says_so(
     assert width[material, tool] > 1.5 * width[known]
     assert answer["behind"]["cuts"] == 0
     said = " ".join(answer["notes"])
-    assert f"has not learnt {material} / {tool}" in said
+    assert f"has no parameters of {material} / {tool}" in said
     assert f"predicted from {begun}" in said
     assert "steel bar / carbide insert" in said.partition("predicted from")[0]
     traced = " ".join(learnt("trace", "prediction", answer["prediction_id"]).out.split())

@@ -157,7 +157,7 @@ def test_a_refused_file_is_read_again_once_its_side_file_says_more() -> None:
     foreign = _week()[["cut", "t", "operation", "z.current.range"]]
     _deliver("foreign.csv", foreign.rename(columns={"z.current.range": "I_Z"}))
     (one,) = _take().came_in
-    assert "nothing measured of its cuts" in str(one.reason)
+    assert "nothing was measured in its cuts" in str(one.reason)
     assert not _take().came_in
     Path("in/foreign.toml").write_text('[channels]\n"z.current.range" = "I_Z"\n', encoding="utf-8")
     (one,) = _take().came_in
@@ -241,7 +241,7 @@ def test_a_file_that_is_not_what_its_checksum_says_waits_for_a_better_one() -> N
     path.write_bytes(flipped)
     (one,) = _take().came_in
     assert one.status == "refused"
-    assert f"not what {WEEK}.sha256 says" in str(one.reason)
+    assert f"does not agree with {WEEK}.sha256" in str(one.reason)
     path.write_bytes(good)
     (one,) = _take().came_in
     assert (one.status, one.cuts) == ("imported", WEEK_ROWS)
@@ -373,7 +373,7 @@ def test_an_inbox_that_cannot_be_written_is_read_in_place(monkeypatch: pytest.Mo
     [
         (("--watch",), "--columns and --watch go with --inbox DIR"),
         (("--inbox", "nowhere"), "nowhere: no such folder; create it or name another"),
-        (("--inbox", "in", "--report"), "--report prints what was done; without --inbox it would"),
+        (("--inbox", "in", "--report"), "--report only prints what was done; leave out --inbox"),
     ],
 )
 def test_what_does_not_go_together_is_said(

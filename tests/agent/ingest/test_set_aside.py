@@ -50,7 +50,7 @@ def clean() -> list[Read]:
 def test_no_clean_cut_is_set_aside(clean: list[Read]) -> None:
     for _, found in clean:
         assert isinstance(found, raw.RawCut), found
-        assert all("its range in air is left out" in note for note in found.notes), found.notes
+        assert all("its range in air is excluded" in note for note in found.notes), found.notes
 
 
 def _scores(clean: list[Read], name: str) -> Array:
@@ -196,14 +196,14 @@ def test_others_go_on_when_one_of_several_is_set_aside(cli: Cli, tmp_path: Path)
     assert cli("machine", "add", "lathe-1").code == 0
     done = cli("import", good[0], bad, good[1], "--machine", "lathe-1")
     assert done.code == 0, done.err
-    assert f"set aside: {bad}: the cut is interrupted from" in done.out
+    assert f"excluded: {bad}: the cut is interrupted from" in done.out
     assert "recording 2: cut5.parquet: imported" in done.out
     alone = cli("import", bad, "--machine", "lathe-1")
     assert alone.code == 2
     assert "the cut is interrupted from" in alone.err
     none = cli("import", bad, bad, "--machine", "lathe-1")
     assert none.code == 2
-    assert none.err == "autodb: none of the 2 cuts can be used: all are set aside\n"
+    assert none.err == "autodb: none of the 2 cuts can be used; all are excluded\n"
 
 
 def test_raw_cuts_calibrate_without_the_one_that_is_set_aside(cli: Cli, tmp_path: Path) -> None:
@@ -213,7 +213,7 @@ def test_raw_cuts_calibrate_without_the_one_that_is_set_aside(cli: Cli, tmp_path
     bad = write_raw(tmp_path / "shaking.parquet", 8, CutDisturbance(0.02, 0.3, _away(8)))
     done = cli("calibrate", *good, noted, bad)
     assert done.code == 0, done.err
-    assert f"set aside: {bad}: chatter in the cut" in done.out
+    assert f"excluded: {bad}: chatter in the cut" in done.out
     assert f"{noted}: z: " in done.out
     assert "axis spindle: I = spindle.current.range − spindle.current.air" in done.out
 

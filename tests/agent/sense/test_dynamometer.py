@@ -101,7 +101,7 @@ def test_all_sensors_together_say_who_told_it_and_who_not(levelled: Cli) -> None
     done = levelled("reconstruct", "cut.csv", "--machine", "mill", "--estimator", "fused")
     assert done.code == 0, done.err
     assert "by weight 100 % table dynamometer" in done.out
-    assert "not heard: drive model: cut.csv: no drive effort" in done.out
+    assert "not used: drive model: cut.csv: no drive effort" in done.out
     told = pd.read_csv("cut-load.csv")
     assert (told["x.weight.table_dynamometer"] == 1.0).all()
     listed = levelled("sensors", "mill")
@@ -155,7 +155,7 @@ def test_what_tells_no_table_is_refused_in_one_line(levelled: Cli) -> None:
 
     table = ("--machine", "mill", "--table")
     assert "--machine NAME" in refused("calibrate", "tilts.csv", "--table")
-    assert "one of them" in refused("calibrate", "tilts.csv", *table, "--network")
+    assert "use one at a time" in refused("calibrate", "tilts.csv", *table, "--network")
     assert "never rests" in refused("calibrate", "cut.csv", *table)
     moves = pd.read_csv("tilts.csv")
     moves.drop(columns="c.angle").to_csv("lacks.csv", index=False)

@@ -164,7 +164,7 @@ def test_a_recording_that_is_gone_is_said_not_to_be_sensed(milled: Cli) -> None:
     done = milled("refresh", "--machine", "mill")
     assert done.code == 0
     assert "0 forces sensed, 3 not sensed" in done.out
-    assert "cut-9.csv: not there as it was imported" in done.out
+    assert "cut-9.csv: the file is missing or has changed" in done.out
 
 
 def test_where_the_cut_is_steady() -> None:

@@ -78,4 +78,4 @@ def test_where_explain_can_take_no_position_it_says_so() -> None:
     still = replace(RECORDING, channels={"t": T})
     made = fuse_component(still, "x", _sensors(FORCE_N + 60.0), None)
     assert f"{DRIVE} does not agree with the others" in str(made.said)
-    assert "is not told" in str(made.said)
+    assert "cannot be determined" in str(made.said)

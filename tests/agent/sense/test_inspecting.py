@@ -85,7 +85,7 @@ def test_what_the_part_told_is_learnt_and_traced(learnt: Cli, sample_jobs: Path)
     assert "already there" in learnt("inspect", part, *of).out
     other = learnt("inspect", _part(Path("other.toml"), force_N=400.0), *of)
     assert other.code == 2
-    assert "told by another part" in other.err
+    assert "determined from another part" in other.err
     after = learnt("refresh", "--machine", "lathe-1")
     assert after.code == 0, after.err
     assert "version" in after.out

@@ -152,7 +152,7 @@ def test_the_machine_keeps_what_a_known_load_told_and_uses_the_surest(cli: Cli) 
     assert "scale 3 of machine 'm', already there" in again.out
     for words, line in (
         (("scale", "hardly.csv", "--machine", "m", "--added-mass", "0.5"),
-         "too little to weigh by"),
+         "too little to determine the force constant"),
         (("scale", "turned.csv", "--machine", "m"), "a sign is reversed"),
         (("scale", "light.csv", "--machine", "m"), "'force.z' beside the current"),
         (("scale", "light.csv", "--machine", "m", "--standard-cut", "turning-aluminium:published"),

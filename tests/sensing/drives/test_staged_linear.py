@@ -207,7 +207,7 @@ def test_passes_that_tell_no_load_are_refused(rows: Prepared) -> None:
     with pytest.raises(UnusableInput, match="there and back 0 times, and the four steps"):
         four_steps(rows, pole_mm=90.0, cold=False)
     few = prepared(recorded(AXIS, 2, repeats=1, speeds=(4.0, 16.0, 30.0, 60.0, 120.0)))
-    with pytest.raises(UnusableInput, match="each once, so that nothing tells"):
+    with pytest.raises(UnusableInput, match="each once, so the uncertainty of friction"):
         four_steps(few, pole_mm=POLE_MM, cold=False)
 
 

@@ -143,7 +143,7 @@ def test_what_a_sweep_needs_is_asked_for() -> None:
         (whole, "z", {"safe_mm": 900.0}, "--safe: 900 mm is not between 1 and 399 mm"),
         (whole, "x", {"between_mm": (10.0, 600.0)}, "--between: 10 to 600 mm is no stretch"),
         (_without("axes", "x", "limits", "speed_mm_min"), "x", {}, "speed_mm_min is missing"),
-        (_without("axes", "x", "limits", "travel_low_mm"), "x", {}, "travel_low_mm and"),
+        (_without("axes", "x", "limits", "travel_low_mm"), "x", {}, "travel_low_mm or"),
     ):
         with pytest.raises(UnusableInput, match=line):
             sweep_stretch(machine, axis, source="m.toml", **more)
