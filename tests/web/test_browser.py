@@ -153,7 +153,7 @@ def test_from_machines_to_what_a_machine_feels(page: Page) -> None:
     page.get_by_role("button", name="Find").click()
     expect(page.locator(".machines li")).to_have_count(1)
     page.get_by_role("link", name="lathe-1").click()
-    expect(page.get_by_role("heading", name="What it can feel")).to_be_visible()
+    expect(page.get_by_role("heading", name="Force sensors")).to_be_visible()
     expect(page.locator(".js-plotly-plot .main-svg").first).to_be_visible()
     assert page.locator(".js-plotly-plot").count() == 3
     page.get_by_role("link", name="z.current").click()

@@ -35,13 +35,13 @@ def test_a_pair_never_cut_is_answered_and_said(client: TestClient) -> None:
     asked = {"material": "unheard of", "tool": "any"} | CUT
     got = client.get(f"{API}/machines/a%2Fb%20c/lookup", params=asked)
     assert got.status_code == 200
-    assert "has not learnt unheard of / any" in got.json()["notes"][0]
+    assert "has no parameters of unheard of / any" in got.json()["notes"][0]
 
 
 @pytest.mark.parametrize(
     ("change", "status", "said"),
     [
-        ({"depth_mm": "deep"}, 422, "depth_mm: 'deep' is no number"),
+        ({"depth_mm": "deep"}, 422, "depth_mm: 'deep' is not a number"),
         ({"depth_mm": "-1"}, 422, "depth_mm: Input should be greater than 0"),
         ({"depth_mm": "nan"}, 422, "depth_mm"),
         ({"dept_mm": "1"}, 422, "did you mean depth_mm"),

@@ -134,7 +134,7 @@ def test_the_planner_says_what_the_library_says(
     assert "What to cut next" not in text
     text = _text(client.get(f"{MACHINE}/plan?{urlencode(pair | CUT | {'next': 'true'})}").text)
     assert "What to cut next" in text
-    assert "Leaves, in the mean" in text
+    assert "Then, on average" in text
 
 
 def test_several_cuts_keep_what_each_states(client: TestClient, pair: dict[str, str]) -> None:

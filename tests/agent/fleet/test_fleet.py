@@ -146,7 +146,7 @@ def test_what_nobody_shares_is_known_together_no_more(shop: Store, cli: Cli) -> 
             file = as_file(find_machine(session, name))
         update_machine(shop, name, file.model_copy(update={"shares": "nothing"}))
     assert learn_fleet(shop).lines() == ["nothing new for all machines together"]
-    assert "know nothing together yet" in cli("fleet", "show").err
+    assert "nothing has been fitted for all machines yet" in cli("fleet", "show").err
     with shop.reading() as session:
         owner = find_machine(session, "lathe-0")
         assert start_of(session, owner.id, FLEET.materials[0], SECOND).prior is None

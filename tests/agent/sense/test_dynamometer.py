@@ -106,7 +106,7 @@ def test_all_sensors_together_say_who_told_it_and_who_not(levelled: Cli) -> None
     assert (told["x.weight.table_dynamometer"] == 1.0).all()
     listed = levelled("sensors", "mill")
     assert listed.out.count("table dynamometer") == 3
-    assert "nothing feels" not in listed.out
+    assert "no sensor measures" not in listed.out
 
 
 def _moved(seconds: float, rate_hz: float, load_N: Array | None = None) -> dict[str, Array]:
@@ -165,6 +165,6 @@ def test_what_tells_no_table_is_refused_in_one_line(levelled: Cli) -> None:
     assert "no rotary axis that carries the work" in plain
     drive = ("reconstruct", "cut.csv", "--machine", "mill")
     assert "--removed goes with" in refused(*drive, "--removed", "1.0")
-    assert "nothing feels" in refused(
+    assert "no sensor measures" in refused(
         "reconstruct", "cut.csv", "--machine", "plain", "--estimator", "fused"
     )

@@ -139,7 +139,7 @@ def test_sensors_lists_what_a_machine_feels_and_what_it_does_not(trained: Cli) -
     assert "8 recordings" in network
     assert "force.y, force.z: not sensed, and never taken as 0" in done.out
     trained("machine", "add", "mill-2")
-    assert "nothing feels force.x, force.y, force.z" in trained("sensors", "mill-2").out
+    assert "force.x, force.y, force.z: not sensed" in trained("sensors", "mill-2").out
     assert "no machine 'mill-9'" in trained("sensors", "mill-9").err
 
 

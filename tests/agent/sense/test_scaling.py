@@ -50,7 +50,7 @@ def _push(seed: int, *, sign: float = -1.0) -> Recording:
 
 
 def _cut(seed: int, force_N: float = CUT_N) -> Recording:
-    """Return a feed towards the chuck that begins in air; the chuck pushes the tool away."""
+    """Return a feed towards the chuck that start the recording in air; the chuck pushes the tool away."""
     n, into = int(9.0 * RATE), int(4.0 * RATE)
     velocity = np.full(n, -20.0)
     velocity[:50] = np.linspace(0.0, -20.0, 50)
@@ -156,7 +156,7 @@ def test_the_machine_keeps_what_a_known_load_told_and_uses_the_surest(cli: Cli) 
         (("scale", "turned.csv", "--machine", "m"), "a sign is reversed"),
         (("scale", "light.csv", "--machine", "m"), "'force.z' beside the current"),
         (("scale", "light.csv", "--machine", "m", "--standard-cut", "turning-aluminium:published"),
-         "begins in air"),
+         "start the recording in air"),
         (("scale", "cut.csv", "--machine", "m", "--standard-cut", "turning-aluminium:light"),
          "'light' has no reference force of z; it has: none yet"),
         (("scale", "cut.csv", "--machine", "m", "--standard-cut", "turning-aluminium"),

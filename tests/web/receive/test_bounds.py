@@ -99,6 +99,6 @@ def test_what_is_long_on_its_way_is_given_up(tmp_path: Path) -> None:
 
     headers = [(b"content-type", b"multipart/form-data; boundary=b")]
     request = HttpRequest({"type": "http", "headers": headers}, receive)
-    with pytest.raises(HTTPException, match=r"longer than 0\.05 s on its way") as refused:
+    with pytest.raises(HTTPException, match=r"sending it takes longer than 0\.05 s") as refused:
         anyio.run(receive_parts, request, tmp_path, {"recording": 1}, 0.05)
     assert refused.value.status_code == 408

@@ -50,8 +50,8 @@ def _plain(value: Any) -> Any:
     ("files", "line"),
     [
         ({"program": ("a.nc", b"G0")}, "job: missing; send both as parts"),
-        ({"job": (None, b"{"), "program": ("a.nc", b"G0")}, "job: no JSON"),
-        ({"job": (None, b"[" * 9999), "program": ("a.nc", b"G0")}, "job: no JSON"),
+        ({"job": (None, b"{"), "program": ("a.nc", b"G0")}, "job: is not JSON"),
+        ({"job": (None, b"[" * 9999), "program": ("a.nc", b"G0")}, "job: is not JSON"),
         ({"job": (None, b"3"), "program": ("a.nc", b"G0")}, "job: "),
         ({"job": (None, b'{"name": 3}'), "program": ("a.nc", b"G0")}, "job: name: "),
         (

@@ -123,7 +123,7 @@ WRONG: tuple[tuple[str, bytes | Callable[[Path], None], str, str], ...] = (
         "g.toml: tool.file: only the recording and this file were sent",
     ),
     ("w.csv", b"cut," + b"c" * 9 + b",".join(b"%d" % k for k in range(10_000)) + b"\n", "",
-     "w.csv: 10001 columns; at most 10000"),
+     "w.csv: 10001 columns; send at most 10000"),
     ("h.h5", _elsewhere, "", "h.h5: the rows of 'x.current' lie in another file"),
     ("i.mat", pickle.dumps(_Trap()), "", "i.mat: not a whole MAT file"),
 )  # fmt: skip
@@ -163,7 +163,7 @@ def test_what_is_wrong_gets_one_line(url: str, tmp_path: Path, monkeypatch: Any)
 @pytest.mark.parametrize(
     ("files", "line"),
     [
-        ({"recording": ("a.png", b"\x89PNG")}, "a.png: unknown kind of file; .csv, .parquet"),
+        ({"recording": ("a.png", b"\x89PNG")}, "a.png: unknown kind of file; use .csv, .parquet"),
         ({"recording": ("a.pkl", b"\x80\x04.")}, "a.pkl: unknown kind of file"),
         ({"recording": ("a.npz", b"PK")}, "a.npz: unknown kind of file"),
         ({"recording": ("..", b"t")}, "recording: unknown kind of file"),
@@ -185,9 +185,9 @@ def test_what_cannot_be_a_recording_is_refused_at_once(
 @pytest.mark.parametrize(
     ("kind", "body", "line"),
     [
-        ("text/csv", b"t,x\n", "no form with files"),
-        ("multipart/form-data", b"", "no form with files"),
-        ("multipart/form-data; boundary=b", b"--c\r\n", "no whole form"),
+        ("text/csv", b"t,x\n", "not a form with files"),
+        ("multipart/form-data", b"", "not a form with files"),
+        ("multipart/form-data; boundary=b", b"--c\r\n", "not a whole form"),
         (
             "multipart/form-data; boundary=b",
             b'--b\r\nContent-Disposition: form-data; name="recording"; filename="a.csv"\r\n\r\nt',
