@@ -50,7 +50,7 @@ def _push(seed: int, *, sign: float = -1.0) -> Recording:
 
 
 def _cut(seed: int, force_N: float = CUT_N) -> Recording:
-    """Return a feed towards the chuck that start the recording in air; the chuck pushes the tool away."""
+    """Return a feed towards the chuck from air; the chuck pushes the tool away."""
     n, into = int(9.0 * RATE), int(4.0 * RATE)
     velocity = np.full(n, -20.0)
     velocity[:50] = np.linspace(0.0, -20.0, 50)
