@@ -99,7 +99,7 @@ def _learnt_anew_it_predicts_what_was_recorded(
 ) -> None:
     """Today's law, learnt from the same cuts: each value in the other's 95 % interval."""
     job = sample_jobs / "stepped_shaft" / "job.toml"
-    assert "of an earlier autodb's law" in cli("predict", job, "--machine", "lathe-1").err
+    assert "belong to an earlier autodb's law" in cli("predict", job, "--machine", "lathe-1").err
     assert cli("refresh", "--machine", "lathe-1").code == 0
     cuts = json.loads(cli("predict", job, "--machine", "lathe-1", "--json").out)["cuts"]
     for cut, was in zip(cuts, recorded, strict=True):

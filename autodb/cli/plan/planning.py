@@ -71,9 +71,7 @@ def _range(name: str, text: str) -> tuple[float, float]:
 
 
 def _show(found: "ProposedCuts") -> None:
-    rows = table(
-        "Cuts to make next", "operation", ">depth mm", ">feed mm", ">then ± %", ">left ± %"
-    )
+    rows = table("Cuts to make next", "operation", ">depth mm", ">feed mm", ">speed", ">then ± %")
     for one in found.proposed:
         rows.add_row(one.cut.operation, *_words(one.cut), f"{100.0 * one.left:.1f}")
     show(rows)

@@ -29,8 +29,8 @@ def test_a_backup_never_overwrites_unasked(cli: Cli, refused: Callable[..., str]
     assert Path("notes").read_text() == "something else"
     assert cli("backup", "copy.sqlite3").code == 0
     assert cli("backup", "copy.sqlite3", "--replace").code == 0
-    assert "is no file for a backup" in refused("backup", DB, "--replace")
-    assert "is no file for a backup" in refused("backup", "/dev/null", "--replace")
+    assert "cannot be a backup file" in refused("backup", DB, "--replace")
+    assert "cannot be a backup file" in refused("backup", "/dev/null", "--replace")
     assert "the database's own log" in refused("backup", f"{DB}-wal")
     Path("link.sqlite3").symlink_to("copy.sqlite3")
     assert cli("backup", "link.sqlite3", "--replace").code == 0

@@ -255,7 +255,7 @@ def test_unknown_gets_its_name_later(machine: Cli, refused: Refused) -> None:
         "mismatch", "confirm", number, "--as", "asymetry"
     )
     said = machine("mismatch", "confirm", number).out
-    assert said.endswith("no model changes; --as asymmetry would put it into one\n")
+    assert said.endswith("no model changes; use --as asymmetry to put it into one\n")
     done = machine("mismatch", "confirm", number, "--as", "asymmetry", "--by", "Ann")
     assert "version 2 of machine 'mill'" in done.out
     assert (
@@ -295,7 +295,7 @@ def test_a_rejected_cause_stays_rejected(machine: Cli, refused: Refused) -> None
 
 
 def test_what_is_not_there(machine: Cli, refused: Refused) -> None:
-    assert "there is no mismatch 7; 'autodb mismatch list NAME'" in refused(
+    assert "there is no mismatch 7; list a machine's with 'autodb mismatch list NAME'" in refused(
         "mismatch", "confirm", 7
     )
     assert "there is no mismatch 7" in refused("mismatch", "reject", 7)
@@ -333,7 +333,7 @@ def test_of_two_at_once_one_decides(machine: Cli) -> None:
 
     with pytest.raises(UnusableInput, match="was rejected on"):
         confirm(first, number, progress=meanwhile(lambda s: reject(s, number)))
-    with pytest.raises(UnusableInput, match="got another version while this one was fitted"):
+    with pytest.raises(UnusableInput, match="got another version during the fit"):
         third = mismatch(Path("b.csv"), machine, "asymmetry")
         confirm(first, third, progress=meanwhile(lambda s: confirm(s, other)))
     done = confirm(first, third, progress=meanwhile(lambda s: confirm(s, third)))

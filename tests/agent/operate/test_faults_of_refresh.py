@@ -190,7 +190,7 @@ def test_one_that_writes_for_longer_is_said(
     other = sqlite3.connect(work / "autodb.sqlite3", isolation_level=None)
     other.execute("BEGIN IMMEDIATE")
     try:
-        assert "when the other program that writes to it is done" in _said(capsys)
+        assert "wait until the other program that writes to it is done" in _said(capsys)
     finally:
         other.execute("ROLLBACK")
         other.close()

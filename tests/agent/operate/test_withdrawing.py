@@ -115,7 +115,7 @@ def test_withdrawn_it_is_as_if_it_had_never_come_in(there: Cli) -> None:
     assert _posterior()[2] == 16
     done = there("withdraw", TUESDAY, *MACHINE, "--why", "another tool was in the turret")
     assert done.code == 0, done.err
-    assert "recording 3: 8 cuts count no more" in done.out
+    assert "recording 3: 8 cuts are no longer used" in done.out
     assert "taken back: steel bar / carbide insert version 2" in done.out
     _same(before)
     said = there("trace", "recording", TUESDAY).out
@@ -133,7 +133,7 @@ def test_withdrawn_by_mistake_it_comes_back(there: Cli) -> None:
     both = _posterior()
     there("withdraw", TUESDAY, *MACHINE, "--why", "a mistake")
     again = there("withdraw", TUESDAY, *MACHINE, "--undo")
-    assert "recording 3: 8 cuts count again" in again.out
+    assert "recording 3: 8 cuts are used again" in again.out
     _same(both)
 
 
@@ -163,7 +163,7 @@ def test_a_calibration_is_taken_back_and_the_one_before_holds_again(there: Cli) 
     assert holding() == before
     there("withdraw", STANDARD, *MACHINE, "--why", "drifted")
     assert holding() == []
-    assert "no calibration is offered" in there("refresh", *MACHINE).out
+    assert "no calibration is usable" in there("refresh", *MACHINE).out
 
 
 def test_a_model_that_took_a_withdrawn_one_as_known_goes_too(there: Cli) -> None:
@@ -199,7 +199,7 @@ def test_one_that_was_killed_before_it_had_learnt_anew_is_gone_on_with(
         before = session.scalar(passes)
     done = there("withdraw", MONDAY, *MACHINE, *asked)
     assert done.code == 0, done.err
-    assert "already, its cuts count" in done.out
+    assert "already done, its cuts are" in done.out
     with store.reading() as session:
         assert session.scalar(passes) == (before or 0) + 1
     store.close()
@@ -212,7 +212,7 @@ def test_one_that_was_killed_before_it_had_learnt_anew_is_gone_on_with(
     ("arguments", "says"),
     [
         ((9, "--why", "x"), "machine 'lathe-1' has no recording 9"),
-        ((MONDAY,), "withdraw needs --why TEXT, or --undo"),
+        ((MONDAY,), "withdraw needs --why TEXT or --undo"),
     ],
 )
 def test_what_cannot_be_withdrawn_is_said(

@@ -260,7 +260,7 @@ def test_shuffled_cutting_times_are_no_wear() -> None:
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"cutting.depth": 0.0}, "cutting.depth, row 3 (cut 3): 0 is no cut"),
+        ({"cutting.depth": 0.0}, "cutting.depth, row 3 (cut 3): 0 is not a cut"),
         ({"force.z": 1e8}, "force.z, row 3 (cut 3)"),
     ],
 )

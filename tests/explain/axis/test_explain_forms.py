@@ -25,7 +25,7 @@ from autodb.records import Recording
 
 Array = NDArray[np.float64]
 
-SAID = "On stretches left out"
+SAID = "On held-out stretches"
 
 
 def _recording(seed: int) -> tuple[Recording, Array]:

@@ -148,7 +148,7 @@ class Networks:
                 self.fused_within >= FUSED_SHARE,
             ),
             (
-                "power estimated above the coherent band, × the force's", ratio(above),
+                "power told above the coherent band, × the force's", ratio(above),
                 f"≤ {ABOVE:g}", above <= ABOVE,
             ),
         ]  # fmt: skip
