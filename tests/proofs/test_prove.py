@@ -195,7 +195,7 @@ def test_what_is_no_proof_is_refused(tmp_path: Path, undisturbed: Path) -> None:
     lines = path.read_bytes().splitlines(keepends=True)
     for row, line in ((1, b"a,b\n"), (3, b'{"seed": 2}\n')):
         path.write_bytes(b"".join([*lines[: row - 1], line, *lines[row:]]))
-        with pytest.raises(UnusableInput, match=f"row {row}: no run of a proof"):
+        with pytest.raises(UnusableInput, match=f"row {row}: is not a run of a proof"):
             begin_runs(PROOFS[0], undisturbed)
 
 
