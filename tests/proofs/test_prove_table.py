@@ -79,7 +79,7 @@ def test_where_a_tool_cuts_is_seen(cut: RecordedTable) -> None:
         table_run.table_recording(cut).path,
         {"t": np.arange(50) / 50.0} | {f"force.{one}": np.zeros(50) for one in "xyz"},
     )
-    with pytest.raises(UnusableInput, match="teeth do not show at 50 Hz; 200 Hz or more"):
+    with pytest.raises(UnusableInput, match="teeth do not show at 50 Hz; record at 200 Hz or more"):
         engaged(slow)
 
 

@@ -10,7 +10,7 @@ from autodb.records import Recording
 Array = NDArray[np.float64]
 
 
-def frames(recording: Recording, mill: Mill, names: tuple[str, ...]) -> list[Array]:
+def machine_and_table(recording: Recording, mill: Mill, names: tuple[str, ...]) -> list[Array]:
     """Return frames (C, 3, n): machine axes, and where a table tilts also as it sees them."""
     sin, cos = np.sin(mill.direction_rad), np.cos(mill.direction_rad)
     machine = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.explain.waves.frames import frames
+from autodb.explain.waves.frames import machine_and_table
 from autodb.explain.waves.law import (
     DRAWN,
     NOTHING,
