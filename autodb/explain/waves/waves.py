@@ -102,7 +102,7 @@ def waves_of(recording: Recording, simulation: Mapping[str, Array], *, edged: bo
             )
         )
         for reach in _reaches(recording, mill, engaged)
-        for frames in frames(recording, mill, names)
+        for frames in machine_and_table(recording, mill, names)
     ]
     if recording.get("spindle.angle") is None:
         heard = max((_listened(one) for one in found), key=lambda waves: waves.fits)
