@@ -3,7 +3,7 @@
 import base64
 import hashlib
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -39,6 +39,7 @@ from autodb.sensing.network import need_torch
 from autodb.store import Store, models
 
 if TYPE_CHECKING:
+    from autodb.sensing.network.beside import NetworkBeside
     from autodb.sensing.network.drive_loads import LoadedDrive
     from autodb.sensing.network.recordings import ComponentErrors
 
@@ -120,13 +121,21 @@ def train_network(
         rows = [session.get_one(models.StoredRecording, one) for one in dict.fromkeys(ids)]
         content = to_bytes(box, [row.sha256 for row in rows])
         version = _keep(session, machine, rows, content, scores)
-        fitted = {
-            c: FittedComponent(o.fusion.to_json(), {"rmse_N": o.rmse_N}) for c, o in both.items()
-        }
-        keep_estimator(session, find_machine(session, machine).id, FUSION, fitted, rows)
+        _keep_fusion(session, machine, both, rows)
     if folder is not None:
         shutil.rmtree(folder, ignore_errors=True)
     return Trained(version, len(files), on_air, scores, already_there=False)
+
+
+def _keep_fusion(
+    session: Session,
+    machine: str,
+    both: "Mapping[str, NetworkBeside]",
+    rows: Sequence[models.StoredRecording],
+) -> None:
+    """Keep how network and drive models go together, by component."""
+    fitted = {c: FittedComponent(o.fusion.to_json(), {"rmse_N": o.rmse_N}) for c, o in both.items()}
+    keep_estimator(session, find_machine(session, machine).id, FUSION, fitted, rows)
 
 
 def _read(path: Path, columns: Path | None) -> Recording:
