@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
@@ -140,9 +141,12 @@ class RecordingSource:
         found = [base for base in self.bases if base.has_key and len(base.conversion.specs) > 1]
         if not found and any(base.has_key for base in self.bases):
             ignored = [column for base in self.bases for column in base.ignored]
+            like = get_close_matches("x.current", ignored, n=1)
+            there = near("x.current", ignored) if ignored else ""
+            example = f', such as "x.current" = "{like[0]}"' if like else there
             raise UnusableInput(
                 f"{self.path}: no channel beside its time or cut number; name its columns in a "
-                f"side file under [channels]{near('x.current', ignored) if ignored else ''}"
+                f"side file under [channels]{example}"
             )
         if not found:
             columns = [column for base in self.bases for column in base.base.columns]

@@ -299,3 +299,10 @@ def test_a_table_too_wide_is_exit_2(cli: Cli, tmp_path: Path) -> None:
     done = cli("import", _wide(tmp_path, MOST_COLUMNS + 1), "--machine", "lathe-1")
     assert (done.code, done.err.count("\n")) == (2, 1)
     assert "10001 columns" in done.err
+
+
+def test_a_column_named_almost_like_a_channel_is_shown_with_the_channel(tmp_path: Path) -> None:
+    path = tmp_path / "m.csv"
+    path.write_text("t,x.curren\n0,1\n1,2\n2,3\n")
+    with pytest.raises(UnusableInput, match=r'such as "x\.current" = "x\.curren"'):
+        records.read(path)
