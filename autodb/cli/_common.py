@@ -83,7 +83,10 @@ def read_one(
     resample_hz: float | None,
     like: "Recording | CutTable | None" = None,
 ) -> "Recording | CutTable":
-    """Read one time base of a file, or all of them at one rate, or at the times of ``like``."""
+    """Read one time base of a file, or all of them at one rate, or at the times of ``like``.
+
+    Where its stamps are those of ``like``, its rows are laid out alike.
+    """
     from autodb.errors import UnusableInput
     from autodb.records import Recording, open_source
     from autodb.records.resample import common_times_s, read_at
@@ -93,7 +96,8 @@ def read_one(
     source = open_source(path, columns=columns)
     if resample_hz is None:
         only = len(source.bases) == 1 and like is not None
-        return source.choose(None if only else group).read()
+        base = source.choose(None if only else group)
+        return base.read(like=like if isinstance(like, Recording) else None)
     if isinstance(like, Recording):
         return read_at(source, like.t_s)
     return read_at(source, common_times_s(source, resample_hz))

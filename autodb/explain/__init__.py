@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput, near
 from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Explained, Explanation
 from autodb.files.channels import FORCES, axis_of, effort_channels
-from autodb.records import CutTable, Recording
+from autodb.records import CutTable, Recording, rows_of_file
 from autodb.terms.vocabulary import VOCABULARY
 
 Array = NDArray[np.float64]
@@ -43,6 +43,8 @@ def explain(
         f"{message} Ignored." for name, message in recording.unusable.items() if name in simulation
     ]
     shared = [n for n in recording.channels if n in simulation]
+    if isinstance(recording, Recording) and not recording.timing.is_even:
+        notes.append(f"{recording.path}: t: {recording.timing}")
     if isinstance(recording, CutTable):
         found = _cuts(recording, simulation, shared, order, names)
     else:
@@ -52,7 +54,41 @@ def explain(
     explanation = Explanation(
         recording=str(recording.path), channels={n: answer for n, (answer, _) in found.items()}
     )
-    return Explained(explanation, {n: trace for n, (_, trace) in found.items()}, tuple(notes))
+    traces = {name: trace for name, (_, trace) in found.items()}
+    return Explained(explanation, traces, tuple(notes), _at_rows(recording, simulation, traces))
+
+
+def _at_rows(
+    recording: Recording | CutTable,
+    simulation: Recording | CutTable,
+    traces: dict[str, ChannelTrace],
+) -> dict[str, Array]:
+    """Return each corrected channel at every row of the file: its simulation, as it is there, and
+    the correction.
+    """
+    if isinstance(recording, CutTable):
+        return {"cut": recording.cut, **{n: trace.corrected for n, trace in traces.items()}}
+    written = {"t": recording.written["t"]}
+    for name, trace in traces.items():
+        if recording.timing.layout is None:
+            written[name] = trace.corrected
+            continue
+        own = _as_written(recording, simulation, name)
+        if own is None:
+            written[name] = rows_of_file(recording, trace.corrected)
+        else:
+            correction = trace.corrected - trace.simulation
+            written[name] = own + rows_of_file(recording, correction, np.zeros_like(own))
+    return written
+
+
+def _as_written(recording: Recording, simulation: Recording | CutTable, name: str) -> Array | None:
+    """Return a simulated channel at the rows of the recording's file; None where it has others."""
+    if not isinstance(simulation, Recording) or simulation.as_written is None:
+        return None
+    theirs = simulation.as_written
+    same = np.array_equal(theirs["t"], recording.written["t"], equal_nan=True)
+    return theirs.get(name) if same else None
 
 
 def _derived(recording: Recording, axis: str) -> list[str]:
@@ -61,9 +97,9 @@ def _derived(recording: Recording, axis: str) -> list[str]:
     missing = [name for name in names if name not in recording]
     if not missing:
         return []
-    from autodb.sensing.drives.moves.protocol import default_protocol
+    from autodb.sensing.drives.moves.motion import protocol_of
 
-    cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
+    cutoff_hz = protocol_of(recording, axis).cutoff_hz
     return [
         f"{' and '.join(missing)} derived from {axis}.position: 4th-order Butterworth at "
         f"{cutoff_hz:g} Hz forwards and backwards, central differences"

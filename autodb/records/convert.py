@@ -14,6 +14,8 @@ from autodb.records.tables import EDGE, Array
 
 LARGEST = 1e15
 """Numbers beyond this are damage, not a measurement in any of our units."""
+LARGEST_STAMP = 1e20
+"""The same of stamps, which may be nanoseconds since 1970: their unit is looked at as a whole."""
 _KIND_TO_IQ = {"iq": 1.0, "rms": 2**0.5, "peak": 1.0}  # amplitude of the torque-producing current
 _ROW = "*"
 _DIAMETER_CHANNELS = ("x.position", "x.velocity", "x.acceleration")
@@ -93,7 +95,8 @@ class Conversion:
         return found
 
     def _refuse_damage(self, name: str, spec: FileColumn, numbers: Array, before: int) -> None:
-        huge = np.flatnonzero(np.isfinite(numbers) & (np.abs(numbers) > LARGEST))
+        most = LARGEST_STAMP if name == "t" else LARGEST
+        huge = np.flatnonzero(np.isfinite(numbers) & (np.abs(numbers) > most))
         if huge.size:
             row, column = before + int(huge[0]) + 1, spec.column or name
             raise UnusableInput(

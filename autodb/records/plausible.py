@@ -16,6 +16,7 @@ from autodb.files.side import SideFile
 from autodb.files.units import RAW
 from autodb.records.mistaken import SPEEDS, Mistake
 from autodb.records.source import RecordingSource
+from autodb.records.stamps import doubt_of_rate
 from autodb.records.summary import LEVELS, BaseSummary, ChannelSummary
 
 LEAST_TRAVEL_MM = 1.0
@@ -59,9 +60,17 @@ def doubts(base: BaseSummary, side: SideFile) -> Iterator[str]:
     if base.holds_cuts:
         yield from _cuts_apart(base)
     else:
+        yield from _rate(base, side)
         yield from _in_metres(base, side)
         for channel in base.channels.values():
             yield from _clipped(channel, side)
+
+
+def _rate(base: BaseSummary, side: SideFile) -> Iterator[str]:
+    if base.timing is not None:
+        doubt = doubt_of_rate(base.timing, base.stamps.sharpest, side)
+        if doubt:
+            yield f"column 't': {doubt}"
 
 
 def _too_large(channel: ChannelSummary, side: SideFile) -> Iterator[str]:

@@ -17,10 +17,10 @@ from autodb.records.tables import (
     CutTable,
     Recording,
     check_cuts,
-    check_time,
     edge_codes,
     gap,
 )
+from autodb.records.timed import on_even_rows
 
 FEWEST_ROWS = 3
 
@@ -66,8 +66,8 @@ class ChannelSet:
         for block in self.base.blocks(conversion.numbers, conversion.labels):
             yield conversion.channels(block, rows), conversion.texts(block)
 
-    def read(self) -> Recording | CutTable:
-        """Read it whole.
+    def read(self, *, like: Recording | None = None) -> Recording | CutTable:
+        """Read it whole; a recording as even rows, ``like`` one with the same stamps.
 
         Raises UnusableInput with file, column and row.
         """
@@ -76,7 +76,11 @@ class ChannelSet:
         texts = {n: [text for part in parts for text in part[1][n]] for n in parts[0][1]}
         if EDGE in texts:
             channels[EDGE] = _edges(texts)
-        return self._cuts(channels, texts) if self.holds_cuts else self._series(channels, texts)
+        return (
+            self._cuts(channels, texts)
+            if self.holds_cuts
+            else on_even_rows(self._series(channels, texts), like=like)
+        )
 
     def _cuts(self, channels: dict[str, Array], texts: dict[str, list[str]]) -> CutTable:
         path, conversion = self.conversion.path, self.conversion
@@ -88,10 +92,7 @@ class ChannelSet:
     def _series(self, channels: dict[str, Array], texts: dict[str, list[str]]) -> Recording:
         path, conversion = self.conversion.path, self.conversion
         bad = {name: gap(path, name, values) for name, values in channels.items()}
-        unusable = {name: message for name, message in bad.items() if message}
-        if "t" in unusable:
-            raise UnusableInput(unusable["t"])
-        check_time(path, channels["t"])
+        unusable = {name: message for name, message in bad.items() if message and name != "t"}
         rows = len(channels["t"])
         if rows < FEWEST_ROWS:
             raise UnusableInput(
@@ -213,11 +214,15 @@ def _opened(path: Path, opened: Sequence[readers.ColumnSet], side: SideFile) -> 
 
 
 def read(
-    path: Path, *, columns: Path | None = None, group: str | None = None
+    path: Path,
+    *,
+    columns: Path | None = None,
+    group: str | None = None,
+    like: Recording | None = None,
 ) -> Recording | CutTable:
     """Read a recording or a cut table with its side file (beside it, or ``columns``).
 
-    ``group`` picks a time base of a file that has several. Raises UnusableInput with file, column
-    and row.
+    ``group`` picks a time base of a file that has several; ``like`` is a recording whose time
+    counts for a file with the same stamps. Raises UnusableInput with file, column and row.
     """
-    return open_source(path, columns=columns).choose(group).read()
+    return open_source(path, columns=columns).choose(group).read(like=like)

@@ -2,16 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.errors import UnusableInput
 from autodb.files.channels import LINEAR_AXES, axis_of, unit_of
 from autodb.records.convert import Conversion
 from autodb.records.source import ChannelSet, RecordingSource
-from autodb.records.tables import Array, CutTable, Recording, check_cuts, check_time
+from autodb.records.stamps import StampsSoFar
+from autodb.records.tables import Array, CutTable, Recording, check_cuts
+from autodb.timing import Timing
 
 Index = NDArray[np.intp]
 RUN = 5
@@ -135,8 +135,9 @@ def _further(plateau: Plateau, value: float, held: int, *, sign: int) -> Plateau
 class BaseSummary:
     """One time base or table of cuts of a file.
 
-    ``rates``: see `Rates`. ``speed_ratios``: π D n over the cutting speed, of the cuts that state
-    diameter, spindle speed and cutting speed.
+    ``timing``: what its time is; None of a table of cuts. ``rates``: see `Rates`.
+    ``speed_ratios``: π D n over the cutting speed, of the cuts that state diameter, spindle speed
+    and cutting speed.
     """
 
     name: str
@@ -145,15 +146,15 @@ class BaseSummary:
     rows: int = 0
     start_s: float = np.nan
     end_s: float = np.nan
+    timing: Timing | None = None
+    stamps: StampsSoFar = field(default_factory=StampsSoFar)
     rates: "dict[str, Rates]" = field(default_factory=dict)
     speed_ratios: list[Array] = field(default_factory=list)
 
     @property
     def rate_hz(self) -> float | None:
-        """Rows per second on average; None for a table of cuts."""
-        if self.holds_cuts or self.rows < 2:
-            return None
-        return (self.rows - 1) / (self.end_s - self.start_s)
+        """Rows per second; None for a table of cuts."""
+        return None if self.timing is None else self.timing.rate_hz
 
 
 ROWS_MOVING = 10.0
@@ -197,8 +198,8 @@ def summarise(
 ) -> tuple[BaseSummary, ...]:
     """Read every time base of a file once, in blocks.
 
-    Raises UnusableInput for what cannot be read, time that does not increase, or cuts numbered
-    twice.
+    Raises UnusableInput for what cannot be read, stamps that cannot be used, or cuts numbered
+    twice. Where stamps are not even a time base is read once more, as a whole.
     """
     return tuple(_summarise_base(base, progress) for base in source.usable())
 
@@ -212,7 +213,9 @@ def summary_of(table: Recording | CutTable, *, axis: str | None = None) -> BaseS
         if axis is None or name == "t" or axis_of(name) == axis
     }
     made = _empty("", isinstance(table, CutTable), list(channels), conversion)
-    _take(made, channels, table.path)
+    _take(made, channels)
+    if isinstance(table, Recording):
+        _timed_by(made, table)
     return made
 
 
@@ -223,7 +226,7 @@ def _summarise_base(base: ChannelSet, progress: Callable[[str], None] | None) ->
     for channels, _ in base.blocks():
         if made is None:
             made = _empty(base.name, base.holds_cuts, list(channels), conversion)
-        _take(made, channels, conversion.path)
+        _take(made, channels)
         if base.holds_cuts:
             numbers.append(channels["cut"])
         if progress:
@@ -231,6 +234,12 @@ def _summarise_base(base: ChannelSet, progress: Callable[[str], None] | None) ->
     assert made is not None  # a reader without rows has raised
     if numbers:
         check_cuts(conversion.path, np.concatenate(numbers))
+    elif made.stamps.even:
+        _even_by(made)
+    else:
+        table = base.read()
+        assert isinstance(table, Recording)  # it holds no cuts
+        _timed_by(made, table)
     return made
 
 
@@ -246,14 +255,14 @@ def _empty(name: str, holds_cuts: bool, channels: list[str], conversion: Convers
     )
 
 
-def _take(made: BaseSummary, channels: dict[str, Array], path: Path) -> None:
+def _take(made: BaseSummary, channels: dict[str, Array]) -> None:
     """Take the next block into the summary of its time base."""
     for name, values in channels.items():
         made.channels[name].add(values)
     if made.holds_cuts:
         made.speed_ratios.append(_speed_ratios(channels))
     else:
-        _take_time(made, channels, path)
+        _take_time(made, channels)
     made.rows += len(next(iter(channels.values())))
 
 
@@ -267,21 +276,33 @@ def _speed_ratios(channels: dict[str, Array]) -> Array:
     return np.asarray(around_m_min / speed_m_min[known], dtype=np.float64)
 
 
-def _take_time(made: BaseSummary, channels: dict[str, Array], path: Path) -> None:
+def _take_time(made: BaseSummary, channels: dict[str, Array]) -> None:
+    """Take in the next block's stamps, and its speeds where they are even so far."""
     t_s = channels["t"]
-    if made.channels["t"].first_gap is not None:
-        raise UnusableInput(
-            f"{path}: t, row {made.channels['t'].first_gap}: no finite number; record a time on "
-            "every row"
-        )
-    if made.rows:
-        check_time(path, np.append(made.end_s, t_s), first_row=made.rows)
-    else:
-        made.start_s = float(t_s[0])
-        check_time(path, t_s)
-    made.end_s = float(t_s[-1])
+    made.stamps.add(t_s, channels)
+    if made.stamps.even:
+        _take_rates(made, channels)
+
+
+def _take_rates(made: BaseSummary, channels: dict[str, Array]) -> None:
+    t_s = channels["t"]
     for axis in LINEAR_AXES:
         position, velocity = channels.get(f"{axis}.position"), channels.get(f"{axis}.velocity")
         if position is not None and velocity is not None and len(t_s) > 1:
             rates = made.rates.setdefault(axis, Rates())
             rates.add(velocity, np.gradient(position, t_s))
+
+
+def _even_by(made: BaseSummary) -> None:
+    """Keep what the stamps of a time base are, that are even as they came."""
+    made.timing = made.stamps.timing()
+    made.start_s, made.end_s = made.stamps.first_s, made.stamps.last_s
+
+
+def _timed_by(made: BaseSummary, table: Recording) -> None:
+    """Keep what the stamps of a time base are, whose rows had to be laid out."""
+    made.timing = table.timing
+    made.start_s, made.end_s = float(table.t_s[0]), float(table.t_s[-1])
+    made.rates = {}
+    for piece in table.pieces:
+        _take_rates(made, {name: values[piece] for name, values in table.channels.items()})

@@ -4,8 +4,9 @@ A table with a column `cut` is a cut table (one row a cut); any other needs `t` 
 over time.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput, near
 from autodb.files.channels import unit_of
 from autodb.files.side import SideFile
+from autodb.timing import Timing, examined
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -75,17 +77,59 @@ class _Table:
 
 @dataclass(frozen=True)
 class Recording(_Table):
-    """Channels over strictly increasing time ``t`` [s]."""
+    """Channels over time ``t`` [s], in pieces of even rows.
+
+    ``examined_as``: what its stamps were found to be, by whoever read it; None: they have to be
+    even as they are. ``as_written`` (N,) each: the channels at the rows of the file, where those
+    are not its even rows.
+    """
+
+    examined_as: Timing | None = None
+    as_written: Mapping[str, Array] | None = None
 
     @property
     def t_s(self) -> Array:
-        """Time, shape (n,), s."""
+        """Time, shape (n,), s; even within each piece."""
         return self.channels["t"]
+
+    @cached_property
+    def timing(self) -> Timing:
+        """What its time is.
+
+        Raises UnusableInput where its stamps are not even and nobody has laid its rows out.
+        """
+        if self.examined_as is not None:
+            return self.examined_as
+        found = examined(self.t_s, {}, where=str(self.path))
+        if found.layout is not None:
+            raise UnusableInput(
+                f"{self.path}: column 't' is not even ({found}); lay its rows out with "
+                "autodb.records.on_even_rows"
+            )
+        return found
+
+    @property
+    def written(self) -> Mapping[str, Array]:
+        """Its channels at the rows of the file, (N,) each, with the stamps as written."""
+        return self.channels if self.as_written is None else self.as_written
+
+    @property
+    def pieces(self) -> tuple[slice, ...]:
+        """Its runs of even rows, in time."""
+        return self.timing.pieces
 
     @property
     def rate_hz(self) -> float:
-        """Samples per second: the inverse of the median step."""
-        return float(1.0 / np.median(np.diff(self.t_s)))
+        """Rows per second of a recording in one piece.
+
+        Raises UnusableInput where it is in several.
+        """
+        if len(self.pieces) > 1:
+            raise UnusableInput(
+                f"{self.path}: column 't': {self.timing}; this needs even rows without a gap: give "
+                f"one piece as a file of its own ({self.timing.parted(self.t_s)})"
+            )
+        return self.timing.rate_hz
 
 
 @dataclass(frozen=True)
@@ -114,18 +158,6 @@ def gap(path: Path, name: str, values: Array) -> str:
     return (
         f"{path}: {name}, row {rows[0] + 1}: no finite number{such}; use a recording without gaps"
     )
-
-
-def check_time(path: Path, t_s: Array, *, first_row: int = 1) -> None:
-    """Raise UnusableInput naming the row at which time does not increase."""
-    step = np.flatnonzero(np.diff(t_s) <= 0)
-    if step.size:
-        row = int(step[0]) + first_row + 1
-        how = "stands still" if t_s[step[0] + 1] == t_s[step[0]] else "goes back"
-        raise UnusableInput(
-            f"{path}: column 't', row {row}: time {how} ({t_s[step[0] + 1]:.10g} s after "
-            f"{t_s[step[0]]:.10g} s); sort the rows by time and keep each time once"
-        )
 
 
 def check_cuts(path: Path, cut: Array) -> None:

@@ -73,11 +73,8 @@ def _replace(folder: Path, write: Callable[[Path], None], ours: Callable[[Path],
 
 
 def _write(explained: Explained, folder: Path) -> None:
-    first = next(iter(explained.traces.values()))
-    columns = {first.x_name: first.x, **{n: t.corrected for n, t in explained.traces.items()}}
-    csv.write_csv(
-        pa.table({k: np.asarray(v) for k, v in columns.items()}), folder / "corrected.csv"
-    )
+    columns = {name: np.asarray(values) for name, values in explained.rows.items()}
+    csv.write_csv(pa.table(columns), folder / "corrected.csv")
     text = explained.explanation.model_dump_json(indent=1)
     (folder / "explanation.json").write_text(text + "\n", encoding="utf-8")
     (folder / "report.html").write_text(render_explanation(explained), encoding="utf-8")

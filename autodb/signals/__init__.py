@@ -1,6 +1,14 @@
 """Signals before any model: filters, phase currents to range, quasi-static force, segments."""
 
-from autodb.signals.filters import decimate, derivatives, lowpass, standard_error
+from autodb.signals.filters import (
+    by_piece,
+    decimate,
+    derivatives,
+    lowpass,
+    lowpass_pieces,
+    slope,
+    standard_error,
+)
 from autodb.signals.folds import Flat, Unfolded, held_at_top, touches, unfolded
 from autodb.signals.phases import (
     one_phase,
@@ -37,6 +45,7 @@ __all__ = [
     "Turning",
     "Unfolded",
     "air_and_cut",
+    "by_piece",
     "chatter",
     "cut_segments",
     "decimate",
@@ -44,11 +53,13 @@ __all__ = [
     "held_at_top",
     "interrupted",
     "lowpass",
+    "lowpass_pieces",
     "moving_average",
     "one_phase",
     "one_phase_range",
     "quasi_static",
     "regular_pulses",
+    "slope",
     "slowing_from",
     "space_vector",
     "standard_error",

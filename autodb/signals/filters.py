@@ -5,13 +5,34 @@ Filters run forwards and backwards (zero phase), so nothing is shifted in time.
 How well a mean over time is known when neighbouring samples are alike.
 """
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
+from autodb.timing import Timing
+
 Array = NDArray[np.float64]
 
 BUTTERWORTH_ORDER = 4
+
+
+def by_piece(function: Callable[[Array], Array], values: Array, pieces: Sequence[slice]) -> Array:
+    """Return ``function`` of each piece of the values (n,) or (n, k), one after the other.
+
+    What filters and differences do to one piece of even rows has nothing to do with the next.
+    """
+    if len(pieces) == 1:
+        return function(values)
+    return np.concatenate([function(values[piece]) for piece in pieces])
+
+
+def slope(values: Array, timing: Timing, t_s: Array) -> Array:
+    """Return the slope of values (n,) by central differences, piece by piece, per s."""
+    if len(timing.pieces) == 1:
+        return np.gradient(values, t_s)
+    return by_piece(lambda own: np.gradient(own, timing.step_s), values, timing.pieces)
 
 
 def lowpass(values: Array, *, rate_hz: float, cutoff_hz: float) -> Array:
@@ -25,15 +46,25 @@ def lowpass(values: Array, *, rate_hz: float, cutoff_hz: float) -> Array:
     return np.asarray(signal.sosfiltfilt(sos, values, axis=0), dtype=np.float64)
 
 
-def derivatives(t_s: Array, position: Array, *, cutoff_hz: float) -> tuple[Array, Array, Array]:
+def derivatives(
+    t_s: Array, position: Array, *, cutoff_hz: float, timing: Timing
+) -> tuple[Array, Array, Array]:
     """Return low-passed position, velocity and acceleration by central differences.
 
-    The filter is ``lowpass`` at ``cutoff_hz``; shapes (n,); units per s and s².
+    The filter is ``lowpass`` at ``cutoff_hz``, piece by piece; shapes (n,); units per s and s².
     """
-    rate_hz = float(1.0 / np.median(np.diff(t_s)))
-    smooth = lowpass(position, rate_hz=rate_hz, cutoff_hz=cutoff_hz)
-    velocity = np.gradient(smooth, t_s)
-    return smooth, velocity, np.gradient(velocity, t_s)
+    smooth = lowpass_pieces(position, timing, cutoff_hz=cutoff_hz)
+    velocity = slope(smooth, timing, t_s)
+    return smooth, velocity, slope(velocity, timing, t_s)
+
+
+def lowpass_pieces(values: Array, timing: Timing, *, cutoff_hz: float) -> Array:
+    """Return ``values`` (n,) or (n, k) low-passed piece by piece."""
+    return by_piece(
+        lambda own: lowpass(own, rate_hz=timing.rate_hz, cutoff_hz=cutoff_hz),
+        values,
+        timing.pieces,
+    )
 
 
 def decimate(values: Array, factor: int) -> Array:

@@ -17,6 +17,7 @@ from autodb.proofs.runs.axis.axis_run import ORACLE, OURS, PUBLISHED, AxisModelE
 from autodb.proofs.runs.axis.published_axis import SevenParameters, published_axis, published_weight
 from autodb.proofs.runs.runs import Finished, Origin
 from autodb.sensing.drives.moves.protocol import FilterProtocol, means_by_way
+from autodb.timing import Timing
 
 ORIGIN = Origin("axis-field", "0", "g", "p")
 SEED = 101
@@ -155,15 +156,16 @@ def test_limits() -> None:
 
 def test_means_by_way_are_short_at_turns_and_long_at_creep() -> None:
     v = np.concatenate([np.full(6000, 0.5), np.zeros(500), np.full(500, -50.0)])
-    made = means_by_way(FilterProtocol(20.0, 5), v, rate_hz=50.0)
+    timing = Timing(0.02, (slice(0, len(v)),), len(v))
+    made = means_by_way(FilterProtocol(20.0, 5), v, timing=timing)
     count = np.diff([*made.edges, len(v)])
     assert count[0] == 5, "after a turn"
     assert count[made.edges.index(6000)] == 500, "a standstill is one mean"
     assert 400 < count[1] <= 505, "5 mm at 0.5 mm/s take 500 rows"
     assert np.all(count[made.edges.index(6500) :] == 5), "50 mm/s go 5 mm in 5 rows"
     values = np.arange(len(v), dtype=float)
-    assert_allclose(np.sum(made.reduced(values, rate_hz=50.0) * count), values.sum())
-    both = made.reduced(np.column_stack([values, v]), rate_hz=50.0)
+    assert_allclose(np.sum(made.reduced(values, timing=timing) * count), values.sum())
+    both = made.reduced(np.column_stack([values, v]), timing=timing)
     assert both.shape == (len(count), 2)
 
 

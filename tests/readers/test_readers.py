@@ -199,7 +199,10 @@ BAD_FILES = [
     (_text("a.csv", ""), "the file is empty"),
     (_text("a.csv", "t,x.position\n"), "no rows of data"),
     (_text("a.csv", "t;x.position\n0;1\n1;2\n"), "not separated by commas"),
-    (_text("a.csv", "t,x.position\n0,1\n0,2\n1,3\n"), "column 't', row 2: time stands still"),
+    (
+        _text("a.csv", "t,x.position\n0,1\n0,2\n1,3\n"),
+        "column 't', row 2: 0 s after the row before, others",
+    ),
     (_text("a.csv", "t,x.position\n0,1\n,2\n2,3\n"), "t, row 2: no finite number"),
     (_text("a.csv", "cut,force.x\n1,1\n,2\n"), "cut, row 2: no finite number"),
     (_text("a.csv", "t,x.position\n0,1\n1,1e300\n2,3\n"), "row 2: 1e+300 is no measurement"),

@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb import signals
+from autodb.timing import examined
 
 RATE = 1000.0
 T = np.arange(0, 8, 1 / RATE)
@@ -12,7 +13,9 @@ T = np.arange(0, 8, 1 / RATE)
 
 def test_derivatives_of_a_parabola_are_exact_inside() -> None:
     position = 3.0 + 2.0 * T + 0.5 * 1.5 * T**2
-    _, velocity, acceleration = signals.derivatives(T, position, cutoff_hz=100.0)
+    _, velocity, acceleration = signals.derivatives(
+        T, position, cutoff_hz=100.0, timing=examined(T, {}, where="T")
+    )
     inside = slice(500, -500)
     assert_allclose(velocity[inside], (2.0 + 1.5 * T)[inside], rtol=1e-6)
     assert_allclose(acceleration[inside], 1.5, rtol=1e-4)

@@ -12,6 +12,7 @@ from autodb import signals
 from autodb.terms import TERMS, Contribution, InputChange, OutputChange, Term
 from autodb.terms.channel import ChannelPart
 from autodb.terms.friction import STANDSTILL_MM_S, direction, presliding, since_reversal
+from autodb.timing import examined
 from tests.conftest import ROOT
 from tests.helpers.recovery import Seen, recover, without_columns
 from tests.helpers.truths import Array, Truth, cuts, drive, friction, table
@@ -177,7 +178,9 @@ def noisy_stand(*, moves_s: float) -> tuple[Array, Array, Array]:
     """
     t = np.arange(0.0, 10.0, 1e-3)
     position = np.minimum(t, moves_s) * 5.0 + np.random.default_rng(4).normal(0.0, 1e-3, len(t))
-    _, velocity, _ = signals.derivatives(t, position, cutoff_hz=10.0)
+    _, velocity, _ = signals.derivatives(
+        t, position, cutoff_hz=10.0, timing=examined(t, {}, where="t")
+    )
     inside = slice(500, -500)
     return t[inside], position[inside], velocity[inside]
 

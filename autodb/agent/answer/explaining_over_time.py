@@ -61,11 +61,13 @@ def _joined(found: list[Explained]) -> Explained:
         found[0].explanation.model_copy(update={"channels": channels}),
         {name: trace for one in found for name, trace in one.traces.items()},
         tuple(note for one in found for note in one.notes),
+        {name: values for one in found for name, values in one.rows.items()},
     )
 
 
 def _as_simulation(recording: Recording, simulated: dict[str, Array]) -> Recording:
-    return Recording(path=recording.path, channels={"t": recording.t_s, **simulated})
+    channels = {"t": recording.t_s, **simulated}
+    return replace(recording, channels=channels, unusable={}, units={}, as_written=None)
 
 
 def _simulate_axes(

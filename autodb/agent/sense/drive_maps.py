@@ -13,7 +13,7 @@ from autodb.errors import NotThere, near
 from autodb.records import Recording
 from autodb.sensing.drives.field import EffortField, field
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm, readable
-from autodb.sensing.drives.moves.protocol import default_protocol
+from autodb.sensing.drives.moves.motion import protocol_of
 from autodb.store import models
 
 
@@ -56,7 +56,7 @@ def drive_map(session: Session, machine: str, channel: str) -> DriveMap:
     drawn = None
     if moves is not None:
         own = signed(moves, owner)
-        protocol = default_protocol(own.rate_hz)
+        protocol = protocol_of(own, row.axis)
         drawn = field(own, row.axis, protocol, terms, off_law_of(row))
     return DriveMap(
         channel=channel,

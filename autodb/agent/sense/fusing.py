@@ -202,8 +202,9 @@ def _causes(
     )
     channel = f"{component}.drive_force"
     moved = {n: v for n, v in recording.channels.items() if n == "t" or _is_motion(n, component)}
-    seen = Recording(recording.path, moved | {channel: -told.value_N[:, k]})
-    expected = Recording(recording.path, {"t": recording.t_s, channel: -others.value_N})
+    plain = replace(recording, unusable={}, units={}, as_written=None)
+    seen = replace(plain, channels=moved | {channel: -told.value_N[:, k]})
+    expected = replace(plain, channels={"t": recording.t_s, channel: -others.value_N})
     try:
         answer = explain(seen, expected).explanation.channels[channel]
     except UnusableInput as error:

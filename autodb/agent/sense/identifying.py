@@ -17,8 +17,8 @@ from autodb.records import Recording
 from autodb.sensing.drives.feed_axis import cross_test, identify
 from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, Posteriors
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
-from autodb.sensing.drives.moves.prepared import SPINDLE, effort_axis, effort_channel
-from autodb.sensing.drives.moves.protocol import default_protocol
+from autodb.sensing.drives.moves.motion import SPINDLE, protocol_of
+from autodb.sensing.drives.moves.prepared import effort_axis, effort_channel
 from autodb.sensing.ranges import faults
 from autodb.store import Store, models
 
@@ -161,7 +161,7 @@ def _refuse_another(session: Session, owner: models.Machine, moves: Recording, a
             left[name] = cross_test(
                 moves,
                 axis,
-                default_protocol(moves.rate_hz),
+                protocol_of(moves, axis),
                 stored_terms(row),
                 off_law_of(row),
             )

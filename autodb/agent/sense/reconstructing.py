@@ -136,10 +136,10 @@ def efforts_of(recording: Recording, axis: str | None = None) -> Sequence[str]:
 def _load(
     recording: Recording, model: DriveModel, *, bandwidth_hz: float, observer: bool
 ) -> DriveLoad:
-    if bandwidth_hz > 0.25 * recording.rate_hz:
+    if bandwidth_hz > 0.25 * recording.timing.rate_hz:
         raise UnusableInput(
             f"--bandwidth: {bandwidth_hz:g} Hz is too much for {recording.path} at "
-            f"{recording.rate_hz:g} Hz; use up to {0.25 * recording.rate_hz:g} Hz"
+            f"{recording.timing.rate_hz:g} Hz; use up to {0.25 * recording.timing.rate_hz:g} Hz"
         )
     how = observe if observer else reconstruct
     return how(recording, model, bandwidth_hz=bandwidth_hz)

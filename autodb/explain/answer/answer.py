@@ -112,8 +112,12 @@ class ChannelTrace:
 
 @dataclass(frozen=True)
 class Explained:
-    """The answer, its traces by channel, and lines about what was ignored."""
+    """The answer, its traces by channel, and lines about what was ignored.
+
+    ``rows``: time or cut number, and each corrected channel, at every row of the file, (N,).
+    """
 
     explanation: Explanation
     traces: dict[str, ChannelTrace]
     notes: tuple[str, ...] = ()
+    rows: dict[str, Array] = field(default_factory=dict)

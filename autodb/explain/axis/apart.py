@@ -25,7 +25,6 @@ from autodb.explain.axis.moves import (
 )
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import AxisSignals
-from autodb.explain.engine.bench import reduced
 from autodb.explain.engine.candidates import Choice
 from autodb.explain.engine.fit import rms
 from autodb.explain.engine.search import FoundSet
@@ -39,6 +38,7 @@ from autodb.explain.engine.telling import (
     stand_in,
 )
 from autodb.explain.engine.tuning import BesideShapes, tuned
+from autodb.explain.engine.working import reduced
 from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
@@ -150,7 +150,8 @@ def possible_runs(recorded: AxisSignals, factor: int, *, history: bool) -> list[
 
     ``history``: before a move that is not run cold comes the recording's own motion, which warms.
     """
-    moved = [getattr(recorded, field.name) for field in fields(AxisPath)]
+    longest = max(recorded.pieces, key=lambda piece: piece.stop - piece.start)
+    moved = [getattr(recorded, field.name)[longest] for field in fields(AxisPath)]
     programme = AxisPath(*(reduced(values, factor) for values in moved))
     rate_hz = 1.0 / (factor * float(np.median(np.diff(recorded.t_s))))
     moves = (*LIBRARY, again(programme))

@@ -15,7 +15,7 @@ from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.scan import Left, proposals_of_axis
 from autodb.explain.axis.signals import NO_PARTS, READ_OFF, AxisSignals, axis_signals
 from autodb.explain.axis.unknown import unknown_candidates
-from autodb.explain.engine.bench import WhiteRows, reduced
+from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.fit import SAME, no_difference, quality, rms
 from autodb.explain.engine.fitted import fit_white_rows
@@ -76,7 +76,7 @@ def explain_axis(
     if rms(difference) <= SAME * max(rms(measured), rms(simulation)):
         return no_difference(unit), trace
     own = _own_columns(signals, includes)
-    bench = WhiteRows(difference, own, _factor(recording))
+    bench = WhiteRows(difference, own, _factor(recording), recording.timing)
     inquiry = inquire(bench, AxisField(signals, bench))
     bench.loosen(inquiry.found.choices)
     choices = tuned_together(bench, inquiry.found.choices, inquiry.noise)
@@ -116,9 +116,9 @@ class AxisField:
 
     def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Candidate]:
         """Return what scans of the residual at the bench's working rate point to."""
-        s, factor = self.signals, self.bench.factor
+        s, factor, rate = self.signals, self.bench.factor, self.bench.rate
         t_s, position, velocity, sense = (
-            reduced(values, factor) for values in (s.t_s, s.position, s.velocity, s.sense)
+            rate.reduced(values) for values in (s.t_s, s.position, s.velocity, s.sense)
         )
         step_s = factor * float(np.median(np.diff(s.t_s)))
         rows = Left(t_s, position, velocity, sense, left, whitener, factor, step_s)
@@ -131,7 +131,7 @@ class AxisField:
 
 def _factor(recording: Recording) -> int:
     rows = len(recording) / WORKING_ROWS
-    return max(1, int(recording.rate_hz / WORKING_HZ), int(np.ceil(rows)))
+    return max(1, int(recording.timing.rate_hz / WORKING_HZ), int(np.ceil(rows)))
 
 
 def _own_columns(signals: AxisSignals, includes: list[str] | None) -> dict[str, Array]:
@@ -188,7 +188,7 @@ def _considered(inquiry: Inquiry) -> tuple[Considered, ...]:
 
 def _check(recording: Recording, channel: str, measured: Array, simulation: Array) -> None:
     """Refuse what no search can judge: too short, or a glitch that outweighs everything."""
-    seconds = float(recording.t_s[-1] - recording.t_s[0])
+    seconds = (len(recording) - 1) * recording.timing.step_s
     if seconds < SHORTEST_S or len(recording) < SHORTEST_ROWS:
         raise UnusableInput(
             f"{recording.path}: {len(recording)} rows over {seconds:.3g} s are too short to "

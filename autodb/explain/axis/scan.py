@@ -208,7 +208,7 @@ def _load(s: AxisSignals, left: Left, number: int) -> Candidate | None:
     """The stretch of time in which a constant explains most."""
     white = left.whitener(left.left)
     start, end, _ = strongest_interval(white)
-    t = left.t_s[len(left.t_s) - len(white) :]
+    t = left.t_s[left.whitener.places(len(left.t_s))]
     low, high = float(t[start]), float(t[min(end, len(t) - 1)])
     edge = INSIDE * float(np.ptp(left.t_s))
     if high - low < SHORTEST_LOAD_S or low < t[0] + edge or high > t[-1] - edge:

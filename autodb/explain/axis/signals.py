@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from autodb.files.channels import axis_of
 from autodb.records import Recording
-from autodb.sensing.drives.moves.motion import axis_motion, term_inputs
-from autodb.sensing.drives.moves.protocol import default_protocol
+from autodb.sensing.drives.moves.motion import axis_motion, protocol_of, term_inputs
 from autodb.terms.friction import since_reversal
 
 Array = NDArray[np.float64]
@@ -41,6 +40,7 @@ class AxisSignals:
     ``others``: position, velocity and acceleration of further axes by channel ·
     ``own``: columns of the simulation's terms, ``had`` their coefficients; of a term that is not of
     ``READ_OFF`` its part, and 1 ·
+    ``pieces``: runs of even rows ·
     ``like``: signals of the recording, where these are of another move.
     """
 
@@ -59,6 +59,7 @@ class AxisSignals:
     others: dict[str, Array]
     own: dict[str, Array]
     had: dict[str, float]
+    pieces: tuple[slice, ...] = (slice(None),)
     like: "AxisSignals | None" = None
 
     @property
@@ -95,7 +96,7 @@ def axis_signals(
     Raises UnusableInput when there is not even a position.
     """
     axis = axis_of(channel)
-    cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
+    cutoff_hz = protocol_of(recording, axis).cutoff_hz
     inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz)
     level = OWN_SHARE * float(np.sqrt(np.mean(simulation**2)))
     further = {n: p for n, p in parts.items() if n not in READ_OFF and np.std(p) > level}
@@ -120,6 +121,7 @@ def axis_signals(
         others=_others(recording, axis, cutoff_hz=cutoff_hz),
         own=own,
         had=had,
+        pieces=recording.pieces,
     )
 
 

@@ -7,29 +7,16 @@ from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.evidence import Products
-from autodb.explain.engine.noise import Noise, Whitener, fitted_whitener
+from autodb.explain.engine.noise import ORDER, Noise, Whitener, fitted_whitener
 from autodb.explain.engine.normal import columns_side_by_side, solved
 from autodb.explain.engine.search import DETAIL, MISTAKEN
+from autodb.explain.engine.working import WorkingRate
+from autodb.timing import Timing
 
 Array = NDArray[np.float64]
 
 ROWS_A_COLUMN = 10
 """Rows that the model of everything has at least for each column: with fewer it takes up noise."""
-
-
-def reduced(values: Array, factor: int) -> Array:
-    """Return means of ``factor`` rows each: columns alike, so that sums of them stay exact.
-
-    Rows that do not fill a mean are left out.
-    """
-    if factor == 1:
-        return values
-    rows = len(values) // factor
-    whole = values[: rows * factor]
-    total = whole[::factor].copy()
-    for row in range(1, factor):
-        total += whole[row::factor]
-    return np.asarray(total / factor)
 
 
 def fewest_first(blocks: Sequence[Array], room: int) -> list[Array]:
@@ -46,15 +33,22 @@ class WhiteRows:
     ``firm`` own columns are the simulation's; those that ``loosen`` adds follow.
     """
 
-    def __init__(self, difference: Array, own: dict[str, Array], factor: int) -> None:
+    def __init__(
+        self,
+        difference: Array,
+        own: dict[str, Array],
+        factor: int,
+        timing: Timing | None = None,
+    ) -> None:
         self.difference = difference
         self.own = dict(own)
         self.firm = len(own)
         self.factor = factor
+        self.rate = WorkingRate(factor, timing)
         self.through: tuple[Choice, ...] = ()
         self._kept: dict[tuple[str, int], tuple[CandidateForm | None, Array]] = {}
         self._own = self.reduce(self.own_columns())
-        self._difference = reduced(difference, factor)
+        self._difference = self.rate.reduced(difference)
 
     @property
     def reduced_difference(self) -> Array:
@@ -117,7 +111,7 @@ class WhiteRows:
 
     def reduce(self, values: Array) -> Array:
         """Return columns (n,) or (n, p) at the working rate, (m, p), each contiguous in memory."""
-        return np.asfortranarray(reduced(values.reshape(len(values), -1), self.factor))
+        return np.asfortranarray(self.rate.reduced(values.reshape(len(values), -1)))
 
     def columns(self, key: tuple[str, int], form: CandidateForm) -> Array:
         """Return a shape's columns at the working rate, built once.
@@ -173,14 +167,18 @@ class WhiteRows:
         right = target if whitener is None else whitener(target)
         return np.asarray(target - columns @ solved(design, right))
 
+    def whitener_of(self, left: Array) -> Whitener:
+        """Return the filter that whitens a residual at the working rate, (m,)."""
+        return fitted_whitener(left, linked=self.rate.linked(ORDER))
+
     def noise(self, columns: Array) -> Noise:
         """Return the whitener and the variance of a white row, of what columns leave.
 
         Fitted twice: the second time the columns' coefficients are those of white rows.
         """
-        whitener = fitted_whitener(self.left(columns))
+        whitener = self.whitener_of(self.left(columns))
         left = self.left(columns, whitener)
-        whitener = fitted_whitener(left)
+        whitener = self.whitener_of(left)
         white = whitener(left)
         free = max(1, len(white) - columns.shape[1])
         return whitener, float(white @ white) / free

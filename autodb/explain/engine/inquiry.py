@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
-from autodb.explain.engine.noise import Noise, Whitener, fitted_whitener
+from autodb.explain.engine.noise import Noise, Whitener
 from autodb.explain.engine.normal import normal
 from autodb.explain.engine.prior import coefficient_costs
 from autodb.explain.engine.search import MARGIN, CandidateSearch, FoundSet
@@ -107,7 +107,7 @@ def _saturated(bench: WhiteRows, field: CandidateSource, candidates: dict[str, C
 
     A ripple in time would else be taken for noise of its colour.
     """
-    whitener = fitted_whitener(bench.left(bench.everything(list(candidates.values()))))
+    whitener = bench.whitener_of(bench.left(bench.everything(list(candidates.values()))))
     left = bench.left(bench.chosen(()), whitener)
     _take(bench, candidates, field.scanned(left, whitener, 0))
     return bench.noise(bench.everything(list(candidates.values())))
@@ -179,9 +179,9 @@ def _beside_noise(
 
 def _innovation(bench: WhiteRows, columns: Array) -> float:
     """Return the innovations' variance of the noise that columns leave, both fitted in turn."""
-    whitener = fitted_whitener(bench.left(columns))
+    whitener = bench.whitener_of(bench.left(columns))
     left = bench.left(columns, whitener)
-    whitener = fitted_whitener(left)
+    whitener = bench.whitener_of(left)
     return float(np.mean(whitener(bench.left(columns, whitener)) ** 2))
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 ORDER = 25
 """0.1 s at 250 Hz: white noise on slow noise has a long inverse. Chosen."""
@@ -19,13 +20,25 @@ TABLE = 2048
 
 @dataclass(frozen=True)
 class Whitener:
-    """x_t − Σ a_k x_{t−k}: an all-zero filter; the first ``len(a)`` rows are dropped."""
+    """x_t − Σ a_k x_{t−k}: an all-zero filter; the first ``len(a)`` rows are dropped.
+
+    ``linked``: which of the others are kept, where rows do not all follow each other; None: all.
+    """
 
     coefficients: Array
+    linked: Index | None = None
 
     def __call__(self, values: Array) -> Array:
         """Return the whitened columns of ``values`` (n,) or (n, k), shape (n − order, k)."""
-        return self._filtered(values) if values.ndim == 1 else self.side_by_side([values])
+        if values.ndim > 1:
+            return self.side_by_side([values])
+        white = self._filtered(values)
+        return white if self.linked is None else white[self.linked]
+
+    def places(self, rows: int) -> Index:
+        """Return the row, of so many, that each white row stands at."""
+        every = np.arange(len(self.coefficients), rows)
+        return every if self.linked is None else every[self.linked]
 
     def side_by_side(self, blocks: Sequence[Array]) -> Array:
         """Return the whitened columns of blocks (n, k) as one (n − order, Σk), each column
@@ -36,7 +49,7 @@ class Whitener:
         banded = self._banded()
         for row, column in zip(white, columns, strict=True):
             self._fill(row, np.ascontiguousarray(column), banded)
-        return white.T
+        return white.T if self.linked is None else white[:, self.linked].T
 
     def _fill(self, white: Array, values: Array, banded: Array) -> None:
         """Write the whitened ``values`` (n,) to ``white`` (n − order,), BLOCK rows at a time."""
@@ -62,8 +75,8 @@ class Whitener:
 
     def adjoint(self, values: Array, rows: int) -> Array:
         """Return the transposed filter of white values (n − order,) at all ``rows``."""
-        order = len(self.coefficients)
-        padded = np.concatenate([np.zeros(order), values])[:rows]
+        padded = np.zeros(rows)
+        padded[self.places(rows)] = values
         taps = np.concatenate([[1.0], -self.coefficients])
         return np.asarray(lfilter(taps, [1.0], padded[::-1])[::-1], dtype=np.float64)
 
@@ -79,10 +92,17 @@ Noise = tuple[Whitener, float]
 """The filter that makes a noise white, and the variance of a white row."""
 
 
-def fitted_whitener(residual: Array, order: int = ORDER) -> Whitener:
-    """Return the whitener of an autoregression fitted to a residual (n,) by least squares."""
+def fitted_whitener(
+    residual: Array, order: int = ORDER, *, linked: Index | None = None
+) -> Whitener:
+    """Return the whitener of an autoregression fitted to a residual (n,) by least squares.
+
+    ``linked``: which of the rows but the first ``order`` follow those before without a gap.
+    """
     lagged = np.column_stack([residual[order - k : -k] for k in range(1, order + 1)])
     target = residual[order:]
+    if linked is not None:
+        lagged, target = lagged[linked], target[linked]
     ridge = max(1e-9 * float(residual @ residual), 1e-300) * np.eye(order)
     coefficients = np.linalg.solve(lagged.T @ lagged + ridge, lagged.T @ target)
-    return Whitener(np.asarray(coefficients, dtype=np.float64))
+    return Whitener(np.asarray(coefficients, dtype=np.float64), linked)

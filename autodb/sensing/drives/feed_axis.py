@@ -26,9 +26,9 @@ from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.linearised import linearised, shaped
 from autodb.sensing.drives.fit.ripples import Ripple, strongest_ripple
 from autodb.sensing.drives.fit.steady import friction_deviation
-from autodb.sensing.drives.moves.motion import term_inputs
+from autodb.sensing.drives.moves.motion import SPINDLE, protocol_of, term_inputs
 from autodb.sensing.drives.moves.passes import is_sweep
-from autodb.sensing.drives.moves.prepared import SPINDLE, Prepared, prepared
+from autodb.sensing.drives.moves.prepared import Prepared, prepared
 from autodb.sensing.drives.moves.protocol import (
     WAY_MM,
     FilterProtocol,
@@ -118,7 +118,7 @@ def _by_way(begun: "_Begun") -> FilterProtocol:
     if ripple is not None:
         shortest = ripple.pole / NODES if ripple.term is COGGING else ripple.period / WAVE_ROWS
         way_mm = min(WAY_MM, shortest)
-    return means_by_way(rows.protocol, rows.inputs["velocity"], rate_hz=rows.rate_hz, way_mm=way_mm)
+    return means_by_way(rows.protocol, rows.inputs["velocity"], timing=rows.timing, way_mm=way_mm)
 
 
 def ordinary_least_squares(
@@ -248,7 +248,7 @@ def spread_over_filters(
 
     It shows how much of a result is owed to the filter; a recording too slow for 50 Hz has none.
     """
-    base = default_protocol(recording.rate_hz)
+    base = default_protocol(recording.timing.rate_hz)
     return [
         ordinary_least_squares(
             recording,
@@ -258,7 +258,7 @@ def spread_over_filters(
         )
         for anti_alias in (True, False)
         for hz in SPREAD_CUTOFFS_HZ
-        if hz < 0.5 * recording.rate_hz
+        if hz < 0.5 * recording.timing.rate_hz
     ]
 
 
@@ -272,7 +272,7 @@ def predict_effort(
 
     With ``off_law`` what friction is off their laws is in it.
     """
-    cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
+    cutoff_hz = protocol_of(recording, axis).cutoff_hz
     return predicted_effort(terms, term_inputs(recording, axis, cutoff_hz=cutoff_hz), off_law)
 
 

@@ -22,8 +22,7 @@ from autodb.sensing.drives.fit.axis_model import (
 from autodb.sensing.drives.fit.deviation import OVER_SPEED
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.drive_errors import STANDING, TURNED, DriveErrors, states
-from autodb.sensing.drives.moves.motion import place_channel, term_inputs
-from autodb.sensing.drives.moves.protocol import default_protocol
+from autodb.sensing.drives.moves.motion import place_channel, protocol_of, term_inputs
 from autodb.terms import Contribution
 from autodb.terms.friction import direction
 from autodb.terms.vocabulary import term_called
@@ -113,13 +112,13 @@ def reconstruct(recording: Recording, model: DriveModel, *, bandwidth_hz: float)
 
     Raises UnusableInput without the model's effort or a position.
     """
-    rate_hz = recording.rate_hz
-    cutoff_hz = default_protocol(rate_hz).cutoff_hz
+    timing = recording.timing
+    cutoff_hz = protocol_of(recording, model.axis).cutoff_hz
     inputs = term_inputs(recording, model.axis, cutoff_hz=cutoff_hz)
     effort = recording[model.channel]
     whole = effort - predicted_effort(model.terms, inputs, model.off_law)
-    value = signals.lowpass(whole, rate_hz=rate_hz, cutoff_hz=bandwidth_hz)
-    return _load(model, inputs, effort, value, rate_hz=rate_hz, bandwidth_hz=bandwidth_hz)
+    value = signals.lowpass_pieces(whole, timing, cutoff_hz=bandwidth_hz)
+    return _load(model, inputs, effort, value, rate_hz=timing.rate_hz, bandwidth_hz=bandwidth_hz)
 
 
 def observe(recording: Recording, model: DriveModel, *, bandwidth_hz: float) -> DriveLoad:
@@ -129,13 +128,18 @@ def observe(recording: Recording, model: DriveModel, *, bandwidth_hz: float) -> 
     position: all of one delay, and proper. Friction is that of the velocity through a Q that is
     FASTER, so that it turns when the axis does. Raises UnusableInput as ``reconstruct`` does.
     """
-    rate_hz = recording.rate_hz
+    timing = recording.timing
+    rate_hz = timing.rate_hz
     effort, position = recording[model.channel], recording[place_channel(model.axis)]
 
     def through(values: Array, power: int, hz: float) -> Array:
-        return _observed(values, power=power, bandwidth_hz=hz, rate_hz=rate_hz)
+        def observed(own: Array) -> Array:
+            return _observed(own, power=power, bandwidth_hz=hz, rate_hz=rate_hz)
 
-    inputs = term_inputs(recording, model.axis, cutoff_hz=default_protocol(rate_hz).cutoff_hz)
+        return signals.by_piece(observed, values, timing.pieces)
+
+    cutoff_hz = protocol_of(recording, model.axis).cutoff_hz
+    inputs = term_inputs(recording, model.axis, cutoff_hz=cutoff_hz)
     velocity = through(position, 1, min(FASTER * bandwidth_hz, 0.25 * rate_hz))
     inputs |= {
         "position": position,

@@ -152,7 +152,9 @@ def table_motion(recording: Recording, kinematics: Kinematics, *, cutoff_hz: flo
     angles, rates, accelerations = {}, {}, {}
     for axis in kinematics.order:
         angle = recording[f"{axis}.angle"]
-        _, rate, acceleration = signals.derivatives(recording.t_s, angle, cutoff_hz=cutoff_hz)
+        _, rate, acceleration = signals.derivatives(
+            recording.t_s, angle, cutoff_hz=cutoff_hz, timing=recording.timing
+        )
         own = recording.get(f"{axis}.velocity"), recording.get(f"{axis}.acceleration")
         angles[axis] = np.radians(angle)
         rates[axis] = np.radians(rate if own[0] is None else own[0])

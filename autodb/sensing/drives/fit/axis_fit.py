@@ -28,8 +28,8 @@ from autodb.sensing.drives.fit.prior import combined_with_prior
 from autodb.sensing.drives.fit.solved import Name, Solved, given_shape, identified_term
 from autodb.sensing.drives.fit.steady import friction_deviation
 from autodb.sensing.drives.fit.unevenness import row_roots
-from autodb.sensing.drives.moves.motion import motion_blocks
-from autodb.sensing.drives.moves.prepared import SPINDLE, Prepared
+from autodb.sensing.drives.moves.motion import SPINDLE, motion_blocks
+from autodb.sensing.drives.moves.prepared import Prepared
 from autodb.terms import Contribution, TermParameter
 from autodb.terms.channel import ChannelPart
 from autodb.terms.vocabulary import term_called

@@ -11,7 +11,7 @@ from autodb.sensing.drives.fit.cogging import TriedCogging
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.drive_errors import DriveErrors
 from autodb.sensing.drives.fit.steady import SteadyMotion
-from autodb.sensing.drives.moves.prepared import SPINDLE
+from autodb.sensing.drives.moves.motion import SPINDLE
 from autodb.sensing.drives.moves.protocol import FilterProtocol
 from autodb.terms import Contribution, TermParameter
 from autodb.terms.channel import ChannelPart, predicted_channel

@@ -9,7 +9,8 @@ from autodb import fitting
 from autodb.sensing.drives.fit.deviation import OVER_SPEED, deviating, deviation_groups, rubs
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.linearised import Linearised
-from autodb.sensing.drives.moves.prepared import SPINDLE, Prepared
+from autodb.sensing.drives.moves.motion import SPINDLE
+from autodb.sensing.drives.moves.prepared import Prepared
 from autodb.terms.channel import (
     ChannelPart,
     channel_columns,

@@ -1,6 +1,6 @@
 """An axis' motion from its recording, and the inputs that terms take."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from autodb import fitting, signals
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES
 from autodb.records import Recording
+from autodb.sensing.drives.moves.protocol import FilterProtocol, default_protocol
 from autodb.terms.friction import STANDSTILL_MM_S, direction
 
 Array = NDArray[np.float64]
@@ -16,6 +17,13 @@ STANDSTILL_RPM = 1.0
 """Spindle speed below which the direction fades out. Chosen."""
 NOISE_BAND = 4.0
 """Standard deviations of a velocity's noise within which an axis counts as standing."""
+
+NOISE_SHARE = 0.01
+"""Share of an acceleration's variance that its noise may have: as much lower least squares find its
+coefficient. Chosen."""
+LOWEST_HZ, LOWER = 5.0, 0.8
+"""Lowest cutoff, and by what it is lowered at a time. Chosen."""
+SPINDLE = "spindle"
 
 
 @dataclass(frozen=True)
@@ -38,28 +46,71 @@ def place_channel(axis: str) -> str:
 
 
 def axis_motion(recording: Recording, axis: str, *, cutoff_hz: float) -> AxisMotion:
-    """Return the motion of an axis; what is not recorded is derived from position at the cutoff.
+    """Return the motion of an axis; what is not recorded is derived at the cutoff.
+
+    Acceleration from velocity where that is recorded, otherwise from position.
 
     Raises UnusableInput when there is not even a position.
     """
     position = recording[place_channel(axis)]
     velocity = recording.get(f"{axis}.velocity")
     acceleration = recording.get(f"{axis}.acceleration")
-    if velocity is not None and acceleration is not None:
-        return AxisMotion(
-            position, velocity, acceleration, _direction(velocity, noise_sd(velocity))
-        )
-    smooth, v, a = signals.derivatives(recording.t_s, position, cutoff_hz=cutoff_hz)
     if velocity is None:
-        sense = _derived_direction(recording.t_s, position, v, cutoff_hz=cutoff_hz)
-    else:
-        sense = _direction(velocity, noise_sd(velocity))
-    return AxisMotion(
-        position=smooth if velocity is None else position,
-        velocity=v if velocity is None else velocity,
-        acceleration=a if acceleration is None else acceleration,
-        direction=sense,
-    )
+        timing = recording.timing
+        smooth, v, a = signals.derivatives(
+            recording.t_s, position, cutoff_hz=cutoff_hz, timing=timing
+        )
+        sense = _derived_direction(recording, position, v, cutoff_hz=cutoff_hz)
+        return AxisMotion(smooth, v, a if acceleration is None else acceleration, sense)
+    if acceleration is None:
+        acceleration = _slope_of(recording, velocity, cutoff_hz=cutoff_hz)
+    sense = _direction(velocity, noise_sd(velocity))
+    return AxisMotion(position, velocity, acceleration, sense)
+
+
+def _slope_of(recording: Recording, values: Array, *, cutoff_hz: float) -> Array:
+    """Return the slope of values (n,), low-passed at the cutoff."""
+    smooth = signals.lowpass_pieces(values, recording.timing, cutoff_hz=cutoff_hz)
+    return signals.slope(smooth, recording.timing, recording.t_s)
+
+
+def protocol_of(recording: Recording, axis: str) -> FilterProtocol:
+    """Return the default protocol, with a lower cutoff where noise asks for it.
+
+    White noise σ of a position gives an acceleration derived from it at the cutoff f the variance
+    (2π)⁴ σ² · 2 f⁵ / (5 rate), of a velocity (2π)² σ² · 2 f³ / (3 rate): the cutoff is lowered
+    until that is NOISE_SHARE of the acceleration's own at most. What stamps may be wrong by is
+    noise too.
+    """
+    protocol = default_protocol(recording.timing.rate_hz)
+    if axis == SPINDLE:
+        return protocol
+    names = (f"{axis}.acceleration", f"{axis}.velocity", place_channel(axis))
+    order = next((k for k, name in enumerate(names) if recording.get(name) is not None), 0)
+    if not order:
+        return protocol
+    source = recording[names[order]]
+    while protocol.cutoff_hz > LOWEST_HZ:
+        noise = _derived_noise(recording, source, order, protocol.cutoff_hz)
+        derived = source
+        for _ in range(order):
+            derived = _slope_of(recording, derived, cutoff_hz=protocol.cutoff_hz)
+        if noise**2 <= NOISE_SHARE * max(float(np.mean(derived**2)) - noise**2, 0.0):
+            break
+        protocol = replace(protocol, cutoff_hz=max(LOWEST_HZ, LOWER * protocol.cutoff_hz))
+    return protocol
+
+
+def _derived_noise(recording: Recording, source: Array, order: int, cutoff_hz: float) -> float:
+    """Return the noise's sd of the slope of this order, derived at the cutoff."""
+    timing = recording.timing
+    sigma = noise_sd(source)
+    if timing.blur_s:
+        speed = signals.slope(source, timing, recording.t_s)
+        sigma = float(np.hypot(sigma, timing.blur_s * np.sqrt(np.mean(speed**2))))
+    power = 2 * order + 1
+    band = np.sqrt(2.0 * cutoff_hz**power / (power * timing.rate_hz))
+    return float((2.0 * np.pi) ** order * sigma * band)
 
 
 def _direction(velocity: Array, noise: float) -> Array:
@@ -75,17 +126,20 @@ def noise_sd(values: Array) -> float:
     return fitting.spread(np.diff(values, 3)) / float(np.sqrt(20.0))
 
 
-def _derived_direction(t_s: Array, position: Array, filtered: Array, *, cutoff_hz: float) -> Array:
+def _derived_direction(
+    recording: Recording, position: Array, filtered: Array, *, cutoff_hz: float
+) -> Array:
     """Return the direction from plain differences of position, or from its filtered velocity.
 
     White noise σ of the position gives the central difference σ·rate/√2, and the velocity filtered
     at f_c 2πσ·√(2 f_c³/(3 rate)). The plain one is used while its noise stays within standstill.
     """
-    rate_hz = 1.0 / float(np.median(np.diff(t_s)))
+    timing = recording.timing
+    rate_hz = timing.rate_hz
     sigma = noise_sd(position)
     plain = sigma * rate_hz / np.sqrt(2.0)
     if NOISE_BAND * plain < STANDSTILL_MM_S:
-        return direction(np.gradient(position, t_s))
+        return direction(signals.slope(position, timing, recording.t_s))
     passed = min(cutoff_hz, 0.5 * rate_hz)
     noise = 2.0 * np.pi * sigma * np.sqrt(2.0 * passed**3 / (3.0 * rate_hz))
     return _direction(filtered, float(min(noise, plain)))
@@ -118,13 +172,11 @@ def spindle_inputs(recording: Recording, spindle: str, *, cutoff_hz: float) -> d
     The acceleration is the slope of the speed, low-passed at the cutoff.
     """
     speed = recording[f"{spindle}.speed"]
-    rate_hz = recording.rate_hz
-    smooth = signals.lowpass(speed, rate_hz=rate_hz, cutoff_hz=cutoff_hz)
     band = max(STANDSTILL_RPM, NOISE_BAND * noise_sd(speed))
     return {
         "t": recording.t_s,
         "velocity": speed,
-        "acceleration": np.gradient(smooth, recording.t_s),
+        "acceleration": _slope_of(recording, speed, cutoff_hz=cutoff_hz),
         "direction": direction(speed, standstill_mm_s=band),
     }
 

@@ -8,13 +8,18 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.files.channels import axis_of, effort_channels, rotary_efforts
 from autodb.records import Recording
-from autodb.sensing.drives.moves.motion import spindle_inputs, term_inputs
-from autodb.sensing.drives.moves.protocol import FilterProtocol, default_protocol
+from autodb.sensing.drives.moves.motion import (
+    SPINDLE,
+    protocol_of,
+    spindle_inputs,
+    term_inputs,
+)
+from autodb.sensing.drives.moves.protocol import FilterProtocol
+from autodb.timing import Timing
 
 Array = NDArray[np.float64]
 
 SHORTEST_ROWS = 100
-SPINDLE = "spindle"
 SPINDLE_EFFORTS = ("torque.spindle", "spindle.current")
 
 
@@ -80,21 +85,26 @@ class Prepared:
     effort: Array
     whole_effort: Array
     protocol: FilterProtocol
-    rate_hz: float
+    timing: Timing
+
+    @property
+    def rate_hz(self) -> float:
+        """Rows per second of the inputs."""
+        return self.timing.rate_hz
 
     def by(self, protocol: FilterProtocol) -> "Prepared":
         """Return the same recording reduced by another protocol."""
-        smooth = protocol.smoothed(self.whole_effort, rate_hz=self.rate_hz)
-        effort = protocol.reduced(smooth, rate_hz=self.rate_hz)
+        smooth = protocol.smoothed(self.whole_effort, timing=self.timing)
+        effort = protocol.reduced(smooth, timing=self.timing)
         return replace(self, effort=effort, protocol=protocol)
 
     def reduced(self, values: Array) -> Array:
         """Return values (n,) or (n, k) as the effort was reduced, (m,) or (m, k)."""
-        return self.protocol.reduced(values, rate_hz=self.rate_hz)
+        return self.protocol.reduced(values, timing=self.timing)
 
     def sampled(self, name: str) -> Array:
         """Return an input (m,) at the rows that are kept."""
-        return self.protocol.sampled(self.inputs[name], rate_hz=self.rate_hz)
+        return self.protocol.sampled(self.inputs[name], timing=self.timing)
 
     @property
     def middle_mm(self) -> float:
@@ -116,13 +126,13 @@ def prepared(
             f"{recording.path}: {len(recording)} rows are too few to identify an axis; record "
             f"at least {SHORTEST_ROWS}"
         )
-    rate_hz = recording.rate_hz
-    protocol = protocol or default_protocol(rate_hz)
+    timing = recording.timing
     name = effort_axis(recording, axis)
+    protocol = protocol or protocol_of(recording, name)
     of = spindle_inputs if name == SPINDLE else term_inputs
     inputs = of(recording, name, cutoff_hz=protocol.cutoff_hz)
-    effort = protocol.smoothed(recording[channel], rate_hz=rate_hz)
-    rows = protocol.reduced(effort, rate_hz=rate_hz)
+    effort = protocol.smoothed(recording[channel], timing=timing)
+    rows = protocol.reduced(effort, timing=timing)
     if len(rows) < 50:
         raise UnusableInput(f"{recording.path}: too short to identify an axis; record at least 2 s")
     if not np.any(np.abs(inputs["direction"]) >= 1.0):
@@ -138,5 +148,5 @@ def prepared(
         effort=rows,
         whole_effort=recording[channel],
         protocol=protocol,
-        rate_hz=rate_hz,
+        timing=timing,
     )

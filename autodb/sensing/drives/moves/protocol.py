@@ -1,11 +1,13 @@
 """How a recording is filtered before an axis is fitted."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb import signals
+from autodb.timing import Timing
 
 Array = NDArray[np.float64]
 
@@ -29,26 +31,45 @@ class FilterProtocol:
             f"{self.decimate} {how}; {self.crop_s:g} s cropped at each end"
         )
 
-    def smoothed(self, effort: Array, *, rate_hz: float) -> Array:
-        """Return the effort (n,) low-passed."""
-        return signals.lowpass(effort, rate_hz=rate_hz, cutoff_hz=self.cutoff_hz)
+    def smoothed(self, effort: Array, *, timing: Timing) -> Array:
+        """Return the effort (n,) low-passed, piece by piece."""
+        return signals.lowpass_pieces(effort, timing, cutoff_hz=self.cutoff_hz)
 
-    def reduced(self, values: Array, *, rate_hz: float) -> Array:
-        """Return rows (m,) or (m, k) of ``values`` decimated and cropped.
+    def reduced(self, values: Array, *, timing: Timing) -> Array:
+        """Return rows (m,) or (m, k) of ``values`` decimated and cropped, piece by piece.
 
-        Effort and columns reduced alike keep a linear relation between them exactly.
+        Effort and columns reduced alike keep a linear relation between them exactly. Rows that were
+        not measured are left out.
         """
-        if not self.anti_alias:
-            return self.sampled(values, rate_hz=rate_hz)
-        return self._cropped(signals.decimate(values, self.decimate), rate_hz)
+        return self._kept(self._by_piece(self._decimated, values, timing), timing)
 
-    def sampled(self, values: Array, *, rate_hz: float) -> Array:
+    def sampled(self, values: Array, *, timing: Timing) -> Array:
         """Return the values (m,) at the rows that are kept, unfiltered: where the axis was then."""
-        return self._cropped(values[:: self.decimate], rate_hz)
+        return self._kept(self._by_piece(self._picked, values, timing), timing)
 
-    def _cropped(self, rows: Array, rate_hz: float) -> Array:
-        crop = round(self.crop_s * rate_hz / self.decimate)
-        return rows[crop : len(rows) - crop]
+    def _decimated(self, values: Array) -> Array:
+        if not self.anti_alias:
+            return self._picked(values)
+        return signals.decimate(values, self.decimate)
+
+    def _picked(self, values: Array) -> Array:
+        return values[:: self.decimate]
+
+    def _by_piece(self, function: Callable[[Array], Array], values: Array, timing: Timing) -> Array:
+        crop = round(self.crop_s * timing.rate_hz / self.decimate)
+
+        def cropped(own: Array) -> Array:
+            rows = function(own)
+            return rows[crop : len(rows) - crop]
+
+        return signals.by_piece(cropped, values, timing.pieces)
+
+    def _kept(self, rows: Array, timing: Timing) -> Array:
+        """Return the rows, less those that were not measured."""
+        if timing.measured is None:
+            return rows
+        measured = timing.measured.astype(np.float64)
+        return rows[self._by_piece(self._picked, measured, timing) > 0]
 
 
 @dataclass(frozen=True)
@@ -59,22 +80,21 @@ class MeansProtocol(FilterProtocol):
     follows it, and intervals come out too narrow; means keep noise simple and what is slow whole.
     """
 
-    def smoothed(self, effort: Array, *, rate_hz: float) -> Array:  # noqa: ARG002
+    def smoothed(self, effort: Array, *, timing: Timing) -> Array:  # noqa: ARG002
         """Return the effort as it is."""
         return effort
 
-    def reduced(self, values: Array, *, rate_hz: float) -> Array:
-        """Return means (m,) or (m, k) of ``values``, cropped."""
+    def _decimated(self, values: Array) -> Array:
+        """Return means (m,) or (m, k) of ``values``."""
         count = len(values) // self.decimate
         whole = values[: count * self.decimate]
         means = whole.reshape(count, self.decimate, *values.shape[1:]).mean(axis=1)
-        return self._cropped(means, rate_hz)
+        return np.asarray(means, dtype=np.float64)
 
-    def sampled(self, values: Array, *, rate_hz: float) -> Array:
+    def _picked(self, values: Array) -> Array:
         """Return the values (m,) in the middle of what a mean is over."""
         count = len(values) // self.decimate
-        middle = values[self.decimate // 2 :: self.decimate][:count]
-        return self._cropped(middle, rate_hz)
+        return values[self.decimate // 2 :: self.decimate][:count]
 
 
 @dataclass(frozen=True)
@@ -86,12 +106,12 @@ class WayProtocol(MeansProtocol):
 
     edges: tuple[int, ...] = (0,)
 
-    def reduced(self, values: Array, *, rate_hz: float) -> Array:  # noqa: ARG002
+    def reduced(self, values: Array, *, timing: Timing) -> Array:  # noqa: ARG002
         """Return means (m,) or (m, k) of ``values``."""
         count = np.diff([*self.edges, len(values)]).reshape(-1, *[1] * (values.ndim - 1))
         return np.asarray(np.add.reduceat(values, self.edges, axis=0) / count)
 
-    def sampled(self, values: Array, *, rate_hz: float) -> Array:  # noqa: ARG002
+    def sampled(self, values: Array, *, timing: Timing) -> Array:  # noqa: ARG002
         """Return the values (m,) in the middle of what a mean is over."""
         middle = (np.array(self.edges) + np.array([*self.edges[1:], len(values)])) // 2
         return np.asarray(values[middle], dtype=np.float64)
@@ -104,7 +124,7 @@ TURN_MM = 0.1
 
 
 def means_by_way(
-    protocol: FilterProtocol, velocity: Array, *, rate_hz: float, way_mm: float = WAY_MM
+    protocol: FilterProtocol, velocity: Array, *, timing: Timing, way_mm: float = WAY_MM
 ) -> WayProtocol:
     """Return means of the protocol's rows, longer where motion is slow: over ``way_mm`` at least,
     and over a whole standstill.
@@ -112,12 +132,15 @@ def means_by_way(
     For a sweep over speeds: a pass at creep lasts so long that means over time would give it nearly
     all rows, though friction, which wanders along the way, shows itself there but once.
     """
-    begins = np.arange(0, len(velocity), protocol.decimate)
-    gone_mm = np.concatenate([[0.0], np.cumsum(np.abs(velocity))])[begins] / rate_hz
+    begins = np.concatenate(
+        [np.arange(own.start, own.stop, protocol.decimate) for own in timing.pieces]
+    )
+    gone_mm = np.concatenate([[0.0], np.cumsum(np.abs(velocity))])[begins] / timing.rate_hz
     sense = np.sign(velocity[begins])
+    piece = np.searchsorted([own.start for own in timing.pieces], begins, side="right")
     edges, turned_mm, begun_mm = [0], 0.0, 0.0
     for k in range(1, len(begins)):
-        turn = sense[k] != sense[k - 1]
+        turn = sense[k] != sense[k - 1] or piece[k] != piece[k - 1]
         turned_mm = gone_mm[k] if turn else turned_mm
         short = sense[k] != 0 and gone_mm[k] - turned_mm < TURN_MM
         if turn or short or gone_mm[k] - begun_mm >= way_mm:

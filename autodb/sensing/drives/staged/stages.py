@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.files.channels import ROTARY_AXES
 from autodb.sensing.drives.fit.drive_errors import SPEEDING, states
+from autodb.sensing.drives.moves.motion import SPINDLE
 from autodb.sensing.drives.moves.passes import SpeedPass, both_ways, levels_of, passes_of
-from autodb.sensing.drives.moves.prepared import SPINDLE, Prepared
+from autodb.sensing.drives.moves.prepared import Prepared
 from autodb.sensing.drives.staged.accelerated import Inertia, inertia_of
 from autodb.sensing.drives.staged.over_speed import SpeedLaw, fit_speed_law, levels_of_way
 from autodb.sensing.drives.staged.segments import Length, PassSegments, pass_segments
@@ -213,7 +214,7 @@ def inertia_told(
         speeding[part] &= part.stop - part.start >= shortest
     if not speeding.any():
         return None
-    smooth = rows.protocol.smoothed(rows.whole_effort, rate_hz=rows.rate_hz)
+    smooth = rows.protocol.smoothed(rows.whole_effort, timing=rows.timing)
     left = np.zeros_like(smooth)
     x, v = inputs["position"][speeding], inputs["velocity"][speeding]
     left[speeding] = smooth[speeding] - steady(x, v, factor[speeding])

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from autodb import signals
 from autodb.files.channels import LINEAR_AXES
 from autodb.records import Recording
-from autodb.sensing.drives.moves.motion import term_inputs
-from autodb.sensing.drives.moves.prepared import SHORTEST_ROWS, SPINDLE, effort_channel
+from autodb.sensing.drives.moves.motion import SPINDLE, term_inputs
+from autodb.sensing.drives.moves.prepared import SHORTEST_ROWS, effort_channel
 from autodb.sensing.ranges.faults.check import DataCheck
 from autodb.signals.segments import flagged_runs
 

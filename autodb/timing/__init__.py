@@ -1,0 +1,7 @@
+"""What a recording's time is: its stamps examined, its rows laid out on truly even steps."""
+
+from autodb.timing.examined import examined
+from autodb.timing.layout import Layout
+from autodb.timing.verdict import Finding, Timing
+
+__all__ = ["Finding", "Layout", "Timing", "examined"]

@@ -1,0 +1,185 @@
+"""When rows were taken: on even steps that stamps only blur, or when the stamps say.
+
+A stamp that is wrong by δ shows as a place that is off by v·δ. Of two accounts of when rows were
+taken the one is right under which places are smooth.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from autodb.timing.steps import Numbered, rows_a_stamp
+from autodb.timing.verdict import Finding
+
+Array = NDArray[np.float64]
+
+EVEN = 1e-4
+"""Share of a step by which even stamps may be off: at 100 mm/s and 1 ms a place is off by 10 nm."""
+CLEARLY = 0.8
+"""Ratio of the squared roughness of places under two accounts, below which one is right. Chosen."""
+SLOW_STAMPS = 101
+"""Stamps over which a clock that wanders is smoothed. Chosen."""
+STEADY_RATE = 0.002
+"""Share by which the rate of rows that share stamps may vary: clocks do by less, chosen."""
+ROUNDED = 0.75
+"""Share of their resolution by which rounded stamps are off: a half, and the step's error."""
+WANDERS = 0.05
+"""Share of a step by which a clock may wander off before rows are resampled. Chosen."""
+COARSE = 0.25
+"""Share of a step that the resolution of stamps may be, where rows are taken at their stamps: of a
+half, friction was found 6 % off. Chosen."""
+INDEPENDENT = 2.0
+"""Ratio of the scatter of stamps to that of their steps, over √2, from which on their errors add
+up: 1 where each is by itself. Chosen."""
+USUAL = 0.995
+"""Share of rows beyond whose roughness none counts more: one glitch decides nothing. Chosen."""
+FAST_SHARE = 0.75
+"""Places are compared where they move faster than this share of their rows. Chosen."""
+
+
+@dataclass(frozen=True)
+class Clock:
+    """When the rows of a run were taken: ``times_s`` (n,), never falling.
+
+    ``on_grid``: on whole steps, so that no row has to be resampled · ``blur_s``: standard deviation
+    of what they may be wrong by · ``unfit``: why no times can be told.
+    """
+
+    times_s: Array
+    on_grid: bool
+    findings: tuple[Finding, ...]
+    blur_s: float = 0.0
+    unfit: str = ""
+
+
+def clock(t_s: Array, rows: Numbered, places: Sequence[Array]) -> Clock:
+    """Say when rows with the stamps ``t_s`` (n,) were taken; ``places`` (n,) each."""
+    since = t_s - rows.step_s * rows.number
+    even = np.asarray(float(np.median(since)) + rows.step_s * rows.number, dtype=np.float64)
+    off = t_s - even
+    largest = float(np.abs(off).max())
+    if largest <= EVEN * rows.step_s:
+        return Clock(even, True, ())
+    many = rows_a_stamp(t_s) if rows.shared else 1
+    slow = _slow(off, many)
+    fast = off - slow
+    chance = 5.0 * float(np.std(fast)) / np.sqrt(SLOW_STAMPS)
+    wanders = float(np.abs(slow).max()) > WANDERS * rows.step_s + rows.resolution_s + chance
+    if not wanders:
+        slow, fast = np.zeros_like(off), off
+    if np.abs(fast).max() <= ROUNDED * rows.resolution_s:
+        return _by_number(even, slow, fast, rows, wanders=wanders)
+    honest = None if rows.shared else _stamps_are_right(t_s, even + slow, places)
+    alike = float(np.std(fast)) <= INDEPENDENT * float(np.std(np.diff(fast))) / np.sqrt(2.0)
+    if not rows.shared and (honest or not alike):
+        return _as_stamped(t_s, off, rows)
+    return _by_number(even, slow, fast, rows, wanders=wanders)
+
+
+def _slow(off: Array, many: int) -> Array:
+    """Return what of the stamps' lateness (n,) wanders slowly; ``many`` rows share a stamp."""
+    size = min(SLOW_STAMPS * many, max(1, len(off) // 4))
+    return uniform_filter1d(uniform_filter1d(off, size, mode="reflect"), size, mode="reflect")
+
+
+def _by_number(even: Array, slow: Array, fast: Array, rows: Numbered, *, wanders: bool) -> Clock:
+    """Return the clock of rows that their number tells the times of."""
+    rounded = np.abs(fast).max() <= ROUNDED * rows.resolution_s
+    if rounded:
+        kind, what = "rounded", f"stamps rounded to {_time(rows.resolution_s)}"
+        what += " that several rows share" if rows.shared else ""
+    elif rows.shared:
+        kind, what = "shared", "several rows bear the stamp of their packet"
+    else:
+        kind, what = "jittered", f"stamps jitter by {_time(float(np.std(fast)))} (one sd)"
+    found = [Finding(kind, f"{what}: times rebuilt from the number of rows", len(even))]
+    if not wanders:
+        return Clock(even, True, tuple(found))
+    rate = float(np.std(np.diff(slow))) / rows.step_s
+    if rows.shared and rate > STEADY_RATE:
+        unfit = (
+            f"several rows share a stamp, and their rate varies by {100 * rate:.2g} %, as where "
+            "rows are missing: when they were taken cannot be told"
+        )
+        return Clock(even, True, tuple(found), unfit=unfit)
+    return Clock(even + slow, False, (*found, _wandering(slow, rows.step_s)))
+
+
+def _wandering(slow: Array, step_s: float) -> Finding:
+    way = float(np.ptp(slow)) / step_s
+    return Finding("wanders", f"the clock wanders by {way:.2g} steps: rows resampled", len(slow))
+
+
+def _as_stamped(t_s: Array, off: Array, rows: Numbered) -> Clock:
+    uneven = float(np.std(np.diff(off))) / rows.step_s
+    sentence = (
+        f"rows taken unevenly (steps scatter by {uneven:.2g} of one): resampled at their stamps"
+    )
+    found = (Finding("uneven", sentence, len(t_s)),)
+    if rows.resolution_s > COARSE * rows.step_s:
+        unfit = (
+            f"rows taken unevenly, about every {_time(rows.step_s)}, with stamps rounded to "
+            f"{_time(rows.resolution_s)}: when they were taken cannot be told"
+        )
+        return Clock(t_s, False, found, unfit=unfit)
+    blur = rows.resolution_s / np.sqrt(12.0)
+    return Clock(np.maximum.accumulate(t_s), False, found, blur_s=blur)
+
+
+def _stamps_are_right(t_s: Array, even: Array, places: Sequence[Array]) -> bool | None:
+    """Say which account of the times makes places smooth; None where both do."""
+    stamped = np.maximum.accumulate(t_s)
+    one = other = 0.0
+    for place in places:
+        by_stamp, by_number = roughness(stamped, place), roughness(even, place)
+        moving = _moving(place)
+        both = np.concatenate([by_stamp[moving], by_number[moving]])
+        finite = both[np.isfinite(both)]
+        if not finite.size or not finite.max() > 0:
+            continue
+        most = float(np.quantile(finite, USUAL))
+        if not most > 0:
+            most = float(finite.max())
+        one += float(np.mean(np.minimum(by_stamp[moving], most))) / most
+        other += float(np.mean(np.minimum(by_number[moving], most))) / most
+    if one < CLEARLY * other:
+        return True
+    return False if other < CLEARLY * one else None
+
+
+def _moving(place: Array) -> NDArray[np.bool_]:
+    speed = np.abs(place[4:] - place[:-4])
+    return np.asarray((speed > 0) & (speed >= np.quantile(speed, FAST_SHARE)), dtype=np.bool_)
+
+
+def roughness(t_s: Array, place: Array) -> Array:
+    """Return by how much each place (n,) is off the cubic through its four neighbours, squared.
+
+    Shape (n − 4,); over the variance that white noise of unit variance gives it, so that it is the
+    noise's variance where the times are right. Infinite where times fall together.
+    """
+    here = t_s[2:-2]
+    near = [(t_s[:-4], place[:-4]), (t_s[1:-3], place[1:-3])]
+    near += [(t_s[3:-1], place[3:-1]), (t_s[4:], place[4:])]
+    expected, gain = np.zeros(len(here)), np.ones(len(here))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for i, (own, value) in enumerate(near):
+            weight = np.ones(len(here))
+            for j, (other, _) in enumerate(near):
+                if j != i:
+                    weight *= (here - other) / (own - other)
+            expected += weight * value
+            gain += weight**2
+        found = (place[2:-2] - expected) ** 2 / gain
+    return np.where(np.isfinite(found), found, np.inf)
+
+
+def _time(seconds: float) -> str:
+    """Return a time with a unit that suits it."""
+    for unit, name in ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")):
+        if seconds >= unit:
+            return f"{seconds / unit:.3g} {name}"
+    return f"{seconds / 1e-9:.3g} ns"

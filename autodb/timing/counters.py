@@ -1,0 +1,108 @@
+"""Angles and positions that come from counters: wrapped ones counted on, leaps found."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.timing.verdict import Finding
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+TURN_DEG = 360.0
+FASTEST = 0.4
+"""Share of a turn that an angle may go in one row and still be counted on: half a turn could be
+either way. Chosen."""
+LEAP, SELDOM = 10.0, 0.02
+"""Times the widest ordinary step that a position leaps by where it does not move there, and the
+share of its rows that do so at most. Chosen."""
+FOLLOWED = 0.5
+"""Share of its widest step by which the steps of a place change from row to row at most, where rows
+are dense enough to follow it. Chosen."""
+ORDINARY = 0.999
+"""Share of the steps of an angle that are ordinary. Chosen."""
+ALIKE = 2.0
+"""Ratio of the steps before and after a wrap at most: an axis goes on through it. Chosen."""
+
+
+def unwrapped(name: str, values: Array) -> tuple[Array, Finding | None, str]:
+    """Return a place (n,) counted on over its wraps, what was found, and why it cannot be used.
+
+    An angle wraps at a turn, a position where its counter has no more digits.
+    """
+    steps = np.diff(values)
+    wide = np.abs(steps)
+    if not wide.size or not np.isfinite(wide).all():
+        return values, None, ""
+    if name.endswith(".angle"):
+        return _angle(name, values, wide)
+    leaps = leaping(values)
+    if not leaps.size:
+        return values, None, ""
+    return _position(name, values, steps, leaps)
+
+
+def _angle(name: str, values: Array, wide: Array) -> tuple[Array, Finding | None, str]:
+    turns = np.flatnonzero(wide > 0.5 * TURN_DEG)
+    if not turns.size or np.ptp(values) > TURN_DEG * (1.0 + 1e-9):
+        return values, None, ""
+    on = np.unwrap(values, period=TURN_DEG)
+    fastest = float(np.quantile(np.abs(np.diff(on)), ORDINARY))
+    if fastest > FASTEST * TURN_DEG:
+        why = (
+            f"{name} starts again at {TURN_DEG:g}° and turns by {fastest:.3g}° in a row: too far to "
+            "count turns; record it at a higher rate, or counted on over turns"
+        )
+        return values, None, why
+    sentence = f"{name} wraps at {TURN_DEG:g}°: counted on over {len(turns)} turns"
+    return on, Finding("wrapped place", sentence, len(turns)), ""
+
+
+def leaping(values: Array) -> Index:
+    """Return the rows (k,) before which a place leaps as no axis moves."""
+    wide = np.abs(np.diff(values))
+    if wide.size < 10:
+        return np.zeros(0, dtype=np.intp)
+    most = float(wide.max())
+    if not most > 0.02 * float(np.ptp(values)):
+        return np.zeros(0, dtype=np.intp)
+    ordinary = float(wide[wide < 0.25 * most].max(initial=0.0))
+    leaps = np.flatnonzero(wide >= 0.5 * most)
+    if not 0.0 < LEAP * ordinary < most or len(leaps) > SELDOM * wide.size:
+        return np.zeros(0, dtype=np.intp)
+    bends = np.abs(np.diff(wide))
+    bends[np.maximum(leaps - 1, 0)] = 0.0
+    bends[np.minimum(leaps, len(bends) - 1)] = 0.0
+    if bends.max() > FOLLOWED * ordinary:
+        return np.zeros(0, dtype=np.intp)
+    return np.asarray(leaps + 1, dtype=np.intp)
+
+
+def _position(
+    name: str, values: Array, steps: Array, leaps: Index
+) -> tuple[Array, Finding | None, str]:
+    """Count a position on over the leaps at which it goes on as fast as before."""
+    own = steps[leaps - 1]
+    before = steps[np.maximum(leaps - 2, 0)]
+    after = steps[np.minimum(leaps, len(steps) - 1)]
+    through = (before * after > 0) & (before * own < 0)
+    slower, faster = np.minimum(abs(before), abs(after)), np.maximum(abs(before), abs(after))
+    through &= faster <= ALIKE * slower
+    spans = np.abs(own) + 0.5 * np.abs(before + after)
+    reach = np.ptp(values)
+    through &= np.abs(spans - reach) <= 2.0 * np.abs(before + after) + 1e-9 * reach
+    if not through.all():
+        return values, None, ""
+    span = _whole(float(np.median(spans)), values)
+    on = values.copy()
+    for row, way in zip(leaps, np.sign(before), strict=True):
+        on[row:] += way * span
+    sentence = f"{name} wraps at {span:.6g}: counted on over {len(leaps)} wraps"
+    return on, Finding("wrapped place", sentence, len(leaps)), ""
+
+
+def _whole(span: float, values: Array) -> float:
+    """Return the power of two of the resolution of a place that is near a span, or the span."""
+    steps = np.abs(np.diff(values))
+    least = float(steps[steps > 1e-9 * np.ptp(values)].min())
+    power = 2.0 ** round(np.log2(span / least)) * least
+    return power if abs(power / span - 1.0) < 0.01 else span

@@ -1,0 +1,207 @@
+"""Runs of even rows: where rows are missing, and what is done about it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.timing.clock import Clock, clock
+from autodb.timing.counters import leaping
+from autodb.timing.layout import LaidPiece
+from autodb.timing.steps import SHARED, Numbered, numbered
+from autodb.timing.verdict import Finding
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Flags = NDArray[np.bool_]
+
+FILLED_ROWS = 5
+"""Missing rows in a row that are filled from their neighbours: chosen, so few change no filter."""
+HELD_S = 10.0
+"""Longest time without a change over which rows written on change are held. Chosen."""
+FEWEST_SPANS, RESTING, ON_CHANGE = 10, 1.5, 0.95
+"""Rows are written on change where so many spans are missing, and over this share of them places
+move by less than RESTING times what they move in one step. Chosen."""
+SHORTEST_S, SHORTEST_ROWS = 0.5, 50
+"""Shorter pieces are left out where there are others. Chosen: what filters take in."""
+SAME_STEP = 1e-3
+"""Share by which the steps of runs may differ and be one. Chosen."""
+SHOWN = 3
+COARSER = 1.5
+"""A run with steps longer by this than the most rows have is left out. Chosen."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a clock: the file's ``rows`` (n,) in time, numbered, and when they were taken."""
+
+    rows: Index
+    numbered: Numbered
+    clock: Clock
+    findings: tuple[Finding, ...]
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """The file's channels: ``places`` are positions and angles."""
+
+    all: Sequence[Array]
+    places: Sequence[Array]
+
+
+def run_of(
+    rows: Index, t_s: Array, channels: Mapping[str, Array], places: Sequence[str]
+) -> Run | None:
+    """Return the run of the file's ``rows`` with the stamps ``t_s`` (n,).
+
+    None where it has too few rows, or its stamps stand still.
+    """
+    kept, findings = _without_copies(rows, t_s, list(channels.values()))
+    rows, t = rows[kept], t_s[kept]
+    found = numbered(t) if len(t) > 2 else None
+    if found is None:
+        return None
+    once = np.append(True, np.diff(found.number) > 0)
+    if not once.all():
+        count = int(np.sum(~once))
+        findings.append(
+            Finding("doubled", f"{count} rows with the stamp of another left out", count)
+        )
+        rows, t = rows[once], t[once]
+        found = numbered(t)
+        assert found is not None  # fewer rows of the same stamps
+    at = clock(t, found, [channels[name][rows] for name in places])
+    return Run(rows, found, at, (*findings, *at.findings))
+
+
+def _without_copies(
+    rows: Index, t_s: Array, channels: Sequence[Array]
+) -> tuple[Flags, list[Finding]]:
+    """Return which rows (n,) are no copy of the row before, stamp and all."""
+    same = np.append(False, np.diff(t_s) == 0)
+    if not same.any() or np.mean(same) > SHARED:
+        shared = np.mean(same) > SHARED
+        if not shared:
+            return ~same, []
+    copies = same.copy()
+    for values in channels:
+        own = values[rows]
+        copies[1:] &= (own[1:] == own[:-1]) | (np.isnan(own[1:]) & np.isnan(own[:-1]))
+    count = int(copies.sum())
+    if not count or (np.mean(same) > SHARED and count < 0.9 * same.sum()):
+        return np.ones(len(rows), dtype=np.bool_), []
+    return ~copies, [Finding("doubled", f"{count} rows written twice left out", count)]
+
+
+def laid_pieces(
+    run: Run, step_s: float, channels: Mapping[str, Array], places: Sequence[str]
+) -> tuple[list[LaidPiece], list[Finding]]:
+    """Return the pieces of a run on steps of ``step_s``, and what was done about missing rows."""
+    findings: list[Finding] = []
+    missing = np.diff(run.numbered.number) - 1
+    spans = np.flatnonzero(missing > 0)
+    on_change = _on_change(run, spans, [channels[name][run.rows] for name in places])
+    longest = HELD_S / run.numbered.step_s if on_change else FILLED_ROWS
+    parted = spans[missing[spans] > longest]
+    filled = spans[missing[spans] <= longest]
+    leaps = _leaps(run, missing, channels, places, findings)
+    findings += _missing_rows(run, missing, filled, on_change=on_change)
+    findings += _gaps(run, parted)
+    borders = [0, *sorted({*(parted + 1), *leaps}), len(run.rows)]
+    regular = abs(run.numbered.step_s / step_s - 1.0) <= SAME_STEP
+    pieces = []
+    for begin, end in pairwise(borders):
+        if end - begin > 1:
+            whole = regular and run.clock.on_grid and not missing[begin : end - 1].any()
+            pieces.append(
+                _piece(run, slice(int(begin), int(end)), step_s, exact=whole, held=on_change)
+            )
+    if not regular:
+        count = len(run.rows)
+        findings.append(
+            Finding(
+                "other rate",
+                f"{count} rows at {1.0 / run.numbered.step_s:.6g} Hz resampled",
+                count,
+            )
+        )
+    return pieces, findings
+
+
+def _leaps(
+    run: Run,
+    missing: Index,
+    channels: Mapping[str, Array],
+    places: Sequence[str],
+    findings: list[Finding],
+) -> set[int]:
+    """Return the rows before which a place leaps though no time passes, and say so."""
+    found: set[int] = set()
+    for name in places:
+        rows = {int(row) for row in leaping(channels[name][run.rows]) if missing[row - 1] == 0}
+        if rows:
+            at = ", ".join(f"{run.clock.times_s[row]:.6g} s" for row in sorted(rows)[:SHOWN])
+            more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
+            sentence = f"{name} leaps as no axis moves (at {at}{more}): parted there"
+            findings.append(Finding("leap", sentence, len(rows)))
+        found |= rows
+    return found
+
+
+def _on_change(run: Run, spans: Index, places: Sequence[Array]) -> bool:
+    """Say whether rows are missing because nothing changed: places rest where they are."""
+    if len(spans) < FEWEST_SPANS or not places:
+        return False
+    one = np.diff(run.numbered.number) == 1
+    for place in places:
+        way = np.abs(np.diff(place))
+        moved = way[one & (way > 0)]
+        if not moved.size:
+            continue
+        if np.mean(way[spans] <= RESTING * np.median(moved)) < ON_CHANGE:
+            return False
+    return True
+
+
+def _piece(run: Run, rows: slice, step_s: float, *, exact: bool, held: bool) -> LaidPiece:
+    times = run.clock.times_s[rows]
+    if exact:
+        t = times[0] + step_s * np.arange(len(times))
+        return LaidPiece(run.rows[rows], times, t, np.zeros(len(t), dtype=np.bool_), True)
+    t = times[0] + step_s * np.arange(int(np.floor((times[-1] - times[0]) / step_s + 1e-6)) + 1)
+    increasing = np.append(True, np.diff(times) > 1e-3 * step_s)
+    times, own = times[increasing], run.rows[rows][increasing]
+    rests = np.zeros(len(t), dtype=np.bool_)
+    if held:
+        last = np.searchsorted(times, t + 0.5 * step_s, side="right") - 1
+        rests = t - times[last] > 0.5 * step_s
+    return LaidPiece(own, times, t, rests, False)
+
+
+def _missing_rows(run: Run, missing: Index, filled: Index, *, on_change: bool) -> list[Finding]:
+    count = int(missing[filled].sum())
+    if not count:
+        return []
+    share = count / (count + len(run.rows))
+    if on_change:
+        return [
+            Finding(
+                "on change",
+                f"rows written on change: {count} rows ({share:.2g} of all) held at the last value",
+                count,
+            )
+        ]
+    return [Finding("missing rows", f"{count} missing rows filled from their neighbours", count)]
+
+
+def _gaps(run: Run, parted: Index) -> list[Finding]:
+    if not len(parted):
+        return []
+    t = run.clock.times_s
+    wide = t[parted + 1] - t[parted]
+    longest = int(np.argmax(wide))
+    many = "gap" if len(parted) == 1 else f"{len(parted)} gaps, the longest"
+    sentence = f"{many} of {wide[longest]:.4g} s after {t[parted[longest]]:.6g} s"
+    return [Finding("gap", sentence, len(parted))]

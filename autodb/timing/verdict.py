@@ -1,0 +1,99 @@
+"""The verdict on a recording's stamps: what they are, what was done, and what that costs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.timing.layout import Layout
+
+Array = NDArray[np.float64]
+ROUNDING = 1e-9
+"""Share by which steps of numbers of 64 bits differ, that are one."""
+SHOWN = 3
+"""Pieces whose times the verdict gives one by one."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that stamps are beside even: its ``kind`` (docs/formats.md), and the sentence.
+
+    ``rows``: how many rows it concerns.
+    """
+
+    kind: str
+    sentence: str
+    rows: int
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What a recording's time is.
+
+    ``step_s``: the step of its even rows · ``pieces``: its runs of even rows, in time · ``rows``:
+    how many the file has · ``findings``: what its stamps are beside even, empty where they are ·
+    ``layout``: how the file's rows became even ones; None where they are as they came ·
+    ``blur_s``: standard deviation of what stamps may still be wrong by, s.
+    """
+
+    step_s: float
+    pieces: tuple[slice, ...]
+    rows: int
+    findings: tuple[Finding, ...] = ()
+    layout: Layout | None = None
+    blur_s: float = 0.0
+
+    @property
+    def rate_hz(self) -> float:
+        """Rows per second within a piece."""
+        return 1.0 / self.step_s
+
+    @cached_property
+    def measured(self) -> NDArray[np.bool_] | None:
+        """Whether each even row (n,) was measured; None where all were."""
+        measured = None if self.layout is None else self.layout.measured
+        return None if measured is None or measured.all() else measured
+
+    @property
+    def is_even(self) -> bool:
+        """Whether the file's stamps were even as they came."""
+        return not self.findings
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of the findings; `even` where there is none."""
+        return tuple(dict.fromkeys(finding.kind for finding in self.findings)) or ("even",)
+
+    def __str__(self) -> str:
+        """Return one line for a person."""
+        rate = f"{self.rate_hz:.6g} Hz"
+        if self.is_even:
+            return f"even, {rate}"
+        said = "; ".join(finding.sentence for finding in self.findings)
+        count = len(self.pieces)
+        parts = "" if count == 1 else f", {count} pieces of even rows"
+        return f"{said}; {rate}{parts}"
+
+    def parted(self, t_s: Array) -> str:
+        """Say where the pieces of a recording lie, whose time (n,) this is, in s."""
+        shown = [f"{t_s[p.start]:.6g} to {t_s[p.stop - 1]:.6g} s" for p in self.pieces[:SHOWN]]
+        more = len(self.pieces) - SHOWN
+        return ", ".join(shown) + (f" and {more} more" if more > 0 else "")
+
+
+def even(t_s: Array) -> Timing:
+    """Return the verdict on stamps (n,) that are even as they came."""
+    middle, mean = float(np.median(np.diff(t_s))), float(t_s[-1] - t_s[0]) / (len(t_s) - 1)
+    step_s = middle if abs(middle - mean) <= ROUNDING * mean else mean
+    return Timing(step_s, (slice(0, len(t_s)),), len(t_s))
+
+
+def merged(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return findings with each sentence once, in the order in which they came."""
+    rows: dict[tuple[str, str], int] = {}
+    for one in findings:
+        key = one.kind, one.sentence
+        rows[key] = rows.get(key, 0) + one.rows
+    return tuple(Finding(kind, sentence, count) for (kind, sentence), count in rows.items())
