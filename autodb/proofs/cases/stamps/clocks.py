@@ -24,6 +24,8 @@ DRIFT = (50e-6, 500e-6)
 WANDER = (200e-6, 2000e-6)
 STEP_S = (0.1, 1.0)
 DAY_S = 86_400.0
+FETCH_S = 1e-6
+"""What it takes at least to fetch the next row. Chosen."""
 PARETO = 2.5
 """Exponent of the tail of a latency. Chosen: its mean exists, its fourth moment does not."""
 
@@ -38,7 +40,8 @@ def _late(rng: Rng, draw: AxisDraw) -> StampedRows:
     """Rows are sampled evenly and stamped when they are fetched, one after another."""
     share = log_uniform(rng, *JITTER)
     late_s = share / draw.rate_hz * rng.pareto(PARETO, len(draw.grid_s))
-    t_s = np.maximum.accumulate(draw.grid_s + late_s) + 1e-6 * np.arange(len(late_s))
+    least_s = FETCH_S * np.arange(len(late_s))
+    t_s = np.maximum.accumulate(draw.grid_s + late_s - least_s) + least_s
     return StampedRows(even_rows(draw), seconds_texts(t_s), "", {"latency of a step": share})
 
 

@@ -70,6 +70,7 @@ class _Pieces:
     rows: list[tuple[float, float, float, float, float]] = field(default_factory=list)
 
     def rest(self, seconds: float) -> None:
+        """Stand still."""
         self.rows.append((self.now_s, self.x, 0.0, 0.0, 0.0))
         self.now_s += seconds
 
