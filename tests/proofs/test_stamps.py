@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.proofs.cases.stamps.axis_rows import GRAVITY_A, LAW, RATES_HZ, draw_axis
+from autodb.proofs.cases.stamps.axis_rows import GRAVITY_A, LAW, RATES_HZ, draw_known_axis
 from autodb.proofs.cases.stamps.programme import Array
 from autodb.proofs.cases.stamps.stamp_cases import (
     STAMP_KINDS,
@@ -25,7 +25,7 @@ from autodb.proofs.runs.stamps.stamp_answers import (
     StampAnswers,
     answers_to,
     read_causes,
-    read_coefficients,
+    printed_coefficients,
 )
 from autodb.proofs.runs.stamps.stamps_run import JudgedStamps, explained_as, judged_stamps
 from autodb.proofs.runs.stamps.stamps_summary import (
@@ -448,9 +448,9 @@ def test_causes_are_compared_with_the_twins_and_the_truth() -> None:
 
 
 def test_answers_are_read_from_what_commands_print_and_write() -> None:
-    found = read_coefficients(TABLE.format(inertia="0.00201468"))
+    found = printed_coefficients(TABLE.format(inertia="0.00201468"))
     assert found == {"inertia": 0.00201468, "viscous": 0.0100021, "coulomb": 1.19984}
-    assert read_coefficients("not excited, not estimated: inertia coefficient: moves") == {}
+    assert printed_coefficients("not excited, not estimated: inertia coefficient: moves") == {}
     causes = [
         {"term": "viscous", "kind": "missing", "confidence": 0.99},
         {"term": "lag", "kind": "missing", "confidence": 0.49},
@@ -505,5 +505,5 @@ def test_commands_are_asked_as_a_user_asks() -> None:
 
 
 def test_two_rates_of_one_seed_have_the_same_moves() -> None:
-    slow, fast = (draw_axis(5, (hz,), rotary=False).programme for hz in (200.0, 400.0))
+    slow, fast = (draw_known_axis(5, (hz,), rotary=False).programme for hz in (200.0, 400.0))
     assert_allclose(slow.motion(np.array([3.0])).x, fast.motion(np.array([3.0])).x)

@@ -112,7 +112,7 @@ class AxisDraw:
         return np.asarray(sum(parts, start=np.full_like(true_s, weight_A)), dtype=np.float64)
 
 
-def draw_axis(seed: int, rates_hz: tuple[float, ...], *, rotary: bool) -> AxisDraw:
+def draw_known_axis(seed: int, rates_hz: tuple[float, ...], *, rotary: bool) -> AxisDraw:
     """Draw the recording of a seed, at one of the rates."""
     rng = np.random.default_rng([seed, 41])
     rate_hz = float(rng.choice(rates_hz))

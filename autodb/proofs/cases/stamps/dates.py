@@ -57,7 +57,7 @@ def _whole_seconds(moment: datetime, digits: str) -> str:
     return f"{moment:%Y-%m-%dT%H:%M:%S}"
 
 
-def dated(show: Print, *, hours: float = 0.0, digits: int = 0) -> Write:
+def dated_as(show: Print, *, hours: float = 0.0, digits: int = 0) -> Write:
     """Return what writes moments of some day as ``show`` prints them; ``digits`` 0: drawn."""
 
     def write(rng: Rng, draw: AxisDraw) -> StampedRows:
@@ -97,25 +97,25 @@ def _over_the_change(show: Print) -> Write:
 
 
 DATES = (
-    StampKind("ISO 8601", "2026-05-01T13:59:50.1234, no zone.", "ISO 8601.", dated(_iso)),
+    StampKind("ISO 8601", "2026-05-01T13:59:50.1234, no zone.", "ISO 8601.", dated_as(_iso)),
     StampKind("ISO 8601 Z", "2026-05-01T13:59:50.1234Z.",
-              "MTConnect timestamps; OPC UA exports.", dated(_iso_utc)),
+              "MTConnect timestamps; OPC UA exports.", dated_as(_iso_utc)),
     StampKind("ISO 8601 +02:00", "2026-05-01T13:59:50.1234+02:00.", "ISO 8601 with an offset.",
-              dated(_iso_offset, hours=2.0)),
+              dated_as(_iso_offset, hours=2.0)),
     StampKind("ISO, space", "2026-05-01 13:59:50.1234.", "pandas, SQL exports.",
-              dated(_iso_space)),
+              dated_as(_iso_space)),
     StampKind("ISO, comma", "2026-05-01 13:59:50,1234 in quotes.",
-              "Python's logging, comma locales.", dated(_iso_comma)),
+              "Python's logging, comma locales.", dated_as(_iso_comma)),
     StampKind("German date", "01.05.2026 13:59:50.1234.", "Controls with a German surface.",
-              dated(_german)),
+              dated_as(_german)),
     StampKind("American date", "5/1/2026 1:59:50.1234 PM.", "Excel and LabVIEW, US locale.",
-              dated(_american)),
+              dated_as(_american)),
     StampKind("time of day", "13:59:50.1234.", "TIME_OF_DAY of a PLC as text.",
-              dated(_time_of_day)),
+              dated_as(_time_of_day)),
     StampKind("time, colon ms", "13:59:50:123, milliseconds cut off.", "Traces of PLCs.",
-              dated(_colon_ms, digits=6)),
+              dated_as(_colon_ms, digits=6)),
     StampKind("ISO, whole seconds", "2026-05-01T13:59:50: hundreds of rows share a stamp.",
-              "Formats without a fraction.", dated(_whole_seconds, digits=6)),
+              "Formats without a fraction.", dated_as(_whole_seconds, digits=6)),
     StampKind("summer time, offset", "Local time with its offset, over a change of summer time.",
               "2026-03-29 and 2026-10-25 in Europe.", _over_the_change(_iso_offset)),
     StampKind("summer time, bare", "Local time without offset, over a change of summer time.",

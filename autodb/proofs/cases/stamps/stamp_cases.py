@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autodb.proofs.cases.stamps.axis_rows import AxisDraw, draw_axis
+from autodb.proofs.cases.stamps.axis_rows import AxisDraw, draw_known_axis
 from autodb.proofs.cases.stamps.clocks import CLOCKS
 from autodb.proofs.cases.stamps.dates import DATES
 from autodb.proofs.cases.stamps.joined_runs import JOINED_RUNS
@@ -59,5 +59,5 @@ def draw_stamped(seed: int) -> StampCase:
 
 def stamped_of(kind: StampKind, seed: int) -> StampCase:
     """Draw a recording of one kind."""
-    axis = draw_axis(seed, kind.rates_hz, rotary=kind.rotary)
+    axis = draw_known_axis(seed, kind.rates_hz, rotary=kind.rotary)
     return StampCase(seed, kind, axis, kind.write(np.random.default_rng([seed, 43]), axis))

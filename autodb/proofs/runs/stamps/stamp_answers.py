@@ -93,7 +93,7 @@ def answers_to(case: StampCase, stamped: StampedRows) -> StampAnswers:
         answer = folder / "answer" / "explanation.json"
         channels = json.loads(answer.read_text("utf-8"))["channels"] if answer.exists() else {}
     return StampAnswers(
-        identified, explained, read_coefficients(identified.out), read_causes(channels),
+        identified, explained, printed_coefficients(identified.out), read_causes(channels),
         _digest(identified.out, channels),
     )  # fmt: skip
 
@@ -124,7 +124,7 @@ def ran_command(folder: Path, *words: str) -> SaidLines:
     return SaidLines(code, *said)
 
 
-def read_coefficients(out: str) -> dict[str, float]:
+def printed_coefficients(out: str) -> dict[str, float]:
     """Return the coefficients of the law in the table that `identify` prints first."""
     rows = (re.search(rf"^ +{term} +\w+ +(\S+)", out, re.MULTILINE) for term in LAW)
     return {term: float(row[1]) for term, row in zip(LAW, rows, strict=True) if row}
