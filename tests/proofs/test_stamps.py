@@ -24,8 +24,8 @@ from autodb.proofs.runs.stamps.stamp_answers import (
     SaidLines,
     StampAnswers,
     answers_to,
-    read_causes,
     printed_coefficients,
+    read_causes,
 )
 from autodb.proofs.runs.stamps.stamps_run import JudgedStamps, explained_as, judged_stamps
 from autodb.proofs.runs.stamps.stamps_summary import (
