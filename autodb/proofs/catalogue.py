@@ -91,6 +91,7 @@ from autodb.proofs.runs.pairs import curve_run, curve_summary, pair_run
 from autodb.proofs.runs.pairs.curve_plans import PlannedPair
 from autodb.proofs.runs.runs import Finished, Origin, digest
 from autodb.proofs.runs.score import Judged
+from autodb.proofs.runs.stamps import stamps_run, stamps_summary
 from autodb.sensing.network import need_torch
 
 J = TypeVar("J")
@@ -240,6 +241,16 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=lathe_summary.lathe_summary_of,
         read=lathe_summary.LatheSummary.from_json,
         generator=(drives, lathe, machine, process, reference_lathe),
+    ),
+    Proof(
+        name="stamps",
+        what="an axis is identified and explained rightly, or not at all, whatever its time stamps",
+        runs=200,
+        run=stamps_run.run_stamps,
+        kept=TypeAdapter(Finished[stamps_run.JudgedStamps]),
+        score=stamps_summary.stamps_summary_of,
+        read=stamps_summary.read_stamps,
+        generator=stamps_run.GENERATOR,
     ),
     Proof(
         name="published-axis",

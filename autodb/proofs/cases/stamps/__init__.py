@@ -1,0 +1,1 @@
+"""Recordings of one known axis, with every kind of time stamps that loggers write."""

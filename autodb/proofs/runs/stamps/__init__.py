@@ -1,0 +1,1 @@
+"""Proof: whatever stamps a logger writes, an answer is right or there is none."""
