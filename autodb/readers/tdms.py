@@ -1,7 +1,8 @@
 """TDMS: a group's channels of one length and rate share a time base.
 
 A waveform's increment gives the column `t` where none is recorded, counted from the start of the
-file's earliest waveform, so that the bases of one file stay aligned.
+file's earliest waveform, so that the bases of one file stay aligned. A group that was written in
+several runs has a start for each.
 """
 
 from collections import Counter
@@ -13,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from autodb.readers._base import ColumnSet, damaged, library, undamaged
+from autodb.readers._base import ColumnSet, Numbers, damaged, library, undamaged
 from autodb.readers._sliced import Cells, sliced
 
 TIME = "t"
@@ -21,12 +22,25 @@ TIME = "t"
 
 @dataclass(frozen=True)
 class _Clock:
-    """What channels of one time base share; ``step_s`` is 0 where no rate is stated."""
+    """What channels of one time base share; ``step_s`` is 0 where no rate is stated.
+
+    ``later``: of each run but the first, the row it begins with, and its start in s.
+    """
 
     group: str
     rows: int
     step_s: float
     start_s: float
+    later: tuple[tuple[int, float], ...] = ()
+
+    def times_s(self, rows: range) -> Numbers:
+        """Return the times of rows, s."""
+        number = np.array(rows)
+        times = self.start_s + self.step_s * number
+        for begin, start_s in self.later:
+            on = number >= begin
+            times[on] = start_s + self.step_s * (number[on] - begin)
+        return np.asarray(times, dtype=np.float64)
 
     def __str__(self) -> str:
         rate = f"{1 / self.step_s:g} Hz" if self.step_s else "no clock"
@@ -70,17 +84,46 @@ def _read_groups(
             for group in file.groups()
             for channel in group.channels()
         }
-        return _grouped(file), units
+        return _grouped(file, _starts(nptdms, path)), units
 
 
-def _grouped(file: Any) -> dict[_Clock, list[str]]:
+_Starts = dict[str, list[tuple[int, Any]]]
+"""By path of a channel the rows at which its waveform starts, and when."""
+
+
+def _starts(nptdms: Any, path: Path) -> _Starts:
+    """Return every start of every waveform: the file's properties hold the last only."""
+    found: _Starts = {}
+
+    class Reader(nptdms.reader.TdmsReader):  # type: ignore[misc]
+        """Reads metadata, and notes what each segment states."""
+
+        before: dict[str, int]
+
+        def _update_object_properties(self, properties: Any) -> None:
+            for name, stated in (properties or {}).items():
+                for key, value in stated:
+                    if key == "wf_start_time":
+                        start = (self.before.get(name, 0), value.as_datetime64("us"))
+                        found.setdefault(name, []).append(start)
+            super()._update_object_properties(properties)
+            self.before = {name: one.num_values for name, one in self.object_metadata.items()}
+
+    with path.open("rb") as stream:
+        reader = Reader(stream)
+        reader.before = {}
+        reader.read_metadata()
+    return found
+
+
+def _grouped(file: Any, starts: _Starts) -> dict[_Clock, list[str]]:
     channels = [channel for group in file.groups() for channel in group.channels()]
-    starts = [c.properties["wf_start_time"] for c in channels if "wf_start_time" in c.properties]
-    first = min(starts, default=None)
+    first = min((start for some in starts.values() for _, start in some), default=None)
     grouped: dict[_Clock, list[str]] = {}
     for channel in channels:
         if len(channel):
-            grouped.setdefault(_clock(channel, first), []).append(str(channel.name))
+            clock = _clock(channel, starts.get(channel.path, []), first)
+            grouped.setdefault(clock, []).append(str(channel.name))
     return _joined(grouped)
 
 
@@ -99,15 +142,23 @@ def _joined(grouped: dict[_Clock, list[str]]) -> dict[_Clock, list[str]]:
     return joined
 
 
-def _clock(channel: Any, first: Any) -> _Clock:
+def _clock(channel: Any, starts: list[tuple[int, Any]], first: Any) -> _Clock:
     properties = channel.properties
     step_s = float(properties.get("wf_increment", 0.0))
     if not step_s > 0:
         return _Clock(channel.group_name, len(channel), 0.0, 0.0)
-    start_s = float(properties.get("wf_start_offset", 0.0))
-    if "wf_start_time" in properties:
-        start_s += float((properties["wf_start_time"] - first) / np.timedelta64(1, "s"))
-    return _Clock(channel.group_name, len(channel), step_s, start_s)
+    offset_s = float(properties.get("wf_start_offset", 0.0))
+    begins = [
+        (row, offset_s + float((start - first) / np.timedelta64(1, "s"))) for row, start in starts
+    ]
+    runs = begins[:1] or [(0, offset_s)]
+    for row, start_s in begins[1:]:
+        begun, since_s = runs[-1]
+        restated = start_s == since_s
+        goes_on = abs(since_s + step_s * (row - begun) - start_s) < step_s
+        if not restated and not goes_on:
+            runs.append((row, start_s))
+    return _Clock(channel.group_name, len(channel), step_s, runs[0][1], tuple(runs[1:]))
 
 
 def _label(clock: _Clock, groups: Counter[str]) -> str:
@@ -126,7 +177,7 @@ def _base(nptdms: Any, path: Path, clock: _Clock, units: dict[str, str], label: 
 
             def cells(name: str, rows: range) -> Any:
                 if made and name == TIME:
-                    return clock.start_s + clock.step_s * np.array(rows)
+                    return clock.times_s(rows)
                 return group[name][rows.start : rows.stop]
 
             yield cells

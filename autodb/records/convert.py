@@ -11,6 +11,7 @@ from autodb.files.side import FileColumn, SideFile
 from autodb.files.units import RAW, conversion
 from autodb.readers import Columns
 from autodb.records.tables import EDGE, Array
+from autodb.timing.dates import seconds_of
 
 LARGEST = 1e15
 """Numbers beyond this are damage, not a measurement in any of our units."""
@@ -36,12 +37,13 @@ def specs(columns: tuple[str, ...], side: SideFile) -> dict[str, FileColumn]:
 
 @dataclass(frozen=True)
 class Conversion:
-    """How the columns of one time base become channels."""
+    """How the columns of one time base become channels; ``dated``: `t` is written as dates."""
 
     path: Path
     specs: dict[str, FileColumn]
     side: SideFile
     file_units: dict[str, str] = field(default_factory=dict)
+    dated: bool = False
 
     @property
     def units(self) -> dict[str, str]:
@@ -50,10 +52,19 @@ class Conversion:
 
     @property
     def labels(self) -> list[str]:
-        """Columns to read as text: texts, edges, and those within whose values rows are counted."""
+        """Columns to read as text: texts, edges, dates, and those within whose values rows are
+        counted.
+        """
         texts = {s.column for n, s in self.specs.items() if n in TEXT_COLUMNS or n == EDGE}
+        texts |= {self.stamps} if self.dated else set()
         counted = {s.row_in for s in self.specs.values() if s.row_in != _ROW}
         return sorted(c for c in texts | counted if c)
+
+    @property
+    def stamps(self) -> str | None:
+        """The column of the stamps; None where rows are counted, or there is none."""
+        spec = self.specs.get("t")
+        return None if spec is None else spec.column
 
     @property
     def numbers(self) -> list[str]:
@@ -81,6 +92,9 @@ class Conversion:
         n = len(next(iter(block.values()))) if block else 0
         found = {}
         for name, spec in self.specs.items():
+            if self.dated and name == "t":
+                found[name] = self._moments(block, rows.before)
+                continue
             if spec.row_in is not None:
                 found[name] = rows.count(name, spec, block, n) * spec.step_s
             elif name not in TEXT_COLUMNS and name != EDGE:
@@ -93,6 +107,18 @@ class Conversion:
             self._refuse_damage(name, spec, found[name], rows.before)
         rows.before += n
         return found
+
+    def _moments(self, block: Columns, before: int) -> Array:
+        """Return the stamps of a block, written as dates, in s; raises UnusableInput."""
+        texts = [str(text) for text in block[str(self.stamps)].tolist()]
+        found = seconds_of(texts)
+        if found is not None:
+            return found
+        row = next(i for i, text in enumerate(texts) if text and seconds_of([text]) is None)
+        raise UnusableInput(
+            f"{self.path}: column '{self.stamps}', row {before + row + 1}: '{texts[row][:40]}' is "
+            "no moment; write 2026-11-26T10:00:00.125, or seconds"
+        )
 
     def _refuse_damage(self, name: str, spec: FileColumn, numbers: Array, before: int) -> None:
         most = LARGEST_STAMP if name == "t" else LARGEST

@@ -1,7 +1,7 @@
 """A recording file with its side file: its time bases, read whole or streamed in blocks."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from autodb.records.tables import (
     gap,
 )
 from autodb.records.timed import on_even_rows
+from autodb.timing.dates import is_date
 
 FEWEST_ROWS = 3
 
@@ -58,7 +59,28 @@ class ChannelSet:
 
         Raises UnusableInput naming column and row. Memory is that of one block.
         """
-        conversion, rows = self.conversion, self.conversion.start()
+        begun = False
+        try:
+            for block in self._blocks(self.conversion):
+                begun = True
+                yield block
+        except UnusableInput:
+            if begun or not self._is_dated():
+                raise
+            yield from self._blocks(replace(self.conversion, dated=True))
+
+    def _is_dated(self) -> bool:
+        """Say whether stamps are written as dates, by the first of them."""
+        column = self.conversion.stamps
+        if column is None:
+            return False
+        first = next(iter(self.base.blocks((), (column,))))[column].tolist()
+        return is_date(next((str(text) for text in first if text), ""))
+
+    def _blocks(
+        self, conversion: Conversion
+    ) -> Iterator[tuple[dict[str, Array], dict[str, list[str]]]]:
+        rows = conversion.start()
         if not conversion.numbers and not conversion.labels:  # only rows are counted
             for block in self.base.blocks((), self.base.columns[:1]):
                 yield conversion.channels(block, rows), {}

@@ -9,8 +9,8 @@ from autodb.files.side import SideFile
 from autodb.records.tables import Array
 from autodb.timing import Timing
 from autodb.timing.clock import EVEN
-from autodb.timing.counters import leaping, unwrapped
 from autodb.timing.examined import is_even
+from autodb.timing.places import leaping, refreshed, unwrapped
 from autodb.timing.units import doubtful_rate, highest_acceleration
 
 PLACES = (".position", ".angle")
@@ -37,7 +37,7 @@ class StampsSoFar:
         if not self.even:
             return
         before = self._ends_s[-1:]
-        self.even = is_even(np.concatenate([before, t_s])) and not _wraps_or_leaps(channels)
+        self.even = is_even(np.concatenate([before, t_s])) and not _odd_places(channels)
         if not before:
             self._ends_s.append(float(t_s[0]))
         self._rows.append(self._rows[-1] + len(t_s) - (not before))
@@ -73,9 +73,13 @@ class StampsSoFar:
                     self.sharpest = max(sharp, self.sharpest or 0.0)
 
 
-def _wraps_or_leaps(channels: Mapping[str, Array]) -> bool:
+def _odd_places(channels: Mapping[str, Array]) -> bool:
+    """Say whether a place wraps, leaps or is refreshed on some rows only."""
     places = [(n, values) for n, values in channels.items() if n.endswith(PLACES)]
-    return any(leaping(v).size > 0 or unwrapped(n, v)[1:] != (None, "") for n, v in places)
+    return any(
+        leaping(v).size > 0 or unwrapped(n, v)[1:] != (None, "") or refreshed(n, v)[1] is not None
+        for n, v in places
+    )
 
 
 def unit_stated(side: SideFile) -> bool:

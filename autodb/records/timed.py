@@ -8,7 +8,7 @@ from autodb.errors import UnusableInput
 from autodb.records.stamps import PLACES, TURNS_ON, doubt_of_rate
 from autodb.records.tables import Array, Recording
 from autodb.timing import Finding, Timing, examined
-from autodb.timing.counters import unwrapped
+from autodb.timing.places import refreshed, unwrapped
 from autodb.timing.units import highest_acceleration
 
 SMOOTH = (*PLACES, ".velocity")
@@ -40,13 +40,15 @@ def _same(one: Array, other: Array) -> bool:
 
 
 def _counted_on(raw: Recording) -> tuple[Recording, list[Finding]]:
-    """Return a recording with its angles and positions counted on over their wraps."""
+    """Return a recording with its angles and positions counted on over their wraps, and filled
+    where they are refreshed on some rows only.
+    """
     channels, unusable, wraps = dict(raw.channels), dict(raw.unusable), []
     for name in raw.channels:
         if name.endswith(PLACES):
             channels[name], wrap, why = unwrapped(name, raw.channels[name])
-            if wrap is not None:
-                wraps.append(wrap)
+            channels[name], polled = refreshed(name, channels[name])
+            wraps += [found for found in (wrap, polled) if found is not None]
             if why:
                 unusable[name] = f"{raw.path}: {why}"
                 del channels[name]

@@ -52,6 +52,7 @@ def render_axis(model: Identified, moves: Recording) -> str:
         warmth=_warmth(model),
         thermal=_thermal(model, moves),
         protocol=str(model.protocol),
+        timing=str(moves.timing),
     )
 
 

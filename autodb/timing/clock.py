@@ -58,7 +58,10 @@ class Clock:
 def clock(t_s: Array, rows: Numbered, places: Sequence[Array]) -> Clock:
     """Say when rows with the stamps ``t_s`` (n,) were taken; ``places`` (n,) each."""
     since = t_s - rows.step_s * rows.number
-    even = np.asarray(float(np.median(since)) + rows.step_s * rows.number, dtype=np.float64)
+    first = float(np.median(since))
+    if abs(first - t_s[0]) < EVEN * rows.step_s:
+        first = float(t_s[0])
+    even = np.asarray(first + rows.step_s * rows.number, dtype=np.float64)
     off = t_s - even
     largest = float(np.abs(off).max())
     if largest <= EVEN * rows.step_s:

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.timing.clock import EVEN
-from autodb.timing.counters import leaping
 from autodb.timing.layout import LaidPiece, Layout
 from autodb.timing.pieces import COARSER, SHORTEST_ROWS, SHORTEST_S, Run, laid_pieces, run_of
+from autodb.timing.places import leaping
 from autodb.timing.rates import runs_of_one_rate
 from autodb.timing.runs import Ordered, in_order
 from autodb.timing.verdict import Finding, Timing, even, merged

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.timing.clock import Clock, clock
-from autodb.timing.counters import leaping
 from autodb.timing.layout import LaidPiece
-from autodb.timing.steps import SHARED, Numbered, numbered
+from autodb.timing.places import leaping
+from autodb.timing.steps import Numbered, numbered, share_stamps
 from autodb.timing.verdict import Finding
 
 Array = NDArray[np.float64]
@@ -24,6 +24,9 @@ HELD_S = 10.0
 FEWEST_SPANS, RESTING, ON_CHANGE = 10, 1.5, 0.95
 """Rows are written on change where so many spans are missing, and over this share of them places
 move by less than RESTING times what they move in one step. Chosen."""
+MOSTLY_COPIES = 0.9
+"""Share of the rows with the stamp of the row before that are copies of it, where rows that share
+stamps are doubled besides. Chosen."""
 SHORTEST_S, SHORTEST_ROWS = 0.5, 50
 """Shorter pieces are left out where there are others. Chosen: what filters take in."""
 SAME_STEP = 1e-3
@@ -81,16 +84,14 @@ def _without_copies(
 ) -> tuple[Flags, list[Finding]]:
     """Return which rows (n,) are no copy of the row before, stamp and all."""
     same = np.append(False, np.diff(t_s) == 0)
-    if not same.any() or np.mean(same) > SHARED:
-        shared = np.mean(same) > SHARED
-        if not shared:
-            return ~same, []
+    if not same.any():
+        return ~same, []
     copies = same.copy()
     for values in channels:
         own = values[rows]
         copies[1:] &= (own[1:] == own[:-1]) | (np.isnan(own[1:]) & np.isnan(own[:-1]))
     count = int(copies.sum())
-    if not count or (np.mean(same) > SHARED and count < 0.9 * same.sum()):
+    if not count or (share_stamps(t_s) and count < MOSTLY_COPIES * same.sum()):
         return np.ones(len(rows), dtype=np.bool_), []
     return ~copies, [Finding("doubled", f"{count} rows written twice left out", count)]
 
@@ -171,7 +172,8 @@ def _piece(run: Run, rows: slice, step_s: float, *, exact: bool, held: bool) -> 
         t = times[0] + step_s * np.arange(len(times))
         return LaidPiece(run.rows[rows], times, t, np.zeros(len(t), dtype=np.bool_), True)
     t = times[0] + step_s * np.arange(int(np.floor((times[-1] - times[0]) / step_s + 1e-6)) + 1)
-    increasing = np.append(True, np.diff(times) > 1e-3 * step_s)
+    latest = np.maximum.accumulate(times)
+    increasing = np.append(True, times[1:] > latest[:-1] + 1e-3 * step_s)
     times, own = times[increasing], run.rows[rows][increasing]
     rests = np.zeros(len(t), dtype=np.bool_)
     if held:

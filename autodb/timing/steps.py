@@ -26,6 +26,8 @@ SHARED = 0.2
 RESOLUTIONS = tuple(sorted([10.0**-k for k in range(7)] + [2.0**-k for k in range(1, 11)]))[::-1]
 """Resolutions of stamps that are looked for, s: decimals, and powers of two (1/64 s is the tick of
 a common operating system)."""
+COARSE_STEP = 0.5
+"""Share of a step from which on the resolution of stamps makes neighbours share one."""
 SAMPLED = 100_000
 
 
@@ -50,14 +52,20 @@ def numbered(t_s: Array) -> Numbered | None:
     ahead = steps[steps > 0]
     if not ahead.size:
         return None
-    shared = bool(np.mean(steps == 0) > SHARED)
-    resolution_s = resolution(t_s)
+    shared, resolution_s = share_stamps(t_s), resolution(t_s)
     step = _first_step(t_s, steps, ahead, shared=shared)
     number = _counted(t_s, steps, step, shared=shared)
     for _ in range(2):
         step = _slope(t_s, number)
         number = _counted(t_s, steps, step, shared=shared)
     return Numbered(number, _slope(t_s, number), resolution_s, shared)
+
+
+def share_stamps(t_s: Array) -> bool:
+    """Say whether several rows share a stamp, for its resolution or since they come in packets."""
+    same = float(np.mean(np.diff(t_s) == 0))
+    mean = float(t_s[-1] - t_s[0]) / (len(t_s) - 1)
+    return same > SHARED or (same > 0 and resolution(t_s) >= COARSE_STEP * mean)
 
 
 def rows_a_stamp(t_s: Array) -> int:

@@ -31,6 +31,7 @@ from autodb.records.plausible import refuse_implausible
 from autodb.records.summary import BaseSummary, summarise
 from autodb.sensing.ranges.validity import STATED
 from autodb.store import Store, models
+from autodb.timing import Timing
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,8 @@ class Imported:
 
     ``withdrawn``: it was there, and does not count, for this reason; ``looked_at``: it was there,
     and was only looked at.
+
+    ``timing``: what its stamps are, a sentence for each time base.
 
     ``cuts`` are new; ``again`` were there, of a file that came in before under its name or with the
     same content, and ``replaced`` had another content then. ``notes``: what was left out of the
@@ -56,6 +59,7 @@ class Imported:
     replaced: int = 0
     withdrawn: str | None = None
     looked_at: bool = False
+    timing: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -175,7 +179,24 @@ def _row(
         side=_said(source.side),
         channels=channels,
         content=None if cuts else of_series(channels),
+        timing=_timings(summary),
     )
+
+
+def _timings(summary: Sequence[BaseSummary]) -> dict[str, Any] | None:
+    """Return by time base what its stamps are: kinds, sentence, rate and pieces."""
+    found = {base.name: base.timing for base in summary if base.timing is not None}
+    return {name: _verdict(timing) for name, timing in found.items()} or None
+
+
+def _verdict(timing: Timing) -> dict[str, Any]:
+    """Return a verdict on stamps as it is kept."""
+    return {
+        "kinds": list(timing.kinds),
+        "said": str(timing),
+        "rate_hz": timing.rate_hz,
+        "pieces": len(timing.pieces),
+    }
 
 
 def _said(side: SideFile) -> dict[str, Any]:
@@ -231,6 +252,7 @@ def _keep(
         already_there=False,
         again=found.there,
         replaced=len(found.replaced),
+        timing=_sentences(recording),
     )
 
 
@@ -241,7 +263,20 @@ def _aside(session: Session, recording: models.StoredRecording, cuts: list[model
     for cut in cuts:
         cut.recording_id, cut.superseded_at = recording.id, recording.looked_at
     session.add_all(cuts)
-    return Imported(recording.id, recording.kind, recording.rows, len(cuts), already_there=False)
+    return Imported(
+        recording.id,
+        recording.kind,
+        recording.rows,
+        len(cuts),
+        already_there=False,
+        timing=_sentences(recording),
+    )
+
+
+def _sentences(row: models.StoredRecording) -> tuple[str, ...]:
+    """Return what a recording's stamps are, a sentence for each time base."""
+    bases = row.timing or {}
+    return tuple(f"{name}: {one['said']}".removeprefix(": ") for name, one in bases.items())
 
 
 def _channel_rows(base: BaseSummary) -> list[models.RecordingChannel]:
@@ -287,6 +322,7 @@ def _as_known(row: models.StoredRecording, *, other_side: bool) -> Imported:
         other_side,
         withdrawn=row.withdrawn_why,
         looked_at=row.looked_at is not None,
+        timing=_sentences(row),
     )
 
 

@@ -261,14 +261,21 @@ def forces_on_machine(
         version = rows[0].version
     progress("networks")
     tables, channels = box.tables(drives), channels_of(own, drives)
-    stream.check(box, tables, channels, rate_hz=own.rate_hz, where=str(recording.path))
-    told = stream.network_forces(box, tables, channels)
+    stream.check(box, tables, channels, rate_hz=own.timing.rate_hz, where=str(recording.path))
+    told = [
+        stream.network_forces(
+            box, tables, {name: values[piece] for name, values in channels.items()}
+        )
+        for piece in own.pieces
+    ]
+    force_N = np.concatenate([one.force_N for one in told])
+    sd_N = np.concatenate([one.sd_N for one in told])
     said = f"network {version} of machine '{machine}'"
     found = []
     for k, c in enumerate(box.components):
-        bandwidth_hz = min(float(box.cutoff_hz[k]), SLOWEST * own.rate_hz)
+        bandwidth_hz = min(float(box.cutoff_hz[k]), SLOWEST * own.timing.rate_hz)
         load = reconstruct(own, drives[c].model, bandwidth_hz=bandwidth_hz)
-        load = replace(load, unit="N", value=-told.force_N[:, k], sd=told.sd_N[:, k])
+        load = replace(load, unit="N", value=-force_N[:, k], sd=sd_N[:, k])
         found.append(
             ReconstructedLoad(
                 load,

@@ -141,6 +141,7 @@ def _show_fit(
 ) -> None:
     """Print the terms, how far off they are, and what they owe to the filter."""
     _show_model(model)
+    say_time(moves)
     show_sweep(model, moves)
     if other is not None:
         _show_cross_test(model, other)
@@ -225,6 +226,12 @@ def moves_of(
     moves = read_over_time(path, columns, group, resample)
     refuse_doubtful(path, summary_of(moves, axis=effort_axis(moves, axis)), moves.side)
     return moves
+
+
+def say_time(recording: "records.Recording") -> None:
+    """Say what a recording's stamps are, where they are not even."""
+    if not recording.timing.is_even:
+        say(f"time: {recording.path.name}: {recording.timing}")
 
 
 def read_over_time(

@@ -123,7 +123,7 @@ def _import(store: "Store", file: Path, machine: str, columns: Path | None) -> i
     again = f", {done.again} more are there already" if done.again else ""
     counted = f"{done.rows} rows, {done.cuts} cuts{again}"
     say(f"recording {done.recording_id}: {file.name}: {what}, {counted}")
-    for note in done.notes:
+    for note in (*(f"time: {sentence}" for sentence in done.timing), *done.notes):
         say(f"{file.name}: {note}")
     return done.recording_id
 
@@ -148,8 +148,8 @@ def _look(file: Path, columns: Path | None) -> None:
 
 def _show_summary(title: str, base: "BaseSummary") -> None:
     what = f"{base.rows} cuts"
-    if base.rate_hz is not None:
-        what = f"{base.rows} rows, {base.rate_hz:.6g} Hz, {base.start_s:g} to {base.end_s:g} s"
+    if base.timing is not None:
+        what = f"{base.rows} rows, {base.start_s:g} to {base.end_s:g} s; time: {base.timing}"
     rows = table(f"{title}: {what}", "channel", "unit", ">lowest", ">highest", ">mean", "gaps")
     for c in base.channels.values():
         numbers = [f"{v:.6g}" for v in (c.minimum, c.maximum, c.mean)] if c.finite else ["", "", ""]

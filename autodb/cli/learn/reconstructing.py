@@ -18,7 +18,7 @@ from autodb.cli._common import (
     table,
     working,
 )
-from autodb.cli.learn.identifying import Axis, moves_of, read_over_time, term_names
+from autodb.cli.learn.identifying import Axis, moves_of, read_over_time, say_time, term_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -151,6 +151,7 @@ def reconstruct_command(
         write_table(cut.t_s, told.sensed, out)
         if page is not None:
             write_text(page, render_loads(recording.name, cut.t_s, told.sensed))
+    say_time(cut)
     _show(told.sensed)
     for sentence in told.not_heard:
         say(f"not used: {sentence}")

@@ -101,7 +101,8 @@ def axis_signals(
     level = OWN_SHARE * float(np.sqrt(np.mean(simulation**2)))
     further = {n: p for n, p in parts.items() if n not in READ_OFF and np.std(p) > level}
     rest = simulation - sum(further.values(), start=np.zeros_like(simulation))
-    sense, had = _read_off(rest, inputs)
+    measured = recording.timing.measured
+    sense, had = _read_off(rest, inputs, measured)
     own = {name: column for name, column in own_terms(sense, inputs).items() if name in had}
     own, had = own | further, had | dict.fromkeys(further, 1.0)
     last, way = since_reversal(inputs["direction"], inputs["position"])
@@ -142,13 +143,19 @@ def own_terms(sense: Array, inputs: dict[str, Array]) -> dict[str, Array]:
     }
 
 
-def _read_off(simulation: Array, inputs: dict[str, Array]) -> tuple[Array, dict[str, float]]:
+def _read_off(
+    simulation: Array, inputs: dict[str, Array], measured: NDArray[np.bool_] | None
+) -> tuple[Array, dict[str, float]]:
     """Return the direction as the simulation turns it, and the coefficients of the terms it has.
 
     A simulation has no noise, so what its output contains can be read by regression; the width over
-    which its friction turns is the one that leaves least.
+    which its friction turns is the one that leaves least. Rows that were not ``measured`` say
+    nothing.
     """
-    v, rows = inputs["velocity"], slice(None, None, max(1, len(simulation) // 200_000))
+    v, stride = inputs["velocity"], max(1, len(simulation) // 200_000)
+    rows: slice | NDArray[np.intp] = slice(None, None, stride)
+    if measured is not None:
+        rows = np.flatnonzero(measured)[::stride]
     rounding = WRITTEN * float(np.sum(simulation[rows] ** 2))
     best: tuple[float, Array, Array] = (np.inf, inputs["direction"], np.zeros(4))
     for width in WIDTHS_MM_S:

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
 from autodb.records import Recording
-from autodb.sensing.drives.moves.motion import axis_motion
-from autodb.sensing.drives.moves.protocol import default_protocol
+from autodb.sensing.drives.moves.motion import axis_motion, protocol_of
 from autodb.sensing.network.drive_loads import LoadedDrive
 from autodb.sensing.network.greybox import SPINDLE, GreyBox, KnownForceRecording, loads_of
 from autodb.sensing.network.learning import held_out_recordings
@@ -42,8 +41,8 @@ class ComponentErrors:
 def channels_of(recording: Recording, drives: Mapping[str, LoadedDrive]) -> dict[str, Array]:
     """Return what networks and drive models take; motion that was not recorded is derived."""
     found: dict[str, Array] = {}
-    cutoff_hz = default_protocol(recording.rate_hz).cutoff_hz
     for axis, drive in drives.items():
+        cutoff_hz = protocol_of(recording, axis).cutoff_hz
         moved = axis_motion(recording, axis, cutoff_hz=cutoff_hz)
         found |= {
             f"{axis}.position": moved.position,
@@ -92,27 +91,39 @@ def _cut(
 
 
 def _pieces(recording: Recording, count: int) -> list[slice]:
-    """Return rows of pieces of a recording, with a gap between them."""
-    rows, gap = len(recording), round(GAP_S * recording.rate_hz) if count > 1 else 0
-    long = (rows - (count - 1) * gap) // count
-    if long < SHORTEST_S * recording.rate_hz:
-        raise UnusableInput(
-            f"{recording.path}: {rows / recording.rate_hz:.3g} s are too short to train on; "
-            f"record {count * SHORTEST_S + (count - 1) * GAP_S:g} s, or {PIECES} recordings"
-        )
-    return [slice(k * (long + gap), k * (long + gap) + long) for k in range(count)]
+    """Return rows of pieces of a recording, with a gap between them; none reaches over a gap of
+    its time, of which the shortest parts are left out.
+    """
+    rate_hz = recording.timing.rate_hz
+    shortest = SHORTEST_S * rate_hz
+    even = [p for p in recording.pieces if p.stop - p.start >= shortest] or [slice(0, 0)]
+    total = sum(p.stop - p.start for p in even)
+    found = []
+    for piece in even:
+        rows = piece.stop - piece.start
+        share = max(1, round(count * rows / max(total, 1)))
+        gap = round(GAP_S * rate_hz) if share > 1 else 0
+        long = (rows - (share - 1) * gap) // share
+        if long < shortest:
+            raise UnusableInput(
+                f"{recording.path}: {len(recording) / rate_hz:.3g} s are too short to train on; "
+                f"record {count * SHORTEST_S + (count - 1) * GAP_S:g} s, or {PIECES} recordings"
+            )
+        starts = [piece.start + k * (long + gap) for k in range(share)]
+        found += [slice(start, start + long) for start in starts]
+    return found
 
 
 def rate_of(recordings: Sequence[Recording]) -> float:
     """Return the rate of all recordings; raises UnusableInput naming one of another."""
     first = recordings[0]
     for one in recordings:
-        if abs(one.rate_hz / first.rate_hz - 1.0) > SAME_RATE:
+        if abs(one.timing.rate_hz / first.timing.rate_hz - 1.0) > SAME_RATE:
             raise UnusableInput(
-                f"{one.path}: {one.rate_hz:g} Hz, and {first.path.name} has {first.rate_hz:g} "
+                f"{one.path}: {one.timing.rate_hz:g} Hz, and {first.path.name} has {first.timing.rate_hz:g} "
                 "Hz; use recordings of one rate"
             )
-    return first.rate_hz
+    return first.timing.rate_hz
 
 
 def scored_components(

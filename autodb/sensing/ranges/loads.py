@@ -1,6 +1,6 @@
 """What an axis' phase currents say over time: its range twice averaged, its frequency, envelope."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,13 +82,33 @@ def phase_load_of(recording: Recording, axis: str) -> PhaseLoad | None:
     recorded = [phase for phase in phases if phase is not None]
     if not recorded:
         return None
-    rate_hz = recording.rate_hz
-    if len(recorded) < 3:
-        mean = signals.one_phase_range(recorded[0], rate_hz=rate_hz)
-        quick = signals.one_phase_range(recorded[0], rate_hz=rate_hz, smooth_s=QUICK_S)
+    rate_hz = recording.timing.rate_hz
+    loads = [
+        _load_of([phase[piece] for phase in recorded], rate_hz=rate_hz)
+        for piece in recording.pieces
+    ]
+    return loads[0] if len(loads) == 1 else _joined(loads)
+
+
+def _load_of(phases: Sequence[Array], *, rate_hz: float) -> PhaseLoad:
+    """Return the load of one piece of even rows."""
+    if len(phases) < 3:
+        mean = signals.one_phase_range(phases[0], rate_hz=rate_hz)
+        quick = signals.one_phase_range(phases[0], rate_hz=rate_hz, smooth_s=QUICK_S)
         return PhaseLoad(mean.range_A, quick.range_A, quick.frequency_hz, None)
-    u, v, w = recorded
+    u, v, w = phases
     mean = signals.three_phase_range(u, v, w, rate_hz=rate_hz)
     quick = signals.three_phase_range(u, v, w, rate_hz=rate_hz, smooth_s=QUICK_S)
     envelope = 2.0 * np.abs(signals.space_vector(u, v, w))
     return PhaseLoad(mean.range_A, quick.range_A, quick.frequency_hz, envelope)
+
+
+def _joined(loads: Sequence[PhaseLoad]) -> PhaseLoad:
+    """Return the loads of pieces one after the other."""
+    envelopes = [load.envelope_A for load in loads if load.envelope_A is not None]
+    return PhaseLoad(
+        np.concatenate([load.range_A for load in loads]),
+        np.concatenate([load.quick_A for load in loads]),
+        np.concatenate([load.frequency_hz for load in loads]),
+        np.concatenate(envelopes) if envelopes else None,
+    )

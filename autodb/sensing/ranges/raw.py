@@ -9,6 +9,7 @@ Means of a range in air and in cut with their standard errors, without what dist
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -165,7 +166,7 @@ def _recorded(
         load = phase_load_of(recording, axis)
         if load is not None:
             loads[axis] = load
-    rate = recording.rate_hz
+    rate = recording.timing.rate_hz
     begins = _slows(recording, loads)
     end, notes = len(recording), []
     if begins is not None:
@@ -173,7 +174,9 @@ def _recorded(
         notes.append(_slowing(float(recording.t_s[begins]), loads, begins))
         loads = {axis: load.until(end) for axis, load in loads.items()}
     forces = {name: recording[name][:end] for name in FORCES if name in recording}
-    quasi = {name: signals.quasi_static(f, rate_hz=rate) for name, f in forces.items()}
+    pieces = [slice(p.start, min(p.stop, end)) for p in recording.pieces if p.start < end]
+    slow = partial(signals.quasi_static, rate_hz=rate)
+    quasi = {name: signals.by_piece(slow, f, pieces) for name, f in forces.items()}
     return _Signals(rate, loads, forces, quasi), notes
 
 
@@ -182,7 +185,7 @@ def _slows(recording: Recording, loads: dict[str, PhaseLoad]) -> int | None:
     speed = recording.get("spindle.speed")
     if speed is None and "spindle" in loads:
         speed = loads["spindle"].frequency_hz
-    return None if speed is None else signals.slowing_from(speed, rate_hz=recording.rate_hz)
+    return None if speed is None else signals.slowing_from(speed, rate_hz=recording.timing.rate_hz)
 
 
 def _slowing(from_s: float, loads: dict[str, PhaseLoad], begins: int) -> str:
@@ -259,11 +262,11 @@ def _spindle(recording: Recording, parts: signals.CutSegments) -> signals.Turnin
     speed, spread = recording.get("spindle.speed"), SPEED_SPREAD
     if speed is not None:
         smooth = signals.moving_average(
-            speed[parts.cut], rate_hz=recording.rate_hz, window_s=AVERAGE_S
+            speed[parts.cut], rate_hz=recording.timing.rate_hz, window_s=AVERAGE_S
         )
         spread = float(np.std(smooth)) / speed_rpm
     turning_hz = abs(speed_rpm) / 60.0
-    return signals.Turning(turning_hz, int(recording.rate_hz / turning_hz), spread)
+    return signals.Turning(turning_hz, int(recording.timing.rate_hz / turning_hz), spread)
 
 
 def _conditions(recording: Recording, cut: slice) -> dict[str, float]:

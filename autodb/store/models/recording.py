@@ -19,6 +19,8 @@ class StoredRecording(Base):
     ``content``: by what one over time is known again, in whatever bytes.
     ``looked_at``: when it came in to be explained alone, so that its cuts do not count.
     ``withdrawn_at``: since when it does not count any more, and ``withdrawn_why``.
+    ``timing``: by time base, what its stamps were found to be; NULL of cuts, and where nobody
+    looked.
     """
 
     __tablename__ = "recording"
@@ -54,6 +56,7 @@ class StoredRecording(Base):
     looked_at: Mapped[str | None]
     withdrawn_at: Mapped[str | None]
     withdrawn_why: Mapped[str | None]
+    timing: Mapped[dict[str, Any] | None]
     cuts: Mapped[list["Cut"]] = relationship(back_populates="recording", order_by="Cut.number")
     channels: Mapped[list["RecordingChannel"]] = relationship(order_by="RecordingChannel.id")
 

@@ -87,6 +87,6 @@ def test_where_a_simulation_has_no_friction_no_rounding_chooses_how_it_turns(see
     }  # fmt: skip
     simulation = 0.2 * velocity + 0.1 * inputs["acceleration"] - 3.0
     rounded = simulation * (1.0 + 1e-15 * np.random.default_rng(seed).standard_normal(4000))
-    sense, had = _read_off(rounded, inputs)
+    sense, had = _read_off(rounded, inputs, None)
     assert_array_equal(sense, inputs["direction"])
     assert set(had) == {"viscous", "inertia", "gravity"}

@@ -97,7 +97,11 @@ def protocol_of(recording: Recording, axis: str) -> FilterProtocol:
             derived = _slope_of(recording, derived, cutoff_hz=protocol.cutoff_hz)
         if noise**2 <= NOISE_SHARE * max(float(np.mean(derived**2)) - noise**2, 0.0):
             break
-        protocol = replace(protocol, cutoff_hz=max(LOWEST_HZ, LOWER * protocol.cutoff_hz))
+        protocol = replace(
+            protocol,
+            cutoff_hz=max(LOWEST_HZ, LOWER * protocol.cutoff_hz),
+            lowered=f" (lowered for the noise of {names[order]})",
+        )
     return protocol
 
 

@@ -16,18 +16,21 @@ Array = NDArray[np.float64]
 class FilterProtocol:
     """How a recording is filtered before the fit; results are comparable only at one protocol.
 
-    Published methods low-pass the effort and keep one row in ``decimate``.
+    Published methods low-pass the effort and keep one row in ``decimate``. ``lowered``: why the
+    cutoff is below the default.
     """
 
     cutoff_hz: float
     decimate: int
     crop_s: float = 0.5
     anti_alias: bool = True
+    lowered: str = ""
 
     def __str__(self) -> str:
         how = "after an anti-alias filter" if self.anti_alias else "without anti-alias filter"
         return (
-            f"Butterworth 4th order, {self.cutoff_hz:g} Hz, forwards and backwards; one row in "
+            f"Butterworth 4th order, {self.cutoff_hz:g} Hz{self.lowered}, forwards and backwards; "
+            "one row in "
             f"{self.decimate} {how}; {self.crop_s:g} s cropped at each end"
         )
 

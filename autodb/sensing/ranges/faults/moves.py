@@ -45,9 +45,9 @@ def faults_of_moves(recording: Recording, axis: str) -> list[DataCheck]:
     if axis == SPINDLE or len(recording) < SHORTEST_ROWS:
         return []
     channel = effort_channel(recording, axis)
-    rate_hz = recording.rate_hz
-    cutoff_hz = min(CUTOFF_HZ, 0.25 * rate_hz)
-    effort = signals.lowpass(recording[channel], rate_hz=rate_hz, cutoff_hz=cutoff_hz)
+    timing = recording.timing
+    cutoff_hz = min(CUTOFF_HZ, 0.25 * timing.rate_hz)
+    effort = signals.lowpass_pieces(recording[channel], timing, cutoff_hz=cutoff_hz)
     inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz)
     found = [_another(recording, axis, effort, inputs, cutoff_hz)]
     moving = np.abs(inputs["direction"]) >= 1.0
@@ -146,13 +146,13 @@ def _dragged(
     spread = 1.4826 * float(np.median(np.abs(off[moving])))
     usual = float(np.median(columns[moving, 1:3] @ weights[1:3] * sense[moving]))
     much = max(CLEAR * spread, DRAGGED * abs(usual))
-    smooth = signals.moving_average(off, rate_hz=recording.rate_hz, window_s=0.5 * DRAGGED_S)
+    smooth = signals.moving_average(off, rate_hz=recording.timing.rate_hz, window_s=0.5 * DRAGGED_S)
     high = moving & (smooth > much)
     t = recording.t_s
     if not high.any():
         return
     rows = slice(int(np.flatnonzero(high)[0]), int(np.flatnonzero(high)[-1]) + 1)
-    lasted_s = float(np.sum(high)) / recording.rate_hz
+    lasted_s = float(np.sum(high)) * recording.timing.step_s
     share = float(np.mean(sense[high] > 0))
     if not BOTH_WAYS < share < 1.0 - BOTH_WAYS:
         return

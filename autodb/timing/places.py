@@ -1,7 +1,10 @@
-"""Angles and positions that come from counters: wrapped ones counted on, leaps found."""
+"""Places as loggers give them: counters that wrap, leaps, and places that are refreshed seldom."""
+
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from autodb.timing.verdict import Finding
 
@@ -22,6 +25,48 @@ ORDINARY = 0.999
 """Share of the steps of an angle that are ordinary. Chosen."""
 ALIKE = 2.0
 """Ratio of the steps before and after a wrap at most: an axis goes on through it. Chosen."""
+POLLED, RESOLUTIONS, FEWEST_STEPS = 0.9, 5.0, 50
+"""A place is refreshed seldom where over this share of its steps that are RESOLUTIONS times its
+resolution, of so many at least, have a neighbour of zero. Chosen: an encoder's own steps are of one
+resolution."""
+SLOWEST_POLL = 50
+"""Rows from one refreshing of a place to the next at most. Chosen."""
+
+
+def refreshed(name: str, values: Array) -> tuple[Array, Finding | None]:
+    """Return a place (n,) that is refreshed only every few rows, between them by a spline.
+
+    What moves on every row does not stand still in between.
+    """
+    wide = np.abs(np.diff(values))
+    moved = wide[wide > 0]
+    if moved.size < FEWEST_STEPS or not np.isfinite(wide).all():
+        return values, None
+    far = np.flatnonzero(wide[1:-1] > RESOLUTIONS * moved.min()) + 1
+    beside = (wide[far - 1] == 0) | (wide[far + 1] == 0)
+    if far.size < FEWEST_STEPS or np.mean(beside) < POLLED:
+        return values, None
+    changes = np.flatnonzero(wide > 0) + 1
+    every = float(np.median(np.diff(far)))
+    if not 1.0 < every <= SLOWEST_POLL:
+        return values, None
+    knots = _polls(changes, every, len(values))
+    sentence = f"{name} is refreshed every {every:g} rows only: the rows between by a spline"
+    made = CubicSpline(knots, values[knots])(np.arange(len(values)))
+    return np.asarray(made, dtype=np.float64), Finding("polled place", sentence, len(values))
+
+
+def _polls(changes: Index, every: float, rows: int) -> Index:
+    """Return the rows at which a place was refreshed: where it changed, and as often where it
+    rested.
+    """
+    ends = np.concatenate([[0], changes, [rows - 1]])
+    rests = [
+        np.arange(begin + every, end - 0.5 * every, every)
+        for begin, end in pairwise(ends)
+        if end - begin > 1.5 * every
+    ]
+    return np.unique(np.concatenate([ends, *rests]).astype(np.intp))
 
 
 def unwrapped(name: str, values: Array) -> tuple[Array, Finding | None, str]:
@@ -49,8 +94,8 @@ def _angle(name: str, values: Array, wide: Array) -> tuple[Array, Finding | None
     fastest = float(np.quantile(np.abs(np.diff(on)), ORDINARY))
     if fastest > FASTEST * TURN_DEG:
         why = (
-            f"{name} starts again at {TURN_DEG:g}° and turns by {fastest:.3g}° in a row: too far to "
-            "count turns; record it at a higher rate, or counted on over turns"
+            f"{name} starts again at {TURN_DEG:g}° and turns by {fastest:.3g}° in a row: too far "
+            "to count turns; record it at a higher rate, or counted on over turns"
         )
         return values, None, why
     sentence = f"{name} wraps at {TURN_DEG:g}°: counted on over {len(turns)} turns"
