@@ -137,17 +137,9 @@ def _position(
     through &= np.abs(spans - reach) <= 2.0 * np.abs(before + after) + 1e-9 * reach
     if not through.all():
         return values, None, ""
-    span = _whole(float(np.median(spans)), values)
+    span = float(np.median(spans))
     on = values.copy()
     for row, way in zip(leaps, np.sign(before), strict=True):
         on[row:] += way * span
     sentence = f"{name} wraps at {span:.6g}: counted on over {len(leaps)} wraps"
     return on, Finding("wrapped place", sentence, len(leaps)), ""
-
-
-def _whole(span: float, values: Array) -> float:
-    """Return the power of two of the resolution of a place that is near a span, or the span."""
-    steps = np.abs(np.diff(values))
-    least = float(steps[steps > 1e-9 * np.ptp(values)].min())
-    power = 2.0 ** round(np.log2(span / least)) * least
-    return power if abs(power / span - 1.0) < 0.01 else span

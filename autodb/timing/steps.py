@@ -26,6 +26,8 @@ SHARED = 0.2
 RESOLUTIONS = tuple(sorted([10.0**-k for k in range(7)] + [2.0**-k for k in range(1, 11)]))[::-1]
 """Resolutions of stamps that are looked for, s: decimals, and powers of two (1/64 s is the tick of
 a common operating system)."""
+FEWEST_STEPS = 5
+"""Stamps that differ from the one before, without which none says a rate."""
 COARSE_STEP = 0.5
 """Share of a step from which on the resolution of stamps makes neighbours share one."""
 SAMPLED = 100_000
@@ -47,10 +49,10 @@ class Numbered:
 
 
 def numbered(t_s: Array) -> Numbered | None:
-    """Number rows by their stamps (n,); None where the stamps stand still."""
+    """Number rows by their stamps (n,); None where the stamps stand still, but for a few."""
     steps = np.diff(t_s)
     ahead = steps[steps > 0]
-    if not ahead.size:
+    if ahead.size < FEWEST_STEPS:
         return None
     shared, resolution_s = share_stamps(t_s), resolution(t_s)
     step = _first_step(t_s, steps, ahead, shared=shared)

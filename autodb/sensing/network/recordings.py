@@ -116,14 +116,15 @@ def _pieces(recording: Recording, count: int) -> list[slice]:
 
 def rate_of(recordings: Sequence[Recording]) -> float:
     """Return the rate of all recordings; raises UnusableInput naming one of another."""
-    first = recordings[0]
+    first = recordings[0].timing.rate_hz
     for one in recordings:
-        if abs(one.timing.rate_hz / first.timing.rate_hz - 1.0) > SAME_RATE:
+        rate_hz = one.timing.rate_hz
+        if abs(rate_hz / first - 1.0) > SAME_RATE:
             raise UnusableInput(
-                f"{one.path}: {one.timing.rate_hz:g} Hz, and {first.path.name} has {first.timing.rate_hz:g} "
-                "Hz; use recordings of one rate"
+                f"{one.path}: {rate_hz:g} Hz, and {recordings[0].path.name} has {first:g} Hz; use "
+                "recordings of one rate"
             )
-    return first.timing.rate_hz
+    return first
 
 
 def scored_components(
