@@ -97,9 +97,9 @@ def _derived(recording: Recording, axis: str) -> list[str]:
     missing = [name for name in names if name not in recording]
     if not missing:
         return []
-    from autodb.sensing.drives.moves.motion import protocol_of
+    from autodb.sensing.drives.moves.motion import DROWNED, protocol_of
 
-    cutoff_hz = protocol_of(recording, axis).cutoff_hz
+    cutoff_hz = protocol_of(recording, axis, noise_share=DROWNED).cutoff_hz
     return [
         f"{' and '.join(missing)} derived from {axis}.position: 4th-order Butterworth at "
         f"{cutoff_hz:g} Hz forwards and backwards, central differences"

@@ -32,6 +32,9 @@ from which the likelihood is climbed."""
 VAST = 30.0
 """A size's logarithm is taken to be below VAST beforehand, as one standard deviation: what the rows
 do not show stays where none is needed, and no other is moved by it. Chosen."""
+LEAST_ADDED = 1e-6
+"""Share of its own variance that leaving out a block adds to a coefficient's at least: less is
+rounding. Chosen."""
 SURE = 0.999
 """Blocks widen the covariance by half of what they show where chance would make them differ so much
 in 1 case of 1000, by more beyond, by less below."""
@@ -220,7 +223,7 @@ def _answer(rows: _Rows, sizes: Array, white: Array, blocks: NDArray[np.intp]) -
     scaled = inverse @ solved[:-1, -1]
     variance = float(solved[-1, -1] ** 2) / rows.freedom
     covariance = inverse @ inverse.T * variance
-    inflation = _inflation(white, blocks, solved, to_own, np.diag(covariance)[:p])
+    inflation = _inflation(white, blocks, solved, to_own, covariance[:p, :p])
     return _Answer(
         scaled * to_own,
         covariance * np.outer(to_own, to_own),
@@ -230,26 +233,32 @@ def _answer(rows: _Rows, sizes: Array, white: Array, blocks: NDArray[np.intp]) -
 
 
 def _inflation(
-    white: Array, blocks: NDArray[np.intp], solved: Array, to_own: Array, variances: Array
+    white: Array, blocks: NDArray[np.intp], solved: Array, to_own: Array, covariance: Array
 ) -> Array:
     """Return how much wider (p,) leaving out blocks shows the coefficients to be, at least 1.
 
-    ``solved``: the triangle of all rows, in columns each ``to_own`` times its own; ``variances``
-    (p,) there.
+    A coefficient moves by Δ where a block is left out, whose variance by the model is what leaving
+    it out adds to the coefficient's own: much where the block alone shows it. ``solved``: the
+    triangle of all rows, in columns each ``to_own`` times its own; ``covariance`` (p, p) there.
     """
-    p = len(variances)
+    p = len(covariance)
     edges = np.searchsorted(blocks, np.arange(blocks[0], blocks[-1] + 2))
     count = len(edges) - 1
     gram = solved[:-1, :-1].T @ solved[:-1, :-1]
     right = solved[:-1, :-1].T @ solved[:-1, -1]
-    left = np.empty((count, p))
+    level = np.sqrt(np.diag(gram))
+    whole = solve_triangular(solved[:-1, :-1], solved[:-1, -1])[:p]
+    variance = float(solved[-1, -1] ** 2) / (len(white) - p)
+    shown = np.zeros(p)
     for g in range(count):
         part = white[edges[g] : edges[g + 1]]
         columns = part[:, :-1] * to_own
-        without = gram - columns.T @ columns
-        left[g] = np.linalg.lstsq(without, right - columns.T @ part[:, -1], rcond=1e-12)[0][:p]
-    shown = (count - 1) / count * np.sum((left - left.mean(axis=0)) ** 2, axis=0)
-    return _widened(shown / variances, count - 1)
+        reduced = (gram - columns.T @ columns) / np.outer(level, level)
+        inverse = np.linalg.pinv(reduced, rcond=1e-12, hermitian=True) / np.outer(level, level)
+        moved = (inverse @ (right - columns.T @ part[:, -1]))[:p] - whole
+        added = variance * np.diag(inverse)[:p] - np.diag(covariance)
+        shown += moved**2 / np.maximum(added, LEAST_ADDED * np.diag(covariance))
+    return _widened(shown / count, count - 1)
 
 
 def _widened(ratio: Array, freedom: int) -> Array:

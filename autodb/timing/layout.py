@@ -21,7 +21,8 @@ class LaidPiece:
 
     ``rows`` (n,): the file's rows that it is made of, in time · ``times_s`` (n,): when each of them
     was taken, as far as can be told, increasing · ``t_s`` (m,): the even times · ``held`` (m,):
-    rows that repeat the last row written, since nothing had changed.
+    rows that repeat the last row written, since nothing had changed · ``resting`` (m,): rows
+    written on change at which no place had changed, so that it may be anywhere in its dead band.
     ``exact``: whether every row keeps its numbers, each on a time of its own.
     """
 
@@ -29,6 +30,7 @@ class LaidPiece:
     times_s: Array
     t_s: Array
     held: Flags
+    resting: Flags
     exact: bool
 
     def laid_out(self, values: Array, *, smooth: bool) -> Array:
@@ -72,6 +74,11 @@ class Layout:
     def measured(self) -> Flags:
         """Whether a row (m,) was measured, or only lies between rows that were."""
         return np.concatenate([_measured(part) for part in self.parts])
+
+    @property
+    def placed(self) -> Flags:
+        """Whether a row (m,) was measured and its place is not within a dead band."""
+        return self.measured & ~np.concatenate([part.resting for part in self.parts])
 
     def laid_out(self, values: Array, *, smooth: bool = False) -> Array:
         """Return a channel of the file (N,) at the even rows (m,).

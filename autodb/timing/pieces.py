@@ -116,8 +116,12 @@ def laid_pieces(
     for begin, end in pairwise(borders):
         if end - begin > 1:
             whole = regular and run.clock.on_grid and not missing[begin : end - 1].any()
+            rows = slice(int(begin), int(end))
+            own = [channels[name] for name in places]
             pieces.append(
-                _piece(run, slice(int(begin), int(end)), step_s, exact=whole, held=on_change)
+                _exact_piece(run, rows, step_s)
+                if whole
+                else _piece(run, rows, step_s, own, on_change=on_change)
             )
     if not regular:
         count = len(run.rows)
@@ -166,20 +170,31 @@ def _on_change(run: Run, spans: Index, places: Sequence[Array]) -> bool:
     return True
 
 
-def _piece(run: Run, rows: slice, step_s: float, *, exact: bool, held: bool) -> LaidPiece:
+def _exact_piece(run: Run, rows: slice, step_s: float) -> LaidPiece:
     times = run.clock.times_s[rows]
-    if exact:
-        t = times[0] + step_s * np.arange(len(times))
-        return LaidPiece(run.rows[rows], times, t, np.zeros(len(t), dtype=np.bool_), True)
+    none = np.zeros(len(times), dtype=np.bool_)
+    t = times[0] + step_s * np.arange(len(times))
+    return LaidPiece(run.rows[rows], times, t, held=none, resting=none, exact=True)
+
+
+def _piece(
+    run: Run, rows: slice, step_s: float, places: Sequence[Array], *, on_change: bool
+) -> LaidPiece:
+    """Return a piece whose rows do not all lie on its even times."""
+    times = run.clock.times_s[rows]
     t = times[0] + step_s * np.arange(int(np.floor((times[-1] - times[0]) / step_s + 1e-6)) + 1)
     latest = np.maximum.accumulate(times)
     increasing = np.append(True, times[1:] > latest[:-1] + 1e-3 * step_s)
     times, own = times[increasing], run.rows[rows][increasing]
-    rests = np.zeros(len(t), dtype=np.bool_)
-    if held:
+    held = resting = np.zeros(len(t), dtype=np.bool_)
+    if on_change:
         last = np.searchsorted(times, t + 0.5 * step_s, side="right") - 1
-        rests = t - times[last] > 0.5 * step_s
-    return LaidPiece(own, times, t, rests, False)
+        held = t - times[last] > 0.5 * step_s
+        still = np.ones(len(own) - 1, dtype=np.bool_)
+        for place in places:
+            still &= np.diff(place[own]) == 0
+        resting = np.append(False, still)[last]
+    return LaidPiece(own, times, t, held=held, resting=resting, exact=False)
 
 
 def _missing_rows(run: Run, missing: Index, filled: Index, *, on_change: bool) -> list[Finding]:

@@ -56,6 +56,15 @@ class Timing:
         measured = None if self.layout is None else self.layout.measured
         return None if measured is None or measured.all() else measured
 
+    @cached_property
+    def placed(self) -> NDArray[np.bool_] | None:
+        """Whether each even row (n,) was measured with a place that is not within a dead band.
+
+        None where all were. Motor and load are apart there as by play.
+        """
+        placed = None if self.layout is None else self.layout.placed
+        return None if placed is None or placed.all() else placed
+
     @property
     def is_even(self) -> bool:
         """Whether the file's stamps were even as they came."""

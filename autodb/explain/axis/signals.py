@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from autodb.files.channels import axis_of
 from autodb.records import Recording
-from autodb.sensing.drives.moves.motion import axis_motion, protocol_of, term_inputs
+from autodb.sensing.drives.moves.motion import DROWNED, axis_motion, protocol_of, term_inputs
 from autodb.terms.friction import since_reversal
 
 Array = NDArray[np.float64]
@@ -96,12 +96,12 @@ def axis_signals(
     Raises UnusableInput when there is not even a position.
     """
     axis = axis_of(channel)
-    cutoff_hz = protocol_of(recording, axis).cutoff_hz
+    cutoff_hz = protocol_of(recording, axis, noise_share=DROWNED).cutoff_hz
     inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz)
     level = OWN_SHARE * float(np.sqrt(np.mean(simulation**2)))
     further = {n: p for n, p in parts.items() if n not in READ_OFF and np.std(p) > level}
     rest = simulation - sum(further.values(), start=np.zeros_like(simulation))
-    measured = recording.timing.measured
+    measured = recording.timing.placed
     sense, had = _read_off(rest, inputs, measured)
     own = {name: column for name, column in own_terms(sense, inputs).items() if name in had}
     own, had = own | further, had | dict.fromkeys(further, 1.0)

@@ -45,15 +45,15 @@ class WorkingRate:
     @cached_property
     def _broken(self) -> Array | None:
         """Return where a row (m,) does not follow the one before: 1, else 0; None where all do."""
-        if self.timing is None or (len(self.timing.pieces) == 1 and self.timing.measured is None):
+        if self.timing is None or (len(self.timing.pieces) == 1 and self.timing.placed is None):
             return None
         rows = [(piece.stop - piece.start) // self.factor for piece in self.timing.pieces]
         broken = np.zeros(sum(rows))
         edge = int(np.ceil(EDGE_S * self.timing.rate_hz / self.factor))
         for seam in np.cumsum(rows[:-1]):
             broken[max(0, seam - edge) : seam + edge] = 1.0
-        if self.timing.measured is not None:
-            broken[self.reduced(self.timing.measured.astype(np.float64)) < HALF] = 1.0
+        if self.timing.placed is not None:
+            broken[self.reduced(self.timing.placed.astype(np.float64)) < HALF] = 1.0
         return broken
 
 
