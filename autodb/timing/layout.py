@@ -78,7 +78,8 @@ class Layout:
     @property
     def placed(self) -> Flags:
         """Whether a row (m,) was measured and its place is not within a dead band."""
-        return self.measured & ~np.concatenate([part.resting for part in self.parts])
+        resting = np.concatenate([part.resting for part in self.parts])
+        return np.asarray(self.measured & ~resting, dtype=np.bool_)
 
     def laid_out(self, values: Array, *, smooth: bool = False) -> Array:
         """Return a channel of the file (N,) at the even rows (m,).
