@@ -26,14 +26,19 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
-SHARED = Path(os.environ.get("AUTODB_SHARED", ROOT.parent / "shared")) / "data"
+SHARED = Path(os.environ.get("AUTODB_SHARED", ROOT.parent / "shared"))
+
+
+def shared(*parts: str) -> Path:
+    """Return a file that is shared beside the checkout, or skip saying that it is not here."""
+    path = SHARED.joinpath(*parts)
+    if not path.exists():
+        pytest.skip(f"not here: {path}")
+    return path
 
 
 def _real(*parts: str) -> Path:
-    path = SHARED.joinpath(*parts)
-    if not path.exists():
-        pytest.skip(f"real recording not here: {path}")
-    return path
+    return shared("data", *parts)
 
 
 @pytest.fixture

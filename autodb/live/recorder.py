@@ -42,6 +42,11 @@ def write(cut: LiveCut, plan: AgentFile, *, beside: Path, inbox: Path) -> tuple[
         name: column for name, column in cut.columns.items() if bool(np.any(np.isfinite(column)))
     }
     notes += [f"{name}: never known while it was cut" for name in cut.columns if name not in known]
+    notes += [
+        f"{name}: comes every {step_s:.3g} s, its rows repeat it at {plan.rate_hz:g} Hz"
+        for name, step_s in cut.seldom.items()
+        if name in known
+    ]
     with hidden(target) as part:
         table = {"t": cut.t} | known
         parquet.write_table(pa.table(table), part, compression="zstd")

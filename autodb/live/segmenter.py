@@ -20,6 +20,11 @@ ON_GRID = 0.01
 """By how much of a row instants are off for being s since 1970 in double precision, and more."""
 
 
+FEWEST_STEPS, SELDOM = 5, 1.5
+"""An item came seldom where so many of its steps are known, and their median is longer than so many
+rows. Chosen."""
+
+
 @dataclass(frozen=True)
 class LiveCut:
     """A cut as it was recorded.
@@ -27,7 +32,8 @@ class LiveCut:
     ``start_s``: the instant (s since 1970) of row 0; ``begin_s`` and ``end_s`` of the cut itself.
     ``t`` (n,) s from row 0; ``columns`` (n,) each, NaN where the machine did not know. ``said``: by
     section and key, what items told in the middle of the cut. ``cut_off``: something is missing
-    behind its end.
+    behind its end. ``seldom``: of a column whose item came less often than once a row, the time
+    from one to the next, s.
     """
 
     start_s: float
@@ -37,6 +43,7 @@ class LiveCut:
     columns: dict[str, NDArray[np.float64]]
     said: dict[str, Value]
     cut_off: bool = False
+    seldom: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass
@@ -253,7 +260,18 @@ class Segmenter:
         }
         middle = 0.5 * (one.begin_s + one.end_s)
         said = {key: self._series[told.item].at(middle) for key, told in plan.said().items()}
-        return LiveCut(start, one.begin_s, one.end_s, t, columns, said, one.cut_off)
+        seldom = self._seldom(start, end)
+        return LiveCut(start, one.begin_s, one.end_s, t, columns, said, one.cut_off, seldom)
+
+    def _seldom(self, start_s: float, end_s: float) -> dict[str, float]:
+        """Return the time between an item's values, s, of columns whose rows repeat them."""
+        found = {}
+        for name, item in self._plan.channels.items():
+            instants = np.array(self._series[item.item].instants)
+            steps = np.diff(instants[(instants >= start_s) & (instants <= end_s)])
+            if steps.size >= FEWEST_STEPS and np.median(steps) * self._plan.rate_hz > SELDOM:
+                found[name] = float(np.median(steps))
+        return found
 
     def _held(self, item: str, instants: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the newest number that an item said by each instant; NaN: none."""

@@ -24,8 +24,8 @@ SLOW_STAMPS = 101
 """Stamps over which a clock that wanders is smoothed. Chosen."""
 STEADY_RATE = 0.002
 """Share by which the rate of rows that share stamps may vary: clocks do by less, chosen."""
-ROUNDED = 0.75
-"""Share of their resolution by which rounded stamps are off: a half, and the step's error."""
+ROUNDED = 1.0 + 1e-3
+"""Share of their resolution by which stamps that are rounded, or cut off, are off at most."""
 WANDERS = 0.05
 """Share of a step by which a clock may wander off before rows are resampled. Chosen."""
 COARSE = 0.25

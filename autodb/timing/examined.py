@@ -67,7 +67,8 @@ def examined(t_s: Array, channels: Mapping[str, Array], *, where: str) -> Timing
             f"{where}: t, row {int(np.argmax(lost)) + 1}: no finite number ({int(lost.sum())} such "
             "rows); record a time on every row"
         )
-    ordered = in_order(t_s, [channels[name] for name in recorded.places])
+    places = [channels[name] for name in recorded.places]
+    ordered = in_order(t_s, list(channels.values()), places)
     runs = _runs(ordered, recorded)
     if not runs:
         raise UnusableInput(f"{where}: column 't' stands still; record a time on every row")

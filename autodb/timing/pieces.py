@@ -32,7 +32,7 @@ SHORTEST_S, SHORTEST_ROWS = 0.5, 50
 SAME_STEP = 1e-3
 """Share by which the steps of runs may differ and be one. Chosen."""
 SHOWN = 3
-COARSER = 1.5
+COARSER = 4.0
 """A run with steps longer by this than the most rows have is left out. Chosen."""
 
 
@@ -84,8 +84,8 @@ def _without_copies(
 ) -> tuple[Flags, list[Finding]]:
     """Return which rows (n,) are no copy of the row before, stamp and all."""
     same = np.append(False, np.diff(t_s) == 0)
-    if not same.any():
-        return ~same, []
+    if not channels or not same.any():
+        return np.ones(len(rows), dtype=np.bool_), []
     copies = same.copy()
     for values in channels:
         own = values[rows]

@@ -40,10 +40,11 @@ class Ordered:
     findings: tuple[Finding, ...]
 
 
-def in_order(t_s: Array, places: Sequence[Array]) -> Ordered:
+def in_order(t_s: Array, channels: Sequence[Array], places: Sequence[Array]) -> Ordered:
     """Put the rows of a file in order.
 
-    ``t_s`` (N,) its stamps, NaN where there is none, ``places`` its positions and angles (N,).
+    ``t_s`` (N,) its stamps, NaN where there is none, ``channels`` (N,) each, ``places`` those that
+    are positions or angles.
     """
     findings: list[Finding] = []
     rows = np.flatnonzero(np.isfinite(t_s))
@@ -56,7 +57,7 @@ def in_order(t_s: Array, places: Sequence[Array]) -> Ordered:
     if np.sum(steps < 0) > np.sum(steps > 0):
         rows = rows[::-1]
         findings.append(Finding("backwards", "time runs backwards: rows turned round", len(rows)))
-    rows, late = _sorted(t_s, rows)
+    rows, late = _sorted(t_s, rows, channels)
     if late:
         findings.append(
             Finding("out of order", f"{_rows(late)} out of order put at their time", late)
@@ -75,10 +76,11 @@ def _stray(t: Array) -> NDArray[np.bool_]:
     return stray
 
 
-def _sorted(t_s: Array, rows: Index) -> tuple[Index, int]:
+def _sorted(t_s: Array, rows: Index, channels: Sequence[Array]) -> tuple[Index, int]:
     """Return the rows with those that arrived late at their time, and how many were moved.
 
-    Only where the steps then are even: stamps that merely jitter past each other are no order.
+    Only where the steps then are even: stamps that merely jitter past each other are no order. Nor
+    are two runs over the same time, of which rows with one stamp are no copies.
     """
     t = t_s[rows]
     step = _typical(t)
@@ -96,11 +98,20 @@ def _sorted(t_s: Array, rows: Index) -> tuple[Index, int]:
         window = slice(max(0, begin - 2), min(len(t), end + 2))
         order = np.argsort(t[window], kind="stable")
         apart = _uneven(t[window], step)
-        if _uneven(t[window][order], step) <= 0.25 * apart:
+        if _uneven(t[window][order], step) <= 0.25 * apart and _copies(
+            t[window][order], rows[window][order], channels
+        ):
             late += int(np.sum(order != np.arange(len(order))))
             moved[window] = rows[window][order]
             done = window.stop
     return moved, late
+
+
+def _copies(t: Array, rows: Index, channels: Sequence[Array]) -> bool:
+    """Say whether rows with one stamp (n,), sorted, are copies of each other."""
+    twice = np.flatnonzero(np.diff(t) == 0)
+    one, other = rows[twice], rows[twice + 1]
+    return all(np.array_equal(c[one], c[other], equal_nan=True) for c in channels)
 
 
 def _settled(t: Array, begin: int, end: int) -> int:

@@ -1,0 +1,80 @@
+"""Stamps in another unit than seconds are doubted, the unit that fits named; dates are read."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from autodb.timing.dates import is_date, seconds_of
+from autodb.timing.units import doubtful_rate, highest_acceleration
+from tests.helpers.stamped import MOVE_S, WAY_MM, written_mm
+
+T = np.arange(8000) / 400.0
+SHARPEST = 6.0 * WAY_MM / MOVE_S**2
+"""Of 3u² − 2u³: at both ends of a move."""
+
+
+def test_the_highest_acceleration_is_that_of_the_moves() -> None:
+    """Nearly: it is to tell units apart, by a thousand and more."""
+    found = highest_acceleration(T, written_mm(T))
+    assert found is not None
+    assert_allclose(found, SHARPEST, rtol=0.4)
+
+
+@pytest.mark.parametrize(
+    ("unit", "seconds", "name"),
+    [
+        ("ms", 1e-3, "milliseconds"),
+        ("us", 1e-6, "microseconds"),
+        ("ns", 1e-9, "nanoseconds"),
+        ("min", 60.0, "minutes"),
+        ("day", 86400.0, "days"),
+    ],
+)
+@pytest.mark.parametrize("rate_hz", [50.0, 400.0, 2000.0])
+def test_the_unit_that_fits_is_named(unit: str, seconds: float, name: str, rate_hz: float) -> None:
+    """Also where the rate alone would pass: 2 kHz in milliseconds are 2 Hz."""
+    t = np.arange(round(20.0 * rate_hz)) / rate_hz
+    sharpest = highest_acceleration(t / seconds, written_mm(t))
+    said = doubtful_rate(1.0 / rate_hz / seconds, sharpest)
+    assert f"as {name} they make {rate_hz:g} Hz" in said
+    assert f'unit = "{unit}"' in said
+
+
+@pytest.mark.parametrize("rate_hz", [2.5, 10.0, 50.0, 400.0, 8000.0])
+def test_seconds_are_not_doubted(rate_hz: float) -> None:
+    t = np.arange(round(20.0 * rate_hz)) / rate_hz
+    assert not doubtful_rate(1.0 / rate_hz, highest_acceleration(t, written_mm(t)))
+
+
+def test_a_map_at_creep_is_not_doubted() -> None:
+    """2.5 rows a second, speeds that change from row to row: too few rows to tell accelerations."""
+    rng = np.random.default_rng(1)
+    place = np.cumsum(rng.exponential(0.003, size=3000))
+    assert highest_acceleration(np.arange(3000) * 0.4, place) is None
+
+
+@pytest.mark.parametrize(
+    ("texts", "seconds"),
+    [
+        (["2026-03-29T00:59:58.5", "2026-03-29T00:59:59"], 0.5),
+        (["2026-03-29T01:59:59.5+01:00", "2026-03-29T03:00:00.5+02:00"], 1.0),
+        (["2026-03-29 00:59:58,5Z", "2026-03-29 01:00:00,75Z"], 2.25),
+        (["29.03.2026 0:59:58", "29.03.2026 01:00:00.25"], 2.25),
+        (["03/29/2026 10:00:00", "03/29/2026 10:00:00.125"], 0.125),
+        (["29/03/2026 23:59:59", "30/03/2026 00:00:01"], 2.0),
+        (["9:05:01.25", "10:05:01.25"], 3600.0),
+    ],
+)
+def test_dates_are_read_as_loggers_write_them(texts: list[str], seconds: float) -> None:
+    assert is_date(texts[0])
+    found = seconds_of(texts)
+    assert found is not None
+    assert_allclose(np.diff(found), seconds, atol=1e-6)
+
+
+def test_what_is_no_date_is_none() -> None:
+    assert seconds_of(["noon"]) is None
+    assert not is_date("12.5")
+    found = seconds_of(["10:00:00", ""])
+    assert found is not None
+    assert np.isnan(found[1])
