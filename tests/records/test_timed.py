@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,7 +22,7 @@ T = np.arange(12_000) / RATE
 LAW = {"inertia": 0.002, "viscous": 0.01, "coulomb": 1.2}
 
 
-def _written(folder: Path, stamps: object, keep: object = slice(None), name: str = "r") -> Path:
+def _written(folder: Path, stamps: Any, keep: Any = slice(None), name: str = "r") -> Path:
     """Write a recording of moves with these stamps and of these rows."""
     rng = np.random.default_rng(1)
     table = {"x.position": written_mm(T), "x.current": effort_A(T, rng)}

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from numpy.typing import NDArray
 
 from autodb.timing.dates import is_date, seconds_of
 from autodb.timing.units import doubtful_rate, highest_acceleration
@@ -34,7 +35,8 @@ def test_the_highest_acceleration_is_that_of_the_moves() -> None:
 def test_the_unit_that_fits_is_named(unit: str, seconds: float, name: str, rate_hz: float) -> None:
     """Also where the rate alone would pass: 2 kHz in milliseconds are 2 Hz."""
     t = np.arange(round(20.0 * rate_hz)) / rate_hz
-    sharpest = highest_acceleration(t / seconds, written_mm(t))
+    written: NDArray[np.float64] = np.arange(len(t)) * (1.0 / rate_hz / seconds)
+    sharpest = highest_acceleration(written, written_mm(t))
     said = doubtful_rate(1.0 / rate_hz / seconds, sharpest)
     assert f"as {name} they make {rate_hz:g} Hz" in said
     assert f'unit = "{unit}"' in said

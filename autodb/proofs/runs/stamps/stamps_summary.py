@@ -1,6 +1,7 @@
 """What the proof of stamps found: by kind, how many are answered, how far off, how many wrongly."""
 
 import hashlib
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,6 +17,8 @@ KIND_HEADS = (
     "stamps", ">n", ">refused", ">answered", ">worst error", ">explain same", ">fewer", ">refused",
     ">wrong", ">silently wrong", ">broken",
 )  # fmt: skip
+SAID_HEADS = ("stamps", "said of the first recording")
+FILE = re.compile(r"^(time: |autodb: )?recording\.csv: (t: )?")
 ALL = "all"
 TWINS = "even twins of all"
 
@@ -24,7 +27,8 @@ TWINS = "even twins of all"
 class KindRow:
     """One kind: how many recordings, how many of them refused, and so on; the worst error in %.
 
-    ``not_given``: answered with exit 0, without a coefficient that was asked for.
+    ``not_given``: answered with exit 0, without a coefficient that was asked for. ``said``: of the
+    first of them, what was done about its stamps or why it was refused.
     """
 
     name: str
@@ -38,6 +42,7 @@ class KindRow:
     misnamed: int
     silently_wrong: int
     broken: int
+    said: str = ""
 
     def cells(self) -> tuple[str, ...]:
         """Return the row of a table under KIND_HEADS."""
@@ -69,13 +74,18 @@ class StampsSummary:
         return all(one.passed for one in self.limits)
 
     def tables(self) -> tuple[TextTable, ...]:
-        """Return limits, then kinds."""
+        """Return limits, kinds, and what was said of them."""
         return (
             TextTable("Limits", LIMIT_HEADS, tuple(one.cells() for one in self.limits)),
             TextTable(
                 f"Kinds of stamps (numbers of the even twins: {self.numbers})",
                 KIND_HEADS,
                 tuple(one.cells() for one in self.rows),
+            ),
+            TextTable(
+                "What is done about them",
+                SAID_HEADS,
+                tuple((one.name, one.said) for one in self.rows if one.said),
             ),
         )
 
@@ -139,4 +149,5 @@ def _row(name: str, answers: Sequence[JudgedAnswer]) -> KindRow:
         misnamed=explained.count("wrong"),
         silently_wrong=sum(one.silently_wrong for one in answers),
         broken=sum(one.broken for one in answers),
+        said="" if name in (ALL, TWINS) else FILE.sub("", answers[0].said),
     )
