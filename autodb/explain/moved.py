@@ -1,7 +1,7 @@
 """What moved over a run of standard cuts: the gain of current over force, an offset, friction.
 
 Asked where the cut that opened a run and closed it moved by more than repeats scatter. All cuts of
-the run are looked at, not those two alone: a gain moves each cut's rise by one share, an offset all
+the run are examined, not those two alone: a gain moves each cut's rise by one share, an offset all
 by one amount, friction the current in air and no rise. Where they hold no more than the two cuts
 say, what it may be is named with the cut that would tell it.
 """
@@ -76,27 +76,27 @@ def explain_moved(run: StandardRun, ends: Ends) -> tuple[Cause, ...]:
     """
     if not run.enough:
         return tuple(_open(run, ends, component, None) for component in ends.beyond)
-    looked = look_for(stack_of_run(run), run_candidates(measured=run.measured))
-    told = _Told(run, looked)
-    left = [component for component in ends.beyond if not told.sensed(component)]
-    return (*told.causes(), *(_unnamed(run, ends, component, looked) for component in left))
+    result = look_for(stack_of_run(run), run_candidates(measured=run.measured))
+    found = _Causes(run, result)
+    left = [component for component in ends.beyond if not found.sensed(component)]
+    return (*found.causes(), *(_unnamed(run, ends, component, result) for component in left))
 
 
-class _Told:
+class _Causes:
     """What was found in a run, and how sure each name is."""
 
-    def __init__(self, run: StandardRun, looked: FoundInCuts) -> None:
-        self.run, self.looked, self.stack = run, looked, looked.stack
-        self.choices = looked.found.choices
+    def __init__(self, run: StandardRun, result: FoundInCuts) -> None:
+        self.run, self.result, self.stack = run, result, result.stack
+        self.choices = result.found.choices
 
     @cached_property
     def fit(self) -> CutsFit:
         """The columns that are free anyhow and the effects, fitted together."""
-        return fit_cuts(self.stack, self.looked.own, self.choices)
+        return fit_cuts(self.stack, self.result.own, self.choices)
 
     def sensed(self, component: int) -> bool:
         """Whether what was found is sensed in a component."""
-        parts = [part[component] for part in self.fit.parts[len(self.looked.own) :]]
+        parts = [part[component] for part in self.fit.parts[len(self.result.own) :]]
         return any(np.sum((part / self.stack.sd[component]) ** 2) > SENSED for part in parts)
 
     def causes(self) -> tuple[Cause, ...]:
@@ -106,7 +106,7 @@ class _Told:
     def _cause(self, number: int) -> Cause:
         choice = self.choices[number]
         term, acts = choice.candidate.term, _acts_on(choice)
-        sure = of_missing(self.looked.search, self.looked.found, choice)
+        sure = of_missing(self.result.search, self.result.found, choice)
         near = (*sure.near, *self._alike(term, acts))
         named = not sure.near or sure.confidence >= SURE
         change = self._change(number, acts[0])
@@ -126,7 +126,7 @@ class _Told:
             parameters={"change": change},
             alternatives=near if named else (term, *near),
             variables=choice.candidate.variables,
-            to_tell_apart=self._told_apart(choice, sure.near),
+            to_tell_apart=self._distinguishing(choice, sure.near),
         )
 
     def _alike(self, term: str, acts: list[int]) -> tuple[str, ...]:
@@ -139,7 +139,7 @@ class _Told:
 
     def _change(self, number: int, component: int) -> IntervalValue:
         """Return by how much an effect moved a component from the first cut to the last."""
-        choice, at = self.choices[number], self.fit.places[len(self.looked.own) + number]
+        choice, at = self.choices[number], self.fit.places[len(self.result.own) + number]
         law = choice.shape.law
         assert isinstance(law, LawColumns)  # every candidate of a cut table is made of laws
         course = law.of(component)
@@ -151,16 +151,17 @@ class _Told:
         return profiled_value(float(step @ self.fit.coefficients[at]), half, unit)
 
     def _left_out(self, component: int) -> str:
-        """Return how far cuts left out of the fit are told with what was found, and without."""
+        """Return how far cuts left out of the fit are predicted with what was found, and
+        without."""
         with_it, without = (
-            rms(held_out_rows(self.stack, self.looked.own, choices)[component])
+            rms(held_out_rows(self.stack, self.result.own, choices)[component])
             for choices in (self.choices, ())
         )
         return moved_words.held_out_words(with_it, without, self.run.unit)
 
-    def _told_apart(self, choice: Choice, rivals: tuple[str, ...]) -> str | None:
-        teller = made_again(self.looked, own_of_run, unit=self.run.unit)
-        cuts = teller.told_apart(choice, choice.candidate.term, rivals)
+    def _distinguishing(self, choice: Choice, rivals: tuple[str, ...]) -> str | None:
+        teller = made_again(self.result, own_of_run, unit=self.run.unit)
+        cuts = teller.distinguishing(choice, choice.candidate.term, rivals)
         force = FORCE in self._alike(choice.candidate.term, _acts_on(choice))
         lines = [
             line for line in (cuts, moved_words.MEASURED if force else None) if line is not None
@@ -175,13 +176,13 @@ def _acts_on(choice: Choice) -> list[int]:
     return [component for component, mix in enumerate(law.mix) if np.any(mix)]
 
 
-def _unnamed(run: StandardRun, ends: Ends, component: int, looked: FoundInCuts) -> Cause:
+def _unnamed(run: StandardRun, ends: Ends, component: int, result: FoundInCuts) -> Cause:
     """Return what is known of a component that moved, where the search found nothing."""
     if component == RISE and run.measured and ends.force is not None:
         beside = _beside_force(run, ends)
         if ends.force.beyond and not beside.beyond:
             return _force(run, ends.force, ends.force_unit, beside)
-    return _open(run, ends, component, looked)
+    return _open(run, ends, component, result)
 
 
 def _beside_force(run: StandardRun, ends: Ends) -> CurrentChange:
@@ -201,7 +202,7 @@ def _force(run: StandardRun, force: CurrentChange, force_unit: str, beside: Curr
     )
 
 
-def _open(run: StandardRun, ends: Ends, component: int, looked: FoundInCuts | None) -> Cause:
+def _open(run: StandardRun, ends: Ends, component: int, result: FoundInCuts | None) -> Cause:
     """Return what may have moved, by the ends of the run alone, and the cut that would tell."""
     end = ends.rise if component == RISE else ends.air
     assert end is not None  # it moved
@@ -216,7 +217,7 @@ def _open(run: StandardRun, ends: Ends, component: int, looked: FoundInCuts | No
         ),
         parameters={"change": change},
         alternatives=names,
-        to_tell_apart=_by_the_end(looked, component, run.unit) if looked else None,
+        to_tell_apart=_by_the_end(result, component, run.unit) if result else None,
     )
 
 
@@ -229,14 +230,14 @@ def _candidates(run: StandardRun, component: int, ends: Ends) -> tuple[str, ...]
     return (GAIN, OFFSET, *without_air, *(() if sensing else (FORCE,)))
 
 
-def _by_the_end(looked: FoundInCuts, component: int, unit: str) -> str | None:
+def _by_the_end(result: FoundInCuts, component: int, unit: str) -> str | None:
     """Return the cut whose repeat would tell what moved the last cut alone: gain, offset, friction.
 
     None where none of the run's cuts would.
     """
     pair = ((FRICTION, AIR), (GAIN, None)) if component == AIR else ((GAIN, RISE), (OFFSET, RISE))
-    first, second = (at_the_end(looked.stack, term, where) for term, where in pair)
-    teller = made_again(looked, own_of_run, unit=unit)
+    first, second = (at_the_end(result.stack, term, where) for term, where in pair)
+    teller = made_again(result, own_of_run, unit=unit)
     best = teller.between((first,), (second,))
     return None if best is None else teller.line(best, (pair[0][0], pair[1][0]))
 

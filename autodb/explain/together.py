@@ -7,7 +7,7 @@ work-tool pair, all alike, or each by itself. Groups are judged by
     χ² + k ln n,    χ² = Σ ((y_i − mean of its group) / s_i)²
 
 over n recordings in k groups, y_i a number of the effect there, s_i its spread; an effect that was
-looked for and not found counts as none. Ways that fit about as well are all named, with the cut
+searched for and not found counts as none. Ways that fit about as well are all named, with the cut
 that would tell them apart. Source: analysis of crossed designs, as in Montgomery, Design and
 Analysis of Experiments, ch. 3 and 5; the price of a group is that of Schwarz 1978.
 """

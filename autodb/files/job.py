@@ -116,10 +116,10 @@ class JobCut(Section):
         lacking = [name for name in keys.needs if name not in given]
         if lacking:
             raise ValueError(f"operation '{self.operation}' needs {' and '.join(lacking)}")
-        odd = [name for name in given if name not in keys.known]
-        if odd:
+        unknown = [name for name in given if name not in keys.known]
+        if unknown:
             raise ValueError(
-                f"operation '{self.operation}' has no {' or '.join(odd)}; it takes "
+                f"operation '{self.operation}' has no {' or '.join(unknown)}; it takes "
                 f"{', '.join((*keys.needs, *keys.may))}"
             )
         return self

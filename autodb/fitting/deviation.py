@@ -86,7 +86,7 @@ class _Rows:
         return self.rows - self.columns
 
     def sizes(self, at: Array) -> Array:
-        """Return τ_g/σ (groups,) where the likelihood is looked at.
+        """Return τ_g/σ (groups,) where the likelihood is evaluated.
 
         τ_g/σ = sinh(at)/unit: as even as τ² near none, as slow as its logarithm where it is much.
         """

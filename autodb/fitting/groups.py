@@ -16,7 +16,7 @@ from autodb.fitting.optimum import optima
 Array = NDArray[np.float64]
 
 ROWS_A_GROUP = 2
-"""Mean number of rows from which on a group's share and a row's own are told apart."""
+"""Mean number of rows from which on a group's share and a row's own are separated."""
 STARTS = (0.3, 0.03, 1.0)
 """Sizes of the groups' effects, shares of the scatter, from which the likelihood is climbed."""
 OWN_START = 0.7
@@ -127,7 +127,7 @@ def _root(values: Array, q: int) -> Array:
 
 @dataclass(frozen=True)
 class _Point:
-    """Where the likelihood is looked at: −2 ln of it up to a constant, its gradient, and there a
+    """A point of the likelihood: −2 ln of it up to a constant, its gradient, and there a
     row's own variance, the root of B and the groups' effects (g, q), B Zᵀ V⁻¹ e.
     """
 

@@ -21,7 +21,7 @@ from autodb.standard.writing import write_once
 STEEPEST_RAKE_DEG = 60.0
 """Beyond any insert or mill. Chosen."""
 MARK = "k_c1.1"
-"""The column that a file is told by."""
+"""The column that a file is recognised by."""
 LABELS = ("material", "k_c1.1_unit", "source")
 NEEDED = ("k_c1.1", "lower", "upper", "m_c", "rake_deg")
 OPTIONAL = ("m_c_lower", "m_c_upper", "speed_m_min", "thinnest_mm", "thickest_mm")

@@ -1,9 +1,11 @@
-"""What a batch of cuts told of a pair, to be added to another posterior or taken back.
+"""The information that a batch of cuts adds on a pair, to be added to another posterior or taken
+back.
 
 A normal posterior in information form is a sum: precision and precision times mean of the prior,
 and of each batch as it was linearised. So two machines' posteriors from one prior merge by adding
-what either's cuts told, and a batch is undone by taking away what it told. Exact for what is linear
-in the state; what the law bends between is as close as the linearisation (a test says how close).
+the information of either's cuts, and a batch is undone by taking its information away. Exact for
+what is linear in the state; what the law bends between is as close as the linearisation (a test
+says how close).
 """
 
 from dataclasses import dataclass, replace
@@ -45,12 +47,12 @@ def information_gained(before: PairPosterior, after: PairPosterior) -> Informati
 
 
 def merged(posterior: PairPosterior, other: InformationGained) -> PairPosterior:
-    """Return a posterior that also knows what other cuts told."""
+    """Return a posterior with the information of other cuts added."""
     return _changed(posterior, other, 1.0)
 
 
 def without_batch(posterior: PairPosterior, batch: InformationGained) -> PairPosterior:
-    """Return a posterior that no longer knows what a batch of its cuts told."""
+    """Return a posterior with the information of a batch of its cuts taken away."""
     return _changed(posterior, batch, -1.0)
 
 

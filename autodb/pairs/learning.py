@@ -49,7 +49,8 @@ def posterior_of_readings(
 ) -> PairPosterior:
     """Return the posterior after readings.
 
-    ``near``: one that is close to it, from which the maximum is looked for; it tells nothing else.
+    ``near``: one that is close to it, from which the maximum is searched for; it has no other
+    effect.
 
     Raises UnusableInput where learning does not come to rest.
     """

@@ -4,7 +4,7 @@ The same inputs can cut in another state: a built-up edge, an inclusion, a worn 
 are farther off than the posterior, the law's error, scatter and sensing leave room for are not to
 be averaged into the pair. Of a batch the statistic is Mahalanobis' distance of its readings, whose
 square is chi-squared with as many degrees of freedom (what the posterior leaves open they share,
-and the distance knows it); a single cut's is that of its own readings.
+and the distance includes it); a single cut's is that of its own readings.
 """
 
 from dataclasses import dataclass

@@ -43,7 +43,7 @@ def gain_error(error: Shared) -> SharedError:
 
 @dataclass(frozen=True)
 class SensedComponent:
-    """A component that a machine feels: which (0 to 4: force x, y, z, torque, power), sd of its
+    """A component that a machine senses: which (0 to 4: force x, y, z, torque, power), sd of its
     sensing, and the errors of its calibration.
     """
 
@@ -84,14 +84,14 @@ def propose(
 ) -> Proposal | None:
     """Return the candidate after which ``quantities`` of the targets are least open.
 
-    Least is the mean over targets and quantities of the variance over the force's square. None
-    where every candidate may exceed a limit.
+    Least is the mean over targets and quantities of the variance over the force's
+    square. None where every candidate may exceed a limit.
     """
-    left, worth = target_sds(
+    left, variance = target_sds(
         posterior, candidates, targets, sensed=sensed, quantities=quantities, limits=limits
     )
-    best = int(np.argmin(worth))
-    return Proposal(best, left[best]) if np.isfinite(worth[best]) else None
+    best = int(np.argmin(variance))
+    return Proposal(best, left[best]) if np.isfinite(variance[best]) else None
 
 
 def target_sds(
@@ -103,10 +103,10 @@ def target_sds(
     quantities: tuple[int, ...],
     limits: PlanLimits | None = None,
 ) -> tuple[Array, Array]:
-    """Return the sd of the targets (candidates, targets, 5) after each candidate, and their worth.
+    """Return the sd of the targets (candidates, targets, 5) after each candidate, and ``variance``.
 
-    Worth (candidates,) is the mean over targets and quantities of the variance over the force's
-    square; infinite of a cut that may exceed a limit.
+    ``variance`` (candidates,) is the mean over targets and quantities of the variance over the
+    force's square; infinite of a cut that may exceed a limit.
     """
     laws = (posterior.law_error(candidates.operation), posterior.law_error(targets.operation))
     assumed = (*candidates.assumed, *targets.assumed)
@@ -115,11 +115,11 @@ def target_sds(
     tried, asked = forecast(known, candidates), forecast(known, targets)
     left = np.sqrt(_variance_left(known, tried, asked, sensed))
     size = np.maximum(np.abs(asked.mean), TINY_N)
-    worth = np.mean((left / size)[:, :, list(quantities)] ** 2, axis=(1, 2))
+    variance = np.mean((left / size)[:, :, list(quantities)] ** 2, axis=(1, 2))
     if limits is not None:
         risky = np.any(limits.exceeded(tried) > MAY_EXCEED, axis=1)
-        worth = np.where(risky, np.inf, worth)
-    return left, worth
+        variance = np.where(risky, np.inf, variance)
+    return left, variance
 
 
 def _variance_left(
@@ -136,5 +136,5 @@ def _variance_left(
     spread = slopes @ known.state.covariance
     sums = spread @ np.swapaxes(slopes, 1, 2) + noise[:, :, None] * np.eye(len(measured))
     seen = np.einsum("tqp,ckp->ctqk", asked.slopes, spread)
-    told = np.einsum("ctqk,ckl,ctql->ctq", seen, np.linalg.inv(sums), seen)
-    return np.asarray(np.maximum(asked.sd**2 - told, asked.own))
+    gained = np.einsum("ctqk,ckl,ctql->ctq", seen, np.linalg.inv(sums), seen)
+    return np.asarray(np.maximum(asked.sd**2 - gained, asked.own))

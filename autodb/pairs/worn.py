@@ -1,4 +1,4 @@
-"""Wear of a pair's edges: what it adds to their cuts' forces, and how it is told from readings.
+"""Wear of a pair's edges: what it adds to their cuts' forces, and how it is fitted to readings.
 
 A worn edge rubs more: each mm of it takes w (T/T_r)^p N more along the cutting speed and across the
 edge, T its cutting time, which starts again at an edge change. Added as forces of the edge are, so

@@ -77,7 +77,7 @@ from autodb.proofs.runs.keeping import (
     flips_run,
     flips_summary,
 )
-from autodb.proofs.runs.keeping.day_run import DayTold
+from autodb.proofs.runs.keeping.day_run import DayOutcome
 from autodb.proofs.runs.lathe import lathe_run, lathe_summary
 from autodb.proofs.runs.lathe.lathe_run import AxisErrors
 from autodb.proofs.runs.mill import (
@@ -97,7 +97,7 @@ from autodb.sensing.network import need_torch
 J = TypeVar("J")
 ROOT = Path(autodb.__file__).parent
 APART = ("cli", "proofs/cases", "proofs/machines")
-"""Folders that make no interval; the generator's own modules are looked at by themselves."""
+"""Folders that make no interval; the generator's own modules are hashed by themselves."""
 
 
 CONCEALED = (
@@ -227,7 +227,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         what="a lathe's day: events named in time, none invented, next cuts predicted with terms",
         runs=20,
         run=day_run.run_day,
-        kept=TypeAdapter(Finished[DayTold]),
+        kept=TypeAdapter(Finished[DayOutcome]),
         score=day_summary.day_summary_of,
         read=day_summary.DaySummary.from_json,
         generator=DAY,

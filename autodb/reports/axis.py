@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 MAP_PX = 360
 TOLD_HZ = (1.0, 10.0)
-"""Bandwidths at which the error of each state is told."""
+"""Bandwidths at which the error of each state is stated."""
 STATES = ("in steady motion", "while the speed changes", "shortly after a reversal")
 
 

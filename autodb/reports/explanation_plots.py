@@ -92,7 +92,7 @@ def located(
 def close_up(
     channel: dict[str, str], answer: ChannelAnswer, trace: ChannelTrace
 ) -> list[tuple[Markup, str | None]]:
-    """Draw the turns of a waveform that are worth a close look, with what ``drawn_words`` says."""
+    """Draw the turns of a waveform that are shown enlarged, with what ``drawn_words`` says."""
     if trace.close_up is None:
         return []
     near = part(trace, *trace.close_up)

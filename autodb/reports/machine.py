@@ -180,7 +180,7 @@ class _History:
         ]
 
     def checks(self) -> list[PredictedSensed]:
-        """Learn from the oldest cuts and predict what the drives feel in the newest ones."""
+        """Learn from the oldest cuts and predict what the drives sense in the newest ones."""
         first = max(2, int(LEARNT_SHARE * len(self._cuts)))
         learnt, later = self._after(first), set(self._cuts[first:])
         rest = [force for force in self._forces if force.cut_id in later]

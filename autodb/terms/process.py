@@ -84,7 +84,7 @@ EDGE_FORCE = Contribution(
     excited_by="the same depth at half the feed and at the thinnest possible chip",
     source="P1 section 3 (Armarego's edge coefficients)",
     alike=("size_effect",),
-    told_apart_by="Cut at a chip of 0.03 mm or thinner: the edge's force stays, the force of a "
+    distinguished_by="Cut at a chip of 0.03 mm or thinner: the edge's force stays, the force of a "
     "thinning chip goes on falling.",
 )
 _RATE = TermParameter("rate", "U/(mm·s)", "force gained per depth and second of cutting")
@@ -99,7 +99,8 @@ TOOL_WEAR = Contribution(
     excited_by="one repeated cut just before and just after an edge change",
     source="P1 section 2 (process state)",
     alike=("sensor_drift",),
-    told_apart_by="Change the edge and repeat the cut: wear falls back, a sensor's drift does not.",
+    distinguished_by="Change the edge and repeat the cut: wear falls back, a sensor's drift "
+    "does not.",
 )
 EDGE_WEAR = Contribution(
     name="tool_wear",

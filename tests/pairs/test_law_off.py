@@ -61,7 +61,8 @@ def test_a_thrust_that_turns_with_the_depth_speaks_for_a_law_far_off() -> None:
 
 
 def test_geometry_that_is_assumed_is_learnt_with_the_pair() -> None:
-    """An entering angle 5° off the assumed one: the posterior of cuts knows, and faces as it is."""
+    """An entering angle 5° off the assumed one: the posterior of cuts has it, and faces as it
+    is."""
     theta = _true(4)
     rows = [
         {"cutting.feed": f, "cutting.depth": d, "cutting.speed": 100.0, "work.diameter": 40.0}

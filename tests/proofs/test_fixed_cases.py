@@ -20,7 +20,7 @@ MISSED = 2
 FEW = range(7, 61, 14)
 
 
-def _told(scored: list[ScoredCase], *, missed: int) -> None:
+def _scores_hold(scored: list[ScoredCase], *, missed: int) -> None:
     """Nothing where nothing is hidden, and of decidable cases all but so many named exactly."""
     assert {one.seed: one.found for one in scored if not one.terms and one.found} == {}
     decidable = [one for one in scored if one.terms and one.decidable]
@@ -40,14 +40,14 @@ def _answered(seed: int) -> ScoredCase:
 
 @pytest.mark.parametrize("seeds", [FEW[:2], FEW[2:]], ids=["first", "last"])
 def test_every_fourteenth_case(seeds: range) -> None:
-    _told([_answered(seed) for seed in seeds], missed=1)
+    _scores_hold([_answered(seed) for seed in seeds], missed=1)
 
 
 @pytest.mark.campaign
 @pytest.mark.parametrize("first", range(0, 60, TEN))
 def test_ten_fixed_cases(first: int) -> None:
     scored = [_answered(seed) for seed in range(first + 1, first + TEN + 1)]
-    _told(scored, missed=MISSED)
+    _scores_hold(scored, missed=MISSED)
 
 
 def test_the_fixed_cases_are_those_of_the_plan() -> None:

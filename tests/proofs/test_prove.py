@@ -250,7 +250,7 @@ def test_a_summary_comes_back_from_json_and_prints_every_row(tmp_path: Path) -> 
 
 
 def test_the_oracle_passes_its_own_proof() -> None:
-    """Generator, truths and score agree: who knows the laws is right as often as stated."""
+    """Generator, truths and score agree: who is given the laws is right as often as stated."""
     judged = []
     for seed in range(1001, 1041):
         run = draw_run(seed)

@@ -89,8 +89,8 @@ def test_a_field_of_the_published_form_is_found_again(made: Traced) -> None:
     model = published_axis(cells, vertical=True)
     assert field_error(cells, model.current_A(x, v), 3.0) < 0.003
     bent = cells.of(current_A + 0.2 * np.sign(v) * np.sin(x / 60.0))
-    told = published_axis(bent, vertical=True)
-    assert field_error(bent, told.current_A(x, v), 3.0) > 0.02, "a straight line along the travel"
+    published = published_axis(bent, vertical=True)
+    assert field_error(bent, published.current_A(x, v), 3.0) > 0.02, "a line along the travel"
 
 
 def test_the_oracle_of_a_run_without_noise_is_the_truth(made: Traced) -> None:
@@ -107,20 +107,20 @@ def test_autodb_is_nearer_to_the_true_field_and_contour_than_the_published_way(
     where = segments(made)
     found = ours(made, where)
     true = where.cells(made.sweep.expected_A)
-    told = published_axis(where.cells(made.sweep.current_A), vertical=False)
-    published_error = field_error(true, told.current_A(true.x_mm, true.v_mm_s), 0.0)
+    published = published_axis(where.cells(made.sweep.current_A), vertical=False)
+    published_error = field_error(true, published.current_A(true.x_mm, true.v_mm_s), 0.0)
     assert field_error(true, where.means(found.sweep_A), 0.0) < 0.75 * published_error
     assert field_error(true, where.means(found.sweep_terms_A), 0.0) > published_error
     motion, contour_A = made.contour.motion, made.contour.expected_A
     moves = np.abs(motion.v) > 1.0
     off, published_off = (
         float(np.mean(np.abs(one - contour_A)[moves]))
-        for one in (found.contour_A, told.current_A(motion.x, motion.v))
+        for one in (found.contour_A, published.current_A(motion.x, motion.v))
     )
     assert off < 0.5 * published_off
 
 
-def _told(way: str, axis: str, measured: float) -> AxisModelErrors:
+def _errors(way: str, axis: str, measured: float) -> AxisModelErrors:
     return AxisModelErrors(
         way, axis, measured, measured, 0.03, 0.03, 0.12, 0.005 if axis == "z" else None
     )
@@ -128,12 +128,12 @@ def _told(way: str, axis: str, measured: float) -> AxisModelErrors:
 
 def _runs(**measured: float) -> list[Finished[AxisModelErrors]]:
     size = {"x": 0.032, "y": 0.024, "z": 0.10}
-    told = tuple(
-        _told(way, axis, measured.get(way.split()[0].replace(",", ""), 0.5) * size[axis])
+    made = tuple(
+        _errors(way, axis, measured.get(way.split()[0].replace(",", ""), 0.5) * size[axis])
         for axis in size
         for way in (PUBLISHED, OURS, axis_run.TERMS_ALONE, ORACLE, axis_run.KNOWN)
     )
-    return [Finished(1, told)]
+    return [Finished(1, made)]
 
 
 def test_limits() -> None:

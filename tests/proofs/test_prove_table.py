@@ -93,7 +93,7 @@ def test_a_run_is_summed_up() -> None:
     assert ours.sideways_N < 0.35 * published.sideways_N
     assert ours.off_N[2] < 0.35 * published.off_N[2]
     assert found.along > 0.15
-    assert found.told == 4
+    assert found.identified == 4
     assert found.recordings == 2
     assert table_summary.read_table_forces(found.to_json()) == found
     limits = found.tables()[0]

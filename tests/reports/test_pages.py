@@ -250,7 +250,7 @@ def test_what_was_read_is_escaped() -> None:
     assert "lathe &lt;1&gt;" in own(whole())
 
 
-def test_a_force_that_drives_cannot_feel_is_not_sensed() -> None:
+def test_a_force_that_drives_cannot_sense_is_not_sensed() -> None:
     text = readable(whole())
     assert "cut 1 not sensed 480 N" in text
     assert "11 of 11 measured forces lie in the predicted interval; 1 not sensed." in text

@@ -18,7 +18,7 @@ from autodb.web.app import make_app
 from autodb.web.http.settings import Settings
 from autodb.web.http.static import FILES, at
 from autodb.web.routes.asked import as_cut
-from tests.helpers.site import ODD, filled
+from tests.helpers.site import STRANGE, filled
 
 MACHINE = "/machines/lathe-1"
 CUT = {"operation": "turn", "diameter_mm": "56", "depth_mm": "2.5", "feed_mm_rev": "0.3",
@@ -164,7 +164,7 @@ def test_limits_are_drawn_into_the_maps(client: TestClient, pair: dict[str, str]
 
 def test_machines_are_found_by_a_part_of_their_name(client: TestClient) -> None:
     assert "lathe-1" in _text(client.get("/?like=LATHE").text)
-    assert ODD not in _text(client.get("/?like=LATHE").text)
+    assert STRANGE not in _text(client.get("/?like=LATHE").text)
     assert "No machine" in _said(client.get("/?like=none%25").text)[0]
 
 
@@ -172,9 +172,9 @@ def test_machines_are_found_by_a_part_of_their_name(client: TestClient) -> None:
 
 
 def test_names_are_escaped_everywhere(client: TestClient) -> None:
-    path = f"/machines/{quote(ODD, safe='')}"
+    path = f"/machines/{quote(STRANGE, safe='')}"
     for page in ("/", path, f"{path}/plan", f"{path}/pairs", f"{path}/moved", f"{path}/mismatches",
-                 f"{path}/pair?{urlencode({'material': ODD, 'tool': ODD})}"):  # fmt: skip
+                 f"{path}/pair?{urlencode({'material': STRANGE, 'tool': STRANGE})}"):  # fmt: skip
         html = client.get(page).text
         assert "<script>alert" not in html, page
         assert "&lt;script&gt;" in html, page

@@ -52,7 +52,7 @@ def _agree(made: str, page: str) -> None:
 
 
 def _last_digit(number: str) -> float:
-    """Return what one in the last digit of a printed number is; three digits at most are told."""
+    """Return what one in the last digit of a printed number is; three digits at most count."""
     _, point, decimals = number.partition(".")
     if point:
         return 1.001 * 10.0 ** -len(decimals)

@@ -32,13 +32,13 @@ WHOLLY = 0.95
 TURNS = 20
 """Turns of the spindle that have to be wholly in the work."""
 PHASES = 96
-"""Angles within a tooth's pitch, finer by STEPS rounds, among which the teeth are looked for."""
+"""Angles within a tooth's pitch, finer by STEPS rounds, among which the teeth are searched for."""
 STEPS = 3
 CURVE, NUDGE_RAD = 4, 0.01
 """Degree of the curve by which an angle that was not recorded is off; by what teeth are turned to
 see what that changes."""
 ROWS = 2000
-"""Rows by which angles are looked for."""
+"""Rows from which angles are estimated."""
 TURNED = 0.5
 """Share of the squares left as recorded below which the teeth are taken to be elsewhere."""
 
@@ -111,9 +111,9 @@ def _turned(recording: Recording, mill: Mill, wave: "_Wave") -> tuple[Array, tup
     angle = recording.get("spindle.angle")
     if angle is None:
         ones = np.ones(len(recording))
-        told = heard(recording, mill, np.array([*_forces(recording).values()]), ones, ones)
-        told += wave.phase(recording, told, pitch)[0]
-        return wave.in_step(recording, told, degree=CURVE), ()
+        heard_at = heard(recording, mill, np.array([*_forces(recording).values()]), ones, ones)
+        heard_at += wave.phase(recording, heard_at, pitch)[0]
+        return wave.in_step(recording, heard_at, degree=CURVE), ()
     recorded = np.radians(angle)
     off, share = wave.phase(recording, recorded, pitch)
     if share >= TURNED:
@@ -213,7 +213,7 @@ class _Wave:
         """Return by which angle within a pitch teeth are off, and the squares left then, in shares
         of those left as it is.
         """
-        some, rows = _looked_at(recording)
+        some, rows = _examined(recording)
 
         def left(off: float) -> float:
             rest = [
@@ -234,7 +234,7 @@ class _Wave:
 
         Beside a factor on all of them, so that more force is not taken for another phase.
         """
-        some, rows = _looked_at(recording)
+        some, rows = _examined(recording)
         t = recording.t_s
         course = np.polynomial.legendre.legvander(2.0 * (t - t[0]) / (t[-1] - t[0]) - 1.0, degree)
         for _ in range(STEPS):
@@ -250,7 +250,7 @@ class _Wave:
         return angle_rad
 
 
-def _looked_at(recording: Recording) -> tuple[Recording, NDArray[np.intp]]:
+def _examined(recording: Recording) -> tuple[Recording, NDArray[np.intp]]:
     """Return about ROWS rows of a recording, and which they are."""
     rows = np.arange(0, len(recording), max(1, len(recording) // ROWS))
     return replace(

@@ -1,8 +1,8 @@
 """What machines know together of a material, as the database keeps it.
 
-Only what a machine's parameters say is read: what its own cuts told (autodb.pairs.hierarchy), never
-a cut, a force or a recording. A prior holds sums, so that a machine's next version is added at the
-cost of that version; the pairs in it are linked to it.
+Only what a machine's parameters say is read: the information of its own cuts
+(autodb.pairs.hierarchy), never a cut, a force or a recording. A prior holds sums, so that a
+machine's next version is added at the cost of that version; the pairs in it are linked to it.
 """
 
 from collections.abc import Iterable, Mapping
@@ -50,7 +50,8 @@ class PairVersion:
 
 @dataclass(frozen=True)
 class OwnCuts:
-    """What a pair's own cuts told: with the errors of its machine's calibrations, and without."""
+    """Information of a pair's own cuts: with the errors of its machine's calibrations, and
+    without."""
 
     as_stated: InformationOfCuts
     as_sensed: InformationOfCuts
@@ -76,7 +77,7 @@ _USUAL = (
 
 
 def own_cuts(session: Session, version: int) -> OwnCuts:
-    """Return what the own cuts of a version told; it must say what it began with."""
+    """Return the information of a version's own cuts; it must say what it began with."""
     columns = (_P.mean, _P.covariance, _P.shared, _P.scatter, _P.terms, _P.n_cuts, _P.start)
     *kept, cuts, start = session.execute(select(*columns).where(_P.id == version)).one()
     posterior, before = posterior_of(*kept, cuts=cuts), law_from_json(start)
@@ -90,7 +91,7 @@ def own_cuts(session: Session, version: int) -> OwnCuts:
 def sharing(session: Session) -> dict[int, list[PairVersion]]:
     """Return the newest versions of all pairs that machines share, by material.
 
-    A version that does not say what it began with tells nothing that could be told apart.
+    A version that does not say what it began with gives no information of its own.
     """
     newest = (
         select(_P.machine_id, _P.pair_id, func.max(_P.version).label("version"))
@@ -119,7 +120,7 @@ def sharing(session: Session) -> dict[int, list[PairVersion]]:
     return found
 
 
-def told_by(
+def pairs_in(
     session: Session, prior: models.FleetPrior, *, machine_id: int | None = None
 ) -> list[PairVersion]:
     """Return the versions whose sums a prior holds, all or those of one machine."""
@@ -181,7 +182,7 @@ def from_others(session: Session, machine_id: int, material: str, tool: str) -> 
     prior = None if row is None else newest_prior(session, row.id)
     if prior is None or prior.known is None:
         return None
-    own = told_by(session, prior, machine_id=machine_id)
+    own = pairs_in(session, prior, machine_id=machine_id)
     machines = prior.machines - bool(own)
     if machines < OTHERS:
         return None
@@ -201,8 +202,8 @@ def as_kept(known: KnownMaterial) -> dict[str, Any]:
         "shares": {"tools": a, "machines": b},
         "tools": {
             name: {
-                "precision": [one[UPPER].tolist() for one in tool.told.precision],
-                "weighted": tool.told.weighted.tolist(),
+                "precision": [one[UPPER].tolist() for one in tool.information.precision],
+                "weighted": tool.information.weighted.tolist(),
                 "log": tool.log.tolist(),
                 "machines": tool.machines,
             }

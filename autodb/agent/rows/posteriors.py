@@ -26,7 +26,7 @@ from autodb.store.models.learning import EVERY
 
 LAW = "thin_shear_zone"
 OF_CALIBRATIONS = (CALIBRATION, REFERENCES, GAIN)
-"""What keys of errors begin with that are of what feels a machine's forces."""
+"""What keys of errors begin with that are of what senses a machine's forces."""
 
 
 def as_posterior(row: models.CuttingParameters) -> PairPosterior:

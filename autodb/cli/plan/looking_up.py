@@ -1,4 +1,4 @@
-"""`lookup`: one cut of a pair, or the pairs that a machine knows; nothing is stored."""
+"""`lookup`: one cut of a pair, or the pairs that a machine has; nothing is stored."""
 
 import re
 from typing import TYPE_CHECKING, Annotated, Any

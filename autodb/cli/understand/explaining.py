@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 RecordingFiles = Annotated[
     list[Path],
     typer.Argument(
-        readable=False, help="The recording or cut table; several are looked at together too."
+        readable=False, help="The recording or cut table; several are explained together too."
     ),
 ]
 Simulations = Annotated[
@@ -144,23 +144,23 @@ def _several(
     from autodb.explain.together import explain_together
     from autodb.reports.explanation_files import write_together
 
-    looked = []
+    explained_all = []
     for number, recording in enumerate(recordings):
         progress(f"{recording.name}, {number + 1} of {len(recordings)}")
-        looked.append(look(number))
+        explained_all.append(look(number))
     found = explain_together(
-        [setup for setup, _, _ in looked],
-        [explained.explanation.channels for _, explained, _ in looked],
+        [setup for setup, _, _ in explained_all],
+        [explained.explanation.channels for _, explained, _ in explained_all],
     )
     progress("writing the reports")
-    write_together([explained for _, explained, _ in looked], found, folder)
-    for _, explained, _ in looked:
+    write_together([explained for _, explained, _ in explained_all], found, folder)
+    for _, explained, _ in explained_all:
         for note in explained.notes:
             typer.echo(note, err=True)
     if json:
         say((folder / "together.json").read_text(encoding="utf-8").rstrip())
         return
-    for recording, (_, explained, kept) in zip(recordings, looked, strict=True):
+    for recording, (_, explained, kept) in zip(recordings, explained_all, strict=True):
         say(f"{recording}:")
         _say_causes(explained, kept)
     say("together:")

@@ -35,7 +35,7 @@ class Again(Trials):
     @cached_property
     def cuts(self) -> Elsewhere:
         """All cuts of all trials."""
-        table, rows = self.looked.stack, self.rows
+        table, rows = self.result.stack, self.rows
         simulation = table.simulation[:, rows]
         stack = replace(
             table,
@@ -49,23 +49,23 @@ class Again(Trials):
         return Elsewhere(stack, self.own(stack), {})
 
 
-def made_again(looked: FoundInCuts, own: Own, *, unit: str) -> Teller:
+def made_again(result: FoundInCuts, own: Own, *, unit: str) -> Teller:
     """Return what tells effects apart by the table's cuts made again, those of each condition.
 
     Every effect must say how it is built ``anew``.
     """
-    known = looked.stack.known
-    first = _one_of_each(looked.stack)
+    known = result.stack.known
+    first = _one_of_each(result.stack)
     rounds = [
         Again(
-            looked,
+            result,
             [_trial(known, row, times) for row in first],
             np.repeat(first, times),
             own,
         )
         for times in TIMES
     ]
-    return Teller(looked, rounds, unit)
+    return Teller(result, rounds, unit)
 
 
 def _one_of_each(stack: Stack) -> Rows:

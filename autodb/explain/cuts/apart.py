@@ -44,21 +44,21 @@ class Parted:
 class Trials:
     """The trials that can follow a table, as cuts in one stack."""
 
-    looked: FoundInCuts
+    result: FoundInCuts
     trials: Sequence[CutTrial]
 
     @cached_property
     def cuts(self) -> Elsewhere:
         """All cuts of all trials."""
-        known = self.looked.stack.known
-        return elsewhere(self.looked, joined_trials([t.known for t in self.trials]), usual(known))
+        known = self.result.stack.known
+        return elsewhere(self.result, joined_trials([t.known for t in self.trials]), usual(known))
 
     def best(self, first: tuple[Choice, ...], second: tuple[Choice, ...]) -> Parted | None:
         """Return the trial on which two sets differ most, None where none separates them."""
         if not self.trials:
             return None
         accounts = [
-            fit_cuts_account(self.looked, choices, self.cuts) for choices in (first, second)
+            fit_cuts_account(self.result, choices, self.cuts) for choices in (first, second)
         ]
         able = [p for p in self._parted(*accounts) if p.gap.odds > SEPARATES]
         return max(able, key=lambda parted: parted.gap.odds, default=None)
@@ -94,14 +94,14 @@ class Trials:
 class Teller:
     """What would tell the effects found in a table from their rivals.
 
-    ``rounds`` of trials are looked through in their order; ``unit`` of the channels.
+    ``rounds`` of trials are tried in their order; ``unit`` of the channels.
     """
 
-    looked: FoundInCuts
+    result: FoundInCuts
     rounds: Sequence[Trials]
     unit: str = "N"
 
-    def told_apart(self, choice: Choice, name: str, rivals: Sequence[str]) -> str | None:
+    def distinguishing(self, choice: Choice, name: str, rivals: Sequence[str]) -> str | None:
         """Return the cuts that tell a found effect, called ``name``, from its nearest rivals.
 
         None where it has none, or where no trial of the library separates it from any.
@@ -112,7 +112,7 @@ class Teller:
 
     def line(self, best: Parted, names: tuple[str, str]) -> str:
         """Return a trial and how far what is called by two names would differ there, in words."""
-        where = f" in {best.component}" if len(self.looked.stack.names) > 1 else ""
+        where = f" in {best.component}" if len(self.result.stack.names) > 1 else ""
         noise = (
             f"scatter is {best.scatter:.2g} {self.unit} a cut; together "
             f"{np.sqrt(best.gap.odds):.2g} standard deviations"
@@ -124,7 +124,7 @@ class Teller:
         other = self.instead(choice, rival)
         if other is None:
             return None
-        return self.between(self.looked.found.choices, other.choices)
+        return self.between(self.result.found.choices, other.choices)
 
     def between(self, first: tuple[Choice, ...], second: tuple[Choice, ...]) -> Parted | None:
         """Return the trial of the first round that has one which tells two sets apart, or None."""
@@ -133,9 +133,9 @@ class Teller:
 
     def instead(self, choice: Choice, rival: str) -> FoundSet | None:
         """Return the best set in which a term stands in for an effect, in each component it may."""
-        search, key = self.looked.search, choice.candidate.key
+        search, key = self.result.search, choice.candidate.key
         candidates = called(search, rival, but=key)
-        swap = stand_in(search, self.looked.found, key, candidates)
+        swap = stand_in(search, self.result.found, key, candidates)
         if swap is None:
             return None
         found = swap[0]
@@ -148,7 +148,7 @@ class Teller:
         return found
 
 
-def after_forces(looked: FoundInCuts) -> Teller:
+def after_forces(result: FoundInCuts) -> Teller:
     """Return what tells effects in forces apart by cuts that follow the table."""
-    known = looked.stack.known
-    return Teller(looked, (Trials(looked, plain_trials(known)), Trials(looked, paired(known))))
+    known = result.stack.known
+    return Teller(result, (Trials(result, plain_trials(known)), Trials(result, paired(known))))

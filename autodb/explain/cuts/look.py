@@ -28,13 +28,14 @@ from autodb.records import CutTable
 Array = NDArray[np.float64]
 
 BAR = -3.0
-"""Evidence asked of every effect beyond what the search asks: fewer shapes overlap than are looked
-through. Chosen, so that of tables with nothing missing fewer than one in a hundred is given a name.
+"""Evidence asked of every effect beyond what the search asks: fewer shapes overlap than are
+searched through. Chosen, so that of tables with nothing missing fewer than one in a hundred is
+given a name.
 """
 SHORT = 60.0
 """Degrees of freedom per unit of evidence that is asked further of a short table. Chosen."""
 ROUNDS = 2
-"""How often runs and periods are looked for in what the best set leaves."""
+"""How often runs and periods are searched for in what the best set leaves."""
 RICH = 8
 """Columns from which on a shape must tell cuts left out of its fit better than a plainer one."""
 STRONG = 0.2
@@ -47,7 +48,7 @@ PASSES = 2
 class Library:
     """What the channels of a table may hold: columns of their own, and effects.
 
-    ``proposals`` are effects that must be looked for in what a fit leaves (C, n), by round;
+    ``proposals`` are effects that must be searched for in what a fit leaves (C, n), by round;
     ``levels``: names of own columns that no force or depth holds, so that they count in scatter.
     """
 
@@ -110,16 +111,16 @@ def look_in_cuts(stack: Stack, includes: list[str] | None) -> FoundInCuts:
 
 def look_for(stack: Stack, library: Library) -> FoundInCuts:
     """Return the effects that the table holds: scatter, search, and scatter again."""
-    looked = None
+    result = None
     for number in range(PASSES):
-        strong = None if looked is None else all_columns({}, _strong(looked.found))
+        strong = None if result is None else all_columns({}, _strong(result.found))
         own = [columns for name, columns in library.own(stack).items() if name in library.levels]
         stack, freedom = with_noise(stack, strong, own=own)
-        looked = _search(stack, library, freedom, known=number > 0)
-        if not looked.found.choices:
+        result = _search(stack, library, freedom, known=number > 0)
+        if not result.found.choices:
             break
-    assert looked is not None
-    return replace(looked, found=_vetoed(looked))
+    assert result is not None
+    return replace(result, found=_vetoed(result))
 
 
 def _strong(found: FoundSet) -> tuple[Choice, ...]:
@@ -137,7 +138,7 @@ def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> F
     proposed: list[Candidate] = []
     found, search = FoundSet(), None
     for number in range(ROUNDS):
-        more = _looked_for(stack, library, own, found, number)
+        more = _searched_for(stack, library, own, found, number)
         if number > 0 and not _helps(stack, own, found, more, freedom, known=known):
             break
         proposed += more
@@ -155,10 +156,10 @@ def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> F
     return FoundInCuts(stack, own, search, found)
 
 
-def _looked_for(
+def _searched_for(
     stack: Stack, library: Library, own: dict[str, LawColumns], found: FoundSet, number: int
 ) -> list[Candidate]:
-    """Return what is looked for in what a set leaves, and in what it leaves without scanned ones.
+    """Return what is searched for in what a set leaves, and in what it leaves without scanned ones.
 
     Scans of the first round see slow effects too: a run or a step found beside them may be another.
     """
@@ -176,7 +177,7 @@ def _helps(
 ) -> bool:  # fmt: skip
     """Return whether a further candidate may join what was found, or stand in for one of it.
 
-    All others are left aside.
+    All others are left out.
     """
     candidates = [*(choice.candidate for choice in found.choices), *more]
     made = products(stack, list(own.values()), candidates, freedom=freedom, known=known)
@@ -204,9 +205,10 @@ def _proposals(stack: Stack, left: Array, number: int) -> list[Candidate]:
     return [*several, *(candidate for candidate in found if candidate is not None)]
 
 
-def _plainer(looked: FoundInCuts) -> FoundSet:
-    """Return the set with a plainer shape of a rich one where cuts left out are told better."""
-    found, search = looked.found, looked.search
+def _plainer(result: FoundInCuts) -> FoundSet:
+    """Return the set with a plainer shape of a rich one where cuts left out are predicted
+    better."""
+    found, search = result.found, result.search
     for choice in found.choices:
         if search.products.places[choice.key].size <= RICH:
             continue
@@ -219,29 +221,29 @@ def _plainer(looked: FoundInCuts) -> FoundSet:
         numbers = [i for i, width in enumerate(widths) if width <= RICH]
         if not numbers:
             continue
-        worth = {
+        gained = {
             i: given.gain(
                 (choice.candidate.key, i), allowed=choice.candidate.forms[i].allowed
             ).evidence
             for i in numbers
         }
-        plainer = (*others, Choice(choice.candidate, max(worth, key=lambda i: worth[i])))
-        stack, own = looked.stack, looked.own
+        plainer = (*others, Choice(choice.candidate, max(gained, key=lambda i: gained[i])))
+        stack, own = result.stack, result.own
         if held_out_square(stack, own, plainer) < held_out_square(stack, own, found.choices):
             found = search.scored(plainer)
     return found
 
 
-def _vetoed(looked: FoundInCuts) -> FoundSet:
+def _vetoed(result: FoundInCuts) -> FoundSet:
     """Return the set without effects that make cuts left out of the fit worse."""
-    found = _plainer(looked)
+    found = _plainer(result)
     while found.choices:
-        whole = held_out_square(looked.stack, looked.own, found.choices)
+        whole = held_out_square(result.stack, result.own, found.choices)
         without = {
-            key: held_out_square(looked.stack, looked.own, found.without(key)) for key in found.keys
+            key: held_out_square(result.stack, result.own, found.without(key)) for key in found.keys
         }
         best = min(without, key=lambda key: without[key])
         if without[best] >= whole:
             break
-        found = looked.search.settled(found.without(best))
+        found = result.search.settled(found.without(best))
     return found

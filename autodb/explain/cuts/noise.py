@@ -22,7 +22,7 @@ LEAST_LEFT = 0.05
 FAR, SEEN = 6.0, 0.944
 """Squares beyond this many variances count as so many; a normal one then has this mean."""
 ENOUGH = 20
-"""Cuts from which on far ones are told from the others."""
+"""Cuts from which on outliers are distinguished from the others."""
 SHRUNK = 20.0
 """Cuts that the correlation of components is pulled towards none by: chosen."""
 LOCAL = 3

@@ -1,4 +1,4 @@
-"""The calibration card: how well each axis of a machine feels force, on one page."""
+"""The calibration card: how well each axis of a machine senses force, on one page."""
 
 from autodb.reports.card.axis import AxisCard, axis_card
 from autodb.reports.card.files import check_card_target, write_card

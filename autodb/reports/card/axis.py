@@ -1,4 +1,4 @@
-"""What a calibration of one axis is worth, in figures: all from its cuts, none from the fit alone.
+"""How good a calibration of one axis is, in figures: all from its cuts, none from the fit alone.
 
 Estimates and errors are those of cuts left out, of the form taken: each group of cuts is estimated
 by coefficients fitted without it, in the folds by which the form was chosen.
@@ -67,7 +67,7 @@ class OneCut:
 
 @dataclass(frozen=True)
 class AxisCard:
-    """One axis: rows (m,) in the order of the table, ``sudden`` (m,) those set aside.
+    """One axis: rows (m,) in the order of the table, ``sudden`` (m,) those excluded.
 
     ``cut`` are their numbers, ``order`` their places in the table, ``estimate`` that of cuts left
     out (of transients that of the fit). ``repeats``: conditions and sentences; ``repeated``: how

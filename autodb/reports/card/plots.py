@@ -71,7 +71,7 @@ def _against(axis: AxisCard, name: str, values: Array, *, id_: str) -> Markup:
 
 
 def _add(made: go.Figure, axis: AxisCard, x: Array, y: Array) -> None:
-    """Add the cuts, those set aside in another tone; each says its number."""
+    """Add the cuts, those excluded in another tone; each says its number."""
     for rows, tone, name in (
         (~axis.sudden, "corrected", "cut"),
         (axis.sudden, "warn", "transient, cut"),

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 TRANSIENT_WINDOW = 4
-"""Rows on each side that a row is compared with when transients are looked for."""
+"""Rows on each side that a row is compared with when transients are searched for."""
 TRANSIENT_SPREADS = 10.0
 """A row this many robust standard deviations off its neighbours is a transient."""
 

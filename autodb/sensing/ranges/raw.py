@@ -2,7 +2,7 @@
 
 Phase currents go through the demodulator, the range is split into air approach and cut, and each
 part gives its mean range with its standard error; a dynamometer's forces give their quasi-static
-mean over the cut. What disturbs a part of it is left out and said, what spoils it sets it aside.
+mean over the cut. What disturbs a part of it is left out and said, what spoils it excludes it.
 
 Means of a range in air and in cut with their standard errors, without what disturbs them.
 """
@@ -136,7 +136,7 @@ def cut_of_recording(
         _set_aside(recording, rejections.range_at_limit(load, parts, axis=axis, t_s=recording.t_s))
     spindle = _spindle(recording, parts)
     if spindle is None:
-        notes.append("chatter was not looked for: the spindle's speed is not known")
+        notes.append("chatter was not searched for: the spindle's speed is not known")
     else:
         seen = rejections.chatters(
             found.loads, found.forces, parts, rate_hz=found.rate_hz, spindle=spindle

@@ -1,4 +1,4 @@
-"""One machine: its axes and limits, what it can feel, its drives, and what moved and when."""
+"""One machine: its axes and limits, what it can sense, its drives, and what moved and when."""
 
 from fastapi import APIRouter, Request, Response
 from sqlalchemy import select

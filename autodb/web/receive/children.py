@@ -142,7 +142,7 @@ class Children:
 
 def _ask(process: subprocess.Popen[bytes], request: Request) -> None:
     assert process.stdin is not None
-    with contextlib.suppress(BrokenPipeError):  # what it ended of is told by its status
+    with contextlib.suppress(BrokenPipeError):  # its status says how it ended
         process.stdin.write(adapter(Request).dump_json(request, exclude_defaults=True) + b"\n")
         process.stdin.close()
 

@@ -45,7 +45,7 @@ def confirm_route(
     responses=DECIDES,
 )
 def rejected(request: Request, access: Operates, number: Number) -> Response:
-    """Reject what was said to be left out: cuts that stood aside for it are learnt after all."""
+    """Reject a mismatch: cuts that were excluded for it are learnt after all."""
     service = service_of(request)
     also = noting(access, "mismatch rejected", "mismatch")
     return _said(service, reject(service.store, number, by=access.who, also=also))

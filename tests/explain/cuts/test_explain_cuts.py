@@ -353,10 +353,10 @@ def test_cuts_left_out_of_the_fit_are_predicted() -> None:
     table = _table(3)
     recording, simulation = _pair(table, _depth(table), seed=3)
     names = tuple(STRENGTH_N_MM2)
-    looked = look_in_cuts(stack_of(recording, {n: simulation[n] for n in names}, BOTH), BOTH)
-    whole = held_out_square(looked.stack, looked.own, looked.found.choices)
+    result = look_in_cuts(stack_of(recording, {n: simulation[n] for n in names}, BOTH), BOTH)
+    whole = held_out_square(result.stack, result.own, result.found.choices)
     assert whole < 1.2
-    assert held_out_square(looked.stack, looked.own, ()) > 1.5 * whole
+    assert held_out_square(result.stack, result.own, ()) > 1.5 * whole
 
 
 def test_terms_that_look_alike() -> None:

@@ -118,8 +118,8 @@ def test_names_of_edges_do_not_matter() -> None:
         recording = CutTable(Path("cuts"), {**table, "tool.edge": edge, "force.y": sensed})
         stack = stack_of(recording, {"force.y": force}, SHEAR)
         seen, freedom = with_noise(stack)
-        looked = look_in_cuts(stack, SHEAR)
-        found.append((seen.sd, freedom, looked.stack.sd, looked.found))
+        result = look_in_cuts(stack, SHEAR)
+        found.append((seen.sd, freedom, result.stack.sd, result.found))
     (sd, freedom, last, one), (other_sd, other_freedom, other_last, other) = found
     assert_allclose(other_freedom, freedom, rtol=1e-9)
     assert_allclose(other_sd, sd, rtol=1e-9)

@@ -89,7 +89,7 @@ def undecided_words(size: str, names: tuple[str, ...]) -> str:
 
 
 def held_out_words(with_it: float, without: float, unit: str) -> str:
-    """Return how far cuts left out of the fit are told."""
+    """Return how far cuts left out of the fit are predicted."""
     return (
         f"Held-out cuts are predicted to within {with_it:.2g} {unit} with it, {without:.2g} "
         f"{unit} without it."

@@ -1,4 +1,4 @@
-"""The parameters that each effect is told by, of one component, named as its term names them.
+"""The parameters that each effect is described by, of one component, named as its term names them.
 
 The shape of an unnamed effect in words.
 """

@@ -1,4 +1,5 @@
-"""Candidates that must be looked for: a run of cuts in other material, and what comes round again.
+"""Candidates that must be searched for: a run of cuts in other material, and what comes round
+again.
 
 The scans work on what a fit leaves, by cumulative sums over bins of cuts; each edge of a run is
 then refined cut by cut between its neighbours.
@@ -33,7 +34,7 @@ ALIKE = 0.15
 LONGEST = 0.6
 """Share of the cuts that a run may hold; a longer one is the usual state."""
 FEWEST_TURNS, MOST_TURNS, STEP = 2.5, 100.0, 0.25
-"""How often in the table something may come round, and how finely that is looked through."""
+"""How often in the table something may come round, and how finely that is searched."""
 
 
 @dataclass(frozen=True)

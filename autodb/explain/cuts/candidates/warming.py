@@ -2,7 +2,7 @@
 
 Friction that the lubricant loses as it warms, and the current that a drive takes for a force, both
 shift what is sensed. The machine warms while it cuts and cools in pauses: without a pause in the
-table this is not told from whatever else settles, so that it is not looked for.
+table this is not distinguished from whatever else settles, so that it is not searched for.
 """
 
 from dataclasses import dataclass

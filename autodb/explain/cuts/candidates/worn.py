@@ -93,7 +93,7 @@ def _edge_forms(stack: Stack, spent: Array, curve: SmoothCurve) -> list[Candidat
 
 
 def wear_ratio(stack: Stack) -> Array:
-    """Return how strongly each component feels wear, (C,), the strongest 1."""
+    """Return how strongly wear acts on each component, (C,), the strongest 1."""
     time = _cutting_time(stack.known)
     spent, found = time / float(time.max()), []
     for i in range(len(stack.names)):

@@ -44,16 +44,16 @@ def _rows(
     )
 
 
-def _row(told: list[AxisModelErrors]) -> AxisModelErrors:
+def _row(errors: list[AxisModelErrors]) -> AxisModelErrors:
     """Return the medians of the machines."""
-    weights = [one.weight for one in told if one.weight is not None]
+    weights = [one.weight for one in errors if one.weight is not None]
 
     def median(name: str) -> float:
-        return float(np.median([getattr(one, name) for one in told]))
+        return float(np.median([getattr(one, name) for one in errors]))
 
     return AxisModelErrors(
-        way=told[0].way,
-        axis=told[0].axis,
+        way=errors[0].way,
+        axis=errors[0].axis,
         measured=median("measured"),
         true=median("true"),
         contour=median("contour"),

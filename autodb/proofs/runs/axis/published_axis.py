@@ -5,7 +5,7 @@ with seven parameters, for each direction; a straight line along the travel besi
 axis the weight is the mean of up and down at 500 mm/min and more. A segment's mean is the moving
 average too. The parameters over speed are those of the mean over the segments around the middle of
 the travel, which every level passes, not the mean of each segment's parameters: they are nearly
-degenerate, and means of such parameters stand for no curve. P2 knows nothing of acceleration and
+degenerate, and means of such parameters stand for no curve. P2 has no acceleration and
 standstill: there its friction follows the velocity's sign, and is none at standstill.
 """
 

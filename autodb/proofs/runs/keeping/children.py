@@ -49,7 +49,7 @@ def finished(folder: Path, step: Step) -> int:
 
 def timed(folder: Path, step: Step) -> tuple[int, Times]:
     """Run a step to its end; return its exit status, and when it first wrote and was done."""
-    before, start = looked(folder), time.perf_counter()
+    before, start = seen_now(folder), time.perf_counter()
     child = _begun(folder, step)
     status, to_write_s = _until_it_writes(child, folder, before), time.perf_counter() - start
     if status is None:
@@ -59,7 +59,7 @@ def timed(folder: Path, step: Step) -> tuple[int, Times]:
 
 def killed(folder: Path, step: Step, delay_s: float, *, from_write: bool) -> str:
     """Kill a step, a delay after its start or its first write; return which of CASES it was."""
-    before = looked(folder)
+    before = seen_now(folder)
     child = _begun(folder, step)
     if from_write and _until_it_writes(child, folder, before) is not None:
         return CASES[2]
@@ -67,7 +67,7 @@ def killed(folder: Path, step: Step, delay_s: float, *, from_write: bool) -> str
     os.kill(child, signal.SIGKILL)  # of one that has ended, and was not waited for, nothing
     if _status(child) != -signal.SIGKILL:
         return CASES[2]
-    return CASES[looked(folder) != before]
+    return CASES[seen_now(folder) != before]
 
 
 def two_at_once(folder: Path, step: Step) -> list[int]:
@@ -79,7 +79,7 @@ def two_at_once(folder: Path, step: Step) -> list[int]:
     return [_status(child) for child in children]
 
 
-def looked(folder: Path) -> Seen:
+def seen_now(folder: Path) -> Seen:
     """Return what lies in a folder, but for what those who only read a database make."""
     seen: Seen = {}
     folders = [str(folder)]
@@ -98,7 +98,7 @@ def looked(folder: Path) -> Seen:
 
 def _until_it_writes(child: int, folder: Path, before: Seen) -> int | None:
     """Wait until a folder changes; return a child's exit status where it ends without."""
-    while looked(folder) == before:
+    while seen_now(folder) == before:
         done, how = os.waitpid(child, os.WNOHANG)
         if done:
             return os.waitstatus_to_exitcode(how)

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from autodb.proofs.runs.found import TextTable, percent
-from autodb.proofs.runs.keeping.day_run import WITHIN, DayTold, EventTold, Invented
+from autodb.proofs.runs.keeping.day_run import WITHIN, DayOutcome, EventOutcome, Invented
 from autodb.proofs.runs.runs import Finished, Origin
 
 BETTER = 0.30
@@ -146,7 +146,7 @@ def _newtons(values: Sequence[float]) -> list[str]:
     return [f"{value:.1f} N" for value in values]
 
 
-def day_summary_of(runs: Sequence[Finished[DayTold]], origin: Origin) -> DaySummary:
+def day_summary_of(runs: Sequence[Finished[DayOutcome]], origin: Origin) -> DaySummary:
     """Return the score of finished runs in the order of their seeds."""
     days = [one for run in runs for one in run.judged]
     return DaySummary(
@@ -163,7 +163,7 @@ def day_summary_of(runs: Sequence[Finished[DayTold]], origin: Origin) -> DaySumm
     )
 
 
-def _rows(events: list[EventTold]) -> list[EventRow]:
+def _rows(events: list[EventOutcome]) -> list[EventRow]:
     kind = [next(row for row, begins in KINDS if event.name.startswith(begins)) for event in events]
     return [
         _row(name, [event for event, of in zip(events, kind, strict=True) if of == name])
@@ -171,18 +171,20 @@ def _rows(events: list[EventTold]) -> list[EventRow]:
     ]
 
 
-def _row(name: str, events: list[EventTold]) -> EventRow:
+def _row(name: str, events: list[EventOutcome]) -> EventRow:
     """Return the row of one kind of event."""
-    told = [event for event in events if event.decidable is not None]
-    late = [e.named - e.decidable for e in told if e.named is not None and e.decidable is not None]
+    decided = [event for event in events if event.decidable is not None]
+    late = [
+        e.named - e.decidable for e in decided if e.named is not None and e.decidable is not None
+    ]
     kept = [event.kept for event in events if event.kept is not None]
     return EventRow(
         name=name,
         events=len(events),
-        decidable=len(told),
-        in_time=sum(bool(event.in_time) for event in told),
-        covered=sum(bool(event.covered) for event in told),
-        ever=sum(event.named is not None for event in told),
+        decidable=len(decided),
+        in_time=sum(bool(event.in_time) for event in decided),
+        covered=sum(bool(event.covered) for event in decided),
+        ever=sum(event.named is not None for event in decided),
         late=float(np.median(late)) if late else None,
         kept=float(np.mean(kept)) if kept else None,
     )

@@ -117,7 +117,8 @@ def _course(
 def _learnt(
     rng: np.random.Generator, pair: PowerPair
 ) -> tuple[InformationOfCuts, InformationOfCuts]:
-    """Return what a pair's cuts told: with the errors of its machine's gains, and without."""
+    """Return the information of a pair's cuts: with the errors of its machine's gains, and
+    without."""
     start = _start(pair)
     posterior = posterior_of_readings(
         start, pair_ours.observed(pair, draw_read_cuts(rng, pair, TURN, CUTS))

@@ -48,20 +48,20 @@ def force_rows_of(runs: Sequence[Finished[ForceErrors | KeptOfAxis]]) -> tuple[F
     )
 
 
-def _row(told: list[ForceErrors]) -> ForceRow:
+def _row(errors: list[ForceErrors]) -> ForceRow:
     return ForceRow(
-        told[0].way,
-        told[0].cut,
-        told[0].axis,
-        float(np.median([one.rmse_N for one in told])),
-        float(np.median([one.slow_N for one in told])),
+        errors[0].way,
+        errors[0].cut,
+        errors[0].axis,
+        float(np.median([one.rmse_N for one in errors])),
+        float(np.median([one.slow_N for one in errors])),
     )
 
 
 def mean_N(runs: Sequence[Finished[ForceErrors | KeptOfAxis]], way: str) -> float:
     """Return the mean over cuts and axes, median of the machines."""
     every = [[one for one in run.judged if isinstance(one, ForceErrors)] for run in runs]
-    means = [np.mean([one.rmse_N for one in told if one.way == way]) for told in every]
+    means = [np.mean([one.rmse_N for one in errors if one.way == way]) for errors in every]
     return float(np.median(means))
 
 

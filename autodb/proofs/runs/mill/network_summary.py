@@ -17,9 +17,9 @@ FOUR, DRIVE, NETWORK = "P0's four steps", "drive model", "P0's LSTM"
 GREY, FEW, FUSED = "grey box", "grey box, 20 recordings", "drive model and grey box"
 BEST = "the better of both on recordings for training"
 KNOWN = "truth of the sweep"
-"""Every way; the last one knows all that there was when the sweep was run."""
+"""Every way; the last one is given all that there was when the sweep was run."""
 OWN, ANOTHER = "its own", "another machine"
-"""On what 95 % intervals are looked at: cuts, and a machine, that the grey box did not train on."""
+"""On what 95 % intervals are scored: cuts, and a machine, that the grey box did not train on."""
 MEAN_N, MEDIAN_N = 50.2, 35.3
 """P0, section 3.2: RMSE of its LSTM over tests and axes."""
 WITHIN, FOUR_WITHIN = 0.15, 0.25
@@ -30,11 +30,11 @@ have; and of 20 recordings, times the network's of 160."""
 FUSED_RATIO, FUSED_SHARE = 1.10, 0.95
 """Times the better member's error that the fusion's may be, in what share of recordings."""
 ABOVE = 1.0
-"""Times the force's own power above the coherent band that may be told there."""
+"""Times the force's own power above the coherent band that may be estimated there."""
 
 
 @dataclass(frozen=True)
-class NetTold:
+class NetErrors:
     """RMSE of one way in one test cut, N."""
 
     way: str
@@ -60,15 +60,16 @@ class NetHeld:
 
 @dataclass(frozen=True)
 class NetBand:
-    """Mean power of what a grey box told above ``cutoff_hz``, and of the true force there, N²."""
+    """Mean power of what a grey box estimated above ``cutoff_hz``, and of the true force there,
+    N²."""
 
     axis: str
     cutoff_hz: float
-    told_N2: float
+    estimated_N2: float
     true_N2: float
 
 
-Judged = NetTold | NetHeld | NetBand
+Judged = NetErrors | NetHeld | NetBand
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,7 @@ class Networks:
         )
         median = self._of(NETWORK).median_N
         limit = max(GREY_RATIO * network, ORACLE_RATIO * known)
-        above = max(band.told_N2 / band.true_N2 for band in self.bands)
+        above = max(band.estimated_N2 / band.true_N2 for band in self.bands)
         rows = [
             ("gate: mean of the four steps", four, FOUR_MEAN_N, FOUR_WITHIN),
             ("gate: mean of P0's LSTM", network, MEAN_N, WITHIN),
@@ -148,7 +149,7 @@ class Networks:
                 self.fused_within >= FUSED_SHARE,
             ),
             (
-                "power told above the coherent band, × the force's", ratio(above),
+                "power estimated above the coherent band, × the force's", ratio(above),
                 f"≤ {ABOVE:g}", above <= ABOVE,
             ),
         ]  # fmt: skip
@@ -194,23 +195,23 @@ def read_networks(text: str) -> Networks:
 
 def network_summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> Networks:
     """Return the summary of finished runs in the order of their seeds."""
-    told = [[one for one in run.judged if isinstance(one, NetTold)] for run in runs]
+    errors = [[one for one in run.judged if isinstance(one, NetErrors)] for run in runs]
     held = [one for run in runs for one in run.judged if isinstance(one, NetHeld)]
     bands = [one for run in runs for one in run.judged if isinstance(one, NetBand)]
-    ways = dict.fromkeys(one.way for one in told[0])
-    rows = tuple(_way(way, told) for way in ways)
+    ways = dict.fromkeys(one.way for one in errors[0])
+    rows = tuple(_way(way, errors) for way in ways)
     return Networks(
         origin=origin,
         seeds=(runs[0].seed, runs[-1].seed),
         ways=rows,
         held=_held_rows(held),
-        fused_within=_fused_within(told),
+        fused_within=_fused_within(errors),
         bands=tuple(bands),
     )
 
 
-def _way(way: str, told: Sequence[Sequence[NetTold]]) -> WayRow:
-    errors = [[one.rmse_N for one in machine if one.way == way] for machine in told]
+def _way(way: str, every: Sequence[Sequence[NetErrors]]) -> WayRow:
+    errors = [[one.rmse_N for one in machine if one.way == way] for machine in every]
     mean = float(np.median([np.mean(one) for one in errors]))
     return WayRow(way, mean, float(np.median([np.median(one) for one in errors])))
 
@@ -226,10 +227,10 @@ def _held_rows(held: Sequence[NetHeld]) -> tuple[HeldRow, ...]:
     return tuple(found)
 
 
-def _fused_within(told: Sequence[Sequence[NetTold]]) -> float:
+def _fused_within(errors: Sequence[Sequence[NetErrors]]) -> float:
     """Return the share of cuts and axes in which the fusion is near its better member."""
     fused, best = (
-        np.array([one.rmse_N for machine in told for one in machine if one.way == way])
+        np.array([one.rmse_N for machine in errors for one in machine if one.way == way])
         for way in (FUSED, BEST)
     )
     return float(np.mean(fused <= FUSED_RATIO * best))

@@ -56,7 +56,7 @@ class TableAir:
 
 
 @dataclass(frozen=True)
-class TableTold:
+class TableIdentified:
     """A quantity that was identified, its standard deviation, and the truth; kg or m."""
 
     name: str
@@ -77,7 +77,7 @@ class TableHeld:
     width_N: float
 
 
-Judged = TableGate | TableOff | TableAir | TableTold | TableHeld
+Judged = TableGate | TableOff | TableAir | TableIdentified | TableHeld
 
 
 @dataclass(frozen=True)
@@ -110,8 +110,8 @@ class TableForcesSummary:
     air: tuple[TableAir, ...]
     mass_off: float
     mass_worst: float
-    told_held: float
-    told: int
+    identified_held: float
+    identified: int
     rows_held: float
     recordings: int
     width_N: float
@@ -150,7 +150,7 @@ class TableForcesSummary:
                 limit = AIR[one.component]
                 found.append((what, percent(one.share), f"≤ {percent(limit)}", one.share <= limit))
         for what, share, runs in (
-            ("mass and lever arm within 95 % intervals", self.told_held, self.told),
+            ("mass and lever arm within 95 % intervals", self.identified_held, self.identified),
             ("rows of tilted cuts within 95 % intervals", self.rows_held, self.recordings),
         ):
             least, most = coverage_limits(runs)
@@ -218,9 +218,9 @@ def read_table_forces(text: str) -> TableForcesSummary:
 def table_summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> TableForcesSummary:
     """Return the summary of finished runs in the order of their seeds."""
     gates = [[one for one in run.judged if isinstance(one, TableGate)] for run in runs]
-    told = [one for run in runs for one in run.judged if isinstance(one, TableTold)]
+    identified = [one for run in runs for one in run.judged if isinstance(one, TableIdentified)]
     held = [one for run in runs for one in run.judged if isinstance(one, TableHeld)]
-    masses = [abs(one.value / one.truth - 1.0) for one in told if one.name == "mass"]
+    masses = [abs(one.value / one.truth - 1.0) for one in identified if one.name == "mass"]
     return TableForcesSummary(
         origin=origin,
         seeds=(runs[0].seed, runs[-1].seed),
@@ -231,8 +231,8 @@ def table_summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> TableF
         air=tuple(_air(way, k, runs) for way in (PUBLISHED, OURS, KNOWN) for k in range(3)),
         mass_off=float(np.median(masses)),
         mass_worst=max(masses),
-        told_held=float(np.mean([abs(o.value - o.truth) <= 1.96 * o.sd for o in told])),
-        told=len(told),
+        identified_held=float(np.mean([abs(o.value - o.truth) <= 1.96 * o.sd for o in identified])),
+        identified=len(identified),
         rows_held=float(np.mean([one.share for one in held])),
         recordings=len(held),
         width_N=float(np.median([one.width_N for one in held])),

@@ -148,8 +148,8 @@ def _given_gains(posterior: PairPosterior) -> Array:
     """Return the covariance of a posterior's state were the gains known."""
     whole = posterior.state.covariance
     gains = np.r_[tuple(posterior.columns(one.key) for one in GAINS)]
-    told = np.linalg.solve(whole[np.ix_(gains, gains)], whole[gains])
-    return np.asarray(whole - whole[:, gains] @ told)
+    taught = np.linalg.solve(whole[np.ix_(gains, gains)], whole[gains])
+    return np.asarray(whole - whole[:, gains] @ taught)
 
 
 def _asked(case: CurveCase) -> PairCuts:

@@ -41,7 +41,7 @@ ROUNDS = 30
 
 
 def faults_of_moves(recording: Recording, axis: str) -> list[DataCheck]:
-    """Return whether an axis' moves are sound; a spindle's, and too few rows, are not looked at."""
+    """Return whether an axis' moves are sound; a spindle's, and too few rows, are not examined."""
     if axis == SPINDLE or len(recording) < SHORTEST_ROWS:
         return []
     channel = effort_channel(recording, axis)

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 REFERENCE_C = 20.0
 """Temperature at which the plain form holds (ISO 1)."""
 LEAST_SPAN_C = 3.0
-"""Span of the temperature from which on a gain that follows it is looked for. Chosen."""
+"""Span of the temperature from which on a gain that follows it is tried. Chosen."""
 
 
 class Warmed:
