@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import NAMES, PARAMETERS, Edge
 from autodb.fitting import Gaussian
-from autodb.pairs.learning import posterior_of_readings
 from autodb.pairs.observed import Observed, PairCuts, X, Y
 from autodb.pairs.posterior import CALIBRATION, OWN, P1_SCATTER, REFERENCES, PairPosterior, Shared
+from autodb.pairs.updating import posterior_of_readings
 
 Array = NDArray[np.float64]
 

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import edge_parts
-from autodb.pairs.learning import log_evidence, posterior_of_readings
 from autodb.pairs.observed import CHIP, Observed, PairCuts
 from autodb.pairs.posterior import EDGE, WEAR, WORN, PairPosterior, Shared, Wear
+from autodb.pairs.updating import log_evidence, posterior_of_readings
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from typing import Any
 from autodb.errors import UnusableInput
 from autodb.proofs.catalogue import Proof, proof
 from autodb.proofs.runs.found import ProofResult
-from autodb.proofs.runs.runs import Finished, Origin, append, resume
+from autodb.proofs.runs.run_file import Finished, Origin, append, resume
 
 
 @dataclass(frozen=True)

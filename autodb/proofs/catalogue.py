@@ -59,7 +59,7 @@ from autodb.proofs.machines.mill import (
     reference_plan,
     reference_table,
 )
-from autodb.proofs.runs import summary
+from autodb.proofs.runs import proof_summary
 from autodb.proofs.runs.axis import axis_intervals, axis_run, axis_summary
 from autodb.proofs.runs.axis.axis_run import AxisModelErrors
 from autodb.proofs.runs.explain import explain_summary, left_out, outside_run, outside_summary
@@ -89,7 +89,7 @@ from autodb.proofs.runs.mill import (
 )
 from autodb.proofs.runs.pairs import curve_run, curve_summary, pair_run
 from autodb.proofs.runs.pairs.curve_plans import PlannedPair
-from autodb.proofs.runs.runs import Finished, Origin, digest
+from autodb.proofs.runs.run_file import Finished, Origin, digest
 from autodb.proofs.runs.score import Judged
 from autodb.proofs.runs.stamps import stamps_run, stamps_summary
 from autodb.sensing.network import need_torch
@@ -188,8 +188,8 @@ PROOFS: tuple[Proof[Any], ...] = (
         runs=2000,
         run=axis_intervals.run_axis_intervals,
         kept=TypeAdapter(Finished[Judged]),
-        score=summary.intervals_summary_of,
-        read=summary.IntervalsSummary.from_json,
+        score=proof_summary.intervals_summary_of,
+        read=proof_summary.IntervalsSummary.from_json,
         generator=(axes, curves, motion, quantities),
     ),
     Proof(
@@ -348,8 +348,8 @@ PROOFS: tuple[Proof[Any], ...] = (
         runs=300,
         run=pair_run.run_pair,
         kept=TypeAdapter(Finished[Judged]),
-        score=summary.intervals_summary_of,
-        read=summary.IntervalsSummary.from_json,
+        score=proof_summary.intervals_summary_of,
+        read=proof_summary.IntervalsSummary.from_json,
         generator=(power_pairs, process),
     ),
     Proof(

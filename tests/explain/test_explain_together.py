@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
-from autodb.explain.together import FACTORS, SITS, Located, RecordingSetup, explain_together
+from autodb.explain.several_recordings import (
+    FACTORS,
+    SITS,
+    Located,
+    RecordingSetup,
+    explain_together,
+)
 from autodb.fitting import NORMAL_95
 from autodb.terms.vocabulary import VOCABULARY
 

@@ -11,12 +11,12 @@ from scipy.stats import binom
 
 from autodb.fitting import anfis
 from autodb.fitting.anfis import BELL, GAUSS, Membership, Monotone, Premises
-from autodb.fitting.anfis.evidence import rows_weighed
 from autodb.fitting.anfis.hybrid import GROWS, SHRINKS, factor_of
 from autodb.fitting.anfis.learned import error_of
+from autodb.fitting.anfis.premise_search import jacobian, projected
 from autodb.fitting.anfis.premises import input_slopes, premise_limits, rule_columns, shares
-from autodb.fitting.anfis.projection import jacobian, projected
-from autodb.fitting.anfis.scaling import LearnerRows, rows
+from autodb.fitting.anfis.prior_weight import rows_weighed
+from autodb.fitting.anfis.standardised import LearnerRows, rows
 from tests.conftest import SHARED
 from tests.helpers.campaigns import first
 

@@ -21,7 +21,7 @@ from autodb.pairs.disagreeing import (
     gain_directions,
 )
 from autodb.pairs.hierarchy import InformationOfCuts, KnownMaterial, information_of_cuts
-from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.machines.lathe import fleets
 from autodb.proofs.runs.pairs import pair_ours
 from autodb.proofs.runs.pairs.pair_cuts import TURN, draw_read_cuts

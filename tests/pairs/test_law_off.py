@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose
 from autodb.cutting.elements import cut_forces, engaged_mm, force_parts
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
-from autodb.pairs.learning import learn_averaging, log_evidence, posterior_of_readings
 from autodb.pairs.observed import PairCuts, X
 from autodb.pairs.posterior import DAY, FAR, NEAR, OWN, PairPosterior, Shared
+from autodb.pairs.updating import learn_averaging, log_evidence, posterior_of_readings
 from tests.helpers.law_off import PRIOR, Array, cuts_of, sensed
 
 NUMBERS = {

@@ -14,12 +14,12 @@ from autodb.cutting.insert import Insert, TurnedCuts, insert_elements
 from autodb.pairs.determined import chip_thickness, undetermined
 from autodb.pairs.forecast import forecast
 from autodb.pairs.information_gained import information_gained, merged, without_batch
-from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.next_cut import PlanLimits, SensedComponent, gain_error, propose
 from autodb.pairs.observed import CHIP, Observed, PairCuts, Y, Z
-from autodb.pairs.outlier_test import outlier_test
-from autodb.pairs.planning import PlanLimits, SensedComponent, gain_error, propose
+from autodb.pairs.outlying import outlier_test
 from autodb.pairs.posterior import OWN, PairPosterior
 from autodb.pairs.prior import CardForces, any_metal, of_card, of_relative
+from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.machines.lathe.power_pairs import scattered
 from autodb.proofs.runs.pairs import pair_ours
 from autodb.proofs.runs.pairs.pair_cuts import (

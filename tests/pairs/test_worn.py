@@ -13,10 +13,10 @@ from autodb.cutting import shear
 from autodb.cutting.elements import cut_forces, edge_parts
 from autodb.pairs.engaged import BY_NAME, Conditions
 from autodb.pairs.forecast import forecast, worn
-from autodb.pairs.learning import posterior_of_readings
 from autodb.pairs.observed import PairCuts
 from autodb.pairs.posterior import OWN, WEAR
 from autodb.pairs.prior import of_relative
+from autodb.pairs.updating import posterior_of_readings
 from autodb.pairs.worn import learn_worn, with_wear
 from tests.helpers.turned_pairs import prior, truth, turn
 from tests.helpers.worn_pairs import WEARS, week, worn_posterior

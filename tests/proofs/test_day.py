@@ -11,8 +11,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from autodb.errors import UnusableInput
 from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
 from autodb.explain.cuts.ahead import ahead
-from autodb.explain.cuts.candidates.warming import coldness, has_pause, warming_candidates
-from autodb.explain.cuts.look import FoundInCuts, look_in_cuts, stack_of
+from autodb.explain.cuts.candidates.cold_machine import coldness, has_pause, warming_candidates
+from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
 from autodb.proofs.machines.lathe.day import CUTS, FORCES, HOURS, Day, draw_day
 from autodb.proofs.runs.found import markdown
 from autodb.proofs.runs.keeping import day_run
@@ -25,7 +25,7 @@ from autodb.proofs.runs.keeping.day_oracle import (
 )
 from autodb.proofs.runs.keeping.day_run import DayOutcome, EventOutcome, Invented, names_it, walked
 from autodb.proofs.runs.keeping.day_summary import BETTER, DaySummary, day_summary_of
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.records import CutTable
 
 SEED = 501

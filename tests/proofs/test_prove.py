@@ -24,9 +24,9 @@ from autodb.proofs.machines.axis.quantities import NAMES, quantities
 from autodb.proofs.runs.axis import axis_intervals
 from autodb.proofs.runs.found import markdown
 from autodb.proofs.runs.oracle import oracle
-from autodb.proofs.runs.runs import digest
+from autodb.proofs.runs.proof_summary import COLUMNS, IntervalsSummary, row_cells
+from autodb.proofs.runs.run_file import digest
 from autodb.proofs.runs.score import LEVEL, POOLED, Judged, Z, scored_quantities
-from autodb.proofs.runs.summary import COLUMNS, IntervalsSummary, row_cells
 from tests.conftest import Cli
 
 RUNS = 12

@@ -15,7 +15,7 @@ from autodb.proofs.runs.axis.axis_errors import field_error
 from autodb.proofs.runs.axis.axis_ours import axis_recording, ours
 from autodb.proofs.runs.axis.axis_run import ORACLE, OURS, PUBLISHED, AxisModelErrors
 from autodb.proofs.runs.axis.published_axis import SevenParameters, published_axis, published_weight
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.sensing.drives.moves.protocol import FilterProtocol, means_by_way
 from autodb.timing import Timing
 

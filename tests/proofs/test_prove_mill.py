@@ -21,7 +21,7 @@ from autodb.proofs.runs.mill.mill_ours import loads_A
 from autodb.proofs.runs.mill.mill_run import PUBLISHED, ForceErrors, KeptOfAxis
 from autodb.proofs.runs.mill.mill_summary import PUBLISHED_N
 from autodb.proofs.runs.mill.published_mill import PublishedStribeck, published_four_steps
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.sensing.drives.fit.axis_model import terms_with
 from autodb.sensing.drives.fit.drive_errors import DriveErrors
 from autodb.sensing.drives.reconstruct import DriveModel

@@ -23,7 +23,7 @@ from autodb.fitting import NORMAL_95
 from autodb.records import CutTable
 from autodb.reports import figures
 from autodb.reports.card import axis_card
-from autodb.reports.card.axis import at_middle, rules, trueness
+from autodb.reports.card.axis_figures import at_middle, rules, trueness
 from autodb.reports.card.conditions import condition_scatter, condition_words, movement
 from autodb.reports.card.files import BROWSERS
 from autodb.sensing.ranges import calibration

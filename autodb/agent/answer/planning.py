@@ -30,8 +30,8 @@ from autodb.pairs.determined import (
 )
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
+from autodb.pairs.next_cut import MAY_EXCEED, SensedComponent, SharedError, target_sds
 from autodb.pairs.observed import Observed, PairCuts
-from autodb.pairs.planning import MAY_EXCEED, SensedComponent, SharedError, target_sds
 from autodb.pairs.posterior import DAY, PairPosterior
 from autodb.store import Store, models
 

@@ -10,7 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.learn.learnt_from import wear_words
-from autodb.agent.learn.together import RECORDINGS
+from autodb.agent.learn.shared_priors import RECORDINGS
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.posteriors import LAW, as_posterior, pair_name, version_chain
 from autodb.cutting import shear

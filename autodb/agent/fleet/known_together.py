@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.together import known_materials, newest_prior
+from autodb.agent.learn.shared_priors import known_materials, newest_prior
 from autodb.cutting import shear
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95

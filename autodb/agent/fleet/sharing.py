@@ -13,8 +13,7 @@ from sqlalchemy import insert
 from sqlalchemy.orm import Session
 
 from autodb.agent.fleet.known_together import DisagreeingMachine, named_of
-from autodb.agent.learn.starting import of_material
-from autodb.agent.learn.together import (
+from autodb.agent.learn.shared_priors import (
     OwnCuts,
     PairVersion,
     as_kept,
@@ -27,6 +26,7 @@ from autodb.agent.learn.together import (
     pairs_in,
     sharing,
 )
+from autodb.agent.learn.starting import of_material
 from autodb.agent.rows.posteriors import LAW, pair_name
 from autodb.agent.sense.gain_check import standard_cut
 from autodb.pairs.disagreeing import ComparedPair, DisagreementCause, compared, disagrees

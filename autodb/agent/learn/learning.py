@@ -31,9 +31,9 @@ from autodb.agent.rows.posteriors import (
 from autodb.agent.sense.sensed import PairForces, as_observed
 from autodb.errors import UnusableInput
 from autodb.pairs.engaged import CUTTING_TIME
-from autodb.pairs.learning import learn_averaging, posterior_of_readings
 from autodb.pairs.posterior import WEAR, PairPosterior
 from autodb.pairs.prior import of_state
+from autodb.pairs.updating import learn_averaging, posterior_of_readings
 from autodb.pairs.worn import learn_worn
 from autodb.store import models
 

@@ -3,7 +3,7 @@
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.together import from_others
+from autodb.agent.learn.shared_priors import from_others
 from autodb.agent.rows.imported_cards import imported_card
 from autodb.agent.rows.posteriors import Start, as_posterior, begins, latest, pair_name
 from autodb.errors import UnusableInput

@@ -1,7 +1,7 @@
 """Process states: cuts that are not of a pair's usual state are kept out of it, and named.
 
 The same inputs can cut in another state: a built-up edge, a worn edge, an inclusion. A cut whose
-forces are less probable than 1 in 1000 (``autodb.pairs.outlier_test``) does not bend the pair. Its
+forces are less probable than 1 in 1000 (``autodb.pairs.outlying``) does not bend the pair. Its
 recording is explained against what was expected; where a person confirms the cause, and enough of
 its cuts are excluded, they become a state of the pair with a posterior of its own.
 """
@@ -16,9 +16,9 @@ from autodb.agent.rows.posteriors import latest
 from autodb.agent.sense.sensed import as_observed
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.pairs.engaged import CUTTING_TIME
-from autodb.pairs.learning import learn_averaging, posterior_of_readings
-from autodb.pairs.outlier_test import outlier_test
+from autodb.pairs.outlying import outlier_test
 from autodb.pairs.posterior import WEAR, PairPosterior
+from autodb.pairs.updating import learn_averaging, posterior_of_readings
 from autodb.store import models
 
 ENOUGH = 8

@@ -126,7 +126,7 @@ def reconstruct_command(
     Or the forces that a machine's network, its table dynamometer, or all of them together measure.
     """
     from autodb.files.targets import check_target, write_text
-    from autodb.reports.loads import render_loads, write_table
+    from autodb.reports.load_page import render_loads, write_table
 
     _check(
         _Given(estimator, machine, moves, terms, removed),
@@ -299,7 +299,7 @@ def _scale(newtons_per_ampere: float | None) -> "Scale | None":
 def _show(sensed: "list[ReconstructedLoad]") -> None:
     import numpy as np
 
-    from autodb.reports.loads import MARKS, load_rms, scale_words
+    from autodb.reports.load_page import MARKS, load_rms, scale_words
 
     marks = MARKS if any(one.said is None for one in sensed) else ()
     rows = table(

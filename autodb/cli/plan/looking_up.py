@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from autodb.cli._common import Database, MachineName, opened_store, say, show, table
-from autodb.cli.plan.answers import Json, say_answer, show_predicted
+from autodb.cli.plan.predict_and_trace import Json, say_answer, show_predicted
 
 if TYPE_CHECKING:
     from autodb.agent.answer.looking_up import Listed

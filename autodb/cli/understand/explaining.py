@@ -20,7 +20,7 @@ from autodb.cli._common import (
 if TYPE_CHECKING:
     from autodb.agent.answer.explaining import AgainstMachine, KeptCause, Key
     from autodb.explain import Explained
-    from autodb.explain.together import RecordingSetup
+    from autodb.explain.several_recordings import RecordingSetup
     from autodb.records import CutTable, Recording
 
 RecordingFiles = Annotated[
@@ -141,7 +141,7 @@ def _alone(recording: Path, look: Look, folder: Path, *, json: bool, progress: S
 def _several(
     recordings: list[Path], look: Look, folder: Path, *, json: bool, progress: Step
 ) -> None:
-    from autodb.explain.together import explain_together
+    from autodb.explain.several_recordings import explain_together
     from autodb.reports.explanation_files import write_together
 
     explained_all = []
@@ -174,7 +174,7 @@ def _several(
 
 
 def _setup(measured: "Recording | CutTable", machine: str | None) -> "RecordingSetup":
-    from autodb.explain.together import setup_of
+    from autodb.explain.several_recordings import setup_of
 
     setup = setup_of(measured)
     return setup if machine is None else setup.model_copy(update={"machine": machine})

@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.apart import Teller, Trials
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.carried import Elsewhere
-from autodb.explain.cuts.look import FoundInCuts
-from autodb.explain.cuts.table import Conditions, Stack
+from autodb.explain.cuts.cut_search import FoundInCuts
+from autodb.explain.cuts.distinguishing import Teller, Trials
+from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.cuts.trials import CutTrial
 
 Array = NDArray[np.float64]

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.explain.cuts.carried import following
-from autodb.explain.cuts.fit import CutsFit, fit_cuts
-from autodb.explain.cuts.look import FoundInCuts
-from autodb.explain.cuts.table import Conditions, table_conditions
+from autodb.explain.cuts.cut_search import FoundInCuts
+from autodb.explain.cuts.cuts_fit import CutsFit, fit_cuts
+from autodb.explain.cuts.stack import Conditions, table_conditions
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]

@@ -14,14 +14,18 @@ from autodb.explain.answer.answer import (
     IntervalValue,
     Where,
 )
-from autodb.explain.cuts.apart import after_forces
+from autodb.explain.cuts.candidates.effect_parameters import (
+    EffectInCuts,
+    effect_parameters,
+    shape_words,
+)
 from autodb.explain.cuts.candidates.laws import LawColumns
-from autodb.explain.cuts.candidates.parameters import EffectInCuts, effect_parameters, shape_words
-from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
-from autodb.explain.cuts.look import FoundInCuts, look_in_cuts, stack_of
+from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
+from autodb.explain.cuts.cuts_fit import CutsFit, fit_cuts, held_out_rows
+from autodb.explain.cuts.distinguishing import after_forces
 from autodb.explain.cuts.profile import profiled_value
 from autodb.explain.cuts.retuned import mistuned_of_cuts, retuned_of_cuts
-from autodb.explain.cuts.table import Stack
+from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Standing, of_missing
 from autodb.explain.engine.entries import is_undecided, named_entry, undecided_entry

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.families import families, named_effects
 from autodb.explain.cuts.candidates.laws import LawColumns
-from autodb.explain.cuts.look import FoundInCuts, own_columns_of_cuts
-from autodb.explain.cuts.table import Conditions, Stack
+from autodb.explain.cuts.cut_search import FoundInCuts, own_columns_of_cuts
+from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.telling import held_coefficients
 

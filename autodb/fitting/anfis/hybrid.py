@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting.anfis.learned import LearningCourse, rows_apart
+from autodb.fitting.anfis.premise_search import changes, projected
 from autodb.fitting.anfis.premises import Premises, premise_limits
-from autodb.fitting.anfis.projection import changes, projected
-from autodb.fitting.anfis.scaling import LearnerRows
+from autodb.fitting.anfis.standardised import LearnerRows
 
 Array = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.fitting.anfis.model import Anfis
 from autodb.fitting.anfis.premises import Premises
-from autodb.fitting.anfis.scaling import Scaling
+from autodb.fitting.anfis.standardised import Scaling
+from autodb.fitting.anfis.system import Anfis
 
 Array = NDArray[np.float64]
 

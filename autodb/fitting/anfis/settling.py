@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting.anfis.learned import LearningCourse, rows_apart
+from autodb.fitting.anfis.premise_search import Free, PremiseSearch, free_of, projected
 from autodb.fitting.anfis.premises import Premises
-from autodb.fitting.anfis.projection import Free, PremiseSearch, free_of, projected
-from autodb.fitting.anfis.scaling import LearnerRows
+from autodb.fitting.anfis.standardised import LearnerRows
 
 Array = NDArray[np.float64]
 

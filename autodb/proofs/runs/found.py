@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from autodb.proofs.runs.runs import Origin
+from autodb.proofs.runs.run_file import Origin
 
 
 @dataclass(frozen=True)

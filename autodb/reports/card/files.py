@@ -8,7 +8,7 @@ from pathlib import Path
 
 from autodb.errors import UnusableInput
 from autodb.files.targets import hidden, needs_folder, replace_by
-from autodb.reports.card.machine import CalibrationCard
+from autodb.reports.card.machine_card import CalibrationCard
 from autodb.reports.card.render import render_card
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")

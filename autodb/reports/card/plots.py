@@ -6,7 +6,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from autodb.reports import figures
-from autodb.reports.card.axis import AxisCard
+from autodb.reports.card.axis_figures import AxisCard
 
 Array = NDArray[np.float64]
 

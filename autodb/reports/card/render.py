@@ -6,9 +6,9 @@ from autodb import __version__
 from autodb.fitting import NORMAL_95
 from autodb.reports import figures
 from autodb.reports.card import plots
-from autodb.reports.card.axis import AxisCard, OneCut
+from autodb.reports.card.axis_figures import AxisCard, OneCut
 from autodb.reports.card.conditions import FEWEST
-from autodb.reports.card.machine import CalibrationCard, not_sensed, when_again
+from autodb.reports.card.machine_card import CalibrationCard, not_sensed, when_again
 from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, OFFER_R_SQUARED
 from autodb.sensing.ranges.choosing import FOLDS
 from autodb.sensing.ranges.outliers import numbers, outlier_sentences

@@ -21,7 +21,13 @@ from autodb.files.channels import FORCES
 from autodb.files.side import SideFile
 from autodb.records import CutTable, Recording
 from autodb.sensing.ranges import faults, rejections
-from autodb.sensing.ranges.loads import AXES, QUICK_S, PhaseLoad, has_phase_currents, phase_load_of
+from autodb.sensing.ranges.phase_loads import (
+    AXES,
+    QUICK_S,
+    PhaseLoad,
+    has_phase_currents,
+    phase_load_of,
+)
 from autodb.sensing.ranges.rejections import FEWEST_S
 
 Array = NDArray[np.float64]

@@ -12,8 +12,8 @@ from contextlib import contextmanager
 from typing import IO, Any
 
 from autodb.errors import UnusableInput
-from autodb.web.http.answers import adapter
 from autodb.web.http.logs import LOG
+from autodb.web.http.responses import adapter
 from autodb.web.http.settings import MIB, ReaderBounds
 from autodb.web.receive.apart import AWAY, DONE, PROGRESS, REFUSED, Request, Task, received_line
 

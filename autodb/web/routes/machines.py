@@ -21,9 +21,9 @@ from autodb.agent.answer.tracing import Node, trace
 from autodb.agent.operate.access import noted
 from autodb.agent.operate.deciding import mismatch, mismatches
 from autodb.agent.sense.sensors import sensors_of
-from autodb.web.http import answers
-from autodb.web.http.answers import unchanged
+from autodb.web.http import responses
 from autodb.web.http.problems import problems
+from autodb.web.http.responses import unchanged
 from autodb.web.http.said import AuditLine, Machines, Senses, Step
 from autodb.web.service import Administers, Reads, service_of
 
@@ -45,7 +45,7 @@ def answer_from_state(request: Request, kind: Any, asked: Callable[[Session], ob
     if known is not None:
         return known
     with service.store.reading() as session:
-        return answers.conditional(request, kind, asked(session), mark)
+        return responses.conditional(request, kind, asked(session), mark)
 
 
 def documented_answer(kind: Any) -> dict[str, Any]:

@@ -16,10 +16,10 @@ from autodb.explain.waves.teeth import Mill, StandsOut, Teeth
 from autodb.forward.prediction import ToolOf
 from autodb.forward.waveform import waves_N
 from autodb.pairs.engaged import BY_NAME
-from autodb.pairs.learning import posterior_of_readings
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import PairPosterior
 from autodb.pairs.prior import any_metal
+from autodb.pairs.updating import posterior_of_readings
 from autodb.store import models, open_store
 from tests.conftest import Cli, Once
 from tests.helpers.campaigns import first

@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 from sqlalchemy import event, select
 
 from autodb.agent.fleet.sharing import learn_fleet
+from autodb.agent.learn.shared_priors import known_from, newest_prior
 from autodb.agent.learn.starting import start_of
-from autodb.agent.learn.together import known_from, newest_prior
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.machines import as_file, find_machine, update_machine
 from autodb.agent.sense.gain_check import standard_cut

@@ -11,12 +11,12 @@ import pytest
 
 from autodb.cli import commands
 from autodb.proofs.runs.keeping import commands_run
-from autodb.proofs.runs.keeping.children import CASES
 from autodb.proofs.runs.keeping.commands_run import Bench
 from autodb.proofs.runs.keeping.commands_summary import KilledCommand, Twice, commands_summary_of
 from autodb.proofs.runs.keeping.folders import folder_state, masks_of
+from autodb.proofs.runs.keeping.forked import CASES
 from autodb.proofs.runs.keeping.writing_commands import COMMANDS, Command
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.store import create_store
 
 pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")

@@ -22,11 +22,11 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cuts.fit import held_out_square
-from autodb.explain.cuts.look import look_in_cuts, stack_of
-from autodb.explain.cuts.noise import with_noise
+from autodb.explain.cuts.cut_search import look_in_cuts, stack_of
+from autodb.explain.cuts.cuts_fit import held_out_square
 from autodb.explain.cuts.products import products
-from autodb.explain.cuts.table import edge_read_off
+from autodb.explain.cuts.scatter import with_noise
+from autodb.explain.cuts.stack import edge_read_off
 from autodb.explain.engine.candidates import Candidate, CandidateForm
 from autodb.explain.engine.search import alike_terms
 from autodb.records import CutTable

@@ -7,10 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
+from autodb.explain.cuts.cut_search import look_in_cuts, stack_of
 from autodb.explain.cuts.edge_columns import OfEdges, of_edges, over_range, residual
-from autodb.explain.cuts.look import look_in_cuts, stack_of
-from autodb.explain.cuts.noise import with_noise
-from autodb.explain.cuts.table import Conditions, table_conditions
+from autodb.explain.cuts.scatter import with_noise
+from autodb.explain.cuts.stack import Conditions, table_conditions
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]

@@ -18,7 +18,7 @@ from autodb.explain.cuts.candidates.currents import FRICTION, GAIN, OFFSET
 from autodb.explain.cuts.candidates.moved_words import FORCE, cause_sentences
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.records import CutTable
-from autodb.reports.card.moving import what_moved
+from autodb.reports.card.run_course import what_moved
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.chosen import current_of
 from autodb.sensing.ranges.forms import (

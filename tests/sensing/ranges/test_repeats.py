@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.sensing.ranges.moved import moved_between, pooled_sd
+from autodb.sensing.ranges.repeated_cut import moved_between, pooled_sd
 from autodb.sensing.ranges.repeats import (
     Sample,
     equal_means,

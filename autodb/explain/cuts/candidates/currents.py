@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.cuts.candidates.hard_runs import SHORTEST
 from autodb.explain.cuts.candidates.laws import (
     LawColumns,
     Rows,
@@ -22,11 +23,10 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cuts.candidates.runs import SHORTEST
-from autodb.explain.cuts.candidates.sensors import drift_courses
+from autodb.explain.cuts.candidates.sensor_faults import drift_courses
 from autodb.explain.cuts.candidates.signs import grows
-from autodb.explain.cuts.look import Library
-from autodb.explain.cuts.table import FEWEST, Conditions, Stack, table_conditions
+from autodb.explain.cuts.cut_search import Library
+from autodb.explain.cuts.stack import FEWEST, Conditions, Stack, table_conditions
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.records import CutTable
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from autodb.explain.answer.answer import Cause, IntervalValue
 from autodb.explain.cuts.candidates.currents import FRICTION, GAIN, OFFSET, WEAR
-from autodb.sensing.ranges.moved import CurrentChange
+from autodb.sensing.ranges.repeated_cut import CurrentChange
 
 FORCE = "shear"
 """The cutting force itself: the term of the chip, of another size than the reference."""

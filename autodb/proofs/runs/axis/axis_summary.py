@@ -21,7 +21,7 @@ from autodb.proofs.runs.axis.published_axis import (
     PUBLISHED_HIGH,
 )
 from autodb.proofs.runs.found import TextTable, percent, ratio
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 
 WITHIN = 0.3
 """Share by which the published way's median error may differ from the published one."""

@@ -9,7 +9,7 @@ from pydantic import TypeAdapter
 
 from autodb.proofs.runs.explain.explain_score import ScoredCase, brier, confidences, reliability
 from autodb.proofs.runs.found import TextTable, percent, ratio
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import exact_interval
 
 CLEAR = 8.0  # clarity from which a decidable effect must be found

@@ -10,7 +10,7 @@ from autodb.proofs.runs.explain.explain_score import brier, reliability
 from autodb.proofs.runs.explain.explain_summary import BIN_HEADS, LIMIT_HEADS, Limit
 from autodb.proofs.runs.explain.outside_run import Answered
 from autodb.proofs.runs.found import TextTable, percent, ratio
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import exact_interval
 
 WRONGLY = 0.03

@@ -18,7 +18,9 @@ import numpy as np
 from sqlalchemy.orm import configure_mappers
 
 import autodb
-from autodb.proofs.runs.keeping.children import (
+from autodb.proofs.runs.keeping.commands_summary import FINE, KilledCommand, Twice
+from autodb.proofs.runs.keeping.folders import DATABASE, State, faults_of, folder_state, masks_of
+from autodb.proofs.runs.keeping.forked import (
     Step,
     finished,
     killed,
@@ -27,8 +29,6 @@ from autodb.proofs.runs.keeping.children import (
     timed,
     two_at_once,
 )
-from autodb.proofs.runs.keeping.commands_summary import FINE, KilledCommand, Twice
-from autodb.proofs.runs.keeping.folders import DATABASE, State, faults_of, folder_state, masks_of
 from autodb.proofs.runs.keeping.writing_commands import COMMANDS, FIRST, Command, furnish, grow
 
 TURNS_A_TWICE = 6

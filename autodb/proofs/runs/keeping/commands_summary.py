@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pydantic import TypeAdapter
 
 from autodb.proofs.runs.found import TextTable, percent
-from autodb.proofs.runs.keeping.children import CASES
+from autodb.proofs.runs.keeping.forked import CASES
 from autodb.proofs.runs.mill.mill_summary import gate_check_words
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 
 FINE = (0, 2)
 """Exit statuses: answered, or refused in one line, as what is there already may be."""

@@ -8,7 +8,7 @@ from pydantic import TypeAdapter
 
 from autodb.proofs.runs.found import TextTable, percent
 from autodb.proofs.runs.keeping.day_run import WITHIN, DayOutcome, EventOutcome, Invented
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 
 BETTER = 0.30
 """Share by which terms found must lower the error of predictions, on every day."""

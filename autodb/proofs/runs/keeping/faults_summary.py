@@ -7,7 +7,7 @@ from pydantic import TypeAdapter
 
 from autodb.proofs.runs.found import TextTable
 from autodb.proofs.runs.mill.mill_summary import gate_check_words
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 
 PHASES = (
     "before anything came in",

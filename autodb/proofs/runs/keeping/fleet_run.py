@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from autodb.pairs.disagreeing import Disagrees, compared, disagrees
 from autodb.pairs.hierarchy import InformationOfCuts, KnownMaterial, information_of_cuts
-from autodb.pairs.learning import posterior_of_readings
 from autodb.pairs.posterior import P1_SCATTER, PairPosterior
+from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.machines.lathe import fleets
 from autodb.proofs.machines.lathe.power_pairs import PowerPair
 from autodb.proofs.runs.pairs import pair_ours

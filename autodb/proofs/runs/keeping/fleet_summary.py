@@ -22,7 +22,7 @@ from autodb.proofs.runs.keeping.fleet_run import (
     NamedOne,
 )
 from autodb.proofs.runs.mill.mill_summary import gate_check_words
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 
 Array = NDArray[np.float64]
 

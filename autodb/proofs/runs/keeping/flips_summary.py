@@ -8,7 +8,7 @@ from pydantic import TypeAdapter
 from autodb.proofs.runs.found import TextTable
 from autodb.proofs.runs.keeping.flips import Flip
 from autodb.proofs.runs.mill.mill_summary import gate_check_words
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 
 IN_FILE, IN_LOG = "in the file", "in the log of a killed program"
 

@@ -10,7 +10,7 @@ from autodb.proofs.machines.lathe.reference_lathe import REGRESSION
 from autodb.proofs.runs.found import TextTable, percent, ratio
 from autodb.proofs.runs.lathe.lathe_run import AXES, AxisErrors
 from autodb.proofs.runs.lathe.published_lathe import PUBLISHED_RMSE_N
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 
 WITHIN = 0.2
 """Share by which the published calibration's median may differ from the published error."""

@@ -9,7 +9,7 @@ from pydantic import TypeAdapter
 from autodb.proofs.runs.found import TextTable, percent, ratio
 from autodb.proofs.runs.mill.mill_run import OURS, PUBLISHED, SCORED, ForceErrors, KeptOfAxis
 from autodb.proofs.runs.mill.published_mill import MEAN_N, POCKET_N, SLOT_N
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 
 WITHIN = 0.25
 """Share by which the published way's median error may differ from the published one."""

@@ -10,7 +10,7 @@ from autodb.proofs.runs.found import TextTable, percent, ratio
 from autodb.proofs.runs.mill.mill_run import SCORED
 from autodb.proofs.runs.mill.mill_summary import gate_check_words
 from autodb.proofs.runs.mill.published_mill import MEAN_N as FOUR_MEAN_N
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import coverage_limits
 
 FOUR, DRIVE, NETWORK = "P0's four steps", "drive model", "P0's LSTM"

@@ -9,7 +9,7 @@ from pydantic import TypeAdapter
 from autodb.proofs.runs.found import TextTable, percent, ratio
 from autodb.proofs.runs.mill.mill_summary import gate_check_words
 from autodb.proofs.runs.mill.published_table import AIR, ALONG, REPEATS, SIDEWAYS, WITHIN
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import coverage_limits
 
 PUBLISHED, OURS, KNOWN = "P4's model", "autodb", "the table's own forms"

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.pairs.forecast import forecast
-from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.next_cut import SensedComponent, gain_error, propose
 from autodb.pairs.observed import PairCuts
-from autodb.pairs.planning import SensedComponent, gain_error, propose
 from autodb.pairs.posterior import PairPosterior, law_error
+from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.machines.lathe.power_pairs import TurnedCut
 from autodb.proofs.runs.pairs import pair_ours
 from autodb.proofs.runs.pairs.curve_case import JUDGED, CurveCase, median_errors

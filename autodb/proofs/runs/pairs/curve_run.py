@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.pairs.learning import posterior_of_readings
 from autodb.pairs.posterior import PairPosterior
+from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.runs.pairs import pair_ours
 from autodb.proofs.runs.pairs.curve_case import (
     JUDGED,

@@ -14,7 +14,7 @@ from pydantic import TypeAdapter
 from autodb.proofs.runs.found import TextTable, percent
 from autodb.proofs.runs.pairs.curve_plans import AT, FACTORIAL, PROPOSED, RANDOM, PlannedPair
 from autodb.proofs.runs.pairs.curve_run import ADDED, LEARNT, OURS, LearningErrors
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 
 Array = NDArray[np.float64]
 

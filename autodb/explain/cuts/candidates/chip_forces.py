@@ -12,7 +12,7 @@ from autodb.explain.cuts.candidates.laws import (
     values_of,
 )
 from autodb.explain.cuts.candidates.signs import grows, monotone, mostly_positive
-from autodb.explain.cuts.table import Conditions, Stack
+from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.engine.candidates import Candidate, CandidateForm
 from autodb.terms.chip import size_effect, speed_softening
 

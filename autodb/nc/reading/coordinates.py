@@ -16,7 +16,7 @@ from math import hypot, sqrt
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.modes import Modes, feed_in_force, speed_in_force
-from autodb.nc.reading.moves import Arc, Linear, Move, Point, Rapid, distance_mm
+from autodb.nc.reading.paths import Arc, Linear, Move, Point, Rapid, distance_mm
 from autodb.nc.reading.values import AXES, CENTRE, RADIUS, nothing_left, without, word_value
 
 OFF_CIRCLE_MM = 0.01

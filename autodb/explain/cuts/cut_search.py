@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.families import families, named_effects
+from autodb.explain.cuts.candidates.hard_runs import ROUND, comes_round, run_of_cuts, step_of_gain
 from autodb.explain.cuts.candidates.laws import (
     LawColumns,
     along_edge,
@@ -15,12 +16,11 @@ from autodb.explain.cuts.candidates.laws import (
     per_depth,
     values_of,
 )
-from autodb.explain.cuts.candidates.runs import ROUND, comes_round, run_of_cuts, step_of_gain
-from autodb.explain.cuts.evidence import TableSearch
-from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_square
-from autodb.explain.cuts.noise import with_noise
+from autodb.explain.cuts.cuts_fit import all_columns, fit_cuts, held_out_square
+from autodb.explain.cuts.few_rows import TableSearch
 from autodb.explain.cuts.products import products
-from autodb.explain.cuts.table import Stack, edge_read_off, recorded_and_simulated, table_conditions
+from autodb.explain.cuts.scatter import with_noise
+from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulated, table_conditions
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.search import FoundSet, settled_set
 from autodb.records import CutTable

@@ -30,14 +30,14 @@ from autodb.explain.cuts.candidates.currents import (
 )
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.candidates.moved_words import FORCE
-from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
-from autodb.explain.cuts.look import FoundInCuts, look_for
+from autodb.explain.cuts.cut_search import FoundInCuts, look_for
+from autodb.explain.cuts.cuts_fit import CutsFit, fit_cuts, held_out_rows
 from autodb.explain.cuts.profile import profiled_value
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import of_missing
 from autodb.explain.engine.fit import rms
 from autodb.fitting import NORMAL_95
-from autodb.sensing.ranges.moved import CurrentChange, moved_between
+from autodb.sensing.ranges.repeated_cut import CurrentChange, moved_between
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ SURE = 0.7
 """A name with rivals that is less likely than this is not given: gain and offset differ only as far
 as light and heavy cuts do. Chosen on virtual runs (seeds 101 to 130)."""
 LEVEL = 0.95
-"""Confidence that something moved, by the interval of ``sensing.ranges.moved``."""
+"""Confidence that something moved, by the interval of ``sensing.ranges.repeated_cut``."""
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ from numpy.typing import NDArray
 from autodb import standard
 from autodb.agent.sense.calibrating import Calibrated, its_own, known_forces
 from autodb.explain.answer.answer import Cause
+from autodb.explain.calibration_run import Ends, explain_moved
 from autodb.explain.cuts.candidates.currents import StandardRun
 from autodb.explain.cuts.candidates.moved_words import cause_sentences
-from autodb.explain.moved import Ends, explain_moved
 from autodb.records import CutTable
-from autodb.reports.card import axis
+from autodb.reports.card import axis_figures
 from autodb.reports.card.conditions import codes, last_less_first
 from autodb.sensing.ranges.calibration import FEED_AXES, Calibration, Points
 from autodb.sensing.ranges.chosen import current_of
@@ -41,13 +41,13 @@ def what_moved(
     ``force_N`` (n,) and ``protocol`` as it was calibrated with. Nothing where the last of these
     cuts does not repeat the first, or moved no more than repeats scatter.
     """
-    points, rows = axis.by_row(table, calibration.axis, force_N)
-    kept = axis.cuts_of_run(transients(points.sensed.current, points.target, points.groups))
+    points, rows = axis_figures.by_row(table, calibration.axis, force_N)
+    kept = axis_figures.cuts_of_run(transients(points.sensed.current, points.target, points.groups))
     points, rows = points.at(kept), rows[kept]
-    alike = codes(axis.conditions_of(calibration, table, protocol, rows))
+    alike = codes(axis_figures.conditions_of(calibration, table, protocol, rows))
     if alike is None:
         return ()
-    air = axis.air_of(calibration, table, rows)
+    air = axis_figures.air_of(calibration, table, rows)
     measured = protocol is None
     moved = Ends(
         conditions=alike,

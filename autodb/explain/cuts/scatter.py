@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.edge_columns import OfEdges, of_edges, over_range, residual
-from autodb.explain.cuts.table import Stack
+from autodb.explain.cuts.stack import Stack
 
 Array = NDArray[np.float64]
 

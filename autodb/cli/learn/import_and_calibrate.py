@@ -175,7 +175,7 @@ def calibrate_command(
         (train_command if network else level_command)(asked)
         return
     from autodb.errors import UnusableInput
-    from autodb.reports.card.moving import moved_over
+    from autodb.reports.card.run_course import moved_over
     from autodb.standard import read_protocol
 
     chosen = read_protocol(protocol) if protocol else None
@@ -269,8 +269,8 @@ def _write_card(
     moved: list[tuple[str, ...]],
     path: Path,
 ) -> None:
+    from autodb.reports.card.card_data import card_of_calibrations
     from autodb.reports.card.files import write_card
-    from autodb.reports.card.gathering import card_of_calibrations
 
     title = machine or ", ".join(name for name, _ in done.sources)
     with working(f"writing {path.name}") as progress:

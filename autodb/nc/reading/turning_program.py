@@ -10,9 +10,9 @@ from pathlib import Path
 
 from autodb.errors import UnusableInput
 from autodb.nc.reading.blocks import ProgramBlock, Word, blocks
+from autodb.nc.reading.coordinates import carry_out_motion
 from autodb.nc.reading.modes import INCH_MM, MACHINE, OFFSETS, Modes, changed_modes, surface_m_min
-from autodb.nc.reading.motion import carry_out_motion
-from autodb.nc.reading.moves import Arc, Linear, Move
+from autodb.nc.reading.paths import Arc, Linear, Move
 from autodb.nc.reading.values import (
     AXES,
     nothing_left,

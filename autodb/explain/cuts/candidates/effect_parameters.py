@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.answer.answer import IntervalValue
-from autodb.explain.cuts.candidates.chip import bell
-from autodb.explain.cuts.candidates.engaged import normal_force, nose_columns
+from autodb.explain.cuts.candidates.chip_forces import bell
+from autodb.explain.cuts.candidates.cold_machine import TIMES_S, warming_columns
+from autodb.explain.cuts.candidates.engagement_errors import normal_force, nose_columns
 from autodb.explain.cuts.candidates.laws import (
     LawColumns,
     SpreadLaw,
@@ -25,9 +26,8 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cuts.candidates.warming import TIMES_S, warming_columns
 from autodb.explain.cuts.profile import BesideEffect, profiled_value
-from autodb.explain.cuts.table import Stack
+from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Choice
 from autodb.fitting import NORMAL_95
 from autodb.terms.chip import size_effect, speed_softening

@@ -23,8 +23,8 @@ from autodb.files.job import Job
 from autodb.fitting import NORMAL_95
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
-from autodb.pairs.learning import learn_averaging
 from autodb.pairs.posterior import PairPosterior
+from autodb.pairs.updating import learn_averaging
 from autodb.reports import figures
 from autodb.reports.page import CalibrationPlot, JobRow, Page, PredictedSensed
 from autodb.sensing.ranges import calibration

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from autodb.explain.answer.answer import IntervalValue
-from autodb.explain.together import FACTORS, ExplainedTogether, Located
+from autodb.explain.several_recordings import FACTORS, ExplainedTogether, Located
 from autodb.reports import figures
 from autodb.reports.explanation import certainty_words, parameter_words, term_words
 from autodb.reports.explanation_plots import channel_words

@@ -14,7 +14,7 @@ from autodb.explain.cuts.candidates.laws import (
     values_of,
 )
 from autodb.explain.cuts.candidates.signs import grows, monotone
-from autodb.explain.cuts.table import Conditions, Stack
+from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.engine.candidates import Candidate, CandidateForm
 
 Array = NDArray[np.float64]

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from autodb.pairs.learning import expected_of
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import PairPosterior
+from autodb.pairs.updating import expected_of
 
 Array = NDArray[np.float64]
 

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dgeqrf, dorgqr, dtrtrs
 
 from autodb.fitting.anfis.premises import Premises, premise_limits, rule_columns
-from autodb.fitting.anfis.scaling import LearnerRows
+from autodb.fitting.anfis.standardised import LearnerRows
 
 Array = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cuts.table import Stack
+from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm
 
 Array = NDArray[np.float64]

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from autodb.fitting.anfis.premises import Premises, rule_columns
-from autodb.fitting.anfis.scaling import LearnerRows
+from autodb.fitting.anfis.standardised import LearnerRows
 from autodb.fitting.anfis.sums import consequent_sums
 
 ROUNDS = 2000

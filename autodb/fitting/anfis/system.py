@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from autodb.fitting.anfis.monotone import Monotone, constrained
 from autodb.fitting.anfis.premises import Premises, rule_columns
-from autodb.fitting.anfis.scaling import Scaling
+from autodb.fitting.anfis.standardised import Scaling
 from autodb.fitting.anfis.sums import Sums, consequent_sums, posterior
 
 Array = NDArray[np.float64]

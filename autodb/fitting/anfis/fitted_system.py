@@ -7,20 +7,20 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.fitting.anfis.evidence import rows_weighed
 from autodb.fitting.anfis.learned import LearningCourse
-from autodb.fitting.anfis.model import (
+from autodb.fitting.anfis.monotone import Monotone
+from autodb.fitting.anfis.premises import Premises, rule_columns
+from autodb.fitting.anfis.prior_weight import rows_weighed
+from autodb.fitting.anfis.settling import Projection
+from autodb.fitting.anfis.standardised import LearnerRows, Scaling, rows, scaling
+from autodb.fitting.anfis.sums import consequent_sums, posterior
+from autodb.fitting.anfis.system import (
     Anfis,
     ConsequentPrior,
     Hull,
     leverages,
     with_best_consequents,
 )
-from autodb.fitting.anfis.monotone import Monotone
-from autodb.fitting.anfis.premises import Premises, rule_columns
-from autodb.fitting.anfis.scaling import LearnerRows, Scaling, rows, scaling
-from autodb.fitting.anfis.settling import Projection
-from autodb.fitting.anfis.sums import consequent_sums, posterior
 
 Array = NDArray[np.float64]
 

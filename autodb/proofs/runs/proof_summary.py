@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pydantic import TypeAdapter
 
 from autodb.proofs.runs.found import TextTable, percent, ratio
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import SCORE_RATIO, Judged, QuantityRow, scored_quantities
 
 COLUMNS = (

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.laws import Rows, SmoothCurve, added, only, relative, values_of
-from autodb.explain.cuts.table import Conditions, Stack
+from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.engine.candidates import Candidate, CandidateForm
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.carried import CutsAccount, Elsewhere, elsewhere, fit_cuts_account
-from autodb.explain.cuts.look import FoundInCuts
+from autodb.explain.cuts.cut_search import FoundInCuts
 from autodb.explain.cuts.trials import CutTrial, joined_trials, paired, plain_trials, usual
 from autodb.explain.engine.candidates import Choice
 from autodb.explain.engine.search import FoundSet

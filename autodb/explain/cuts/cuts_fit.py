@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.laws import LawColumns
-from autodb.explain.cuts.table import Stack
+from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Choice
 
 Array = NDArray[np.float64]

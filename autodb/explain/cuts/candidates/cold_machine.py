@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.laws import LawColumns, SpreadLaw, each
 from autodb.explain.cuts.candidates.signs import grows
-from autodb.explain.cuts.table import Conditions, Stack
+from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.engine.candidates import Candidate
 
 Array = NDArray[np.float64]
