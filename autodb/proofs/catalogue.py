@@ -259,7 +259,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=axis_run.run_axis_gate,
         kept=TypeAdapter(Finished[AxisModelErrors]),
         score=axis_summary.axis_gate_of,
-        read=axis_summary.read_axis_gate,
+        read=axis_summary.AxisGate.from_json,
         generator=REFERENCE_AXIS,
     ),
     Proof(
@@ -269,7 +269,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=axis_run.run_axes,
         kept=TypeAdapter(Finished[AxisModelErrors]),
         score=axis_summary.fields_of,
-        read=axis_summary.read_fields,
+        read=axis_summary.Fields.from_json,
         generator=REFERENCE_AXIS,
     ),
     Proof(
@@ -279,7 +279,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=mill_run.run_mill_gate,
         kept=TypeAdapter(Finished[mill_run.ForceErrors | mill_run.KeptOfAxis]),
         score=mill_summary.mill_gate_of,
-        read=mill_summary.read_mill_gate,
+        read=mill_summary.MillGate.from_json,
         generator=REFERENCE_MILL,
     ),
     Proof(
@@ -289,7 +289,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=mill_run.run_mill_forces,
         kept=TypeAdapter(Finished[mill_run.ForceErrors | mill_run.KeptOfAxis]),
         score=mill_summary.forces_of,
-        read=mill_summary.read_forces,
+        read=mill_summary.ForcesGate.from_json,
         generator=REFERENCE_MILL,
     ),
     Proof(
@@ -299,7 +299,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=_networks,
         kept=TypeAdapter(Finished[network_summary.Judged]),
         score=network_summary.network_summary_of,
-        read=network_summary.read_networks,
+        read=network_summary.Networks.from_json,
         generator=(*REFERENCE_MILL, reference_plan),
     ),
     Proof(
@@ -309,7 +309,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=table_run.run_table,
         kept=TypeAdapter(Finished[table_summary.Judged]),
         score=table_summary.table_summary_of,
-        read=table_summary.read_table_forces,
+        read=table_summary.TableForcesSummary.from_json,
         generator=(reference_table,),
     ),
     Proof(
@@ -319,7 +319,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=faults_run.run_faults,
         kept=TypeAdapter(Finished[faults_summary.Killed]),
         score=faults_summary.faults_summary_of,
-        read=faults_summary.read_faults,
+        read=faults_summary.Kills.from_json,
         generator=(),  # what is drawn is when it is killed
     ),
     Proof(
@@ -329,7 +329,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=commands_run.run_commands,
         kept=TypeAdapter(Finished[commands_summary.KilledCommand | commands_summary.Twice]),
         score=commands_summary.commands_summary_of,
-        read=commands_summary.read_commands,
+        read=commands_summary.CommandsSummary.from_json,
         generator=(),  # what is drawn is when it is killed
     ),
     Proof(
@@ -339,7 +339,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=flips_run.run_flips,
         kept=TypeAdapter(Finished[flips_summary.Flipped]),
         score=flips_summary.flips_summary_of,
-        read=flips_summary.read_flips,
+        read=flips_summary.Flips.from_json,
         generator=(),  # what is drawn is which bit
     ),
     Proof(
@@ -369,7 +369,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=fleet_run.run_fleet,
         kept=TypeAdapter(Finished[fleet_run.Joined | fleet_run.NamedOne]),
         score=fleet_summary.fleet_summary_of,
-        read=fleet_summary.read_fleet,
+        read=fleet_summary.Fleets.from_json,
         generator=(fleets, power_pairs, process),
     ),
 )

@@ -140,13 +140,13 @@ def test_limits() -> None:
     good = axis_summary.fields_of(_runs(**{"as": 1.0, "autodb": 0.58, "oracle": 0.4}), ORIGIN)
     assert good.passed
     assert_allclose(good.limit("x"), 0.6 * 0.032)
-    assert axis_summary.read_fields(good.to_json()) == good
+    assert axis_summary.Fields.from_json(good.to_json()) == good
     near = axis_summary.fields_of(_runs(**{"as": 1.0, "autodb": 0.9, "oracle": 0.8}), ORIGIN)
     assert near.passed, "near the oracle is enough"
     assert not axis_summary.fields_of(_runs(**{"as": 1.0, "autodb": 0.7}), ORIGIN).passed
     gate = axis_summary.axis_gate_of(_runs(**{"as": 1.0}), ORIGIN)
     assert gate.passed
-    assert axis_summary.read_axis_gate(gate.to_json()) == gate
+    assert axis_summary.AxisGate.from_json(gate.to_json()) == gate
     assert not axis_summary.axis_gate_of(_runs(**{"as": 0.5}), ORIGIN).passed
     light = [Finished(1, tuple(replace(one, weight=0.02) for one in _runs()[0].judged))]
     assert not axis_summary.fields_of(light, ORIGIN).passed

@@ -185,7 +185,7 @@ def _forces(factor: float, pole_mm: float = 23.1) -> mill_summary.ForcesGate:
 def test_limits_of_the_forces() -> None:
     good = _forces(0.49)
     assert good.passed
-    assert mill_summary.read_forces(good.to_json()) == good
+    assert mill_summary.ForcesGate.from_json(good.to_json()) == good
     assert_allclose([row.mass for row in good.kept], 0.005)
     assert [len(table.rows) for table in good.tables()] == [4, 2, 8, 2]
     assert not _forces(0.6).passed, "a pocket has a lower limit than a slot"
@@ -195,7 +195,7 @@ def test_limits_of_the_forces() -> None:
 def test_limits_of_the_gate() -> None:
     good = mill_summary.mill_gate_of(_runs(0.9), ORIGIN)
     assert good.passed
-    assert mill_summary.read_mill_gate(good.to_json()) == good
+    assert mill_summary.MillGate.from_json(good.to_json()) == good
     assert not mill_summary.mill_gate_of(_runs(0.7), ORIGIN).passed
     assert not mill_summary.mill_gate_of(_runs(1.3), ORIGIN).passed
     assert not replace(good, mean_N=90.0).passed

@@ -95,7 +95,7 @@ def test_a_run_is_summed_up() -> None:
     assert found.along > 0.15
     assert found.identified == 4
     assert found.recordings == 2
-    assert table_summary.read_table_forces(found.to_json()) == found
+    assert table_summary.TableForcesSummary.from_json(found.to_json()) == found
     limits = found.tables()[0]
     assert len(limits.rows) == 10
     gate = found.tables()[1]

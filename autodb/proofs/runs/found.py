@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
+
+from pydantic import TypeAdapter
 
 from autodb.proofs.runs.run_file import Origin
 
@@ -36,6 +38,19 @@ class ProofResult(Protocol):
 
     def to_json(self) -> str:
         """Return it as JSON."""
+
+
+class KeptAsJson:
+    """A dataclass that a proof's folder keeps as JSON."""
+
+    def to_json(self) -> str:
+        """Return it as JSON, as ``from_json`` reads it."""
+        return TypeAdapter(type(self)).dump_json(self, indent=1).decode() + "\n"
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """Return what was written; raises pydantic's ValidationError on any other text."""
+        return TypeAdapter(cls).validate_json(text)
 
 
 def origin_line(found: ProofResult) -> str:

@@ -3,9 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pydantic import TypeAdapter
-
-from autodb.proofs.runs.found import TextTable, percent, ratio
+from autodb.proofs.runs.found import KeptAsJson, TextTable, percent, ratio
 from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import SCORE_RATIO, Judged, QuantityRow, scored_quantities
 
@@ -26,7 +24,7 @@ COLUMNS = (
 
 
 @dataclass(frozen=True)
-class IntervalsSummary:
+class IntervalsSummary(KeptAsJson):
     """The score of a proof: where its runs came from, first and last seed, a row a quantity."""
 
     origin: Origin
@@ -42,18 +40,6 @@ class IntervalsSummary:
         """Return the only table."""
         rows = tuple(tuple(row_cells(row)) for row in self.rows)
         return (TextTable("Intervals against the truth", COLUMNS, rows),)
-
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``from_json`` reads it."""
-        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
-
-    @staticmethod
-    def from_json(text: str) -> "IntervalsSummary":
-        """Return a summary that was written; raises pydantic's ValidationError on any other."""
-        return SUMMARY.validate_json(text)
-
-
-SUMMARY: TypeAdapter[IntervalsSummary] = TypeAdapter(IntervalsSummary)
 
 
 def intervals_summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> IntervalsSummary:

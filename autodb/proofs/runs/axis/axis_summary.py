@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from autodb.proofs.machines.axis.reference_axis import AXES
 from autodb.proofs.runs.axis.axis_run import (
@@ -20,7 +19,7 @@ from autodb.proofs.runs.axis.published_axis import (
     PUBLISHED_ERROR,
     PUBLISHED_HIGH,
 )
-from autodb.proofs.runs.found import TextTable, percent, ratio
+from autodb.proofs.runs.found import KeptAsJson, TextTable, percent, ratio
 from autodb.proofs.runs.run_file import Finished, Origin
 
 WITHIN = 0.3
@@ -68,7 +67,7 @@ def _said(passed: bool) -> str:
 
 
 @dataclass(frozen=True)
-class AxisGate:
+class AxisGate(KeptAsJson):
     """How the published way does on reference axes: a row an axis."""
 
     origin: Origin
@@ -97,10 +96,6 @@ class AxisGate:
         ]  # fmt: skip
         return (TextTable("Gate: the published way, median of the machines", heads, tuple(rows)),)
 
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``read_axis_gate`` reads it."""
-        return GATE.dump_json(self, indent=1).decode() + "\n"
-
 
 def _as_hard(row: AxisModelErrors) -> bool:
     return abs(row.measured / PUBLISHED_ERROR[row.axis] - 1.0) <= WITHIN
@@ -112,7 +107,7 @@ def _contour_as_hard(row: AxisModelErrors) -> bool:
 
 
 @dataclass(frozen=True)
-class Fields:
+class Fields(KeptAsJson):
     """How autodb does beside the published way and the oracle: rows of every axis and way."""
 
     origin: Origin
@@ -181,24 +176,6 @@ class Fields:
             for row in self.rows
         )  # fmt: skip
         return TextTable("All ways, median of the machines", heads, rows)
-
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``read_fields`` reads it."""
-        return FIELDS.dump_json(self, indent=1).decode() + "\n"
-
-
-GATE: TypeAdapter[AxisGate] = TypeAdapter(AxisGate)
-FIELDS: TypeAdapter[Fields] = TypeAdapter(Fields)
-
-
-def read_axis_gate(text: str) -> AxisGate:
-    """Return a gate that was written; raises pydantic's ValidationError on any other."""
-    return GATE.validate_json(text)
-
-
-def read_fields(text: str) -> Fields:
-    """Return fields that were written; raises pydantic's ValidationError on any other."""
-    return FIELDS.validate_json(text)
 
 
 def axis_gate_of(runs: Sequence[Finished[AxisModelErrors]], origin: Origin) -> AxisGate:

@@ -3,9 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pydantic import TypeAdapter
-
-from autodb.proofs.runs.found import TextTable, percent
+from autodb.proofs.runs.found import KeptAsJson, TextTable, percent
 from autodb.proofs.runs.keeping.forked import CASES
 from autodb.proofs.runs.mill.mill_summary import gate_check_words
 from autodb.proofs.runs.run_file import Finished, Origin
@@ -69,7 +67,7 @@ class OfCommand:
 
 
 @dataclass(frozen=True)
-class CommandsSummary:
+class CommandsSummary(KeptAsJson):
     """Counts of all commands, and what was not compared."""
 
     origin: Origin
@@ -128,18 +126,6 @@ class CommandsSummary:
                 "Clocks and what is drawn at random: not compared", ("column, or file",), left
             ),
         )
-
-    def to_json(self) -> str:
-        """Return it as JSON."""
-        return _COMMANDS.dump_json(self, indent=1).decode()
-
-
-_COMMANDS: TypeAdapter[CommandsSummary] = TypeAdapter(CommandsSummary)
-
-
-def read_commands(text: str) -> CommandsSummary:
-    """Read what ``to_json`` wrote."""
-    return _COMMANDS.validate_json(text)
 
 
 def commands_summary_of(

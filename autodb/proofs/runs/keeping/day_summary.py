@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import TextTable, percent
+from autodb.proofs.runs.found import KeptAsJson, TextTable, percent
 from autodb.proofs.runs.keeping.day_run import WITHIN, DayOutcome, EventOutcome, Invented
 from autodb.proofs.runs.run_file import Finished, Origin
 
@@ -47,7 +46,7 @@ class EventRow:
 
 
 @dataclass(frozen=True)
-class DaySummary:
+class DaySummary(KeptAsJson):
     """The score: a row a kind of event, invented names, and what predictions gain.
 
     ``invented``: term, component, days, explained cuts and whether a true event was among the
@@ -120,18 +119,6 @@ class DaySummary:
             ("scatter alone", *_newtons(self.scatter_N), "", ""),
         )  # fmt: skip
         return TextTable("Predictions of the next cuts", heads, rows)
-
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``from_json`` reads it."""
-        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
-
-    @staticmethod
-    def from_json(text: str) -> "DaySummary":
-        """Return a summary that was written; raises pydantic's ValidationError on any other."""
-        return SUMMARY.validate_json(text)
-
-
-SUMMARY: TypeAdapter[DaySummary] = TypeAdapter(DaySummary)
 
 
 def _said(passed: bool) -> str:

@@ -3,9 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pydantic import TypeAdapter
-
-from autodb.proofs.runs.found import TextTable
+from autodb.proofs.runs.found import KeptAsJson, TextTable
 from autodb.proofs.runs.mill.mill_summary import gate_check_words
 from autodb.proofs.runs.run_file import Finished, Origin
 
@@ -31,7 +29,7 @@ class Killed:
 
 
 @dataclass(frozen=True)
-class Kills:
+class Kills(KeptAsJson):
     """Counts of kills by phase and by tenth, and of those that left something else."""
 
     origin: Origin
@@ -73,18 +71,6 @@ class Kills:
             TextTable("How far it had come", ("", ">kills"), phases),
             TextTable("When, of the time of an undisturbed run", ("", ">kills"), tenths),
         )
-
-    def to_json(self) -> str:
-        """Return it as JSON."""
-        return _KILLS.dump_json(self, indent=1).decode()
-
-
-_KILLS: TypeAdapter[Kills] = TypeAdapter(Kills)
-
-
-def read_faults(text: str) -> Kills:
-    """Read what ``to_json`` wrote."""
-    return _KILLS.validate_json(text)
 
 
 def faults_summary_of(runs: Sequence[Finished[Killed]], origin: Origin) -> Kills:

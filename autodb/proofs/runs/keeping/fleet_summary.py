@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
 from scipy.stats import binom
 
-from autodb.proofs.runs.found import TextTable, percent
+from autodb.proofs.runs.found import KeptAsJson, TextTable, percent
 from autodb.proofs.runs.keeping.fleet_run import (
     CAUSES,
     LEARNT,
@@ -66,7 +65,7 @@ class OfCause:
 
 
 @dataclass(frozen=True)
-class Fleets:
+class Fleets(KeptAsJson):
     """The score; ``ratio`` of cuts needed among others that have its tool, to alone."""
 
     origin: Origin
@@ -135,18 +134,6 @@ class Fleets:
                  ">others named"), named,
             ),
         )  # fmt: skip
-
-    def to_json(self) -> str:
-        """Return it as JSON."""
-        return _FLEETS.dump_json(self, indent=1).decode()
-
-
-_FLEETS: TypeAdapter[Fleets] = TypeAdapter(Fleets)
-
-
-def read_fleet(text: str) -> Fleets:
-    """Read what ``to_json`` wrote."""
-    return _FLEETS.validate_json(text)
 
 
 def needed(errors: Sequence[float]) -> int:

@@ -3,9 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pydantic import TypeAdapter
-
-from autodb.proofs.runs.found import TextTable
+from autodb.proofs.runs.found import KeptAsJson, TextTable
 from autodb.proofs.runs.keeping.flips import Flip
 from autodb.proofs.runs.mill.mill_summary import gate_check_words
 from autodb.proofs.runs.run_file import Finished, Origin
@@ -41,7 +39,7 @@ class Counts:
 
 
 @dataclass(frozen=True)
-class Flips:
+class Flips(KeptAsJson):
     """Counts of the file and of the log."""
 
     origin: Origin
@@ -81,18 +79,6 @@ class Flips:
             ),
             TextTable("Where it flipped", heads, rows),
         )
-
-    def to_json(self) -> str:
-        """Return it as JSON."""
-        return _FLIPS.dump_json(self, indent=1).decode()
-
-
-_FLIPS: TypeAdapter[Flips] = TypeAdapter(Flips)
-
-
-def read_flips(text: str) -> Flips:
-    """Read what ``to_json`` wrote."""
-    return _FLIPS.validate_json(text)
 
 
 def flips_summary_of(runs: Sequence[Finished[Flipped]], origin: Origin) -> Flips:

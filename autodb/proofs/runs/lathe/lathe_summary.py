@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from autodb.proofs.machines.lathe.reference_lathe import REGRESSION
-from autodb.proofs.runs.found import TextTable, percent, ratio
+from autodb.proofs.runs.found import KeptAsJson, TextTable, percent, ratio
 from autodb.proofs.runs.lathe.lathe_run import AXES, AxisErrors
 from autodb.proofs.runs.lathe.published_lathe import PUBLISHED_RMSE_N
 from autodb.proofs.runs.run_file import Finished, Origin
@@ -62,7 +61,7 @@ class LatheRow:
 
 
 @dataclass(frozen=True)
-class LatheSummary:
+class LatheSummary(KeptAsJson):
     """The score: a row an axis, and the slope of reference over estimate of all axes."""
 
     origin: Origin
@@ -123,18 +122,6 @@ class LatheSummary:
         slope = f"slope of reference over estimate, all axes (1 ± {SLOPE_WITHIN:g})"
         rows.append((slope, "", "", "", "", "", f"{self.slope:.3f}", _said(self.straight), "", ""))
         return TextTable("Median errors on test cuts", heads, tuple(rows))
-
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``from_json`` reads it."""
-        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
-
-    @staticmethod
-    def from_json(text: str) -> "LatheSummary":
-        """Return a summary that was written; raises pydantic's ValidationError on any other."""
-        return SUMMARY.validate_json(text)
-
-
-SUMMARY: TypeAdapter[LatheSummary] = TypeAdapter(LatheSummary)
 
 
 def _said(passed: bool) -> str:

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import TextTable, percent, ratio
+from autodb.proofs.runs.found import KeptAsJson, TextTable, percent, ratio
 from autodb.proofs.runs.mill.mill_run import OURS, PUBLISHED, SCORED, ForceErrors, KeptOfAxis
 from autodb.proofs.runs.mill.published_mill import MEAN_N, POCKET_N, SLOT_N
 from autodb.proofs.runs.run_file import Finished, Origin
@@ -66,7 +65,7 @@ def mean_N(runs: Sequence[Finished[ForceErrors | KeptOfAxis]], way: str) -> floa
 
 
 @dataclass(frozen=True)
-class MillGate:
+class MillGate(KeptAsJson):
     """How the published way does on reference mills: a row a cut and axis, and the mean, N."""
 
     origin: Origin
@@ -100,10 +99,6 @@ class MillGate:
             ),
             TextTable("All cuts, median of the machines", ("cut", "axis", ">RMSE N"), every),
         )
-
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``read_mill_gate`` reads it."""
-        return GATE.dump_json(self, indent=1).decode() + "\n"
 
 
 @dataclass(frozen=True)
@@ -143,7 +138,7 @@ def _kept_row(kept: list[KeptOfAxis]) -> KeptRow:
 
 
 @dataclass(frozen=True)
-class ForcesGate:
+class ForcesGate(KeptAsJson):
     """How autodb does beside the published way: a row a cut, axis and way, means of the ways, and
     what was kept of the axes.
     """
@@ -220,10 +215,6 @@ class ForcesGate:
             "Mean over cuts and axes, median of the machines", ("way", ">RMSE N"), rows
         )
 
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``read_forces`` reads it."""
-        return FORCES.dump_json(self, indent=1).decode() + "\n"
-
 
 def near_N(here_N: float, there_N: float) -> bool:
     """Say whether an error is as large as a published one."""
@@ -240,25 +231,11 @@ def gate_check_words(passed: bool) -> str:
     return "passed" if passed else "FAILED"
 
 
-GATE: TypeAdapter[MillGate] = TypeAdapter(MillGate)
-FORCES: TypeAdapter[ForcesGate] = TypeAdapter(ForcesGate)
-
-
-def read_mill_gate(text: str) -> MillGate:
-    """Return a gate that was written; raises pydantic's ValidationError on any other."""
-    return GATE.validate_json(text)
-
-
 def mill_gate_of(runs: Sequence[Finished[ForceErrors | KeptOfAxis]], origin: Origin) -> MillGate:
     """Return the gate of finished runs in the order of their seeds."""
     return MillGate(
         origin, (runs[0].seed, runs[-1].seed), force_rows_of(runs), mean_N(runs, PUBLISHED)
     )
-
-
-def read_forces(text: str) -> ForcesGate:
-    """Return forces that were written; raises pydantic's ValidationError on any other."""
-    return FORCES.validate_json(text)
 
 
 def forces_of(runs: Sequence[Finished[ForceErrors | KeptOfAxis]], origin: Origin) -> ForcesGate:

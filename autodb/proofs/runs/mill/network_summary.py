@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import TextTable, percent, ratio
+from autodb.proofs.runs.found import KeptAsJson, TextTable, percent, ratio
 from autodb.proofs.runs.mill.mill_run import SCORED
 from autodb.proofs.runs.mill.mill_summary import gate_check_words
 from autodb.proofs.runs.mill.published_mill import MEAN_N as FOUR_MEAN_N
@@ -96,7 +95,7 @@ class HeldRow:
 
 
 @dataclass(frozen=True)
-class Networks:
+class Networks(KeptAsJson):
     """What was found: ways, coverage, the share of recordings in which the fusion is within
     FUSED_RATIO of BEST, and power above the coherent bands.
     """
@@ -179,18 +178,6 @@ class Networks:
                 ("way", "on", ">recordings", ">rows within", ">median ± N"), held,
             ),
         )  # fmt: skip
-
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``read_networks`` reads it."""
-        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
-
-
-SUMMARY: TypeAdapter[Networks] = TypeAdapter(Networks)
-
-
-def read_networks(text: str) -> Networks:
-    """Return a summary that was written; raises pydantic's ValidationError on any other."""
-    return SUMMARY.validate_json(text)
 
 
 def network_summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> Networks:

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import TextTable, percent, ratio
+from autodb.proofs.runs.found import KeptAsJson, TextTable, percent, ratio
 from autodb.proofs.runs.mill.mill_summary import gate_check_words
 from autodb.proofs.runs.mill.published_table import AIR, ALONG, REPEATS, SIDEWAYS, WITHIN
 from autodb.proofs.runs.run_file import Finished, Origin
@@ -94,7 +93,7 @@ class OffRow:
 
 
 @dataclass(frozen=True)
-class TableForcesSummary:
+class TableForcesSummary(KeptAsJson):
     """What was found: medians of the machines, and coverage.
 
     ``gate``: by set-up, envelope and component, shares of the range; ``sideways`` and ``along``:
@@ -201,18 +200,6 @@ class TableForcesSummary:
                 ),
             ),
         )  # fmt: skip
-
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``read_table_forces`` reads it."""
-        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
-
-
-SUMMARY: TypeAdapter[TableForcesSummary] = TypeAdapter(TableForcesSummary)
-
-
-def read_table_forces(text: str) -> TableForcesSummary:
-    """Return a summary that was written; raises pydantic's ValidationError on any other."""
-    return SUMMARY.validate_json(text)
 
 
 def table_summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> TableForcesSummary:

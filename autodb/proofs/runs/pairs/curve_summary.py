@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import TextTable, percent
+from autodb.proofs.runs.found import KeptAsJson, TextTable, percent
 from autodb.proofs.runs.pairs.curve_plans import AT, FACTORIAL, PROPOSED, RANDOM, PlannedPair
 from autodb.proofs.runs.pairs.curve_run import ADDED, LEARNT, OURS, LearningErrors
 from autodb.proofs.runs.run_file import Finished, Origin
@@ -90,7 +89,7 @@ class Course:
 
 
 @dataclass(frozen=True)
-class CurveSummary:
+class CurveSummary(KeptAsJson):
     """The score. ``worse``: error after the proposed cuts that reach the level given the gain, less
     that after all random ones, mean over pairs and standard error.
     """
@@ -163,18 +162,6 @@ class CurveSummary:
         heads = ("plan", "", *(f">{n} cuts" for n in range(longest + 1)))
         rows = tuple(row for course in self.courses for row in _lines(course, longest))
         return TextTable("Plans: half-widths (medians) and errors (means) of pairs", heads, rows)
-
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``from_json`` reads it."""
-        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
-
-    @staticmethod
-    def from_json(text: str) -> "CurveSummary":
-        """Return a summary that was written; raises pydantic's ValidationError on any other."""
-        return SUMMARY.validate_json(text)
-
-
-SUMMARY: TypeAdapter[CurveSummary] = TypeAdapter(CurveSummary)
 
 
 def _said(passed: bool) -> str:
