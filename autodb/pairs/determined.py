@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import Elements
 from autodb.cutting.shear import NAMES, PARAMETERS
 from autodb.fitting import posterior_after
 from autodb.pairs.modelled import own_variance
@@ -102,10 +101,3 @@ def chip_thickness(posterior: PairPosterior, cuts: PairCuts) -> PossibleMeasurem
     return PossibleMeasurement(
         "a measured chip thickness", replace(readings, value=expected, sd=CHIP_SHARE * expected)
     )
-
-
-def repeated_trial(
-    called: str, sensed: Observed, changed: Elements, operation: str
-) -> PossibleMeasurement:
-    """Return the trial of making the cuts of readings again, otherwise."""
-    return PossibleMeasurement(called, replace(sensed, cuts=(PairCuts(operation, changed),)))

@@ -54,14 +54,6 @@ def tool_wear(depth_mm: Array, cutting_time_s: Array) -> Array:
     return depth_mm * cutting_time_s
 
 
-def edge_times(edge: Array, cutting_time_s: Array) -> dict[str, Array]:
-    """Return the input ``other_cutting_time`` of every edge by name: `3.cutting_time` for edge 3.
-
-    Each is (n,): the cutting time in that edge's cuts, 0 in those of the others.
-    """
-    return {f"{e:g}.cutting_time": cutting_time_s * (edge == e) for e in np.unique(edge)}
-
-
 SHEAR = Contribution(
     name="shear",
     channels=("cuts", "table"),
