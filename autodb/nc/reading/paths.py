@@ -80,13 +80,9 @@ Speed = Revolutions | CuttingSpeed
 
 
 @dataclass(frozen=True)
-class Rapid:
-    """A rapid; some controls move each axis at its own speed, not along the straight line."""
-
+class _Straight:
     start: Point
     end: Point
-    line: int
-    tool: str | None
 
     @property
     def length_mm(self) -> float:
@@ -99,24 +95,21 @@ class Rapid:
 
 
 @dataclass(frozen=True)
-class Linear:
+class Rapid(_Straight):
+    """A rapid; some controls move each axis at its own speed, not along the straight line."""
+
+    line: int
+    tool: str | None
+
+
+@dataclass(frozen=True)
+class Linear(_Straight):
     """A straight move at a feed."""
 
-    start: Point
-    end: Point
     feed: Feed
     speed: Speed
     line: int
     tool: str | None
-
-    @property
-    def length_mm(self) -> float:
-        """Length of the way, mm."""
-        return distance_mm(self.start, self.end)
-
-    def points(self, shares: Array) -> tuple[Array, Array]:
-        """Return x and z, (n,), mm, at shares of the way, 0 to 1."""
-        return _straight(self.start, self.end, shares)
 
 
 @dataclass(frozen=True)
