@@ -70,7 +70,8 @@ class KienzleCard:
 def level_of_bounds(lower: Array, upper: Array) -> float:
     """Return the standard deviation, a share, that 95 % bounds (k,) of forces leave them all.
 
-    σ = mean ln(upper/lower) / (2 · 1.96): bounds of the logarithm, in which the law is believed.
+    σ = mean ln(upper/lower) / (2 · 1.96): bounds of the logarithm, in which the posterior is
+    normal.
     """
     return float(np.mean(np.log(upper / lower))) / (2.0 * NORMAL_95)
 

@@ -34,13 +34,13 @@ class OutlierTest:
     together: float
 
     @property
-    def implausible(self) -> NDArray[np.bool_]:
+    def outlying(self) -> NDArray[np.bool_]:
         """Which cuts (n,) are not of the state that the posterior is of."""
         return self.cuts < IMPLAUSIBLE
 
 
 def outlier_test(posterior: PairPosterior, observed: Observed) -> OutlierTest:
-    """Return how surprising readings are."""
+    """Return how improbable readings are."""
     expected, covariance = expected_of(posterior, observed)
     left = observed.value - expected
     cuts = np.unique(observed.cut)

@@ -75,7 +75,7 @@ def learn_worn(
 ) -> PairPosterior:
     """Return the posterior after readings of edges that wear, from one that has no wear in it yet.
 
-    Its law is as far off as ``start`` says; ``near``: what was believed without wear, where the
+    Its law is as far off as ``start`` says; ``near``: the posterior without wear, where the
     search begins.
     """
     longest_s = max(float(c.worn_s.max()) for c in observed.cuts if c.worn_s is not None)

@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 LEARNT_SHARE = 0.7
 """Share of a pair's cuts, the oldest, that the page learns from to predict the others."""
 LADDER = (0, 1, 2, 3, 5, 8, 13, 21, 34, 55, 89, 144)
-"""Cuts after which the page shows what was believed."""
+"""Cuts after which the page shows the posterior."""
 AXIS_NAMES = {"x": "X axis", "z": "Z axis", "spindle": "Spindle"}
 
 
@@ -126,7 +126,7 @@ def _drive_terms(session: Session, machine_id: int) -> list[tuple[str, str, str]
 
 
 class _History:
-    """The cuts behind a pair's parameters, oldest first, and what was believed on the way."""
+    """The cuts behind a pair's parameters, oldest first, and the posteriors on the way."""
 
     def __init__(
         self, session: Session, owner: models.Machine, row: models.CuttingParameters
@@ -143,7 +143,7 @@ class _History:
         self._learnt = {len(self._cuts): newest}
 
     def _after(self, cuts: int) -> PairPosterior:
-        """Return what was believed after the oldest cuts."""
+        """Return the posterior after the oldest cuts."""
         if cuts not in self._learnt:
             kept = set(self._cuts[:cuts])
             some = [force for force in self._forces if force.cut_id in kept]

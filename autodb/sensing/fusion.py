@@ -38,7 +38,7 @@ SHRUNK = 0.05
 """Share by which correlations are drawn to none: few recordings tell them. Chosen."""
 NEARER = 0.98
 """Times the error of the nearest sensor alone that several together must not exceed, in recordings
-left out in turn, to be believed. Chosen."""
+left out in turn, to be used. Chosen."""
 APART = 2.0
 """Times its usual distance from the others beyond which a sensor disagrees. Chosen."""
 USUAL = 1.5

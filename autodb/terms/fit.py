@@ -153,7 +153,7 @@ def shape_step(parameter: TermParameter, value: float) -> float:
 def prior_of(
     linear: Sequence[TermParameter], weights: Array, shape: Sequence[TermParameter], start: Array
 ) -> fitting.Gaussian | None:
-    """Return what is believed of (coefficients, shape) beforehand; None where nothing is."""
+    """Return the prior of (coefficients, shape); None where there is none."""
     known = [p.prior for p in (*linear, *shape)]
     if not any(known):
         return None

@@ -193,7 +193,7 @@ def test_a_card_is_believed_as_far_as_it_says() -> None:
 
 
 def test_a_cut_of_another_state_is_surprising_and_one_of_this_is_not() -> None:
-    """Of 300 cuts of the same state at most 4 are called implausible, where chance alone gives more
+    """Of 300 cuts of the same state at most 4 are called outliers, where chance alone gives more
     once in 60 000; a cut whose forces are half again as large is. Errors are a little smaller than
     expected, because this truth is the law itself.
     """
@@ -201,10 +201,10 @@ def test_a_cut_of_another_state_is_surprising_and_one_of_this_is_not() -> None:
     posterior = posterior_of_readings(prior(), sensed(theta, cuts_of(2, 16), seed=3))
     same = sensed(theta, cuts_of(31, 300), seed=32)
     found = outlier_test(posterior, same)
-    assert found.implausible.sum() <= 4
+    assert found.outlying.sum() <= 4
     assert 0.6 < np.std(found.off) < 1.1
     worn = replace(some(same, np.arange(1)), value=1.5 * same.value[[0, 300]])
-    assert outlier_test(posterior, worn).implausible.all()
+    assert outlier_test(posterior, worn).outlying.all()
     assert outlier_test(posterior, some(same, np.arange(5))).together > 1e-4
 
 

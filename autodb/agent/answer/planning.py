@@ -138,7 +138,7 @@ def plan_cuts(
 
 
 class _Search:
-    """What is believed of a job's pair, what is asked, and what the machine senses."""
+    """The posterior of a job's pair, what is asked, and what the machine senses."""
 
     def __init__(self, known: KnownPair, job: Job, sensed: dict[str, SensedComponent]) -> None:
         self._posterior, self._tool = known.posterior, known.tool

@@ -10,10 +10,10 @@ from autodb.agent.learn.starting import start_of
 from autodb.agent.learn.states import (
     Forces,
     causes_of,
-    implausible,
     learnt_before,
     named_states,
     newest_states,
+    outlying_cuts,
     sorted_forces,
     worn_forces,
 )
@@ -153,7 +153,7 @@ class _Pair:
         learnt = learn_worn(before, observed, near=as_posterior(last), progress=self._progress)
         before, kept = replace(before, wear=learnt.wear), worn
         for _ in range(ROUNDS):
-            outlying = implausible(learnt.past(), worn)
+            outlying = outlying_cuts(learnt.past(), worn)
             now = [force for force in worn if force.id in seen or force.cut_id not in outlying]
             if now == kept:
                 break

@@ -22,7 +22,7 @@ from autodb.pairs.updating import learn_averaging, posterior_of_readings
 from autodb.store import models
 
 ENOUGH = 8
-"""Cuts that a posterior rests on before it takes others for surprising. Chosen."""
+"""Cuts that a posterior rests on before it takes others for outliers. Chosen."""
 PERSISTS = 5
 """Cuts that make a state. Chosen."""
 Forces = list[models.SensedForce]
@@ -129,12 +129,12 @@ def sorted_forces(
     known = before or LearntBefore()
     posterior, kept, outliers = start, Forces(), Forces()
     for some in _by_recording(forces):
-        surprising = {force.cut_id for force in some if known.still_excluded(force)}
+        outlying = {force.cut_id for force in some if known.still_excluded(force)}
         rest = [force for force in some if not known.decides(force)]
         if rest and posterior.cuts >= ENOUGH:
-            surprising |= implausible(posterior, rest)
-        usual = [force for force in some if force.cut_id not in surprising]
-        outliers += [force for force in some if force.cut_id in surprising]
+            outlying |= outlying_cuts(posterior, rest)
+        usual = [force for force in some if force.cut_id not in outlying]
+        outliers += [force for force in some if force.cut_id in outlying]
         kept += usual
         if usual:
             taught = posterior_of_readings if posterior.cuts else learn_averaging
@@ -149,12 +149,12 @@ def _by_recording(forces: Sequence[models.SensedForce]) -> list[Forces]:
     return list(found.values())
 
 
-def implausible(posterior: PairPosterior, forces: Forces) -> set[int]:
+def outlying_cuts(posterior: PairPosterior, forces: Forces) -> set[int]:
     """Return the cuts, by id, that are not of a posterior's state."""
     observed = as_observed(forces, wear=posterior.wear)
     cut_ids = {int(at): force.cut_id for at, force in zip(observed.cut, forces, strict=False)}
     found = outlier_test(posterior, observed)
-    return {cut_ids[k] for k, improbable in enumerate(found.implausible) if improbable}
+    return {cut_ids[k] for k, improbable in enumerate(found.outlying) if improbable}
 
 
 def newest_states(

@@ -5,7 +5,7 @@ that is changed (of an edge that was not seen, the mean of those that were), a d
 clock, a warm-up by what the machine does, a run of harder cuts if it reached the table's end. A
 curve keeps its last value beyond what was seen.
 
-Sizes that the table hardly holds would run away there, so that two things are believed beforehand:
+Sizes that the table hardly holds would run away there, so that two things have a prior:
 edges of one table wear alike but for a spread, and the simulation's own terms are nearly right.
 """
 
@@ -59,15 +59,15 @@ def ahead(result: FoundInCuts, table: CutTable, simulation: dict[str, Array]) ->
     choices = result.found.choices
     if not choices:
         return Ahead(stack.names, plain, there.stack.sd)
-    coefficients, covariance = _believed(result, fit_cuts(stack, result.own, choices))
+    coefficients, covariance = _with_prior(result, fit_cuts(stack, result.own, choices))
     columns = there.columns(choices)
     variance = np.einsum("cmp,pq,cmq->cm", columns, covariance, columns)
     sd = np.sqrt(there.stack.sd**2 + np.maximum(variance, 0.0))
     return Ahead(stack.names, plain + columns @ coefficients, sd)
 
 
-def _believed(result: FoundInCuts, found: CutsFit) -> tuple[Array, Array]:
-    """Return coefficients (p,) and covariance (p, p) of a fit with what is believed beforehand.
+def _with_prior(result: FoundInCuts, found: CutsFit) -> tuple[Array, Array]:
+    """Return coefficients (p,) and covariance (p, p) of a fit with these priors.
 
     With C the covariance of the fit and Λ the precision of the posterior, whose mean costs nothing:
     (1 + CΛ)⁻¹ of both.

@@ -167,7 +167,7 @@ def test_a_confirmed_term_of_another_size_is_mistuned(machine: Cli) -> None:
 
 
 def test_a_term_found_where_the_model_came_from(machine: Cli) -> None:
-    """The version that has seen the recording is not believed: its rows would count twice."""
+    """The version that has seen the recording is no prior: its rows would count twice."""
     written("b.csv", 2)
     machine("identify", "b.csv", "--machine", "mill")
     number = mismatch(Path("b.csv"), machine, "asymmetry")

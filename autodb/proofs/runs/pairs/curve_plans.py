@@ -35,7 +35,7 @@ from autodb.proofs.runs.score import Z
 
 Array = NDArray[np.float64]
 Plan = Callable[[PairPosterior, CurveCase, int], TurnedCut]
-"""Chooses a cut from what is believed, what is asked, and how many were made."""
+"""Chooses a cut from the posterior, what is asked, and how many were made."""
 
 PROPOSED, RANDOM, FACTORIAL = "proposed", "random", "factorial"
 AT = {PROPOSED: tuple(range(11)), RANDOM: (0, 1, 2, 4, 6, 8, 10, 12), FACTORIAL: (8,)}

@@ -28,7 +28,7 @@ LEARNT = (0, 1, 2, 3, 5, 8, 12, 20, 40)
 """Cuts sensed before the next are predicted."""
 OURS = "autodb"
 ADDED = "autodb, bit by bit"
-"""The cuts between two of LEARNT are learnt from what was believed before them, not all anew."""
+"""The cuts between two of LEARNT update the posterior before them; not all are learnt anew."""
 
 
 @dataclass(frozen=True)
