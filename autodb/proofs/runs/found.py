@@ -53,6 +53,33 @@ class KeptAsJson:
         return TypeAdapter(cls).validate_json(text)
 
 
+Check = tuple[str, str, str, bool]
+"""What is checked, what it is, what it must be, and whether it is."""
+
+
+class CheckedScore(KeptAsJson):
+    """The score of a proof that passes where all of its checks do."""
+
+    def checks(self) -> list[Check]:
+        """Return all that must be."""
+        raise NotImplementedError
+
+    @property
+    def passed(self) -> bool:
+        """Say whether everything is within its limits."""
+        return all(passed for *_, passed in self.checks())
+
+    def limits(self, title: str) -> TextTable:
+        """Return the table of the checks."""
+        rows = tuple((*cells, check_words(passed)) for *cells, passed in self.checks())
+        return TextTable(title, ("", ">found", ">must be", ""), rows)
+
+
+def check_words(passed: bool) -> str:
+    """Return what a cell says of a check."""
+    return "passed" if passed else "FAILED"
+
+
 def origin_line(found: ProofResult) -> str:
     """Return where a score came from, in one line."""
     first, last = found.seeds

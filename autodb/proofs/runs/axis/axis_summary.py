@@ -19,7 +19,7 @@ from autodb.proofs.runs.axis.published_axis import (
     PUBLISHED_ERROR,
     PUBLISHED_HIGH,
 )
-from autodb.proofs.runs.found import KeptAsJson, TextTable, percent, ratio
+from autodb.proofs.runs.found import KeptAsJson, TextTable, check_words, percent, ratio
 from autodb.proofs.runs.run_file import Finished, Origin
 
 WITHIN = 0.3
@@ -62,10 +62,6 @@ def _row(errors: list[AxisModelErrors]) -> AxisModelErrors:
     )
 
 
-def _said(passed: bool) -> str:
-    return "passed" if passed else "FAILED"
-
-
 @dataclass(frozen=True)
 class AxisGate(KeptAsJson):
     """How the published way does on reference axes: a row an axis."""
@@ -89,8 +85,8 @@ class AxisGate(KeptAsJson):
         rows = [
             (
                 row.axis, percent(PUBLISHED_ERROR[row.axis]), percent(row.measured),
-                ratio(row.measured / PUBLISHED_ERROR[row.axis]), _said(_as_hard(row)),
-                percent(row.contour), percent(row.high), _said(_contour_as_hard(row)),
+                ratio(row.measured / PUBLISHED_ERROR[row.axis]), check_words(_as_hard(row)),
+                percent(row.contour), percent(row.high), check_words(_contour_as_hard(row)),
             )
             for row in self.rows
         ]  # fmt: skip
@@ -156,9 +152,10 @@ class Fields(KeptAsJson):
                 axis, percent(row.measured),
                 ratio(row.measured / self._of(axis, PUBLISHED).measured),
                 ratio(row.measured / self._of(axis, ORACLE).measured), percent(self.limit(axis)),
-                _said(self._near(axis)), percent(row.contour), _said(self._follows(axis)),
+                check_words(self._near(axis)), percent(row.contour),
+                check_words(self._follows(axis)),
                 "" if row.weight is None else f"{100.0 * row.weight:.2f} %",
-                "" if row.weight is None else _said(self._weighed(axis)),
+                "" if row.weight is None else check_words(self._weighed(axis)),
             ))  # fmt: skip
         return TextTable("autodb, median of the machines", heads, tuple(rows))
 

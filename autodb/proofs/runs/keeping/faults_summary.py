@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from autodb.proofs.runs.found import KeptAsJson, TextTable
-from autodb.proofs.runs.mill.mill_summary import gate_check_words
+from autodb.proofs.runs.found import Check, CheckedScore, TextTable
 from autodb.proofs.runs.run_file import Finished, Origin
 
 PHASES = (
@@ -29,7 +28,7 @@ class Killed:
 
 
 @dataclass(frozen=True)
-class Kills(KeptAsJson):
+class Kills(CheckedScore):
     """Counts of kills by phase and by tenth, and of those that left something else."""
 
     origin: Origin
@@ -40,12 +39,8 @@ class Kills(KeptAsJson):
     other_rows: int
     other_files: int
 
-    @property
-    def passed(self) -> bool:
-        """Say whether every kill ended as the undisturbed run, and each phase of work was hit."""
-        return all(passed for *_, passed in self._checks())
-
-    def _checks(self) -> list[tuple[str, str, str, bool]]:
+    def checks(self) -> list[Check]:
+        """Return what must be."""
         total = sum(self.phases)
         hit = sum(self.phases[1:3])
         found = [
@@ -61,13 +56,12 @@ class Kills(KeptAsJson):
 
     def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, and where the kills hit."""
-        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
         phases = tuple((name, str(count)) for name, count in zip(PHASES, self.phases, strict=True))
         tenths = tuple(
             (f"{10 * k} to {10 * (k + 1)} %", str(count)) for k, count in enumerate(self.tenths)
         )
         return (
-            TextTable("SIGKILL in a refresh from an inbox", ("", ">found", ">must be", ""), checks),
+            self.limits("SIGKILL in a refresh from an inbox"),
             TextTable("How far it had come", ("", ">kills"), phases),
             TextTable("When, of the time of an undisturbed run", ("", ">kills"), tenths),
         )

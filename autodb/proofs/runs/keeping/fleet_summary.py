@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binom
 
-from autodb.proofs.runs.found import KeptAsJson, TextTable, percent
+from autodb.proofs.runs.found import Check, CheckedScore, TextTable, percent
 from autodb.proofs.runs.keeping.fleet_run import (
     CAUSES,
     LEARNT,
@@ -20,7 +20,6 @@ from autodb.proofs.runs.keeping.fleet_run import (
     Joined,
     NamedOne,
 )
-from autodb.proofs.runs.mill.mill_summary import gate_check_words
 from autodb.proofs.runs.run_file import Finished, Origin
 
 Array = NDArray[np.float64]
@@ -65,7 +64,7 @@ class OfCause:
 
 
 @dataclass(frozen=True)
-class Fleets(KeptAsJson):
+class Fleets(CheckedScore):
     """The score; ``ratio`` of cuts needed among others that have its tool, to alone."""
 
     origin: Origin
@@ -75,12 +74,8 @@ class Fleets(KeptAsJson):
     ratio_se: float
     causes: tuple[OfCause, ...]
 
-    @property
-    def passed(self) -> bool:
-        """Say whether everything is within its limits."""
-        return all(passed for *_, passed in self._checks())
-
-    def _checks(self) -> list[tuple[str, str, str, bool]]:
+    def checks(self) -> list[Check]:
+        """Return what must be."""
         by_way = {one.way: one for one in self.ways}
         held = min(min(by_way[way].held) for way in WAYS[1:])
         quiet = next(one for one in self.causes if one.truth == CAUSES[0])
@@ -106,7 +101,6 @@ class Fleets(KeptAsJson):
 
     def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, how soon machines predict, and who was named as what."""
-        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
         heads = tuple(f">{n} cuts" for n in SHOWN)
         rows = tuple(
             (
@@ -123,7 +117,7 @@ class Fleets(KeptAsJson):
             for one in self.causes
         )  # fmt: skip
         return (
-            TextTable("A new machine, and one that is off", ("", ">found", ">must be", ""), checks),
+            self.limits("A new machine, and one that is off"),
             TextTable(
                 "Cuts until the error stays below 10 %; error after so many (and share held)",
                 ("starts from", ">cuts needed", ">never", *heads), rows,

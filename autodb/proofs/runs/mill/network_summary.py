@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autodb.proofs.runs.found import KeptAsJson, TextTable, percent, ratio
+from autodb.proofs.runs.found import Check, CheckedScore, TextTable, percent, ratio
 from autodb.proofs.runs.mill.mill_run import SCORED
-from autodb.proofs.runs.mill.mill_summary import gate_check_words
 from autodb.proofs.runs.mill.published_mill import MEAN_N as FOUR_MEAN_N
 from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import coverage_limits
@@ -95,7 +94,7 @@ class HeldRow:
 
 
 @dataclass(frozen=True)
-class Networks(KeptAsJson):
+class Networks(CheckedScore):
     """What was found: ways, coverage, the share of recordings in which the fusion is within
     FUSED_RATIO of BEST, and power above the coherent bands.
     """
@@ -107,15 +106,10 @@ class Networks(KeptAsJson):
     fused_within: float
     bands: tuple[NetBand, ...]
 
-    @property
-    def passed(self) -> bool:
-        """Say whether everything is within its limits."""
-        return all(passed for *_, passed in self._checks())
-
     def _of(self, way: str) -> WayRow:
         return next(row for row in self.ways if row.way == way)
 
-    def _checks(self) -> list[tuple[str, str, str, bool]]:
+    def checks(self) -> list[Check]:
         """Return what is checked, what it is, what it must be, and whether it is."""
         four, network, grey, few, fused, best, known = (
             self._of(way).mean_N for way in (FOUR, NETWORK, GREY, FEW, FUSED, BEST, KNOWN)
@@ -161,14 +155,13 @@ class Networks(KeptAsJson):
 
     def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, all ways, and how wide intervals are."""
-        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
         ways = tuple((row.way, f"{row.mean_N:.1f}", f"{row.median_N:.1f}") for row in self.ways)
         held = tuple(
             (row.way, row.of, str(row.recordings), percent(row.share), f"{row.width_N:.0f}")
             for row in self.held
         )
         return (
-            TextTable("Limits", ("", ">found", ">must be", ""), tuple((*row,) for row in checks)),
+            self.limits("Limits"),
             TextTable(
                 "RMSE over 21 tests and two axes, median of the machines",
                 ("way", ">mean N", ">median N"), ways,

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autodb.proofs.runs.found import KeptAsJson, TextTable, percent, ratio
-from autodb.proofs.runs.mill.mill_summary import gate_check_words
+from autodb.proofs.runs.found import Check, CheckedScore, TextTable, percent, ratio
 from autodb.proofs.runs.mill.published_table import AIR, ALONG, REPEATS, SIDEWAYS, WITHIN
 from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import coverage_limits
@@ -93,7 +92,7 @@ class OffRow:
 
 
 @dataclass(frozen=True)
-class TableForcesSummary(KeptAsJson):
+class TableForcesSummary(CheckedScore):
     """What was found: medians of the machines, and coverage.
 
     ``gate``: by set-up, envelope and component, shares of the range; ``sideways`` and ``along``:
@@ -115,12 +114,7 @@ class TableForcesSummary(KeptAsJson):
     recordings: int
     width_N: float
 
-    @property
-    def passed(self) -> bool:
-        """Say whether everything is within its limits."""
-        return all(passed for *_, passed in self._checks())
-
-    def _checks(self) -> list[tuple[str, str, str, bool]]:
+    def checks(self) -> list[Check]:
         """Return what is checked, what it is, what it must be, and whether it is."""
         by_way = {row.way: row for row in self.off}
         published, ours = by_way[PUBLISHED], by_way[OURS]
@@ -159,7 +153,6 @@ class TableForcesSummary(KeptAsJson):
 
     def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, the gate as P4 prints it, and every way."""
-        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
         gate = tuple(
             (
                 f"{COMPONENTS[k]}, {ENVELOPES[e]}",
@@ -182,7 +175,7 @@ class TableForcesSummary(KeptAsJson):
             for row in self.off
         )  # fmt: skip
         return (
-            TextTable("Limits", ("", ">found", ">must be", ""), checks),
+            self.limits("Limits"),
             TextTable(
                 "P4's model from the mean of upright cuts, over the range, as P4's Table 2",
                 ("envelope", *(f">{one}" for one in SETUPS), ">P4, upright"), gate,
