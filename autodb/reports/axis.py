@@ -11,12 +11,7 @@ from autodb.fitting import NORMAL_95
 from autodb.records import Recording
 from autodb.reports import figures
 from autodb.sensing.drives.field import EffortField, field
-from autodb.sensing.drives.fit.axis_model import (
-    Identified,
-    IdentifiedTerm,
-    amplitudes,
-    readable,
-)
+from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, amplitudes, readable
 from autodb.sensing.drives.fit.drive_errors import BANDWIDTHS_HZ, DriveErrors
 from autodb.sensing.drives.fit.thermal import thermal_state
 from autodb.terms.vocabulary import term_called

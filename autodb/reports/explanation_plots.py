@@ -6,11 +6,7 @@ from dataclasses import replace
 import plotly.graph_objects as go
 from markupsafe import Markup
 
-from autodb.explain.answer.answer import (
-    Array,
-    ChannelAnswer,
-    ChannelTrace,
-)
+from autodb.explain.answer.answer import Array, ChannelAnswer, ChannelTrace
 from autodb.files.channels import unit_of
 from autodb.reports import figures
 

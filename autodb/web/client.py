@@ -22,12 +22,7 @@ import httpx
 from pydantic import TypeAdapter
 
 from autodb.agent.answer.looking_up import Listed
-from autodb.agent.answer.overview import (
-    CalibrationSaid,
-    MachineSaid,
-    MachineSeen,
-    MismatchSaid,
-)
+from autodb.agent.answer.overview import CalibrationSaid, MachineSaid, MachineSeen, MismatchSaid
 from autodb.agent.answer.predicting import JobAnswer, Predicted
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.ingest.importing import Imported

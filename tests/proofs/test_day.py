@@ -16,13 +16,7 @@ from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
 from autodb.proofs.machines.lathe.day import CUTS, FORCES, HOURS, Day, draw_day
 from autodb.proofs.runs.found import markdown
 from autodb.proofs.runs.keeping import day_run
-from autodb.proofs.runs.keeping.day_oracle import (
-    FEWEST,
-    case_of,
-    decidable_from,
-    first_sure,
-    sure,
-)
+from autodb.proofs.runs.keeping.day_oracle import FEWEST, case_of, decidable_from, first_sure, sure
 from autodb.proofs.runs.keeping.day_run import DayOutcome, EventOutcome, Invented, names_it, walked
 from autodb.proofs.runs.keeping.day_summary import BETTER, DaySummary, day_summary_of
 from autodb.proofs.runs.run_file import Finished, Origin

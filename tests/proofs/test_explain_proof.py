@@ -12,20 +12,10 @@ import pytest
 from autodb.proofs import catalogue
 from autodb.proofs.carrying_out import begin_runs, carry_out
 from autodb.proofs.cases.plan import PlannedCase, draw_concealed
-from autodb.proofs.catalogue import (
-    CONCEALED,
-    CONCEALED_MILLS,
-    PROOFS,
-    Proof,
-    proof,
-)
+from autodb.proofs.catalogue import CONCEALED, CONCEALED_MILLS, PROOFS, Proof, proof
 from autodb.proofs.runs.explain import left_out
-from autodb.proofs.runs.explain.explain_score import (
-    ScoredCase,
-)
-from autodb.proofs.runs.explain.explain_summary import (
-    ExplainSummary,
-)
+from autodb.proofs.runs.explain.explain_score import ScoredCase
+from autodb.proofs.runs.explain.explain_summary import ExplainSummary
 from autodb.proofs.runs.found import markdown
 from tests.conftest import ROOT, Cli
 from tests.helpers.explained_cases import entry, scored

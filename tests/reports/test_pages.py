@@ -13,10 +13,7 @@ from numpy.testing import assert_array_equal
 from plotly.offline import get_plotlyjs
 
 from autodb.agent.learn.precision_history import LearningCurve
-from autodb.explain.answer.answer import (
-    Considered,
-    Where,
-)
+from autodb.explain.answer.answer import Considered, Where
 from autodb.reports import figures
 from autodb.reports.explanation import TERM_WORDS, explanation_fragment, render_explanation
 from autodb.reports.page import (

@@ -9,17 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pydantic_core import from_json
-from sqlalchemy import (
-    ColumnElement,
-    Executable,
-    Row,
-    Select,
-    Text,
-    bindparam,
-    cast,
-    func,
-    select,
-)
+from sqlalchemy import ColumnElement, Executable, Row, Select, Text, bindparam, cast, func, select
 from sqlalchemy.orm import Session, aliased
 
 from autodb.agent.answer.in_state import others_of

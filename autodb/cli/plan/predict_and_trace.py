@@ -6,15 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Protocol
 
 import typer
 
-from autodb.cli._common import (
-    Database,
-    MachineName,
-    opened_store,
-    say,
-    show,
-    table,
-    working,
-)
+from autodb.cli._common import Database, MachineName, opened_store, say, show, table, working
 
 if TYPE_CHECKING:
     from rich.tree import Tree

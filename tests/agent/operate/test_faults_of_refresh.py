@@ -19,14 +19,7 @@ from sqlalchemy.engine import Engine
 
 from autodb.agent.ingest.arrival import Arrival
 from autodb.cli import run
-from autodb.proofs.runs.keeping.faults_run import (
-    CLOCKS,
-    MACHINE,
-    State,
-    prepare,
-    state_of,
-    take,
-)
+from autodb.proofs.runs.keeping.faults_run import CLOCKS, MACHINE, State, prepare, state_of, take
 from autodb.store import models, open_store
 from autodb.store.engines import LOCKED_MS
 

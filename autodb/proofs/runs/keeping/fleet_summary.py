@@ -12,14 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import binom
 
 from autodb.proofs.runs.found import Check, CheckedScore, TextTable, percent
-from autodb.proofs.runs.keeping.fleet_run import (
-    CAUSES,
-    LEARNT,
-    MACHINES,
-    WAYS,
-    Joined,
-    NamedOne,
-)
+from autodb.proofs.runs.keeping.fleet_run import CAUSES, LEARNT, MACHINES, WAYS, Joined, NamedOne
 from autodb.proofs.runs.run_file import Finished, Origin
 
 Array = NDArray[np.float64]
