@@ -3,7 +3,7 @@
 Asked where the cut that opened a run and closed it moved by more than repeats scatter. All cuts of
 the run are examined, not those two alone: a gain moves each cut's rise by one share, an offset all
 by one amount, friction the current in air and no rise. Where they hold no more than the two cuts
-say, what it may be is named with the cut that would tell it.
+say, what it may be is named with the cut that would decide.
 """
 
 from dataclasses import dataclass
@@ -130,7 +130,7 @@ class _Causes:
         )
 
     def _alike(self, term: str, acts: list[int]) -> tuple[str, ...]:
-        """Return what no run of this kind tells an effect from."""
+        """Return what no run of this kind distinguishes an effect from."""
         if term == GAIN and acts == [RISE] and not self.run.measured:
             return (FORCE,)
         if term == OFFSET and len(self.stack.names) == 1:
@@ -203,7 +203,7 @@ def _force(run: StandardRun, force: CurrentChange, force_unit: str, beside: Curr
 
 
 def _open(run: StandardRun, ends: Ends, component: int, result: FoundInCuts | None) -> Cause:
-    """Return what may have moved, by the ends of the run alone, and the cut that would tell."""
+    """Return what may have moved, by the ends of the run alone, and the cut that would decide."""
     end = ends.rise if component == RISE else ends.air
     assert end is not None  # it moved
     change = _value(end, run.unit)
@@ -222,7 +222,7 @@ def _open(run: StandardRun, ends: Ends, component: int, result: FoundInCuts | No
 
 
 def _candidates(run: StandardRun, component: int, ends: Ends) -> tuple[str, ...]:
-    """Return what may have moved a component: the force too, unless measured force tells less."""
+    """Return what may have moved a component: the force too, unless measured force excludes it."""
     if component == AIR:
         return (FRICTION, GAIN)
     without_air = () if run.air is not None else (FRICTION,)
@@ -231,7 +231,8 @@ def _candidates(run: StandardRun, component: int, ends: Ends) -> tuple[str, ...]
 
 
 def _by_the_end(result: FoundInCuts, component: int, unit: str) -> str | None:
-    """Return the cut whose repeat would tell what moved the last cut alone: gain, offset, friction.
+    """Return the cut whose repeat would decide what moved the last cut alone: gain, offset,
+    friction.
 
     None where none of the run's cuts would.
     """

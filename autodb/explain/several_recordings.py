@@ -8,7 +8,7 @@ work-tool pair, all alike, or each by itself. Groups are judged by
 
 over n recordings in k groups, y_i a number of the effect there, s_i its spread; an effect that was
 searched for and not found counts as none. Ways that fit about as well are all named, with the cut
-that would tell them apart. Source: analysis of crossed designs, as in Montgomery, Design and
+that would distinguish them. Source: analysis of crossed designs, as in Montgomery, Design and
 Analysis of Experiments, ch. 3 and 5; the price of a group is that of Schwarz 1978.
 """
 
@@ -301,7 +301,7 @@ def _words(factor: str) -> str:
 
 
 def _separating(seen: _Seen, seats: Sequence[Seat]) -> str | None:
-    """Return the cut that would tell the likeliest two apart: one of them changed alone."""
+    """Return the cut that would distinguish the likeliest two: one of them changed alone."""
     if len(seats) < 2:
         return None
     first, second = (seat.factor for seat in seats[:2])

@@ -89,7 +89,7 @@ class JobCut(Section):
     Turning: ``diameter_mm`` is the machined diameter at the tool tip, ``end_diameter_mm`` the one
     at the end of a cut whose radius changes, ``length_mm`` how far it goes along the axis;
     ``depth_mm`` lies across the feed. Milling: ``direction_deg`` of the feed from +x towards +y.
-    ``cutting_time_s`` on the edge before the cut and ``flank_wear_mm`` tell the state of the edge.
+    ``cutting_time_s`` on the edge before the cut and ``flank_wear_mm`` give the state of the edge.
     """
 
     name: str = ""

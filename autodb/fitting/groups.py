@@ -29,7 +29,7 @@ NORMAL_95 = 1.959963984540054
 @dataclass(frozen=True)
 class Components:
     """``own``: variance of a row's own error beyond the known. ``between`` (q, q): covariance of a
-    group's effects. ``effects`` (g, q): the groups' own, as far as the rows tell (BLUP), and
+    group's effects. ``effects`` (g, q): the groups' own, as far as the rows show (BLUP), and
     ``of`` (n,) the index of each row's.
     """
 
@@ -42,7 +42,7 @@ class Components:
     def widened(self) -> Array:
         """``between`` so that normal 95 % intervals of a new group hold as Student's would.
 
-        g groups tell a variance with g − 1 degrees of freedom.
+        g groups determine a variance with g − 1 degrees of freedom.
         """
         return self.between * small_sample(len(self.effects) - 1)
 
@@ -63,8 +63,8 @@ def components(
     """Return the components of values (n,): columns X (n, p), Z (n, q), group of each row (n,).
 
     ``known`` (n,): variance of each row that is known already. Fewer than ROWS_A_GROUP rows a group
-    on average tell none: all of it is the rows' own. Raises Undetermined where the columns do not
-    stand apart.
+    on average determine none: all of it is the rows' own. Raises Undetermined where the columns do
+    not stand apart.
     """
     names, of = np.unique(groups, return_inverse=True)
     g, q = len(names), shared.shape[1]

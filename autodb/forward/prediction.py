@@ -23,7 +23,7 @@ COLUMNS = {"x": 0, "y": 1, "z": 2}
 STEPS = 360
 """Moments of a turn among which a milling cut's peaks are searched for."""
 PASSIVE_RAD = 0.2
-"""Standard deviation of the thrust's direction, which no sensed force tells where one of its
+"""Standard deviation of the thrust's direction, which no sensed force determines where one of its
 components is passive. Chosen: laws of chip flow over a nose are off by 5 to 10° (Young, Mathew and
 Oxley 1987), and breakers and inclinations of inserts turn the chip further."""
 ALL = 0.999

@@ -2,7 +2,7 @@
 cutting is the cause.
 
 The information of a pair's own cuts (Λ, Λθ̂), its calibrations taken as they are, is compared with
-the posterior of the others, N(m, V), in the directions in which it tells something beside them:
+the posterior of the others, N(m, V), in the directions in which it has information beside them:
 
     z_k = b_k / √(l_k (1 + l_k)),   b = V^½ (Λθ̂ − Λm),   l eigenvalues of V^½ Λ V^½
 
@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 
 FALSE_ALARM = 0.01
 """Probability of naming any pair of a fleet where none disagrees. Chosen."""
-TELLS = 0.25
+INFORMATION = 0.25
 """Information, of that in the others' posterior, from which on a direction is compared. Chosen."""
 FAR = 0.3
 """Share by which a calibration or a pair's cutting is off where it is. Chosen."""
@@ -76,7 +76,7 @@ class ComparedPair:
 class SensedStandardCut:
     """What a machine sensed of cuts whose force is known: the gain's errors (k,), their sd.
 
-    ``along`` (k, 2): which gain, of the force along or across the cutting speed, each tells.
+    ``along`` (k, 2): which gain, of the force along or across the cutting speed, each shows.
     """
 
     gain: Array
@@ -95,9 +95,9 @@ def compared(
     mean, variance = others.mean[ACTIVE], others.covariance[np.ix_(ACTIVE, ACTIVE)]
     values, vectors = np.linalg.eigh(variance)
     root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
-    tells, turned = np.linalg.eigh(root @ own.precision @ root)
-    kept = tells > TELLS
-    size = np.sqrt(tells[kept] * (1.0 + tells[kept]))
+    information, turned = np.linalg.eigh(root @ own.precision @ root)
+    kept = information > INFORMATION
+    size = np.sqrt(information[kept] * (1.0 + information[kept]))
     into = (turned[:, kept] / size).T @ root
     gains = gain_directions(others.mean, rake_rad)[ACTIVE]
     return ComparedPair(

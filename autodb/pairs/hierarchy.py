@@ -1,4 +1,4 @@
-"""What several machines' cuts tell of one material: a mean, tools around it, machines around those.
+"""Several machines' posterior of one material: a mean, tools around it, machines around those.
 
     θ_{m,t} = μ + τ_t + ε_{m,t},   μ ~ start,  τ_t ~ N(0, a² T),  ε ~ N(0, b² E)
 
@@ -68,7 +68,7 @@ class OfTool:
 
     @classmethod
     def nothing(cls) -> "OfTool":
-        """Return what no machine tells."""
+        """Return no information, of no machine."""
         size = len(STEPS), len(ACTIVE)
         return cls(
             InformationOfCuts(np.zeros((*size, size[1])), np.zeros(size)), np.zeros(size[0]), 0

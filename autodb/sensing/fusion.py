@@ -1,9 +1,9 @@
 """Several sensors of one force become one answer: the best linear unbiased combination of theirs.
 
-Each tells a force and its standard deviation at every row, NaN where it does not sense. Where the
-force was known, it was learnt by how much a sensor is off in the mean (bias), by what factor its
-standard deviations are too small or large, and how far errors of several go together (correlation
-R). With D = diag(factor · sd) of a row, C = D R D and the answer is
+Each estimates a force and its standard deviation at every row, NaN where it does not sense. Where
+the force was known, it was learnt by how much a sensor is off in the mean (bias), by what factor
+its standard deviations are too small or large, and how far errors of several go together
+(correlation R). With D = diag(factor · sd) of a row, C = D R D and the answer is
 
     F = Σ w_i (F_i − b_i),  w = C⁻¹1 / (1ᵀC⁻¹1),  var F = 1 / (1ᵀC⁻¹1)
 
@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 ROWS = 200
 """Rows of each recording that are learnt from: it counts alike, however long it is."""
 SHRUNK = 0.05
-"""Share by which correlations are drawn to none: few recordings tell them. Chosen."""
+"""Share by which correlations are drawn to none: few recordings determine them. Chosen."""
 NEARER = 0.98
 """Times the error of the nearest sensor alone that several together must not exceed, in recordings
 left out in turn, to be used. Chosen."""
@@ -117,9 +117,9 @@ def learn_fusion(
 ) -> Fusion:
     """Return how sensors go together, from recordings whose force (n,) N was known.
 
-    Ways that are tried, each on recordings left out in turn: all sensors by what they tell, all by
+    Ways that are tried, each on recordings left out in turn: all sensors by what they state, all by
     what they were, and each alone; several must be nearer than the nearest alone. Rows at which not
-    all sense tell nothing of how they go together.
+    all sense show nothing of their correlation.
     """
     both = list(zip(heard, known_N, strict=True))
     every = (True,) * len(names)
@@ -189,7 +189,7 @@ def sensor_distances(fusion: Fusion, heard: SensedTogether) -> Array:
 class Apart:
     """Sensors that do not agree; by what factor their standard deviations are too small.
 
-    Two names say that one of both is off, and nobody can tell which.
+    Two names say that one of both is off, and it cannot be decided which.
     """
 
     names: tuple[str, ...]

@@ -53,11 +53,11 @@ class TermParameter:
 class Term:
     """One physical effect that a channel can contain.
 
-    ``name`` is an identifier of the vocabulary, ``form`` tells terms of one name apart
+    ``name`` is an identifier of the vocabulary, ``form`` distinguishes terms of one name
     (`periodic`); ``channels`` the kinds of channel it acts on;
     ``modifies`` the terms that it changes (empty: it stands by itself); ``needs`` what must be
     recorded to see it; ``statement`` a sentence in shop words; ``excited_by`` the move or cut that
-    shows it best; ``alike`` the effects that one recording can never tell it from,
+    shows it best; ``alike`` the effects that one recording can never distinguish it from,
     ``distinguished_by`` what could.
 
     ``inputs`` name the arrays that ``function`` takes, ``coefficients`` its linear parameters (one

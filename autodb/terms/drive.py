@@ -46,7 +46,7 @@ def gravity(position_mm: Array) -> Array:
     """A constant load acts whether the axis moves or stands: column 1, shaped as position, (n,).
 
     Weight of a vertical axis, a counterweight, or a constant sensor offset: one recording of a
-    horizontal axis cannot tell them apart. Source: P2 (weight as the mean of up and down passes).
+    horizontal axis cannot distinguish them. Source: P2 (weight as the mean of up and down passes).
     """
     return np.ones_like(position_mm)
 
@@ -74,7 +74,7 @@ def cogging(position_mm: Array, *, period_mm: float) -> Array:
 def friction_ripple(direction: Array, position_mm: Array, *, period_mm: float) -> Array:
     """Friction periodic in position: sgn(v)·cos and sgn(v)·sin of 2πx/period, (n, 2).
 
-    Effort flips with the direction, which tells it from cogging; 0 at standstill.
+    Effort flips with the direction, which distinguishes it from cogging; 0 at standstill.
     Source: by construction, P2 eq. 12 with a periodic friction along x.
     """
     return direction[:, None] * cogging(position_mm, period_mm=period_mm)

@@ -55,7 +55,7 @@ def nose_radial(other_force_N: Array, depth_mm: Array, *, radius_mm: float) -> A
 
     Force = factor · F_a r sin²κ_m/(2 a_p) [N] + edge [N/mm] · r sin κ_m [mm]: F_a the axial chip
     force of the sharp simulation, input ``other_force`` (Part of="z" reads `z.force`), factor 1
-    where that is right; ∫ cos κ ds = r sin κ_m. Depths below r tell the radius from the factor.
+    where that is right; ∫ cos κ ds = r sin κ_m. Depths below r separate the radius from the factor.
     Source: derived in the module's docstring.
     """
     depth, angle, _ = _engaged(depth_mm, radius_mm)

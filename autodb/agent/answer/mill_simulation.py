@@ -80,7 +80,7 @@ def expected_waves(known: KnownPair, recording: Recording) -> ExpectedWaves:
     """Return what the posterior of a recording's pair expects of its forces.
 
     Only where the mill is wholly in the work: on its way in and out the arc is another. Where the
-    angle of the spindle was not recorded the passing of teeth tells it; where it was and the teeth
+    angle of the spindle was not recorded the passing of teeth gives it; where it was and the teeth
     are elsewhere, its zero is taken from them, and a note says so.
 
     Raises UnusableInput where the side file says too little of tool and cut.

@@ -66,7 +66,8 @@ class CalibrationSaid:
 class MismatchSaid:
     """What a simulation left out of a recording: ``term`` by name, in one sentence, and how sure.
 
-    ``alternatives``: what it may be otherwise; ``to_tell_apart``: the move or cut that would tell.
+    ``alternatives``: what it may be otherwise; ``to_tell_apart``: the move or cut that would
+    distinguish.
     """
 
     id: int

@@ -40,7 +40,7 @@ class ChosenEstimator(StrEnum):
 
 
 DRIVE_HZ = 10.0
-"""Frequency up to which drive models tell loads unless another is asked for."""
+"""Frequency up to which drive models estimate loads unless another is asked for."""
 
 Recording = Annotated[
     Path, typer.Argument(readable=False, help="A recording over time with position and effort.")

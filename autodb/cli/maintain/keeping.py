@@ -57,7 +57,7 @@ def doctor(
 
 
 def _say_what_was_found(findings: "list[Finding]") -> None:
-    """Print what passed checks tell, and of failed ones some examples and what to do."""
+    """Print what passed checks found, and of failed ones some examples and what to do."""
     for finding in findings:
         found, check = finding.outcome.found, finding.check
         for line in found[:EXAMPLES]:

@@ -1,4 +1,4 @@
-"""Cuts of a table made again at its end, as what would tell two explanations of it apart."""
+"""Cuts of a table made again at its end, to distinguish two explanations of it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -50,7 +50,7 @@ class Again(Trials):
 
 
 def made_again(result: FoundInCuts, own: Own, *, unit: str) -> Teller:
-    """Return what tells effects apart by the table's cuts made again, those of each condition.
+    """Return what distinguishes effects by the table's cuts made again, those of each condition.
 
     Every effect must say how it is built ``anew``.
     """

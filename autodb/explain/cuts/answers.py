@@ -113,7 +113,7 @@ class _Answers:
         )
 
     def apart(self, choice: Choice) -> str | None:
-        """Return the cuts that would tell an effect from its nearest rivals."""
+        """Return the cuts that would distinguish an effect from its nearest rivals."""
         key, rivals = choice.candidate.key, self.standing[choice.candidate.key].near
         if key not in self._apart:
             self._apart[key] = self.teller.distinguishing(choice, _name(choice), rivals)
@@ -196,7 +196,7 @@ def _signals(stack: Stack) -> dict[str, Array]:
 
 
 def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
-    """Return the standing with what no table of this kind tells apart added to it."""
+    """Return the standing with what no table of this kind distinguishes added to it."""
     known, also = stack.known, []
     thin = known.thickness_mm is not None and float(known.thickness_mm.min()) <= THIN_CHIP_MM
     if choice.candidate.term == "edge_force" and not thin:

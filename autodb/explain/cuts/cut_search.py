@@ -37,7 +37,7 @@ SHORT = 60.0
 ROUNDS = 2
 """How often runs and periods are searched for in what the best set leaves."""
 RICH = 8
-"""Columns from which on a shape must tell cuts left out of its fit better than a plainer one."""
+"""Columns from which on a shape must predict cuts left out of its fit better than a plainer one."""
 STRONG = 0.2
 """Share of the greatest effect's evidence above which an effect is no part of the scatter."""
 PASSES = 2

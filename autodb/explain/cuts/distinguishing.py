@@ -92,7 +92,7 @@ class Trials:
 
 @dataclass(frozen=True)
 class Teller:
-    """What would tell the effects found in a table from their rivals.
+    """Trials that would distinguish the effects found in a table from their rivals.
 
     ``rounds`` of trials are tried in their order; ``unit`` of the channels.
     """
@@ -102,7 +102,8 @@ class Teller:
     unit: str = "N"
 
     def distinguishing(self, choice: Choice, name: str, rivals: Sequence[str]) -> str | None:
-        """Return the cuts that tell a found effect, called ``name``, from its nearest rivals.
+        """Return the cuts that distinguish a found effect, called ``name``, from its nearest
+        rivals.
 
         None where it has none, or where no trial of the library separates it from any.
         """
@@ -120,14 +121,14 @@ class Teller:
         return sentence(best.gap, names, f"{self.unit}{where}", noise)
 
     def best(self, choice: Choice, rival: str) -> Parted | None:
-        """Return the trial that tells a found effect from a rival, None where none does."""
+        """Return the trial that distinguishes a found effect from a rival, None where none does."""
         other = self.instead(choice, rival)
         if other is None:
             return None
         return self.between(self.result.found.choices, other.choices)
 
     def between(self, first: tuple[Choice, ...], second: tuple[Choice, ...]) -> Parted | None:
-        """Return the trial of the first round that has one which tells two sets apart, or None."""
+        """Return the trial of the first round that has one which separates two sets, or None."""
         tried = (trials.best(first, second) for trials in self.rounds)
         return next((parted for parted in tried if parted is not None), None)
 
@@ -149,6 +150,6 @@ class Teller:
 
 
 def after_forces(result: FoundInCuts) -> Teller:
-    """Return what tells effects in forces apart by cuts that follow the table."""
+    """Return what distinguishes effects in forces by cuts that follow the table."""
     known = result.stack.known
     return Teller(result, (Trials(result, plain_trials(known)), Trials(result, paired(known))))

@@ -110,7 +110,7 @@ def premise_limits(premises: Premises, x: Array) -> tuple[Array, Array]:
     """Return the lowest and highest parameters (q,) that scaled inputs (n, d) let be learned.
 
     No set is narrower, at half height, than the widest gap between neighbouring values of its
-    input: what it does there no row could tell.
+    input: what it does there no row could show.
     """
     low, high = [], []
     for j, sets in enumerate(premises.sets):

@@ -151,7 +151,7 @@ def by_row(table: CutTable, axis: str, force_N: Array | None) -> tuple[Points, N
 
 
 def cuts_of_run(sudden: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which cuts (m,) tell what moved: all but transients between the first and the last.
+    """Return which cuts (m,) show what moved: all but transients between the first and the last.
 
     Where the last cut's current leaves its neighbours' it may have moved.
     """
@@ -217,7 +217,7 @@ def trueness(target: Array, estimate: Array, groups: NDArray[np.generic]) -> Tru
 
 
 def at_middle(calibration: Calibration, sensed: MeasuredCuts) -> OneCut:
-    """Return what one cut at the middle of the current's range tells, all else at its median."""
+    """Return what one cut at the middle of the current's range gives, all else at its median."""
     form, coefficients = calibration.form, calibration.coefficients
     current = 0.5 * (calibration.current_low + calibration.current_high)
     middle = _medians(sensed, current)

@@ -14,7 +14,7 @@ PLOT_PX, SMALL_PX = 310, 210
 
 
 def sensed_as(axis: AxisCard) -> str:
-    """Return what the axis tells: a torque, or which force."""
+    """Return what the axis senses: a torque, or which force."""
     c = axis.calibration
     return "Torque" if c.unit == "N·m" else f"Force {c.component.upper()}"
 
@@ -39,7 +39,7 @@ def reference_over_estimate(axis: AxisCard, *, id_: str) -> Markup:
 
 
 def residuals(axis: AxisCard, *, id_: str) -> tuple[list[Markup], list[str]]:
-    """Draw reference less estimate against every input; return also the inputs that tell nothing.
+    """Draw reference less estimate against every input; return also the inputs that show nothing.
 
     Those are not known in all cuts, or the same in all.
     """

@@ -68,7 +68,7 @@ class Calibration:
 
     ``trials``: root mean square error on groups left out of each form tried (NaN: not held).
     ``close``: labels of forms that would do as well; known where it is fitted, and not kept.
-    ``holds``: of which cuts it tells the force.
+    ``holds``: of which cuts it senses the force.
     """
 
     form: CurrentForm

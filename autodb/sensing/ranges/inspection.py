@@ -27,7 +27,7 @@ from autodb.fitting import NORMAL_95
 Array = NDArray[np.float64]
 
 FEWEST = 3
-"""Places that tell a force and what the tool was set off by."""
+"""Places that determine a force and what the tool was set off by."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Inspected:
 
 
 def passive_force(measured: MeasuredPart, *, range_N: float) -> Inspected:
-    """Return the force that a part's errors tell, by generalised least squares.
+    """Return the force that a part's errors give, by generalised least squares.
 
     Not sensed where its 95 % interval is wider than ``range_N``, the range in which it may lie.
 

@@ -102,7 +102,7 @@ AVERAGE_S = 0.5
 """What range and force are averaged over: half of it before an event already shows it."""
 SPINDLE = "spindle.current.range"
 SPEED_SPREAD = 0.003
-"""How well a spindle's speed is known of which only the side file tells; chosen, some slip."""
+"""How well a spindle's speed is known which only the side file states; chosen, some slip."""
 
 
 @dataclass(frozen=True)
@@ -294,7 +294,7 @@ def stated_by(side_file: SideFile) -> dict[str, float]:
 
 
 def _during(recording: Recording, cut: slice) -> dict[str, float]:
-    """Return means over the cut of what tells which calibration holds: velocity, temperature.
+    """Return means over the cut of what decides which calibration holds: velocity, temperature.
 
     The velocity of an axis that records its position only is what it travelled over the time.
     """

@@ -23,7 +23,7 @@ Rows = NDArray[np.bool_]
 TIMES_S = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 """Time constants of heating that are tried. Chosen."""
 AIR_S = 1.0
-"""Time without a cut, before and after one, that tells a drift at least."""
+"""Time without a cut, before and after one, that a drift is estimated from at least."""
 
 
 @dataclass(frozen=True)

@@ -27,14 +27,15 @@ STILL_RAD_S = 0.002
 SHORTEST_S, SETTLING_S = 0.5, 0.3
 """Length of a rest that counts, and its first part, in which the table still swings. Chosen."""
 UPRIGHT, TILTED = 1e-4, 0.02
-"""1 − cos of the lean up to which a table is upright, and from which on it tells a mass (11°)."""
+"""1 − cos of the lean up to which a table is upright, and from which on it determines a mass
+(11°)."""
 SHARE_SD, GAIN_SD = 0.03, 0.005
 """Standard deviations of what a component reads of another (that of ``terms.table.crosstalk``),
 and of its own sensitivity, before any move. Chosen."""
 DETERMINED_M = 0.01
 """Standard deviation of a lever arm above which it is not determined. Chosen."""
 STEPS = 6
-"""Of Gauss and Newton to mass and matrix, whose product is what rests tell."""
+"""Of Gauss and Newton to mass and matrix, whose product is what rests determine."""
 BLOCK_S = 0.5
 """Length of blocks whose errors are taken as independent."""
 
@@ -77,7 +78,7 @@ class TableMoves:
 def identify_table(
     recordings: Sequence[Recording], kinematics: Kinematics, *, cutoff_hz: float = CUTOFF_HZ
 ) -> TableModel:
-    """Return what recordings of moves without a cut tell of a table dynamometer.
+    """Return what recordings of moves without a cut determine of a table dynamometer.
 
     Raises UnusableInput where no rest upright or no tilted one is among them, or a channel is
     missing.

@@ -110,7 +110,7 @@ def _pair(stack: Stack, first: str, second: str) -> Candidate:
 
 
 def named_effects(stack: Stack, own: frozenset[str]) -> list[Candidate]:
-    """Return the named effects that a table can tell of; ``own``: terms that are re-tuned."""
+    """Return the named effects that a table can show; ``own``: terms that are re-tuned."""
     found = [
         *edge_force_candidates(stack, own), *size_candidates(stack), *speed_candidates(stack),
         *band_candidates(stack), *wear_candidates(stack, own), *depth_candidates(stack),

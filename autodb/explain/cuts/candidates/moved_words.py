@@ -23,7 +23,7 @@ LAST = "from the first cut to the last"
 
 
 def cause_sentences(causes: tuple[Cause, ...]) -> Iterator[str]:
-    """Yield what is said of causes: each with what else it may be, and what would tell."""
+    """Yield what is said of causes: each with what else it may be, and what would decide."""
     for cause in causes:
         sure = "" if cause.term == "unknown" else f" (confidence {cause.confidence:.2f})"
         head, *rest = cause.statement.split(". ", maxsplit=1)
@@ -79,7 +79,7 @@ def amount(change: IntervalValue, term: str) -> str:
 
 
 def moved_words(change: IntervalValue, *, air: bool) -> str:
-    """Return by how much a current moved, as the repeated cut alone tells it."""
+    """Return by how much a current moved, as the repeated cut alone shows it."""
     return f"{amount(change, '')} {'of the current in air' if air else 'of the rise'}"
 
 

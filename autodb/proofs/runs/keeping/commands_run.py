@@ -1,6 +1,6 @@
 """Every command that writes: killed at a random moment and run again, and run twice at once.
 
-Twice undisturbed, from the same beginning, a command tells what it leaves and where that carries
+Twice undisturbed, from the same beginning, a command shows what it leaves and where that carries
 a clock; then a third time, after itself, what it leaves when it is repeated. Whatever is done to
 it, it must end in one of the two. SIGKILL comes at a moment drawn uniformly over the time of an
 undisturbed run, or, twice as often, over what follows its first write.

@@ -28,7 +28,8 @@ Key = tuple[str, str]
 
 MACHINES, CUTS = 10, 12
 MATERIALS = 3
-"""Pairs that each machine shares with the others: as many as tell calibration from cutting."""
+"""Pairs that each machine shares with the others: as many as distinguish calibration from
+cutting."""
 LEARNT = (0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20)
 """Cuts of the new machine before its next are predicted."""
 ASKED = 20

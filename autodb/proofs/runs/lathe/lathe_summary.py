@@ -55,7 +55,7 @@ class LatheRow:
 
     @property
     def covered(self) -> bool:
-        """Whether the share of intervals that hold is as stated, as far as the machines tell."""
+        """Whether the share of intervals that hold is as stated, as far as the machines show."""
         slack = SURE * self.held_se
         return HELD[0] - slack <= self.held <= HELD[1] + slack
 

@@ -92,7 +92,7 @@ def kept_of_axis(found: Identified, axis: MillAxis) -> KeptOfAxis:
 
 
 def known(mill: Mapping[str, MillAxis], cuts: list[RecordedMilledCut]) -> Loads:
-    """Return what the true laws of the sweep tell of the cuts: another day's friction is left."""
+    """Return what the true laws of the sweep give of the cuts: another day's friction is left."""
     return {
         (one.cut.name, name): one.axes[name].current_A * mill[name].newtons_per_ampere
         - one.air_N[name]

@@ -228,7 +228,7 @@ def _known(machine: SweptMill, cut: RecordedCut) -> Array:
 
 
 def _networks(training: Sequence[RecordedCut], tests: Sequence[RecordedCut]) -> list[Array]:
-    """Return what P0's networks tell of each test (n, 2)."""
+    """Return what P0's networks estimate of each test (n, 2)."""
     networks = [published_network(training, k) for k in range(len(SCORED))]
     return [
         np.column_stack([network.force_N(channels_of_cut(cut)) for network in networks])

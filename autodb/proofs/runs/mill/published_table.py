@@ -37,7 +37,7 @@ SIDEWAYS, ALONG, WITHIN = 0.133, 0.383, 0.08
 """P4, Table 2: the largest of tilted cuts in x and y, and in z; by what share of the range the
 median of reference tables may differ in z, their x and y being no larger."""
 LEANS = 0.1
-"""Share of g by which a component must change for a rest to tell the mass by it."""
+"""Share of g by which a component must change for a rest to determine the mass by it."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def model(alone: RecordedTable, fixed: RecordedTable, fixed_kg: float, table: Tr
 
 
 def masses(seen: RecordedTable) -> Array:
-    """Return the mass, kg, that each tilted rest and component tells."""
+    """Return the mass, kg, that each tilted rest and component gives."""
     read = filtered(seen.reading_N, AIR_HZ, 1.0 / (seen.log.t[1] - seen.log.t[0]))
     weight = _weight(_turned(seen.log))
     found = []

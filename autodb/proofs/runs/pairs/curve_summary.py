@@ -114,7 +114,7 @@ class CurveSummary(KeptAsJson):
 
     @property
     def as_near(self) -> bool:
-        """Whether proposed cuts err no more than random ones, as far as the pairs tell."""
+        """Whether proposed cuts err no more than random ones, as far as the pairs show."""
         return self.worse[0] <= self.worse[1]
 
     def tables(self) -> tuple[TextTable, ...]:
