@@ -71,11 +71,11 @@ class CheckedScore(KeptAsJson):
 
     def limits(self, title: str) -> TextTable:
         """Return the table of the checks."""
-        rows = tuple((*cells, check_words(passed)) for *cells, passed in self.checks())
+        rows = tuple((*cells, passed_words(passed)) for *cells, passed in self.checks())
         return TextTable(title, ("", ">found", ">must be", ""), rows)
 
 
-def check_words(passed: bool) -> str:
+def passed_words(passed: bool) -> str:
     """Return what a cell says of a check."""
     return "passed" if passed else "FAILED"
 

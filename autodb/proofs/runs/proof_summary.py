@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from autodb.proofs.runs.found import KeptAsJson, TextTable, check_words, percent, ratio
+from autodb.proofs.runs.found import KeptAsJson, TextTable, passed_words, percent, ratio
 from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import SCORE_RATIO, Judged, QuantityRow, scored_quantities
 
@@ -63,5 +63,5 @@ def row_cells(row: QuantityRow) -> list[str]:
         "" if row.width is None else f"{row.width:.3g} {row.unit}",
         ratio(row.width_ratio),
         ratio(row.score_ratio),
-        check_words(row.passed),
+        passed_words(row.passed),
     ]

@@ -19,7 +19,7 @@ from autodb.proofs.runs.axis.published_axis import (
     PUBLISHED_ERROR,
     PUBLISHED_HIGH,
 )
-from autodb.proofs.runs.found import KeptAsJson, TextTable, check_words, percent, ratio
+from autodb.proofs.runs.found import KeptAsJson, TextTable, passed_words, percent, ratio
 from autodb.proofs.runs.run_file import Finished, Origin
 
 WITHIN = 0.3
@@ -85,8 +85,8 @@ class AxisGate(KeptAsJson):
         rows = [
             (
                 row.axis, percent(PUBLISHED_ERROR[row.axis]), percent(row.measured),
-                ratio(row.measured / PUBLISHED_ERROR[row.axis]), check_words(_as_hard(row)),
-                percent(row.contour), percent(row.high), check_words(_contour_as_hard(row)),
+                ratio(row.measured / PUBLISHED_ERROR[row.axis]), passed_words(_as_hard(row)),
+                percent(row.contour), percent(row.high), passed_words(_contour_as_hard(row)),
             )
             for row in self.rows
         ]  # fmt: skip
@@ -152,10 +152,10 @@ class Fields(KeptAsJson):
                 axis, percent(row.measured),
                 ratio(row.measured / self._of(axis, PUBLISHED).measured),
                 ratio(row.measured / self._of(axis, ORACLE).measured), percent(self.limit(axis)),
-                check_words(self._near(axis)), percent(row.contour),
-                check_words(self._follows(axis)),
+                passed_words(self._near(axis)), percent(row.contour),
+                passed_words(self._follows(axis)),
                 "" if row.weight is None else f"{100.0 * row.weight:.2f} %",
-                "" if row.weight is None else check_words(self._weighed(axis)),
+                "" if row.weight is None else passed_words(self._weighed(axis)),
             ))  # fmt: skip
         return TextTable("autodb, median of the machines", heads, tuple(rows))
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autodb.proofs.runs.found import KeptAsJson, TextTable, check_words, percent
+from autodb.proofs.runs.found import KeptAsJson, TextTable, passed_words, percent
 from autodb.proofs.runs.keeping.day_run import WITHIN, DayOutcome, EventOutcome, Invented
 from autodb.proofs.runs.run_file import Finished, Origin
 
@@ -89,7 +89,7 @@ class DaySummary(KeptAsJson):
                 row.name, str(row.events), str(row.decidable), _of(row.in_time, row.decidable),
                 _of(row.covered, row.decidable), _of(row.ever, row.decidable),
                 "" if row.late is None else f"{row.late:+.0f}", percent(row.kept),
-                check_words(row.passed),
+                passed_words(row.passed),
             )
             for row in self.rows
         )  # fmt: skip
@@ -105,7 +105,7 @@ class DaySummary(KeptAsJson):
             for term, channel, days, times, double in self.invented
         ]
         of = f"{self.days_with_invented} of {len(self.better)}"
-        rows.append(("any (none)", "", of, "", "", check_words(not self.invented)))
+        rows.append(("any (none)", "", of, "", "", passed_words(not self.invented)))
         return TextTable("Invented", heads, tuple(rows))
 
     def _predictions(self) -> TextTable:
@@ -115,7 +115,7 @@ class DaySummary(KeptAsJson):
             ("stored model alone", *_newtons(self.alone_N), "", ""),
             ("with the terms found", *_newtons(self.with_terms_N),
              f"{percent(float(np.median(better)))}, worst day {percent(float(better.min()))}",
-             check_words(self.predicts)),
+             passed_words(self.predicts)),
             ("scatter alone", *_newtons(self.scatter_N), "", ""),
         )  # fmt: skip
         return TextTable("Predictions of the next cuts", heads, rows)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autodb.proofs.machines.lathe.reference_lathe import REGRESSION
-from autodb.proofs.runs.found import KeptAsJson, TextTable, check_words, percent, ratio
+from autodb.proofs.runs.found import KeptAsJson, TextTable, passed_words, percent, ratio
 from autodb.proofs.runs.lathe.lathe_run import AXES, AxisErrors
 from autodb.proofs.runs.lathe.published_lathe import PUBLISHED_RMSE_N
 from autodb.proofs.runs.run_file import Finished, Origin
@@ -97,7 +97,7 @@ class LatheSummary(KeptAsJson):
             (
                 row.axis, str(row.cuts), f"{row.published_N:.0f} N",
                 f"{row.published_method_N:.1f} N",
-                ratio(row.published_method_N / row.published_N), check_words(row.as_hard),
+                ratio(row.published_method_N / row.published_N), passed_words(row.as_hard),
             )
             for row in self.rows
             if row.published_N is not None
@@ -114,14 +114,14 @@ class LatheSummary(KeptAsJson):
                 row.axis, row.plan, f"{row.rmse_N:.1f} N",
                 "too few cuts" if row.rules_N is None else f"{row.rules_N:.1f} N",
                 f"{row.published_method_N:.1f} N",
-                f"{row.oracle_N:.1f} N", ratio(row.rmse_N / row.oracle_N), check_words(row.better),
-                f"{percent(row.held)} ± {percent(row.held_se)}", check_words(row.covered),
+                f"{row.oracle_N:.1f} N", ratio(row.rmse_N / row.oracle_N), passed_words(row.better),
+                f"{percent(row.held)} ± {percent(row.held_se)}", passed_words(row.covered),
             )
             for row in self.rows
         ]  # fmt: skip
         slope = f"slope of reference over estimate, all axes (1 ± {SLOPE_WITHIN:g})"
         rows.append(
-            (slope, "", "", "", "", "", f"{self.slope:.3f}", check_words(self.straight), "", "")
+            (slope, "", "", "", "", "", f"{self.slope:.3f}", passed_words(self.straight), "", "")
         )
         return TextTable("Median errors on test cuts", heads, tuple(rows))
 

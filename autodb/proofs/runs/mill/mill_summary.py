@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autodb.proofs.runs.found import KeptAsJson, TextTable, check_words, percent, ratio
+from autodb.proofs.runs.found import KeptAsJson, TextTable, passed_words, percent, ratio
 from autodb.proofs.runs.mill.mill_run import OURS, PUBLISHED, SCORED, ForceErrors, KeptOfAxis
 from autodb.proofs.runs.mill.published_mill import MEAN_N, POCKET_N, SLOT_N
 from autodb.proofs.runs.run_file import Finished, Origin
@@ -179,7 +179,7 @@ class ForcesGate(KeptAsJson):
         rows = tuple(
             (
                 row.cut, row.axis, f"{row.rmse_N:.1f}", ratio(self._ratio(row)),
-                ratio(self._limit(row)), check_words(self._ratio(row) <= self._limit(row)),
+                ratio(self._limit(row)), passed_words(self._ratio(row) <= self._limit(row)),
             )
             for row in self._limited()
         )  # fmt: skip
@@ -193,7 +193,7 @@ class ForcesGate(KeptAsJson):
         rows = tuple(
             (
                 row.axis, f"{row.near} of {row.machines}", f"{100.0 * row.worst_pole:.2f} %",
-                check_words(row.near == row.machines),
+                passed_words(row.near == row.machines),
                 ", ".join(f"{form} ({count})" for form, count in row.forms),
                 f"{100.0 * row.mass:.2f} %", f"{100.0 * row.worst_mass:.2f} %",
             )
@@ -223,7 +223,7 @@ def near_N(here_N: float, there_N: float) -> bool:
 
 def said_near(here_N: float, there_N: float) -> str:
     """Say so as a cell has it."""
-    return check_words(near_N(here_N, there_N))
+    return passed_words(near_N(here_N, there_N))
 
 
 def mill_gate_of(runs: Sequence[Finished[ForceErrors | KeptOfAxis]], origin: Origin) -> MillGate:

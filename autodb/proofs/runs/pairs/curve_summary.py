@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.proofs.runs.found import KeptAsJson, TextTable, check_words, percent
+from autodb.proofs.runs.found import KeptAsJson, TextTable, passed_words, percent
 from autodb.proofs.runs.pairs.curve_plans import AT, FACTORIAL, PROPOSED, RANDOM, PlannedPair
 from autodb.proofs.runs.pairs.curve_run import ADDED, LEARNT, OURS, LearningErrors
 from autodb.proofs.runs.run_file import Finished, Origin
@@ -127,7 +127,7 @@ class CurveSummary(KeptAsJson):
             (
                 row.method, row.component,
                 *(_plus_minus(e, s) for e, s in zip(row.error, row.se, strict=True)),
-                check_words(row.passed),
+                passed_words(row.passed),
             )
             for row in self.rows
         )  # fmt: skip
@@ -146,15 +146,15 @@ class CurveSummary(KeptAsJson):
         rows = tuple(
             (
                 WIDTHS[one.width],
-                percent(one.level), _count(one.proposed, one.proposed_se), check_words(one.halved),
+                percent(one.level), _count(one.proposed, one.proposed_se), passed_words(one.halved),
                 percent(one.factorial_level), _count(one.like_factorial, one.like_factorial_se),
-                check_words(one.fewer),
+                passed_words(one.fewer),
             )
             for one in self.reached
         )  # fmt: skip
         off, se = (100.0 * one for one in self.worse)
         error = ("error, less that of random cuts at the level given the gain", "")
-        rows = (*rows, (*error, f"{off:+.1f} ± {se:.1f} %", check_words(self.as_near), "", "", ""))
+        rows = (*rows, (*error, f"{off:+.1f} ± {se:.1f} %", passed_words(self.as_near), "", "", ""))
         return TextTable("Cuts to a half-width, medians of pairs ± standard error", heads, rows)
 
     def _courses(self) -> TextTable:
