@@ -249,7 +249,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=stamps_run.run_stamps,
         kept=TypeAdapter(Finished[stamps_run.JudgedStamps]),
         score=stamps_summary.stamps_summary_of,
-        read=stamps_summary.read_stamps,
+        read=stamps_summary.StampsSummary.from_json,
         generator=stamps_run.GENERATOR,
     ),
     Proof(
